@@ -1,0 +1,1 @@
+//! The virtual bench: servos, wire, arm and clock.

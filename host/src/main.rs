@@ -1,0 +1,2 @@
+//! The `armbridge` program.
+fn main() {}

@@ -1,0 +1,36 @@
+//! Everything in Armbridge that decides: the same code on the board, in the
+//! emulator and on the host.
+//!
+//! This crate is *sans-io*. It never touches hardware, never reads a clock and
+//! never allocates: time is passed in as microseconds of a monotonic clock
+//! (`now_us: u64`), bytes go through `embedded-hal-nb` serial ports, and every
+//! state machine is advanced by a `poll(now_us)` that returns at once.
+//!
+//! | module       | what lives there                                          |
+//! |--------------|-----------------------------------------------------------|
+//! | [`arm`]      | parameters, dynamics, linearisation, discretisation       |
+//! | [`actuator`] | counts to radians, torque to PWM, per joint               |
+//! | [`estimate`] | joint speed from angle samples                            |
+//! | [`control`]  | torque from estimated state                               |
+//! | [`design`]   | gains from models: Riccati solver, pole placement         |
+//! | [`servo`]    | wire formats, register maps, the half-duplex bus master   |
+//! | [`link`]     | messages between board and host, and their frames         |
+//! | [`bridge`]   | the application: modes, supervisor, the tick, telemetry   |
+//!
+//! Dependencies point one way: `bridge` uses `control`, `estimate`, `servo` and
+//! `link`, which use `arm` and `actuator`. Nothing points up.
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+pub mod actuator;
+pub mod arm;
+pub mod bridge;
+pub mod control;
+pub mod design;
+pub mod estimate;
+pub mod link;
+pub mod servo;
+
+/// Number of joints of the arm, and of servos on the bus.
+pub const JOINTS: usize = 2;
