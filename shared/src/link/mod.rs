@@ -1,5 +1,11 @@
 //! The control link between board and host.
 //!
-//! [`message`] says what is said; the frame codec says how it is put on a wire.
+//! | module      | what                                                     |
+//! |-------------|----------------------------------------------------------|
+//! | [`message`] | what is said                                             |
+//! | [`schema`]  | the hash by which two builds know that they agree on it  |
+//! | [`frame`]   | how it is put on a wire                                  |
 
+pub mod frame;
 pub mod message;
+pub mod schema;

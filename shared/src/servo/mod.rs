@@ -1,1 +1,20 @@
-//! To come.
+//! The servo bus: wire formats and the half-duplex master.
+//!
+//! | module       | what                                                     |
+//! |--------------|----------------------------------------------------------|
+//! | [`morpheus`] | packets of the Morpheus firmware, only the harmless ones |
+//! | [`master`]   | one transaction at a time, advanced by `poll(now_us)`    |
+//! | [`stop`]     | the sequence that ends with every motor off              |
+//!
+//! The bus is one wire at 1 Mbaud, 8N1: a byte takes 10 µs. A servo never
+//! speaks unasked, never times out, and obeys its last command for ever.
+
+pub mod master;
+pub mod morpheus;
+pub mod stop;
+
+mod collect;
+mod echo;
+
+/// Time of one byte on the wire: ten bits at 1 Mbaud.
+pub const BYTE_US: u64 = 10;

@@ -1,0 +1,96 @@
+//! Virtual time for an emulated board.
+//!
+//! An emulator runs as fast as its host lets it, so a wall clock between board
+//! and virtual servos would make every run different. In lockstep the bench
+//! owns the time: a board with nothing left to do says [`Idle`], until when it
+//! would sleep and how many bytes it has sent; the bench advances servos and
+//! arm to the next instant that concerns the board and answers with a
+//! [`Grant`]: what the time is now and how many bytes have been sent to it.
+//! Each side waits for the bytes that were announced before it goes on, so
+//! that nothing depends on how busy the machine is.
+//!
+//! Both messages are 16 bytes, little endian, on a serial port of their own.
+
+/// From board to bench: nothing to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Idle {
+    /// When the board wants to run again at the latest, in µs.
+    pub until_us: u64,
+    /// Bytes sent on the servo bus since boot, modulo 2³².
+    pub bus_tx: u32,
+    /// Bytes sent on the link since boot, modulo 2³².
+    pub link_tx: u32,
+}
+
+/// From bench to board: run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grant {
+    /// The time, in µs.
+    pub now_us: u64,
+    /// Bytes put on the servo bus for the board since boot, modulo 2³².
+    pub bus_rx: u32,
+    /// Bytes put on the link for the board since boot, modulo 2³².
+    pub link_rx: u32,
+}
+
+/// Length of either message.
+pub const MESSAGE_LEN: usize = 16;
+
+fn to_bytes(time: u64, bus: u32, link: u32) -> [u8; MESSAGE_LEN] {
+    (u128::from(time) | u128::from(bus) << 64 | u128::from(link) << 96).to_le_bytes()
+}
+
+fn from_bytes(bytes: [u8; MESSAGE_LEN]) -> (u64, u32, u32) {
+    let all = u128::from_le_bytes(bytes);
+    (all as u64, (all >> 64) as u32, (all >> 96) as u32)
+}
+
+impl Idle {
+    /// As sent.
+    pub fn to_bytes(self) -> [u8; MESSAGE_LEN] {
+        to_bytes(self.until_us, self.bus_tx, self.link_tx)
+    }
+
+    /// As received.
+    pub fn from_bytes(bytes: [u8; MESSAGE_LEN]) -> Self {
+        let (until_us, bus_tx, link_tx) = from_bytes(bytes);
+        Self {
+            until_us,
+            bus_tx,
+            link_tx,
+        }
+    }
+}
+
+impl Grant {
+    /// As sent.
+    pub fn to_bytes(self) -> [u8; MESSAGE_LEN] {
+        to_bytes(self.now_us, self.bus_rx, self.link_rx)
+    }
+
+    /// As received.
+    pub fn from_bytes(bytes: [u8; MESSAGE_LEN]) -> Self {
+        let (now_us, bus_rx, link_rx) = from_bytes(bytes);
+        Self {
+            now_us,
+            bus_rx,
+            link_rx,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_keep_their_places() {
+        let idle = Idle {
+            until_us: 0x0102_0304_0506_0708,
+            bus_tx: 9,
+            link_tx: u32::MAX,
+        };
+        assert_eq!(idle.to_bytes()[..9], [8, 7, 6, 5, 4, 3, 2, 1, 9]);
+        assert_eq!(Idle::from_bytes(idle.to_bytes()), idle);
+    }
+}

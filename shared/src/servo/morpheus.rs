@@ -1,0 +1,312 @@
+//! Packets of the Morpheus servo firmware (V1.2), both directions.
+//!
+//! ```text
+//! AA | LEN | DEST | SRC | D1 .. Dn | CRC      LEN = n + 2, n + 5 bytes in all
+//! CRC = sum of the complements of LEN, DEST, SRC, D1..Dn, modulo 256
+//! ```
+//!
+//! In a request D1 is the command; a reply is payload only, so the master must
+//! remember what it asked. Servos take every packet on the wire for one that
+//! may concern them, their neighbours' replies included, and several well
+//! formed packets deafen or kill them:
+//!
+//! | packet                                   | what it does to the servos        |
+//! |------------------------------------------|-----------------------------------|
+//! | LEN of 128 or more                       | no command is heard until power-off |
+//! | READ of no bytes, or whose first byte of reply is 0x83 | the others are deaf for 200 bytes |
+//! | source address of a servo, or 255        | servos answer each other for ever |
+//! | broadcast WRITE without data             | blocked for 266 ms, registers overwritten |
+//! | SYNC_WR to the PWM register 0x10         | checksum ignored, some values ignored |
+//! | any write to 0x00..=0x0A                 | EEPROM: deaf for 8.5 ms a byte, or reset |
+//!
+//! So there is no general packet here: [`Request`] lists what the bridge says,
+//! and nothing else can be encoded. Torque goes by SYNC_WR to 0x0F with three
+//! bytes a servo, which honours the checksum and takes every value.
+
+use crate::JOINTS;
+use crate::actuator::Pwm;
+
+/// First byte of every packet.
+pub const HEADER: u8 = 0xAA;
+/// Destination that every servo takes for its own.
+pub const BROADCAST: u8 = 0xFF;
+/// Our address. At least 0x20, so that no servo mistakes it for a register,
+/// and never a servo's: [`ServoId`] excludes it.
+pub const MASTER: u8 = 0xFE;
+
+/// Longest request: [`Request::Drive`] for both servos.
+pub const REQUEST_MAX: usize = 5 + 3 + 4 * JOINTS;
+/// Most payload bytes of a reply that the bridge asks for (position: two).
+const REPLY_DATA_MAX: usize = 2;
+/// Header, length, both addresses, payload, checksum.
+const REPLY_MAX: usize = 5 + REPLY_DATA_MAX;
+
+/// A packet as it goes on the wire.
+pub type Packet = heapless::Vec<u8, REQUEST_MAX>;
+
+/// Address of a servo: 1..=253.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ServoId(u8);
+
+impl ServoId {
+    /// `None` for 0, for 254 (the master: a servo with this id answers itself
+    /// for ever) and for 255 (broadcast).
+    pub const fn new(id: u8) -> Option<Self> {
+        match id {
+            1..=253 => Some(Self(id)),
+            _ => None,
+        }
+    }
+
+    /// The address on the wire.
+    pub const fn get(self) -> u8 {
+        self.0
+    }
+}
+
+/// Command codes of the firmware that the bridge uses.
+mod command {
+    pub(super) const PING: u8 = 0x01;
+    pub(super) const WRITE: u8 = 0x03;
+    pub(super) const START: u8 = 0x06;
+    pub(super) const CYCLE: u8 = 0x07;
+    pub(super) const SYNC_WR: u8 = 0x83;
+}
+
+/// Register addresses that the bridge writes.
+mod register {
+    /// High byte of the temperature: read-only, so that a write to it is void.
+    /// SYNC_WR from here reaches the PWM register by the checked path.
+    pub(super) const BEFORE_PWM: u8 = 0x0F;
+    pub(super) const PWM: u8 = 0x10;
+}
+
+/// Everything the bridge says to Morpheus servos.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// "Are you there?" Answered with one byte.
+    Ping(ServoId),
+    /// Each servo answers in turn, 4.74 ms times its id later, and learns whom
+    /// to follow in [`Request::Cycle`].
+    Start,
+    /// Every started servo sends its position, one after another in the order
+    /// of their ids. High byte first, so never 0x83.
+    Cycle,
+    /// A PWM for each servo, by the checked SYNC_WR. No reply. Wants a pause of
+    /// 20 µs before the next packet.
+    Drive([(ServoId, Pwm); JOINTS]),
+    /// PWM 1000 by broadcast WRITE: motors off in every control mode. No reply.
+    StopAll,
+    /// PWM 1001, by the unchecked SYNC_WR: the only thing that a servo still
+    /// hears after a packet of LEN 128 or more. 1000 is ignored where the last
+    /// such value was 1000, hence the step aside first. No reply.
+    SideStep([ServoId; JOINTS]),
+    /// PWM 1000 by the unchecked SYNC_WR, after [`Request::SideStep`].
+    Release([ServoId; JOINTS]),
+}
+
+impl Request {
+    /// The bytes on the wire.
+    pub fn encode(&self) -> Packet {
+        use command::{CYCLE, PING, START, SYNC_WR, WRITE};
+        let [off_low, off_high] = Pwm::OFF.counts().to_le_bytes();
+        match *self {
+            Self::Ping(id) => packet(id.get(), &[PING]),
+            Self::Start => packet(BROADCAST, &[START]),
+            Self::Cycle => packet(BROADCAST, &[CYCLE]),
+            Self::StopAll => packet(BROADCAST, &[WRITE, register::PWM, off_low, off_high]),
+            Self::Drive([a, b]) => {
+                let ([a_low, a_high], [b_low, b_high]) =
+                    (a.1.counts().to_le_bytes(), b.1.counts().to_le_bytes());
+                let (a, b) = (a.0.get(), b.0.get());
+                #[rustfmt::skip]
+                let data = [SYNC_WR, register::BEFORE_PWM, 3,
+                    a, 0, a_low, a_high,
+                    b, 0, b_low, b_high];
+                packet(BROADCAST, &data)
+            }
+            Self::SideStep(ids) => unchecked_sync(ids, Pwm::OFF.counts() + 1),
+            Self::Release(ids) => unchecked_sync(ids, Pwm::OFF.counts()),
+        }
+    }
+}
+
+/// SYNC_WR of one value to the PWM register. Private: taken without regard to
+/// its checksum, it must never carry a torque.
+fn unchecked_sync([a, b]: [ServoId; JOINTS], pwm: u16) -> Packet {
+    let [low, high] = pwm.to_le_bytes();
+    #[rustfmt::skip]
+    let data = [command::SYNC_WR, register::PWM, 2, a.get(), low, high, b.get(), low, high];
+    packet(BROADCAST, &data)
+}
+
+/// Sum of the complements of `body`, modulo 256.
+pub fn checksum(body: &[u8]) -> u8 {
+    body.iter().fold(0, |sum: u8, byte| sum.wrapping_add(!byte))
+}
+
+/// Frames `data`; the caller's data always fits [`REQUEST_MAX`].
+fn packet(destination: u8, data: &[u8]) -> Packet {
+    let mut packet = Packet::new();
+    let body = [data.len() as u8 + 2, destination, MASTER];
+    // Capacity is REQUEST_MAX, the longest request there is: nothing is cut.
+    packet.extend([HEADER].into_iter().chain(body).chain(data.iter().copied()));
+    let crc = checksum(packet.get(1..).unwrap_or_default());
+    packet.extend([crc]);
+    packet
+}
+
+/// A reply addressed to us.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reply {
+    /// Address of the servo that sent it.
+    pub source: u8,
+    /// Payload; bytes from `len` on are zero.
+    data: [u8; REPLY_DATA_MAX],
+    len: usize,
+}
+
+impl Reply {
+    /// Position in encoder counts, if this is an answer to [`Request::Cycle`].
+    pub fn position(&self) -> Option<u16> {
+        let counts = u16::from_be_bytes(self.data);
+        (self.len == 2 && counts <= 1023).then_some(counts)
+    }
+
+    /// Whether this is an answer to [`Request::Ping`] or [`Request::Start`].
+    pub fn is_ping(&self) -> bool {
+        self.len == 1 && self.data.first() == Some(&command::PING)
+    }
+}
+
+/// A packet that came through damaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BadChecksum;
+
+/// Finds replies in a stream of bytes, one byte at a time.
+///
+/// Bytes before a header are skipped. A length that no expected reply has, or
+/// a destination that is not ours, sends the parser back to look for a header.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Parser {
+    bytes: [u8; REPLY_MAX],
+    len: usize,
+}
+
+impl Parser {
+    /// Takes one byte; `Some` when it completes a packet.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Reply, BadChecksum>> {
+        let plausible = match self.len {
+            0 => byte == HEADER,
+            1 => (3..=2 + REPLY_DATA_MAX).contains(&usize::from(byte)),
+            2 => byte == MASTER,
+            _ => true,
+        };
+        if !plausible {
+            // What broke the packet may be the start of the next one.
+            self.len = usize::from(byte == HEADER);
+            return None;
+        }
+        if let Some(slot) = self.bytes.get_mut(self.len) {
+            *slot = byte;
+            self.len += 1;
+        }
+        let [_, length, ..] = self.bytes;
+        let total = usize::from(length) + 3;
+        if self.len < 2 || self.len < total {
+            return None;
+        }
+        self.len = 0;
+        let body = self.bytes.get(1..total - 1).unwrap_or_default();
+        if checksum(body) != byte {
+            return Some(Err(BadChecksum));
+        }
+        let mut reply = Reply {
+            source: self.bytes[3],
+            data: [0; REPLY_DATA_MAX],
+            len: usize::from(length) - 2,
+        };
+        for (to, from) in reply.data.iter_mut().zip(body.get(3..).unwrap_or_default()) {
+            *to = *from;
+        }
+        Some(Ok(reply))
+    }
+
+    /// Whether a packet has begun and not ended.
+    pub fn is_mid_packet(&self) -> bool {
+        self.len > 0
+    }
+
+    /// Forgets a packet that has begun.
+    pub fn reset(&mut self) {
+        self.len = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn id(id: u8) -> ServoId {
+        ServoId::new(id).unwrap()
+    }
+
+    /// All but the last were recorded on a bus with the firmware, which did as
+    /// it should; the last was computed from the packet layout.
+    #[test]
+    fn requests_encode_as_recorded() {
+        let drive = Request::Drive(
+            [(1, 1500), (2, 900)].map(|(servo, pwm)| (id(servo), Pwm::new(pwm).unwrap())),
+        );
+        #[rustfmt::skip]
+        let vectors: [(Request, &[u8]); 6] = [
+            (Request::Ping(id(1)), &[0xAA, 3, 1, 0xFE, 1, 0xF9]),
+            (Request::Start, &[0xAA, 3, 0xFF, 0xFE, 6, 0xF6]),
+            (Request::Cycle, &[0xAA, 3, 0xFF, 0xFE, 7, 0xF5]),
+            (
+                Request::StopAll,
+                &[0xAA, 6, 0xFF, 0xFE, 3, 0x10, 0xE8, 3, 0xF8],
+            ),
+            (
+                drive,
+                &[0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3, 1, 0, 0xDC, 5, 2, 0, 0x84, 3, 0xE8],
+            ),
+            (
+                Request::Release([id(1), id(2)]),
+                &[
+                    0xAA, 11, 0xFF, 0xFE, 0x83, 0x10, 2, 1, 0xE8, 3, 2, 0xE8, 3, 0x7E,
+                ],
+            ),
+        ];
+        for (request, bytes) in vectors {
+            assert_eq!(request.encode(), bytes, "{request:?}");
+        }
+    }
+
+    #[test]
+    fn servo_ids_exclude_master_and_broadcast() {
+        let valid = (0..=255).filter_map(ServoId::new).count();
+        assert_eq!(valid, 253);
+        assert_eq!(
+            (ServoId::new(0), ServoId::new(254), ServoId::new(255)),
+            (None, None, None)
+        );
+    }
+
+    #[test]
+    fn parser_finds_replies_in_noise() {
+        let stream = [
+            0x00, 0xAA, 0xAA, 4, 0xFE, 1, 1, 0xF4, 3, // position 500 of servo 1
+            0xAA, 200, 0xAA, 4, 0xFE, 2, 1, 0xF5, 2, // bad checksum (01 is right)
+            0xAA, 3, 0xFE, 2, 1, 0xF8, // ping of servo 2
+        ];
+        let mut parser = Parser::default();
+        let found: heapless::Vec<_, 8> = stream.iter().filter_map(|b| parser.push(*b)).collect();
+        assert_eq!(found.len(), 3);
+        assert_eq!(found[0].unwrap().position(), Some(500));
+        assert_eq!(found[1], Err(BadChecksum));
+        assert!(found[2].unwrap().is_ping() && found[2].unwrap().source == 2);
+        assert!(!parser.is_mid_packet());
+    }
+}
