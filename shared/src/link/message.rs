@@ -36,6 +36,13 @@ pub enum ToHost {
         /// Accepted, or why not.
         result: Result<(), Refusal>,
     },
+    /// During bring-up: a servo was asked for and did not answer.
+    Absent {
+        /// Index of the joint.
+        joint: u8,
+        /// What was heard instead.
+        missing: Missing,
+    },
     /// One tick.
     Record(Record),
 }
@@ -92,6 +99,24 @@ pub struct Setup {
     pub estimator: Estimator,
     /// Add the dead-zone half width to every torque (equation (5), 50 counts).
     pub compensate_dead_zone: bool,
+}
+
+impl Default for Setup {
+    /// 1 kHz, the paper's weights (8), and an observer as fast as the poles it
+    /// printed at 45 ms.
+    fn default() -> Self {
+        Self {
+            period_us: 1_000,
+            gains: Gains::Design {
+                q: [15.0, 15.0, 1.0, 1.0],
+                r: [10.0, 10.0],
+            },
+            estimator: Estimator::Luenberger {
+                poles_45ms: [[0.05, 0.14], [0.10, 0.03]],
+            },
+            compensate_dead_zone: false,
+        }
+    }
 }
 
 /// Where the state-feedback gain comes from.

@@ -266,6 +266,11 @@ where
         })
     }
 
+    /// Whether no transaction is under way.
+    pub fn is_idle(&self) -> bool {
+        matches!(self.phase, Phase::Idle)
+    }
+
     /// When to poll again at the latest; `u64::MAX` when there is nothing to do.
     pub fn wake_at_us(&self) -> u64 {
         match self.phase {

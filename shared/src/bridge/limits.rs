@@ -1,0 +1,30 @@
+//! The numbers by which the bridge judges what is safe.
+
+/// Longest silence of the host while torque is on. The host sends a heartbeat
+/// every 50 ms, so five in a row must be lost. 250 ms is what an arm with
+/// motors off takes to fall by a few degrees from upright.
+pub const HOST_SILENCE_US: u64 = 250_000;
+
+/// Samples of one joint missing in a row before torque goes off. The observer
+/// predicts through the ones before.
+pub const LOST_SAMPLES: u8 = 5;
+
+/// Ticks in a row that began a whole period late before torque goes off.
+pub const OVERRUNS: u8 = 3;
+
+/// Joint angle beyond which torque goes off: the arm's frame and the table
+/// stop it near ±π/2.
+pub const ANGLE_MAX_RAD: f32 = 1.6;
+
+/// Largest reference angle: well inside the stops, so that an overshoot is too.
+pub const REFERENCE_MAX_RAD: f32 = 1.2;
+
+/// Largest constant torque, what a servo gives at full PWM by equation (5),
+/// rounded up.
+pub const TORQUE_MAX_NM: f32 = 1.25;
+
+/// Shortest tick: two packets and two replies take 0.6 ms on the wire.
+pub const PERIOD_MIN_US: u32 = 1_000;
+
+/// Longest tick. The upright arm doubles its angle in 360 ms.
+pub const PERIOD_MAX_US: u32 = 100_000;

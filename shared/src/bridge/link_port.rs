@@ -1,0 +1,128 @@
+//! The board's end of the control link: bytes in, frames out.
+//!
+//! Runs in thread mode, beside the tick. It answers hellos, checks commands and
+//! designs the gains they ask for, so that the tick is handed only what it can
+//! use at once. Nothing but a hello is answered before the host has shown that
+//! it speaks the same schema.
+
+use super::law::Law;
+use super::limits::{REFERENCE_MAX_RAD, TORQUE_MAX_NM};
+use super::mailbox::{LinkEnd, Notice, Order, Task};
+use crate::JOINTS;
+use crate::link::frame::{Decoder, Encoder, FrameError, Received};
+use crate::link::message::{Command, Refusal, ToBoard, ToHost};
+use crate::link::schema;
+
+/// The board's end of the link.
+pub struct LinkPort<'a> {
+    end: LinkEnd<'a>,
+    decoder: Decoder,
+    encoder: Encoder,
+    /// The host has said hello with our schema.
+    is_greeted: bool,
+    /// Our hello is owed.
+    hello_due: bool,
+    /// A command refused here, not by the tick.
+    refused: Option<(u16, Refusal)>,
+}
+
+impl<'a> LinkPort<'a> {
+    /// A port that has not been spoken to.
+    pub fn new(end: LinkEnd<'a>) -> Self {
+        Self {
+            end,
+            decoder: Decoder::default(),
+            encoder: Encoder::default(),
+            is_greeted: false,
+            hello_due: false,
+            refused: None,
+        }
+    }
+
+    /// Takes bytes from the host.
+    pub fn receive(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            match self.decoder.push::<ToBoard>(*byte) {
+                Some(Ok(received)) => self.message(received),
+                // Intact but strange: a host of another build. Our hello lets
+                // it tell its user so.
+                Some(Err(FrameError::Version(_) | FrameError::Schema)) => self.hello_due = true,
+                Some(Err(FrameError::Damaged | FrameError::Direction)) | None => {}
+            }
+        }
+    }
+
+    fn message(&mut self, received: Received<ToBoard>) {
+        match received.message {
+            ToBoard::Hello(hello) => {
+                self.is_greeted = hello.schema == schema::HASH;
+                self.hello_due = true;
+                // What was recorded for nobody is not news to this host.
+                while self.end.records.dequeue().is_some() {}
+            }
+            _ if !self.is_greeted => self.hello_due = true,
+            ToBoard::Heartbeat => {
+                // A full queue holds orders, which say the same.
+                let _ = self.end.orders.enqueue(Order::Heartbeat);
+            }
+            ToBoard::Command(command) => {
+                let order = task(command).map(|task| Order::Do(received.sequence, task));
+                let sent = order
+                    .and_then(|order| self.end.orders.enqueue(order).map_err(|_| Refusal::Busy));
+                if let Err(refusal) = sent {
+                    self.refused = Some((received.sequence, refusal));
+                }
+            }
+        }
+    }
+
+    /// The next frame for the host, if there is one.
+    pub fn transmit(&mut self) -> Option<&[u8]> {
+        let message = self.next_message()?;
+        Some(self.encoder.encode(&message).1)
+    }
+
+    fn next_message(&mut self) -> Option<ToHost> {
+        if core::mem::take(&mut self.hello_due) {
+            return Some(ToHost::Hello(schema::HELLO));
+        }
+        if let Some((sequence, refusal)) = self.refused.take() {
+            return Some(ToHost::Ack {
+                sequence,
+                result: Err(refusal),
+            });
+        }
+        if !self.is_greeted {
+            return None;
+        }
+        if let Some(notice) = self.end.notices.dequeue() {
+            return Some(match notice {
+                Notice::Ack(sequence, result) => ToHost::Ack { sequence, result },
+                Notice::Absent(joint, missing) => ToHost::Absent { joint, missing },
+            });
+        }
+        self.end.records.dequeue().map(ToHost::Record)
+    }
+}
+
+/// Checks a command and does the work that has no place in the tick.
+fn task(command: Command) -> Result<Task, Refusal> {
+    let within = |values: [f32; JOINTS], limit: f32| {
+        // A NaN is within nothing.
+        values
+            .iter()
+            .all(|value| value.abs() <= limit)
+            .then_some(values)
+    };
+    match command {
+        Command::Idle => Ok(Task::Idle),
+        Command::Torque(torque) => within(torque, TORQUE_MAX_NM)
+            .map(Task::Torque)
+            .ok_or(Refusal::OutOfRange),
+        Command::Regulate(reference) => within(reference, REFERENCE_MAX_RAD)
+            .map(Task::Regulate)
+            .ok_or(Refusal::OutOfRange),
+        Command::ClearFault => Ok(Task::ClearFault),
+        Command::Configure(setup) => Law::build(&setup).map(Task::Install),
+    }
+}

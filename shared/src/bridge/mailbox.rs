@@ -1,0 +1,98 @@
+//! Where the tick and the rest of the world meet.
+//!
+//! Lock-free single-producer single-consumer queues, split once at boot. The
+//! tick never waits for them: orders are states, of which the latest of a kind
+//! wins; records and notices are dropped and counted when nobody fetches them.
+
+use heapless::spsc::{Consumer, Producer, Queue};
+
+use super::law::Law;
+use crate::JOINTS;
+use crate::link::message::{Missing, Record, Refusal};
+
+/// Orders that fit between two ticks. A spsc queue holds one less than this.
+const ORDERS: usize = 8;
+/// Acknowledgements and the like on their way to the host.
+const NOTICES: usize = 16;
+/// Records on their way to the host: at 1 kHz, 63 ms worth.
+const RECORDS: usize = 64;
+
+/// From the link to the tick.
+#[derive(Clone, Debug)]
+pub(super) enum Order {
+    /// The host is alive.
+    Heartbeat,
+    /// A command, with the sequence number to acknowledge.
+    Do(u16, Task),
+}
+
+/// A validated command. Gains are designed before it gets here.
+#[derive(Clone, Debug)]
+pub(super) enum Task {
+    Idle,
+    Torque([f32; JOINTS]),
+    Regulate([f32; JOINTS]),
+    ClearFault,
+    Install(Law),
+}
+
+/// From the tick to the link, besides records.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Notice {
+    /// What became of an order.
+    Ack(u16, Result<(), Refusal>),
+    /// The servo of this joint did not answer during bring-up.
+    Absent(u8, Missing),
+}
+
+/// The queues themselves; a `static` on the board.
+#[derive(Default)]
+pub struct Mailboxes {
+    orders: Queue<Order, ORDERS>,
+    notices: Queue<Notice, NOTICES>,
+    records: Queue<Record, RECORDS>,
+}
+
+impl Mailboxes {
+    /// Empty queues.
+    pub const fn new() -> Self {
+        Self {
+            orders: Queue::new(),
+            notices: Queue::new(),
+            records: Queue::new(),
+        }
+    }
+
+    /// The two ends: one for the tick, one for the link.
+    pub fn split(&mut self) -> (BridgeEnd<'_>, LinkEnd<'_>) {
+        let (orders_in, orders_out) = self.orders.split();
+        let (notices_in, notices_out) = self.notices.split();
+        let (records_in, records_out) = self.records.split();
+        (
+            BridgeEnd {
+                orders: orders_out,
+                notices: notices_in,
+                records: records_in,
+            },
+            LinkEnd {
+                orders: orders_in,
+                notices: notices_out,
+                records: records_out,
+            },
+        )
+    }
+}
+
+/// The tick's end.
+pub struct BridgeEnd<'a> {
+    pub(super) orders: Consumer<'a, Order>,
+    pub(super) notices: Producer<'a, Notice>,
+    pub(super) records: Producer<'a, Record>,
+}
+
+/// The link's end.
+pub struct LinkEnd<'a> {
+    pub(super) orders: Producer<'a, Order>,
+    pub(super) notices: Consumer<'a, Notice>,
+    pub(super) records: Consumer<'a, Record>,
+}
