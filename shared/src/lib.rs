@@ -8,6 +8,7 @@
 //!
 //! | module       | what lives there                                          |
 //! |--------------|-----------------------------------------------------------|
+//! | [`real`]     | the number type the mathematics is written over           |
 //! | [`arm`]      | parameters, dynamics, linearisation, discretisation       |
 //! | [`actuator`] | counts to radians, torque to PWM, per joint               |
 //! | [`estimate`] | joint speed from angle samples                            |
@@ -31,7 +32,7 @@ pub mod control;
 pub mod design;
 pub mod estimate;
 pub mod link;
-pub mod lockstep;
+pub mod real;
 pub mod servo;
 
 /// Number of joints of the arm, and of servos on the bus.

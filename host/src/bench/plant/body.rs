@@ -1,0 +1,240 @@
+//! The rigid arm with dry friction and end stops, under a given torque.
+//!
+//! # Time
+//!
+//! Runge-Kutta of fourth order on a fixed grid of [`STEP_NS`]. The torque is
+//! constant between changes, and a change off the grid cuts the step there; the
+//! next step ends on the grid again. Looking at the arm between grid points
+//! takes a partial step that is then thrown away. So the motion depends on the
+//! torque and the times of its changes only, never on how often or when one
+//! looks: splitting an advance in two gives the same bits.
+//!
+//! # Dry friction
+//!
+//! After Karnopp, with the crossing of zero speed in the place of a speed
+//! threshold. A sliding joint feels its Coulomb torque against its motion. When
+//! its speed would change sign it stops, and sticks for as long as the rest of
+//! the torque stays within the static one: truly at rest, no creep. It breaks
+//! away in the direction of that rest. Because M(q) is diagonal, a stuck joint
+//! passes nothing on to the other but its angle.
+//!
+//! # End stops
+//!
+//! Inelastic: a joint that reaches one loses its speed and stays there while it
+//! is pushed against it.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::arm::{Parameters, State};
+use nalgebra::Vector2;
+
+/// Grid of the integration, in ns.
+pub const STEP_NS: u64 = 100_000;
+
+/// Dry friction of one joint, in N m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Friction {
+    /// Torque against the motion of a sliding joint.
+    pub coulomb_nm: f64,
+    /// Torque that a joint at rest withstands.
+    pub static_nm: f64,
+}
+
+impl Friction {
+    /// No dry friction; the viscous one is part of the arm's parameters.
+    pub const NONE: Self = Self {
+        coulomb_nm: 0.0,
+        static_nm: 0.0,
+    };
+}
+
+/// What dry friction does to a joint at present.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Contact {
+    /// It has no dry friction.
+    Free,
+    /// It is at rest.
+    Stuck,
+    /// It slides, towards larger (1) or smaller (-1) angles.
+    Sliding(f64),
+}
+
+/// The arm's mechanics.
+#[derive(Clone, Copy, Debug)]
+pub struct Body {
+    arm: Parameters<f64>,
+    friction: [Friction; JOINTS],
+    stops_rad: [[f64; 2]; JOINTS],
+    time_ns: u64,
+    state: State<f64>,
+    contact: [Contact; JOINTS],
+    torque_nm: Vector2<f64>,
+    /// Nothing moves until the torque changes.
+    still: bool,
+}
+
+impl Body {
+    /// At time zero, without torque. `stops_rad` are the smallest and largest
+    /// angle of each joint.
+    pub fn new(
+        arm: Parameters<f64>,
+        friction: [Friction; JOINTS],
+        stops_rad: [[f64; 2]; JOINTS],
+        initial: State<f64>,
+    ) -> Self {
+        let contact = core::array::from_fn(|joint| {
+            if friction[joint] == Friction::NONE {
+                Contact::Free
+            } else if initial.dq[joint] == 0.0 {
+                Contact::Stuck
+            } else {
+                Contact::Sliding(initial.dq[joint].signum())
+            }
+        });
+        Self {
+            arm,
+            friction,
+            stops_rad,
+            time_ns: 0,
+            state: initial,
+            contact,
+            torque_nm: Vector2::zeros(),
+            still: false,
+        }
+    }
+
+    /// Moves on to the last grid point that is not after `to_ns`.
+    pub fn advance(&mut self, to_ns: u64) {
+        while let Some(next_ns) = self.next_grid_point().filter(|&next| next <= to_ns) {
+            self.step(next_ns);
+            if self.still {
+                self.time_ns = to_ns;
+            }
+        }
+    }
+
+    /// Angles and speeds at `at_ns`, which is not before the last change.
+    pub fn state(&self, at_ns: u64) -> State<f64> {
+        let mut copy = *self;
+        copy.advance(at_ns);
+        copy.step(at_ns);
+        copy.state
+    }
+
+    /// The joint torque from `at_ns` on.
+    pub fn set_torque(&mut self, at_ns: u64, torque_nm: Vector2<f64>) {
+        if torque_nm != self.torque_nm {
+            self.advance(at_ns);
+            self.step(at_ns);
+            self.torque_nm = torque_nm;
+            self.still = false;
+        }
+    }
+
+    /// Lets time pass without moving: somebody holds the arm.
+    pub(super) fn hold(&mut self, until_ns: u64) {
+        self.time_ns = self.time_ns.max(until_ns);
+    }
+
+    /// Joint torque in force, in N m.
+    pub fn torque(&self) -> Vector2<f64> {
+        self.torque_nm
+    }
+
+    fn next_grid_point(&self) -> Option<u64> {
+        (self.time_ns / STEP_NS + 1).checked_mul(STEP_NS)
+    }
+
+    /// One step of at most [`STEP_NS`].
+    fn step(&mut self, to_ns: u64) {
+        if to_ns <= self.time_ns {
+            return;
+        }
+        let step_s = (to_ns - self.time_ns) as f64 * 1e-9;
+        self.time_ns = to_ns;
+        if self.still {
+            return;
+        }
+        self.break_away();
+        if self.contact == [Contact::Stuck; JOINTS] {
+            self.still = true;
+            return;
+        }
+        self.state = self.runge_kutta(step_s);
+        self.stop_and_stick();
+    }
+
+    /// Decides which joints at rest leave it.
+    fn break_away(&mut self) {
+        if !self.contact.contains(&Contact::Stuck) {
+            return;
+        }
+        let acceleration = self.arm.acceleration(&self.state, self.torque_nm);
+        let push_nm = self.arm.mass(self.state.q) * acceleration;
+        for joint in 0..JOINTS {
+            let (angle, push) = (self.state.q[joint], push_nm[joint]);
+            let [lowest, highest] = self.stops_rad[joint];
+            let blocked = (angle <= lowest && push < 0.0) || (angle >= highest && push > 0.0);
+            if self.contact[joint] == Contact::Stuck
+                && push.abs() > self.friction[joint].static_nm
+                && !blocked
+            {
+                self.contact[joint] = Contact::Sliding(push.signum());
+            }
+        }
+    }
+
+    fn runge_kutta(&self, step_s: f64) -> State<f64> {
+        let at = |speed: &State<f64>, seconds: f64| State {
+            q: self.state.q + speed.q * seconds,
+            dq: self.state.dq + speed.dq * seconds,
+        };
+        let half_s = 0.5 * step_s;
+        let k1 = self.derivative(&self.state);
+        let k2 = self.derivative(&at(&k1, half_s));
+        let k3 = self.derivative(&at(&k2, half_s));
+        let k4 = self.derivative(&at(&k3, step_s));
+        let mean = State {
+            q: k1.q + (k2.q + k3.q) * 2.0 + k4.q,
+            dq: k1.dq + (k2.dq + k3.dq) * 2.0 + k4.dq,
+        };
+        at(&mean, step_s / 6.0)
+    }
+
+    fn derivative(&self, state: &State<f64>) -> State<f64> {
+        let mut torque = self.torque_nm;
+        for joint in 0..JOINTS {
+            if let Contact::Sliding(direction) = self.contact[joint] {
+                torque[joint] -= direction * self.friction[joint].coulomb_nm;
+            }
+        }
+        let mut derivative = State {
+            q: state.dq,
+            dq: self.arm.acceleration(state, torque),
+        };
+        for joint in 0..JOINTS {
+            if self.contact[joint] == Contact::Stuck {
+                derivative.q[joint] = 0.0;
+                derivative.dq[joint] = 0.0;
+            }
+        }
+        derivative
+    }
+
+    /// Ends the motion of joints that met a stop or whose speed changed sign.
+    fn stop_and_stick(&mut self) {
+        for joint in 0..JOINTS {
+            let (angle, speed) = (&mut self.state.q[joint], &mut self.state.dq[joint]);
+            let [lowest, highest] = self.stops_rad[joint];
+            let at_stop = (*angle <= lowest && *speed < 0.0) || (*angle >= highest && *speed > 0.0);
+            *angle = angle.clamp(lowest, highest);
+            match self.contact[joint] {
+                Contact::Sliding(direction) if at_stop || *speed * direction <= 0.0 => {
+                    *speed = 0.0;
+                    self.contact[joint] = Contact::Stuck;
+                }
+                _ if at_stop => *speed = 0.0,
+                _ => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Every switch and number of the virtual arm.
+
+use super::body::Friction;
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Joint;
+use armbridge_shared::arm::{Parameters, State};
+use core::f64::consts::FRAC_PI_2;
+use nalgebra::Vector2;
+
+/// A virtual arm. The default is the bench's: the paper's arm and servos, with
+/// dry friction, one count of sensor noise, upright and held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlantConfig {
+    /// The arm's true parameters, before the two scales below.
+    pub arm: Parameters<f64>,
+    /// Factor on mass matrix and Coriolis torque.
+    pub inertia_scale: f64,
+    /// Factor on the gravity torque.
+    pub gravity_scale: f64,
+    /// The servos' true calibration. Dead-zone compensation has no meaning
+    /// here and is not looked at.
+    pub joints: [Joint<f64>; JOINTS],
+    /// Whether there is dry friction.
+    pub friction_on: bool,
+    /// Dry friction of each joint, if there is any.
+    pub friction: [Friction; JOINTS],
+    /// No torque for 950 < PWM < 1050, as the paper describes it.
+    pub dead_zone: bool,
+    /// Time in ns from a PWM's arrival in the servo to its torque.
+    pub input_delay_ns: u64,
+    /// Factor on every motor torque: supply voltage, or a wrong 834.
+    pub torque_gain: f64,
+    /// PWM counts by which the motors' true zero lies above the calibrated one.
+    pub pwm_offset_counts: f64,
+    /// Largest motor torque in N m.
+    pub torque_limit_nm: f64,
+    /// Smallest and largest angle of each joint in rad.
+    pub stops_rad: [[f64; 2]; JOINTS],
+    /// Standard deviation of the encoders' noise in counts.
+    pub noise_lsb_rms: f64,
+    /// Where the arm is at time zero.
+    pub initial: State<f64>,
+    /// Somebody holds the arm where it is until the first servo is told a PWM
+    /// other than 1000.
+    pub held: bool,
+}
+
+impl Default for PlantConfig {
+    fn default() -> Self {
+        // 0.06 N m are the 50 PWM counts of the paper's dead zone; a sliding
+        // gear takes about two thirds of that.
+        let friction = Friction {
+            coulomb_nm: 0.04,
+            static_nm: 0.06,
+        };
+        Self {
+            arm: Parameters::paper(),
+            inertia_scale: 1.0,
+            gravity_scale: 1.0,
+            joints: [Joint::paper(); JOINTS],
+            friction_on: true,
+            friction: [friction; JOINTS],
+            dead_zone: false,
+            input_delay_ns: 0,
+            torque_gain: 1.0,
+            pwm_offset_counts: 0.0,
+            // Stall torque of an AX-12A at 12 V; above what equation (5) gives.
+            torque_limit_nm: 1.5,
+            // The table stops joint 1; the servo's 300 degree stop joint 2.
+            stops_rad: [
+                [-FRAC_PI_2, FRAC_PI_2],
+                [-150_f64.to_radians(), 150_f64.to_radians()],
+            ],
+            noise_lsb_rms: 1.0,
+            initial: State::at_rest(Vector2::zeros()),
+            held: true,
+        }
+    }
+}
+
+impl PlantConfig {
+    /// The parameters that the arm really has.
+    pub(super) fn true_arm(&self) -> Parameters<f64> {
+        let scale = self.inertia_scale;
+        let Parameters {
+            l1,
+            l2,
+            m1,
+            m2,
+            g,
+            i1x,
+            i1y,
+            i1z,
+            i2x,
+            i2y,
+            i2z,
+            b1,
+            b2,
+        } = self.arm;
+        Parameters {
+            l1,
+            l2,
+            m1: m1 * scale,
+            m2: m2 * scale,
+            // Gravity torque is mass times g: the masses' scale must not show.
+            g: g * self.gravity_scale / scale,
+            i1x: i1x * scale,
+            i1y: i1y * scale,
+            i1z: i1z * scale,
+            i2x: i2x * scale,
+            i2y: i2y * scale,
+            i2z: i2z * scale,
+            b1,
+            b2,
+        }
+    }
+
+    pub(super) fn true_friction(&self) -> [Friction; JOINTS] {
+        if self.friction_on {
+            self.friction
+        } else {
+            [Friction::NONE; JOINTS]
+        }
+    }
+
+    /// Joint torque in N m that a servo makes of a PWM.
+    pub(super) fn torque(&self, servo: usize, pwm: u16) -> f64 {
+        /// Both bridge inputs low.
+        const OFF: u16 = 1000;
+        const DEAD_ZONE: core::ops::Range<u16> = 951..1050;
+
+        if pwm == OFF || (self.dead_zone && DEAD_ZONE.contains(&pwm)) {
+            return 0.0;
+        }
+        let joint = &self.joints[servo];
+        let zero = f64::from(OFF) + joint.offset_counts + self.pwm_offset_counts;
+        let torque_nm = (f64::from(pwm) - zero) / joint.gain_counts_per_nm * self.torque_gain;
+        let torque_nm = torque_nm.clamp(-self.torque_limit_nm, self.torque_limit_nm);
+        // A mounting that turns the encoder turns the motor.
+        torque_nm * (joint.position(1.0) - joint.zero_count).signum()
+    }
+}

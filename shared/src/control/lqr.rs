@@ -1,0 +1,103 @@
+//! Linear-quadratic state feedback about a setpoint, equation (9):
+//!
+//! ```text
+//! u = G(q_ref) - K (x - x_ref)        x_ref = [q_ref, 0]
+//! ```
+//!
+//! G(q_ref) is the torque that holds the arm at the setpoint, so that there is
+//! no error at rest for K to work against. The gain is designed about upright
+//! and used about every setpoint near it.
+//!
+//! Nothing is clamped here: the torque is what is asked for, and what the servo
+//! can give is the business of the [`actuator`](crate::actuator).
+
+use crate::arm::{Discrete, Parameters, State};
+use crate::design::riccati;
+use crate::real::Real;
+use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+
+/// Diagonals of the cost, equation (8).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights<T> {
+    /// Diagonal of Q: both angles, then both speeds.
+    pub q: [T; 4],
+    /// Diagonal of R: both torques.
+    pub r: [T; 2],
+}
+
+impl<T: Real> Weights<T> {
+    /// Equation (8): Q = diag(15, 15, 1, 1), R = diag(10, 10).
+    pub fn paper() -> Self {
+        let [angle, speed, torque] = [15.0, 1.0, 10.0].map(T::lit);
+        Self {
+            q: [angle, angle, speed, speed],
+            r: [torque, torque],
+        }
+    }
+}
+
+/// The gain K.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lqr<T> {
+    /// Rows: torques; columns: both angles, then both speeds.
+    pub gain: Matrix2x4<T>,
+}
+
+impl<T: Real> Lqr<T> {
+    /// Equation (10) as printed, meant for 45 ms: the optimum for (7) and (8),
+    /// cut (not rounded) to two decimals.
+    pub fn paper() -> Self {
+        let o = T::zero();
+        Self {
+            #[rustfmt::skip]
+            gain: Matrix2x4::new(
+                T::lit(1.65), o, T::lit(0.22), o,
+                o, T::lit(1.10), o, T::lit(0.20),
+            ),
+        }
+    }
+
+    /// The optimal gain for a model and weights.
+    ///
+    /// # Errors
+    ///
+    /// See [`riccati::Error`].
+    pub fn design(model: &Discrete<T>, weights: &Weights<T>) -> Result<Self, riccati::Error> {
+        let q = Matrix4::from_diagonal(&Vector4::from(weights.q));
+        let r = Matrix2::from_diagonal(&Vector2::from(weights.r));
+        riccati::solve(&model.a, &model.b, &q, &r).map(|solution| Self {
+            gain: solution.gain,
+        })
+    }
+
+    /// The torque in N m for a state.
+    pub fn torque(&self, state: &State<T>, setpoint: &Setpoint<T>) -> Vector2<T> {
+        let error = State {
+            q: state.q - setpoint.q,
+            dq: state.dq,
+        };
+        setpoint.torque - self.gain * error.to_vector()
+    }
+}
+
+/// Rest at given joint angles, and the torque that it takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setpoint<T> {
+    q: Vector2<T>,
+    torque: Vector2<T>,
+}
+
+impl<T: Real> Setpoint<T> {
+    /// Computes the holding torque; once per setpoint, not per tick.
+    pub fn new(arm: &Parameters<T>, q: Vector2<T>) -> Self {
+        Self {
+            q,
+            torque: arm.gravity(q),
+        }
+    }
+
+    /// The joint angles in rad.
+    pub fn q(&self) -> Vector2<T> {
+        self.q
+    }
+}

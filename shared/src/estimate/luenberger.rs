@@ -1,0 +1,90 @@
+//! The Luenberger observer, equation (11).
+
+use super::model::{Known, Model};
+use crate::JOINTS;
+use crate::arm::{Discrete, State};
+use crate::design::placement;
+use crate::real::Real;
+use nalgebra::Vector2;
+
+/// When a sample begins to show in the estimate.
+///
+/// Both forms run the same recursion and predict the same next state. They
+/// differ in what [`update`](Luenberger::update) returns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// One period later, as printed: the estimate is made of past samples.
+    Prediction,
+    /// At once: the estimate contains the present sample.
+    Current,
+}
+
+/// An observer whose joints do not couple.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Luenberger<T> {
+    model: Model<T>,
+    /// Current-form gains on angle and speed, for each joint.
+    gains: [Vector2<T>; JOINTS],
+    form: Form,
+    corrected: Known<T>,
+}
+
+impl<T: Real> Luenberger<T> {
+    /// With [current-form gains](placement::current_gain), whichever form is
+    /// asked for; at rest upright.
+    pub fn new(model: Model<T>, gains: [Vector2<T>; JOINTS], form: Form) -> Self {
+        Self {
+            model,
+            gains,
+            form,
+            corrected: model.at(State::at_rest(Vector2::zeros())),
+        }
+    }
+
+    /// The paper's observer: model (7) and gain (12), both as printed.
+    ///
+    /// (12) is not the gain for the printed poles {0.05, 0.14, 0.1, 0.03}. It
+    /// is the one for {0.60, 0.75} on joint 1 and {0.65, 0.70} on joint 2, cut
+    /// to two decimals: a slow observer.
+    ///
+    /// # Errors
+    ///
+    /// None in practice; (7) has a current form.
+    pub fn paper() -> Result<Self, placement::Error> {
+        let model = Discrete::paper();
+        let [a1, a2] = model.joints();
+        let gains = [
+            placement::to_current(&a1, Vector2::new(T::lit(0.29), T::lit(0.72)))?,
+            placement::to_current(&a2, Vector2::new(T::lit(0.34), T::lit(0.34)))?,
+        ];
+        Ok(Self::new(Model::linear(model), gains, Form::Prediction))
+    }
+
+    /// See [`Estimator::reset`](super::Estimator::reset).
+    pub fn reset(&mut self, q: Vector2<T>) {
+        self.corrected = self.model.at(State::at_rest(q));
+    }
+
+    /// See [`Estimator::update`](super::Estimator::update).
+    pub fn update(&mut self, measured: [Option<T>; JOINTS], torque: Vector2<T>) -> State<T> {
+        let predicted = self.model.step(&self.corrected, torque);
+        let mut corrected = predicted;
+        for (joint, gain) in self.gains.iter().enumerate() {
+            if let Some(angle) = measured[joint] {
+                let innovation = angle - predicted.q[joint];
+                corrected.q[joint] += gain.x * innovation;
+                corrected.dq[joint] += gain.y * innovation;
+            }
+        }
+        self.corrected = self.model.at(corrected);
+        match self.form {
+            Form::Prediction => predicted,
+            Form::Current => corrected,
+        }
+    }
+
+    /// See [`Estimator::predict`](super::Estimator::predict).
+    pub fn predict(&self, torque: Vector2<T>) -> State<T> {
+        self.model.step(&self.corrected, torque)
+    }
+}
