@@ -2,3 +2,5 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+pub mod link;
+pub mod operator;

@@ -17,7 +17,7 @@
 //! | [`servo`]    | wire formats, register maps, the half-duplex bus master   |
 //! | [`link`]     | messages between board and host, and their frames         |
 //! | [`bridge`]   | the application: modes, supervisor, the tick, telemetry   |
-//! | [`lockstep`] | virtual time for an emulated board                       |
+//! | [`lockstep`] | virtual time for an emulated board                        |
 //!
 //! Dependencies point one way: `bridge` uses `control`, `estimate`, `servo` and
 //! `link`, which use `arm` and `actuator`. Nothing points up.
@@ -32,6 +32,7 @@ pub mod control;
 pub mod design;
 pub mod estimate;
 pub mod link;
+pub mod lockstep;
 pub mod real;
 pub mod servo;
 

@@ -1,1 +1,94 @@
 //! The virtual bench: servos, wire, arm and clock.
+//!
+//! | module    | what                                                         |
+//! |-----------|--------------------------------------------------------------|
+//! | [`servo`] | the servo firmware, byte for byte                            |
+//! | [`wire`]  | the half-duplex bus between master and servos                |
+//! | [`plant`] | the arm: dynamics, friction, encoders, motors                |
+//! | [`uart`]  | the virtual board's serial port                              |
+//! | [`board`] | what the bench drives; the application core in this process  |
+//! | [`cosim`] | board, bus, arm and operator in one virtual time             |
+//!
+//! Everything here is simulated.
+
+pub mod board;
+pub mod cosim;
+pub mod plant;
+pub mod servo;
+pub mod uart;
+pub mod wire;
+
+use armbridge_shared::bridge::SERVO_IDS;
+use plant::Plant;
+use servo::Servo;
+use wire::{Mechanics, Reading, Wire};
+
+/// Baud rate of the servo bus, the servos' default.
+const BAUD: u32 = 1_000_000;
+/// Time of a byte at [`BAUD`].
+const BYTE_NS: u64 = 10_000;
+/// Converter counts of a servo at room temperature: any will do, the firmware
+/// does nothing with them.
+const TEMPERATURE: u16 = 300;
+
+/// Servos on a wire, moving an arm.
+#[derive(Debug)]
+pub struct Bench {
+    wire: Wire,
+    arm: Arm,
+    line_free_ns: u64,
+}
+
+#[derive(Debug)]
+struct Arm(Plant);
+
+impl Mechanics for Arm {
+    fn convert(&mut self, servo: usize, at_ns: u64) -> Reading {
+        Reading { position: self.0.read(servo, at_ns), temperature: TEMPERATURE }
+    }
+
+    fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
+        self.0.drive(servo, at_ns, pwm);
+    }
+}
+
+impl Bench {
+    /// Servos with the bridge's ids, powered up at time 0, that move `plant`.
+    pub fn new(plant: Plant) -> Self {
+        let servos = SERVO_IDS.iter().map(|id| Servo::with_id(id.get())).collect();
+        Self { wire: Wire::new(servos), arm: Arm(plant), line_free_ns: 0 }
+    }
+
+    /// Puts bytes on the wire, back to back, from `now_us` or from when the
+    /// bytes before have left.
+    pub fn send(&mut self, now_us: u64, bytes: &[u8]) {
+        for byte in bytes {
+            let start_ns = self.line_free_ns.max(now_us * 1_000);
+            self.wire.send(start_ns, *byte, BAUD);
+            self.line_free_ns = start_ns + BYTE_NS;
+        }
+    }
+
+    /// Goes on to the end of the next byte from a servo, or to `until_us`,
+    /// whichever comes first. Returns the time in µs, rounded up, and adds the
+    /// byte to `heard`.
+    pub fn advance(&mut self, until_us: u64, heard: &mut Vec<u8>) -> u64 {
+        let until_ns = until_us.saturating_mul(1_000);
+        loop {
+            let next_ns = self.wire.next_event_ns().min(until_ns);
+            self.wire.advance(next_ns, &mut self.arm);
+            if let Some(byte) = self.wire.take_heard() {
+                heard.push(byte.byte);
+                return byte.end_ns.div_ceil(1_000);
+            }
+            if next_ns == until_ns {
+                return until_us;
+            }
+        }
+    }
+
+    /// The true arm.
+    pub fn plant(&self) -> &Plant {
+        &self.arm.0
+    }
+}

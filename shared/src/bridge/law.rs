@@ -1,57 +1,120 @@
-//! Stand-in.
-use crate::{
-    JOINTS,
-    actuator::Pwm,
-    link::message::{Refusal, Sample, Setup},
-};
+//! A set-up made ready: estimator, gain and actuators for one period.
+//!
+//! Building takes a Riccati solution, far too long for a tick; it is done on
+//! the link's side, and the tick is handed the result as a whole.
+
+use nalgebra::Vector2;
+
+use super::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
+use crate::JOINTS;
+use crate::actuator::{DeadZone, Joint, Pwm};
+use crate::arm::{Parameters, State};
+use crate::control::{Lqr, Setpoint, Weights};
+use crate::estimate::{Config, Estimator};
+use crate::link::message::{self, Gains, Refusal, Setup};
+
+/// What a tick computes with.
 #[derive(Clone, Debug)]
 pub(super) struct Law {
     period_us: u32,
+    arm: Parameters<f32>,
+    joints: [Joint<f32>; JOINTS],
+    estimator: Estimator<f32>,
+    lqr: Lqr<f32>,
+    setpoint: Setpoint<f32>,
 }
-pub(super) struct Estimate {
-    pub(super) angle_rad: [f32; JOINTS],
-    pub(super) speed_rad_s: [f32; JOINTS],
-}
-impl Estimate {
-    pub(super) fn is_finite(&self) -> bool {
-        true
-    }
-}
+
 impl Law {
+    /// Designs what `setup` asks for.
     pub(super) fn build(setup: &Setup) -> Result<Self, Refusal> {
+        if !(PERIOD_MIN_US..=PERIOD_MAX_US).contains(&setup.period_us) {
+            return Err(Refusal::OutOfRange);
+        }
+        let period_s = setup.period_us as f32 * 1e-6;
+        let arm = Parameters::paper();
+        let model = arm.linearise(Vector2::zeros()).zero_order_hold(period_s);
+        let config = match setup.estimator {
+            message::Estimator::FiniteDifference { filter_s } => {
+                Config::FiniteDifference { filter_s }
+            }
+            message::Estimator::Luenberger { poles_45ms } => Config::Luenberger { poles_45ms },
+        };
+        let estimator = config
+            .build(&arm, period_s)
+            .map_err(|_| Refusal::OutOfRange)?;
+        let lqr = match setup.gains {
+            Gains::Paper => Lqr::paper(),
+            Gains::Design { q, r } => {
+                Lqr::design(&model, &Weights { q, r }).map_err(|_| Refusal::NoGains)?
+            }
+        };
+        let dead_zone = setup.compensate_dead_zone.then(DeadZone::paper);
         Ok(Self {
             period_us: setup.period_us,
+            arm,
+            joints: [Joint {
+                dead_zone,
+                ..Joint::paper()
+            }; JOINTS],
+            estimator,
+            lqr,
+            setpoint: Setpoint::new(&arm, Vector2::zeros()),
         })
     }
+
     pub(super) fn period_us(&self) -> u32 {
         self.period_us
     }
-    pub(super) fn reset(&mut self, _q: [f32; JOINTS]) {}
-    pub(super) fn update(&mut self, _m: [Option<f32>; JOINTS], _t: [f32; JOINTS]) -> Estimate {
-        Estimate {
-            angle_rad: [0.0; JOINTS],
-            speed_rad_s: [0.0; JOINTS],
-        }
+
+    /// Where the controller is to hold the arm, in rad.
+    pub(super) fn set_reference(&mut self, reference_rad: [f32; JOINTS]) {
+        self.setpoint = Setpoint::new(&self.arm, reference_rad.into());
     }
-    pub(super) fn predict(&self, _t: [f32; JOINTS]) -> Estimate {
-        Estimate {
-            angle_rad: [0.0; JOINTS],
-            speed_rad_s: [0.0; JOINTS],
-        }
+
+    /// That reference.
+    pub(super) fn reference_rad(&self) -> [f32; JOINTS] {
+        self.setpoint.q().into()
     }
-    pub(super) fn regulate(&self, _s: &Estimate, _r: [f32; JOINTS]) -> [f32; JOINTS] {
-        [0.0; JOINTS]
+
+    /// Joint angles in rad for encoder counts.
+    pub(super) fn angles(&self, counts: [Option<u16>; JOINTS]) -> [Option<f32>; JOINTS] {
+        let ([joint_a, joint_b], [a, b]) = (&self.joints, counts);
+        [
+            a.map(|count| joint_a.angle(count)),
+            b.map(|count| joint_b.angle(count)),
+        ]
     }
-    pub(super) fn pwm(&self, _t: [f32; JOINTS]) -> Option<[Pwm; JOINTS]> {
-        Some([Pwm::OFF; JOINTS])
+
+    /// The estimator begins at rest at these angles.
+    pub(super) fn reset(&mut self, angle_rad: [f32; JOINTS]) {
+        self.estimator.reset(angle_rad.into());
     }
-    pub(super) fn torque_of(&self, _p: [Pwm; JOINTS]) -> [f32; JOINTS] {
-        [0.0; JOINTS]
+
+    /// The state at these samples, after `torque` acted for a period.
+    pub(super) fn update(
+        &mut self,
+        measured_rad: [Option<f32>; JOINTS],
+        torque_nm: Vector2<f32>,
+    ) -> State<f32> {
+        self.estimator.update(measured_rad, torque_nm)
     }
-    pub(super) fn angle_of(&self, _j: usize, s: Sample) -> Option<f32> {
-        match s {
-            Sample::Counts(c) => Some(c as f32),
-            Sample::Missing(_) => None,
-        }
+
+    /// The torque that regulates, for a state that is a period ahead because
+    /// `in_force` acts until then.
+    pub(super) fn regulate(&self, in_force_nm: Vector2<f32>) -> Vector2<f32> {
+        self.lqr
+            .torque(&self.estimator.predict(in_force_nm), &self.setpoint)
+    }
+
+    /// The PWM for a torque; `None` if it is not finite.
+    pub(super) fn pwm(&self, torque_nm: Vector2<f32>) -> Option<[Pwm; JOINTS]> {
+        let ([joint_a, joint_b], [a, b]) = (&self.joints, <[f32; JOINTS]>::from(torque_nm));
+        Some([joint_a.pwm(a).ok()?, joint_b.pwm(b).ok()?])
+    }
+
+    /// The torque in N m that these PWM stand for.
+    pub(super) fn torque(&self, pwm: [Pwm; JOINTS]) -> Vector2<f32> {
+        let ([joint_a, joint_b], [a, b]) = (&self.joints, pwm);
+        Vector2::new(joint_a.torque(a), joint_b.torque(b))
     }
 }

@@ -16,10 +16,10 @@
 //! mode. They share [`Mailboxes`] and nothing else.
 
 mod law;
-mod limits;
+pub mod limits;
 mod link_port;
 mod mailbox;
-mod supervisor;
+pub mod supervisor;
 
 pub use link_port::LinkPort;
 pub use mailbox::{BridgeEnd, LinkEnd, Mailboxes};
@@ -27,9 +27,11 @@ pub use mailbox::{BridgeEnd, LinkEnd, Mailboxes};
 use core::convert::Infallible;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
+use nalgebra::Vector2;
 
 use crate::JOINTS;
 use crate::actuator::Pwm;
+use crate::arm::State;
 use crate::link::message::{Fault, Missing, Mode, Record, Refusal, Sample, Setup, Timing};
 use crate::servo::master::{Master, Outcome, Transaction};
 use crate::servo::morpheus::ServoId;
@@ -78,11 +80,10 @@ pub struct Bridge<'a, S, D> {
     stage: Stage,
     /// The stop sequence is owed to a fault.
     stop_due: bool,
-    /// Constant torque, or reference angles, as the mode has it.
+    /// Constant torque of [`Mode::Torque`].
     torque_nm: [f32; JOINTS],
-    reference_rad: [f32; JOINTS],
     /// Torque that acted until this tick's samples were taken.
-    acted_nm: [f32; JOINTS],
+    acted_nm: Vector2<f32>,
     in_force: [Pwm; JOINTS],
     next: [Pwm; JOINTS],
     next_start_us: u64,
@@ -114,8 +115,7 @@ where
             stage: Stage::Stop,
             stop_due: false,
             torque_nm: [0.0; JOINTS],
-            reference_rad: [0.0; JOINTS],
-            acted_nm: [0.0; JOINTS],
+            acted_nm: Vector2::zeros(),
             in_force: [Pwm::OFF; JOINTS],
             next: [Pwm::OFF; JOINTS],
             next_start_us: now_us,
@@ -166,47 +166,32 @@ where
     /// tick. Bracket it with a stopwatch for [`Bridge::publish`].
     pub fn decide(&mut self) {
         self.supervise();
-        let measured = self.measured();
+        let measured = self.law.angles(self.record.samples.map(Sample::counts));
         self.count_lost(&measured);
-        if self.is_fresh {
-            if let [Some(a), Some(b)] = measured {
-                self.law.reset([a, b]);
-                self.is_fresh = false;
-            }
+        if let ([Some(a), Some(b)], true) = (measured, self.is_fresh) {
+            self.law.reset([a, b]);
+            self.is_fresh = false;
         }
         let state = self.law.update(measured, self.acted_nm);
-        let ahead_of = self.law.torque_of(self.in_force);
-        if torque_is_on(self.mode) {
-            if !state.is_finite() {
-                self.trip(Fault::NotFinite);
-            } else if state
-                .angle_rad
-                .iter()
-                .any(|q| q.abs() > limits::ANGLE_MAX_RAD)
-            {
-                self.trip(Fault::AngleLimit);
-            }
-        }
+        self.check(&state);
+        let in_force_nm = self.law.torque(self.in_force);
         let decided = match self.mode {
             Mode::BringUp | Mode::Idle | Mode::Fault(_) => Some([Pwm::OFF; JOINTS]),
-            Mode::Torque => self.law.pwm(self.torque_nm),
-            Mode::Regulate => {
-                let ahead = self.law.predict(ahead_of);
-                self.law.pwm(self.law.regulate(&ahead, self.reference_rad))
-            }
+            Mode::Torque => self.law.pwm(self.torque_nm.into()),
+            Mode::Regulate => self.law.pwm(self.law.regulate(in_force_nm)),
         };
         self.next = decided.unwrap_or_else(|| {
             self.trip(Fault::NotFinite);
             [Pwm::OFF; JOINTS]
         });
-        self.acted_nm = ahead_of;
+        self.acted_nm = in_force_nm;
         let record = &mut self.record;
         record.mode = self.mode;
         record.pwm_next = self.next.map(Pwm::counts);
-        record.reference_rad = self.reference_rad;
-        record.angle_rad = state.angle_rad;
-        record.speed_rad_s = state.speed_rad_s;
-        record.torque_nm = self.law.torque_of(self.next);
+        record.reference_rad = self.law.reference_rad();
+        record.angle_rad = state.q.into();
+        record.speed_rad_s = state.dq.into();
+        record.torque_nm = self.law.torque(self.next).into();
     }
 
     /// Publishes the tick's record. True if the tick began and ended in time:
@@ -315,11 +300,6 @@ where
 
     // --- what happened -----------------------------------------------------
 
-    fn measured(&self) -> [Option<f32>; JOINTS] {
-        let [a, b] = self.record.samples;
-        [self.law.angle_of(0, a), self.law.angle_of(1, b)]
-    }
-
     fn count_lost(&mut self, measured: &[Option<f32>; JOINTS]) {
         for (lost, angle) in self.lost_in_row.iter_mut().zip(measured) {
             *lost = if angle.is_some() {
@@ -341,6 +321,19 @@ where
         let silent_us = self.now_us.saturating_sub(self.heard_us);
         if torque_is_on(self.mode) && silent_us > limits::HOST_SILENCE_US {
             self.trip(Fault::HostSilent);
+        }
+    }
+
+    /// Judges the state while torque is on.
+    fn check(&mut self, state: &State<f32>) {
+        if !torque_is_on(self.mode) {
+            return;
+        }
+        let is_finite = state.q.iter().chain(&state.dq).all(|x| x.is_finite());
+        if !is_finite {
+            self.trip(Fault::NotFinite);
+        } else if state.q.iter().any(|q| q.abs() > limits::ANGLE_MAX_RAD) {
+            self.trip(Fault::AngleLimit);
         }
     }
 
@@ -400,7 +393,7 @@ where
             }
             Task::Regulate(reference_rad) => {
                 self.apply(Event::Asked(Request::Regulate))?;
-                self.reference_rad = reference_rad;
+                self.law.set_reference(reference_rad);
                 Ok(())
             }
             Task::Install(law) => {

@@ -46,14 +46,15 @@ impl<T: Real> Model<T> {
         let gravity = self.gravity.map_or_else(Vector2::zeros, |gravity| {
             gravity.slope * state.q - gravity.arm.gravity(state.q)
         });
-        Known {
-            state, gravity,
-        }
+        Known { state, gravity }
     }
 
     /// The state one period after a known one.
     pub(super) fn step(&self, from: &Known<T>, torque: Vector2<T>) -> State<T> {
-        State::from_vector(self.discrete.step(from.state.to_vector(), torque + from.gravity))
+        State::from_vector(
+            self.discrete
+                .step(from.state.to_vector(), torque + from.gravity),
+        )
     }
 }
 

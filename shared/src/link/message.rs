@@ -102,8 +102,8 @@ pub struct Setup {
 }
 
 impl Default for Setup {
-    /// 1 kHz, the paper's weights (8), and an observer as fast as the poles it
-    /// printed at 45 ms.
+    /// 1 kHz, the paper's weights (8), and an observer with poles at about
+    /// 14 ms: little noise in the torque, little damping lost.
     fn default() -> Self {
         Self {
             period_us: 1_000,
@@ -112,7 +112,7 @@ impl Default for Setup {
                 r: [10.0, 10.0],
             },
             estimator: Estimator::Luenberger {
-                poles_45ms: [[0.05, 0.14], [0.10, 0.03]],
+                poles_45ms: [[0.05, 0.04]; JOINTS],
             },
             compensate_dead_zone: false,
         }
@@ -230,6 +230,16 @@ pub enum Sample {
     Counts(u16),
     /// Nothing to use, and why.
     Missing(Missing),
+}
+
+impl Sample {
+    /// The counts, if there are any.
+    pub fn counts(self) -> Option<u16> {
+        match self {
+            Self::Counts(counts) => Some(counts),
+            Self::Missing(_) => None,
+        }
+    }
 }
 
 /// Kinds of missing samples.

@@ -1,0 +1,109 @@
+//! The emulated board in virtual time.
+//!
+//! Each run is one exchange: bytes that have arrived go to the board's serial
+//! ports, then the grant; the board answers, when it has nothing left to do,
+//! with until when and how much it has sent, and that much is waited for. No
+//! clock is involved, so a busy machine changes nothing but how long it takes.
+
+use std::io::{self, Read, Write};
+use std::time::Duration;
+
+use armbridge_shared::lockstep::{Grant, Idle, MESSAGE_LEN};
+
+use super::qemu::{Qemu, QemuError};
+use crate::bench::board::{Board, Output};
+
+/// A board that says nothing for so long is not busy but dead.
+const DEAD_AFTER: Duration = Duration::from_secs(30);
+
+/// More than a board can have sent in one run: its mailboxes hold 64 records.
+const RUN_MAX: u32 = 1 << 16;
+
+/// A board under QEMU that waits for grants.
+#[derive(Debug)]
+pub struct EmulatedBoard {
+    qemu: Qemu,
+    bus_rx: u32,
+    link_rx: u32,
+    bus_tx: u32,
+    link_tx: u32,
+}
+
+impl EmulatedBoard {
+    /// Takes over an emulator started in lockstep, and waits until its board
+    /// has booted.
+    ///
+    /// # Errors
+    /// If the board does not come up.
+    pub fn new(qemu: Qemu) -> Result<Self, QemuError> {
+        for socket in [&qemu.link, &qemu.bus, &qemu.clock] {
+            socket.set_read_timeout(Some(DEAD_AFTER))?;
+        }
+        let mut board = Self { qemu, bus_rx: 0, link_rx: 0, bus_tx: 0, link_tx: 0 };
+        let idle = board.read_idle().map_err(|error| board.qemu.explain(error))?;
+        let boot = (idle.bus_tx, idle.link_tx);
+        if boot == (0, 0) {
+            Ok(board)
+        } else {
+            Err(QemuError::Died(format!("the board sent {boot:?} bytes before its first grant")))
+        }
+    }
+
+    fn read_idle(&mut self) -> io::Result<Idle> {
+        let mut bytes = [0; MESSAGE_LEN];
+        self.qemu.clock.read_exact(&mut bytes)?;
+        Ok(Idle::from_bytes(bytes))
+    }
+
+    fn exchange(
+        &mut self,
+        now_us: u64,
+        from_bus: &[u8],
+        from_host: &[u8],
+        output: &mut Output,
+    ) -> io::Result<u64> {
+        self.qemu.bus.write_all(from_bus)?;
+        self.qemu.link.write_all(from_host)?;
+        self.bus_rx = self.bus_rx.wrapping_add(from_bus.len() as u32);
+        self.link_rx = self.link_rx.wrapping_add(from_host.len() as u32);
+        let grant = Grant { now_us, bus_rx: self.bus_rx, link_rx: self.link_rx };
+        self.qemu.clock.write_all(&grant.to_bytes())?;
+        let idle = self.read_idle()?;
+        read_up_to(&mut self.qemu.bus, &mut self.bus_tx, idle.bus_tx, &mut output.bus)?;
+        read_up_to(&mut self.qemu.link, &mut self.link_tx, idle.link_tx, &mut output.link)?;
+        Ok(idle.until_us)
+    }
+}
+
+/// Reads what was announced: from `count` bytes so far to `total`.
+fn read_up_to(
+    from: &mut impl Read,
+    count: &mut u32,
+    total: u32,
+    into: &mut Vec<u8>,
+) -> io::Result<()> {
+    let begin = into.len();
+    let announced = total.wrapping_sub(*count);
+    if announced > RUN_MAX {
+        let said = format!("the board announced {announced} bytes: is the image of this version?");
+        return Err(io::Error::new(io::ErrorKind::InvalidData, said));
+    }
+    into.resize(begin + announced as usize, 0);
+    *count = total;
+    from.read_exact(&mut into[begin..])
+}
+
+impl Board for EmulatedBoard {
+    type Error = QemuError;
+
+    fn run(
+        &mut self,
+        now_us: u64,
+        from_bus: &[u8],
+        from_host: &[u8],
+        output: &mut Output,
+    ) -> Result<u64, QemuError> {
+        self.exchange(now_us, from_bus, from_host, output)
+            .map_err(|error| self.qemu.explain(error))
+    }
+}

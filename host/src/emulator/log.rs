@@ -1,0 +1,35 @@
+//! What the firmware logs, as lines.
+//!
+//! defmt keeps format strings out of the image's memory and sends their index:
+//! the table is in the ELF file, and decoding needs the file that runs.
+
+use std::io::Read;
+use std::path::Path;
+use std::thread::JoinHandle;
+
+use defmt_decoder::{DecodeError, Table};
+
+/// Decodes `stream` on a thread of its own until it ends, and hands each line
+/// to `line`. An image without defmt says nothing.
+pub fn spawn(
+    image: &Path,
+    mut stream: impl Read + Send + 'static,
+    mut line: impl FnMut(String) + Send + 'static,
+) -> std::io::Result<JoinHandle<()>> {
+    let table = Table::parse(&std::fs::read(image)?).ok().flatten();
+    Ok(std::thread::spawn(move || {
+        let mut bytes = [0; 1024];
+        let mut decoder = table.as_ref().map(Table::new_stream_decoder);
+        while let Ok(count @ 1..) = stream.read(&mut bytes) {
+            let Some(decoder) = &mut decoder else { continue };
+            decoder.received(&bytes[..count]);
+            loop {
+                match decoder.decode() {
+                    Ok(frame) => line(frame.display(false).to_string()),
+                    Err(DecodeError::UnexpectedEof) => break,
+                    Err(DecodeError::Malformed) => line("(malformed log frame)".into()),
+                }
+            }
+        }
+    }))
+}

@@ -1,0 +1,196 @@
+//! The QEMU process: its command line, its sockets, its end.
+
+use std::io;
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// The emulator. On the search path wherever it is installed.
+const PROGRAM: &str = "qemu-system-arm";
+
+/// How long QEMU may take to connect its sockets: a second on a loaded machine.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// How time passes for the emulated processor.
+#[derive(Clone, Debug)]
+pub struct QemuOptions {
+    /// The firmware image, an ELF file.
+    pub image: PathBuf,
+    /// The bench owns the time; otherwise QEMU's clock runs.
+    pub lockstep: bool,
+    /// Instructions take a fixed virtual time, so that measured compute times
+    /// repeat from run to run.
+    pub icount: bool,
+}
+
+/// Why the emulator does not run.
+#[derive(Debug)]
+pub enum QemuError {
+    /// There is no image where it should be.
+    NoImage(PathBuf),
+    /// The program is not installed.
+    NotInstalled,
+    /// The program could not be started.
+    Start(io::Error),
+    /// It ended before, or instead of, connecting its ports.
+    Died(String),
+    /// A socket failed.
+    Socket(io::Error),
+}
+
+impl std::fmt::Display for QemuError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoImage(path) => write!(
+                f,
+                "no firmware image at {}: build it with `cargo build-emulator`",
+                path.display()
+            ),
+            Self::NotInstalled => write!(
+                f,
+                "{PROGRAM} is not installed: `cargo verify` installs it where it may, \
+                 or use your package manager (Debian: `apt-get install qemu-system-arm`)"
+            ),
+            Self::Start(error) => write!(f, "cannot start {PROGRAM}: {error}"),
+            Self::Died(said) => write!(f, "{PROGRAM} ended: {said}"),
+            Self::Socket(error) => write!(f, "the connection to {PROGRAM} broke: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for QemuError {}
+
+impl From<io::Error> for QemuError {
+    fn from(error: io::Error) -> Self {
+        Self::Socket(error)
+    }
+}
+
+/// A running emulator; killed when dropped.
+#[derive(Debug)]
+pub struct Qemu {
+    process: Child,
+    /// The control link.
+    pub link: TcpStream,
+    /// The servo bus.
+    pub bus: TcpStream,
+    /// Lockstep messages.
+    pub clock: TcpStream,
+    /// What the firmware logs.
+    pub log: TcpStream,
+}
+
+impl Qemu {
+    /// Starts the image and waits for its ports.
+    ///
+    /// # Errors
+    /// If there is no image, no QEMU, or it does not come up.
+    pub fn start(options: &QemuOptions) -> Result<Self, QemuError> {
+        if !options.image.is_file() {
+            return Err(QemuError::NoImage(options.image.clone()));
+        }
+        // QEMU connects to us: no port number has to be guessed.
+        let listen = || TcpListener::bind((Ipv4Addr::LOCALHOST, 0));
+        let listeners = [listen()?, listen()?, listen()?, listen()?];
+        let mut command = Command::new(PROGRAM);
+        command.args(arguments(options));
+        for (name, listener) in ["link", "bus", "clock", "log"].iter().zip(&listeners) {
+            let port = listener.local_addr()?.port();
+            command.arg("-chardev");
+            command.arg(format!("socket,id={name},host=127.0.0.1,port={port},nodelay=on"));
+        }
+        command.args(["-serial", "chardev:link", "-serial", "chardev:bus"]);
+        command.args(["-serial", "chardev:clock"]);
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut process = command.spawn().map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => QemuError::NotInstalled,
+            _ => QemuError::Start(error),
+        })?;
+        let [link, bus, clock, log] = &listeners;
+        let mut accept = |listener| accept(listener, &mut process);
+        let (link, bus, clock, log) = (accept(link)?, accept(bus)?, accept(clock)?, accept(log)?);
+        Ok(Self { process, link, bus, clock, log })
+    }
+
+    /// Turns an error on a socket into its cause, if QEMU has ended.
+    pub fn explain(&mut self, error: io::Error) -> QemuError {
+        // Its last words may take a moment after the socket closes.
+        std::thread::sleep(Duration::from_millis(100));
+        last_words(&mut self.process).map_or(QemuError::Socket(error), QemuError::Died)
+    }
+}
+
+impl Drop for Qemu {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn arguments(options: &QemuOptions) -> Vec<String> {
+    let mode = if options.lockstep { ",arg=lockstep" } else { "" };
+    let mut arguments = vec![
+        "-machine".into(),
+        "mps2-an386".into(),
+        "-display".into(),
+        "none".into(),
+        "-monitor".into(),
+        "none".into(),
+        "-semihosting-config".into(),
+        format!("enable=on,target=native,chardev=log,arg=armbridge{mode}"),
+        "-kernel".into(),
+        options.image.display().to_string(),
+    ];
+    if options.icount {
+        // 8 ns an instruction: 125 MIPS, about what the board's 168 MHz core
+        // does. Without `sleep` an idle core jumps to its next alarm.
+        let sleep = if options.lockstep { "off" } else { "on" };
+        arguments.extend(["-icount".into(), format!("shift=3,align=off,sleep={sleep}")]);
+    }
+    arguments
+}
+
+fn accept(listener: &TcpListener, process: &mut Child) -> Result<TcpStream, QemuError> {
+    listener.set_nonblocking(true)?;
+    let begun = Instant::now();
+    loop {
+        match listener.accept() {
+            Ok((stream, _)) => {
+                stream.set_nonblocking(false)?;
+                stream.set_nodelay(true)?;
+                return Ok(stream);
+            }
+            Err(error) if error.kind() != io::ErrorKind::WouldBlock => return Err(error.into()),
+            Err(_) => {}
+        }
+        if let Some(said) = last_words(process) {
+            return Err(QemuError::Died(said));
+        }
+        if begun.elapsed() > CONNECT_TIMEOUT {
+            return Err(QemuError::Died("it did not connect its ports in time".into()));
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// What a process that has ended wrote last, or how it ended.
+fn last_words(process: &mut Child) -> Option<String> {
+    let status = process.try_wait().ok()??;
+    let mut text = String::new();
+    if let Some(stderr) = &mut process.stderr {
+        // Best effort: the status alone will do.
+        let _ = io::Read::read_to_string(stderr, &mut text);
+    }
+    let last = text.lines().last().map(str::to_owned);
+    Some(last.unwrap_or_else(|| status.to_string()))
+}
+
+/// Where `cargo build-emulator` puts the image, seen from the workspace.
+pub fn default_image() -> PathBuf {
+    let relative = Path::new("thumbv7em-none-eabihf/release/mps2-an386");
+    std::env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"), PathBuf::from)
+        .join(relative)
+}

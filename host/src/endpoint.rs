@@ -1,0 +1,121 @@
+//! Byte streams by name: `tcp://HOST:PORT`.
+
+use std::fmt;
+use std::io;
+use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
+use std::str::FromStr;
+use std::time::Duration;
+
+/// How long a connection may take: somebody on the same network.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// The address of a byte stream.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Endpoint(SocketAddr);
+
+/// Why a name is not an endpoint.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum EndpointError {
+    /// Not `tcp://`.
+    Scheme,
+    /// No host and port after it.
+    Address(String),
+}
+
+impl fmt::Display for EndpointError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Scheme => f.write_str("expected tcp://HOST:PORT, for example tcp://127.0.0.1:7000"),
+            Self::Address(why) => write!(f, "expected HOST:PORT after tcp://: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for EndpointError {}
+
+impl FromStr for Endpoint {
+    type Err = EndpointError;
+
+    fn from_str(name: &str) -> Result<Self, EndpointError> {
+        let address = name.strip_prefix("tcp://").ok_or(EndpointError::Scheme)?;
+        let mut found =
+            address.to_socket_addrs().map_err(|error| EndpointError::Address(error.to_string()))?;
+        found.next().map(Self).ok_or_else(|| EndpointError::Address("no such host".into()))
+    }
+}
+
+impl fmt::Display for Endpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "tcp://{}", self.0)
+    }
+}
+
+/// Why an endpoint could not be used.
+#[derive(Debug)]
+pub enum OpenError {
+    /// Nobody can be reached there.
+    Connect(Endpoint, io::Error),
+    /// It cannot be listened on.
+    Listen(Endpoint, io::Error),
+}
+
+impl fmt::Display for OpenError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Connect(to, error) => {
+                write!(f, "cannot connect to {to}: {error}; is the other side listening?")
+            }
+            Self::Listen(on, error) if error.kind() == io::ErrorKind::AddrInUse => write!(
+                f,
+                "{on} is taken by another program; choose another port, or 0 for any free one"
+            ),
+            Self::Listen(on, error) => write!(f, "cannot listen on {on}: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for OpenError {}
+
+impl Endpoint {
+    /// Connects to it.
+    ///
+    /// # Errors
+    /// If nobody answers.
+    pub fn connect(&self) -> Result<TcpStream, OpenError> {
+        TcpStream::connect_timeout(&self.0, CONNECT_TIMEOUT)
+            .and_then(|stream| stream.set_nodelay(true).map(|()| stream))
+            .map_err(|error| OpenError::Connect(self.clone(), error))
+    }
+
+    /// Listens on it; returns where, in case the port was 0.
+    ///
+    /// # Errors
+    /// If the port is taken, or not ours to take.
+    pub fn listen(&self) -> Result<(TcpListener, Self), OpenError> {
+        TcpListener::bind(self.0)
+            .and_then(|listener| Ok((listener.local_addr()?, listener)))
+            .map(|(at, listener)| (listener, Self(at)))
+            .map_err(|error| OpenError::Listen(self.clone(), error))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_mistakes() {
+        let endpoint: Endpoint = "tcp://127.0.0.1:7000".parse().unwrap();
+        assert_eq!(endpoint.to_string(), "tcp://127.0.0.1:7000");
+        assert_eq!("udp://127.0.0.1:1".parse::<Endpoint>(), Err(EndpointError::Scheme));
+        assert!(matches!("tcp://127.0.0.1".parse::<Endpoint>(), Err(EndpointError::Address(_))));
+    }
+
+    #[test]
+    fn a_taken_port_is_named() {
+        let (listener, at) = "tcp://127.0.0.1:0".parse::<Endpoint>().unwrap().listen().unwrap();
+        let error = at.listen().unwrap_err().to_string();
+        assert!(error.contains(&at.to_string()) && error.contains("taken"), "{error}");
+        drop(listener);
+    }
+}

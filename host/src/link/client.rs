@@ -1,0 +1,152 @@
+//! A host that speaks to a board: hello, heartbeats, commands until they are
+//! acknowledged, and everything the board says, in order.
+//!
+//! Sans-io and clockless, like the board's end: the same client runs in the
+//! bench's virtual time and over a socket in wall-clock time.
+
+use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, Received};
+use armbridge_shared::link::message::{
+    Command, Hello, Missing, Record, Refusal, ToBoard, ToHost,
+};
+use armbridge_shared::link::schema;
+
+/// Interval of heartbeats, and of repeating what was not answered: a fifth of
+/// the silence after which the board switches torque off.
+const HEARTBEAT_US: u64 = 50_000;
+
+/// What the board said.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Said {
+    /// Its hello, with a schema equal to ours.
+    Hello,
+    /// Its hello, with another schema: nothing else can be understood.
+    OtherSchema(Hello),
+    /// It did what was commanded last.
+    Done,
+    /// It refused what was commanded last.
+    Refused(Refusal),
+    /// A servo does not answer.
+    Absent {
+        /// Index of the joint.
+        joint: u8,
+        /// What was heard instead.
+        missing: Missing,
+    },
+    /// One tick.
+    Record(Record),
+}
+
+/// What became of the frames from the board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LinkStats {
+    /// Frames that arrived intact.
+    pub intact: u64,
+    /// Frames missing in the sequence.
+    pub lost: u64,
+    /// Frames that arrived damaged.
+    pub damaged: u64,
+}
+
+/// The host's end of the link.
+#[derive(Debug, Default)]
+pub struct Client {
+    encoder: Encoder,
+    decoder: Decoder,
+    outgoing: Vec<u8>,
+    is_greeted: bool,
+    /// Latest command, until it is acknowledged, and its last frame's number.
+    pending: Option<(Command, Option<u16>)>,
+    next_us: u64,
+    stats: LinkStats,
+}
+
+impl Client {
+    /// Wants `command` done; replaces one that is not acknowledged yet.
+    pub fn command(&mut self, command: Command) {
+        self.pending = Some((command, None));
+        self.next_us = 0;
+    }
+
+    /// Whether everything commanded has been acknowledged.
+    pub fn is_settled(&self) -> bool {
+        self.pending.is_none()
+    }
+
+    /// Frames received so far.
+    pub fn stats(&self) -> LinkStats {
+        self.stats
+    }
+
+    /// Bytes for the board, if it is time to say something.
+    pub fn transmit(&mut self, now_us: u64) -> &[u8] {
+        self.outgoing.clear();
+        if now_us < self.next_us {
+            return &self.outgoing;
+        }
+        self.next_us = now_us + HEARTBEAT_US;
+        let message = match (self.is_greeted, &self.pending) {
+            (false, _) => {
+                // An empty frame ends whatever half frame the board is in.
+                self.outgoing.push(0);
+                ToBoard::Hello(schema::HELLO)
+            }
+            (true, Some((command, _))) => ToBoard::Command(*command),
+            (true, None) => ToBoard::Heartbeat,
+        };
+        let (sequence, frame) = self.encoder.encode(&message);
+        self.outgoing.extend_from_slice(frame);
+        if let (true, Some((_, sent_as))) = (self.is_greeted, &mut self.pending) {
+            *sent_as = Some(sequence);
+        }
+        &self.outgoing
+    }
+
+    /// When to call [`Client::transmit`] again.
+    pub fn wake_at_us(&self) -> u64 {
+        self.next_us
+    }
+
+    /// Takes bytes from the board; calls `heard` with what they say.
+    pub fn receive(&mut self, bytes: &[u8], mut heard: impl FnMut(Said)) {
+        for byte in bytes {
+            match self.decoder.push::<ToHost>(*byte) {
+                None => {}
+                Some(Ok(received)) => {
+                    if let Some(said) = self.take(received) {
+                        heard(said);
+                    }
+                }
+                // Intact but unreadable: before the hellos are exchanged that
+                // is another build; the hello, whose layout is fixed, tells.
+                Some(Err(
+                    FrameError::Damaged
+                    | FrameError::Version(_)
+                    | FrameError::Direction
+                    | FrameError::Schema,
+                )) => self.stats.damaged += 1,
+            }
+        }
+    }
+
+    fn take(&mut self, received: Received<ToHost>) -> Option<Said> {
+        self.stats.intact += 1;
+        self.stats.lost += u64::from(received.lost);
+        match received.message {
+            ToHost::Hello(hello) if hello.schema == schema::HASH => {
+                self.is_greeted = true;
+                self.next_us = 0;
+                Some(Said::Hello)
+            }
+            ToHost::Hello(hello) => Some(Said::OtherSchema(hello)),
+            ToHost::Ack { sequence, result } => {
+                let is_ours = matches!(self.pending, Some((_, Some(sent))) if sent == sequence);
+                is_ours.then(|| {
+                    self.pending = None;
+                    result.map_or_else(Said::Refused, |()| Said::Done)
+                })
+            }
+            ToHost::Absent { joint, missing } => Some(Said::Absent { joint, missing }),
+            ToHost::Record(record) => Some(Said::Record(record)),
+        }
+    }
+}

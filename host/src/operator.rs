@@ -1,0 +1,281 @@
+//! The one who works with the arm: connects, sets up, regulates about one
+//! setpoint after the other, switches off, and keeps every record.
+//!
+//! Clockless: told what the time is, it says what to send and when to be asked
+//! again. So the same operator works in virtual time and over a socket.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Command, Hello, Missing, Mode, Record, Refusal, Setup};
+use armbridge_shared::link::schema;
+
+use crate::bench::cosim::Host;
+use crate::link::{Client, LinkStats, Said};
+
+/// How long a board may take to answer the first hello.
+const HELLO_TIMEOUT_US: u64 = 3_000_000;
+/// How long the servos may take to be found: bring-up takes 30 ms.
+const SERVO_TIMEOUT_US: u64 = 3_000_000;
+/// How long a command may take to be acknowledged.
+const ACK_TIMEOUT_US: u64 = 2_000_000;
+
+/// What is to be done.
+#[derive(Clone, Debug)]
+pub struct Script {
+    /// How the board shall work.
+    pub setup: Setup,
+    /// When to regulate about which angles: µs since the first, rad. The first
+    /// is at 0.
+    pub setpoints: Vec<(u64, [f32; JOINTS])>,
+    /// Length of the run in µs since the first setpoint.
+    pub duration_us: u64,
+}
+
+impl Script {
+    /// Upright, then two setpoints nearby: at 40 % and at 70 % of the run.
+    pub fn demo(setup: Setup, duration_us: u64) -> Self {
+        let setpoints = vec![
+            (0, [0.0, 0.0]),
+            (duration_us * 4 / 10, [0.15, 0.10]),
+            (duration_us * 7 / 10, [-0.10, -0.15]),
+        ];
+        Self { setup, setpoints, duration_us }
+    }
+}
+
+/// Why a run came to nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OperatorError {
+    /// Nothing that can be read came from the board.
+    NoBoard {
+        /// Frames that came but could not be read.
+        damaged: u64,
+    },
+    /// The board was built from other message types.
+    OtherSchema(Hello),
+    /// The board looks for its servos in vain.
+    NoServos {
+        /// Joint that was missed last, and what was heard; `None` if the board
+        /// says nothing about it.
+        last: Option<(u8, Missing)>,
+    },
+    /// The board refused a command.
+    Refused(Command, Refusal),
+    /// The board stopped answering commands.
+    Silent,
+}
+
+impl std::fmt::Display for OperatorError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoBoard { damaged: 0 } => {
+                f.write_str("no answer from the board: is it running, and is this its link?")
+            }
+            Self::NoBoard { damaged } => write!(
+                f,
+                "{damaged} frames came that are no Armbridge frames of this version: \
+                 is this the board's link? Flash board and build host from the same version"
+            ),
+            Self::OtherSchema(hello) => {
+                let [major, minor, patch] = hello.version;
+                let [our_major, our_minor, our_patch] = schema::VERSION;
+                write!(
+                    f,
+                    "the board speaks another schema ({:016x}, version {major}.{minor}.{patch}; \
+                     this host {:016x}, version {our_major}.{our_minor}.{our_patch}): \
+                     build and flash both from the same source",
+                    u64::from_be_bytes(hello.schema),
+                    u64::from_be_bytes(schema::HASH),
+                )
+            }
+            Self::NoServos { last: None } => {
+                f.write_str("the board does not find its servos: check their power and wiring")
+            }
+            Self::NoServos { last: Some((joint, missing)) } => {
+                write!(f, "servo {} does not answer: {}", joint + 1, likely_cause(*missing))
+            }
+            Self::Refused(command, refusal) => {
+                write!(f, "the board refused {command:?}: {refusal:?}")
+            }
+            Self::Silent => f.write_str("the board stopped answering: was it reset or unplugged?"),
+        }
+    }
+}
+
+impl std::error::Error for OperatorError {}
+
+fn likely_cause(missing: Missing) -> &'static str {
+    match missing {
+        Missing::NotAsked | Missing::Silence => {
+            "nothing was heard; check its power, its id and the data wire"
+        }
+        Missing::EchoOnly => "only our own bytes were heard; check its power and its id",
+        Missing::BadChecksum => {
+            "a damaged reply was heard; two servos with one id, or a poor ground?"
+        }
+        Missing::WrongId => "another servo answered; check the ids",
+        Missing::Short => "its reply broke off; check the supply voltage under load",
+        Missing::Line => "the line was disturbed; wrong baud rate, or direction pin not connected?",
+    }
+}
+
+#[derive(Debug)]
+enum Phase {
+    Connecting,
+    SettingUp,
+    WaitingForServos,
+    Running { since_us: u64, next: usize },
+    SwitchingOff,
+    Over,
+}
+
+/// Somebody who works through a [`Script`].
+#[derive(Debug)]
+pub struct Operator {
+    client: Client,
+    script: Script,
+    phase: Phase,
+    entered_us: u64,
+    absent: Option<(u8, Missing)>,
+    records: Vec<Record>,
+}
+
+impl Operator {
+    /// An operator who has not begun.
+    pub fn new(script: Script) -> Self {
+        Self {
+            client: Client::default(),
+            script,
+            phase: Phase::Connecting,
+            entered_us: 0,
+            absent: None,
+            records: Vec::new(),
+        }
+    }
+
+    /// How much of the run is over, 0 to 1.
+    pub fn fraction(&self, now_us: u64) -> f64 {
+        match self.phase {
+            Phase::Connecting | Phase::SettingUp | Phase::WaitingForServos => 0.0,
+            Phase::Running { since_us, .. } => {
+                let elapsed_us = now_us.saturating_sub(since_us);
+                (elapsed_us as f64 / self.script.duration_us as f64).min(1.0)
+            }
+            Phase::SwitchingOff | Phase::Over => 1.0,
+        }
+    }
+
+    /// Records so far, and what became of the link's frames.
+    pub fn into_records(self) -> (Vec<Record>, LinkStats) {
+        let stats = self.client.stats();
+        (self.records, stats)
+    }
+
+    fn take(&mut self, now_us: u64, said: Said) -> Result<(), OperatorError> {
+        match (said, &self.phase) {
+            (Said::Hello, Phase::Connecting) => {
+                self.client.command(Command::Configure(self.script.setup));
+                self.enter(Phase::SettingUp, now_us);
+            }
+            (Said::OtherSchema(hello), _) => return Err(OperatorError::OtherSchema(hello)),
+            (Said::Done, Phase::SettingUp) => self.enter(Phase::WaitingForServos, now_us),
+            (Said::Done, Phase::SwitchingOff) => self.enter(Phase::Over, now_us),
+            (Said::Refused(refusal), Phase::SettingUp) => {
+                let command = Command::Configure(self.script.setup);
+                return Err(OperatorError::Refused(command, refusal));
+            }
+            // A fault came first: the records show it.
+            (Said::Refused(_), Phase::Running { .. }) => self.switch_off(now_us),
+            (Said::Absent { joint, missing }, _) => self.absent = Some((joint, missing)),
+            (Said::Record(record), Phase::WaitingForServos) if record.mode == Mode::Idle => {
+                self.absent = None;
+                self.enter(Phase::Running { since_us: now_us, next: 0 }, now_us);
+            }
+            (Said::Record(record), Phase::Running { .. } | Phase::SwitchingOff) => {
+                self.records.push(record);
+                if matches!(record.mode, Mode::Fault(_)) && !self.is_switching_off() {
+                    self.switch_off(now_us);
+                }
+            }
+            (Said::Hello | Said::Done | Said::Refused(_) | Said::Record(_), _) => {}
+        }
+        Ok(())
+    }
+
+    fn run(&mut self, now_us: u64, since_us: u64, next: usize) {
+        let elapsed_us = now_us.saturating_sub(since_us);
+        if elapsed_us >= self.script.duration_us {
+            self.switch_off(now_us);
+        } else if let Some((at_us, reference_rad)) = self.script.setpoints.get(next)
+            && elapsed_us >= *at_us
+        {
+            self.client.command(Command::Regulate(*reference_rad));
+            self.phase = Phase::Running { since_us, next: next + 1 };
+        }
+    }
+
+    fn is_switching_off(&self) -> bool {
+        matches!(self.phase, Phase::SwitchingOff)
+    }
+
+    fn switch_off(&mut self, now_us: u64) {
+        self.client.command(Command::Idle);
+        self.enter(Phase::SwitchingOff, now_us);
+    }
+
+    fn enter(&mut self, phase: Phase, now_us: u64) {
+        self.phase = phase;
+        self.entered_us = now_us;
+    }
+}
+
+impl Host for Operator {
+    type Error = OperatorError;
+
+    fn speak(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+        let waited_us = now_us.saturating_sub(self.entered_us);
+        match self.phase {
+            Phase::Connecting if waited_us > HELLO_TIMEOUT_US => {
+                let damaged = self.client.stats().damaged;
+                return Err(OperatorError::NoBoard { damaged });
+            }
+            Phase::SettingUp | Phase::SwitchingOff if waited_us > ACK_TIMEOUT_US => {
+                return Err(OperatorError::Silent);
+            }
+            Phase::WaitingForServos if waited_us > SERVO_TIMEOUT_US => {
+                return Err(OperatorError::NoServos { last: self.absent });
+            }
+            Phase::Running { since_us, next } => self.run(now_us, since_us, next),
+            Phase::Connecting
+            | Phase::SettingUp
+            | Phase::WaitingForServos
+            | Phase::SwitchingOff
+            | Phase::Over => {}
+        }
+        Ok(self.client.transmit(now_us))
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        let due_us = match self.phase {
+            Phase::Running { since_us, next } => {
+                let next = self.script.setpoints.get(next);
+                since_us + next.map_or(self.script.duration_us, |(at_us, _)| *at_us)
+            }
+            Phase::Connecting
+            | Phase::SettingUp
+            | Phase::WaitingForServos
+            | Phase::SwitchingOff
+            | Phase::Over => u64::MAX,
+        };
+        due_us.min(self.client.wake_at_us())
+    }
+
+    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
+        let mut said = Vec::new();
+        self.client.receive(bytes, |what| said.push(what));
+        said.into_iter().try_for_each(|what| self.take(now_us, what))
+    }
+
+    fn is_done(&self) -> bool {
+        matches!(self.phase, Phase::Over)
+    }
+}

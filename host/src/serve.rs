@@ -1,0 +1,75 @@
+//! The virtual servos in wall-clock time, for anybody's program.
+//!
+//! Raw bus bytes go in and out of one connection, as on the wire: bytes that
+//! come in are put on the bus back to back, what the servos say comes out when
+//! its last bit would have arrived. With echo the other side hears itself, as
+//! on a single wire whose receiver stays on.
+
+use std::io::{self, Read, Write};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+use crate::bench::Bench;
+
+/// Finest step of the wall clock: what a sleeping thread can keep.
+const STEP: Duration = Duration::from_micros(200);
+
+/// Serves until the other side closes. `bench` goes on from where it was, so
+/// that a second connection finds the servos as the first left them; `epoch` is
+/// its time 0.
+///
+/// # Errors
+/// If the connection breaks.
+pub fn serve(
+    bench: &mut Bench,
+    epoch: Instant,
+    from: impl Read + Send + 'static,
+    mut to: impl Write,
+    echo: bool,
+) -> io::Result<()> {
+    let bytes = spawn_reader(from);
+    let now_us = || epoch.elapsed().as_micros() as u64;
+    let mut heard = Vec::new();
+    loop {
+        let came = match bytes.recv_timeout(STEP) {
+            Ok(came) => came?,
+            Err(RecvTimeoutError::Timeout) => Vec::new(),
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        };
+        catch_up(bench, now_us(), &mut heard);
+        bench.send(now_us(), &came);
+        if echo {
+            heard.extend_from_slice(&came);
+        }
+        if !heard.is_empty() {
+            to.write_all(&heard)?;
+            to.flush()?;
+            heard.clear();
+        }
+    }
+}
+
+/// Lets the servos live up to `now_us`; what they say is added to `heard`.
+pub fn catch_up(bench: &mut Bench, now_us: u64, heard: &mut Vec<u8>) {
+    while bench.advance(now_us, heard) < now_us {}
+}
+
+/// Reads on a thread, so that the servos need not wait for bytes.
+fn spawn_reader(mut from: impl Read + Send + 'static) -> Receiver<io::Result<Vec<u8>>> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        let mut bytes = [0; 1024];
+        loop {
+            let came = match from.read(&mut bytes) {
+                Ok(0) => return,
+                Ok(count) => Ok(bytes[..count].to_vec()),
+                Err(error) => Err(error),
+            };
+            let failed = came.is_err();
+            if sender.send(came).is_err() || failed {
+                return;
+            }
+        }
+    });
+    receiver
+}
