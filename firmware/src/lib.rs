@@ -1,2 +1,35 @@
+//! The bridge on a board: drivers, executors, boot and stop.
+//!
+//! Nothing here decides a torque; that is the `armbridge-shared` crate, the
+//! same code that the bench runs. A board adds bytes, a pin, a clock and a way
+//! to stop.
+//!
+//! ```text
+//!  interrupt executor, highest priority          thread mode
+//!  +-----------------------------------+         +-----------------------+
+//!  | run::real_time: the tick          |  mail-  | run::link: the host   |
+//!  | poll -> decide -> publish -> feed | boxes   | log, light            |
+//!  +-----------------------------------+ <-----> +-----------------------+
+//!     |  woken by bus bytes and alarm                 |  USB or UART
+//!   servo bus                                       host
+//! ```
+//!
+//! | module    | what                                                     |
+//! |-----------|----------------------------------------------------------|
+//! | [`ring`]  | bytes from an interrupt to a task, without locks         |
+//! | [`port`]  | a buffered serial port as the bus master wants it        |
+//! | [`run`]   | the two loops, the same on every board                   |
+//! | [`stop`]  | the stop sequence by polling, for when all else has failed |
+//! | [`board`] | what differs: one module and one binary per board        |
+//!
+//! There is no heap. Bytes from bus or link never lead to a panic; should one
+//! happen all the same, the motors are stopped first (see [`stop`]).
 #![no_std]
-//! Placeholder while the house is raised.
+// Wakers and signals cannot be shown, nor what holds them.
+#![allow(missing_debug_implementations)]
+
+pub mod board;
+pub mod port;
+pub mod ring;
+pub mod run;
+pub mod stop;

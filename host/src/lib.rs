@@ -2,5 +2,18 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+pub mod emulator;
+pub mod endpoint;
+pub mod facts;
 pub mod link;
+pub mod log;
 pub mod operator;
+pub mod plot;
+pub mod progress;
+#[cfg(unix)]
+pub mod pty;
+pub mod remote;
+pub mod run_folder;
+pub mod serve;
+pub mod summary;
+pub mod wall;

@@ -137,6 +137,7 @@ pub struct Operator {
     entered_us: u64,
     absent: Option<(u8, Missing)>,
     records: Vec<Record>,
+    commands: Vec<(u64, Command)>,
 }
 
 impl Operator {
@@ -149,6 +150,7 @@ impl Operator {
             entered_us: 0,
             absent: None,
             records: Vec::new(),
+            commands: Vec::new(),
         }
     }
 
@@ -164,16 +166,22 @@ impl Operator {
         }
     }
 
-    /// Records so far, and what became of the link's frames.
-    pub fn into_records(self) -> (Vec<Record>, LinkStats) {
+    /// Records and commands, with the time in µs at which these were given, and
+    /// what became of the link's frames.
+    pub fn into_parts(self) -> (Vec<Record>, Vec<(u64, Command)>, LinkStats) {
         let stats = self.client.stats();
-        (self.records, stats)
+        (self.records, self.commands, stats)
+    }
+
+    fn command(&mut self, now_us: u64, command: Command) {
+        self.commands.push((now_us, command));
+        self.client.command(command);
     }
 
     fn take(&mut self, now_us: u64, said: Said) -> Result<(), OperatorError> {
         match (said, &self.phase) {
             (Said::Hello, Phase::Connecting) => {
-                self.client.command(Command::Configure(self.script.setup));
+                self.command(now_us, Command::Configure(self.script.setup));
                 self.enter(Phase::SettingUp, now_us);
             }
             (Said::OtherSchema(hello), _) => return Err(OperatorError::OtherSchema(hello)),
@@ -208,7 +216,8 @@ impl Operator {
         } else if let Some((at_us, reference_rad)) = self.script.setpoints.get(next)
             && elapsed_us >= *at_us
         {
-            self.client.command(Command::Regulate(*reference_rad));
+            let command = Command::Regulate(*reference_rad);
+            self.command(now_us, command);
             self.phase = Phase::Running { since_us, next: next + 1 };
         }
     }
@@ -218,7 +227,7 @@ impl Operator {
     }
 
     fn switch_off(&mut self, now_us: u64) {
-        self.client.command(Command::Idle);
+        self.command(now_us, Command::Idle);
         self.enter(Phase::SwitchingOff, now_us);
     }
 

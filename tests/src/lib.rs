@@ -1,1 +1,68 @@
-//! Placeholder while the house is raised.
+//! What the whole-system tests share: a run of the bench, and what to read off
+//! its records.
+
+use armbridge::bench::Bench;
+use armbridge::bench::board::VirtualBoard;
+use armbridge::bench::cosim::Cosim;
+use armbridge::bench::plant::{Plant, PlantConfig};
+use armbridge::operator::{Operator, Script};
+use armbridge_shared::JOINTS;
+use armbridge_shared::arm::State;
+use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::link::message::{Mode, Record};
+use nalgebra::Vector2;
+
+/// A virtual arm held at these angles, with or without dry friction.
+pub fn plant(initial_rad: [f64; JOINTS], friction_on: bool) -> PlantConfig {
+    PlantConfig {
+        initial: State::at_rest(Vector2::from(initial_rad)),
+        friction_on,
+        ..PlantConfig::default()
+    }
+}
+
+/// An operator at the link of `board`, and the virtual arm on its bus.
+pub type Run<B> = Cosim<B, Operator>;
+
+/// A run of `script` on the bench, about to begin. The board's mailboxes are
+/// the caller's, as they are a `static` on a real board.
+///
+/// # Panics
+/// If there is no default set-up.
+pub fn bench_run(
+    mailboxes: &mut Mailboxes,
+    config: PlantConfig,
+    seed: u64,
+    script: Script,
+) -> Run<VirtualBoard<'_>> {
+    let board = VirtualBoard::new(mailboxes.split()).expect("default set-up");
+    Cosim::new(board, Bench::new(Plant::new(config, seed)), Operator::new(script))
+}
+
+/// Works through `script` on the bench; returns the records.
+///
+/// # Panics
+/// If the operator gives up.
+pub fn records(config: PlantConfig, seed: u64, script: Script) -> Vec<Record> {
+    let mut mailboxes = Mailboxes::new();
+    let mut run = bench_run(&mut mailboxes, config, seed, script);
+    run.run().expect("a run");
+    run.host.into_parts().0
+}
+
+/// Time in s from the first record in [`Mode::Regulate`] after which joint
+/// `joint` stays within `band_rad` of its reference; `None` if it never does.
+pub fn settling_s(records: &[Record], joint: usize, band_rad: f32) -> Option<f64> {
+    let regulated = || records.iter().filter(|record| record.mode == Mode::Regulate);
+    let outside = |record: &&Record| {
+        (record.angle_rad[joint] - record.reference_rad[joint]).abs() >= band_rad
+    };
+    let first = regulated().next()?;
+    let last = regulated().last()?;
+    let settled_us = match regulated().filter(outside).last() {
+        Some(outside) if outside.tick == last.tick => return None,
+        Some(outside) => outside.start_us,
+        None => first.start_us,
+    };
+    Some((settled_us - first.start_us) as f64 * 1e-6)
+}

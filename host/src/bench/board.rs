@@ -1,7 +1,7 @@
 //! What the bench drives: a board that runs when it is told to.
 
 use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkEnd, LinkPort, Progress};
-use armbridge_shared::link::message::Refusal;
+use armbridge_shared::link::message::{Mode, Refusal};
 
 use super::uart::{Direction, Uart};
 
@@ -53,6 +53,11 @@ impl<'a> VirtualBoard<'a> {
             port: LinkPort::new(link),
             uart,
         })
+    }
+
+    /// What the bridge is doing.
+    pub fn mode(&self) -> Mode {
+        self.bridge.mode()
     }
 }
 

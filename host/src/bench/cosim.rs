@@ -41,31 +41,75 @@ pub enum CosimError<B, H> {
     Host(H),
 }
 
-/// Runs until the host is done; returns the virtual time in µs.
-///
-/// # Errors
-/// If the board is gone, or the host gives up.
-pub fn run<B: Board, H: Host>(
-    board: &mut B,
-    bench: &mut Bench,
-    host: &mut H,
-) -> Result<u64, CosimError<B::Error, H::Error>> {
-    let mut output = Output::default();
-    let mut heard = Vec::new();
-    let mut board_wake_us = 0;
-    let mut now_us = 0;
-    while !host.is_done() {
-        let wake_us = board_wake_us.min(host.wake_at_us()).max(now_us);
+/// Board, bench and host, and what the time is.
+#[derive(Debug)]
+pub struct Cosim<B, H> {
+    /// Runs the control code.
+    pub board: B,
+    /// Servos and arm.
+    pub bench: Bench,
+    /// At the other end of the link.
+    pub host: H,
+    now_us: u64,
+    board_wake_us: u64,
+    heard: Vec<u8>,
+    output: Output,
+}
+
+impl<B: Board, H: Host> Cosim<B, H> {
+    /// All three at time 0.
+    pub fn new(board: B, bench: Bench, host: H) -> Self {
+        Self {
+            board,
+            bench,
+            host,
+            now_us: 0,
+            board_wake_us: 0,
+            heard: Vec::new(),
+            output: Output::default(),
+        }
+    }
+
+    /// The same, with another host at the link from now on.
+    pub fn with_host<G: Host>(self, host: G) -> Cosim<B, G> {
+        let Self { board, bench, now_us, board_wake_us, heard, output, .. } = self;
+        Cosim { board, bench, host, now_us, board_wake_us, heard, output }
+    }
+
+    /// Virtual time in µs.
+    pub fn now_us(&self) -> u64 {
+        self.now_us
+    }
+
+    /// Runs until the host is done.
+    ///
+    /// # Errors
+    /// If the board is gone, or the host gives up.
+    pub fn run(&mut self) -> Result<(), CosimError<B::Error, H::Error>> {
+        while !self.host.is_done() {
+            self.step()?;
+        }
+        Ok(())
+    }
+
+    /// Goes on to the next thing that happens.
+    ///
+    /// # Errors
+    /// If the board is gone, or the host gives up.
+    pub fn step(&mut self) -> Result<(), CosimError<B::Error, H::Error>> {
+        let Self { board, bench, host, heard, output, .. } = self;
+        let wake_us = self.board_wake_us.min(host.wake_at_us()).max(self.now_us);
         heard.clear();
-        now_us = bench.advance(wake_us, &mut heard);
+        let now_us = bench.advance(wake_us, heard);
 
         let from_host = host.speak(now_us).map_err(CosimError::Host)?;
         output.bus.clear();
         output.link.clear();
-        board_wake_us =
-            board.run(now_us, &heard, from_host, &mut output).map_err(CosimError::Board)?;
+        self.board_wake_us =
+            board.run(now_us, heard, from_host, output).map_err(CosimError::Board)?;
         bench.send(now_us, &output.bus);
         host.hear(now_us, &output.link).map_err(CosimError::Host)?;
+        self.now_us = now_us;
+        Ok(())
     }
-    Ok(now_us)
 }

@@ -87,6 +87,16 @@ impl Bench {
         }
     }
 
+    /// The PWM that servo `servo`'s motor gets, 0..=2000, 1000 = off.
+    pub fn applied_pwm(&self, servo: usize) -> u16 {
+        self.wire.servos()[servo].applied_pwm()
+    }
+
+    /// Takes servo `servo` off the wire; it stays powered and obeys on.
+    pub fn disconnect(&mut self, servo: usize) {
+        self.wire.servo_mut(servo).disconnect();
+    }
+
     /// The true arm.
     pub fn plant(&self) -> &Plant {
         &self.arm.0

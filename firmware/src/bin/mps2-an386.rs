@@ -1,0 +1,115 @@
+//! Firmware for QEMU's `mps2-an386`. See [`armbridge_firmware::board`] for the
+//! machine and how to run it.
+#![no_std]
+#![no_main]
+
+use armbridge_firmware::board::mps2_an386::bus::{BusLine, LastLine, NoPin};
+use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, TICK};
+use armbridge_firmware::board::mps2_an386::link::LinkStream;
+use armbridge_firmware::board::mps2_an386::semihosting::{self, EXIT_FAULT, EXIT_PANIC};
+use armbridge_firmware::board::mps2_an386::time::{self, Board};
+use armbridge_firmware::board::mps2_an386::{BUS, LINK, LOCKSTEP, lockstep};
+use armbridge_firmware::port::Port;
+use armbridge_firmware::run::{self, News};
+use armbridge_firmware::stop;
+use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
+use core::panic::PanicInfo;
+use embassy_executor::Executor;
+use static_cell::StaticCell;
+
+static MAILBOXES: StaticCell<Mailboxes> = StaticCell::new();
+static THREAD: StaticCell<Executor> = StaticCell::new();
+static NEWS: News = News::new();
+
+defmt::timestamp!("{=u64:us}", time::now_us());
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let in_lockstep = semihosting::has_argument("lockstep");
+    time::start(in_lockstep);
+    for uart in [&LINK, &BUS, &LOCKSTEP] {
+        uart.enable();
+    }
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        interrupt::enable(&mut core.NVIC);
+    }
+    defmt::info!(
+        "mps2-an386, version {=str}, time is {=str}",
+        env!("CARGO_PKG_VERSION"),
+        if in_lockstep { "granted" } else { "real" }
+    );
+
+    let (bridge, link) = MAILBOXES.init(Mailboxes::new()).split();
+    // Each of the tasks is spawned once, so there is always room for it.
+    TICK.start(Irq::Tick).spawn(tick(bridge).expect("spawned once"));
+    THREAD.init(Executor::new()).run(|thread| {
+        let port = LinkPort::new(link);
+        thread.spawn(report().expect("spawned once"));
+        if in_lockstep {
+            thread.spawn(granted(port).expect("spawned once"));
+        } else {
+            thread.spawn(talk(port).expect("spawned once"));
+        }
+    })
+}
+
+#[embassy_executor::task]
+async fn tick(end: BridgeEnd<'static>) -> ! {
+    let Ok(bridge) = Bridge::new(Port(BusLine), NoPin, end, time::now_us()) else {
+        panic!("the default set-up has no controller");
+    };
+    run::real_time(bridge, Board, &NEWS).await
+}
+
+#[embassy_executor::task]
+async fn talk(port: LinkPort<'static>) -> ! {
+    run::link(port, LinkStream, LinkStream, &NEWS).await
+}
+
+#[embassy_executor::task]
+async fn granted(port: LinkPort<'static>) -> ! {
+    lockstep::run(port).await
+}
+
+#[embassy_executor::task]
+async fn report() -> ! {
+    loop {
+        defmt::info!("mode: {}", NEWS.mode.wait().await);
+    }
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    cortex_m::interrupt::disable();
+    stop::send(&mut LastLine);
+    defmt::error!("{}", defmt::Display2Format(info));
+    semihosting::exit(EXIT_PANIC)
+}
+
+/// Entered on a stack overflow too, when there is no stack to speak of: starts
+/// the stack anew before any code that needs one.
+// SAFETY: the name is the one by which cortex-m-rt's vector table calls it, as
+// an exception handler; it never returns, so what it does to the stack is
+// nobody's loss.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn HardFault() -> ! {
+    core::arch::naked_asm!(
+        "ldr r0, =_stack_start",
+        "mov sp, r0",
+        "b {fault}",
+        fault = sym fault,
+    )
+}
+
+extern "C" fn fault() -> ! {
+    stop::send(&mut LastLine);
+    defmt::error!("hard fault");
+    semihosting::exit(EXIT_FAULT)
+}
+
+/// An exception that nobody expects is a bug.
+#[cortex_m_rt::exception]
+unsafe fn DefaultHandler(number: i16) -> ! {
+    panic!("unexpected exception {number}")
+}

@@ -1,0 +1,130 @@
+//! Interrupts: numbers, priorities, vectors.
+//!
+//! | priority | what                                                      |
+//! |----------|-----------------------------------------------------------|
+//! | 0        | bus bytes and alarm: a few instructions each              |
+//! | 1        | the tick                                                  |
+//! | 2        | link and lockstep bytes                                   |
+//! | thread   | link, log                                                 |
+
+use super::{BUS, LINK, LOCKSTEP, time};
+use cortex_m::interrupt::InterruptNumber;
+use cortex_m::peripheral::NVIC;
+use embassy_executor::InterruptExecutor;
+
+/// Interrupts of this machine that are used.
+#[derive(Clone, Copy, Debug)]
+#[repr(u16)]
+pub enum Irq {
+    /// Link, byte received.
+    LinkRx = 0,
+    /// Link, transmitter free.
+    LinkTx = 1,
+    /// Bus, byte received.
+    BusRx = 2,
+    /// Bus, transmitter free.
+    BusTx = 3,
+    /// Lockstep, byte received.
+    LockstepRx = 4,
+    /// Lockstep, transmitter free.
+    LockstepTx = 5,
+    /// TIMER1.
+    Alarm = 9,
+    /// No device has this one; the tick's executor pends it.
+    Tick = 31,
+}
+
+/// External interrupts of the machine.
+const COUNT: usize = 32;
+
+// SAFETY: the numbers are those of QEMU's mps2-an386, all below `COUNT`.
+unsafe impl InterruptNumber for Irq {
+    fn number(self) -> u16 {
+        self as u16
+    }
+}
+
+/// Runs the tick.
+pub static TICK: InterruptExecutor = InterruptExecutor::new();
+
+/// Sets priorities and lets interrupts through, but for [`Irq::Tick`], which
+/// the executor does when it starts.
+pub fn enable(nvic: &mut NVIC) {
+    let priorities = [
+        (Irq::BusRx, 0),
+        (Irq::BusTx, 0),
+        (Irq::Alarm, 0),
+        (Irq::Tick, 1),
+        (Irq::LinkRx, 2),
+        (Irq::LinkTx, 2),
+        (Irq::LockstepRx, 2),
+        (Irq::LockstepTx, 2),
+    ];
+    for (irq, priority) in priorities {
+        // SAFETY: no critical section relies on priorities, they mask all
+        // interrupts; and nothing is enabled yet.
+        unsafe { nvic.set_priority(irq, priority) };
+        if !matches!(irq, Irq::Tick) {
+            // SAFETY: as above, and the handler is in place.
+            unsafe { NVIC::unmask(irq) };
+        }
+    }
+}
+
+extern "C" fn link_rx() {
+    LINK.on_receive();
+}
+
+extern "C" fn link_tx() {
+    LINK.on_transmit();
+}
+
+extern "C" fn bus_rx() {
+    BUS.on_receive();
+    time::on_bus_activity();
+}
+
+extern "C" fn bus_tx() {
+    BUS.on_transmit();
+}
+
+extern "C" fn lockstep_rx() {
+    LOCKSTEP.on_receive();
+}
+
+extern "C" fn lockstep_tx() {
+    LOCKSTEP.on_transmit();
+}
+
+extern "C" fn alarm() {
+    time::on_alarm();
+}
+
+extern "C" fn tick() {
+    // SAFETY: this is the executor's interrupt handler, and the interrupt is
+    // only let through by `TICK.start`.
+    unsafe { TICK.on_interrupt() };
+}
+
+unsafe extern "C" {
+    /// The handler of whatever nobody handles, from cortex-m-rt.
+    fn DefaultHandler();
+}
+
+/// The vector table's part for external interrupts.
+// SAFETY: the section is where cortex-m-rt's linker script expects exactly
+// this: an array of handlers by interrupt number, named so.
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+static __INTERRUPTS: [unsafe extern "C" fn(); COUNT] = {
+    let mut vectors: [unsafe extern "C" fn(); COUNT] = [DefaultHandler; COUNT];
+    vectors[Irq::LinkRx as usize] = link_rx;
+    vectors[Irq::LinkTx as usize] = link_tx;
+    vectors[Irq::BusRx as usize] = bus_rx;
+    vectors[Irq::BusTx as usize] = bus_tx;
+    vectors[Irq::LockstepRx as usize] = lockstep_rx;
+    vectors[Irq::LockstepTx as usize] = lockstep_tx;
+    vectors[Irq::Alarm as usize] = alarm;
+    vectors[Irq::Tick as usize] = tick;
+    vectors
+};

@@ -1,0 +1,79 @@
+//! The board's side of lockstep: time stands still until the bench grants it.
+//!
+//! ```text
+//! board                                    bench
+//!   everything is done, the tick waits
+//!   link: take what has come, send all
+//!   Idle { until, bytes sent so far } ---->  fetches the announced bytes,
+//!                                            moves the arm, feeds the ports,
+//!   waits for the announced bytes    <-----  Grant { now, bytes sent so far }
+//!   link: take what has come, send all
+//!   time becomes `now`, the tick runs at once, until it waits again
+//! ```
+//!
+//! The bench sends bus and link bytes only right before the grant that
+//! announces them. So the order of events is always the same, whatever either
+//! process does meanwhile; only measured computing times differ between runs.
+
+use super::{BUS, LINK, LOCKSTEP, time};
+use armbridge_shared::bridge::LinkPort;
+use armbridge_shared::lockstep::{Grant, Idle, MESSAGE_LEN};
+
+/// Runs the bridge by grants, for ever, in thread mode and in place of
+/// [`crate::run::link`]. The real-time loop must be waiting.
+pub async fn run(mut port: LinkPort<'_>) -> ! {
+    loop {
+        serve_link(&mut port).await;
+        let idle = Idle {
+            until_us: time::waits_until_us(),
+            bus_tx: BUS.buffers().written_total(),
+            link_tx: LINK.buffers().written_total(),
+        };
+        // Sixteen bytes always fit: the bench has answered the last sixteen.
+        for byte in idle.to_bytes() {
+            LOCKSTEP.buffers().write(byte);
+        }
+        LOCKSTEP.send();
+
+        let grant = receive_grant().await;
+        BUS.until(|bus| has_come(bus.received_total(), grant.bus_rx)).await;
+        loop {
+            serve_link(&mut port).await;
+            if has_come(LINK.buffers().received_total(), grant.link_rx) {
+                break;
+            }
+            LINK.until(|link| link.has_received() || has_come(link.received_total(), grant.link_rx))
+                .await;
+        }
+        serve_link(&mut port).await;
+        time::grant(grant.now_us);
+    }
+}
+
+async fn receive_grant() -> Grant {
+    let mut bytes = [0; MESSAGE_LEN];
+    for byte in &mut bytes {
+        LOCKSTEP
+            .until(|clock| clock.read().map(|received| *byte = received).is_some())
+            .await;
+    }
+    Grant::from_bytes(bytes)
+}
+
+/// Whether a count modulo 2³² has reached `target`.
+fn has_come(count: u32, target: u32) -> bool {
+    target.wrapping_sub(count) as i32 <= 0
+}
+
+/// Takes all that the host has sent and sends it all there is.
+async fn serve_link(port: &mut LinkPort<'_>) {
+    while let Some(byte) = LINK.buffers().read() {
+        port.receive(&[byte]);
+    }
+    while let Some(frame) = port.transmit() {
+        for byte in frame {
+            LINK.until(|link| link.write(*byte)).await;
+        }
+        LINK.send();
+    }
+}

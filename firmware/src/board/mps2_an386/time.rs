@@ -1,0 +1,151 @@
+//! Time: real, or granted by the bench.
+//!
+//! TIMER0 runs through all 2³² values of a 25 MHz counter, once in 171 s; it is
+//! extended to 64 bits at every reading, so it has to be read more often than
+//! that, which the tick does. TIMER1 is the alarm.
+//!
+//! In lockstep neither matters: the time is what the last grant said, and the
+//! real-time loop is woken by the next one (see [`super::lockstep`]).
+
+use super::{CLOCK_MHZ, bus};
+use crate::run::RealTime;
+use core::cell::Cell;
+use core::ptr;
+use core::sync::atomic::{AtomicBool, Ordering};
+use critical_section::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+
+const TIMER0: usize = 0x4000_0000;
+const TIMER1: usize = 0x4000_1000;
+
+/// Offsets of the registers, from the CMSDK technical reference manual. The
+/// counters count down and start again from RELOAD.
+mod register {
+    pub(super) const CTRL: usize = 0x0;
+    pub(super) const VALUE: usize = 0x4;
+    pub(super) const RELOAD: usize = 0x8;
+    pub(super) const INT_CLEAR: usize = 0xC;
+}
+
+const CTRL_ENABLE: u32 = 1 << 0;
+const CTRL_INTERRUPT: u32 = 1 << 3;
+
+/// The counter as last read, and the cycles counted until then.
+static COUNTED: Mutex<Cell<(u32, u64)>> = Mutex::new(Cell::new((0, 0)));
+/// In lockstep: the time, and until when the real-time loop waits, in µs.
+static GRANTED: Mutex<Cell<(u64, u64)>> = Mutex::new(Cell::new((0, 0)));
+static LOCKSTEP: AtomicBool = AtomicBool::new(false);
+/// Wakes the real-time loop.
+static WAKE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+/// Starts the clock at 0; in `lockstep` it stands until the first grant.
+pub fn start(lockstep: bool) {
+    write(TIMER0, register::RELOAD, u32::MAX);
+    write(TIMER0, register::VALUE, u32::MAX);
+    write(TIMER0, register::CTRL, CTRL_ENABLE);
+    LOCKSTEP.store(lockstep, Ordering::Relaxed);
+}
+
+/// Cycles, modulo 2³².
+pub fn cycles() -> u32 {
+    u32::MAX - read(TIMER0, register::VALUE)
+}
+
+/// Time since boot in µs.
+pub fn now_us() -> u64 {
+    critical_section::with(|cs| {
+        if LOCKSTEP.load(Ordering::Relaxed) {
+            return GRANTED.borrow(cs).get().0;
+        }
+        let (last, total) = COUNTED.borrow(cs).get();
+        let cycles = cycles();
+        let total = total + u64::from(cycles.wrapping_sub(last));
+        COUNTED.borrow(cs).set((cycles, total));
+        total / u64::from(CLOCK_MHZ)
+    })
+}
+
+/// In lockstep: until when the real-time loop waits.
+pub fn waits_until_us() -> u64 {
+    critical_section::with(|cs| GRANTED.borrow(cs).get().1)
+}
+
+/// In lockstep: sets the time and lets the real-time loop run.
+pub fn grant(now_us: u64) {
+    critical_section::with(|cs| {
+        let granted = GRANTED.borrow(cs);
+        // Time never goes back, whatever the bench says.
+        granted.set((granted.get().0.max(now_us), u64::MAX));
+    });
+    WAKE.signal(());
+}
+
+/// From the handler of the bus's RX interrupt: a byte is there. In lockstep it
+/// counts only once it is granted.
+pub fn on_bus_activity() {
+    if !LOCKSTEP.load(Ordering::Relaxed) {
+        WAKE.signal(());
+    }
+}
+
+/// The alarm interrupt's handler.
+pub fn on_alarm() {
+    stop_alarm();
+    WAKE.signal(());
+}
+
+fn stop_alarm() {
+    write(TIMER1, register::CTRL, 0);
+    write(TIMER1, register::INT_CLEAR, 1);
+}
+
+/// The board as the real-time loop sees it.
+#[derive(Debug)]
+pub struct Board;
+
+impl RealTime for Board {
+    const CYCLES_PER_US: u32 = CLOCK_MHZ;
+
+    fn now_us(&self) -> u64 {
+        now_us()
+    }
+
+    fn cycles(&self) -> u32 {
+        cycles()
+    }
+
+    async fn wait(&mut self, until_us: u64) {
+        let now_us = now_us();
+        // The end of a transmission counts as bus activity.
+        let until_us = bus::sent_at_us(now_us).map_or(until_us, |sent_us| sent_us.min(until_us));
+        if LOCKSTEP.load(Ordering::Relaxed) {
+            critical_section::with(|cs| GRANTED.borrow(cs).set((now_us, until_us)));
+        } else {
+            let us = until_us.saturating_sub(now_us);
+            if us == 0 {
+                return;
+            }
+            stop_alarm();
+            // Waking early, after 171 s, does no harm.
+            let cycles = u32::try_from(us.saturating_mul(u64::from(CLOCK_MHZ)));
+            write(TIMER1, register::RELOAD, cycles.unwrap_or(u32::MAX));
+            write(TIMER1, register::CTRL, CTRL_ENABLE | CTRL_INTERRUPT);
+        }
+        WAKE.wait().await;
+    }
+
+    /// There is no watchdog: nothing here can hang that a person does not see.
+    fn tick_was_good(&mut self) {}
+}
+
+fn read(timer: usize, offset: usize) -> u32 {
+    // SAFETY: `timer` is the base of a timer of this machine and `offset` that
+    // of one of its registers, 32 bits wide. Reading has no effect on memory.
+    unsafe { ptr::read_volatile((timer + offset) as *const u32) }
+}
+
+fn write(timer: usize, offset: usize, value: u32) {
+    // SAFETY: as for reading; a timer never touches memory.
+    unsafe { ptr::write_volatile((timer + offset) as *mut u32, value) }
+}

@@ -1,0 +1,174 @@
+//! A buffered serial port, as the bus master wants it.
+//!
+//! [`Buffers`] sit between a UART's interrupt handler and the code that uses
+//! the port. [`Port`] puts `embedded-hal-nb` serial traits on top: `write`
+//! never blocks while the buffer has room, `flush` blocks until the last stop
+//! bit has left, a receiver's complaint comes out of `read` as an error, once.
+
+use crate::ring::ByteRing;
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+use embedded_hal_nb::serial::{ErrorKind, ErrorType, Read, Write};
+
+/// Bytes in either direction. The longest transmission, the stop sequence's
+/// flush, is 210 bytes.
+pub const BUFFER_LEN: usize = 512;
+
+/// What an interrupt handler and a port share.
+#[derive(Debug, Default)]
+pub struct Buffers {
+    /// Received, not yet read.
+    rx: ByteRing<BUFFER_LEN>,
+    /// Written, not yet sent.
+    tx: ByteRing<BUFFER_LEN>,
+    /// The last complaint of the receiver, as a [`LineError`] code; 0 if none.
+    error: AtomicU8,
+    /// Bytes that came off the line, dropped ones included.
+    received: AtomicU32,
+}
+
+/// What a receiver may complain about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum LineError {
+    /// A byte came before the one before was fetched.
+    Overrun = 1,
+    /// No stop bit.
+    Framing = 2,
+    /// Samples of one bit disagreed.
+    Noise = 3,
+}
+
+impl embedded_hal_nb::serial::Error for LineError {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Overrun => ErrorKind::Overrun,
+            Self::Framing => ErrorKind::FrameFormat,
+            Self::Noise => ErrorKind::Noise,
+        }
+    }
+}
+
+impl Buffers {
+    /// Empty buffers.
+    pub const fn new() -> Self {
+        Self {
+            rx: ByteRing::new(),
+            tx: ByteRing::new(),
+            error: AtomicU8::new(0),
+            received: AtomicU32::new(0),
+        }
+    }
+
+    /// From the interrupt handler: a byte has come.
+    pub fn received(&self, byte: u8) {
+        let received = self.received.load(Ordering::Relaxed);
+        self.received.store(received.wrapping_add(1), Ordering::Release);
+        if !self.rx.push(byte) {
+            self.complain(LineError::Overrun);
+        }
+    }
+
+    /// From the interrupt handler: the receiver complains.
+    pub fn complain(&self, error: LineError) {
+        self.error.store(error as u8, Ordering::Release);
+    }
+
+    /// From the interrupt handler: the next byte to send.
+    pub fn next_to_send(&self) -> Option<u8> {
+        self.tx.pop()
+    }
+
+    /// A received byte.
+    pub fn read(&self) -> Option<u8> {
+        self.rx.pop()
+    }
+
+    /// Buffers a byte to be sent; `false` if there is no room.
+    pub fn write(&self, byte: u8) -> bool {
+        self.tx.push(byte)
+    }
+
+    /// Whether there are bytes to read.
+    pub fn has_received(&self) -> bool {
+        !self.rx.is_empty()
+    }
+
+    /// Whether there is room for a byte to be sent.
+    pub fn has_room(&self) -> bool {
+        !self.tx.is_full()
+    }
+
+    /// Whether there are bytes to be sent.
+    pub fn is_sending(&self) -> bool {
+        !self.tx.is_empty()
+    }
+
+    /// Bytes that ever came off the line, modulo 2³².
+    pub fn received_total(&self) -> u32 {
+        self.received.load(Ordering::Acquire)
+    }
+
+    /// Bytes ever accepted for sending, modulo 2³².
+    pub fn written_total(&self) -> u32 {
+        self.tx.total()
+    }
+
+    fn take_error(&self) -> Option<LineError> {
+        // Only a load and a store: a complaint that slips in between repeats
+        // what is reported anyway.
+        let code = self.error.load(Ordering::Acquire);
+        self.error.store(0, Ordering::Release);
+        match code {
+            0 => None,
+            1 => Some(LineError::Overrun),
+            2 => Some(LineError::Framing),
+            _ => Some(LineError::Noise),
+        }
+    }
+}
+
+/// The part of a UART that differs between boards.
+pub trait Line {
+    /// The buffers this line is served from.
+    fn buffers(&self) -> &Buffers;
+    /// There is something new to send.
+    fn start_sending(&self);
+    /// Whether the last stop bit has left.
+    fn is_sent(&self) -> bool;
+}
+
+/// A line with `embedded-hal-nb` traits.
+#[derive(Debug)]
+pub struct Port<L>(pub L);
+
+impl<L> ErrorType for Port<L> {
+    type Error = LineError;
+}
+
+impl<L: Line> Read<u8> for Port<L> {
+    fn read(&mut self) -> nb::Result<u8, LineError> {
+        let buffers = self.0.buffers();
+        if let Some(error) = buffers.take_error() {
+            return Err(nb::Error::Other(error));
+        }
+        buffers.read().ok_or(nb::Error::WouldBlock)
+    }
+}
+
+impl<L: Line> Write<u8> for Port<L> {
+    fn write(&mut self, byte: u8) -> nb::Result<(), LineError> {
+        if !self.0.buffers().write(byte) {
+            return Err(nb::Error::WouldBlock);
+        }
+        self.0.start_sending();
+        Ok(())
+    }
+
+    fn flush(&mut self) -> nb::Result<(), LineError> {
+        if self.0.is_sent() {
+            Ok(())
+        } else {
+            Err(nb::Error::WouldBlock)
+        }
+    }
+}

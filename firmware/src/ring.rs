@@ -1,0 +1,127 @@
+//! A byte queue from one context to another, without locks or `unsafe`.
+//!
+//! Lamport's ring: one side only pushes, the other only pops, each advances a
+//! counter that the other only reads. If that rule is broken bytes get lost or
+//! repeated, but nothing worse: every cell is atomic.
+//!
+//! The counters run freely, modulo 2³², so they also say how many bytes have
+//! passed in total. `N` must be a power of two for them to wrap in step.
+
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+
+/// A queue of up to `N` bytes.
+#[derive(Debug)]
+pub struct ByteRing<const N: usize> {
+    bytes: [AtomicU8; N],
+    pushed: AtomicU32,
+    popped: AtomicU32,
+}
+
+impl<const N: usize> ByteRing<N> {
+    /// An empty queue.
+    pub const fn new() -> Self {
+        const { assert!(N.is_power_of_two() && N <= 1 << 16) };
+        Self {
+            bytes: [const { AtomicU8::new(0) }; N],
+            pushed: AtomicU32::new(0),
+            popped: AtomicU32::new(0),
+        }
+    }
+
+    /// Adds a byte; `false`, and no byte added, if the queue is full.
+    pub fn push(&self, byte: u8) -> bool {
+        let pushed = self.pushed.load(Ordering::Relaxed);
+        // Acquire: the cell to be overwritten has been read.
+        if pushed.wrapping_sub(self.popped.load(Ordering::Acquire)) as usize >= N {
+            return false;
+        }
+        if let Some(cell) = self.bytes.get(pushed as usize % N) {
+            cell.store(byte, Ordering::Relaxed);
+        }
+        // Release: whoever sees the count sees the byte.
+        self.pushed.store(pushed.wrapping_add(1), Ordering::Release);
+        true
+    }
+
+    /// Takes the oldest byte.
+    pub fn pop(&self) -> Option<u8> {
+        let popped = self.popped.load(Ordering::Relaxed);
+        if self.pushed.load(Ordering::Acquire) == popped {
+            return None;
+        }
+        let byte = self.bytes.get(popped as usize % N)?.load(Ordering::Relaxed);
+        self.popped.store(popped.wrapping_add(1), Ordering::Release);
+        Some(byte)
+    }
+
+    /// Whether there is nothing to pop.
+    pub fn is_empty(&self) -> bool {
+        self.pushed.load(Ordering::Acquire) == self.popped.load(Ordering::Acquire)
+    }
+
+    /// Whether the next push would fail.
+    pub fn is_full(&self) -> bool {
+        let (pushed, popped) = (&self.pushed, &self.popped);
+        let popped = popped.load(Ordering::Acquire);
+        pushed.load(Ordering::Acquire).wrapping_sub(popped) as usize >= N
+    }
+
+    /// Bytes ever pushed, modulo 2³².
+    pub fn total(&self) -> u32 {
+        self.pushed.load(Ordering::Acquire)
+    }
+}
+
+impl<const N: usize> Default for ByteRing<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn order_is_kept_and_a_full_ring_refuses() {
+        let ring = ByteRing::<4>::new();
+        assert_eq!(ring.pop(), None);
+        // Three at a time through four cells: every alignment is met.
+        for round in 0u8..50 {
+            for i in 0..3 {
+                assert!(ring.push(round.wrapping_mul(3).wrapping_add(i)));
+            }
+            for i in 0..3 {
+                assert_eq!(ring.pop(), Some(round.wrapping_mul(3).wrapping_add(i)));
+            }
+        }
+        assert!(ring.is_empty() && ring.total() == 150);
+        assert!((0..4).all(|byte| ring.push(byte)));
+        assert!(ring.is_full() && !ring.push(9));
+        assert_eq!([0; 5].map(|_| ring.pop()), [Some(0), Some(1), Some(2), Some(3), None]);
+    }
+
+    #[test]
+    fn two_threads_lose_nothing() {
+        extern crate std;
+        let ring = ByteRing::<8>::new();
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for i in 0..100_000u32 {
+                    while !ring.push(i as u8) {
+                        std::thread::yield_now();
+                    }
+                }
+            });
+            for i in 0..100_000u32 {
+                let byte = loop {
+                    match ring.pop() {
+                        Some(byte) => break byte,
+                        None => std::thread::yield_now(),
+                    }
+                };
+                assert_eq!(byte, i as u8);
+            }
+        });
+    }
+}

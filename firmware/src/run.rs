@@ -1,0 +1,136 @@
+//! The two loops of the bridge, the same on every board.
+//!
+//! [`real_time`] runs in an interrupt executor above everything but the
+//! handlers that move single bytes; [`link`] runs in thread mode. They share
+//! only the mailboxes behind [`Bridge`] and [`LinkPort`], and [`News`].
+
+use armbridge_shared::bridge::{Bridge, LinkPort, Progress};
+use armbridge_shared::link::frame;
+use armbridge_shared::link::message::Mode;
+use core::future::Future;
+use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embedded_hal::digital::OutputPin;
+use embedded_hal_nb::serial;
+
+/// What the real-time loop needs of a board, beside the bus.
+pub trait RealTime {
+    /// Rate of [`Self::cycles`].
+    const CYCLES_PER_US: u32;
+
+    /// Time since boot in µs; never goes back.
+    fn now_us(&self) -> u64;
+
+    /// A free-running cycle counter, modulo 2³².
+    fn cycles(&self) -> u32;
+
+    /// Waits for bus activity (a byte, the end of a transmission) or until
+    /// `until_us`, whichever is first. May return early.
+    fn wait(&mut self, until_us: u64) -> impl Future<Output = ()>;
+
+    /// A tick went well: the watchdog may live on.
+    fn tick_was_good(&mut self);
+}
+
+/// What the real-time loop tells the rest, latest value only.
+#[derive(Default)]
+pub struct News {
+    /// The bridge has run: there may be frames to send.
+    pub ran: Signal<CriticalSectionRawMutex, ()>,
+    /// The mode has changed.
+    pub mode: Signal<CriticalSectionRawMutex, Mode>,
+}
+
+impl News {
+    /// Nothing new.
+    pub const fn new() -> Self {
+        Self {
+            ran: Signal::new(),
+            mode: Signal::new(),
+        }
+    }
+}
+
+/// The tick, for ever.
+pub async fn real_time<S, D, B>(mut bridge: Bridge<'_, S, D>, mut board: B, news: &News) -> !
+where
+    S: serial::Read<u8> + serial::Write<u8>,
+    D: OutputPin,
+    B: RealTime,
+{
+    let mut mode = None;
+    loop {
+        match bridge.poll(board.now_us()) {
+            // Torque is off and the bus makes progress: no doubt in that.
+            Ok(Progress::Searching) => board.tick_was_good(),
+            Ok(Progress::Sampled) => {
+                let begun = board.cycles();
+                bridge.decide();
+                let cycles = board.cycles().wrapping_sub(begun);
+                let compute_ns = u64::from(cycles) * 1000 / u64::from(B::CYCLES_PER_US);
+                if bridge.publish(u32::try_from(compute_ns).unwrap_or(u32::MAX)) {
+                    board.tick_was_good();
+                }
+            }
+            Err(nb::Error::WouldBlock) => {
+                news.ran.signal(());
+                board.wait(bridge.wake_at_us()).await;
+            }
+            Err(nb::Error::Other(never)) => match never {},
+        }
+        if mode != Some(bridge.mode()) {
+            mode = Some(bridge.mode());
+            news.mode.signal(bridge.mode());
+        }
+    }
+}
+
+/// Bytes from the host.
+pub trait FromHost {
+    /// Waits for bytes, returns how many. May be dropped at any time without
+    /// loss: what it did not report was not taken.
+    fn read(&mut self, buffer: &mut [u8]) -> impl Future<Output = usize>;
+}
+
+/// Bytes to the host.
+pub trait ToHost {
+    /// Waits until some of `bytes` can be sent, returns how many were. May be
+    /// dropped at any time: what it did not report was not sent.
+    fn write(&mut self, bytes: &[u8]) -> impl Future<Output = usize>;
+}
+
+/// Moves bytes between the host and `port`, for ever. A host that does not
+/// read delays nothing but this loop; it still hears what the host says.
+pub async fn link(
+    mut port: LinkPort<'_>,
+    mut from_host: impl FromHost,
+    mut to_host: impl ToHost,
+    news: &News,
+) -> ! {
+    let mut frame = [0; frame::MAX];
+    let mut pending = 0..0;
+    let mut received = [0; 64];
+    loop {
+        if pending.is_empty()
+            && let Some(next) = port.transmit()
+        {
+            let len = next.len().min(frame.len());
+            frame[..len].copy_from_slice(&next[..len]);
+            pending = 0..len;
+        }
+        let output = async {
+            match frame.get(pending.clone()) {
+                Some(bytes) if !bytes.is_empty() => to_host.write(bytes).await,
+                _ => {
+                    news.ran.wait().await;
+                    0
+                }
+            }
+        };
+        match select(from_host.read(&mut received), output).await {
+            Either::First(len) => port.receive(received.get(..len).unwrap_or(&received)),
+            Either::Second(len) => pending.start += len,
+        }
+    }
+}

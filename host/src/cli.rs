@@ -1,0 +1,166 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use armbridge::endpoint::Endpoint;
+
+/// Deterministic control of a two-joint Dynamixel arm.
+#[derive(Debug, Parser)]
+#[command(name = "armbridge", version, args_conflicts_with_subcommands = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    /// Without a command: `demo`.
+    #[command(flatten)]
+    pub(crate) demo: RunArgs,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Balance the virtual arm by the code of the board, run in this process.
+    Demo(RunArgs),
+    /// The same by the firmware image, run under QEMU.
+    Emulate(EmulateArgs),
+    /// Serve the virtual servos and arm to other programs, in wall-clock time.
+    Servos(ServosArgs),
+}
+
+/// A run of the demo's script.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RunArgs {
+    /// Seed of the encoders' noise.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Simulated time in s from the first setpoint on.
+    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = duration)]
+    pub(crate) duration: f64,
+    /// Joint angles in rad at which the arm is held until torque comes on.
+    #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
+    pub(crate) initial: Option<[f64; 2]>,
+    /// Tick period in µs.
+    #[arg(long, value_name = "US", default_value_t = 1_000, value_parser = period)]
+    pub(crate) period_us: u32,
+    /// Take dry friction off the virtual arm.
+    #[arg(long)]
+    pub(crate) no_friction: bool,
+    /// Folder in which the run folder is made.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// No progress bar, no table.
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// Print the summary as one JSON object instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A run of the firmware image.
+#[derive(Args, Debug)]
+pub(crate) struct EmulateArgs {
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+    /// Firmware image; by default what `cargo build-emulator` made.
+    #[arg(long, value_name = "ELF")]
+    pub(crate) image: Option<PathBuf>,
+    /// Give every instruction a fixed virtual time, so that measured compute
+    /// times repeat.
+    #[arg(long)]
+    pub(crate) icount: bool,
+    /// Connect the servo bus to somebody else's raw byte stream instead of the
+    /// virtual servos. The board then runs in wall-clock time.
+    #[arg(long, value_name = "tcp://HOST:PORT")]
+    pub(crate) bus: Option<Endpoint>,
+    /// Offer the control link to another program instead of running the demo.
+    #[arg(long, value_name = "tcp://HOST:PORT")]
+    pub(crate) link_listen: Option<Endpoint>,
+}
+
+/// Virtual servos for other programs.
+#[derive(Args, Debug)]
+pub(crate) struct ServosArgs {
+    #[command(flatten)]
+    pub(crate) at: ServosAt,
+    /// Send back what comes in, as a single-wire bus that hears itself.
+    #[arg(long)]
+    pub(crate) echo: bool,
+    /// Seed of the encoders' noise.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Joint angles in rad at which the arm is held until torque comes on.
+    #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
+    pub(crate) initial: Option<[f64; 2]>,
+    /// Take dry friction off the virtual arm.
+    #[arg(long)]
+    pub(crate) no_friction: bool,
+}
+
+/// Where the bus is offered.
+#[derive(Args, Debug)]
+#[group(required = true, multiple = false)]
+pub(crate) struct ServosAt {
+    /// On a TCP port, to one program at a time.
+    #[arg(long, value_name = "tcp://HOST:PORT")]
+    pub(crate) listen: Option<Endpoint>,
+    /// On a new pseudo-terminal, whose name is printed.
+    #[arg(long)]
+    pub(crate) pty: bool,
+}
+
+/// Longest run: an hour of records is 0.3 GB of memory.
+const DURATION_MAX_S: f64 = 3_600.0;
+
+fn duration(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if (0.1..=DURATION_MAX_S).contains(&seconds) => Ok(seconds),
+        _ => Err(format!("expected seconds from 0.1 to {DURATION_MAX_S}")),
+    }
+}
+
+fn period(text: &str) -> Result<u32, String> {
+    use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
+    match text.parse() {
+        Ok(us) if (PERIOD_MIN_US..=PERIOD_MAX_US).contains(&us) => Ok(us),
+        _ => Err(format!("expected microseconds from {PERIOD_MIN_US} to {PERIOD_MAX_US}")),
+    }
+}
+
+/// Largest initial angle: inside the stops of both joints.
+const INITIAL_MAX_RAD: f64 = 1.5;
+
+fn angles(text: &str) -> Result<[f64; 2], String> {
+    let wrong =
+        || format!("expected two angles from -{INITIAL_MAX_RAD} to {INITIAL_MAX_RAD} rad, as 0.3,-0.25");
+    let (first, second) = text.split_once(',').ok_or_else(wrong)?;
+    let angle = |text: &str| {
+        let angle: f64 = text.trim().parse().ok()?;
+        (angle.abs() <= INITIAL_MAX_RAD).then_some(angle)
+    };
+    angle(first).zip(angle(second)).map(<[f64; 2]>::from).ok_or_else(wrong)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn arguments_are_consistent_and_mistakes_are_named() {
+        Cli::command().debug_assert();
+        let parse = |args: &[&str]| Cli::try_parse_from([&["armbridge"], args].concat());
+        let demo = parse(&["--initial", "-0.2,0.2", "--seed", "7"]).unwrap().demo;
+        assert_eq!((demo.initial, demo.seed), (Some([-0.2, 0.2]), 7));
+        for (args, word) in [
+            (["--duration", "0"].as_slice(), "seconds"),
+            (&["--period-us", "10"], "microseconds"),
+            (&["--initial", "9,9"], "two angles"),
+            (&["servos", "--listen", "udp://x"], "tcp://HOST:PORT"),
+            (&["servos"], "--listen"),
+        ] {
+            let error = parse(args).unwrap_err().to_string();
+            assert!(error.contains(word), "{args:?}: {error}");
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! A pseudo-terminal: a byte stream with the name of a serial port.
+
+use std::fs::File;
+use std::io;
+use std::os::fd::OwnedFd;
+
+use rustix::fs::{Mode, OFlags};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+
+/// Both ends of a raw pseudo-terminal.
+#[derive(Debug)]
+pub struct Pty {
+    controller: OwnedFd,
+    name: String,
+    /// Kept open: a controller whose user end is closed reads errors.
+    _user: OwnedFd,
+}
+
+impl Pty {
+    /// A new one: no echo, no line editing, every byte as it is.
+    ///
+    /// # Errors
+    /// If the system has none to give.
+    pub fn open() -> io::Result<Self> {
+        let controller = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+        grantpt(&controller)?;
+        unlockpt(&controller)?;
+        let name = ptsname(&controller, Vec::new())?;
+        let user = rustix::fs::open(&*name, OFlags::RDWR | OFlags::NOCTTY, Mode::empty())?;
+        let mut terminal = tcgetattr(&user)?;
+        terminal.make_raw();
+        tcsetattr(&user, OptionalActions::Now, &terminal)?;
+        Ok(Self { controller, name: name.to_string_lossy().into_owned(), _user: user })
+    }
+
+    /// What others open, for example `/dev/pts/3`.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// A handle on our end.
+    ///
+    /// # Errors
+    /// If there are too many handles.
+    pub fn controller(&self) -> io::Result<File> {
+        self.controller.try_clone().map(File::from)
+    }
+}

@@ -1,0 +1,237 @@
+//! The bus master against a simulated serial port with scripted servos.
+//!
+//! The port keeps time: a byte takes 10 µs, and what the script answers arrives
+//! that long after the last stop bit of the request.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::convert::Infallible;
+use std::rc::Rc;
+
+use armbridge_shared::actuator::Pwm;
+use armbridge_shared::link::message::{Missing, Sample};
+use armbridge_shared::servo::master::{Busy, Master, Outcome, Transaction};
+use armbridge_shared::servo::morpheus::{Parser, ServoId};
+use embedded_hal::digital::{ErrorType, OutputPin};
+use embedded_hal_nb::serial;
+use proptest::prelude::*;
+
+/// Positions of servos 1 and 2, as recorded from the firmware.
+const REPLY_1: [u8; 7] = [0xAA, 4, 0xFE, 1, 1, 0xF4, 3];
+const REPLY_2: [u8; 7] = [0xAA, 4, 0xFE, 2, 1, 0xF5, 1];
+
+#[derive(Default)]
+struct Line {
+    now_us: u64,
+    sent_until_us: u64,
+    sent: Vec<u8>,
+    /// Bytes on their way to the receiver, and when they are there.
+    coming: VecDeque<(u64, Result<u8, serial::ErrorKind>)>,
+    echo: bool,
+    sending: bool,
+    /// Bytes that were sent without the line driver on.
+    undriven: usize,
+}
+
+#[derive(Clone, Default)]
+struct Port(Rc<RefCell<Line>>);
+
+impl serial::ErrorType for Port {
+    type Error = serial::ErrorKind;
+}
+
+impl serial::Read for Port {
+    fn read(&mut self) -> nb::Result<u8, serial::ErrorKind> {
+        let mut line = self.0.borrow_mut();
+        match line.coming.front() {
+            Some((at_us, _)) if *at_us <= line.now_us => {
+                line.coming.pop_front().unwrap().1.map_err(nb::Error::Other)
+            }
+            _ => Err(nb::Error::WouldBlock),
+        }
+    }
+}
+
+impl serial::Write for Port {
+    fn write(&mut self, byte: u8) -> nb::Result<(), serial::ErrorKind> {
+        let mut line = self.0.borrow_mut();
+        line.sent_until_us = line.sent_until_us.max(line.now_us) + 10;
+        line.sent.push(byte);
+        line.undriven += usize::from(!line.sending);
+        if line.echo {
+            let at_us = line.sent_until_us;
+            line.coming.push_back((at_us, Ok(byte)));
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> nb::Result<(), serial::ErrorKind> {
+        let line = self.0.borrow();
+        if line.now_us < line.sent_until_us { Err(nb::Error::WouldBlock) } else { Ok(()) }
+    }
+}
+
+impl ErrorType for Port {
+    type Error = Infallible;
+}
+
+impl OutputPin for Port {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.borrow_mut().sending = false;
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.borrow_mut().sending = true;
+        Ok(())
+    }
+}
+
+type Script = Vec<(u64, Result<u8, serial::ErrorKind>)>;
+
+fn bytes(after_us: u64, bytes: &[u8]) -> Script {
+    (1..).zip(bytes).map(|(i, byte)| (after_us + 10 * i, Ok(*byte))).collect()
+}
+
+struct Test {
+    port: Port,
+    master: Master<Port, Port>,
+}
+
+impl Test {
+    /// A master that has run its first stop sequence, as after boot.
+    fn new(echo: bool) -> Self {
+        let port = Port::default();
+        port.0.borrow_mut().echo = echo;
+        let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
+        let mut test = Self { master: Master::new(port.clone(), port.clone(), ids), port };
+        test.run(Transaction::Stop, Vec::new());
+        test
+    }
+
+    /// Runs a transaction; `script` arrives after the last request of it.
+    fn run(&mut self, transaction: Transaction, script: Script) -> Outcome {
+        let now_us = self.port.0.borrow().now_us;
+        self.port.0.borrow_mut().sent.clear();
+        self.master.begin(transaction, now_us).unwrap();
+        assert_eq!(self.master.begin(transaction, now_us), Err(Busy));
+        let mut script = Some(script);
+        for _ in 0..100_000 {
+            let now_us = self.port.0.borrow().now_us;
+            if let Ok(outcome) = self.master.poll(now_us) {
+                assert!(self.master.is_idle() && !self.port.0.borrow().sending);
+                return outcome;
+            }
+            // The driver is off again: the request is out, servos may speak.
+            let mut line = self.port.0.borrow_mut();
+            if !line.sending && !line.sent.is_empty() {
+                let turned_us = line.now_us;
+                for (after_us, byte) in script.take().into_iter().flatten() {
+                    line.coming.push_back((turned_us + after_us, byte));
+                }
+            }
+            line.now_us += 1;
+        }
+        panic!("{transaction:?} did not end");
+    }
+
+    fn drive(&mut self, script: Script) -> Outcome {
+        self.run(Transaction::Drive([Pwm::OFF, Pwm::new(1500).unwrap()]), script)
+    }
+}
+
+fn chain() -> Script {
+    [bytes(60, &REPLY_1), bytes(180, &REPLY_2)].concat()
+}
+
+#[test]
+fn a_tick_on_the_wire() {
+    for echo in [false, true] {
+        let mut test = Test::new(echo);
+        let outcome = test.drive(chain());
+        assert_eq!(outcome.samples, [Sample::Counts(500), Sample::Counts(501)], "echo {echo}");
+        // 16 bytes, 30 µs of pause, 6 bytes, and the second reply 250 µs later.
+        assert_eq!(outcome.bus_us, 160 + 30 + 60 + 250);
+        let line = test.port.0.borrow();
+        assert_eq!(line.undriven, 0);
+        #[rustfmt::skip]
+        assert_eq!(line.sent, [
+            0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3, 1, 0, 0xE8, 3, 2, 0, 0xDC, 5, 0x84,
+            0xAA, 3, 0xFF, 0xFE, 7, 0xF5,
+        ]);
+    }
+}
+
+#[test]
+fn kinds_of_missing_samples_are_told_apart() {
+    let mut bad = REPLY_2;
+    bad[5] ^= 1;
+    let mut stranger = REPLY_2;
+    (stranger[3], stranger[6]) = (3, 0);
+    let first = bytes(60, &REPLY_1);
+    let then = |more: &[u8]| [first.clone(), bytes(180, more)].concat();
+    let line_error = vec![(70, Err(serial::ErrorKind::FrameFormat))];
+    let cases = [
+        (false, first.clone(), Missing::Silence),
+        (false, then(&bad), Missing::BadChecksum),
+        (false, then(&stranger), Missing::WrongId),
+        (false, then(&REPLY_2[..6]), Missing::Short),
+        (false, [first.clone(), line_error].concat(), Missing::Line),
+        (true, Vec::new(), Missing::EchoOnly),
+        (false, Vec::new(), Missing::Silence),
+    ];
+    for (echo, script, missing) in cases {
+        let mut test = Test::new(echo);
+        let got = test.drive(script.clone()).samples[1];
+        assert_eq!(got, Sample::Missing(missing));
+        // Whatever it was, the next tick is not affected.
+        let next = test.drive(chain());
+        assert_eq!(next.samples, [Sample::Counts(500), Sample::Counts(501)], "after {missing:?}");
+    }
+}
+
+#[test]
+fn the_stop_sequence_keeps_its_gaps() {
+    let mut test = Test::new(false);
+    let before_us = test.port.0.borrow().now_us;
+    test.run(Transaction::Stop, Vec::new());
+    let line = test.port.0.borrow();
+    let stop_all = [0xAA, 6, 0xFF, 0xFE, 3, 0x10, 0xE8, 3, 0xF8];
+    assert_eq!(line.sent[..9], stop_all);
+    assert!(line.sent[9..219].iter().all(|byte| *byte == 0xFF));
+    assert_eq!(line.sent[219..228], stop_all);
+    assert_eq!(line.sent.len(), 228 + 2 * 14);
+    assert_eq!(line.undriven, 0);
+    assert!(line.now_us - before_us < 8_000, "{} µs", line.now_us - before_us);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, ..ProptestConfig::default() })]
+
+    /// Whatever is on the wire, a transaction ends, and in time.
+    #[test]
+    fn noise_neither_stops_nor_delays_the_master(
+        noise in prop::collection::vec((0u64..600, prop::option::of(any::<u8>())), 0..80),
+        echo: bool,
+    ) {
+        let mut test = Test::new(echo);
+        let mut script: Script = noise
+            .into_iter()
+            .map(|(at, byte)| (at, byte.ok_or(serial::ErrorKind::Noise)))
+            .collect();
+        script.sort_by_key(|(at, _)| *at);
+        let outcome = test.drive(script);
+        prop_assert!(outcome.bus_us <= 160 + 30 + 60 + 450);
+        for sample in outcome.samples {
+            prop_assert!(sample.counts().is_none_or(|counts| counts <= 1023));
+        }
+    }
+
+    /// The reply parser survives any stream.
+    #[test]
+    fn parser_takes_any_bytes(stream in prop::collection::vec(any::<u8>(), 0..400)) {
+        let mut parser = Parser::default();
+        let packets = stream.iter().filter_map(|byte| parser.push(*byte)).count();
+        prop_assert!(packets <= stream.len() / 6);
+    }
+}

@@ -1,0 +1,161 @@
+//! The whole slice on the bench: link, bridge, bus, servos, arm.
+
+use std::convert::Infallible;
+
+use armbridge::bench::cosim::{CosimError, Host};
+use armbridge::operator::{OperatorError, Script};
+use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::link::message::{
+    Estimator, Fault, Gains, Missing, Mode, Record, Sample, Setup,
+};
+use armbridge_tests::{bench_run, plant, records, settling_s};
+
+/// One encoder count of an AX-12A in rad: 300 degrees over 1023.
+const COUNT_RAD: f64 = 300.0 / 1023.0 * std::f64::consts::PI / 180.0;
+
+fn upright(setup: Setup, duration_s: f64) -> Script {
+    let duration_us = (duration_s * 1e6) as u64;
+    Script { setup, setpoints: vec![(0, [0.0, 0.0])], duration_us }
+}
+
+/// Mean angle error of both joints over the last `ticks` in Regulate, in rad.
+fn rest_error(records: &[Record], ticks: usize) -> [f64; 2] {
+    let regulated: Vec<_> = records.iter().filter(|r| r.mode == Mode::Regulate).collect();
+    let tail = &regulated[regulated.len() - ticks..];
+    [0, 1].map(|joint| {
+        let error = |r: &&Record| f64::from(r.angle_rad[joint] - r.reference_rad[joint]);
+        tail.iter().map(error).sum::<f64>() / ticks as f64
+    })
+}
+
+#[test]
+fn frictionless_arm_settles_and_rests_within_a_count() {
+    for seed in 1..=5 {
+        let script = upright(Setup::default(), 3.0);
+        let records = records(plant([0.30, -0.25], false), seed, script);
+        for joint in 0..2 {
+            let settled_s = settling_s(&records, joint, 0.020);
+            assert!(settled_s.is_some_and(|s| s < 1.3), "seed {seed} joint {joint}: {settled_s:?}");
+        }
+        let rest = rest_error(&records, 500);
+        assert!(rest.iter().all(|error| error.abs() < COUNT_RAD), "seed {seed}: {rest:?}");
+        assert_eq!(records.last().unwrap().timing.missed, 0);
+    }
+}
+
+/// 0.06 N m of static friction hold the arm up to 56 and 65 mrad off, where the
+/// net stiffness (1.08 and 0.92 N m/rad) no longer moves it.
+#[test]
+fn with_friction_the_arm_rests_where_stiction_holds_it() {
+    for seed in 1..=5 {
+        let records = records(plant([0.30, -0.25], true), seed, upright(Setup::default(), 4.0));
+        let rest = rest_error(&records, 500);
+        assert!(rest.iter().all(|error| error.abs() < 0.065), "seed {seed}: {rest:?}");
+    }
+}
+
+/// The paper's period and its printed gain, over the bus and with the delay.
+#[test]
+fn paper_gain_at_45_ms_stands() {
+    let setup = Setup {
+        period_us: 45_000,
+        gains: Gains::Paper,
+        estimator: Estimator::FiniteDifference { filter_s: 0.0 },
+        ..Setup::default()
+    };
+    let records = records(plant([0.30, -0.25], false), 1, upright(setup, 4.0));
+    for joint in 0..2 {
+        let settled_s = settling_s(&records, joint, 0.020);
+        assert!(settled_s.is_some_and(|s| s < 1.3), "joint {joint}: {settled_s:?}");
+    }
+}
+
+#[test]
+fn a_seed_repeats_to_the_bit_and_another_does_not() {
+    let of = |seed| {
+        let script = Script::demo(Setup::default(), 1_000_000);
+        records(plant([0.30, -0.25], true), seed, script)
+    };
+    let first = of(1);
+    assert!(first.len() > 1_000);
+    assert_eq!(first, of(1));
+    assert_ne!(first, of(2));
+}
+
+/// A servo cut off in mid run: the bridge notices within five ticks, and the
+/// servo it can still reach is off.
+#[test]
+fn losing_a_servo_switches_the_other_off() {
+    let mut mailboxes = Mailboxes::new();
+    let script = upright(Setup::default(), 2.0);
+    let mut run = bench_run(&mut mailboxes, plant([0.30, -0.25], true), 1, script);
+    while run.now_us() < 200_000 {
+        run.step().unwrap();
+    }
+    assert_ne!(run.bench.applied_pwm(0), 1000);
+    run.bench.disconnect(1);
+    while run.now_us() < 220_000 {
+        run.step().unwrap();
+    }
+    assert_eq!(run.bench.applied_pwm(0), 1000);
+    run.run().unwrap();
+    let records = run.host.into_parts().0;
+    let lost = |r: &&Record| r.samples[1] == Sample::Missing(Missing::Silence);
+    let ridden_through =
+        records.iter().filter(lost).filter(|r| r.mode == Mode::Regulate).count();
+    assert_eq!(ridden_through, 4);
+    assert!(records.iter().any(|r| r.mode == Mode::Fault(Fault::SamplesLost)));
+}
+
+/// A host that goes silent while torque is on.
+#[test]
+fn a_silent_host_switches_torque_off() {
+    let mut mailboxes = Mailboxes::new();
+    let script = upright(Setup::default(), 2.0);
+    let mut run = bench_run(&mut mailboxes, plant([0.30, -0.25], true), 1, script);
+    while run.now_us() < 100_000 {
+        run.step().unwrap();
+    }
+    let mut run = run.with_host(Mute);
+    while run.now_us() < 600_000 {
+        run.step().unwrap();
+    }
+    assert_eq!(run.board.mode(), Mode::Fault(Fault::HostSilent));
+    assert_eq!([run.bench.applied_pwm(0), run.bench.applied_pwm(1)], [1000, 1000]);
+}
+
+#[test]
+fn a_servo_that_is_unplugged_is_named() {
+    let mut mailboxes = Mailboxes::new();
+    let script = upright(Setup::default(), 2.0);
+    let mut run = bench_run(&mut mailboxes, plant([0.1, 0.1], true), 1, script);
+    run.bench.disconnect(1);
+    let error = run.run().unwrap_err();
+    let CosimError::Host(OperatorError::NoServos { last }) = error else {
+        panic!("{error:?}");
+    };
+    assert_eq!(last, Some((1, Missing::Silence)));
+}
+
+/// Nobody at the other end of the link.
+struct Mute;
+
+impl Host for Mute {
+    type Error = Infallible;
+
+    fn speak(&mut self, _now_us: u64) -> Result<&[u8], Infallible> {
+        Ok(&[])
+    }
+
+    fn hear(&mut self, _now_us: u64, _bytes: &[u8]) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        u64::MAX
+    }
+
+    fn is_done(&self) -> bool {
+        false
+    }
+}
