@@ -9,7 +9,8 @@ use armbridge_shared::link::message::{Command, Hello, Missing, Mode, Record, Ref
 use armbridge_shared::link::schema;
 
 use crate::bench::cosim::Host;
-use crate::link::{Client, LinkStats, Said};
+use crate::link::{Client, Said};
+use crate::summary::LinkStats;
 
 /// How long a board may take to answer the first hello.
 const HELLO_TIMEOUT_US: u64 = 3_000_000;

@@ -189,7 +189,7 @@ fn last_words(process: &mut Child) -> Option<String> {
 
 /// Where `cargo build-emulator` puts the image, seen from the workspace.
 pub fn default_image() -> PathBuf {
-    let relative = Path::new("thumbv7em-none-eabihf/release/mps2-an386");
+    let relative = Path::new("thumbv7em-none-eabihf/firmware/mps2-an386");
     std::env::var_os("CARGO_TARGET_DIR")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"), PathBuf::from)
         .join(relative)

@@ -10,6 +10,8 @@ use armbridge_shared::link::message::{
 };
 use armbridge_shared::link::schema;
 
+use crate::summary::LinkStats;
+
 /// Interval of heartbeats, and of repeating what was not answered: a fifth of
 /// the silence after which the board switches torque off.
 const HEARTBEAT_US: u64 = 50_000;
@@ -34,17 +36,6 @@ pub enum Said {
     },
     /// One tick.
     Record(Record),
-}
-
-/// What became of the frames from the board.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LinkStats {
-    /// Frames that arrived intact.
-    pub intact: u64,
-    /// Frames missing in the sequence.
-    pub lost: u64,
-    /// Frames that arrived damaged.
-    pub damaged: u64,
 }
 
 /// The host's end of the link.
@@ -72,7 +63,7 @@ impl Client {
         self.pending.is_none()
     }
 
-    /// Frames received so far.
+    /// What became of the frames so far; most of them are records.
     pub fn stats(&self) -> LinkStats {
         self.stats
     }
@@ -129,8 +120,9 @@ impl Client {
     }
 
     fn take(&mut self, received: Received<ToHost>) -> Option<Said> {
-        self.stats.intact += 1;
-        self.stats.lost += u64::from(received.lost);
+        let lost = u64::from(received.lost);
+        self.stats.lost += lost;
+        self.stats.sent += lost + 1;
         match received.message {
             ToHost::Hello(hello) if hello.schema == schema::HASH => {
                 self.is_greeted = true;
@@ -146,7 +138,10 @@ impl Client {
                 })
             }
             ToHost::Absent { joint, missing } => Some(Said::Absent { joint, missing }),
-            ToHost::Record(record) => Some(Said::Record(record)),
+            ToHost::Record(record) => {
+                self.stats.dropped = u64::from(record.dropped);
+                Some(Said::Record(record))
+            }
         }
     }
 }

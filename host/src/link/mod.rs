@@ -2,4 +2,4 @@
 
 mod client;
 
-pub use client::{Client, LinkStats, Said};
+pub use client::{Client, Said};

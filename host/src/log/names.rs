@@ -1,0 +1,92 @@
+//! One word for each mode, fault and kind of missing sample.
+//!
+//! Log files, tables and plots all use these, so that a word found in one can
+//! be searched for in the others.
+
+use armbridge_shared::link::message::{Fault, Missing, Mode};
+
+/// Every fault.
+pub const FAULTS: [Fault; 5] = [
+    Fault::HostSilent,
+    Fault::SamplesLost,
+    Fault::AngleLimit,
+    Fault::Overrun,
+    Fault::NotFinite,
+];
+
+/// Every kind of missing sample.
+pub const MISSING: [Missing; 7] = [
+    Missing::NotAsked,
+    Missing::Silence,
+    Missing::EchoOnly,
+    Missing::BadChecksum,
+    Missing::WrongId,
+    Missing::Short,
+    Missing::Line,
+];
+
+/// Name of a mode; faults all are `fault`, see [`fault`].
+pub fn mode(mode: Mode) -> &'static str {
+    match mode {
+        Mode::BringUp => "bring_up",
+        Mode::Idle => "idle",
+        Mode::Torque => "torque",
+        Mode::Regulate => "regulate",
+        Mode::Fault(_) => "fault",
+    }
+}
+
+/// Whether servos have been found.
+pub fn is_up(mode: Mode) -> bool {
+    mode != Mode::BringUp
+}
+
+/// The fault of a mode, if it is one.
+pub fn fault_of(mode: Mode) -> Option<Fault> {
+    match mode {
+        Mode::Fault(fault) => Some(fault),
+        _ => None,
+    }
+}
+
+/// Name of a fault.
+pub fn fault(fault: Fault) -> &'static str {
+    match fault {
+        Fault::HostSilent => "host_silent",
+        Fault::SamplesLost => "samples_lost",
+        Fault::AngleLimit => "angle_limit",
+        Fault::Overrun => "overrun",
+        Fault::NotFinite => "not_finite",
+    }
+}
+
+/// Name of a kind of missing sample.
+pub fn missing(missing: Missing) -> &'static str {
+    match missing {
+        Missing::NotAsked => "not_asked",
+        Missing::Silence => "silence",
+        Missing::EchoOnly => "echo_only",
+        Missing::BadChecksum => "bad_checksum",
+        Missing::WrongId => "wrong_id",
+        Missing::Short => "short",
+        Missing::Line => "line",
+    }
+}
+
+/// The mode with this name; `fault_name` is looked at for `fault` only.
+pub fn mode_from(mode_name: &str, fault_name: &str) -> Option<Mode> {
+    match mode_name {
+        "fault" => FAULTS
+            .into_iter()
+            .find(|&f| fault(f) == fault_name)
+            .map(Mode::Fault),
+        name => [Mode::BringUp, Mode::Idle, Mode::Torque, Mode::Regulate]
+            .into_iter()
+            .find(|&m| mode(m) == name),
+    }
+}
+
+/// The kind of missing sample with this name.
+pub fn missing_from(name: &str) -> Option<Missing> {
+    MISSING.into_iter().find(|&m| missing(m) == name)
+}

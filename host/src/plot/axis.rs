@@ -1,0 +1,152 @@
+//! Axes: where a value goes, and which values are written beside it.
+
+/// How values are spread over an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Scale {
+    /// Evenly.
+    Linear,
+    /// By ratio; for positive values.
+    Log,
+    /// By ratio from one unit on, evenly below; for values that may be zero.
+    LogFromOne,
+}
+
+/// A range of values on a scale.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Axis {
+    pub(super) scale: Scale,
+    pub(super) low: f64,
+    pub(super) high: f64,
+}
+
+impl Scale {
+    fn apply(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Log => value.max(f64::MIN_POSITIVE).ln(),
+            Self::LogFromOne => value.max(0.0).ln_1p(),
+        }
+    }
+}
+
+impl Axis {
+    /// A linear axis over these values, with some room at both ends.
+    pub(super) fn around(values: impl Iterator<Item = f64>, room: f64) -> Self {
+        let (low, high) = values
+            .filter(|v| v.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                (low.min(v), high.max(v))
+            });
+        if low > high {
+            return Self {
+                scale: Scale::Linear,
+                low: 0.0,
+                high: 1.0,
+            };
+        }
+        let room = ((high - low) * room).max(1e-3);
+        Self {
+            scale: Scale::Linear,
+            low: low - room,
+            high: high + room,
+        }
+    }
+
+    /// Where a value is: 0 at the low end, 1 at the high end.
+    pub(super) fn position(&self, value: f64) -> f64 {
+        let (low, high) = (self.scale.apply(self.low), self.scale.apply(self.high));
+        (self.scale.apply(value) - low) / (high - low)
+    }
+
+    /// Values to write beside the axis, at most about this many.
+    pub(super) fn ticks(&self, most: f64) -> Vec<(f64, String)> {
+        match self.scale {
+            Scale::Linear => self.even_ticks(most),
+            Scale::Log | Scale::LogFromOne => self.decade_ticks(),
+        }
+    }
+
+    /// Multiples of 1, 2 or 5 times a power of ten.
+    fn even_ticks(&self, most: f64) -> Vec<(f64, String)> {
+        let raw = (self.high - self.low) / most.max(1.0);
+        let decade = 10f64.powf(raw.log10().floor());
+        let step = [1.0, 2.0, 5.0, 10.0]
+            .into_iter()
+            .map(|m| m * decade)
+            .find(|step| *step >= raw * 0.999)
+            .unwrap_or(decade * 10.0);
+        let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
+        let (first, last) = (
+            (self.low / step).ceil() as i64,
+            (self.high / step).floor() as i64,
+        );
+        (first..=last)
+            .map(|i| {
+                let value = i as f64 * step;
+                (value, format!("{value:.decimals$}").replace('-', "−"))
+            })
+            .collect()
+    }
+
+    /// Zero where the scale has it, and powers of ten.
+    fn decade_ticks(&self) -> Vec<(f64, String)> {
+        let zero = (self.scale == Scale::LogFromOne).then(|| (0.0, "0".to_owned()));
+        let powers = (-3..=9).map(|power| 10f64.powi(power)).filter(|&value| {
+            let within = value >= self.low * 0.999 && value <= self.high * 1.001;
+            within && (self.scale == Scale::Log || value >= 1.0)
+        });
+        let label = |value: f64| match value {
+            v if v >= 1e6 => format!("{} M", v / 1e6),
+            v if v >= 1e4 => format!("{} k", v / 1e3),
+            v => v.to_string(),
+        };
+        zero.into_iter()
+            .chain(powers.map(|value| (value, label(value))))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(scale: Scale, low: f64, high: f64) -> Vec<String> {
+        Axis { scale, low, high }
+            .ticks(6.0)
+            .into_iter()
+            .map(|(_, label)| label)
+            .collect()
+    }
+
+    #[test]
+    fn ticks_are_round() {
+        assert_eq!(labels(Scale::Linear, -0.31, 0.33), ["−0.2", "0.0", "0.2"]);
+        assert_eq!(
+            labels(Scale::Linear, 0.0, 10.0),
+            ["0", "2", "4", "6", "8", "10"]
+        );
+        assert_eq!(
+            labels(Scale::LogFromOne, 0.0, 120.0),
+            ["0", "1", "10", "100"]
+        );
+        assert_eq!(labels(Scale::Log, 0.1, 100.0), ["0.1", "1", "10", "100"]);
+    }
+
+    #[test]
+    fn positions_meet_the_ends() {
+        for scale in [Scale::Linear, Scale::Log, Scale::LogFromOne] {
+            let axis = Axis {
+                scale,
+                low: 0.5,
+                high: 80.0,
+            };
+            assert!(axis.position(0.5).abs() < 1e-12 && (axis.position(80.0) - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn equal_values_still_span_an_axis() {
+        let axis = Axis::around([0.2, 0.2, f64::NAN].into_iter(), 0.1);
+        assert!(axis.low < 0.2 && axis.high > 0.2);
+    }
+}

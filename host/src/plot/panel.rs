@@ -1,0 +1,204 @@
+//! A panel: a framed area with two axes, a title, a legend, and things in it.
+
+use super::axis::Axis;
+use super::decimate::{decimate, distinct};
+use super::svg::{Anchor, Font, Rect, Stroke, Svg};
+
+/// Text and frames, from dark to light.
+pub(super) const INK: &str = "#1f2933";
+pub(super) const MUTED: &str = "#5f6c7b";
+pub(super) const FRAME: &str = "#aab4bf";
+pub(super) const GRID: &str = "#e9edf1";
+/// The colour of each joint, and its light tint for samples.
+pub(super) const JOINT: [&str; 2] = ["#1769aa", "#c8561b"];
+pub(super) const JOINT_TINT: [&str; 2] = ["#9cc3e3", "#f0b996"];
+/// Limits, faults, what is missing.
+pub(super) const ALARM: &str = "#b4232f";
+/// Where things are as they should be.
+pub(super) const GOOD: &str = "#2a9d6a";
+
+/// Axis titles, tick labels and legends.
+pub(super) const LABEL: Font = Font {
+    size: 12.0,
+    bold: false,
+    colour: MUTED,
+    anchor: Anchor::Middle,
+};
+/// Setpoints.
+pub(super) const SETPOINT: Stroke = Stroke {
+    colour: INK,
+    width: 1.3,
+    dash: "6 4",
+};
+/// Limits of what a servo can do.
+pub(super) const LIMIT: Stroke = Stroke {
+    colour: ALARM,
+    width: 1.2,
+    dash: "3 3",
+};
+
+/// Px between tick labels.
+const TICK_SPACING_X: f64 = 70.0;
+const TICK_SPACING_Y: f64 = 34.0;
+
+/// A framed area with two axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Panel {
+    pub(super) frame: Rect,
+    pub(super) x: Axis,
+    pub(super) y: Axis,
+}
+
+/// How an entry of a legend looks.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Key {
+    Line(Stroke),
+    Dots(&'static str),
+    Band(&'static str),
+}
+
+impl Panel {
+    /// Px of a point.
+    pub(super) fn at(&self, x: f64, y: f64) -> (f64, f64) {
+        let Rect { x: left, w, h, .. } = self.frame;
+        (
+            left + self.x.position(x) * w,
+            self.frame.bottom() - self.y.position(y) * h,
+        )
+    }
+
+    /// Grid, frame, tick labels, axis titles; `x_title` none for an axis that
+    /// is labelled by a panel below, `y_title` likewise for one beside.
+    pub(super) fn draw(
+        &self,
+        svg: &mut Svg,
+        title: &str,
+        x_title: Option<&str>,
+        y_title: Option<&str>,
+    ) {
+        let Rect { x, y, w, h } = self.frame;
+        let (right, bottom) = (self.frame.right(), self.frame.bottom());
+        let (grid, frame) = (Stroke::solid(GRID, 1.0), Stroke::solid(FRAME, 1.0));
+        for (value, label) in self.x.ticks(w / TICK_SPACING_X) {
+            let (px, _) = self.at(value, self.y.low);
+            svg.line((px, y), (px, bottom), grid);
+            if x_title.is_some() {
+                svg.text((px, bottom + 17.0), &label, LABEL, false);
+            }
+        }
+        for (value, label) in self.y.ticks(h / TICK_SPACING_Y) {
+            let (_, py) = self.at(self.x.low, value);
+            svg.line((x, py), (right, py), grid);
+            if y_title.is_some() {
+                let font = Font {
+                    anchor: Anchor::End,
+                    ..LABEL
+                };
+                svg.text((x - 7.0, py + 4.0), &label, font, false);
+            }
+        }
+        let corners = vec![(x, y), (right, y), (right, bottom), (x, bottom), (x, y)];
+        svg.polyline(&[corners], frame);
+        if let Some(text) = x_title {
+            svg.text((x + w / 2.0, bottom + 36.0), text, LABEL, false);
+        }
+        if let Some(text) = y_title {
+            svg.text((x - 50.0, y + h / 2.0), text, LABEL, true);
+        }
+        let font = Font {
+            size: 13.0,
+            bold: true,
+            colour: INK,
+            anchor: Anchor::Start,
+        };
+        svg.text((x, y - 9.0), title, font, false);
+    }
+
+    /// A legend above the right end of the frame.
+    pub(super) fn legend(&self, svg: &mut Svg, entries: &[(Key, &str)]) {
+        let font = Font {
+            anchor: Anchor::Start,
+            ..LABEL
+        };
+        let y = self.frame.y - 13.0;
+        let mut right = self.frame.right();
+        for (key, text) in entries.iter().rev() {
+            let left = right - font.width(text);
+            svg.text((left, y + 4.0), text, font, false);
+            match *key {
+                Key::Line(stroke) => svg.line((left - 28.0, y), (left - 6.0, y), stroke),
+                Key::Dots(colour) => {
+                    svg.dots(&[-25.0, -17.0, -9.0].map(|dx| (left + dx, y)), 4.0, colour);
+                }
+                Key::Band(fill) => {
+                    svg.rect(
+                        Rect {
+                            x: left - 28.0,
+                            y: y - 5.0,
+                            w: 22.0,
+                            h: 10.0,
+                        },
+                        fill,
+                        0.18,
+                    );
+                }
+            }
+            right = left - 46.0;
+        }
+    }
+
+    /// A curve, with a gap at each value that is not finite.
+    pub(super) fn curve(
+        &self,
+        svg: &mut Svg,
+        points: impl Iterator<Item = (f64, f64)>,
+        stroke: Stroke,
+    ) {
+        let pieces = decimate(points.map(|(x, y)| self.at(x, y)));
+        self.clipped(svg, |svg| svg.polyline(&pieces, stroke));
+    }
+
+    /// A dot for each point.
+    pub(super) fn dots(
+        &self,
+        svg: &mut Svg,
+        points: impl Iterator<Item = (f64, f64)>,
+        colour: &str,
+    ) {
+        let dots = distinct(points.map(|(x, y)| self.at(x, y)));
+        self.clipped(svg, |svg| svg.dots(&dots, 2.2, colour));
+    }
+
+    /// A filled area between two corners.
+    pub(super) fn area(
+        &self,
+        svg: &mut Svg,
+        a: (f64, f64),
+        b: (f64, f64),
+        fill: &str,
+        opacity: f64,
+    ) {
+        let ((ax, ay), (bx, by)) = (self.at(a.0, a.1), self.at(b.0, b.1));
+        let area = Rect {
+            x: ax.min(bx),
+            y: ay.min(by),
+            w: (ax - bx).abs(),
+            h: (ay - by).abs(),
+        };
+        self.clipped(svg, |svg| svg.rect(area, fill, opacity));
+    }
+
+    /// A level line over the whole width.
+    pub(super) fn level(&self, svg: &mut Svg, y: f64, stroke: Stroke) {
+        let (_, py) = self.at(self.x.low, y);
+        self.clipped(svg, |svg| {
+            svg.line((self.frame.x, py), (self.frame.right(), py), stroke)
+        });
+    }
+
+    fn clipped(&self, svg: &mut Svg, draw: impl FnOnce(&mut Svg)) {
+        svg.begin_clip(self.frame);
+        draw(svg);
+        svg.end_clip();
+    }
+}

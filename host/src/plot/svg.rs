@@ -1,0 +1,212 @@
+//! A small SVG writer: rectangles, polylines, dots and text.
+//!
+//! Plot libraries were weighed against this: what these figures need beyond
+//! their common core (panels that share an axis, gaps where samples are
+//! missing, dashes, marginal histograms, clipped bands) would have been drawn
+//! by hand on top of them anyway, and one short file of elements is less to
+//! keep than a library and its exceptions. Coordinates are px with one
+//! decimal, which is finer than the PNG that is made of them.
+
+use std::fmt::Write;
+
+/// Fonts in order of preference; the first is the one PNGs are drawn with.
+const FONTS: &str = "Noto Sans, Helvetica, Arial, sans-serif";
+
+/// A rectangle in px; y grows downwards.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rect {
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) w: f64,
+    pub(super) h: f64,
+}
+
+impl Rect {
+    pub(super) fn right(&self) -> f64 {
+        self.x + self.w
+    }
+
+    pub(super) fn bottom(&self) -> f64 {
+        self.y + self.h
+    }
+}
+
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stroke {
+    pub(super) colour: &'static str,
+    pub(super) width: f64,
+    /// Lengths of dash and gap; empty for a continuous line.
+    pub(super) dash: &'static str,
+}
+
+impl Stroke {
+    pub(super) const fn solid(colour: &'static str, width: f64) -> Self {
+        Self {
+            colour,
+            width,
+            dash: "",
+        }
+    }
+}
+
+/// Which point of a text is at its coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// How a text is set.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Font {
+    pub(super) size: f64,
+    pub(super) bold: bool,
+    pub(super) colour: &'static str,
+    pub(super) anchor: Anchor,
+}
+
+impl Font {
+    /// Width of a text in px, about: fonts differ, and none is asked.
+    pub(super) fn width(&self, text: &str) -> f64 {
+        // Mean advance of Noto Sans over English text, in em.
+        text.chars().count() as f64 * self.size * if self.bold { 0.60 } else { 0.555 }
+    }
+}
+
+/// A drawing being made.
+#[derive(Debug)]
+pub(super) struct Svg {
+    body: String,
+    clips: usize,
+}
+
+impl Svg {
+    /// An empty drawing on white.
+    pub(super) fn new(width: f64, height: f64) -> Self {
+        let mut svg = Self {
+            body: String::with_capacity(1 << 17),
+            clips: 0,
+        };
+        svg.put(format_args!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"{FONTS}\">"
+        ));
+        svg.rect(
+            Rect {
+                x: 0.0,
+                y: 0.0,
+                w: width,
+                h: height,
+            },
+            "#ffffff",
+            1.0,
+        );
+        svg
+    }
+
+    /// Appends a line of SVG.
+    fn put(&mut self, element: std::fmt::Arguments) {
+        // Writing to a string cannot fail.
+        let _ = self.body.write_fmt(element);
+        self.body.push('\n');
+    }
+
+    /// A filled rectangle.
+    pub(super) fn rect(&mut self, Rect { x, y, w, h }: Rect, fill: &str, opacity: f64) {
+        self.put(format_args!(
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" \
+             fill=\"{fill}\" fill-opacity=\"{opacity}\"/>"
+        ));
+    }
+
+    /// A straight line.
+    pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
+        self.polyline(&[vec![from, to]], stroke);
+    }
+
+    /// Pieces of a curve, with gaps between them.
+    pub(super) fn polyline(&mut self, pieces: &[Vec<(f64, f64)>], stroke: Stroke) {
+        let mut path = String::new();
+        for piece in pieces {
+            for (i, (x, y)) in piece.iter().enumerate() {
+                let command = if i == 0 { "M" } else { " " };
+                let _ = write!(path, "{command}{x:.1},{y:.1}");
+            }
+        }
+        let Stroke {
+            colour,
+            width,
+            dash,
+        } = stroke;
+        self.put(format_args!(
+            "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
+             stroke-dasharray=\"{dash}\" stroke-linejoin=\"round\"/>",
+            dash = if dash.is_empty() { "none" } else { dash }
+        ));
+    }
+
+    /// Round dots, as one path of strokes without length.
+    pub(super) fn dots(&mut self, centres: &[(f64, f64)], diameter: f64, colour: &str) {
+        let mut path = String::new();
+        for (x, y) in centres {
+            let _ = write!(path, "M{x:.1},{y:.1}h.01");
+        }
+        self.put(format_args!(
+            "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{diameter}\" \
+             stroke-linecap=\"round\"/>"
+        ));
+    }
+
+    /// A text; `turned` reads from bottom to top.
+    pub(super) fn text(&mut self, (x, y): (f64, f64), text: &str, font: Font, turned: bool) {
+        let Font {
+            size,
+            bold,
+            colour,
+            anchor,
+        } = font;
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let turn = if turned {
+            format!(" transform=\"rotate(-90 {x:.1} {y:.1})\"")
+        } else {
+            String::new()
+        };
+        let weight = if bold { " font-weight=\"bold\"" } else { "" };
+        let text = text
+            .replace('&', "&amp;")
+            .replace('<', "&lt;")
+            .replace('>', "&gt;");
+        self.put(format_args!(
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" fill=\"{colour}\" \
+             text-anchor=\"{anchor}\"{weight}{turn}>{text}</text>"
+        ));
+    }
+
+    /// What is drawn next, up to [`end_clip`](Self::end_clip), shows only
+    /// inside this rectangle.
+    pub(super) fn begin_clip(&mut self, Rect { x, y, w, h }: Rect) {
+        self.clips += 1;
+        let id = self.clips;
+        self.put(format_args!(
+            "<clipPath id=\"c{id}\"><rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" \
+             height=\"{h:.1}\"/></clipPath><g clip-path=\"url(#c{id})\">"
+        ));
+    }
+
+    /// Ends the clip begun last.
+    pub(super) fn end_clip(&mut self) {
+        self.put(format_args!("</g>"));
+    }
+
+    /// The finished file.
+    pub(super) fn finish(mut self) -> String {
+        self.body.push_str("</svg>\n");
+        self.body
+    }
+}

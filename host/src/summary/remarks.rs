@@ -1,0 +1,74 @@
+//! What the numbers of a summary mean, in words.
+
+use super::Summary;
+use armbridge_shared::JOINTS;
+
+/// The remarks that these numbers call for.
+pub(super) fn remarks(summary: &Summary) -> Vec<String> {
+    let mut remarks: Vec<String> = (0..JOINTS)
+        .filter_map(|joint| resting_error(summary, joint))
+        .collect();
+    for fault in &summary.faults {
+        remarks.push(format!(
+            "FAULT {} at {:.3} s: torque off",
+            fault.fault, fault.time_s
+        ));
+    }
+    let missing: u64 = summary.missing_samples.values().sum();
+    if missing > 0 {
+        let kinds: Vec<_> = summary
+            .missing_samples
+            .iter()
+            .map(|(kind, n)| format!("{kind} {n}"))
+            .collect();
+        remarks.push(format!("{missing} samples missing: {}", kinds.join(", ")));
+    }
+    if summary.missed_ticks > 0 {
+        remarks.push(format!("{} ticks missed", summary.missed_ticks));
+    }
+    let link = summary.records;
+    let gone = link.lost + link.damaged + link.dropped;
+    if gone > 0 {
+        remarks.push(format!(
+            "the record is not complete: {} lost, {} damaged, {} dropped by the board",
+            link.lost, link.damaged, link.dropped
+        ));
+    }
+    remarks
+}
+
+/// How far from its setpoints a joint rests, and what explains that.
+fn resting_error(summary: &Summary, joint: usize) -> Option<String> {
+    let errors = summary
+        .segments
+        .iter()
+        .map(|s| s.joints[joint].steady_state_error_mrad.abs());
+    let worst_mrad = errors.reduce(f64::max)?;
+    let count_mrad = summary.run.count_mrad(joint);
+    let who = format!("joint {} rests", joint + 1);
+    if worst_mrad <= count_mrad {
+        return Some(format!(
+            "{who} within one encoder count ({count_mrad:.1} mrad)"
+        ));
+    }
+    let at = format!("{who} up to {worst_mrad:.1} mrad from its setpoint");
+    let (Some(friction_nm), Some(offset_mrad)) = (
+        summary.run.static_friction_nm,
+        summary.run.stiction_offset_mrad,
+    ) else {
+        return Some(format!(
+            "{at}, more than one encoder count ({count_mrad:.1} mrad)"
+        ));
+    };
+    let (friction_nm, offset_mrad) = (friction_nm[joint], offset_mrad[joint]);
+    let explained = format!(
+        "static friction explains: {friction_nm} N m / {:.3} N m/rad = {offset_mrad:.1} mrad",
+        friction_nm / offset_mrad * 1e3
+    );
+    // The joint may stop anywhere within the count that the encoder shows.
+    Some(if worst_mrad <= offset_mrad + count_mrad {
+        format!("{at}, within what {explained}")
+    } else {
+        format!("{at}, MORE than {explained}")
+    })
+}

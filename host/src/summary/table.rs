@@ -1,0 +1,154 @@
+//! The summary as text for a terminal, at most 100 columns, without colours.
+
+use super::{JointSummary, Spread, Summary};
+use std::fmt::{Result, Write};
+
+/// Width of the rules, and the column at which remarks are broken.
+const WIDTH: usize = 84;
+
+impl Summary {
+    /// The summary as text, ending in a line feed.
+    pub fn table(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = self.write_table(&mut text);
+        text
+    }
+
+    fn write_table(&self, out: &mut String) -> Result {
+        let rule = "─".repeat(WIDTH);
+        writeln!(
+            out,
+            "armbridge {} · {}\n{rule}",
+            self.run.name,
+            self.run.describe()
+        )?;
+        self.write_setpoints(out)?;
+        writeln!(out, "{rule}")?;
+        self.write_ticks(out)?;
+        writeln!(out, "{rule}")?;
+        self.write_totals(out)?;
+        if !self.remarks.is_empty() {
+            writeln!(out, "{rule}")?;
+        }
+        self.remarks
+            .iter()
+            .try_for_each(|remark| write_wrapped(out, remark))
+    }
+
+    fn write_setpoints(&self, out: &mut String) -> Result {
+        writeln!(
+            out,
+            "{:<10}{:>6}{:>16}{:>14}{:>18}{:>20}",
+            "from", "joint", "setpoint", "settled", "error at rest", "in encoder counts"
+        )?;
+        for segment in &self.segments {
+            for (j, joint) in segment.joints.iter().enumerate() {
+                let from = if j == 0 {
+                    format!("{:.2} s", segment.start_s)
+                } else {
+                    String::new()
+                };
+                let JointSummary {
+                    reference_rad,
+                    settling_time_s,
+                    ..
+                } = joint;
+                let settled = settling_time_s.map_or("never".into(), |s| format!("in {s:.3} s"));
+                writeln!(
+                    out,
+                    "{from:<10}{:>6}{reference_rad:>+12.3} rad{settled:>14}{:>+13.1} mrad{:>+20.1}",
+                    j + 1,
+                    joint.steady_state_error_mrad,
+                    joint.steady_state_error_counts,
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    fn write_ticks(&self, out: &mut String) -> Result {
+        writeln!(
+            out,
+            "{:<16}{:>10}{:>10}{:>10}{:>10}",
+            "per tick", "mean", "std", "p99", "max"
+        )?;
+        write_spread(out, "starts late", self.start_error_us, 1.0, "µs")?;
+        let occupancy = format!("µs = {:.1} % of the period", self.bus_occupancy_percent);
+        write_spread(out, "bus", self.bus_us, 1.0, &occupancy)?;
+        match self.compute_ns {
+            Some(compute_ns) => write_spread(out, "compute", compute_ns, 1e-3, "µs"),
+            None => writeln!(out, "{:<16}{:>10}", "compute", "not measured"),
+        }
+    }
+
+    fn write_totals(&self, out: &mut String) -> Result {
+        let [torque1, torque2] = self.peak_torque_nm;
+        let [pwm1, pwm2] = self.peak_pwm_deviation;
+        let missing: u64 = self.missing_samples.values().sum();
+        let link = self.records;
+        let rows = [
+            ("peak torque", format!("{torque1:.3} and {torque2:.3} N m")),
+            ("peak PWM", format!("{pwm1} and {pwm2} away from off")),
+            (
+                "ticks",
+                format!(
+                    "{} recorded, {} missed, {missing} samples missing, {} faults",
+                    self.ticks,
+                    self.missed_ticks,
+                    self.faults.len()
+                ),
+            ),
+            (
+                "records",
+                format!(
+                    "{} sent, {} lost, {} damaged, {} dropped",
+                    link.sent, link.lost, link.damaged, link.dropped
+                ),
+            ),
+            (
+                "speed",
+                format!(
+                    "{:.2} s in {:.2} s, {:.1} times real time",
+                    self.simulated_s, self.wall_s, self.simulated_s_per_wall_s
+                ),
+            ),
+        ];
+        rows.iter()
+            .try_for_each(|(name, text)| writeln!(out, "{name:<16}{text}"))
+    }
+}
+
+/// One row of the table of what ticks took, in the unit asked for.
+fn write_spread(out: &mut String, name: &str, spread: Spread, scale: f64, unit: &str) -> Result {
+    let Spread {
+        mean,
+        std,
+        p99,
+        max,
+    } = spread;
+    write!(out, "{name:<16}")?;
+    for value in [mean, std, f64::from(p99), f64::from(max)] {
+        write!(out, "{:>10.2}", value * scale)?;
+    }
+    writeln!(out, "  {unit}")
+}
+
+/// A line, broken at spaces; what follows the first break is indented.
+fn write_wrapped(out: &mut String, line: &str) -> Result {
+    let mut column = 0;
+    for word in line.split(' ') {
+        let width = word.chars().count();
+        if column > 0 && column + 1 + width > WIDTH {
+            write!(out, "\n   ")?;
+            column = 3;
+        }
+        if column > 0 {
+            write!(out, " ")?;
+            column += 1;
+        }
+        write!(out, "{word}")?;
+        column += width;
+    }
+    writeln!(out)
+}
