@@ -17,17 +17,23 @@
 //!
 //! By (5) zero torque is 1015, although the paper's text calls 1000 zero. Both
 //! are kept: a torque is converted by (5), and 1000 *exactly* is the motor off,
-//! which stands for zero torque.
+//! which stands for zero torque. So a torque that would come to 1000 is sent as
+//! 999 or 1001: a motor that fell silent at -0.018 N m would be a step in the
+//! loop, and the arm can come to rest on it.
 //!
 //! What the estimator must be told is what the servo was told: PWM is a clamped
-//! integer, and [`Joint::torque`] says which torque that integer stands for.
+//! integer, and a [`Command`] carries the torque that this integer stands for.
 //!
 //! # Dead zone
 //!
 //! The paper finds no motion for 950 < PWM < 1050: 50 counts, 0.06 N m, of
-//! static friction. [`DeadZone`] adds them in the direction of the torque, so
-//! that what is asked for is what reaches the arm. The step at zero torque is
-//! a ramp, or noise about zero would make the servo rattle by 100 counts.
+//! static friction. [`DeadZone`] adds them to what is asked for. Friction
+//! opposes motion, not torque, so they are added in the direction in which the
+//! torque would move the arm: that of torque *less the torque that balances
+//! gravity*. Added in the direction of the torque alone they would push an arm
+//! that hangs to one side further out, by all the error that friction allows.
+//! The step at balance is a ramp, or noise would make the servo rattle by 100
+//! counts.
 
 use crate::real::Real;
 
@@ -63,12 +69,6 @@ impl Pwm {
     }
 }
 
-impl Default for Pwm {
-    fn default() -> Self {
-        Self::OFF
-    }
-}
-
 /// Which way the servo is mounted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Direction {
@@ -91,30 +91,40 @@ impl Direction {
 /// Compensation of static friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeadZone<T> {
-    /// PWM counts added in the direction of the torque.
+    /// PWM counts added in the direction of the net torque.
     pub half_width_counts: T,
-    /// Torque in N m at which all of them are added; proportionally fewer
-    /// below.
+    /// Net torque in N m from which on all of them are added; proportionally
+    /// fewer below.
     pub blend_nm: T,
 }
 
 impl<T: Real> DeadZone<T> {
-    /// 50 counts, half of the paper's 950..1050, blended in over 10 mN m:
-    /// about twice what sensor noise makes of a torque at rest.
+    /// 50 counts, half of the paper's 950..1050, blended in over 20 mN m:
+    /// nearly twice what sensor noise makes of a torque at rest.
     pub fn paper() -> Self {
         Self {
             half_width_counts: T::lit(50.0),
-            blend_nm: T::lit(0.01),
+            blend_nm: T::lit(0.02),
         }
     }
 
-    fn counts(&self, torque_nm: T) -> T {
-        if torque_nm.abs() >= self.blend_nm {
-            self.half_width_counts.copysign(torque_nm)
+    fn counts(&self, net_nm: T) -> T {
+        if net_nm.abs() >= self.blend_nm {
+            self.half_width_counts.copysign(net_nm)
         } else {
-            self.half_width_counts * (torque_nm / self.blend_nm)
+            self.half_width_counts * (net_nm / self.blend_nm)
         }
     }
+}
+
+/// What to send, and what it does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command<T> {
+    /// For the servo.
+    pub pwm: Pwm,
+    /// For the estimator: the joint torque in N m that this PWM stands for,
+    /// less the compensation where there is one, for friction takes that share.
+    pub torque_nm: T,
 }
 
 /// A torque that is not a number, or infinite: nothing to send to a servo.
@@ -164,49 +174,63 @@ impl<T: Real> Joint<T> {
         self.zero_count + self.direction.apply(angle_rad) / self.rad_per_count
     }
 
-    /// The PWM for a joint torque in N m: the nearest integer, halves up,
-    /// clamped to what the servo can do.
+    /// The command for a joint torque in N m, compensated where that is asked
+    /// for. `balance_nm` is the torque that would hold the arm still, 0 where
+    /// none is known.
     ///
     /// # Errors
     ///
-    /// [`NotFinite`] for NaN and infinities. A caller that must send something
-    /// sends [`Pwm::OFF`].
-    pub fn pwm(&self, torque_nm: T) -> Result<Pwm, NotFinite> {
-        let torque_nm = self.direction.apply(torque_nm);
-        let compensation = self
-            .dead_zone
-            .map_or(T::zero(), |zone| zone.counts(torque_nm));
-        let counts = T::from_count(Pwm::OFF.0)
-            + self.offset_counts
-            + self.gain_counts_per_nm * torque_nm
-            + compensation;
-        if torque_nm.is_finite() && counts.is_finite() {
-            Ok(Pwm::saturating(counts.to_count()))
-        } else {
-            Err(NotFinite)
+    /// [`NotFinite`] for NaN and infinities in either. A caller that must send
+    /// something sends [`Pwm::OFF`].
+    pub fn command(&self, torque_nm: T, balance_nm: T) -> Result<Command<T>, NotFinite> {
+        if !balance_nm.is_finite() {
+            return Err(NotFinite);
         }
+        let compensation = self.dead_zone.map_or(T::zero(), |zone| {
+            zone.counts(self.direction.apply(torque_nm - balance_nm))
+        });
+        let pwm = self.convert(torque_nm, compensation)?;
+        let share = self.direction.apply(compensation / self.gain_counts_per_nm);
+        Ok(Command {
+            pwm,
+            torque_nm: self.torque(pwm) - share,
+        })
     }
 
-    /// The joint torque in N m that a PWM stands for: the inverse of
-    /// [`pwm`](Self::pwm), less the compensation where there is one, for the
-    /// dead zone takes that share. [`Pwm::OFF`] stands for none.
+    /// Equation (5) alone: the nearest integer, halves up, clamped to what the
+    /// servo can do, and never [`Pwm::OFF`].
+    ///
+    /// # Errors
+    ///
+    /// [`NotFinite`], as [`command`](Self::command).
+    pub fn pwm(&self, torque_nm: T) -> Result<Pwm, NotFinite> {
+        self.convert(torque_nm, T::zero())
+    }
+
+    /// The joint torque in N m that the motor makes of a PWM: the inverse of
+    /// [`pwm`](Self::pwm), and none for [`Pwm::OFF`].
     pub fn torque(&self, pwm: Pwm) -> T {
         if pwm == Pwm::OFF {
             return T::zero();
         }
         let counts = T::from_count(pwm.0) - T::from_count(Pwm::OFF.0) - self.offset_counts;
-        let torque_nm = match self.dead_zone {
-            None => counts / self.gain_counts_per_nm,
-            Some(zone) => {
-                let knee = zone.half_width_counts + self.gain_counts_per_nm * zone.blend_nm;
-                if counts.abs() >= knee {
-                    (counts - zone.half_width_counts.copysign(counts)) / self.gain_counts_per_nm
-                } else {
-                    zone.blend_nm * (counts / knee)
-                }
-            }
-        };
-        self.direction.apply(torque_nm)
+        self.direction.apply(counts / self.gain_counts_per_nm)
+    }
+
+    fn convert(&self, torque_nm: T, compensation: T) -> Result<Pwm, NotFinite> {
+        let counts = T::from_count(Pwm::OFF.0)
+            + self.offset_counts
+            + self.gain_counts_per_nm * self.direction.apply(torque_nm)
+            + compensation;
+        if !counts.is_finite() {
+            return Err(NotFinite);
+        }
+        let off = T::from_count(Pwm::OFF.0);
+        Ok(match Pwm::saturating(counts.to_count()) {
+            Pwm::OFF if counts < off => Pwm(Pwm::OFF.0 - 1),
+            Pwm::OFF => Pwm(Pwm::OFF.0 + 1),
+            pwm => pwm,
+        })
     }
 }
 
@@ -227,10 +251,17 @@ mod tests {
         for joint in [Joint::paper(), compensated(Direction::Reverse)] {
             for torque in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
                 assert_eq!(joint.pwm(torque), Err(NotFinite), "{torque}");
+                assert_eq!(joint.command(torque, 0.0), Err(NotFinite), "{torque}");
             }
         }
-        assert_eq!(Joint::paper().pwm(1e30_f32), Ok(Pwm::MAX));
-        assert_eq!(Joint::paper().pwm(-1e30_f32), Ok(Pwm::MIN));
+        for joint in [Joint::paper(), compensated(Direction::Forward)] {
+            for balance in [f32::NAN, f32::INFINITY] {
+                assert_eq!(joint.command(0.1, balance), Err(NotFinite), "{balance}");
+            }
+        }
+        let joint = Joint::paper();
+        assert_eq!(joint.pwm(1e30), Ok(Pwm::MAX));
+        assert_eq!(joint.pwm(-1e30), Ok(Pwm::MIN));
     }
 
     #[test]
@@ -242,39 +273,63 @@ mod tests {
 
     #[test]
     fn every_pwm_survives_the_round_trip_through_torque() {
-        let joints = [
-            Joint::paper(),
-            compensated(Direction::Forward),
-            compensated(Direction::Reverse),
-        ];
-        for joint in joints {
-            for counts in 0..=2000 {
+        for joint in [Joint::paper(), compensated(Direction::Reverse)] {
+            for counts in (0..=2000).filter(|&counts| counts != Pwm::OFF.0) {
                 let pwm = Pwm(counts);
-                if pwm != Pwm::OFF {
-                    assert_eq!(joint.pwm(joint.torque(pwm)), Ok(pwm), "{joint:?}");
-                }
+                assert_eq!(joint.pwm(joint.torque(pwm)), Ok(pwm));
             }
-            assert_eq!(joint.torque(Pwm::OFF), 0.0);
+            assert_eq!(joint.torque(Pwm::OFF).to_bits(), 0);
         }
     }
 
     #[test]
-    fn compensation_adds_its_counts_outside_the_blend_and_is_continuous() {
+    fn a_command_tells_the_torque_left_after_rounding_and_clamp() {
+        for joint in [Joint::paper(), compensated(Direction::Reverse)] {
+            let told = |torque| joint.command(torque, 0.0).unwrap().torque_nm;
+            for step in -110..=110_i16 {
+                let torque = f32::from(step) * 0.01;
+                let lost = (told(torque) - torque).abs();
+                // Half a count; at PWM 1000 the motor is off, 15 counts early.
+                assert!(
+                    lost <= 0.51 / 834.0 || told(torque) == 0.0,
+                    "{torque}: {lost}"
+                );
+            }
+            assert!(told(5.0) < 1.25 && told(-5.0) > -1.25);
+        }
+    }
+
+    #[test]
+    fn compensation_follows_the_net_torque_and_is_continuous() {
         let (plain, joint) = (Joint::paper(), compensated(Direction::Forward));
-        for torque in [0.01_f32, 0.1, 0.5] {
+        let counts = |torque, balance| i32::from(joint.command(torque, balance).unwrap().pwm.0);
+        // A holding torque of 0.2 N m wants to move neither way.
+        let held = i32::from(plain.pwm(0.2_f32).unwrap().0);
+        assert_eq!(counts(0.2, 0.2), held);
+        for net in [0.02_f32, 0.1, 0.5] {
             for sign in [1.0, -1.0] {
-                let counts = |joint: &Joint<f32>| i32::from(joint.pwm(sign * torque).unwrap().0);
-                let added = f32::from((counts(&joint) - counts(&plain)) as i16) * sign;
-                assert_eq!(added, 50.0, "{torque}");
+                let torque = 0.2 + sign * net;
+                let added = counts(torque, 0.2) - i32::from(plain.pwm(torque).unwrap().0);
+                assert_eq!(added, 50 * sign as i32, "{net}");
             }
         }
-        // Over the blend, 50 counts in 10 mN m are 5 counts per mN m, and
-        // equation (5) adds 0.8.
-        let mut last = joint.pwm(-0.02).unwrap().0;
-        for step in -199..=200_i16 {
-            let now = joint.pwm(f32::from(step) * 1e-4).unwrap().0;
-            assert!((last..=last + 1).contains(&now), "{step}: {last} to {now}");
+        // Over the blend, 50 counts in 20 mN m are 2.5 counts per mN m, and
+        // equation (5) adds 0.8; stepping over 1000 doubles a step.
+        let mut last = counts(-0.03, 0.0);
+        for step in -299..=300_i16 {
+            let now = counts(f32::from(step) * 1e-4, 0.0);
+            assert!((last..=last + 2).contains(&now), "{step}: {last} to {now}");
             last = now;
+        }
+    }
+
+    #[test]
+    fn a_torque_is_never_sent_as_off() {
+        for joint in [Joint::paper(), compensated(Direction::Forward)] {
+            for step in -2000..=2000_i16 {
+                let command = joint.command(f32::from(step) * 1e-4, 0.0).unwrap();
+                assert_ne!(command.pwm, Pwm::OFF, "{step}");
+            }
         }
     }
 

@@ -6,10 +6,10 @@
 //!
 //! # Bit repeatability
 //!
-//! The same `f32` inputs give the same bits on x86-64 and on a Cortex-M4F:
-//! sums, products, quotients and roots are IEEE 754 on both, sine, power and
-//! the like come from `libm` on both (nalgebra's `libm-force`), and nothing
-//! here uses a fused multiply-add.
+//! A host that replays a board's tick must get the board's bits. So only what
+//! is the same everywhere is used: sums, products, quotients and roots as IEEE
+//! 754 defines them, no fused multiply-add, and sine, power and the like from
+//! one library, `libm` (nalgebra's `libm-force`), on host and board alike.
 
 use nalgebra::RealField;
 

@@ -23,6 +23,7 @@ pub use body::{Body, Friction};
 pub use config::PlantConfig;
 
 use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Pwm;
 use armbridge_shared::arm::State;
 use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal};
@@ -30,7 +31,7 @@ use rand_pcg::Pcg32;
 use std::collections::VecDeque;
 
 /// PWM at which a Morpheus servo switches its motor off.
-const OFF: u16 = 1000;
+const OFF: u16 = Pwm::OFF.counts();
 /// Largest count of an AX-12A's encoder.
 const LARGEST_COUNT: f64 = 1023.0;
 
@@ -113,7 +114,11 @@ impl Plant {
     /// Lets time pass.
     pub fn advance(&mut self, to_ns: u64) {
         self.now_ns = self.now_ns.max(to_ns);
-        while let Some(command) = self.delayed.pop_front_if(|next| next.at_ns <= self.now_ns) {
+        while let Some(&command) = self.delayed.front() {
+            if command.at_ns > self.now_ns {
+                break;
+            }
+            self.delayed.pop_front();
             self.apply(command);
         }
         if self.held {
@@ -131,11 +136,6 @@ impl Plant {
     /// True motor torque in N m, now.
     pub fn torque(&self) -> Vector2<f64> {
         self.body.torque()
-    }
-
-    /// The time of the latest call, in ns.
-    pub fn now_ns(&self) -> u64 {
-        self.now_ns
     }
 
     fn apply(&mut self, command: Command) {

@@ -16,7 +16,7 @@ pub struct Linear<T> {
 
 impl<T: Real> Parameters<T> {
     /// Linearises equation (1) about rest at `q_ref`, held there by the torque
-    /// G(q_ref). Analytic: M and F are diagonal, and Co vanishes at rest.
+    /// `G(q_ref)`. Analytic: M and F are diagonal, and Co vanishes at rest.
     pub fn linearise(&self, q_ref: Vector2<T>) -> Linear<T> {
         let mass = self.mass(q_ref).diagonal();
         let stiffness = self.gravity_slope(q_ref);

@@ -99,22 +99,37 @@ impl Law {
         self.estimator.update(measured_rad, torque_nm)
     }
 
-    /// The torque that regulates, for a state that is a period ahead because
-    /// `in_force` acts until then.
-    pub(super) fn regulate(&self, in_force_nm: Vector2<f32>) -> Vector2<f32> {
-        self.lqr
-            .torque(&self.estimator.predict(in_force_nm), &self.setpoint)
+    /// Commands that regulate, decided on the state a period ahead: until then
+    /// `in_force_nm` acts. `None` if anything is not finite.
+    pub(super) fn regulate(&self, in_force_nm: Vector2<f32>) -> Option<Decision> {
+        let torque_nm = self.lqr.torque(&self.estimator.predict(in_force_nm), &self.setpoint);
+        self.commands(torque_nm, self.setpoint.torque())
     }
 
-    /// The PWM for a torque; `None` if it is not finite.
-    pub(super) fn pwm(&self, torque_nm: Vector2<f32>) -> Option<[Pwm; JOINTS]> {
-        let ([joint_a, joint_b], [a, b]) = (&self.joints, <[f32; JOINTS]>::from(torque_nm));
-        Some([joint_a.pwm(a).ok()?, joint_b.pwm(b).ok()?])
+    /// Commands for a constant torque; `None` if it is not finite.
+    pub(super) fn constant(&self, torque_nm: [f32; JOINTS]) -> Option<Decision> {
+        self.commands(torque_nm.into(), Vector2::zeros())
     }
 
-    /// The torque in N m that these PWM stand for.
-    pub(super) fn torque(&self, pwm: [Pwm; JOINTS]) -> Vector2<f32> {
-        let ([joint_a, joint_b], [a, b]) = (&self.joints, pwm);
-        Vector2::new(joint_a.torque(a), joint_b.torque(b))
+    fn commands(&self, torque_nm: Vector2<f32>, balance_nm: Vector2<f32>) -> Option<Decision> {
+        let [joint_a, joint_b] = &self.joints;
+        let a = joint_a.command(torque_nm.x, balance_nm.x).ok()?;
+        let b = joint_b.command(torque_nm.y, balance_nm.y).ok()?;
+        Some(Decision { pwm: [a.pwm, b.pwm], torque_nm: Vector2::new(a.torque_nm, b.torque_nm) })
+    }
+}
+
+/// What the servos are to be told, and the torque that it stands for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Decision {
+    pub(super) pwm: [Pwm; JOINTS],
+    /// In N m, after clamp and rounding, less what dry friction takes.
+    pub(super) torque_nm: Vector2<f32>,
+}
+
+impl Decision {
+    /// Motors off.
+    pub(super) fn off() -> Self {
+        Self { pwm: [Pwm::OFF; JOINTS], torque_nm: Vector2::zeros() }
     }
 }

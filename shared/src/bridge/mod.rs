@@ -35,7 +35,7 @@ use crate::arm::State;
 use crate::link::message::{Fault, Missing, Mode, Record, Refusal, Sample, Setup, Timing};
 use crate::servo::master::{Master, Outcome, Transaction};
 use crate::servo::morpheus::ServoId;
-use law::Law;
+use law::{Decision, Law};
 use mailbox::{Notice, Order, Task};
 use supervisor::{Event, Request, torque_is_on};
 
@@ -84,8 +84,8 @@ pub struct Bridge<'a, S, D> {
     torque_nm: [f32; JOINTS],
     /// Torque that acted until this tick's samples were taken.
     acted_nm: Vector2<f32>,
-    in_force: [Pwm; JOINTS],
-    next: [Pwm; JOINTS],
+    in_force: Decision,
+    next: Decision,
     next_start_us: u64,
     now_us: u64,
     heard_us: u64,
@@ -116,8 +116,8 @@ where
             stop_due: false,
             torque_nm: [0.0; JOINTS],
             acted_nm: Vector2::zeros(),
-            in_force: [Pwm::OFF; JOINTS],
-            next: [Pwm::OFF; JOINTS],
+            in_force: Decision::off(),
+            next: Decision::off(),
             next_start_us: now_us,
             now_us,
             heard_us: now_us,
@@ -174,24 +174,22 @@ where
         }
         let state = self.law.update(measured, self.acted_nm);
         self.check(&state);
-        let in_force_nm = self.law.torque(self.in_force);
         let decided = match self.mode {
-            Mode::BringUp | Mode::Idle | Mode::Fault(_) => Some([Pwm::OFF; JOINTS]),
-            Mode::Torque => self.law.pwm(self.torque_nm.into()),
-            Mode::Regulate => self.law.pwm(self.law.regulate(in_force_nm)),
+            Mode::BringUp | Mode::Idle | Mode::Fault(_) => Some(Decision::off()),
+            Mode::Torque => self.law.constant(self.torque_nm),
+            Mode::Regulate => self.law.regulate(self.in_force.torque_nm),
         };
         self.next = decided.unwrap_or_else(|| {
             self.trip(Fault::NotFinite);
-            [Pwm::OFF; JOINTS]
+            Decision::off()
         });
-        self.acted_nm = in_force_nm;
         let record = &mut self.record;
         record.mode = self.mode;
-        record.pwm_next = self.next.map(Pwm::counts);
+        record.pwm_next = self.next.pwm.map(Pwm::counts);
         record.reference_rad = self.law.reference_rad();
         record.angle_rad = state.q.into();
         record.speed_rad_s = state.dq.into();
-        record.torque_nm = self.law.torque(self.next).into();
+        record.torque_nm = self.next.torque_nm.into();
     }
 
     /// Publishes the tick's record. True if the tick began and ended in time:
@@ -218,7 +216,7 @@ where
             Stage::Start => Transaction::Start,
             Stage::Ticking => {
                 self.begin_tick();
-                Transaction::Drive(self.in_force)
+                Transaction::Drive(self.in_force.pwm)
             }
         }
     }
@@ -284,13 +282,14 @@ where
             self.overruns_in_row = 0;
         }
         if !torque_is_on(self.mode) {
-            self.next = [Pwm::OFF; JOINTS];
+            self.next = Decision::off();
         }
+        self.acted_nm = self.in_force.torque_nm;
         self.in_force = self.next;
         let record = &mut self.record;
         record.tick = record.tick.wrapping_add(1);
         record.start_us = self.now_us;
-        record.pwm_in_force = self.in_force.map(Pwm::counts);
+        record.pwm_in_force = self.in_force.pwm.map(Pwm::counts);
         record.timing = Timing {
             start_error_us: late_us as u32,
             missed: record.timing.missed.wrapping_add(missed as u32),
@@ -352,7 +351,7 @@ where
         }
         match self.mode {
             Mode::Fault(_) => {
-                self.next = [Pwm::OFF; JOINTS];
+                self.next = Decision::off();
                 self.stop_due = true;
                 // The stop does not wait for the next tick.
                 self.next_start_us = self.now_us;

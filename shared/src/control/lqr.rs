@@ -4,7 +4,7 @@
 //! u = G(q_ref) - K (x - x_ref)        x_ref = [q_ref, 0]
 //! ```
 //!
-//! G(q_ref) is the torque that holds the arm at the setpoint, so that there is
+//! `G(q_ref)` is the torque that holds the arm at the setpoint, so that there is
 //! no error at rest for K to work against. The gain is designed about upright
 //! and used about every setpoint near it.
 //!
@@ -99,5 +99,10 @@ impl<T: Real> Setpoint<T> {
     /// The joint angles in rad.
     pub fn q(&self) -> Vector2<T> {
         self.q
+    }
+
+    /// The torque in N m that holds the arm there.
+    pub fn torque(&self) -> Vector2<T> {
+        self.torque
     }
 }

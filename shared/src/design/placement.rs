@@ -18,7 +18,7 @@
 //! [`Discrete::joints`](crate::arm::Discrete::joints).
 
 use crate::real::Real;
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{ComplexField, Matrix2, Vector2};
 
 /// The two poles of one joint's observer, in z.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,7 +98,7 @@ impl<T: Real> Poles<T> {
 /// See [`Error`].
 pub fn prediction_gain<T: Real>(a: &Matrix2<T>, poles: Poles<T>) -> Result<Vector2<T>, Error> {
     let (sum, product) = poles.sum_and_product()?;
-    if !a.iter().all(|entry| entry.is_finite()) {
+    if !a.iter().all(ComplexField::is_finite) {
         return Err(Error::NotFinite);
     }
     if a.m12 == T::zero() {

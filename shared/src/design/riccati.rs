@@ -19,7 +19,7 @@
 //! Ten to fifteen iterations are usual, more for shorter periods.
 
 use crate::real::Real;
-use nalgebra::{Const, DimMin, SMatrix};
+use nalgebra::{ComplexField, Const, DimMin, SMatrix};
 
 /// What the equation gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,7 +110,7 @@ where
 }
 
 fn is_finite<T: Real, const R: usize, const C: usize>(m: &SMatrix<T, R, C>) -> bool {
-    m.iter().all(|entry| entry.is_finite())
+    m.iter().all(ComplexField::is_finite)
 }
 
 /// Rounding must not make G and H drift from symmetry.

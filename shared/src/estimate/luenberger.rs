@@ -1,4 +1,12 @@
 //! The Luenberger observer, equation (11).
+//!
+//! ```text
+//! x-(k) = model one period after x^(k-1), under the torque that acted
+//! x^(k) = x-(k) + Lc (y(k) - C x-(k))
+//! ```
+//!
+//! With `L = A Lc` the predictions x- are those of (11), see
+//! [`placement`](crate::design::placement).
 
 use super::model::{Known, Model};
 use crate::JOINTS;

@@ -6,9 +6,8 @@
 //! # One tick
 //!
 //! Tick k begins by sending the PWM decided in tick k-1, then samples the
-//! angles. With the torques that those PWM stand for
-//! ([`Joint::torque`](crate::actuator::Joint::torque), so after clamp and
-//! rounding):
+//! angles. With the torques that those PWM stand for, after clamp and rounding
+//! ([`Command::torque_nm`](crate::actuator::Command::torque_nm)):
 //!
 //! ```text
 //! x(k)    = update(samples of tick k, torque sent in tick k-1)
@@ -73,12 +72,15 @@ pub enum Error {
 }
 
 impl<T: Real> Config<T> {
-    /// Good for 1 kHz with one count of sensor noise: poles at 12, 13, 14 and
-    /// 15 ms, which leaves little noise in the torque and costs the controller
-    /// little damping.
+    /// An observer that stands well from 0.5 to 45 ms with one count of sensor
+    /// noise: two time constants of 15 and 16 ms per joint.
+    ///
+    /// Slower poles are quieter, but take dry friction for motion and soften
+    /// the arm; faster ones pass more noise on to the torque.
     pub fn standing() -> Self {
+        let poles = [T::lit(0.05), T::lit(0.06)];
         Self::Luenberger {
-            poles_45ms: [[0.05, 0.04], [0.05, 0.04]].map(|poles| poles.map(T::lit)),
+            poles_45ms: [poles; JOINTS],
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::body::Friction;
 use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
+use armbridge_shared::actuator::{Joint, Pwm};
 use armbridge_shared::arm::{Parameters, State};
 use core::f64::consts::FRAC_PI_2;
 use nalgebra::Vector2;
@@ -123,20 +123,20 @@ impl PlantConfig {
         }
     }
 
-    /// Joint torque in N m that a servo makes of a PWM.
+    /// Joint torque in N m that a servo makes of a PWM: equation (5) with the
+    /// motor's true zero and gain.
     pub(super) fn torque(&self, servo: usize, pwm: u16) -> f64 {
-        /// Both bridge inputs low.
-        const OFF: u16 = 1000;
         const DEAD_ZONE: core::ops::Range<u16> = 951..1050;
 
-        if pwm == OFF || (self.dead_zone && DEAD_ZONE.contains(&pwm)) {
+        if self.dead_zone && DEAD_ZONE.contains(&pwm) {
             return 0.0;
         }
-        let joint = &self.joints[servo];
-        let zero = f64::from(OFF) + joint.offset_counts + self.pwm_offset_counts;
-        let torque_nm = (f64::from(pwm) - zero) / joint.gain_counts_per_nm * self.torque_gain;
-        let torque_nm = torque_nm.clamp(-self.torque_limit_nm, self.torque_limit_nm);
-        // A mounting that turns the encoder turns the motor.
-        torque_nm * (joint.position(1.0) - joint.zero_count).signum()
+        let calibrated = self.joints[servo];
+        let motor = Joint {
+            offset_counts: calibrated.offset_counts + self.pwm_offset_counts,
+            ..calibrated
+        };
+        let torque_nm = motor.torque(Pwm::saturating(pwm)) * self.torque_gain;
+        torque_nm.clamp(-self.torque_limit_nm, self.torque_limit_nm)
     }
 }

@@ -1,0 +1,136 @@
+//! What the estimators promise, apart from any plant.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::arm::{Discrete, Parameters, State};
+use armbridge_shared::design::placement;
+use armbridge_shared::estimate::{Config, Error, Estimator, Luenberger};
+use nalgebra::{Matrix2x4, Matrix4x2, Vector2, Vector4};
+
+/// A made-up motion: angles, and torques that have nothing to do with them.
+fn motion(tick: u32) -> ([f64; JOINTS], Vector2<f64>) {
+    let t = f64::from(tick) * 0.001;
+    let q = [0.3 * (3.0 * t).sin(), 0.2 * (5.0 * t).cos()];
+    (q, Vector2::new(0.1 * (7.0 * t).sin(), -0.05))
+}
+
+#[test]
+fn the_paper_s_observer_is_equation_11() {
+    let Discrete { a, b } = Discrete::<f64>::paper();
+    let c = Matrix2x4::identity();
+    #[rustfmt::skip]
+    let l = Matrix4x2::new(
+        0.29, 0.0,
+        0.0, 0.34,
+        0.72, 0.0,
+        0.0, 0.34,
+    );
+    let mut observer = Luenberger::<f64>::paper().unwrap();
+    observer.reset(Vector2::zeros());
+    let mut x = Vector4::zeros();
+    let mut acted = Vector2::zeros();
+    for tick in 0..200 {
+        let (q, torque) = motion(45 * tick);
+        let estimate = observer.update(q.map(Some), acted).to_vector();
+        assert!((estimate - x).amax() < 1e-12, "tick {tick}");
+        x = a * x + b * torque + l * (Vector2::from(q) - c * x);
+        assert!((observer.predict(torque).to_vector() - x).amax() < 1e-12);
+        acted = torque;
+    }
+}
+
+fn estimators() -> [Config<f64>; 3] {
+    [
+        Config::standing(),
+        Config::FiniteDifference { filter_s: 0.02 },
+        Config::FiniteDifference { filter_s: 0.0 },
+    ]
+}
+
+#[test]
+fn an_arm_held_aside_is_seen_at_rest() {
+    let arm = Parameters::<f64>::paper();
+    let q = Vector2::new(0.5, -0.4);
+    for config in estimators() {
+        for measured in [[Some(q.x), Some(q.y)], [None, None]] {
+            let mut estimator = config.build(&arm, 0.001).unwrap();
+            estimator.reset(q);
+            for _ in 0..500 {
+                let state = estimator.update(measured, arm.gravity(q));
+                let ahead = estimator.predict(arm.gravity(q));
+                let error = (state.to_vector() - State::at_rest(q).to_vector()).amax();
+                assert!(error < 1e-9, "{config:?}: {error:e}");
+                assert!(ahead.dq.amax() < 1e-9);
+            }
+        }
+    }
+}
+
+#[test]
+fn missing_samples_are_predicted_through() {
+    let arm = Parameters::<f64>::paper();
+    for config in estimators() {
+        let mut estimator = config.build(&arm, 0.001).unwrap();
+        estimator.reset(Vector2::zeros());
+        let mut ahead = estimator.predict(motion(0).1);
+        for tick in 0..100 {
+            let (q, torque) = motion(tick);
+            let state = estimator.update([Some(q[0]), None], torque);
+            assert_eq!(state.q.y, ahead.q.y, "joint 2 is the model's");
+            assert_eq!(state.dq.y, ahead.dq.y);
+            let (_, next) = motion(tick + 1);
+            ahead = estimator.predict(next);
+        }
+    }
+    // A difference over a gap is taken over the whole of it.
+    let plain = Config::FiniteDifference { filter_s: 0.0 };
+    let mut estimator = plain.build(&arm, 0.001).unwrap();
+    estimator.reset(Vector2::zeros());
+    estimator.update([None, None], Vector2::zeros());
+    let state = estimator.update([Some(0.002), Some(-0.004)], Vector2::zeros());
+    assert!((state.dq - Vector2::new(1.0, -2.0)).amax() < 1e-12);
+}
+
+#[test]
+fn f32_stays_close_to_f64_over_ten_seconds() {
+    let configs: [(Config<f64>, Config<f32>); 2] = [
+        (Config::standing(), Config::standing()),
+        (
+            Config::FiniteDifference { filter_s: 0.02 },
+            Config::FiniteDifference { filter_s: 0.02 },
+        ),
+    ];
+    for (double, single) in configs {
+        let mut exact: Estimator<f64> = double.build(&Parameters::paper(), 0.001).unwrap();
+        let mut close: Estimator<f32> = single.build(&Parameters::paper(), 0.001).unwrap();
+        for tick in 0..10_000 {
+            let (q, torque) = motion(tick);
+            let x = exact.update(q.map(Some), torque);
+            let y = close.update(q.map(|q| Some(q as f32)), torque.cast());
+            let angle = (x.q - y.q.cast()).amax();
+            let speed = (x.dq - y.dq.cast()).amax();
+            // Angles keep their digits; a difference over 1 ms loses three.
+            assert!(
+                angle < 2e-6 && speed < 2e-3,
+                "tick {tick}: {angle:e} {speed:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn an_estimator_that_cannot_be_is_refused_by_name() {
+    let arm = Parameters::<f64>::paper();
+    let refused = |config: Config<f64>, period_s| config.build(&arm, period_s).unwrap_err();
+    assert_eq!(refused(Config::standing(), 0.0), Error::Period);
+    assert_eq!(refused(Config::standing(), f64::NAN), Error::Period);
+    let filter_s = -0.1;
+    assert_eq!(
+        refused(Config::FiniteDifference { filter_s }, 0.001),
+        Error::Filter
+    );
+    let poles_45ms = [[0.1, 0.2], [0.1, 1.0]];
+    assert_eq!(
+        refused(Config::Luenberger { poles_45ms }, 0.001),
+        Error::Placement(placement::Error::Unstable)
+    );
+}
