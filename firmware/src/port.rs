@@ -62,7 +62,8 @@ impl Buffers {
     /// From the interrupt handler: a byte has come.
     pub fn received(&self, byte: u8) {
         let received = self.received.load(Ordering::Relaxed);
-        self.received.store(received.wrapping_add(1), Ordering::Release);
+        self.received
+            .store(received.wrapping_add(1), Ordering::Release);
         if !self.rx.push(byte) {
             self.complain(LineError::Overrun);
         }

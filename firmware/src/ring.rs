@@ -98,7 +98,10 @@ mod tests {
         assert!(ring.is_empty() && ring.total() == 150);
         assert!((0..4).all(|byte| ring.push(byte)));
         assert!(ring.is_full() && !ring.push(9));
-        assert_eq!([0; 5].map(|_| ring.pop()), [Some(0), Some(1), Some(2), Some(3), None]);
+        assert_eq!(
+            [0; 5].map(|_| ring.pop()),
+            [Some(0), Some(1), Some(2), Some(3), None]
+        );
     }
 
     #[test]

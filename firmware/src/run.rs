@@ -16,14 +16,14 @@ use embedded_hal_nb::serial;
 
 /// What the real-time loop needs of a board, beside the bus.
 pub trait RealTime {
-    /// Rate of [`Self::cycles`].
-    const CYCLES_PER_US: u32;
-
     /// Time since boot in µs; never goes back.
     fn now_us(&self) -> u64;
 
-    /// A free-running cycle counter, modulo 2³².
-    fn cycles(&self) -> u32;
+    /// Starts measuring how long something takes.
+    fn start_stopwatch(&mut self);
+
+    /// Time since [`Self::start_stopwatch`] in ns; wrong beyond 4 s.
+    fn stopwatch_ns(&self) -> u32;
 
     /// Waits for bus activity (a byte, the end of a transmission) or until
     /// `until_us`, whichever is first. May return early.
@@ -65,23 +65,22 @@ where
             // Torque is off and the bus makes progress: no doubt in that.
             Ok(Progress::Searching) => board.tick_was_good(),
             Ok(Progress::Sampled) => {
-                let begun = board.cycles();
+                board.start_stopwatch();
                 bridge.decide();
-                let cycles = board.cycles().wrapping_sub(begun);
-                let compute_ns = u64::from(cycles) * 1000 / u64::from(B::CYCLES_PER_US);
-                if bridge.publish(u32::try_from(compute_ns).unwrap_or(u32::MAX)) {
+                let compute_ns = board.stopwatch_ns();
+                if bridge.publish(compute_ns) {
                     board.tick_was_good();
                 }
             }
             Err(nb::Error::WouldBlock) => {
                 news.ran.signal(());
+                if mode != Some(bridge.mode()) {
+                    mode = Some(bridge.mode());
+                    news.mode.signal(bridge.mode());
+                }
                 board.wait(bridge.wake_at_us()).await;
             }
             Err(nb::Error::Other(never)) => match never {},
-        }
-        if mode != Some(bridge.mode()) {
-            mode = Some(bridge.mode());
-            news.mode.signal(bridge.mode());
         }
     }
 }

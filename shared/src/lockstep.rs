@@ -9,7 +9,7 @@
 //! Each side waits for the bytes that were announced before it goes on, so
 //! that nothing depends on how busy the machine is.
 //!
-//! Both messages are 16 bytes, little endian, on a serial port of their own.
+//! Both messages are 16 bytes, little endian, on a channel of their own.
 
 /// From board to bench: nothing to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

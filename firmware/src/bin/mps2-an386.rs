@@ -4,21 +4,19 @@
 #![no_main]
 
 use armbridge_firmware::board::mps2_an386::bus::{BusLine, LastLine, NoPin};
-use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, TICK};
+use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, REST, TICK};
 use armbridge_firmware::board::mps2_an386::link::LinkStream;
 use armbridge_firmware::board::mps2_an386::semihosting::{self, EXIT_FAULT, EXIT_PANIC};
 use armbridge_firmware::board::mps2_an386::time::{self, Board};
-use armbridge_firmware::board::mps2_an386::{BUS, LINK, LOCKSTEP, lockstep};
+use armbridge_firmware::board::mps2_an386::{BUS, LINK, lockstep};
 use armbridge_firmware::port::Port;
 use armbridge_firmware::run::{self, News};
 use armbridge_firmware::stop;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
 use core::panic::PanicInfo;
-use embassy_executor::Executor;
 use static_cell::StaticCell;
 
 static MAILBOXES: StaticCell<Mailboxes> = StaticCell::new();
-static THREAD: StaticCell<Executor> = StaticCell::new();
 static NEWS: News = News::new();
 
 defmt::timestamp!("{=u64:us}", time::now_us());
@@ -27,7 +25,7 @@ defmt::timestamp!("{=u64:us}", time::now_us());
 fn main() -> ! {
     let in_lockstep = semihosting::has_argument("lockstep");
     time::start(in_lockstep);
-    for uart in [&LINK, &BUS, &LOCKSTEP] {
+    for uart in [&LINK, &BUS] {
         uart.enable();
     }
     if let Some(mut core) = cortex_m::Peripherals::take() {
@@ -40,17 +38,21 @@ fn main() -> ! {
     );
 
     let (bridge, link) = MAILBOXES.init(Mailboxes::new()).split();
-    // Each of the tasks is spawned once, so there is always room for it.
-    TICK.start(Irq::Tick).spawn(tick(bridge).expect("spawned once"));
-    THREAD.init(Executor::new()).run(|thread| {
-        let port = LinkPort::new(link);
-        thread.spawn(report().expect("spawned once"));
-        if in_lockstep {
-            thread.spawn(granted(port).expect("spawned once"));
-        } else {
-            thread.spawn(talk(port).expect("spawned once"));
-        }
-    })
+    // Each of the tasks is spawned once, so there is always room for it. The
+    // tick first: it must be waiting when lockstep begins.
+    let spawner = TICK.start(Irq::Tick);
+    spawner.spawn(tick(bridge).expect("spawned once"));
+    let spawner = REST.start(Irq::Rest);
+    spawner.spawn(report().expect("spawned once"));
+    let port = LinkPort::new(link);
+    if in_lockstep {
+        spawner.spawn(granted(port).expect("spawned once"));
+    } else {
+        spawner.spawn(talk(port).expect("spawned once"));
+    }
+    loop {
+        cortex_m::asm::wfi();
+    }
 }
 
 #[embassy_executor::task]

@@ -36,9 +36,10 @@ impl EmulatedBoard {
     /// # Errors
     /// If the board does not come up.
     pub fn new(qemu: Qemu) -> Result<Self, QemuError> {
-        for socket in [&qemu.link, &qemu.bus, &qemu.clock] {
+        for socket in [&qemu.link, &qemu.bus] {
             socket.set_read_timeout(Some(DEAD_AFTER))?;
         }
+        qemu.clock.set_read_timeout(Some(DEAD_AFTER))?;
         let mut board = Self { qemu, bus_rx: 0, link_rx: 0, bus_tx: 0, link_tx: 0 };
         let idle = board.read_idle().map_err(|error| board.qemu.explain(error))?;
         let boot = (idle.bus_tx, idle.link_tx);

@@ -1,13 +1,14 @@
 //! The firmware image under QEMU.
 //!
 //! The image is the one for QEMU's `mps2-an386`: a Cortex-M4F, the core of the
-//! real board, with three serial ports that are sockets here.
+//! real board, with two serial ports that are sockets here.
 //!
-//! | port  | carries                                                    |
-//! |-------|------------------------------------------------------------|
-//! | UART0 | control link                                               |
-//! | UART1 | servo bus                                                  |
-//! | UART2 | lockstep messages, see [`armbridge_shared::lockstep`]      |
+//! | port               | carries                                              |
+//! |--------------------|------------------------------------------------------|
+//! | UART0              | control link                                         |
+//! | UART1              | servo bus                                            |
+//! | semihosting stdio  | lockstep messages, see [`armbridge_shared::lockstep`] |
+//! | semihosting console | log                                                 |
 //!
 //! | module     | what                                                    |
 //! |------------|---------------------------------------------------------|

@@ -2,6 +2,8 @@
 
 use std::io;
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -75,8 +77,8 @@ pub struct Qemu {
     pub link: TcpStream,
     /// The servo bus.
     pub bus: TcpStream,
-    /// Lockstep messages.
-    pub clock: TcpStream,
+    /// Lockstep messages: QEMU's standard input and output.
+    pub clock: UnixStream,
     /// What the firmware logs.
     pub log: TcpStream,
 }
@@ -92,24 +94,27 @@ impl Qemu {
         }
         // QEMU connects to us: no port number has to be guessed.
         let listen = || TcpListener::bind((Ipv4Addr::LOCALHOST, 0));
-        let listeners = [listen()?, listen()?, listen()?, listen()?];
+        let listeners = [listen()?, listen()?, listen()?];
         let mut command = Command::new(PROGRAM);
         command.args(arguments(options));
-        for (name, listener) in ["link", "bus", "clock", "log"].iter().zip(&listeners) {
+        for (name, listener) in ["link", "bus", "log"].iter().zip(&listeners) {
             let port = listener.local_addr()?.port();
             command.arg("-chardev");
             command.arg(format!("socket,id={name},host=127.0.0.1,port={port},nodelay=on"));
         }
         command.args(["-serial", "chardev:link", "-serial", "chardev:bus"]);
-        command.args(["-serial", "chardev:clock"]);
-        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let (clock, theirs) = UnixStream::pair()?;
+        command.stdin(OwnedFd::from(theirs.try_clone()?)).stdout(OwnedFd::from(theirs));
+        command.stderr(Stdio::piped());
         let mut process = command.spawn().map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => QemuError::NotInstalled,
             _ => QemuError::Start(error),
         })?;
-        let [link, bus, clock, log] = &listeners;
+        // With it goes our hold on QEMU's end of `clock`.
+        drop(command);
+        let [link, bus, log] = &listeners;
         let mut accept = |listener| accept(listener, &mut process);
-        let (link, bus, clock, log) = (accept(link)?, accept(bus)?, accept(clock)?, accept(log)?);
+        let (link, bus, log) = (accept(link)?, accept(bus)?, accept(log)?);
         Ok(Self { process, link, bus, clock, log })
     }
 

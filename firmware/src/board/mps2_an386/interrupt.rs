@@ -4,10 +4,16 @@
 //! |----------|-----------------------------------------------------------|
 //! | 0        | bus bytes and alarm: a few instructions each              |
 //! | 1        | the tick                                                  |
-//! | 2        | link and lockstep bytes                                   |
-//! | thread   | link, log                                                 |
+//! | 2        | link bytes                                                |
+//! | 3        | link, log: what is thread mode on a real board            |
+//! | thread   | sleep                                                     |
+//!
+//! QEMU takes WFE, by which embassy's thread-mode executor sleeps, for a no-op
+//! and would use a whole core of the host. WFI does sleep, but must not be
+//! executed after the interrupt it is to wait for; an interrupt executor of the
+//! lowest priority leaves nothing to wait for but interrupts.
 
-use super::{BUS, LINK, LOCKSTEP, time};
+use super::{BUS, LINK, time};
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
 use embassy_executor::InterruptExecutor;
@@ -24,12 +30,10 @@ pub enum Irq {
     BusRx = 2,
     /// Bus, transmitter free.
     BusTx = 3,
-    /// Lockstep, byte received.
-    LockstepRx = 4,
-    /// Lockstep, transmitter free.
-    LockstepTx = 5,
     /// TIMER1.
     Alarm = 9,
+    /// No device has this one; the executor of everything else pends it.
+    Rest = 30,
     /// No device has this one; the tick's executor pends it.
     Tick = 31,
 }
@@ -46,9 +50,11 @@ unsafe impl InterruptNumber for Irq {
 
 /// Runs the tick.
 pub static TICK: InterruptExecutor = InterruptExecutor::new();
+/// Runs everything else.
+pub static REST: InterruptExecutor = InterruptExecutor::new();
 
-/// Sets priorities and lets interrupts through, but for [`Irq::Tick`], which
-/// the executor does when it starts.
+/// Sets priorities and lets interrupts through, but for those of
+/// the executors, which do it when they start.
 pub fn enable(nvic: &mut NVIC) {
     let priorities = [
         (Irq::BusRx, 0),
@@ -57,14 +63,13 @@ pub fn enable(nvic: &mut NVIC) {
         (Irq::Tick, 1),
         (Irq::LinkRx, 2),
         (Irq::LinkTx, 2),
-        (Irq::LockstepRx, 2),
-        (Irq::LockstepTx, 2),
+        (Irq::Rest, 3),
     ];
     for (irq, priority) in priorities {
         // SAFETY: no critical section relies on priorities, they mask all
         // interrupts; and nothing is enabled yet.
         unsafe { nvic.set_priority(irq, priority) };
-        if !matches!(irq, Irq::Tick) {
+        if !matches!(irq, Irq::Tick | Irq::Rest) {
             // SAFETY: as above, and the handler is in place.
             unsafe { NVIC::unmask(irq) };
         }
@@ -88,14 +93,6 @@ extern "C" fn bus_tx() {
     BUS.on_transmit();
 }
 
-extern "C" fn lockstep_rx() {
-    LOCKSTEP.on_receive();
-}
-
-extern "C" fn lockstep_tx() {
-    LOCKSTEP.on_transmit();
-}
-
 extern "C" fn alarm() {
     time::on_alarm();
 }
@@ -104,6 +101,11 @@ extern "C" fn tick() {
     // SAFETY: this is the executor's interrupt handler, and the interrupt is
     // only let through by `TICK.start`.
     unsafe { TICK.on_interrupt() };
+}
+
+extern "C" fn rest() {
+    // SAFETY: as for the tick, with `REST.start`.
+    unsafe { REST.on_interrupt() };
 }
 
 unsafe extern "C" {
@@ -122,9 +124,8 @@ static __INTERRUPTS: [unsafe extern "C" fn(); COUNT] = {
     vectors[Irq::LinkTx as usize] = link_tx;
     vectors[Irq::BusRx as usize] = bus_rx;
     vectors[Irq::BusTx as usize] = bus_tx;
-    vectors[Irq::LockstepRx as usize] = lockstep_rx;
-    vectors[Irq::LockstepTx as usize] = lockstep_tx;
     vectors[Irq::Alarm as usize] = alarm;
+    vectors[Irq::Rest as usize] = rest;
     vectors[Irq::Tick as usize] = tick;
     vectors
 };

@@ -1,11 +1,10 @@
 //! The log: defmt frames to QEMU's semihosting console.
 //!
-//! A frame is collected first and handed over in one call, since each call
-//! stops the core until the host has written it. What is too long is cut off;
+//! A frame is collected first and then handed over, since each call stops the
+//! core until the host has written it. What is too long is cut off;
 //! the decoder drops such a frame and is back in step at the next.
 
 use core::cell::RefCell;
-use cortex_m_semihosting::hio::{self, HostStream};
 use critical_section::{Mutex, RestoreState};
 
 /// Longest frame, encoded. A panic message is the longest there is.
@@ -18,7 +17,6 @@ struct State {
     /// Frames begun within one another; only the outermost is sent.
     depth: u32,
     restore: RestoreState,
-    console: Option<HostStream>,
 }
 
 static STATE: Mutex<RefCell<State>> = Mutex::new(RefCell::new(State {
@@ -27,12 +25,16 @@ static STATE: Mutex<RefCell<State>> = Mutex::new(RefCell::new(State {
     len: 0,
     depth: 0,
     restore: RestoreState::invalid(),
-    console: None,
 }));
 
 impl State {
     fn encode(&mut self, step: impl FnOnce(&mut defmt::Encoder, &mut dyn FnMut(&[u8]))) {
-        let Self { encoder, frame, len, .. } = self;
+        let Self {
+            encoder,
+            frame,
+            len,
+            ..
+        } = self;
         step(encoder, &mut |bytes| {
             if let Some(to) = frame.get_mut(*len..*len + bytes.len()) {
                 to.copy_from_slice(bytes);
@@ -81,14 +83,7 @@ unsafe impl defmt::Logger for Logger {
             state.depth = state.depth.saturating_sub(1);
             if state.depth == 0 {
                 state.encode(|encoder, write| encoder.end_frame(write));
-                if state.console.is_none() {
-                    state.console = hio::hstdout().ok();
-                }
-                let State { console, frame, len, .. } = state;
-                if let (Some(console), Some(frame)) = (console, frame.get(..*len)) {
-                    // A console that refuses has no remedy.
-                    let _ = console.write_all(frame);
-                }
+                super::semihosting::print(state.frame.get(..state.len).unwrap_or_default());
                 restore = Some(state.restore);
             }
         });

@@ -1,14 +1,15 @@
 //! The emulated board: QEMU's `mps2-an386`, a 25 MHz Cortex-M4F.
 //!
-//! | what          | where                        | interrupt      |
-//! |---------------|------------------------------|----------------|
-//! | control link  | CMSDK UART0                  | 0 RX, 1 TX     |
-//! | servo bus     | CMSDK UART1                  | 2 RX, 3 TX     |
-//! | lockstep      | CMSDK UART2                  | 4 RX, 5 TX     |
-//! | cycle counter | CMSDK TIMER0 (no DWT counter in QEMU) | unused |
-//! | alarm         | CMSDK TIMER1                 | 9              |
-//! | tick          | no device                    | 31, by software |
-//! | log, exit, command line | semihosting        |                |
+//! | what           | where                        | interrupt      |
+//! |----------------|------------------------------|----------------|
+//! | control link   | CMSDK UART0                  | 0 RX, 1 TX     |
+//! | servo bus      | CMSDK UART1                  | 2 RX, 3 TX     |
+//! | clock          | CMSDK TIMER0                 | not used       |
+//! | alarm, stopwatch (QEMU has no DWT counter) | CMSDK TIMER1 | 9  |
+//! | tick           | no device                    | 31, by software |
+//! | link, log      | no device                    | 30, by software |
+//! | lockstep       | standard input and output, by semihosting |   |
+//! | log            | semihosting console          |                |
 //!
 //! QEMU has no GPIO here, so the direction pin of the servo bus only exists in
 //! the program; the virtual bus keeps the directions apart by itself.
@@ -17,22 +18,22 @@
 //!
 //! ```text
 //! qemu-system-arm -machine mps2-an386 -nographic -monitor none \
-//!     -kernel <image> \
-//!     -serial <link> -serial <bus> -serial <lockstep> \
-//!     -chardev file,id=log,path=<file> \
+//!     -kernel <image> -serial <link> -serial <bus> -chardev file,id=log,path=<log> \
 //!     -semihosting-config enable=on,target=native,chardev=log,arg=armbridge[,arg=lockstep]
 //! ```
 //!
-//! Each of the three is a chardev such as `tcp:127.0.0.1:PORT` (QEMU connects)
-//! or `unix:PATH`. The log is a stream of defmt frames in rzCOBS encoding, to
-//! be decoded with the image's ELF file. Without `arg=lockstep` time is real
-//! and the third port stays silent; see [`lockstep`] for the other case.
+//! Link and bus are chardevs such as `unix:PATH` or `tcp:127.0.0.1:PORT`, to
+//! which QEMU connects. The log is a stream of defmt frames in rzCOBS encoding,
+//! to be decoded with the image's ELF file. Without `arg=lockstep` time is real;
+//! see [`lockstep`] for the other case. `-icount shift=5,sleep=off` may be added
+//! in lockstep and makes measured computing times repeatable too.
 //!
 //! # How it ends
 //!
 //! The program never ends by itself. A panic or a fault sends the stop
 //! sequence on the bus, logs why, and leaves QEMU with exit code
-//! [`semihosting::EXIT_PANIC`] or [`semihosting::EXIT_FAULT`].
+//! [`semihosting::EXIT_PANIC`] or [`semihosting::EXIT_FAULT`]; a bench that goes
+//! away in lockstep gives [`semihosting::EXIT_NO_BENCH`].
 
 pub mod bus;
 pub mod interrupt;
@@ -52,5 +53,3 @@ pub const CLOCK_MHZ: u32 = 25;
 pub static LINK: Uart = Uart::new(0x4000_4000);
 /// Servo bus.
 pub static BUS: Uart = Uart::new(0x4000_5000);
-/// Lockstep clock.
-pub static LOCKSTEP: Uart = Uart::new(0x4000_6000);

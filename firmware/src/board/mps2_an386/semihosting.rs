@@ -1,7 +1,7 @@
 //! Semihosting: what the program asks of QEMU itself.
 //!
 //! Every call stops the core until the host has done it, so these are for boot,
-//! rare log lines and the end.
+//! rare log lines, the end, and lockstep, where stopping is the point.
 
 use cortex_m_semihosting::{nr, syscall};
 
@@ -9,6 +9,8 @@ use cortex_m_semihosting::{nr, syscall};
 pub const EXIT_PANIC: u32 = 101;
 /// Exit code of QEMU after a hard fault, stack overflow included.
 pub const EXIT_FAULT: u32 = 102;
+/// Exit code of QEMU when the bench has gone.
+pub const EXIT_NO_BENCH: u32 = 103;
 
 /// `SYS_EXIT_EXTENDED`: unlike `SYS_EXIT` it carries an exit code.
 const EXIT_EXTENDED: usize = 0x20;
@@ -18,12 +20,13 @@ const APPLICATION_EXIT: usize = 0x20026;
 /// Whether QEMU was given `arg=WORD` on its command line, after the first one.
 pub fn has_argument(word: &str) -> bool {
     let mut buffer = [0u8; 128];
-    let mut block = [buffer.as_mut_ptr() as usize, buffer.len()];
+    let block = [buffer.as_mut_ptr() as usize, buffer.len()];
     // SAFETY: SYS_GET_CMDLINE takes a buffer's address and length, both those
     // of `buffer`, and writes there a string of at most that length.
-    let failed = unsafe { syscall(nr::GET_CMDLINE, &mut block) } != 0;
+    let failed = unsafe { syscall(nr::GET_CMDLINE, &block) } != 0;
     let line = buffer.split(|byte| *byte == 0).next().unwrap_or_default();
-    !failed && line.split(|byte| *byte == b' ').skip(1).any(|arg| arg == word.as_bytes())
+    let mut arguments = line.split(|byte| *byte == b' ').skip(1);
+    !failed && arguments.any(|argument| argument == word.as_bytes())
 }
 
 /// Leaves QEMU with this exit code.
@@ -33,5 +36,71 @@ pub fn exit(code: u32) -> ! {
     // Not reached under QEMU.
     loop {
         cortex_m::asm::wfi();
+    }
+}
+
+/// Sends a defmt frame to the semihosting console.
+pub fn print(frame: &[u8]) {
+    // A zero only ends a frame (rzCOBS), and SYS_WRITE0 sends up to a zero: two
+    // calls, however long the frame is.
+    for part in frame.split_inclusive(|byte| *byte == 0) {
+        if part.ends_with(&[0]) {
+            // SAFETY: SYS_WRITE0 reads from this address up to a zero, which is
+            // the last byte of `part`.
+            unsafe { cortex_m_semihosting::syscall1(nr::WRITE0, part.as_ptr() as usize) };
+            // SAFETY: SYS_WRITEC reads one byte.
+            unsafe { syscall(nr::WRITEC, &0u8) };
+        }
+    }
+}
+
+/// QEMU's own standard input and output, as files.
+#[derive(Debug)]
+pub struct Stdio {
+    input: usize,
+    output: usize,
+}
+
+impl Stdio {
+    /// `None` if the host refuses.
+    pub fn open() -> Option<Self> {
+        // ":tt" is the console by definition; as a file it is standard input
+        // when opened to read, and standard output when opened to write.
+        let name = c":tt";
+        let open = |mode| {
+            let block = [name.as_ptr() as usize, mode, name.count_bytes()];
+            // SAFETY: SYS_OPEN takes a zero-terminated name, a mode and the
+            // name's length, and only reads them.
+            let handle = unsafe { syscall(nr::OPEN, &block) };
+            (handle != usize::MAX).then_some(handle)
+        };
+        Some(Self {
+            input: open(nr::open::R_BINARY)?,
+            output: open(nr::open::W_TRUNC_BINARY)?,
+        })
+    }
+
+    /// Fills `bytes`, stopping QEMU until they are there; `false` at the end
+    /// of the input.
+    pub fn read(&mut self, bytes: &mut [u8]) -> bool {
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let block = [self.input, rest.as_mut_ptr() as usize, rest.len()];
+            // SAFETY: SYS_READ takes a handle and a buffer's address and
+            // length, those of `rest`, and writes there.
+            let missing = unsafe { syscall(nr::READ, &block) };
+            let got = rest.len().checked_sub(missing).filter(|got| *got > 0);
+            let Some(got) = got else { return false };
+            rest = rest.get_mut(got..).unwrap_or_default();
+        }
+        true
+    }
+
+    /// Writes `bytes`; `false` if they were not all taken.
+    pub fn write(&mut self, bytes: &[u8]) -> bool {
+        let block = [self.output, bytes.as_ptr() as usize, bytes.len()];
+        // SAFETY: SYS_WRITE takes a handle and a buffer's address and length,
+        // those of `bytes`, and only reads them.
+        unsafe { syscall(nr::WRITE, &block) == 0 }
     }
 }

@@ -2,7 +2,10 @@
 //!
 //! TIMER0 runs through all 2³² values of a 25 MHz counter, once in 171 s; it is
 //! extended to 64 bits at every reading, so it has to be read more often than
-//! that, which the tick does. TIMER1 is the alarm.
+//! that, which the tick does. TIMER1 is the alarm while the real-time loop
+//! waits, and its stopwatch while it decides. The stopwatch starts on a whole
+//! cycle, so that the same instructions always take the same time with
+//! `-icount`.
 //!
 //! In lockstep neither matters: the time is what the last grant said, and the
 //! real-time loop is woken by the next one (see [`super::lockstep`]).
@@ -105,14 +108,20 @@ fn stop_alarm() {
 pub struct Board;
 
 impl RealTime for Board {
-    const CYCLES_PER_US: u32 = CLOCK_MHZ;
-
     fn now_us(&self) -> u64 {
         now_us()
     }
 
-    fn cycles(&self) -> u32 {
-        cycles()
+    /// Whatever alarm is set has done its work; `wait` sets the next one.
+    fn start_stopwatch(&mut self) {
+        stop_alarm();
+        write(TIMER1, register::RELOAD, u32::MAX);
+        write(TIMER1, register::CTRL, CTRL_ENABLE);
+    }
+
+    fn stopwatch_ns(&self) -> u32 {
+        const CYCLE_NS: u32 = 1000 / CLOCK_MHZ;
+        (u32::MAX - read(TIMER1, register::VALUE)).saturating_mul(CYCLE_NS)
     }
 
     async fn wait(&mut self, until_us: u64) {

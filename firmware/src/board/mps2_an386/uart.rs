@@ -24,10 +24,9 @@ mod register {
 const STATE_TX_FULL: u32 = 1 << 0;
 const STATE_RX_FULL: u32 = 1 << 1;
 
-const CTRL_TX: u32 = 1 << 0;
-const CTRL_RX: u32 = 1 << 1;
+/// Transmitter, receiver, and the receiver's interrupt.
+const CTRL_ON: u32 = 1 << 0 | 1 << 1 | 1 << 3;
 const CTRL_TX_INT: u32 = 1 << 2;
-const CTRL_RX_INT: u32 = 1 << 3;
 
 const INT_TX: u32 = 1 << 0;
 const INT_RX: u32 = 1 << 1;
@@ -58,7 +57,7 @@ impl Uart {
     /// Switches it on.
     pub fn enable(&self) {
         self.write_register(register::BAUDDIV, DIVIDER);
-        self.write_register(register::CTRL, CTRL_TX | CTRL_RX | CTRL_RX_INT);
+        self.write_register(register::CTRL, CTRL_ON);
     }
 
     /// What it has received and is to send.
@@ -71,7 +70,8 @@ impl Uart {
         // Before looking: a byte that comes after the last look rings again.
         self.write_register(register::INT, INT_RX);
         while self.read_register(register::STATE) & STATE_RX_FULL != 0 {
-            self.buffers.received(self.read_register(register::DATA) as u8);
+            self.buffers
+                .received(self.read_register(register::DATA) as u8);
         }
         self.waiting.wake();
     }
@@ -83,15 +83,16 @@ impl Uart {
         self.waiting.wake();
     }
 
-    /// Sends as much as the line takes now; the TX interrupt does the rest.
+    /// Sends as much as the line takes now; the TX interrupt does the rest, and
+    /// is on only while the line is busy.
     pub fn send(&self) {
-        // One at a time: thread, tick and interrupt all come here.
+        // One at a time: a task and the interrupt handler both come here.
         critical_section::with(|_| {
-            let plain = CTRL_TX | CTRL_RX | CTRL_RX_INT;
-            self.write_register(register::CTRL, plain | CTRL_TX_INT);
+            // Before looking: a line that gets free after the last look rings.
+            self.write_register(register::CTRL, CTRL_ON | CTRL_TX_INT);
             while self.read_register(register::STATE) & STATE_TX_FULL == 0 {
                 let Some(byte) = self.buffers.next_to_send() else {
-                    self.write_register(register::CTRL, plain);
+                    self.write_register(register::CTRL, CTRL_ON);
                     self.write_register(register::INT, INT_TX);
                     return;
                 };
@@ -121,6 +122,15 @@ impl Uart {
             } else {
                 Poll::Pending
             }
+        })
+        .await;
+    }
+
+    /// Waits until everything written is in the host's hands.
+    pub async fn until_sent(&self) {
+        self.until(|buffers| {
+            let busy = self.read_register(register::STATE) & STATE_TX_FULL != 0;
+            !buffers.is_sending() && !busy
         })
         .await;
     }
