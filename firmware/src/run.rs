@@ -26,8 +26,9 @@ pub trait RealTime {
     fn stopwatch_ns(&self) -> u32;
 
     /// Waits for bus activity (a byte, the end of a transmission) or until
-    /// `until_us`, whichever is first. May return early.
-    fn wait(&mut self, until_us: u64) -> impl Future<Output = ()>;
+    /// `until_us`, whichever is first. May return early. Fewer bytes than
+    /// `bytes_wanted` need not end the wait, and none need where that is `None`.
+    fn wait(&mut self, until_us: u64, bytes_wanted: Option<usize>) -> impl Future<Output = ()>;
 
     /// A tick went well: the watchdog may live on.
     fn tick_was_good(&mut self);
@@ -78,7 +79,7 @@ where
                     mode = Some(bridge.mode());
                     news.mode.signal(bridge.mode());
                 }
-                board.wait(bridge.wake_at_us()).await;
+                board.wait(bridge.wake_at_us(), bridge.bytes_wanted()).await;
             }
             Err(nb::Error::Other(never)) => match never {},
         }

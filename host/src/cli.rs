@@ -123,7 +123,9 @@ fn period(text: &str) -> Result<u32, String> {
     use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
     match text.parse() {
         Ok(us) if (PERIOD_MIN_US..=PERIOD_MAX_US).contains(&us) => Ok(us),
-        _ => Err(format!("expected microseconds from {PERIOD_MIN_US} to {PERIOD_MAX_US}")),
+        _ => Err(format!(
+            "expected microseconds from {PERIOD_MIN_US} to {PERIOD_MAX_US}"
+        )),
     }
 }
 
@@ -131,14 +133,20 @@ fn period(text: &str) -> Result<u32, String> {
 const INITIAL_MAX_RAD: f64 = 1.5;
 
 fn angles(text: &str) -> Result<[f64; 2], String> {
-    let wrong =
-        || format!("expected two angles from -{INITIAL_MAX_RAD} to {INITIAL_MAX_RAD} rad, as 0.3,-0.25");
+    let wrong = || {
+        format!(
+            "expected two angles from -{INITIAL_MAX_RAD} to {INITIAL_MAX_RAD} rad, as 0.3,-0.25"
+        )
+    };
     let (first, second) = text.split_once(',').ok_or_else(wrong)?;
     let angle = |text: &str| {
         let angle: f64 = text.trim().parse().ok()?;
         (angle.abs() <= INITIAL_MAX_RAD).then_some(angle)
     };
-    angle(first).zip(angle(second)).map(<[f64; 2]>::from).ok_or_else(wrong)
+    angle(first)
+        .zip(angle(second))
+        .map(<[f64; 2]>::from)
+        .ok_or_else(wrong)
 }
 
 #[cfg(test)]
@@ -150,7 +158,9 @@ mod tests {
     fn arguments_are_consistent_and_mistakes_are_named() {
         Cli::command().debug_assert();
         let parse = |args: &[&str]| Cli::try_parse_from([&["armbridge"], args].concat());
-        let demo = parse(&["--initial", "-0.2,0.2", "--seed", "7"]).unwrap().demo;
+        let demo = parse(&["--initial", "-0.2,0.2", "--seed", "7"])
+            .unwrap()
+            .demo;
         assert_eq!((demo.initial, demo.seed), (Some([-0.2, 0.2]), 7));
         for (args, word) in [
             (["--duration", "0"].as_slice(), "seconds"),

@@ -25,7 +25,9 @@ pub enum EndpointError {
 impl fmt::Display for EndpointError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Scheme => f.write_str("expected tcp://HOST:PORT, for example tcp://127.0.0.1:7000"),
+            Self::Scheme => {
+                f.write_str("expected tcp://HOST:PORT, for example tcp://127.0.0.1:7000")
+            }
             Self::Address(why) => write!(f, "expected HOST:PORT after tcp://: {why}"),
         }
     }
@@ -38,9 +40,13 @@ impl FromStr for Endpoint {
 
     fn from_str(name: &str) -> Result<Self, EndpointError> {
         let address = name.strip_prefix("tcp://").ok_or(EndpointError::Scheme)?;
-        let mut found =
-            address.to_socket_addrs().map_err(|error| EndpointError::Address(error.to_string()))?;
-        found.next().map(Self).ok_or_else(|| EndpointError::Address("no such host".into()))
+        let mut found = address
+            .to_socket_addrs()
+            .map_err(|error| EndpointError::Address(error.to_string()))?;
+        found
+            .next()
+            .map(Self)
+            .ok_or_else(|| EndpointError::Address("no such host".into()))
     }
 }
 
@@ -63,7 +69,10 @@ impl fmt::Display for OpenError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Connect(to, error) => {
-                write!(f, "cannot connect to {to}: {error}; is the other side listening?")
+                write!(
+                    f,
+                    "cannot connect to {to}: {error}; is the other side listening?"
+                )
             }
             Self::Listen(on, error) if error.kind() == io::ErrorKind::AddrInUse => write!(
                 f,
@@ -107,15 +116,28 @@ mod tests {
     fn names_and_mistakes() {
         let endpoint: Endpoint = "tcp://127.0.0.1:7000".parse().unwrap();
         assert_eq!(endpoint.to_string(), "tcp://127.0.0.1:7000");
-        assert_eq!("udp://127.0.0.1:1".parse::<Endpoint>(), Err(EndpointError::Scheme));
-        assert!(matches!("tcp://127.0.0.1".parse::<Endpoint>(), Err(EndpointError::Address(_))));
+        assert_eq!(
+            "udp://127.0.0.1:1".parse::<Endpoint>(),
+            Err(EndpointError::Scheme)
+        );
+        assert!(matches!(
+            "tcp://127.0.0.1".parse::<Endpoint>(),
+            Err(EndpointError::Address(_))
+        ));
     }
 
     #[test]
     fn a_taken_port_is_named() {
-        let (listener, at) = "tcp://127.0.0.1:0".parse::<Endpoint>().unwrap().listen().unwrap();
+        let (listener, at) = "tcp://127.0.0.1:0"
+            .parse::<Endpoint>()
+            .unwrap()
+            .listen()
+            .unwrap();
         let error = at.listen().unwrap_err().to_string();
-        assert!(error.contains(&at.to_string()) && error.contains("taken"), "{error}");
+        assert!(
+            error.contains(&at.to_string()) && error.contains("taken"),
+            "{error}"
+        );
         drop(listener);
     }
 }

@@ -39,7 +39,11 @@ impl Script {
             (duration_us * 4 / 10, [0.15, 0.10]),
             (duration_us * 7 / 10, [-0.10, -0.15]),
         ];
-        Self { setup, setpoints, duration_us }
+        Self {
+            setup,
+            setpoints,
+            duration_us,
+        }
     }
 }
 
@@ -91,8 +95,15 @@ impl std::fmt::Display for OperatorError {
             Self::NoServos { last: None } => {
                 f.write_str("the board does not find its servos: check their power and wiring")
             }
-            Self::NoServos { last: Some((joint, missing)) } => {
-                write!(f, "servo {} does not answer: {}", joint + 1, likely_cause(*missing))
+            Self::NoServos {
+                last: Some((joint, missing)),
+            } => {
+                write!(
+                    f,
+                    "servo {} does not answer: {}",
+                    joint + 1,
+                    likely_cause(*missing)
+                )
             }
             Self::Refused(command, refusal) => {
                 write!(f, "the board refused {command:?}: {refusal:?}")
@@ -197,7 +208,13 @@ impl Operator {
             (Said::Absent { joint, missing }, _) => self.absent = Some((joint, missing)),
             (Said::Record(record), Phase::WaitingForServos) if record.mode == Mode::Idle => {
                 self.absent = None;
-                self.enter(Phase::Running { since_us: now_us, next: 0 }, now_us);
+                self.enter(
+                    Phase::Running {
+                        since_us: now_us,
+                        next: 0,
+                    },
+                    now_us,
+                );
             }
             (Said::Record(record), Phase::Running { .. } | Phase::SwitchingOff) => {
                 self.records.push(record);
@@ -219,7 +236,10 @@ impl Operator {
         {
             let command = Command::Regulate(*reference_rad);
             self.command(now_us, command);
-            self.phase = Phase::Running { since_us, next: next + 1 };
+            self.phase = Phase::Running {
+                since_us,
+                next: next + 1,
+            };
         }
     }
 
@@ -282,7 +302,8 @@ impl Host for Operator {
     fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
         let mut said = Vec::new();
         self.client.receive(bytes, |what| said.push(what));
-        said.into_iter().try_for_each(|what| self.take(now_us, what))
+        said.into_iter()
+            .try_for_each(|what| self.take(now_us, what))
     }
 
     fn is_done(&self) -> bool {

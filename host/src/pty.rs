@@ -31,7 +31,11 @@ impl Pty {
         let mut terminal = tcgetattr(&user)?;
         terminal.make_raw();
         tcsetattr(&user, OptionalActions::Now, &terminal)?;
-        Ok(Self { controller, name: name.to_string_lossy().into_owned(), _user: user })
+        Ok(Self {
+            controller,
+            name: name.to_string_lossy().into_owned(),
+            _user: user,
+        })
     }
 
     /// What others open, for example `/dev/pts/3`.

@@ -31,7 +31,13 @@ impl RemoteHost {
     /// If the listener cannot be polled.
     pub fn new(listener: TcpListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
-        Ok(Self { listener, peer: None, epoch: Instant::now(), next_us: 0, bytes: Vec::new() })
+        Ok(Self {
+            listener,
+            peer: None,
+            epoch: Instant::now(),
+            next_us: 0,
+            bytes: Vec::new(),
+        })
     }
 
     fn look(&mut self) -> io::Result<()> {

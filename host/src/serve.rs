@@ -36,7 +36,7 @@ pub fn serve(
             Err(RecvTimeoutError::Timeout) => Vec::new(),
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         };
-        catch_up(bench, now_us(), &mut heard);
+        bench.advance(now_us(), None, &mut heard);
         bench.send(now_us(), &came);
         if echo {
             heard.extend_from_slice(&came);
@@ -47,11 +47,6 @@ pub fn serve(
             heard.clear();
         }
     }
-}
-
-/// Lets the servos live up to `now_us`; what they say is added to `heard`.
-pub fn catch_up(bench: &mut Bench, now_us: u64, heard: &mut Vec<u8>) {
-    while bench.advance(now_us, heard) < now_us {}
 }
 
 /// Reads on a thread, so that the servos need not wait for bytes.

@@ -35,7 +35,9 @@ pub fn run<H: Host>(link: &mut TcpStream, host: &mut H) -> Result<u64, WallError
         link.set_read_timeout(Some(wait)).map_err(WallError::Io)?;
         match link.read(&mut bytes) {
             Ok(0) => return Err(WallError::Io(io::ErrorKind::UnexpectedEof.into())),
-            Ok(count) => host.hear(now_us(), &bytes[..count]).map_err(WallError::Host)?,
+            Ok(count) => host
+                .hear(now_us(), &bytes[..count])
+                .map_err(WallError::Host)?,
             Err(error) if is_timeout(&error) => {}
             Err(error) => return Err(WallError::Io(error)),
         }

@@ -16,8 +16,10 @@
 pub struct Idle {
     /// When the board wants to run again at the latest, in µs.
     pub until_us: u64,
-    /// Bytes sent on the servo bus since boot, modulo 2³².
-    pub bus_tx: u32,
+    /// How many bytes on the servo bus make it run before that, if any do.
+    pub bus_wanted: Option<u16>,
+    /// Bytes sent on the servo bus since boot, modulo 2¹⁶.
+    pub bus_tx: u16,
     /// Bytes sent on the link since boot, modulo 2³².
     pub link_tx: u32,
 }
@@ -36,27 +38,21 @@ pub struct Grant {
 /// Length of either message.
 pub const MESSAGE_LEN: usize = 16;
 
-fn to_bytes(time: u64, bus: u32, link: u32) -> [u8; MESSAGE_LEN] {
-    (u128::from(time) | u128::from(bus) << 64 | u128::from(link) << 96).to_le_bytes()
-}
-
-fn from_bytes(bytes: [u8; MESSAGE_LEN]) -> (u64, u32, u32) {
-    let all = u128::from_le_bytes(bytes);
-    (all as u64, (all >> 64) as u32, (all >> 96) as u32)
-}
-
 impl Idle {
     /// As sent.
     pub fn to_bytes(self) -> [u8; MESSAGE_LEN] {
-        to_bytes(self.until_us, self.bus_tx, self.link_tx)
+        let bus = u32::from(self.bus_wanted.unwrap_or(0)) << 16 | u32::from(self.bus_tx);
+        to_bytes(self.until_us, bus, self.link_tx)
     }
 
     /// As received.
     pub fn from_bytes(bytes: [u8; MESSAGE_LEN]) -> Self {
-        let (until_us, bus_tx, link_tx) = from_bytes(bytes);
+        let (until_us, bus, link_tx) = from_bytes(bytes);
+        let bus_wanted = Some((bus >> 16) as u16).filter(|wanted| *wanted > 0);
         Self {
             until_us,
-            bus_tx,
+            bus_wanted,
+            bus_tx: bus as u16,
             link_tx,
         }
     }
@@ -79,6 +75,15 @@ impl Grant {
     }
 }
 
+fn to_bytes(time: u64, bus: u32, link: u32) -> [u8; MESSAGE_LEN] {
+    (u128::from(time) | u128::from(bus) << 64 | u128::from(link) << 96).to_le_bytes()
+}
+
+fn from_bytes(bytes: [u8; MESSAGE_LEN]) -> (u64, u32, u32) {
+    let all = u128::from_le_bytes(bytes);
+    (all as u64, (all >> 64) as u32, (all >> 96) as u32)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,10 +92,11 @@ mod tests {
     fn fields_keep_their_places() {
         let idle = Idle {
             until_us: 0x0102_0304_0506_0708,
+            bus_wanted: Some(14),
             bus_tx: 9,
             link_tx: u32::MAX,
         };
-        assert_eq!(idle.to_bytes()[..9], [8, 7, 6, 5, 4, 3, 2, 1, 9]);
+        assert_eq!(idle.to_bytes()[..12], [8, 7, 6, 5, 4, 3, 2, 1, 9, 0, 14, 0]);
         assert_eq!(Idle::from_bytes(idle.to_bytes()), idle);
     }
 }

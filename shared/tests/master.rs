@@ -67,7 +67,11 @@ impl serial::Write for Port {
 
     fn flush(&mut self) -> nb::Result<(), serial::ErrorKind> {
         let line = self.0.borrow();
-        if line.now_us < line.sent_until_us { Err(nb::Error::WouldBlock) } else { Ok(()) }
+        if line.now_us < line.sent_until_us {
+            Err(nb::Error::WouldBlock)
+        } else {
+            Ok(())
+        }
     }
 }
 
@@ -90,7 +94,10 @@ impl OutputPin for Port {
 type Script = Vec<(u64, Result<u8, serial::ErrorKind>)>;
 
 fn bytes(after_us: u64, bytes: &[u8]) -> Script {
-    (1..).zip(bytes).map(|(i, byte)| (after_us + 10 * i, Ok(*byte))).collect()
+    (1..)
+        .zip(bytes)
+        .map(|(i, byte)| (after_us + 10 * i, Ok(*byte)))
+        .collect()
 }
 
 struct Test {
@@ -104,7 +111,10 @@ impl Test {
         let port = Port::default();
         port.0.borrow_mut().echo = echo;
         let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
-        let mut test = Self { master: Master::new(port.clone(), port.clone(), ids), port };
+        let mut test = Self {
+            master: Master::new(port.clone(), port.clone(), ids),
+            port,
+        };
         test.run(Transaction::Stop, Vec::new());
         test
     }
@@ -136,7 +146,10 @@ impl Test {
     }
 
     fn drive(&mut self, script: Script) -> Outcome {
-        self.run(Transaction::Drive([Pwm::OFF, Pwm::new(1500).unwrap()]), script)
+        self.run(
+            Transaction::Drive([Pwm::OFF, Pwm::new(1500).unwrap()]),
+            script,
+        )
     }
 }
 
@@ -149,7 +162,11 @@ fn a_tick_on_the_wire() {
     for echo in [false, true] {
         let mut test = Test::new(echo);
         let outcome = test.drive(chain());
-        assert_eq!(outcome.samples, [Sample::Counts(500), Sample::Counts(501)], "echo {echo}");
+        assert_eq!(
+            outcome.samples,
+            [Sample::Counts(500), Sample::Counts(501)],
+            "echo {echo}"
+        );
         // 16 bytes, 30 µs of pause, 6 bytes, and the second reply 250 µs later.
         assert_eq!(outcome.bus_us, 160 + 30 + 60 + 250);
         let line = test.port.0.borrow();
@@ -186,7 +203,11 @@ fn kinds_of_missing_samples_are_told_apart() {
         assert_eq!(got, Sample::Missing(missing));
         // Whatever it was, the next tick is not affected.
         let next = test.drive(chain());
-        assert_eq!(next.samples, [Sample::Counts(500), Sample::Counts(501)], "after {missing:?}");
+        assert_eq!(
+            next.samples,
+            [Sample::Counts(500), Sample::Counts(501)],
+            "after {missing:?}"
+        );
     }
 }
 
@@ -202,7 +223,11 @@ fn the_stop_sequence_keeps_its_gaps() {
     assert_eq!(line.sent[219..228], stop_all);
     assert_eq!(line.sent.len(), 228 + 2 * 14);
     assert_eq!(line.undriven, 0);
-    assert!(line.now_us - before_us < 8_000, "{} µs", line.now_us - before_us);
+    assert!(
+        line.now_us - before_us < 8_000,
+        "{} µs",
+        line.now_us - before_us
+    );
 }
 
 proptest! {

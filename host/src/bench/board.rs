@@ -14,13 +14,23 @@ pub struct Output {
     pub link: Vec<u8>,
 }
 
+/// When a board wants to run again: at a time, or when so many bytes have come
+/// from the bus, whichever is first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wake {
+    /// At the latest, in µs.
+    pub at_us: u64,
+    /// After so many bytes, if any number will do.
+    pub bus_bytes: Option<usize>,
+}
+
 /// A board in virtual time.
 pub trait Board {
     /// Why the board can no longer be run.
     type Error;
 
     /// Hands over what has arrived, and runs the board at `now_us` until it has
-    /// nothing left to do. Returns when it wants to run again at the latest.
+    /// nothing left to do. Returns when it wants to run again.
     ///
     /// # Errors
     /// If the board is gone.
@@ -30,7 +40,7 @@ pub trait Board {
         from_bus: &[u8],
         from_host: &[u8],
         output: &mut Output,
-    ) -> Result<u64, Self::Error>;
+    ) -> Result<Wake, Self::Error>;
 }
 
 /// The application core in this process: the same code as on a board, in the
@@ -70,7 +80,7 @@ impl Board for VirtualBoard<'_> {
         from_bus: &[u8],
         from_host: &[u8],
         output: &mut Output,
-    ) -> Result<u64, Self::Error> {
+    ) -> Result<Wake, Self::Error> {
         self.port.receive(from_host);
         self.uart.deliver(now_us, from_bus);
         while let Ok(progress) = self.bridge.poll(now_us) {
@@ -84,6 +94,10 @@ impl Board for VirtualBoard<'_> {
         }
         self.uart.take_sent(&mut output.bus);
         let wake_us = self.bridge.wake_at_us();
-        Ok(self.uart.transmit_complete_us().map_or(wake_us, |sent| wake_us.min(sent)))
+        let sent_us = self.uart.transmit_complete_us();
+        Ok(Wake {
+            at_us: sent_us.map_or(wake_us, |sent_us| wake_us.min(sent_us)),
+            bus_bytes: self.bridge.bytes_wanted(),
+        })
     }
 }

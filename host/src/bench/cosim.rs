@@ -6,7 +6,7 @@
 //! bit. The link between board and host takes no time.
 
 use super::Bench;
-use super::board::{Board, Output};
+use super::board::{Board, Output, Wake};
 
 /// Who is at the other end of the link.
 pub trait Host {
@@ -51,7 +51,7 @@ pub struct Cosim<B, H> {
     /// At the other end of the link.
     pub host: H,
     now_us: u64,
-    board_wake_us: u64,
+    wake: Wake,
     heard: Vec<u8>,
     output: Output,
 }
@@ -64,7 +64,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
             bench,
             host,
             now_us: 0,
-            board_wake_us: 0,
+            wake: Wake::default(),
             heard: Vec::new(),
             output: Output::default(),
         }
@@ -72,8 +72,24 @@ impl<B: Board, H: Host> Cosim<B, H> {
 
     /// The same, with another host at the link from now on.
     pub fn with_host<G: Host>(self, host: G) -> Cosim<B, G> {
-        let Self { board, bench, now_us, board_wake_us, heard, output, .. } = self;
-        Cosim { board, bench, host, now_us, board_wake_us, heard, output }
+        let Self {
+            board,
+            bench,
+            now_us,
+            wake,
+            heard,
+            output,
+            ..
+        } = self;
+        Cosim {
+            board,
+            bench,
+            host,
+            now_us,
+            wake,
+            heard,
+            output,
+        }
     }
 
     /// Virtual time in µs.
@@ -97,16 +113,24 @@ impl<B: Board, H: Host> Cosim<B, H> {
     /// # Errors
     /// If the board is gone, or the host gives up.
     pub fn step(&mut self) -> Result<(), CosimError<B::Error, H::Error>> {
-        let Self { board, bench, host, heard, output, .. } = self;
-        let wake_us = self.board_wake_us.min(host.wake_at_us()).max(self.now_us);
+        let Self {
+            board,
+            bench,
+            host,
+            heard,
+            output,
+            ..
+        } = self;
+        let until_us = self.wake.at_us.min(host.wake_at_us()).max(self.now_us);
         heard.clear();
-        let now_us = bench.advance(wake_us, heard);
+        let now_us = bench.advance(until_us, self.wake.bus_bytes, heard);
 
         let from_host = host.speak(now_us).map_err(CosimError::Host)?;
         output.bus.clear();
         output.link.clear();
-        self.board_wake_us =
-            board.run(now_us, heard, from_host, output).map_err(CosimError::Board)?;
+        self.wake = board
+            .run(now_us, heard, from_host, output)
+            .map_err(CosimError::Board)?;
         bench.send(now_us, &output.bus);
         host.hear(now_us, &output.link).map_err(CosimError::Host)?;
         self.now_us = now_us;

@@ -44,7 +44,10 @@ struct Arm(Plant);
 
 impl Mechanics for Arm {
     fn convert(&mut self, servo: usize, at_ns: u64) -> Reading {
-        Reading { position: self.0.read(servo, at_ns), temperature: TEMPERATURE }
+        Reading {
+            position: self.0.read(servo, at_ns),
+            temperature: TEMPERATURE,
+        }
     }
 
     fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
@@ -55,8 +58,15 @@ impl Mechanics for Arm {
 impl Bench {
     /// Servos with the bridge's ids, powered up at time 0, that move `plant`.
     pub fn new(plant: Plant) -> Self {
-        let servos = SERVO_IDS.iter().map(|id| Servo::with_id(id.get())).collect();
-        Self { wire: Wire::new(servos), arm: Arm(plant), line_free_ns: 0 }
+        let servos = SERVO_IDS
+            .iter()
+            .map(|id| Servo::with_id(id.get()))
+            .collect();
+        Self {
+            wire: Wire::new(servos),
+            arm: Arm(plant),
+            line_free_ns: 0,
+        }
     }
 
     /// Puts bytes on the wire, back to back, from `now_us` or from when the
@@ -69,17 +79,20 @@ impl Bench {
         }
     }
 
-    /// Goes on to the end of the next byte from a servo, or to `until_us`,
-    /// whichever comes first. Returns the time in µs, rounded up, and adds the
-    /// byte to `heard`.
-    pub fn advance(&mut self, until_us: u64, heard: &mut Vec<u8>) -> u64 {
+    /// Goes on to `until_us`, or until `wanted` bytes have come from the servos,
+    /// whichever is first. Returns the time in µs, rounded up, and adds what has
+    /// come to `heard`.
+    pub fn advance(&mut self, until_us: u64, wanted: Option<usize>, heard: &mut Vec<u8>) -> u64 {
         let until_ns = until_us.saturating_mul(1_000);
+        let enough = wanted.map_or(usize::MAX, |wanted| heard.len() + wanted);
         loop {
             let next_ns = self.wire.next_event_ns().min(until_ns);
             self.wire.advance(next_ns, &mut self.arm);
-            if let Some(byte) = self.wire.take_heard() {
+            while let Some(byte) = self.wire.take_heard() {
                 heard.push(byte.byte);
-                return byte.end_ns.div_ceil(1_000);
+                if heard.len() >= enough {
+                    return byte.end_ns.div_ceil(1_000);
+                }
             }
             if next_ns == until_ns {
                 return until_us;

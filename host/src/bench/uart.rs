@@ -52,7 +52,11 @@ impl serial::ErrorType for Uart {
 
 impl serial::Read<u8> for Uart {
     fn read(&mut self) -> nb::Result<u8, Infallible> {
-        self.0.borrow_mut().received.pop_front().ok_or(nb::Error::WouldBlock)
+        self.0
+            .borrow_mut()
+            .received
+            .pop_front()
+            .ok_or(nb::Error::WouldBlock)
     }
 }
 

@@ -24,9 +24,15 @@ use crate::cli::EmulateArgs;
 const WORLD: &str = "simulated: QEMU mps2-an386";
 
 pub(crate) fn run(args: &EmulateArgs) -> Outcome {
-    let image = args.image.clone().unwrap_or_else(emulator::qemu::default_image);
-    let options =
-        QemuOptions { image, lockstep: args.bus.is_none(), icount: args.icount };
+    let image = args
+        .image
+        .clone()
+        .unwrap_or_else(emulator::qemu::default_image);
+    let options = QemuOptions {
+        image,
+        lockstep: args.bus.is_none(),
+        icount: args.icount,
+    };
     // Before QEMU, which takes a second: a port that is taken shows at once.
     match (&args.bus, &args.link_listen) {
         (None, None) => demo(args, &options),
@@ -102,5 +108,9 @@ fn offer_on(bus: &Endpoint, at: &Endpoint, options: &QemuOptions) -> Outcome {
 }
 
 fn virtual_bench(args: &EmulateArgs) -> Bench {
-    Bench::new(job::plant(args.run.initial, args.run.no_friction, args.run.seed))
+    Bench::new(job::plant(
+        args.run.initial,
+        args.run.no_friction,
+        args.run.seed,
+    ))
 }

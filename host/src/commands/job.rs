@@ -59,7 +59,10 @@ impl Job {
         name: &str,
         world: &str,
     ) -> Result<Self, Box<dyn std::error::Error>> {
-        let setup = Setup { period_us: args.period_us, ..Setup::default() };
+        let setup = Setup {
+            period_us: args.period_us,
+            ..Setup::default()
+        };
         let duration_us = (args.duration * 1e6) as u64;
         Ok(Self {
             operator: Operator::new(Script::demo(setup, duration_us)),
@@ -75,7 +78,16 @@ impl Job {
 
     /// Writes the run folder and shows the summary.
     pub(crate) fn finish(self, wall: Duration) -> Outcome {
-        let Self { operator, progress, folder, facts, duration_s, quiet, json, .. } = self;
+        let Self {
+            operator,
+            progress,
+            folder,
+            facts,
+            duration_s,
+            quiet,
+            json,
+            ..
+        } = self;
         progress.finish();
         let (records, commands, link) = operator.into_parts();
 
@@ -109,7 +121,8 @@ impl Host for Job {
     fn speak(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
         if now_us >= self.look_us {
             self.look_us = now_us + LOOK_US;
-            self.progress.at(self.operator.fraction(now_us) * self.duration_s);
+            self.progress
+                .at(self.operator.fraction(now_us) * self.duration_s);
         }
         self.operator.speak(now_us)
     }
@@ -164,7 +177,9 @@ fn net_stiffness(
 ) -> Result<[f64; JOINTS], armbridge_shared::design::riccati::Error> {
     let arm = Parameters::<f64>::paper();
     let upright = Vector2::zeros();
-    let model = arm.linearise(upright).zero_order_hold(f64::from(period_us) * 1e-6);
+    let model = arm
+        .linearise(upright)
+        .zero_order_hold(f64::from(period_us) * 1e-6);
     let gain = Lqr::design(&model, &Weights::paper())?.gain;
     let gravity = arm.gravity_slope(upright);
     Ok([0, 1].map(|j| gain[(j, j)] + gravity[(j, j)]))

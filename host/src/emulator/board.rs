@@ -11,7 +11,7 @@ use std::time::Duration;
 use armbridge_shared::lockstep::{Grant, Idle, MESSAGE_LEN};
 
 use super::qemu::{Qemu, QemuError};
-use crate::bench::board::{Board, Output};
+use crate::bench::board::{Board, Output, Wake};
 
 /// A board that says nothing for so long is not busy but dead.
 const DEAD_AFTER: Duration = Duration::from_secs(30);
@@ -25,7 +25,7 @@ pub struct EmulatedBoard {
     qemu: Qemu,
     bus_rx: u32,
     link_rx: u32,
-    bus_tx: u32,
+    bus_tx: u16,
     link_tx: u32,
 }
 
@@ -40,13 +40,23 @@ impl EmulatedBoard {
             socket.set_read_timeout(Some(DEAD_AFTER))?;
         }
         qemu.clock.set_read_timeout(Some(DEAD_AFTER))?;
-        let mut board = Self { qemu, bus_rx: 0, link_rx: 0, bus_tx: 0, link_tx: 0 };
-        let idle = board.read_idle().map_err(|error| board.qemu.explain(error))?;
+        let mut board = Self {
+            qemu,
+            bus_rx: 0,
+            link_rx: 0,
+            bus_tx: 0,
+            link_tx: 0,
+        };
+        let idle = board
+            .read_idle()
+            .map_err(|error| board.qemu.explain(error))?;
         let boot = (idle.bus_tx, idle.link_tx);
         if boot == (0, 0) {
             Ok(board)
         } else {
-            Err(QemuError::Died(format!("the board sent {boot:?} bytes before its first grant")))
+            Err(QemuError::Died(format!(
+                "the board sent {boot:?} bytes before its first grant"
+            )))
         }
     }
 
@@ -62,35 +72,37 @@ impl EmulatedBoard {
         from_bus: &[u8],
         from_host: &[u8],
         output: &mut Output,
-    ) -> io::Result<u64> {
+    ) -> io::Result<Wake> {
         self.qemu.bus.write_all(from_bus)?;
         self.qemu.link.write_all(from_host)?;
         self.bus_rx = self.bus_rx.wrapping_add(from_bus.len() as u32);
         self.link_rx = self.link_rx.wrapping_add(from_host.len() as u32);
-        let grant = Grant { now_us, bus_rx: self.bus_rx, link_rx: self.link_rx };
+        let grant = Grant {
+            now_us,
+            bus_rx: self.bus_rx,
+            link_rx: self.link_rx,
+        };
         self.qemu.clock.write_all(&grant.to_bytes())?;
         let idle = self.read_idle()?;
-        read_up_to(&mut self.qemu.bus, &mut self.bus_tx, idle.bus_tx, &mut output.bus)?;
-        read_up_to(&mut self.qemu.link, &mut self.link_tx, idle.link_tx, &mut output.link)?;
-        Ok(idle.until_us)
+        let bus = u32::from(idle.bus_tx.wrapping_sub(self.bus_tx));
+        let link = idle.link_tx.wrapping_sub(self.link_tx);
+        (self.bus_tx, self.link_tx) = (idle.bus_tx, idle.link_tx);
+        read_announced(&mut self.qemu.bus, bus, &mut output.bus)?;
+        read_announced(&mut self.qemu.link, link, &mut output.link)?;
+        Ok(Wake {
+            at_us: idle.until_us,
+            bus_bytes: idle.bus_wanted.map(usize::from),
+        })
     }
 }
 
-/// Reads what was announced: from `count` bytes so far to `total`.
-fn read_up_to(
-    from: &mut impl Read,
-    count: &mut u32,
-    total: u32,
-    into: &mut Vec<u8>,
-) -> io::Result<()> {
-    let begin = into.len();
-    let announced = total.wrapping_sub(*count);
+fn read_announced(from: &mut impl Read, announced: u32, into: &mut Vec<u8>) -> io::Result<()> {
     if announced > RUN_MAX {
         let said = format!("the board announced {announced} bytes: is the image of this version?");
         return Err(io::Error::new(io::ErrorKind::InvalidData, said));
     }
+    let begin = into.len();
     into.resize(begin + announced as usize, 0);
-    *count = total;
     from.read_exact(&mut into[begin..])
 }
 
@@ -103,7 +115,7 @@ impl Board for EmulatedBoard {
         from_bus: &[u8],
         from_host: &[u8],
         output: &mut Output,
-    ) -> Result<u64, QemuError> {
+    ) -> Result<Wake, QemuError> {
         self.exchange(now_us, from_bus, from_host, output)
             .map_err(|error| self.qemu.explain(error))
     }

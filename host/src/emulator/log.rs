@@ -21,7 +21,9 @@ pub fn spawn(
         let mut bytes = [0; 1024];
         let mut decoder = table.as_ref().map(Table::new_stream_decoder);
         while let Ok(count @ 1..) = stream.read(&mut bytes) {
-            let Some(decoder) = &mut decoder else { continue };
+            let Some(decoder) = &mut decoder else {
+                continue;
+            };
             decoder.received(&bytes[..count]);
             loop {
                 match decoder.decode() {

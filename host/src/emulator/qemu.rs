@@ -100,11 +100,15 @@ impl Qemu {
         for (name, listener) in ["link", "bus", "log"].iter().zip(&listeners) {
             let port = listener.local_addr()?.port();
             command.arg("-chardev");
-            command.arg(format!("socket,id={name},host=127.0.0.1,port={port},nodelay=on"));
+            command.arg(format!(
+                "socket,id={name},host=127.0.0.1,port={port},nodelay=on"
+            ));
         }
         command.args(["-serial", "chardev:link", "-serial", "chardev:bus"]);
         let (clock, theirs) = UnixStream::pair()?;
-        command.stdin(OwnedFd::from(theirs.try_clone()?)).stdout(OwnedFd::from(theirs));
+        command
+            .stdin(OwnedFd::from(theirs.try_clone()?))
+            .stdout(OwnedFd::from(theirs));
         command.stderr(Stdio::piped());
         let mut process = command.spawn().map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => QemuError::NotInstalled,
@@ -115,7 +119,13 @@ impl Qemu {
         let [link, bus, log] = &listeners;
         let mut accept = |listener| accept(listener, &mut process);
         let (link, bus, log) = (accept(link)?, accept(bus)?, accept(log)?);
-        Ok(Self { process, link, bus, clock, log })
+        Ok(Self {
+            process,
+            link,
+            bus,
+            clock,
+            log,
+        })
     }
 
     /// Turns an error on a socket into its cause, if QEMU has ended.
@@ -135,7 +145,11 @@ impl Drop for Qemu {
 }
 
 fn arguments(options: &QemuOptions) -> Vec<String> {
-    let mode = if options.lockstep { ",arg=lockstep" } else { "" };
+    let mode = if options.lockstep {
+        ",arg=lockstep"
+    } else {
+        ""
+    };
     let mut arguments = vec![
         "-machine".into(),
         "mps2-an386".into(),
@@ -174,7 +188,9 @@ fn accept(listener: &TcpListener, process: &mut Child) -> Result<TcpStream, Qemu
             return Err(QemuError::Died(said));
         }
         if begun.elapsed() > CONNECT_TIMEOUT {
-            return Err(QemuError::Died("it did not connect its ports in time".into()));
+            return Err(QemuError::Died(
+                "it did not connect its ports in time".into(),
+            ));
         }
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -196,6 +212,9 @@ fn last_words(process: &mut Child) -> Option<String> {
 pub fn default_image() -> PathBuf {
     let relative = Path::new("thumbv7em-none-eabihf/firmware/mps2-an386");
     std::env::var_os("CARGO_TARGET_DIR")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"), PathBuf::from)
+        .map_or_else(
+            || Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"),
+            PathBuf::from,
+        )
         .join(relative)
 }

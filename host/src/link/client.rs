@@ -5,9 +5,7 @@
 //! bench's virtual time and over a socket in wall-clock time.
 
 use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, Received};
-use armbridge_shared::link::message::{
-    Command, Hello, Missing, Record, Refusal, ToBoard, ToHost,
-};
+use armbridge_shared::link::message::{Command, Hello, Missing, Record, Refusal, ToBoard, ToHost};
 use armbridge_shared::link::schema;
 
 use crate::summary::LinkStats;

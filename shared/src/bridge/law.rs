@@ -102,7 +102,9 @@ impl Law {
     /// Commands that regulate, decided on the state a period ahead: until then
     /// `in_force_nm` acts. `None` if anything is not finite.
     pub(super) fn regulate(&self, in_force_nm: Vector2<f32>) -> Option<Decision> {
-        let torque_nm = self.lqr.torque(&self.estimator.predict(in_force_nm), &self.setpoint);
+        let torque_nm = self
+            .lqr
+            .torque(&self.estimator.predict(in_force_nm), &self.setpoint);
         self.commands(torque_nm, self.setpoint.torque())
     }
 
@@ -115,7 +117,10 @@ impl Law {
         let [joint_a, joint_b] = &self.joints;
         let a = joint_a.command(torque_nm.x, balance_nm.x).ok()?;
         let b = joint_b.command(torque_nm.y, balance_nm.y).ok()?;
-        Some(Decision { pwm: [a.pwm, b.pwm], torque_nm: Vector2::new(a.torque_nm, b.torque_nm) })
+        Some(Decision {
+            pwm: [a.pwm, b.pwm],
+            torque_nm: Vector2::new(a.torque_nm, b.torque_nm),
+        })
     }
 }
 
@@ -130,6 +135,9 @@ pub(super) struct Decision {
 impl Decision {
     /// Motors off.
     pub(super) fn off() -> Self {
-        Self { pwm: [Pwm::OFF; JOINTS], torque_nm: Vector2::zeros() }
+        Self {
+            pwm: [Pwm::OFF; JOINTS],
+            torque_nm: Vector2::zeros(),
+        }
     }
 }

@@ -157,6 +157,11 @@ where
         }
     }
 
+    /// How many bytes on the bus make it worth to poll before that, if any.
+    pub fn bytes_wanted(&self) -> Option<usize> {
+        self.master.bytes_wanted()
+    }
+
     /// What the bridge is doing.
     pub fn mode(&self) -> Mode {
         self.mode

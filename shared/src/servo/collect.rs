@@ -4,6 +4,10 @@ use super::morpheus::{Parser, Reply, ServoId};
 use crate::JOINTS;
 use crate::link::message::{Missing, Sample};
 
+/// Length of the answer to a ping, and of a position.
+const PING_LEN: usize = 6;
+const POSITION_LEN: usize = 7;
+
 /// Which replies are awaited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Awaited {
@@ -85,6 +89,24 @@ impl Collect {
         }
     }
 
+    /// Bytes that are still to come if all is well, at least one: what else may
+    /// be said until then is of no use.
+    pub(super) fn bytes_wanted(&self) -> usize {
+        let missing = self
+            .answers
+            .iter()
+            .filter(|answer| answer.is_none())
+            .count();
+        let (replies, len) = match self.awaited {
+            Awaited::Ping(_) => (1, PING_LEN),
+            Awaited::Pings => (missing, PING_LEN),
+            Awaited::Positions => (missing, POSITION_LEN),
+        };
+        (replies * len)
+            .saturating_sub(self.parser.bytes_held())
+            .max(1)
+    }
+
     /// One sample a joint. What is missing is put down to the strongest
     /// evidence there is; one servo's silence is told from a dead bus by the
     /// other's answer.
@@ -95,7 +117,7 @@ impl Collect {
             Missing::BadChecksum
         } else if self.wrong_id {
             Missing::WrongId
-        } else if self.parser.is_mid_packet() {
+        } else if self.parser.bytes_held() > 0 {
             Missing::Short
         } else if echo_heard && !self.heard_anything {
             Missing::EchoOnly

@@ -2,8 +2,9 @@
 //!
 //! The master owns the serial port and the direction pin of the half-duplex
 //! line. It never blocks and never reads a clock: call `poll` when a byte has
-//! arrived, when a transmission is complete, or at [`Master::wake_at_us`],
-//! whichever comes first. Being called more often does no harm.
+//! arrived (or [`Master::bytes_wanted`] have), when a transmission is complete,
+//! or at [`Master::wake_at_us`], whichever comes first. Being called more often
+//! does no harm.
 //!
 //! # Turn-around
 //!
@@ -278,6 +279,18 @@ where
             Phase::Pausing { until_us } | Phase::Listening { until_us, .. } => until_us,
             Phase::Writing { retry_us, .. } => retry_us,
             Phase::Flushing { expected_us } => expected_us,
+        }
+    }
+
+    /// How many bytes make it worth to poll before [`Master::wake_at_us`];
+    /// `None` if none do. Polling at every byte is as good, and costs more.
+    pub fn bytes_wanted(&self) -> Option<usize> {
+        match &self.phase {
+            Phase::Listening { collect, .. } => Some(collect.bytes_wanted()),
+            Phase::Idle
+            | Phase::Pausing { .. }
+            | Phase::Writing { .. }
+            | Phase::Flushing { .. } => None,
         }
     }
 

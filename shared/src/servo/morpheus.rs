@@ -233,9 +233,9 @@ impl Parser {
         Some(Ok(reply))
     }
 
-    /// Whether a packet has begun and not ended.
-    pub fn is_mid_packet(&self) -> bool {
-        self.len > 0
+    /// Bytes of a packet that has begun and not ended.
+    pub fn bytes_held(&self) -> usize {
+        self.len
     }
 
     /// Forgets a packet that has begun.
@@ -307,6 +307,6 @@ mod tests {
         assert_eq!(found[0].unwrap().position(), Some(500));
         assert_eq!(found[1], Err(BadChecksum));
         assert!(found[2].unwrap().is_ping() && found[2].unwrap().source == 2);
-        assert!(!parser.is_mid_packet());
+        assert_eq!(parser.bytes_held(), 0);
     }
 }

@@ -34,9 +34,11 @@ pub async fn run(mut port: LinkPort<'_>) -> ! {
     };
     loop {
         serve_link(&mut port).await;
+        let (until_us, bus_wanted) = time::waits_for();
         let idle = Idle {
-            until_us: time::waits_until_us(),
-            bus_tx: BUS.buffers().written_total(),
+            until_us,
+            bus_wanted,
+            bus_tx: BUS.buffers().written_total() as u16,
             link_tx: LINK.buffers().written_total(),
         };
         BUS.until_sent().await;

@@ -36,8 +36,11 @@ const CTRL_INTERRUPT: u32 = 1 << 3;
 
 /// The counter as last read, and the cycles counted until then.
 static COUNTED: Mutex<Cell<(u32, u64)>> = Mutex::new(Cell::new((0, 0)));
-/// In lockstep: the time, and until when the real-time loop waits, in µs.
-static GRANTED: Mutex<Cell<(u64, u64)>> = Mutex::new(Cell::new((0, 0)));
+/// In lockstep: the time in µs.
+static GRANTED: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
+/// In lockstep: until when the real-time loop waits, in µs, and for how many
+/// bytes.
+static WAITS_FOR: Mutex<Cell<(u64, Option<u16>)>> = Mutex::new(Cell::new((0, None)));
 static LOCKSTEP: AtomicBool = AtomicBool::new(false);
 /// Wakes the real-time loop.
 static WAKE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
@@ -59,7 +62,7 @@ pub fn cycles() -> u32 {
 pub fn now_us() -> u64 {
     critical_section::with(|cs| {
         if LOCKSTEP.load(Ordering::Relaxed) {
-            return GRANTED.borrow(cs).get().0;
+            return GRANTED.borrow(cs).get();
         }
         let (last, total) = COUNTED.borrow(cs).get();
         let cycles = cycles();
@@ -69,9 +72,10 @@ pub fn now_us() -> u64 {
     })
 }
 
-/// In lockstep: until when the real-time loop waits.
-pub fn waits_until_us() -> u64 {
-    critical_section::with(|cs| GRANTED.borrow(cs).get().1)
+/// In lockstep: until when the real-time loop waits, in µs, and how many bytes
+/// end its wait before that.
+pub fn waits_for() -> (u64, Option<u16>) {
+    critical_section::with(|cs| WAITS_FOR.borrow(cs).get())
 }
 
 /// In lockstep: sets the time and lets the real-time loop run.
@@ -79,7 +83,7 @@ pub fn grant(now_us: u64) {
     critical_section::with(|cs| {
         let granted = GRANTED.borrow(cs);
         // Time never goes back, whatever the bench says.
-        granted.set((granted.get().0.max(now_us), u64::MAX));
+        granted.set(granted.get().max(now_us));
     });
     WAKE.signal(());
 }
@@ -124,12 +128,13 @@ impl RealTime for Board {
         (u32::MAX - read(TIMER1, register::VALUE)).saturating_mul(CYCLE_NS)
     }
 
-    async fn wait(&mut self, until_us: u64) {
+    async fn wait(&mut self, until_us: u64, bytes_wanted: Option<usize>) {
         let now_us = now_us();
         // The end of a transmission counts as bus activity.
         let until_us = bus::sent_at_us(now_us).map_or(until_us, |sent_us| sent_us.min(until_us));
         if LOCKSTEP.load(Ordering::Relaxed) {
-            critical_section::with(|cs| GRANTED.borrow(cs).set((now_us, until_us)));
+            let bytes = bytes_wanted.and_then(|wanted| u16::try_from(wanted).ok());
+            critical_section::with(|cs| WAITS_FOR.borrow(cs).set((until_us, bytes)));
         } else {
             let us = until_us.saturating_sub(now_us);
             if us == 0 {
