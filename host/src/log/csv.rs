@@ -119,7 +119,7 @@ impl From<&Record> for Row<'static> {
     fn from(record: &Record) -> Self {
         let [(count1, missing1), (count2, missing2)] = record.samples.map(columns);
         Self {
-            time_s: record.start_us as f64 * 1e-6,
+            time_s: record.start_us as f64 / 1e6,
             tick: record.tick,
             mode: names::mode(record.mode).into(),
             fault: names::fault_of(record.mode).map_or("", names::fault).into(),

@@ -33,12 +33,14 @@ pub const COMMAND_TOPIC: &str = "/armbridge/command";
 /// Name of the metadata record with the run's facts.
 pub const FACTS_METADATA: &str = "run";
 
+type Output = mcap::Writer<BufWriter<File>>;
+
 /// Writes `run.mcap`.
 ///
 /// The file is readable only after [`finish`](Self::finish).
 pub struct McapWriter {
     path: PathBuf,
-    writer: mcap::Writer<BufWriter<File>>,
+    writer: Output,
     records: Topic,
     commands: Topic,
     json: Vec<u8>,
@@ -96,7 +98,12 @@ impl McapWriter {
     /// When the file cannot be written.
     pub fn record(&mut self, record: &Record) -> Result<(), LogError> {
         encode(&mut self.json, &TickMessage::from(record), &self.path)?;
-        self.append(|this| &mut this.records, record.start_us)
+        self.records
+            .append(&mut self.writer, record.start_us, &self.json)
+            .map_err(|source| LogError::Mcap {
+                path: self.path.clone(),
+                source,
+            })
     }
 
     /// Appends a command that was sent at this time on the board's clock.
@@ -105,25 +112,8 @@ impl McapWriter {
     /// When the file cannot be written.
     pub fn command(&mut self, time_us: u64, command: &Command) -> Result<(), LogError> {
         encode(&mut self.json, &CommandMessage::from(command), &self.path)?;
-        self.append(|this| &mut this.commands, time_us)
-    }
-
-    fn append(
-        &mut self,
-        topic: impl Fn(&mut Self) -> &mut Topic,
-        time_us: u64,
-    ) -> Result<(), LogError> {
-        let topic = topic(self);
-        let time_ns = time_us.saturating_mul(1000);
-        let header = MessageHeader {
-            channel_id: topic.channel,
-            sequence: topic.sequence,
-            log_time: time_ns,
-            publish_time: time_ns,
-        };
-        topic.sequence = topic.sequence.wrapping_add(1);
-        self.writer
-            .write_to_known_channel(&header, &self.json)
+        self.commands
+            .append(&mut self.writer, time_us, &self.json)
             .map_err(|source| LogError::Mcap {
                 path: self.path.clone(),
                 source,
@@ -158,7 +148,7 @@ impl std::fmt::Debug for McapWriter {
 
 impl Topic {
     fn add(
-        writer: &mut mcap::Writer<BufWriter<File>>,
+        writer: &mut Output,
         topic: &str,
         schema_name: &str,
         schema: &str,
@@ -169,6 +159,18 @@ impl Topic {
             channel,
             sequence: 0,
         })
+    }
+
+    fn append(&mut self, writer: &mut Output, time_us: u64, json: &[u8]) -> mcap::McapResult<()> {
+        let time_ns = time_us.saturating_mul(1000);
+        let header = MessageHeader {
+            channel_id: self.channel,
+            sequence: self.sequence,
+            log_time: time_ns,
+            publish_time: time_ns,
+        };
+        self.sequence = self.sequence.wrapping_add(1);
+        writer.write_to_known_channel(&header, json)
     }
 }
 
@@ -183,7 +185,9 @@ fn encode(buffer: &mut Vec<u8>, message: &impl Serialize, path: &Path) -> Result
 
 /// Facts as MCAP metadata wants them: plain strings, the rest as JSON.
 fn as_strings(facts: &RunFacts) -> BTreeMap<String, String> {
-    let Ok(serde_json::Value::Object(facts)) = serde_json::to_value(facts) else {
+    // By way of text, so that an f32 is written as short as it is.
+    let json = serde_json::to_string(facts).and_then(|text| serde_json::from_str(&text));
+    let Ok(serde_json::Value::Object(facts)) = json else {
         return BTreeMap::new();
     };
     let text = |value| match value {

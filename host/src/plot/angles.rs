@@ -129,7 +129,7 @@ fn draw_setpoints(svg: &mut Svg, panel: &Panel, segments: &[SegmentSummary], joi
             format!("settled in {s:.2} s")
         });
         let rest = format!("{steady_state_error_mrad:+.1} mrad").replace('-', "−");
-        let long = format!("{settled}, rests at {rest}");
+        let long = format!("{settled}, rests {rest} off");
         let short = format!("{settled}, {rest}");
         let font = Font {
             size: 11.0,

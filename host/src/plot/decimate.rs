@@ -7,6 +7,9 @@
 /// Width of a column in px: that of a pixel of the PNG.
 const COLUMN_PX: f64 = 0.5;
 
+/// Points of a line are level when they differ by less than is written.
+const LEVEL_PX: f64 = 0.05;
+
 /// Leaves out what cannot be seen. Points come in order of x; one that is not
 /// finite makes a gap.
 pub(super) fn decimate(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
@@ -50,8 +53,9 @@ fn keep_visible(column: &mut Vec<(f64, f64)>, piece: &mut Vec<(f64, f64)>) {
             }
             let point = column[at];
             if let [.., before, last] = piece.as_mut_slice()
-                && before.1 == last.1
-                && last.1 == point.1
+                && [*last, point]
+                    .iter()
+                    .all(|(_, y)| (y - before.1).abs() < LEVEL_PX)
             {
                 *last = point;
             } else {

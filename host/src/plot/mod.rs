@@ -165,26 +165,24 @@ fn draw_faults(svg: &mut Svg, panel: &Panel, records: &[Record]) {
             time_s(records, &chunk[chunk.len() - 1]),
         );
         panel.area(svg, (from, panel.y.low), (to, panel.y.high), ALARM, 0.08);
-        // The text stays inside the frame, whichever end the fault is at.
-        let (x, y) = panel.at(from, panel.y.low);
-        let left_half = x < panel.frame.x + panel.frame.w / 2.0;
-        let (anchor, dx) = if left_half {
-            (Anchor::Start, 5.0)
-        } else {
-            (Anchor::End, -5.0)
-        };
-        let font = Font {
+        let text = format!("fault: {}", names::fault(fault));
+        let mut font = Font {
             size: 11.5,
             bold: true,
             colour: ALARM,
-            anchor,
+            anchor: Anchor::Start,
         };
-        svg.line((x, panel.frame.y), (x, y), svg::Stroke::solid(ALARM, 1.2));
-        svg.text(
-            (x + dx, y - 12.0),
-            &format!("fault: {}", names::fault(fault)),
-            font,
-            false,
+        let (x, bottom) = panel.at(from, panel.y.low);
+        svg.line(
+            (x, panel.frame.y),
+            (x, bottom),
+            svg::Stroke::solid(ALARM, 1.2),
         );
+        // In the shade, unless the frame ends too soon.
+        let mut left = x + 7.0;
+        if left + font.width(&text) > panel.frame.right() {
+            (font.anchor, left) = (Anchor::End, x - 7.0);
+        }
+        svg.text((left, panel.frame.y + 34.0), &text, font, false);
     }
 }

@@ -192,12 +192,19 @@ impl Panel {
     pub(super) fn level(&self, svg: &mut Svg, y: f64, stroke: Stroke) {
         let (_, py) = self.at(self.x.low, y);
         self.clipped(svg, |svg| {
-            svg.line((self.frame.x, py), (self.frame.right(), py), stroke)
+            svg.line((self.frame.x, py), (self.frame.right(), py), stroke);
         });
     }
 
     fn clipped(&self, svg: &mut Svg, draw: impl FnOnce(&mut Svg)) {
-        svg.begin_clip(self.frame);
+        // Lines and dots on the very edge show in full.
+        let Rect { x, y, w, h } = self.frame;
+        svg.begin_clip(Rect {
+            x: x - 1.5,
+            y: y - 1.5,
+            w: w + 3.0,
+            h: h + 3.0,
+        });
         draw(svg);
         svg.end_clip();
     }

@@ -5,7 +5,6 @@ use super::panel::{JOINT, Key, LIMIT, Panel};
 use super::svg::{Rect, Stroke};
 use super::{draw_faults, figure, over_time, time_axis};
 use crate::facts::{PWM_MAX, PWM_OFF, RunFacts};
-use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Record;
 
 /// Where a servo is off.
@@ -25,10 +24,10 @@ pub(super) fn draw(facts: &RunFacts, records: &[Record]) -> String {
     // Both joints on one scale, so that they can be compared.
     let torque = Axis::around(facts.torque_limits_nm.into_iter().flatten(), 0.05);
     let x = time_axis(facts, records);
-    for joint in 0..JOINTS {
+    for (joint, colour) in JOINT.into_iter().enumerate() {
         let left = 84.0 + 478.0 * joint as f64;
         let first = joint == 0;
-        let line = Stroke::solid(JOINT[joint], 1.3);
+        let line = Stroke::solid(colour, 1.3);
 
         let frame = Rect {
             x: left,
@@ -64,7 +63,12 @@ pub(super) fn draw(facts: &RunFacts, records: &[Record]) -> String {
         let frame = Rect { y: 348.0, ..frame };
         let panel = Panel { frame, x, y: pwm };
         let title = format!("Joint {}: PWM", joint + 1);
-        panel.draw(&mut svg, &title, Some("time (s)"), first.then_some("PWM"));
+        panel.draw(
+            &mut svg,
+            &title,
+            Some("time (s)"),
+            first.then_some("PWM (counts)"),
+        );
         panel.level(&mut svg, f64::from(PWM_OFF), OFF);
         for limit in [0.0, f64::from(PWM_MAX)] {
             panel.level(&mut svg, limit, LIMIT);

@@ -65,9 +65,10 @@ fn resting_error(summary: &Summary, joint: usize) -> Option<String> {
         "static friction explains: {friction_nm} N m / {:.3} N m/rad = {offset_mrad:.1} mrad",
         friction_nm / offset_mrad * 1e3
     );
-    // The joint may stop anywhere within the count that the encoder shows.
-    Some(if worst_mrad <= offset_mrad + count_mrad {
+    Some(if worst_mrad <= offset_mrad {
         format!("{at}, within what {explained}")
+    } else if worst_mrad <= offset_mrad + count_mrad {
+        format!("{at}, within one encoder count of what {explained}")
     } else {
         format!("{at}, MORE than {explained}")
     })

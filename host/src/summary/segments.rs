@@ -23,13 +23,15 @@ pub struct Segment {
 
 /// Cuts a run at each change of the reference and of the mode.
 pub fn segments(records: &[Record]) -> Vec<Segment> {
+    // To the bit: a reference is a command that is repeated, not computed.
+    let same = |a: [f32; JOINTS], b: [f32; JOINTS]| a.map(f32::to_bits) == b.map(f32::to_bits);
     let mut segments: Vec<Segment> = Vec::new();
     for (i, record) in records.iter().enumerate() {
         if record.mode != Mode::Regulate {
             continue;
         }
         match segments.last_mut() {
-            Some(last) if last.ticks.end == i && last.reference_rad == record.reference_rad => {
+            Some(last) if last.ticks.end == i && same(last.reference_rad, record.reference_rad) => {
                 last.ticks.end = i + 1;
             }
             _ => segments.push(Segment {
@@ -78,9 +80,12 @@ impl SegmentSummary {
             let error_rad = |record: &Record| {
                 f64::from(record.angle_rad[j]) - f64::from(record.reference_rad[j])
             };
-            // Not `>=`: an estimate that is not a number has not settled.
-            let outside = |record: &Record| !(error_rad(record).abs() < SETTLED_RAD);
-            let settled = ticks.iter().rposition(outside).map_or(0, |last| last + 1);
+            // False for an estimate that is not a number, too.
+            let within = |record: &Record| error_rad(record).abs() < SETTLED_RAD;
+            let settled = ticks
+                .iter()
+                .rposition(|record| !within(record))
+                .map_or(0, |last| last + 1);
             let steady_ticks = ((STEADY_S / period_s).round() as usize).clamp(1, ticks.len());
             let tail = &ticks[ticks.len() - steady_ticks..];
             let error_mrad = tail.iter().map(error_rad).sum::<f64>() / tail.len() as f64 * 1e3;

@@ -137,6 +137,8 @@ fn the_rest_is_blamed_on_stiction_only_where_it_explains_it() {
         "joint 2 rests up to 30.0 mrad from its setpoint, within what static friction explains: \
          0.06 N m / 0.919 N m/rad = 65.3 mrad"
     ));
+    // 27.2 mrad, and one count is 5.1 mrad.
+    assert!(remarks(Some(0.025)).contains("within one encoder count of what static friction"));
     assert!(remarks(Some(0.01)).contains("joint 2 rests up to 30.0 mrad from its setpoint, MORE"));
     assert!(remarks(None).contains("more than one encoder count (5.1 mrad)"));
 }

@@ -1,0 +1,89 @@
+//! The steps of `cargo verify`, cheapest first.
+
+use crate::setup;
+
+/// Something that must pass.
+pub(crate) struct Step {
+    /// What `--from` calls it.
+    pub(crate) name: &'static str,
+    /// What it is for.
+    pub(crate) what: &'static str,
+    /// What it does.
+    pub(crate) work: Work,
+}
+
+/// What a step does.
+pub(crate) enum Work {
+    /// Makes sure that something is there; second, how to do so by hand.
+    SetUp(fn() -> Result<(), String>, &'static str),
+    /// Runs cargo with these arguments, single spaces between them.
+    Cargo(&'static str),
+}
+
+impl Work {
+    /// The command that does the same.
+    pub(crate) fn command(&self) -> String {
+        match self {
+            Self::SetUp(_, by_hand) => (*by_hand).to_owned(),
+            Self::Cargo(arguments) => format!("cargo {arguments}"),
+        }
+    }
+}
+
+/// A step that is one cargo command.
+const fn cargo(name: &'static str, what: &'static str, arguments: &'static str) -> Step {
+    Step {
+        name,
+        what,
+        work: Work::Cargo(arguments),
+    }
+}
+
+/// Every step, in order.
+pub(crate) const STEPS: &[Step] = &[
+    Step {
+        name: "rust",
+        what: "formatter, linter and the board's target are there",
+        work: Work::SetUp(setup::rust, setup::RUST_BY_HAND),
+    },
+    Step {
+        name: "qemu",
+        what: "the emulator of the board's processor is there",
+        work: Work::SetUp(setup::qemu, "qemu-system-arm --version"),
+    },
+    cargo("format", "code is formatted", "fmt --all --check"),
+    cargo(
+        "lint",
+        "no warnings in host, shared and tests",
+        "clippy --all-targets -- -D warnings",
+    ),
+    cargo(
+        "lint-emulator",
+        "no warnings in the emulator's image",
+        "clippy --release --package armbridge-firmware --target thumbv7em-none-eabihf \
+         --features mps2-an386 --bin mps2-an386 -- -D warnings",
+    ),
+    cargo(
+        "lint-board",
+        "no warnings in the board's image",
+        "clippy --release --package armbridge-firmware --target thumbv7em-none-eabihf \
+         --features feather-f405 --bin feather-f405 -- -D warnings",
+    ),
+    cargo(
+        "shared",
+        "shared code builds by itself for the board, without the standard library",
+        "build --release --package armbridge-shared --target thumbv7em-none-eabihf",
+    ),
+    cargo(
+        "build-emulator",
+        "the emulator's image builds",
+        "build-emulator",
+    ),
+    cargo("build-board", "the board's image builds", "build-board"),
+    cargo("test", "every test that needs Rust alone", "test"),
+    cargo(
+        "test-emulator",
+        "every test that needs more than Rust",
+        "test -- --ignored",
+    ),
+];
