@@ -1,5 +1,8 @@
-//! What the whole-system tests share: a run of the bench, and what to read off
-//! its records.
+//! What the whole-system tests share: a run of the bench and what to read off
+//! its records, and the replay of recorded exchanges.
+
+pub mod replay;
+pub mod trace;
 
 use armbridge::bench::Bench;
 use armbridge::bench::board::VirtualBoard;

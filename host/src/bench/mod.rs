@@ -20,8 +20,8 @@ pub mod wire;
 
 use armbridge_shared::bridge::SERVO_IDS;
 use plant::Plant;
-use servo::Servo;
-use wire::{Mechanics, Reading, Wire};
+use servo::{Reading, Servo};
+use wire::{Mechanics, Wire};
 
 /// Baud rate of the servo bus, the servos' default.
 const BAUD: u32 = 1_000_000;
@@ -102,12 +102,12 @@ impl Bench {
 
     /// The PWM that servo `servo`'s motor gets, 0..=2000, 1000 = off.
     pub fn applied_pwm(&self, servo: usize) -> u16 {
-        self.wire.servos()[servo].applied_pwm()
+        self.wire.servos()[servo].state().pwm
     }
 
     /// Takes servo `servo` off the wire; it stays powered and obeys on.
     pub fn disconnect(&mut self, servo: usize) {
-        self.wire.servo_mut(servo).disconnect();
+        self.wire.connect(servo, false);
     }
 
     /// The true arm.

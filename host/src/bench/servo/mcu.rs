@@ -1,0 +1,499 @@
+//! The microcontroller: the main loop, its interrupts and its clock.
+//!
+//! The firmware is one endless loop that looks for a message, obeys it, and
+//! every seventh turn ticks a timer; every eleventh tick starts a conversion,
+//! whose result the next tick turns into a PWM. Bytes are received by an
+//! interrupt that stretches whatever the loop is doing. EEPROM writes run with
+//! interrupts off.
+//!
+//! The loop is not executed turn by turn. It is a chain of [`Stage`]s, each
+//! ending at a known cycle; an interrupt moves the end of the stage it falls
+//! into. Idle turns up to the next tick are one stage, cut short when a
+//! message is complete.
+
+use super::control::Control;
+use super::inbox::Inbox;
+use super::control::Gains;
+use super::registers::{self, ROM_SIZE, Requests};
+use super::uart::Uart;
+use super::{Action, costs};
+use std::collections::VecDeque;
+
+/// A conversion is started on every eleventh tick.
+const TICKS_PER_CONVERSION: u8 = 10;
+/// Position conversions between two of the temperature.
+const POSITIONS_PER_TEMPERATURE: u16 = 1000;
+/// Size of the firmware's transmit buffer.
+const TRANSMIT_BUFFER: usize = 200;
+/// The bit clock at power-up, modulo one bit at 1 Mbaud.
+const BIT_CLOCK_PHASE: u64 = 14;
+
+/// What the main loop does next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stage {
+    /// Looks for a message.
+    Look,
+    /// Acts on the message just opened.
+    Obey,
+    /// Writes the next byte of a WRITE or SYNC_WR.
+    Write,
+    /// Stores `value`, once the EEPROM is ready. Interrupts are off.
+    Store { address: u8, value: u8 },
+    /// Puts what was written in force.
+    Settle,
+    /// Clears the marker, so that `Load` restores the defaults. Interrupts off.
+    Reset,
+    /// Loads the variables from the EEPROM, restoring the defaults from place
+    /// `restored` on if the marker is wrong. Interrupts are off.
+    Load { restored: usize },
+    /// The variables are loaded.
+    Loaded,
+    /// A reply has been built.
+    Reply,
+    /// The message is done with.
+    Done,
+    /// The timer tick.
+    Tick,
+    /// The rest of the tick: the PWM changes.
+    Control,
+    /// Feeds the transmitter.
+    Feed,
+    /// Switches the bus driver off.
+    Release,
+}
+
+/// Where the servo stands in START and CYCLE.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Bus {
+    /// No START since power-up.
+    Unknown,
+    /// Waiting for its slot.
+    Slot,
+    /// Takes part in CYCLE.
+    Member,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Conversion {
+    Off,
+    Sampling { at: u64 },
+    Converting { ready: u64 },
+    Ready,
+}
+
+/// What the running interrupt handler is about.
+#[derive(Debug, Clone, Copy)]
+enum Handling {
+    Nothing,
+    Byte(u8),
+    Conversion,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Mcu {
+    pub(super) stage: Stage,
+    pub(super) stage_end: u64,
+    /// Whole idle turns inside the current stage.
+    idle_turns: u8,
+    /// Turns until the next tick.
+    turns_left: u8,
+    handling: Handling,
+    /// End of the running interrupt handler, or of the last one.
+    handler_end: u64,
+
+    pub(super) uart: Uart,
+    pub(super) inbox: Inbox,
+    pub(super) transmit: VecDeque<u8>,
+    pub(super) driving: bool,
+
+    power_up: u64,
+    conversion: Conversion,
+    converting_temperature: bool,
+    converter_used: bool,
+    reading: u16,
+    want_position: bool,
+    want_temperature: bool,
+    result_waits: bool,
+    ticks_to_conversion: u8,
+    positions: u16,
+
+    pub(super) control: Control,
+    pub(super) rom: [u8; ROM_SIZE],
+    pub(super) rom_ready: u64,
+    /// Variables loaded from the EEPROM.
+    pub(super) id: u8,
+    pub(super) baud: u8,
+    pub(super) gains: Gains,
+    pub(super) requests: Requests,
+
+    pub(super) job: super::obey::Job,
+    /// The interpreter's working memory; stale contents show in replies to
+    /// requests without arguments.
+    pub(super) scratch: [u8; 256],
+    pub(super) message_length: u8,
+    /// Turns of a runaway WRITE inside the current stage.
+    pub(super) runaway_turns: u16,
+    pub(super) reply: VecDeque<u8>,
+    pub(super) bus: Bus,
+    pub(super) predecessor: u8,
+    pub(super) predecessors: u8,
+    pub(super) cycle_pending: bool,
+    pub(super) master: u8,
+    pub(super) delay_ticks: u16,
+}
+
+impl Mcu {
+    /// Powered up at cycle `now` with this EEPROM.
+    pub(super) fn new(now: u64, rom: [u8; ROM_SIZE]) -> Self {
+        let mut mcu = Self {
+            stage: Stage::Load { restored: 0 },
+            stage_end: now + costs::BOOT,
+            idle_turns: 0,
+            turns_left: 0,
+            handling: Handling::Nothing,
+            handler_end: now,
+            uart: Uart::new(now + BIT_CLOCK_PHASE, 1),
+            inbox: Inbox::new(),
+            transmit: VecDeque::new(),
+            driving: false,
+            power_up: now,
+            conversion: Conversion::Off,
+            converting_temperature: false,
+            converter_used: false,
+            reading: 0,
+            want_position: false,
+            want_temperature: false,
+            result_waits: false,
+            ticks_to_conversion: TICKS_PER_CONVERSION,
+            positions: 0,
+            control: Control::new(),
+            rom,
+            rom_ready: now,
+            id: 0,
+            baud: 1,
+            gains: Gains::default(),
+            requests: Requests::default(),
+            job: super::obey::Job::Boot,
+            scratch: [0; 256],
+            message_length: 0,
+            runaway_turns: 0,
+            reply: VecDeque::new(),
+            bus: Bus::Unknown,
+            predecessor: 0,
+            predecessors: 0,
+            cycle_pending: false,
+            master: 0,
+            delay_ticks: 0,
+        };
+        if rom[0] == registers::MARKER_VALID {
+            mcu.load_variables();
+            mcu.uart = Uart::new(now + BIT_CLOCK_PHASE, mcu.baud);
+            mcu.stage = Stage::Look;
+        }
+        mcu
+    }
+
+    /// The servo hears and answers nothing because of a long operation.
+    pub(super) fn busy(&self) -> bool {
+        !self.interrupts_on() || self.runaway()
+    }
+
+    fn interrupts_on(&self) -> bool {
+        !matches!(
+            self.stage,
+            Stage::Store { .. } | Stage::Load { .. } | Stage::Loaded | Stage::Reset
+        )
+    }
+
+    /// The receiver is set up at the end of the start-up.
+    pub(super) fn listening(&self) -> bool {
+        self.job != super::obey::Job::Boot
+    }
+
+    fn interrupt_at(&self) -> u64 {
+        let pending = self.uart.has_byte() || matches!(self.conversion, Conversion::Ready);
+        let handling = !matches!(self.handling, Handling::Nothing);
+        if pending && !handling && self.interrupts_on() {
+            self.handler_end
+        } else {
+            u64::MAX
+        }
+    }
+
+    fn conversion_at(&self) -> u64 {
+        match self.conversion {
+            Conversion::Sampling { at } => at,
+            Conversion::Converting { ready } => ready,
+            Conversion::Off | Conversion::Ready => u64::MAX,
+        }
+    }
+
+    /// The cycle of the next event inside.
+    pub(super) fn next_event(&self) -> u64 {
+        self.stage_end
+            .min(self.interrupt_at())
+            .min(self.conversion_at())
+            .min(self.handled_at())
+    }
+
+    /// Makes the event due at `now` happen.
+    pub(super) fn step(&mut self, now: u64) -> Option<Action> {
+        if self.handled_at() <= now {
+            self.handled(now);
+            return None;
+        }
+        if self.conversion_at() <= now {
+            return self.convert(now);
+        }
+        if self.interrupt_at() <= now {
+            self.interrupt(now);
+            return None;
+        }
+        self.run(now)
+    }
+
+    fn convert(&mut self, now: u64) -> Option<Action> {
+        if let Conversion::Sampling { .. } = self.conversion {
+            let ready = now + costs::CONVERT_RESULT;
+            self.conversion = Conversion::Converting { ready };
+            return Some(Action::Convert);
+        }
+        self.conversion = Conversion::Ready;
+        None
+    }
+
+    /// What the converter sampled.
+    pub(super) fn converted(&mut self, position: u16, temperature: u16) {
+        self.reading = if self.converting_temperature {
+            temperature
+        } else {
+            position
+        };
+    }
+
+    /// An interrupt handler starts. It delays the main loop at once, and its
+    /// effects are there when it ends.
+    fn interrupt(&mut self, now: u64) {
+        let mut cost = costs::INTERRUPT;
+        self.handling = if let Some(byte) = self.uart.take() {
+            cost += self.inbox.cost(byte, self.id);
+            Handling::Byte(byte)
+        } else {
+            cost += costs::CONVERTED;
+            Handling::Conversion
+        };
+        self.handler_end = now + cost;
+        self.stage_end += cost;
+    }
+
+    fn handled_at(&self) -> u64 {
+        if matches!(self.handling, Handling::Nothing) {
+            u64::MAX
+        } else {
+            self.handler_end
+        }
+    }
+
+    fn handled(&mut self, now: u64) {
+        match std::mem::replace(&mut self.handling, Handling::Nothing) {
+            Handling::Nothing => {}
+            Handling::Byte(byte) => {
+                if let Some(pwm) = self.inbox.push(byte, self.id) {
+                    self.requests.pwm_sync = pwm;
+                }
+                self.cut_runaway(now);
+                self.cut_idle_turns(now);
+            }
+            Handling::Conversion => {
+                self.conversion = Conversion::Off;
+                self.result_waits = true;
+            }
+        }
+    }
+
+    fn turn(&self) -> u64 {
+        let chain = if self.bus == Bus::Unknown {
+            0
+        } else {
+            costs::TURN_ON_CHAIN
+        };
+        let stuck = if self.inbox.stuck() { costs::STUCK } else { 0 };
+        costs::TURN + chain + stuck
+    }
+
+    /// A message waits: the loop sees it at its next turn.
+    fn cut_idle_turns(&mut self, now: u64) {
+        if self.idle_turns == 0 || !self.inbox.waiting() {
+            return;
+        }
+        let turn = self.turn();
+        let last_look = self.stage_end - (turn - costs::TURN + costs::LOOK_TO_TICK);
+        let turns = last_look.saturating_sub(now) / turn;
+        let turns = turns.min(self.idle_turns.into());
+        if turns > 0 {
+            self.stage = Stage::Look;
+            self.stage_end = last_look - turns * turn;
+            self.turns_left = turns as u8;
+            self.idle_turns = 0;
+        }
+    }
+
+    pub(super) fn go(&mut self, stage: Stage, end: u64) -> Option<Action> {
+        self.stage = stage;
+        self.stage_end = end;
+        None
+    }
+
+    fn run(&mut self, now: u64) -> Option<Action> {
+        match self.stage {
+            Stage::Look => self.look(now),
+            Stage::Tick => self.tick(now),
+            Stage::Control => self.control(now),
+            Stage::Feed => self.feed(now),
+            Stage::Release => {
+                self.driving = false;
+                self.uart.clear_ran_empty(now);
+                self.go(Stage::Look, now + costs::FEED_TO_LOOK);
+                Some(Action::Release)
+            }
+            _ => self.obey(now),
+        }
+    }
+
+    /// The second half of a turn, from where a message was looked for.
+    pub(super) fn finish_turn(&mut self, now: u64) -> Option<Action> {
+        let turn = self.turn();
+        let extra = turn - costs::TURN;
+        if self.turns_left == 0 {
+            return self.go(Stage::Tick, now + extra + costs::LOOK_TO_TICK);
+        }
+        if self.driving || !self.transmit.is_empty() {
+            self.turns_left -= 1;
+            return self.go(Stage::Feed, now + extra + costs::LOOK_TO_FEED);
+        }
+        self.idle_turns = self.turns_left;
+        self.turns_left = 0;
+        let idle = u64::from(self.idle_turns) * turn;
+        self.go(Stage::Tick, now + idle + extra + costs::LOOK_TO_TICK)
+    }
+
+    fn tick(&mut self, now: u64) -> Option<Action> {
+        self.idle_turns = 0;
+        self.turns_left = costs::TURNS_PER_TICK;
+        let mut cost = 0;
+        if self.requests.pwm_sync != self.requests.pwm_before {
+            self.requests.pwm = self.requests.pwm_sync;
+            self.requests.pwm_before = self.requests.pwm_sync;
+            self.control.set_pwm(self.requests.pwm_sync);
+            cost += costs::TICK_SYNC_PWM;
+        }
+        let mut changed = false;
+        if std::mem::take(&mut self.result_waits) {
+            if self.converting_temperature {
+                self.control.temperature = self.reading;
+                cost += costs::CONTROL_TEMPERATURE;
+            } else {
+                let before = self.control.applied;
+                cost += self.control.step(self.reading, &self.gains);
+                changed = self.control.applied != before;
+            }
+        }
+        cost = self.schedule_conversion(now + cost, cost);
+        if self.delay_ticks > 0 {
+            self.delay_ticks -= 1;
+            cost += costs::TICK_DELAY;
+        }
+        if changed {
+            // The new PWM is on the motor when the step is done.
+            self.go(Stage::Control, now + cost)
+        } else {
+            self.after_tick(now + cost)
+        }
+    }
+
+    fn control(&mut self, now: u64) -> Option<Action> {
+        self.after_tick(now);
+        Some(Action::Pwm(self.control.applied))
+    }
+
+    fn after_tick(&mut self, now: u64) -> Option<Action> {
+        if self.driving || !self.transmit.is_empty() {
+            self.go(Stage::Feed, now + costs::TICK_TO_FEED)
+        } else {
+            self.go(Stage::Look, now + costs::TICK_TO_LOOK)
+        }
+    }
+
+    /// Starts a conversion when one is wanted and the converter is free.
+    fn schedule_conversion(&mut self, now: u64, cost: u64) -> u64 {
+        if self.ticks_to_conversion == 0 {
+            self.ticks_to_conversion = TICKS_PER_CONVERSION;
+            self.want_position = true;
+            if self.positions == POSITIONS_PER_TEMPERATURE {
+                self.positions = 0;
+                self.want_temperature = true;
+            } else {
+                self.positions += 1;
+            }
+        } else {
+            self.ticks_to_conversion -= 1;
+        }
+        if !matches!(self.conversion, Conversion::Off) || self.result_waits {
+            return cost.saturating_sub(costs::TICK_CONVERTING);
+        }
+        if !self.want_temperature && !self.want_position {
+            return cost;
+        }
+        self.converting_temperature = self.want_temperature;
+        if self.want_temperature {
+            self.want_temperature = false;
+        } else {
+            self.want_position = false;
+        }
+        let mut sample = costs::CONVERT_SAMPLE;
+        if !self.converter_used {
+            self.converter_used = true;
+            sample += costs::CONVERT_FIRST;
+        }
+        let edge = self.power_up
+            + (now - self.power_up).next_multiple_of(costs::CONVERTER_CLOCK);
+        self.conversion = Conversion::Sampling { at: edge + sample };
+        cost + costs::TICK_CONVERT
+    }
+
+    fn feed(&mut self, now: u64) -> Option<Action> {
+        if self.uart.can_send(now)
+            && let Some(byte) = self.transmit.pop_front()
+        {
+            let mut cost = costs::FEED;
+            let mut written = now;
+            if !self.driving {
+                self.driving = true;
+                written += costs::DRIVER_ON;
+                cost += costs::DRIVER_ON;
+            }
+            let start = self.uart.send(written);
+            self.go(Stage::Look, now + cost + costs::FEED_TO_LOOK);
+            return Some(Action::Send { byte, start });
+        }
+        if self.transmit.is_empty() && self.uart.ran_empty(now) {
+            return self.go(Stage::Release, now + costs::DRIVER_OFF);
+        }
+        self.go(Stage::Look, now + costs::FEED_TO_LOOK)
+    }
+
+    /// Puts a packet into the transmit buffer.
+    pub(super) fn send_reply(&mut self) {
+        while let Some(byte) = self.reply.pop_front() {
+            if self.transmit.len() < TRANSMIT_BUFFER {
+                self.transmit.push_back(byte);
+            }
+        }
+    }
+
+    pub(super) fn load_variables(&mut self) {
+        self.id = self.rom[1];
+        self.baud = self.rom[10];
+        self.gains = registers::gains(&self.rom);
+    }
+}

@@ -1,0 +1,124 @@
+//! The serial port of the microcontroller: what happens between the wire and
+//! the program.
+//!
+//! Receiving, it holds two complete bytes and a third in its shift register;
+//! the next start bit overwrites the third. Sending, it holds one byte behind
+//! the one on the wire, and starts a byte only on a tick of its bit clock,
+//! which runs from the moment the port was set up.
+
+/// Time is in processor cycles.
+#[derive(Debug, Clone)]
+pub(super) struct Uart {
+    /// When the bit clock was started.
+    epoch: u64,
+    /// Length of one bit.
+    bit: u64,
+    received: [u8; 2],
+    held: usize,
+    shifted_in: Option<u8>,
+    overruns: u32,
+    /// Start of the newest byte given to the transmitter.
+    start: u64,
+    /// Its end.
+    end: u64,
+    /// Something was sent since the flag below was last cleared.
+    sent: bool,
+    /// The transmitter ran empty and nobody has cleared that since.
+    ran_empty: bool,
+}
+
+impl Uart {
+    pub(super) fn new(now: u64, divisor: u8) -> Self {
+        let mut uart = Self {
+            epoch: 0,
+            bit: 1,
+            received: [0; 2],
+            held: 0,
+            shifted_in: None,
+            overruns: 0,
+            start: 0,
+            end: 0,
+            sent: false,
+            ran_empty: false,
+        };
+        uart.set_up(now, divisor);
+        uart
+    }
+
+    /// Sets the rate: 2 000 000 / (divisor + 1) baud.
+    pub(super) fn set_up(&mut self, now: u64, divisor: u8) {
+        self.epoch = now;
+        self.bit = 8 * (u64::from(divisor) + 1);
+    }
+
+    pub(super) fn bit(&self) -> u64 {
+        self.bit
+    }
+
+    pub(super) fn overruns(&self) -> u32 {
+        self.overruns
+    }
+
+    /// A start bit arrives.
+    pub(super) fn start_bit(&mut self) {
+        if self.shifted_in.take().is_some() {
+            self.overruns += 1;
+        }
+    }
+
+    /// The stop bit of a byte was sampled.
+    pub(super) fn arrived(&mut self, byte: u8) {
+        match self.received.get_mut(self.held) {
+            Some(place) => {
+                *place = byte;
+                self.held += 1;
+            }
+            None => self.shifted_in = Some(byte),
+        }
+    }
+
+    pub(super) fn has_byte(&self) -> bool {
+        self.held > 0
+    }
+
+    pub(super) fn take(&mut self) -> Option<u8> {
+        if self.held == 0 {
+            return None;
+        }
+        let byte = self.received[0];
+        self.received[0] = self.received[1];
+        self.held -= 1;
+        if let Some(next) = self.shifted_in.take() {
+            self.arrived(next);
+        }
+        Some(byte)
+    }
+
+    /// Room for another byte to send?
+    pub(super) fn can_send(&self, now: u64) -> bool {
+        now >= self.start
+    }
+
+    /// Takes a byte to send; returns when its start bit begins.
+    pub(super) fn send(&mut self, now: u64) -> u64 {
+        self.ran_empty = self.ran_empty(now);
+        self.start = if now >= self.end {
+            self.epoch + ((now - self.epoch) / self.bit + 1) * self.bit
+        } else {
+            self.end
+        };
+        self.end = self.start + 10 * self.bit;
+        self.sent = true;
+        self.start
+    }
+
+    /// The flag that the transmitter ran empty.
+    pub(super) fn ran_empty(&self, now: u64) -> bool {
+        self.ran_empty || (self.sent && now >= self.end)
+    }
+
+    pub(super) fn clear_ran_empty(&mut self, now: u64) {
+        self.ran_empty = false;
+        self.sent &= now < self.end;
+    }
+}

@@ -1,0 +1,199 @@
+//! The data line: who sends what when, and what a receiver makes of it.
+//!
+//! The line idles high and any sender can pull it low (real levels under
+//! contention are undefined; low wins is the usual outcome and the worst for
+//! a receiver that waits for a start bit). A byte is a start bit (low), eight
+//! data bits, least significant first, and a stop bit (high).
+
+/// Bits of a byte on the wire.
+pub(super) const BITS: u64 = 10;
+
+/// One byte on its way.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    /// Which sender: a servo's index, or [`MASTER`].
+    pub(super) sender: usize,
+    pub(super) byte: u8,
+    pub(super) start_ns: u64,
+    pub(super) bit_ns: u64,
+}
+
+/// The master as a sender.
+pub(super) const MASTER: usize = usize::MAX;
+
+impl Frame {
+    pub(super) fn end_ns(&self) -> u64 {
+        self.start_ns + BITS * self.bit_ns
+    }
+
+    fn low(&self, at_ns: u64) -> bool {
+        if at_ns < self.start_ns || at_ns >= self.end_ns() {
+            return false;
+        }
+        match (at_ns - self.start_ns) / self.bit_ns {
+            0 => true,
+            bit @ 1..=8 => self.byte >> (bit - 1) & 1 == 0,
+            _ => false,
+        }
+    }
+}
+
+/// Which senders a receiver can hear.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ears {
+    /// Everybody.
+    All,
+    /// Everybody but the master.
+    Servos,
+    /// Nobody: the receiver is cut off.
+    None,
+}
+
+impl Ears {
+    fn hears(self, frame: &Frame) -> bool {
+        match self {
+            Ears::All => true,
+            Ears::Servos => frame.sender != MASTER,
+            Ears::None => false,
+        }
+    }
+}
+
+/// A byte as decoded.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Decoded {
+    pub(super) byte: u8,
+    pub(super) framing_error: bool,
+}
+
+/// An asynchronous receiver: waits for a falling edge, then samples each bit
+/// in its middle.
+#[derive(Debug, Clone)]
+pub(super) struct Receiver {
+    ears: Ears,
+    /// Since when its ears are what they are, and what they were before.
+    since_ns: u64,
+    before: Ears,
+    bit_ns: u64,
+    start_ns: Option<u64>,
+    /// When a byte is complete, or the next falling edge known of.
+    next_ns: u64,
+}
+
+impl Receiver {
+    pub(super) fn new(ears: Ears, bit_ns: u64) -> Self {
+        Self {
+            ears,
+            since_ns: 0,
+            before: ears,
+            bit_ns,
+            start_ns: None,
+            next_ns: u64::MAX,
+        }
+    }
+
+    pub(super) fn next_ns(&self) -> u64 {
+        self.next_ns
+    }
+
+    /// The earliest moment at which it may still have to look at the line.
+    pub(super) fn needs_from(&self, now_ns: u64) -> u64 {
+        self.start_ns.unwrap_or(now_ns)
+    }
+
+    /// Sets the rate for the bytes to come.
+    pub(super) fn set_bit(&mut self, bit_ns: u64) {
+        self.bit_ns = bit_ns;
+    }
+
+    fn low(&self, frames: &[Frame], at_ns: u64) -> bool {
+        let ears = if at_ns >= self.since_ns {
+            self.ears
+        } else {
+            self.before
+        };
+        frames.iter().any(|f| ears.hears(f) && f.low(at_ns))
+    }
+
+    /// Its ears open or close. Returns true if a start bit is seen at once.
+    pub(super) fn set_ears(&mut self, ears: Ears, now_ns: u64, frames: &[Frame]) -> bool {
+        if ears == self.ears {
+            return false;
+        }
+        self.before = self.ears;
+        self.ears = ears;
+        self.since_ns = now_ns;
+        self.start_ns.is_none() && self.seek(now_ns, frames)
+    }
+
+    /// Waiting for a start bit: is there a falling edge at `now_ns`? Otherwise
+    /// notes the next one that is known of.
+    pub(super) fn seek(&mut self, now_ns: u64, frames: &[Frame]) -> bool {
+        self.next_ns = u64::MAX;
+        let mut from = now_ns;
+        while let Some(edge) = self.falling_edge(from, frames) {
+            if edge > now_ns {
+                self.next_ns = edge;
+                return false;
+            }
+            // A low that does not last for half a bit is no start bit.
+            if self.low(frames, edge + self.bit_ns / 2) {
+                self.start_ns = Some(edge);
+                self.next_ns = edge + (4 * BITS - 1) * self.bit_ns / 4;
+                return true;
+            }
+            from = edge + 1;
+        }
+        false
+    }
+
+    fn falling_edge(&self, from_ns: u64, frames: &[Frame]) -> Option<u64> {
+        let falls = |at: u64| {
+            self.low(frames, at) && (at == 0 || at == self.since_ns || !self.low(frames, at - 1))
+        };
+        let bits = frames.iter().filter(|f| self.ears.hears(f)).flat_map(|f| {
+            let first = from_ns.saturating_sub(f.start_ns).div_ceil(f.bit_ns);
+            (first..BITS).map(|bit| f.start_ns + bit * f.bit_ns)
+        });
+        let opened = (from_ns == self.since_ns).then_some(from_ns);
+        bits.chain(opened)
+            .filter(|&at| at >= from_ns && falls(at))
+            .min()
+    }
+
+    /// Is it in the middle of a byte?
+    pub(super) fn receiving(&self) -> bool {
+        self.start_ns.is_some()
+    }
+
+    /// The byte is complete: three quarters of the stop bit have passed.
+    pub(super) fn finish(&mut self, now_ns: u64, frames: &[Frame]) -> Option<Decoded> {
+        let start = self.start_ns.take()?;
+        let decoded = self.decode(start, now_ns, frames);
+        self.next_ns = u64::MAX;
+        self.seek(now_ns + 1, frames);
+        Some(decoded)
+    }
+
+    fn decode(&self, start: u64, now_ns: u64, frames: &[Frame]) -> Decoded {
+        let mut heard = frames.iter().filter(|f| {
+            self.ears.hears(f) && f.start_ns <= now_ns && f.end_ns() > start
+        });
+        if let (Some(only), None) = (heard.next(), heard.next())
+            && only.start_ns == start
+            && only.bit_ns == self.bit_ns
+            && self.since_ns <= start
+        {
+            return Decoded {
+                byte: only.byte,
+                framing_error: false,
+            };
+        }
+        let sample = |bit: u64| !self.low(frames, start + (2 * bit + 1) * self.bit_ns / 2);
+        let byte = (0..8).fold(0, |byte, bit| byte | u8::from(sample(bit + 1)) << bit);
+        Decoded {
+            byte,
+            framing_error: !sample(BITS - 1),
+        }
+    }
+}

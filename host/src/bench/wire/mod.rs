@@ -1,0 +1,345 @@
+//! The servo bus: one half-duplex data line, a master and its servos.
+//!
+//! Everything happens in virtual time, in nanoseconds from power-up, at
+//! events: a byte starts or ends, a servo's converter samples, a step of its
+//! program is done. [`Wire::advance`] makes all events up to a moment happen in
+//! order. Nothing depends on how that is cut into steps, so the same servos
+//! serve a simulation that jumps from event to event and a program that
+//! follows the wall clock. There is no randomness: equal inputs give equal
+//! outputs.
+//!
+//! Bytes are placed bit by bit. When two senders overlap, low wins, and every
+//! receiver decodes what it sees. A servo whose bus driver is on hears
+//! nothing; a disconnected one neither hears nor is heard.
+//!
+//! The master's own bytes are not handed back: an adapter that echoes adds
+//! its echo itself.
+
+mod line;
+
+use super::servo::{Action, Reading, Servo};
+use line::{BITS, Ears, Frame, MASTER, Receiver};
+use std::collections::VecDeque;
+
+/// One bit at 1 Mbaud.
+const DEFAULT_BIT_NS: u64 = 1_000;
+
+/// What the servos are connected to.
+pub trait Mechanics {
+    /// What servo `servo`'s converter reads at `at_ns`.
+    fn convert(&mut self, servo: usize, at_ns: u64) -> Reading;
+    /// The PWM applied to servo `servo`'s motor changes at `at_ns`
+    /// (0..=2000, 1000 = off). It is off at power-up.
+    fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16);
+}
+
+/// A byte from the servos as the master's receiver decodes it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Heard {
+    /// The byte.
+    pub byte: u8,
+    /// When the receiver has it: the middle of its stop bit.
+    pub end_ns: u64,
+    /// The stop bit was not high: bytes have collided.
+    pub framing_error: bool,
+}
+
+/// Something that happened on the wire; see [`Wire::record`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Record {
+    /// A servo sent a byte.
+    Sent {
+        /// Which servo.
+        servo: usize,
+        /// The byte.
+        byte: u8,
+        /// Start of its start bit.
+        start_ns: u64,
+        /// End of its stop bit.
+        end_ns: u64,
+    },
+    /// A servo switched its bus driver off.
+    Released {
+        /// Which servo.
+        servo: usize,
+        /// When.
+        at_ns: u64,
+    },
+    /// A byte as a receiver decodes it that is always on.
+    Decoded(u8),
+}
+
+/// A half-duplex bus with one master and any number of servos.
+#[derive(Debug, Clone)]
+pub struct Wire {
+    now_ns: u64,
+    servos: Vec<Servo>,
+    receivers: Vec<Receiver>,
+    master: Receiver,
+    monitor: Option<Receiver>,
+    records: Vec<Record>,
+    /// Bytes not yet begun, in order of their start.
+    due: VecDeque<Frame>,
+    /// Bytes begun and not yet forgotten.
+    frames: Vec<Frame>,
+    heard: VecDeque<Heard>,
+    /// Next event of each servo, as last asked.
+    servo_next_ns: Vec<u64>,
+}
+
+impl Wire {
+    /// A wire with these servos, all powered up at t = 0.
+    pub fn new(servos: Vec<Servo>) -> Self {
+        let receivers = servos
+            .iter()
+            .map(|servo| Receiver::new(Ears::All, servo.bit_ns()))
+            .collect();
+        let servo_next_ns = servos.iter().map(Servo::next_event_ns).collect();
+        Self {
+            now_ns: 0,
+            servos,
+            receivers,
+            master: Receiver::new(Ears::Servos, DEFAULT_BIT_NS),
+            monitor: None,
+            records: Vec::new(),
+            due: VecDeque::new(),
+            frames: Vec::new(),
+            heard: VecDeque::new(),
+            servo_next_ns,
+        }
+    }
+
+    /// The moment up to which everything has happened.
+    pub fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    /// The servos, in the order given.
+    pub fn servos(&self) -> &[Servo] {
+        &self.servos
+    }
+
+    /// Starts to keep [`Record`]s, for tests and tools.
+    pub fn record(&mut self) {
+        self.monitor = Some(Receiver::new(Ears::All, DEFAULT_BIT_NS));
+    }
+
+    /// The records since the last call.
+    pub fn take_records(&mut self) -> Vec<Record> {
+        std::mem::take(&mut self.records)
+    }
+
+    /// The master sends a byte whose start bit begins at `start_ns`, which is
+    /// not before now nor before the end of its previous byte.
+    pub fn send(&mut self, start_ns: u64, byte: u8, baud: u32) {
+        let bit_ns = (1_000_000_000 / u64::from(baud.max(1))).max(1);
+        self.master.set_bit(bit_ns);
+        if let Some(monitor) = &mut self.monitor {
+            monitor.set_bit(bit_ns);
+        }
+        self.enqueue(Frame {
+            sender: MASTER,
+            byte,
+            start_ns: start_ns.max(self.now_ns),
+            bit_ns,
+        });
+    }
+
+    fn enqueue(&mut self, frame: Frame) {
+        let later = |f: &&Frame| f.start_ns > frame.start_ns;
+        let place = self.due.len() - self.due.iter().rev().take_while(later).count();
+        self.due.insert(place, frame);
+    }
+
+    /// The oldest byte heard from the servos and not yet taken.
+    pub fn take_heard(&mut self) -> Option<Heard> {
+        self.heard.pop_front()
+    }
+
+    /// Joins a servo to the wire or cuts it off. It stays powered.
+    pub fn connect(&mut self, servo: usize, connected: bool) {
+        self.servos[servo].connect(connected);
+        self.refresh_ears(servo);
+    }
+
+    /// Switches a servo off and on again.
+    pub fn power_cycle(&mut self, servo: usize, mechanics: &mut impl Mechanics) {
+        self.servos[servo].power_cycle(self.now_ns);
+        mechanics.drive(servo, self.now_ns, self.servos[servo].state().pwm);
+        self.due.retain(|frame| frame.sender != servo);
+        self.refresh_ears(servo);
+        self.servo_changed(servo);
+    }
+
+    /// When the next event is due; `u64::MAX` if none is.
+    pub fn next_event_ns(&self) -> u64 {
+        let due = self.due.front().map_or(u64::MAX, |frame| frame.start_ns);
+        let receivers = self.receivers.iter().map(Receiver::next_ns);
+        let servos = self.servo_next_ns.iter().copied();
+        let ours = [&self.master].into_iter().chain(&self.monitor);
+        let next = receivers
+            .chain(servos)
+            .chain(ours.map(Receiver::next_ns))
+            .fold(due, u64::min);
+        next.max(self.now_ns)
+    }
+
+    /// Makes everything happen up to and including `to_ns`.
+    pub fn advance(&mut self, to_ns: u64, mechanics: &mut impl Mechanics) {
+        loop {
+            let next = self.next_event_ns();
+            if next > to_ns {
+                break;
+            }
+            self.now_ns = next;
+            self.happen(next, mechanics);
+        }
+        self.now_ns = self.now_ns.max(to_ns);
+    }
+
+    /// One event at `now`. What is on the wire comes before what is heard,
+    /// and that before what the servos do.
+    fn happen(&mut self, now: u64, mechanics: &mut impl Mechanics) {
+        if self.due.front().is_some_and(|f| f.start_ns <= now) {
+            self.begin_frame(now);
+            return;
+        }
+        if self.master.next_ns() <= now {
+            if !self.master.receiving() {
+                self.master.seek(now, &self.frames);
+            } else if let Some(decoded) = self.master.finish(now, &self.frames) {
+                self.heard.push_back(Heard {
+                    byte: decoded.byte,
+                    end_ns: now,
+                    framing_error: decoded.framing_error,
+                });
+            }
+            return;
+        }
+        if let Some(monitor) = &mut self.monitor
+            && monitor.next_ns() <= now
+        {
+            if !monitor.receiving() {
+                monitor.seek(now, &self.frames);
+            } else if let Some(decoded) = monitor.finish(now, &self.frames) {
+                self.records.push(Record::Decoded(decoded.byte));
+            }
+            return;
+        }
+        for servo in 0..self.servos.len() {
+            if self.receivers[servo].next_ns() <= now {
+                self.servo_hears(servo, now);
+                return;
+            }
+        }
+        for servo in 0..self.servos.len() {
+            if self.servo_next_ns[servo] <= now {
+                self.servo_acts(servo, now, mechanics);
+                return;
+            }
+        }
+    }
+
+    fn begin_frame(&mut self, now: u64) {
+        let Some(frame) = self.due.pop_front() else {
+            return;
+        };
+        if frame.sender != MASTER {
+            self.records_push(Record::Sent {
+                servo: frame.sender,
+                byte: frame.byte,
+                start_ns: frame.start_ns,
+                end_ns: frame.end_ns(),
+            });
+            if !self.servos[frame.sender].connected() {
+                return;
+            }
+        }
+        self.forget_old(now);
+        self.frames.push(frame);
+        if !self.master.receiving() {
+            self.master.seek(now, &self.frames);
+        }
+        if let Some(monitor) = &mut self.monitor
+            && !monitor.receiving()
+        {
+            monitor.seek(now, &self.frames);
+        }
+        for (servo, receiver) in self.receivers.iter_mut().enumerate() {
+            if !receiver.receiving() && receiver.seek(now, &self.frames) {
+                self.servos[servo].start_bit();
+            }
+        }
+    }
+
+    fn records_push(&mut self, record: Record) {
+        if self.monitor.is_some() {
+            self.records.push(record);
+        }
+    }
+
+    fn forget_old(&mut self, now: u64) {
+        let needed = self
+            .receivers
+            .iter()
+            .chain([&self.master])
+            .chain(&self.monitor)
+            .map(|receiver| receiver.needs_from(now))
+            .fold(now, u64::min);
+        self.frames.retain(|frame| frame.end_ns() + 1 >= needed);
+    }
+
+    fn servo_hears(&mut self, servo: usize, now: u64) {
+        let receiver = &mut self.receivers[servo];
+        if !receiver.receiving() {
+            if receiver.seek(now, &self.frames) {
+                self.servos[servo].start_bit();
+            }
+        } else if let Some(decoded) = receiver.finish(now, &self.frames) {
+            self.servos[servo].receive(decoded.byte);
+            self.servo_changed(servo);
+        }
+    }
+
+    fn servo_acts(&mut self, servo: usize, now: u64, mechanics: &mut impl Mechanics) {
+        match self.servos[servo].step(now) {
+            None => {}
+            Some(Action::Convert) => {
+                let reading = mechanics.convert(servo, now);
+                self.servos[servo].converted(reading);
+            }
+            Some(Action::Pwm(pwm)) => mechanics.drive(servo, now, pwm),
+            Some(Action::Release) => {
+                self.records_push(Record::Released { servo, at_ns: now });
+                self.refresh_ears(servo);
+            }
+            Some(Action::Send { byte, start }) => {
+                let bit_ns = self.servos[servo].bit_ns();
+                self.enqueue(Frame {
+                    sender: servo,
+                    byte,
+                    start_ns: Servo::start_ns(start),
+                    bit_ns,
+                });
+                self.refresh_ears(servo);
+            }
+        }
+        self.servo_changed(servo);
+    }
+
+    /// A servo hears the line while it is connected and not driving it.
+    fn refresh_ears(&mut self, servo: usize) {
+        let listens = self.servos[servo].connected() && !self.servos[servo].driving();
+        let ears = if listens { Ears::All } else { Ears::None };
+        if self.receivers[servo].set_ears(ears, self.now_ns, &self.frames) {
+            self.servos[servo].start_bit();
+        }
+    }
+
+    fn servo_changed(&mut self, servo: usize) {
+        self.receivers[servo].set_bit(self.servos[servo].bit_ns());
+        self.servo_next_ns[servo] = self.servos[servo].next_event_ns();
+    }
+}
+
+const _: () = assert!(BITS == 10);
