@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 
 use armbridge::bench::cosim::{CosimError, Host};
+use armbridge::bench::plant::PlantConfig;
 use armbridge::operator::{OperatorError, Script};
 use armbridge_shared::bridge::Mailboxes;
 use armbridge_shared::link::message::{
@@ -54,19 +55,31 @@ fn with_friction_the_arm_rests_where_stiction_holds_it() {
     }
 }
 
-/// The paper's period and its printed gain, over the bus and with the delay.
+/// The paper's period and its printed gain, over the bus, with encoder counts
+/// and the delay: by finite differences, as the paper did, on an encoder that
+/// only rounds, and by the default observer on one that is noisy too.
 #[test]
 fn paper_gain_at_45_ms_stands() {
-    let setup = Setup {
-        period_us: 45_000,
-        gains: Gains::Paper,
-        estimator: Estimator::FiniteDifference { filter_s: 0.0 },
-        ..Setup::default()
-    };
-    let records = records(plant([0.30, -0.25], false), 1, upright(setup, 4.0));
-    for joint in 0..2 {
-        let settled_s = settling_s(&records, joint, 0.020);
-        assert!(settled_s.is_some_and(|s| s < 1.3), "joint {joint}: {settled_s:?}");
+    let setup = Setup { period_us: 45_000, gains: Gains::Paper, ..Setup::default() };
+    let differences = Estimator::FiniteDifference { filter_s: 0.0 };
+    for (estimator, noise_lsb_rms) in [(differences, 0.0), (setup.estimator, 1.0)] {
+        let config = PlantConfig { noise_lsb_rms, ..plant([0.30, -0.25], false) };
+        let mut mailboxes = Mailboxes::new();
+        let script = upright(Setup { estimator, ..setup }, 4.0);
+        let mut run = bench_run(&mut mailboxes, config, 1, script);
+        // The true arm: samples 45 ms apart say little about it.
+        let (mut begun_us, mut outside_us) = (None, 0);
+        while run.now_us() < 4_000_000 {
+            run.step().unwrap();
+            if run.board.mode() == Mode::Regulate {
+                begun_us = begun_us.or(Some(run.now_us()));
+                if run.bench.plant().state().q.amax() >= 0.020 {
+                    outside_us = run.now_us();
+                }
+            }
+        }
+        let settled_us = outside_us - begun_us.unwrap();
+        assert!(settled_us < 1_300_000, "{estimator:?}: {settled_us} µs");
     }
 }
 
@@ -77,7 +90,7 @@ fn a_seed_repeats_to_the_bit_and_another_does_not() {
         records(plant([0.30, -0.25], true), seed, script)
     };
     let first = of(1);
-    assert!(first.len() > 1_000);
+    assert!(first.len() >= 1_000);
     assert_eq!(first, of(1));
     assert_ne!(first, of(2));
 }
