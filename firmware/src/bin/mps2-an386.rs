@@ -3,17 +3,15 @@
 #![no_std]
 #![no_main]
 
-use armbridge_firmware::board::mps2_an386::bus::{BusLine, LastLine, NoPin};
+use armbridge_firmware::board::mps2_an386::bus::{BusLine, NoPin};
 use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, REST, TICK};
 use armbridge_firmware::board::mps2_an386::link::LinkStream;
-use armbridge_firmware::board::mps2_an386::semihosting::{self, EXIT_FAULT, EXIT_PANIC};
+use armbridge_firmware::board::mps2_an386::semihosting;
 use armbridge_firmware::board::mps2_an386::time::{self, Board};
-use armbridge_firmware::board::mps2_an386::{BUS, LINK, lockstep};
+use armbridge_firmware::board::mps2_an386::{BUS, LINK, guard, lockstep};
 use armbridge_firmware::port::Port;
 use armbridge_firmware::run::{self, News};
-use armbridge_firmware::stop;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
-use core::panic::PanicInfo;
 use static_cell::StaticCell;
 
 static MAILBOXES: StaticCell<Mailboxes> = StaticCell::new();
@@ -29,6 +27,7 @@ fn main() -> ! {
         uart.enable();
     }
     if let Some(mut core) = cortex_m::Peripherals::take() {
+        guard::enable(&mut core.MPU);
         interrupt::enable(&mut core.NVIC);
     }
     defmt::info!(
@@ -78,40 +77,4 @@ async fn report() -> ! {
     loop {
         defmt::info!("mode: {}", NEWS.mode.wait().await);
     }
-}
-
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    cortex_m::interrupt::disable();
-    stop::send(&mut LastLine);
-    defmt::error!("{}", defmt::Display2Format(info));
-    semihosting::exit(EXIT_PANIC)
-}
-
-/// Entered on a stack overflow too, when there is no stack to speak of: starts
-/// the stack anew before any code that needs one.
-// SAFETY: the name is the one by which cortex-m-rt's vector table calls it, as
-// an exception handler; it never returns, so what it does to the stack is
-// nobody's loss.
-#[unsafe(naked)]
-#[unsafe(no_mangle)]
-unsafe extern "C" fn HardFault() -> ! {
-    core::arch::naked_asm!(
-        "ldr r0, =_stack_start",
-        "mov sp, r0",
-        "b {fault}",
-        fault = sym fault,
-    )
-}
-
-extern "C" fn fault() -> ! {
-    stop::send(&mut LastLine);
-    defmt::error!("hard fault");
-    semihosting::exit(EXIT_FAULT)
-}
-
-/// An exception that nobody expects is a bug.
-#[cortex_m_rt::exception]
-unsafe fn DefaultHandler(number: i16) -> ! {
-    panic!("unexpected exception {number}")
 }

@@ -36,6 +36,8 @@
 //! away in lockstep gives [`semihosting::EXIT_NO_BENCH`].
 
 pub mod bus;
+pub mod end;
+pub mod guard;
 pub mod interrupt;
 pub mod link;
 pub mod lockstep;

@@ -1,0 +1,122 @@
+//! Firmware for the Adafruit Feather STM32F405 Express. See
+//! [`armbridge_firmware::board`] for pins, priorities, stop and watchdog.
+//! Built, not run on hardware.
+#![no_std]
+#![no_main]
+
+use armbridge_firmware::board::feather_f405::bus::{BusLine, Direction};
+use armbridge_firmware::board::feather_f405::time::{self, Board};
+use armbridge_firmware::board::feather_f405::usb::{FromUsb, Link, ToUsb};
+use armbridge_firmware::board::feather_f405::{WATCHDOG_US, bus, config, end, usb};
+use armbridge_firmware::port::Port;
+use armbridge_firmware::run::{self, News};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
+use armbridge_shared::link::message::Mode;
+use defmt_rtt as _;
+use embassy_executor::{Executor, InterruptExecutor};
+use embassy_futures::select::{Either, select};
+use embassy_stm32::gpio::{Level, Output, Speed};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::peripherals::USB_OTG_FS;
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_time::Timer;
+use embassy_usb::UsbDevice;
+use static_cell::StaticCell;
+
+static MAILBOXES: StaticCell<Mailboxes> = StaticCell::new();
+static TICK: InterruptExecutor = InterruptExecutor::new();
+static THREAD: StaticCell<Executor> = StaticCell::new();
+static NEWS: News = News::new();
+
+defmt::timestamp!("{=u64:us}", time::now_us());
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    end::stop_first();
+
+    let chip = embassy_stm32::init(config());
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        core.DCB.enable_trace();
+        core.DWT.enable_cycle_counter();
+    }
+    defmt::info!("feather-f405, version {=str}", env!("CARGO_PKG_VERSION"));
+    end::report();
+
+    bus::enable();
+    interrupt::USART3.set_priority(Priority::P0);
+    interrupt::UART5.set_priority(Priority::P1);
+    interrupt::OTG_FS.set_priority(Priority::P3);
+    // SAFETY: its handler is in place, and no critical section that masks less
+    // than all interrupts is in use.
+    unsafe { interrupt::USART3.enable() };
+
+    let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_US);
+    watchdog.unleash();
+    let (bridge, link) = MAILBOXES.init(Mailboxes::new()).split();
+    // Each of the tasks is spawned once, so there is always room for it.
+    let spawner = TICK.start(interrupt::UART5);
+    spawner.spawn(tick(bridge, Board::new(watchdog)).expect("spawned once"));
+
+    let Link {
+        device,
+        from_host,
+        to_host,
+    } = usb::start(chip.USB_OTG_FS, chip.PA12, chip.PA11);
+    let light = Output::new(chip.PC1, Level::Low, Speed::Low);
+    THREAD.init(Executor::new()).run(|thread| {
+        thread.spawn(run_usb(device).expect("spawned once"));
+        thread.spawn(talk(LinkPort::new(link), from_host, to_host).expect("spawned once"));
+        thread.spawn(report(light).expect("spawned once"));
+    })
+}
+
+#[embassy_stm32::interrupt]
+fn UART5() {
+    // SAFETY: this is the executor's interrupt handler, and the interrupt is
+    // only let through by `TICK.start`.
+    unsafe { TICK.on_interrupt() };
+}
+
+#[embassy_executor::task]
+async fn tick(end: BridgeEnd<'static>, board: Board) -> ! {
+    let Ok(bridge) = Bridge::new(Port(BusLine), Direction, end, time::now_us()) else {
+        panic!("the default set-up has no controller");
+    };
+    run::real_time(bridge, board, &NEWS).await
+}
+
+#[embassy_executor::task]
+async fn run_usb(mut device: UsbDevice<'static, embassy_stm32::usb::Driver<'static, USB_OTG_FS>>) {
+    device.run().await;
+}
+
+#[embassy_executor::task]
+async fn talk(port: LinkPort<'static>, from_host: FromUsb, to_host: ToUsb) -> ! {
+    run::link(port, from_host, to_host, &NEWS).await
+}
+
+/// Logs the mode and shows it: quick while searching, slow when idle, steady
+/// with torque on, in between after a fault.
+#[embassy_executor::task]
+async fn report(mut light: Output<'static>) -> ! {
+    let mut mode = Mode::BringUp;
+    loop {
+        let half_period_ms = match mode {
+            Mode::BringUp => 50,
+            Mode::Fault(_) => 150,
+            Mode::Idle | Mode::Torque | Mode::Regulate => 500,
+        };
+        if matches!(mode, Mode::Torque | Mode::Regulate) {
+            light.set_high();
+        } else {
+            light.toggle();
+        }
+        match select(NEWS.mode.wait(), Timer::after_millis(half_period_ms)).await {
+            Either::First(new) => {
+                mode = new;
+                defmt::info!("mode: {}", mode);
+            }
+            Either::Second(()) => {}
+        }
+    }
+}

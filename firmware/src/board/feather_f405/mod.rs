@@ -1,0 +1,91 @@
+//! Adafruit Feather STM32F405 Express: STM32F405RG, 168 MHz Cortex-M4F.
+//!
+//! **Built, not run on hardware.** Section numbers are those of the STM32F405
+//! reference manual, RM0090.
+//!
+//! | pin  | Feather | is                | wired to                               |
+//! |------|---------|-------------------|----------------------------------------|
+//! | PB10 | TX      | USART3 TX, 1 Mbaud | input of the buffer that drives DATA  |
+//! | PB11 | RX      | USART3 RX         | output of the buffer that listens to DATA |
+//! | PC6  | D6      | direction, high to send | enables of both buffers, 10 kΩ to ground |
+//! | PC1  | D13     | red LED           | on the board                           |
+//! | PA11, PA12 | USB | control link (CDC ACM) | on the board                      |
+//!
+//! The buffer is a 74HC126 with an inverter or a 74HC241, as in the servo's
+//! manual. While the processor is in reset all its pins float: the resistor at
+//! PC6 then keeps the line free.
+//!
+//! | priority | what                                                      |
+//! |----------|-----------------------------------------------------------|
+//! | 0        | bus bytes (USART3) and alarm (TIM2): a few instructions each |
+//! | 1        | the tick (vector of UART5, which is not used)             |
+//! | 3        | USB                                                       |
+//! | thread   | link, log over RTT, LED                                   |
+//!
+//! # Stop
+//!
+//! Every way down ends in the stop sequence on the bus, sent by polling: a
+//! panic and a hard fault send it and reset; after any reset, the watchdog's
+//! included, it is the first thing the program does. See [`end`].
+//!
+//! # Watchdog
+//!
+//! The independent watchdog runs on its own oscillator, 32 kHz nominally and 17
+//! to 47 kHz in fact. It is started before the bridge and fed by the tick alone,
+//! at the end of each good tick and of each step of bring-up. It cannot be
+//! stopped; a program halted by a debugger is reset by it. See [`WATCHDOG_US`].
+
+pub mod bus;
+pub mod end;
+pub mod time;
+pub mod usb;
+
+use armbridge_shared::bridge::limits::PERIOD_MAX_US;
+use embassy_stm32::Config;
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource,
+    Sysclk,
+};
+use embassy_stm32::time::Hertz;
+
+/// Clock of the core in MHz, once [`config`] is in force.
+pub const CORE_MHZ: u32 = 168;
+
+/// The watchdog's period in µs, nominally: at 47 kHz it must outlast the longest
+/// tick by 10 ms. Steps of bring-up are at most 60 ms apart.
+pub const WATCHDOG_US: u32 = {
+    let longest_us = if PERIOD_MAX_US > 60_000 {
+        PERIOD_MAX_US
+    } else {
+        60_000
+    };
+    (longest_us + 10_000) / 32 * 47
+};
+
+/// Clocks: the greatest the chip allows (section 7.2), 48 MHz for USB exactly.
+pub fn config() -> Config {
+    let mut config = Config::default();
+    let rcc = &mut config.rcc;
+    rcc.hse = Some(Hse {
+        freq: Hertz::mhz(12),
+        mode: HseMode::Oscillator,
+    });
+    rcc.pll_src = PllSource::HSE;
+    rcc.pll = Some(Pll {
+        // 12 MHz / 6 = 2 MHz, the input that section 7.3.2 recommends.
+        prediv: PllPreDiv::DIV6,
+        // 2 MHz * 168 = 336 MHz.
+        mul: PllMul::MUL168,
+        // 336 MHz / 2 = 168 MHz for the core.
+        divp: Some(PllPDiv::DIV2),
+        // 336 MHz / 7 = 48 MHz for USB.
+        divq: Some(PllQDiv::DIV7),
+        divr: None,
+    });
+    rcc.sys = Sysclk::PLL1_P;
+    rcc.ahb_pre = AHBPrescaler::DIV1;
+    // 42 MHz, the limit of APB1, on which USART3 is; 84 MHz, that of APB2.
+    rcc.apb1_pre = APBPrescaler::DIV4;
+    rcc.apb2_pre = APBPrescaler::DIV2;
+    config
+}

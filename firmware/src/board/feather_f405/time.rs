@@ -1,0 +1,55 @@
+//! Time: embassy's, on TIM2 at 1 MHz; the stopwatch is the cycle counter.
+
+use super::{CORE_MHZ, bus};
+use crate::run::RealTime;
+use cortex_m::peripheral::DWT;
+use embassy_futures::select::select;
+use embassy_stm32::peripherals::IWDG;
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_time::{Instant, Timer};
+
+/// The board as the real-time loop sees it.
+pub struct Board {
+    watchdog: IndependentWatchdog<'static, IWDG>,
+    begun: u32,
+}
+
+impl Board {
+    /// A board whose watchdog is running, and its cycle counter too.
+    pub fn new(watchdog: IndependentWatchdog<'static, IWDG>) -> Self {
+        Self { watchdog, begun: 0 }
+    }
+}
+
+/// Time since boot in µs.
+pub fn now_us() -> u64 {
+    Instant::now().as_micros()
+}
+
+impl RealTime for Board {
+    fn now_us(&self) -> u64 {
+        now_us()
+    }
+
+    fn start_stopwatch(&mut self) {
+        self.begun = DWT::cycle_count();
+    }
+
+    fn stopwatch_ns(&self) -> u32 {
+        let cycles = DWT::cycle_count().wrapping_sub(self.begun);
+        let ns = u64::from(cycles) * 1000 / u64::from(CORE_MHZ);
+        u32::try_from(ns).unwrap_or(u32::MAX)
+    }
+
+    async fn wait(&mut self, until_us: u64, _bytes_wanted: Option<usize>) {
+        select(
+            Timer::at(Instant::from_micros(until_us)),
+            bus::ACTIVITY.wait(),
+        )
+        .await;
+    }
+
+    fn tick_was_good(&mut self) {
+        self.watchdog.pet();
+    }
+}
