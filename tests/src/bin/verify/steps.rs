@@ -54,8 +54,8 @@ pub(crate) const STEPS: &[Step] = &[
     cargo("format", "code is formatted", "fmt --all --check"),
     cargo(
         "lint",
-        "no warnings in host, shared and tests",
-        "clippy --all-targets -- -D warnings",
+        "no warnings in what runs on the host, firmware without a board included",
+        "clippy --workspace --all-targets -- -D warnings",
     ),
     cargo(
         "lint-emulator",
@@ -80,10 +80,14 @@ pub(crate) const STEPS: &[Step] = &[
         "build-emulator",
     ),
     cargo("build-board", "the board's image builds", "build-board"),
-    cargo("test", "every test that needs Rust alone", "test"),
+    cargo(
+        "test",
+        "every test that needs Rust alone",
+        "test --workspace",
+    ),
     cargo(
         "test-emulator",
         "every test that needs more than Rust",
-        "test -- --ignored",
+        "test --workspace -- --ignored",
     ),
 ];
