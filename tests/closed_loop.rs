@@ -16,12 +16,19 @@ const COUNT_RAD: f64 = 300.0 / 1023.0 * std::f64::consts::PI / 180.0;
 
 fn upright(setup: Setup, duration_s: f64) -> Script {
     let duration_us = (duration_s * 1e6) as u64;
-    Script { setup, setpoints: vec![(0, [0.0, 0.0])], duration_us }
+    Script {
+        setup,
+        setpoints: vec![(0, [0.0, 0.0])],
+        duration_us,
+    }
 }
 
 /// Mean angle error of both joints over the last `ticks` in Regulate, in rad.
 fn rest_error(records: &[Record], ticks: usize) -> [f64; 2] {
-    let regulated: Vec<_> = records.iter().filter(|r| r.mode == Mode::Regulate).collect();
+    let regulated: Vec<_> = records
+        .iter()
+        .filter(|r| r.mode == Mode::Regulate)
+        .collect();
     let tail = &regulated[regulated.len() - ticks..];
     [0, 1].map(|joint| {
         let error = |r: &&Record| f64::from(r.angle_rad[joint] - r.reference_rad[joint]);
@@ -36,10 +43,16 @@ fn frictionless_arm_settles_and_rests_within_a_count() {
         let records = records(plant([0.30, -0.25], false), seed, script);
         for joint in 0..2 {
             let settled_s = settling_s(&records, joint, 0.020);
-            assert!(settled_s.is_some_and(|s| s < 1.3), "seed {seed} joint {joint}: {settled_s:?}");
+            assert!(
+                settled_s.is_some_and(|s| s < 1.3),
+                "seed {seed} joint {joint}: {settled_s:?}"
+            );
         }
         let rest = rest_error(&records, 500);
-        assert!(rest.iter().all(|error| error.abs() < COUNT_RAD), "seed {seed}: {rest:?}");
+        assert!(
+            rest.iter().all(|error| error.abs() < COUNT_RAD),
+            "seed {seed}: {rest:?}"
+        );
         assert_eq!(records.last().unwrap().timing.missed, 0);
     }
 }
@@ -49,9 +62,16 @@ fn frictionless_arm_settles_and_rests_within_a_count() {
 #[test]
 fn with_friction_the_arm_rests_where_stiction_holds_it() {
     for seed in 1..=5 {
-        let records = records(plant([0.30, -0.25], true), seed, upright(Setup::default(), 4.0));
+        let records = records(
+            plant([0.30, -0.25], true),
+            seed,
+            upright(Setup::default(), 4.0),
+        );
         let rest = rest_error(&records, 500);
-        assert!(rest.iter().all(|error| error.abs() < 0.065), "seed {seed}: {rest:?}");
+        assert!(
+            rest.iter().all(|error| error.abs() < 0.065),
+            "seed {seed}: {rest:?}"
+        );
     }
 }
 
@@ -60,10 +80,17 @@ fn with_friction_the_arm_rests_where_stiction_holds_it() {
 /// only rounds, and by the default observer on one that is noisy too.
 #[test]
 fn paper_gain_at_45_ms_stands() {
-    let setup = Setup { period_us: 45_000, gains: Gains::Paper, ..Setup::default() };
+    let setup = Setup {
+        period_us: 45_000,
+        gains: Gains::Paper,
+        ..Setup::default()
+    };
     let differences = Estimator::FiniteDifference { filter_s: 0.0 };
     for (estimator, noise_lsb_rms) in [(differences, 0.0), (setup.estimator, 1.0)] {
-        let config = PlantConfig { noise_lsb_rms, ..plant([0.30, -0.25], false) };
+        let config = PlantConfig {
+            noise_lsb_rms,
+            ..plant([0.30, -0.25], false)
+        };
         let mut mailboxes = Mailboxes::new();
         let script = upright(Setup { estimator, ..setup }, 4.0);
         let mut run = bench_run(&mut mailboxes, config, 1, script);
@@ -114,10 +141,17 @@ fn losing_a_servo_switches_the_other_off() {
     run.run().unwrap();
     let records = run.host.into_parts().0;
     let lost = |r: &&Record| r.samples[1] == Sample::Missing(Missing::Silence);
-    let ridden_through =
-        records.iter().filter(lost).filter(|r| r.mode == Mode::Regulate).count();
+    let ridden_through = records
+        .iter()
+        .filter(lost)
+        .filter(|r| r.mode == Mode::Regulate)
+        .count();
     assert_eq!(ridden_through, 4);
-    assert!(records.iter().any(|r| r.mode == Mode::Fault(Fault::SamplesLost)));
+    assert!(
+        records
+            .iter()
+            .any(|r| r.mode == Mode::Fault(Fault::SamplesLost))
+    );
 }
 
 /// A host that goes silent while torque is on.
@@ -134,7 +168,10 @@ fn a_silent_host_switches_torque_off() {
         run.step().unwrap();
     }
     assert_eq!(run.board.mode(), Mode::Fault(Fault::HostSilent));
-    assert_eq!([run.bench.applied_pwm(0), run.bench.applied_pwm(1)], [1000, 1000]);
+    assert_eq!(
+        [run.bench.applied_pwm(0), run.bench.applied_pwm(1)],
+        [1000, 1000]
+    );
 }
 
 #[test]

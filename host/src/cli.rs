@@ -73,6 +73,11 @@ pub(crate) struct EmulateArgs {
     /// virtual servos. The board then runs in wall-clock time.
     #[arg(long, value_name = "tcp://HOST:PORT")]
     pub(crate) bus: Option<Endpoint>,
+    /// How many times slower than the wall clock the board's time runs on a bus
+    /// of somebody else's, whose bytes take their time.
+    #[arg(long, value_name = "TIMES", default_value_t = 20, requires = "bus",
+          value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(crate) slow: u32,
     /// Offer the control link to another program instead of running the demo.
     #[arg(long, value_name = "tcp://HOST:PORT")]
     pub(crate) link_listen: Option<Endpoint>,
@@ -86,6 +91,10 @@ pub(crate) struct ServosArgs {
     /// Send back what comes in, as a single-wire bus that hears itself.
     #[arg(long)]
     pub(crate) echo: bool,
+    /// How many times slower than the wall clock the servos' time runs.
+    #[arg(long, value_name = "TIMES", default_value_t = 1,
+          value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(crate) slow: u32,
     /// Seed of the encoders' noise.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+#[cfg(unix)]
 pub mod emulator;
 pub mod endpoint;
 pub mod facts;

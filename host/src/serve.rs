@@ -14,21 +14,29 @@ use crate::bench::Bench;
 /// Finest step of the wall clock: what a sleeping thread can keep.
 const STEP: Duration = Duration::from_micros(200);
 
+/// When the bench's time began, and how much slower than the wall clock it runs.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    /// The bench's time 0.
+    pub epoch: Instant,
+    /// Wall-clock time per time of the bench.
+    pub slow: u32,
+}
+
 /// Serves until the other side closes. `bench` goes on from where it was, so
-/// that a second connection finds the servos as the first left them; `epoch` is
-/// its time 0.
+/// that a second connection finds the servos as the first left them.
 ///
 /// # Errors
 /// If the connection breaks.
 pub fn serve(
     bench: &mut Bench,
-    epoch: Instant,
+    pace: Pace,
     from: impl Read + Send + 'static,
     mut to: impl Write,
     echo: bool,
 ) -> io::Result<()> {
     let bytes = spawn_reader(from);
-    let now_us = || epoch.elapsed().as_micros() as u64;
+    let now_us = || pace.epoch.elapsed().as_micros() as u64 / u64::from(pace.slow);
     let mut heard = Vec::new();
     loop {
         let came = match bytes.recv_timeout(STEP) {

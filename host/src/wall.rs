@@ -19,18 +19,24 @@ pub enum WallError<H> {
     Host(H),
 }
 
-/// Lets `host` speak over `link` until it is done; returns the time taken in µs.
+/// Lets `host` speak over `link` until it is done. Its time runs `slow` times
+/// slower than the wall clock, as the board's does.
 ///
 /// # Errors
 /// If the connection breaks or the host gives up.
-pub fn run<H: Host>(link: &mut TcpStream, host: &mut H) -> Result<u64, WallError<H::Error>> {
+pub fn run<H: Host>(
+    link: &mut TcpStream,
+    host: &mut H,
+    slow: u32,
+) -> Result<(), WallError<H::Error>> {
     let begun = Instant::now();
-    let now_us = || begun.elapsed().as_micros() as u64;
+    let now_us = || begun.elapsed().as_micros() as u64 / u64::from(slow);
     let mut bytes = [0; 4096];
     while !host.is_done() {
         let say = host.speak(now_us()).map_err(WallError::Host)?;
         link.write_all(say).map_err(WallError::Io)?;
         let until_wake = Duration::from_micros(host.wake_at_us().saturating_sub(now_us()));
+        let until_wake = until_wake.saturating_mul(slow);
         let wait = until_wake.clamp(Duration::from_micros(100), PATIENCE);
         link.set_read_timeout(Some(wait)).map_err(WallError::Io)?;
         match link.read(&mut bytes) {
@@ -42,7 +48,7 @@ pub fn run<H: Host>(link: &mut TcpStream, host: &mut H) -> Result<u64, WallError
             Err(error) => return Err(WallError::Io(error)),
         }
     }
-    Ok(now_us())
+    Ok(())
 }
 
 /// Whether a read merely found nothing in time.

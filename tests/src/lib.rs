@@ -39,7 +39,11 @@ pub fn bench_run(
     script: Script,
 ) -> Run<VirtualBoard<'_>> {
     let board = VirtualBoard::new(mailboxes.split()).expect("default set-up");
-    Cosim::new(board, Bench::new(Plant::new(config, seed)), Operator::new(script))
+    Cosim::new(
+        board,
+        Bench::new(Plant::new(config, seed)),
+        Operator::new(script),
+    )
 }
 
 /// Works through `script` on the bench; returns the records.
@@ -56,7 +60,11 @@ pub fn records(config: PlantConfig, seed: u64, script: Script) -> Vec<Record> {
 /// Time in s from the first record in [`Mode::Regulate`] after which joint
 /// `joint` stays within `band_rad` of its reference; `None` if it never does.
 pub fn settling_s(records: &[Record], joint: usize, band_rad: f32) -> Option<f64> {
-    let regulated = || records.iter().filter(|record| record.mode == Mode::Regulate);
+    let regulated = || {
+        records
+            .iter()
+            .filter(|record| record.mode == Mode::Regulate)
+    };
     let outside = |record: &&Record| {
         (record.angle_rad[joint] - record.reference_rad[joint]).abs() >= band_rad
     };

@@ -180,11 +180,9 @@ impl Replay {
         let began = |packet: &Packet| packet.start_ns >= ns(exchange.t_us);
         outcome.packets.retain(began);
         outcome.packets.sort_by_key(|packet| packet.start_ns);
-        outcome.collision = senders.iter().any(|a| {
-            senders
-                .iter()
-                .any(|b| a.0 < b.0 && a.1 < b.2 && b.1 < a.2)
-        });
+        outcome.collision = senders
+            .iter()
+            .any(|a| senders.iter().any(|b| a.0 < b.0 && a.1 < b.2 && b.1 < a.2));
         outcome.pwm_changes = self
             .sensors
             .changes

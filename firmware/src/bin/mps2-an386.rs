@@ -6,7 +6,7 @@
 use armbridge_firmware::board::mps2_an386::bus::{BusLine, NoPin};
 use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, REST, TICK};
 use armbridge_firmware::board::mps2_an386::link::LinkStream;
-use armbridge_firmware::board::mps2_an386::semihosting;
+use armbridge_firmware::board::mps2_an386::semihosting::Arguments;
 use armbridge_firmware::board::mps2_an386::time::{self, Board};
 use armbridge_firmware::board::mps2_an386::{BUS, LINK, guard, lockstep};
 use armbridge_firmware::port::Port;
@@ -21,8 +21,9 @@ defmt::timestamp!("{=u64:us}", time::now_us());
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let in_lockstep = semihosting::has_argument("lockstep");
-    time::start(in_lockstep);
+    let arguments = Arguments::get();
+    let in_lockstep = arguments.has("lockstep");
+    time::start(in_lockstep, arguments.number("slow=").unwrap_or(1));
     for uart in [&LINK, &BUS] {
         uart.enable();
     }

@@ -4,7 +4,7 @@
 //! |----------------|----------------|-------------------------------------------|
 //! | virtual servos | the demo's job | lockstep, as fast as it goes              |
 //! | virtual servos | `--link-listen`| lockstep, held back to wall-clock time    |
-//! | `--bus`        | either         | QEMU's clock, which is the wall clock     |
+//! | `--bus`        | either         | the wall clock, in slow motion            |
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use armbridge::bench::Bench;
 use armbridge::bench::cosim::{Cosim, CosimError};
-use armbridge::emulator::{self, EmulatedBoard, Qemu, QemuOptions};
+use armbridge::emulator::{self, EmulatedBoard, Qemu, QemuOptions, Time};
 use armbridge::endpoint::Endpoint;
 use armbridge::remote::RemoteHost;
 use armbridge::wall::{self, WallError};
@@ -28,12 +28,15 @@ pub(crate) fn run(args: &EmulateArgs) -> Outcome {
         .image
         .clone()
         .unwrap_or_else(emulator::qemu::default_image);
+    let time = match args.bus {
+        None => Time::Lockstep,
+        Some(_) => Time::Slow(args.slow),
+    };
     let options = QemuOptions {
         image,
-        lockstep: args.bus.is_none(),
+        time,
         icount: args.icount,
     };
-    // Before QEMU, which takes a second: a port that is taken shows at once.
     match (&args.bus, &args.link_listen) {
         (None, None) => demo(args, &options),
         (None, Some(at)) => offer(args, at, &options),
@@ -84,7 +87,7 @@ fn demo_on(args: &EmulateArgs, bus: &Endpoint, options: &QemuOptions) -> Outcome
     let mut qemu = start(options, args.run.quiet || args.run.json)?;
     let _copiers = wall::join(&bus, &qemu.bus)?;
     let begun = Instant::now();
-    match wall::run(&mut qemu.link, &mut job) {
+    match wall::run(&mut qemu.link, &mut job, args.slow) {
         Ok(_) => job.finish(begun.elapsed()),
         Err(WallError::Host(error)) => Err(error.into()),
         Err(WallError::Io(error)) => Err(qemu.explain(error).into()),

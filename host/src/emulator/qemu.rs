@@ -14,13 +14,22 @@ const PROGRAM: &str = "qemu-system-arm";
 /// How long QEMU may take to connect its sockets: a second on a loaded machine.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// How time passes for the emulated processor.
+/// Who owns the board's time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Time {
+    /// The bench grants it.
+    Lockstep,
+    /// QEMU's clock, this many times slower.
+    Slow(u32),
+}
+
+/// What to run, and how time passes for it.
 #[derive(Clone, Debug)]
 pub struct QemuOptions {
     /// The firmware image, an ELF file.
     pub image: PathBuf,
-    /// The bench owns the time; otherwise QEMU's clock runs.
-    pub lockstep: bool,
+    /// Who owns the board's time.
+    pub time: Time,
     /// Instructions take a fixed virtual time, so that measured compute times
     /// repeat from run to run.
     pub icount: bool,
@@ -145,10 +154,9 @@ impl Drop for Qemu {
 }
 
 fn arguments(options: &QemuOptions) -> Vec<String> {
-    let mode = if options.lockstep {
-        ",arg=lockstep"
-    } else {
-        ""
+    let time = match options.time {
+        Time::Lockstep => "lockstep".into(),
+        Time::Slow(times) => format!("slow={times}"),
     };
     let mut arguments = vec![
         "-machine".into(),
@@ -158,14 +166,17 @@ fn arguments(options: &QemuOptions) -> Vec<String> {
         "-monitor".into(),
         "none".into(),
         "-semihosting-config".into(),
-        format!("enable=on,target=native,chardev=log,arg=armbridge{mode}"),
+        format!("enable=on,target=native,chardev=log,arg=armbridge,arg={time}"),
         "-kernel".into(),
         options.image.display().to_string(),
     ];
     if options.icount {
         // 8 ns an instruction: 125 MIPS, about what the board's 168 MHz core
         // does. Without `sleep` an idle core jumps to its next alarm.
-        let sleep = if options.lockstep { "off" } else { "on" };
+        let sleep = match options.time {
+            Time::Lockstep => "off",
+            Time::Slow(_) => "on",
+        };
         arguments.extend(["-icount".into(), format!("shift=3,align=off,sleep={sleep}")]);
     }
     arguments
@@ -196,7 +207,8 @@ fn accept(listener: &TcpListener, process: &mut Child) -> Result<TcpStream, Qemu
     }
 }
 
-/// What a process that has ended wrote last, or how it ended.
+/// How a process that has ended ended: what it wrote, or its exit code, which
+/// is the firmware's if it ended by itself.
 fn last_words(process: &mut Child) -> Option<String> {
     let status = process.try_wait().ok()??;
     let mut text = String::new();
@@ -204,8 +216,12 @@ fn last_words(process: &mut Child) -> Option<String> {
         // Best effort: the status alone will do.
         let _ = io::Read::read_to_string(stderr, &mut text);
     }
-    let last = text.lines().last().map(str::to_owned);
-    Some(last.unwrap_or_else(|| status.to_string()))
+    Some(match (status.code(), text.lines().next()) {
+        (Some(101), _) => "the firmware panicked".into(),
+        (Some(102), _) => "the firmware ran into a hard fault".into(),
+        (_, Some(line)) => line.into(),
+        (_, None) => status.to_string(),
+    })
 }
 
 /// Where `cargo build-emulator` puts the image, seen from the workspace.

@@ -17,16 +17,42 @@ const EXIT_EXTENDED: usize = 0x20;
 /// `ADP_Stopped_ApplicationExit`.
 const APPLICATION_EXIT: usize = 0x20026;
 
-/// Whether QEMU was given `arg=WORD` on its command line, after the first one.
-pub fn has_argument(word: &str) -> bool {
-    let mut buffer = [0u8; 128];
-    let block = [buffer.as_mut_ptr() as usize, buffer.len()];
-    // SAFETY: SYS_GET_CMDLINE takes a buffer's address and length, both those
-    // of `buffer`, and writes there a string of at most that length.
-    let failed = unsafe { syscall(nr::GET_CMDLINE, &block) } != 0;
-    let line = buffer.split(|byte| *byte == 0).next().unwrap_or_default();
-    let mut arguments = line.split(|byte| *byte == b' ').skip(1);
-    !failed && arguments.any(|argument| argument == word.as_bytes())
+/// What QEMU was given as `arg=WORD` on its command line, after the first one.
+#[derive(Debug)]
+pub struct Arguments {
+    line: [u8; 128],
+}
+
+impl Arguments {
+    /// Asks QEMU; empty if it does not say.
+    pub fn get() -> Self {
+        let mut line = [0; 128];
+        let block = [line.as_mut_ptr() as usize, line.len()];
+        // SAFETY: SYS_GET_CMDLINE takes a buffer's address and length, both
+        // those of `line`, and writes there a string of at most that length.
+        if unsafe { syscall(nr::GET_CMDLINE, &block) } != 0 {
+            line = [0; 128];
+        }
+        Self { line }
+    }
+
+    fn words(&self) -> impl Iterator<Item = &[u8]> {
+        let line = self.line.split(|byte| *byte == 0).next();
+        line.unwrap_or_default().split(|byte| *byte == b' ').skip(1)
+    }
+
+    /// Whether `word` is among them.
+    pub fn has(&self, word: &str) -> bool {
+        self.words().any(|argument| argument == word.as_bytes())
+    }
+
+    /// The number after `name` in an argument such as `slow=20`, if there is one.
+    pub fn number(&self, name: &str) -> Option<u32> {
+        let digits = self
+            .words()
+            .find_map(|word| word.strip_prefix(name.as_bytes()))?;
+        str::from_utf8(digits).ok()?.parse().ok()
+    }
 }
 
 /// Leaves QEMU with this exit code.

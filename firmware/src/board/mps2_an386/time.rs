@@ -14,7 +14,7 @@ use super::{CLOCK_MHZ, bus};
 use crate::run::RealTime;
 use core::cell::Cell;
 use core::ptr;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use critical_section::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -45,8 +45,14 @@ static LOCKSTEP: AtomicBool = AtomicBool::new(false);
 /// Wakes the real-time loop.
 static WAKE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// Starts the clock at 0; in `lockstep` it stands until the first grant.
-pub fn start(lockstep: bool) {
+/// Cycles of the 25 MHz counter per µs of the board's time: more than 25 in slow
+/// motion.
+static CYCLES_PER_US: AtomicU32 = AtomicU32::new(CLOCK_MHZ);
+
+/// Starts the clock at 0; in `lockstep` it stands until the first grant,
+/// otherwise it runs `slow` times slower than QEMU's.
+pub fn start(lockstep: bool, slow: u32) {
+    CYCLES_PER_US.store(CLOCK_MHZ.saturating_mul(slow.max(1)), Ordering::Relaxed);
     write(TIMER0, register::RELOAD, u32::MAX);
     write(TIMER0, register::VALUE, u32::MAX);
     write(TIMER0, register::CTRL, CTRL_ENABLE);
@@ -56,6 +62,10 @@ pub fn start(lockstep: bool) {
 /// Cycles, modulo 2³².
 pub fn cycles() -> u32 {
     u32::MAX - read(TIMER0, register::VALUE)
+}
+
+fn cycles_per_us() -> u32 {
+    CYCLES_PER_US.load(Ordering::Relaxed)
 }
 
 /// Time since boot in µs.
@@ -68,7 +78,7 @@ pub fn now_us() -> u64 {
         let cycles = cycles();
         let total = total + u64::from(cycles.wrapping_sub(last));
         COUNTED.borrow(cs).set((cycles, total));
-        total / u64::from(CLOCK_MHZ)
+        total / u64::from(cycles_per_us())
     })
 }
 
@@ -142,7 +152,7 @@ impl RealTime for Board {
             }
             stop_alarm();
             // Waking early, after 171 s, does no harm.
-            let cycles = u32::try_from(us.saturating_mul(u64::from(CLOCK_MHZ)));
+            let cycles = u32::try_from(us.saturating_mul(u64::from(cycles_per_us())));
             write(TIMER1, register::RELOAD, cycles.unwrap_or(u32::MAX));
             write(TIMER1, register::CTRL, CTRL_ENABLE | CTRL_INTERRUPT);
         }

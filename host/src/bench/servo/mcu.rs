@@ -12,8 +12,8 @@
 //! message is complete.
 
 use super::control::Control;
-use super::inbox::Inbox;
 use super::control::Gains;
+use super::inbox::Inbox;
 use super::registers::{self, ROM_SIZE, Requests};
 use super::uart::Uart;
 use super::{Action, costs};
@@ -455,8 +455,7 @@ impl Mcu {
             self.converter_used = true;
             sample += costs::CONVERT_FIRST;
         }
-        let edge = self.power_up
-            + (now - self.power_up).next_multiple_of(costs::CONVERTER_CLOCK);
+        let edge = self.power_up + (now - self.power_up).next_multiple_of(costs::CONVERTER_CLOCK);
         self.conversion = Conversion::Sampling { at: edge + sample };
         cost + costs::TICK_CONVERT
     }

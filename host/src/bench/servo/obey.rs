@@ -54,12 +54,10 @@ pub(super) enum Job {
     Reset { answer: bool },
 }
 
-
 impl Mcu {
     /// Caught in the loop of a WRITE without data.
     pub(super) fn runaway(&self) -> bool {
-        self.runaway_turns > 0
-            || matches!(self.job, Job::Write { left, .. } if left > LONGEST_DATA)
+        self.runaway_turns > 0 || matches!(self.job, Job::Write { left, .. } if left > LONGEST_DATA)
     }
 
     pub(super) fn look(&mut self, now: u64) -> Option<Action> {

@@ -35,19 +35,7 @@ pub(super) const PWM_LOW: u8 = 0x10;
 pub(super) const PWM_HIGH: u8 = 0x11;
 
 /// The EEPROM as the firmware's defaults leave it: id 1, 1 Mbaud.
-pub const DEFAULT_ROM: [u8; ROM_SIZE] = [
-    MARKER_VALID,
-    1,
-    2,
-    2,
-    0x28,
-    1,
-    10,
-    0x28,
-    10,
-    0,
-    1,
-];
+pub const DEFAULT_ROM: [u8; ROM_SIZE] = [MARKER_VALID, 1, 2, 2, 0x28, 1, 10, 0x28, 10, 0, 1];
 /// The order in which the defaults are restored: the marker last.
 pub(super) const RESTORE_ORDER: [u8; ROM_SIZE] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 0];
 

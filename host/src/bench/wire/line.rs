@@ -176,9 +176,9 @@ impl Receiver {
     }
 
     fn decode(&self, start: u64, now_ns: u64, frames: &[Frame]) -> Decoded {
-        let mut heard = frames.iter().filter(|f| {
-            self.ears.hears(f) && f.start_ns <= now_ns && f.end_ns() > start
-        });
+        let mut heard = frames
+            .iter()
+            .filter(|f| self.ears.hears(f) && f.start_ns <= now_ns && f.end_ns() > start);
         if let (Some(only), None) = (heard.next(), heard.next())
             && only.start_ns == start
             && only.bit_ns == self.bit_ns
