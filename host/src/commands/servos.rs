@@ -41,13 +41,7 @@ fn on_pty(args: &ServosArgs, bench: &mut Bench, pace: Pace) -> Outcome {
     let pty = armbridge::pty::Pty::open()?;
     eprintln!("virtual servos 1 and 2, raw bus bytes; end with ctrl-c");
     println!("{}", pty.name());
-    serve::serve(
-        bench,
-        pace,
-        pty.controller()?,
-        pty.controller()?,
-        args.echo,
-    )?;
+    serve::serve(bench, pace, pty.controller()?, pty.controller()?, args.echo)?;
     Ok(ExitCode::SUCCESS)
 }
 

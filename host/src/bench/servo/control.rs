@@ -101,7 +101,7 @@ impl Control {
 
     /// Asks for a position; one outside the limits, or a speed above 10, is
     /// ignored.
-    pub(super) fn set_goal(&mut self, goal: u16, speed: u16, gains: &Gains) {
+    pub(super) fn set_goal(&mut self, goal: u16, speed: u16, gains: Gains) {
         let goal = goal as i16;
         let inside = goal >= i16::from(gains.lower_margin)
             && goal <= FULL_SCALE - i16::from(gains.upper_margin);
@@ -115,7 +115,7 @@ impl Control {
 
     /// Takes a new position reading and decides the PWM. Returns what the
     /// step cost, in cycles.
-    pub(super) fn step(&mut self, reading: u16, gains: &Gains) -> u64 {
+    pub(super) fn step(&mut self, reading: u16, gains: Gains) -> u64 {
         self.position = reading as i16;
         self.remember();
         self.speed = self
@@ -148,7 +148,7 @@ impl Control {
         }
     }
 
-    fn follow(&mut self, gains: &Gains) -> (i16, u64) {
+    fn follow(&mut self, gains: Gains) -> (i16, u64) {
         if self.position > FULL_SCALE - i16::from(gains.upper_margin) {
             return (300, costs::CONTROL_LIMIT);
         }
@@ -173,7 +173,7 @@ impl Control {
         )
     }
 
-    fn speed_effort(&mut self, gains: &Gains) -> i16 {
+    fn speed_effort(&mut self, gains: Gains) -> i16 {
         let before = self.speed_error;
         self.speed_error = self.goal_speed.wrapping_sub(self.speed);
         self.speed_sum = integrate(self.speed_sum, gains.speed[1], before);
@@ -181,7 +181,7 @@ impl Control {
         pid(gains.speed, self.speed_error, self.speed_sum, change, 10)
     }
 
-    fn hold_effort(&mut self, gains: &Gains) -> i16 {
+    fn hold_effort(&mut self, gains: Gains) -> i16 {
         self.speed_error = 0;
         self.speed_sum = 0;
         self.moving = false;

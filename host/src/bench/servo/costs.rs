@@ -10,7 +10,7 @@ pub(super) const PER_US: u64 = 16;
 
 /// From power-up to the first turn of the main loop. The remainder modulo one
 /// bit time places the serial port's bit clock, which is started just before.
-pub(super) const BOOT: u64 = 5_488;
+pub(super) const BOOT: u64 = 5_504;
 /// One idle turn of the main loop.
 pub(super) const TURN: u64 = 93;
 /// What a turn costs more once a START has been received.
@@ -58,9 +58,9 @@ pub(super) const CONTROL_TEMPERATURE: u64 = 45;
 pub(super) const SET_PWM: u64 = 28;
 
 /// Interrupt response and jump, on top of each handler below.
-pub(super) const INTERRUPT: u64 = 4;
+pub(super) const INTERRUPT: u64 = 6;
 /// End-of-conversion handler.
-pub(super) const CONVERTED: u64 = 26;
+pub(super) const CONVERTED: u64 = 24;
 
 /// From looking for a message to acting on it.
 pub(super) const ACCEPT: u64 = 146;
@@ -78,11 +78,11 @@ pub(super) const READ_BYTE: u64 = 26;
 pub(super) const READ_ROM_BYTE: u64 = 33;
 /// WRITE: fixed part.
 pub(super) const WRITE: u64 = 163;
-/// SYNC_WR: fixed part.
+/// `SYNC_WR`: fixed part.
 pub(super) const SYNC_WRITE: u64 = 247;
 /// Each byte written by WRITE.
 pub(super) const WRITE_BYTE: u64 = 137;
-/// Each byte written by SYNC_WR.
+/// Each byte written by `SYNC_WR`.
 pub(super) const SYNC_WRITE_BYTE: u64 = 70;
 /// One turn of the loop that a WRITE without data is caught in.
 pub(super) const RUNAWAY_TURN: u64 = 65;
@@ -98,9 +98,8 @@ pub(super) const ROM_LOAD: u64 = 340;
 
 /// One clock of the converter. A conversion starts on its next edge.
 pub(super) const CONVERTER_CLOCK: u64 = 128;
-/// From the start of a conversion to its sampling.
-pub(super) const CONVERT_SAMPLE: u64 = CONVERTER_CLOCK * 3 / 2;
-/// From the sampling to the result.
-pub(super) const CONVERT_RESULT: u64 = CONVERTER_CLOCK * 23 / 2;
+/// From the start of a conversion to its result. The recorded servos' converter
+/// takes its input at the end; the real one does so 11.5 clocks (92 us) earlier.
+pub(super) const CONVERT: u64 = CONVERTER_CLOCK * 13;
 /// The first conversion after power-up takes this much longer.
 pub(super) const CONVERT_FIRST: u64 = CONVERTER_CLOCK * 12;

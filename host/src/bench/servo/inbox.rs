@@ -178,7 +178,7 @@ impl Inbox {
             Receiving::Length => 124,
             Receiving::Header if self.count == 2 => 145,
             Receiving::Header => 138,
-            Receiving::Body if last => 159,
+            Receiving::Body if last => 155,
             Receiving::Body | Receiving::SyncSize => 143,
             Receiving::SyncAddress => 136,
             Receiving::SyncScan if !block_over => 136,

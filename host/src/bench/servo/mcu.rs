@@ -11,18 +11,14 @@
 //! into. Idle turns up to the next tick are one stage, cut short when a
 //! message is complete.
 
-use super::control::Control;
-use super::control::Gains;
+use super::control::{Control, Gains};
+use super::converter::{Converter, Sample};
 use super::inbox::Inbox;
 use super::registers::{self, ROM_SIZE, Requests};
 use super::uart::Uart;
 use super::{Action, costs};
 use std::collections::VecDeque;
 
-/// A conversion is started on every eleventh tick.
-const TICKS_PER_CONVERSION: u8 = 10;
-/// Position conversions between two of the temperature.
-const POSITIONS_PER_TEMPERATURE: u16 = 1000;
 /// Size of the firmware's transmit buffer.
 const TRANSMIT_BUFFER: usize = 200;
 /// The bit clock at power-up, modulo one bit at 1 Mbaud.
@@ -35,7 +31,7 @@ pub(super) enum Stage {
     Look,
     /// Acts on the message just opened.
     Obey,
-    /// Writes the next byte of a WRITE or SYNC_WR.
+    /// Writes the next byte of a WRITE or `SYNC_WR`.
     Write,
     /// Stores `value`, once the EEPROM is ready. Interrupts are off.
     Store { address: u8, value: u8 },
@@ -73,14 +69,6 @@ pub(super) enum Bus {
     Member,
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Conversion {
-    Off,
-    Sampling { at: u64 },
-    Converting { ready: u64 },
-    Ready,
-}
-
 /// What the running interrupt handler is about.
 #[derive(Debug, Clone, Copy)]
 enum Handling {
@@ -106,17 +94,7 @@ pub(super) struct Mcu {
     pub(super) transmit: VecDeque<u8>,
     pub(super) driving: bool,
 
-    power_up: u64,
-    conversion: Conversion,
-    converting_temperature: bool,
-    converter_used: bool,
-    reading: u16,
-    want_position: bool,
-    want_temperature: bool,
-    result_waits: bool,
-    ticks_to_conversion: u8,
-    positions: u16,
-
+    pub(super) converter: Converter,
     pub(super) control: Control,
     pub(super) rom: [u8; ROM_SIZE],
     pub(super) rom_ready: u64,
@@ -156,16 +134,7 @@ impl Mcu {
             inbox: Inbox::new(),
             transmit: VecDeque::new(),
             driving: false,
-            power_up: now,
-            conversion: Conversion::Off,
-            converting_temperature: false,
-            converter_used: false,
-            reading: 0,
-            want_position: false,
-            want_temperature: false,
-            result_waits: false,
-            ticks_to_conversion: TICKS_PER_CONVERSION,
-            positions: 0,
+            converter: Converter::new(now),
             control: Control::new(),
             rom,
             rom_ready: now,
@@ -211,7 +180,7 @@ impl Mcu {
     }
 
     fn interrupt_at(&self) -> u64 {
-        let pending = self.uart.has_byte() || matches!(self.conversion, Conversion::Ready);
+        let pending = self.uart.has_byte() || self.converter.interrupts();
         let handling = !matches!(self.handling, Handling::Nothing);
         if pending && !handling && self.interrupts_on() {
             self.handler_end
@@ -220,19 +189,11 @@ impl Mcu {
         }
     }
 
-    fn conversion_at(&self) -> u64 {
-        match self.conversion {
-            Conversion::Sampling { at } => at,
-            Conversion::Converting { ready } => ready,
-            Conversion::Off | Conversion::Ready => u64::MAX,
-        }
-    }
-
     /// The cycle of the next event inside.
     pub(super) fn next_event(&self) -> u64 {
         self.stage_end
             .min(self.interrupt_at())
-            .min(self.conversion_at())
+            .min(self.converter.result_at())
             .min(self.handled_at())
     }
 
@@ -242,33 +203,15 @@ impl Mcu {
             self.handled(now);
             return None;
         }
-        if self.conversion_at() <= now {
-            return self.convert(now);
+        if self.converter.result_at() <= now {
+            self.converter.finish();
+            return Some(Action::Convert);
         }
         if self.interrupt_at() <= now {
             self.interrupt(now);
             return None;
         }
         self.run(now)
-    }
-
-    fn convert(&mut self, now: u64) -> Option<Action> {
-        if let Conversion::Sampling { .. } = self.conversion {
-            let ready = now + costs::CONVERT_RESULT;
-            self.conversion = Conversion::Converting { ready };
-            return Some(Action::Convert);
-        }
-        self.conversion = Conversion::Ready;
-        None
-    }
-
-    /// What the converter sampled.
-    pub(super) fn converted(&mut self, position: u16, temperature: u16) {
-        self.reading = if self.converting_temperature {
-            temperature
-        } else {
-            position
-        };
     }
 
     /// An interrupt handler starts. It delays the main loop at once, and its
@@ -305,8 +248,7 @@ impl Mcu {
                 self.cut_idle_turns(now);
             }
             Handling::Conversion => {
-                self.conversion = Conversion::Off;
-                self.result_waits = true;
+                self.converter.acknowledge();
             }
         }
     }
@@ -348,7 +290,10 @@ impl Mcu {
         match self.stage {
             Stage::Look => self.look(now),
             Stage::Tick => self.tick(now),
-            Stage::Control => self.control(now),
+            Stage::Control => {
+                self.after_tick(now);
+                Some(Action::Pwm(self.control.applied))
+            }
             Stage::Feed => self.feed(now),
             Stage::Release => {
                 self.driving = false;
@@ -388,17 +333,19 @@ impl Mcu {
             cost += costs::TICK_SYNC_PWM;
         }
         let mut changed = false;
-        if std::mem::take(&mut self.result_waits) {
-            if self.converting_temperature {
-                self.control.temperature = self.reading;
+        match self.converter.take_result() {
+            None => {}
+            Some(Sample::Temperature(reading)) => {
+                self.control.temperature = reading;
                 cost += costs::CONTROL_TEMPERATURE;
-            } else {
+            }
+            Some(Sample::Position(reading)) => {
                 let before = self.control.applied;
-                cost += self.control.step(self.reading, &self.gains);
+                cost += self.control.step(reading, self.gains);
                 changed = self.control.applied != before;
             }
         }
-        cost = self.schedule_conversion(now + cost, cost);
+        cost = self.converter.tick(now + cost, cost);
         if self.delay_ticks > 0 {
             self.delay_ticks -= 1;
             cost += costs::TICK_DELAY;
@@ -411,53 +358,12 @@ impl Mcu {
         }
     }
 
-    fn control(&mut self, now: u64) -> Option<Action> {
-        self.after_tick(now);
-        Some(Action::Pwm(self.control.applied))
-    }
-
     fn after_tick(&mut self, now: u64) -> Option<Action> {
         if self.driving || !self.transmit.is_empty() {
             self.go(Stage::Feed, now + costs::TICK_TO_FEED)
         } else {
             self.go(Stage::Look, now + costs::TICK_TO_LOOK)
         }
-    }
-
-    /// Starts a conversion when one is wanted and the converter is free.
-    fn schedule_conversion(&mut self, now: u64, cost: u64) -> u64 {
-        if self.ticks_to_conversion == 0 {
-            self.ticks_to_conversion = TICKS_PER_CONVERSION;
-            self.want_position = true;
-            if self.positions == POSITIONS_PER_TEMPERATURE {
-                self.positions = 0;
-                self.want_temperature = true;
-            } else {
-                self.positions += 1;
-            }
-        } else {
-            self.ticks_to_conversion -= 1;
-        }
-        if !matches!(self.conversion, Conversion::Off) || self.result_waits {
-            return cost.saturating_sub(costs::TICK_CONVERTING);
-        }
-        if !self.want_temperature && !self.want_position {
-            return cost;
-        }
-        self.converting_temperature = self.want_temperature;
-        if self.want_temperature {
-            self.want_temperature = false;
-        } else {
-            self.want_position = false;
-        }
-        let mut sample = costs::CONVERT_SAMPLE;
-        if !self.converter_used {
-            self.converter_used = true;
-            sample += costs::CONVERT_FIRST;
-        }
-        let edge = self.power_up + (now - self.power_up).next_multiple_of(costs::CONVERTER_CLOCK);
-        self.conversion = Conversion::Sampling { at: edge + sample };
-        cost + costs::TICK_CONVERT
     }
 
     fn feed(&mut self, now: u64) -> Option<Action> {

@@ -12,9 +12,11 @@
 //! | `uart`      | the serial port: two byte buffer, overruns, bit clock     |
 //! | `inbox`     | the receive state machine and the two message buffers     |
 //! | `obey`      | the commands                                              |
+//! | `write`     | those that write registers                                |
 //! | `registers` | the EEPROM and the register map                           |
 //! | `control`   | PWM, position and speed control                           |
-//! | `mcu`       | the main loop, the converter and the interrupts in time   |
+//! | `converter` | when position and temperature are sampled                 |
+//! | `mcu`       | the main loop and the interrupts in time                  |
 //! | `costs`     | how long each piece of the firmware takes                 |
 //!
 //! Time inside is counted in processor cycles of 62.5 ns, outside in
@@ -22,12 +24,14 @@
 //! steps time is advanced.
 
 mod control;
+mod converter;
 mod costs;
 mod inbox;
 mod mcu;
 mod obey;
 mod registers;
 mod uart;
+mod write;
 
 pub use inbox::Receiving;
 pub use registers::{DEFAULT_ROM, ROM_SIZE};
@@ -231,7 +235,9 @@ impl Servo {
     }
 
     pub(in crate::bench) fn converted(&mut self, reading: Reading) {
-        self.mcu.converted(reading.position, reading.temperature);
+        self.mcu
+            .converter
+            .converted(reading.position, reading.temperature);
     }
 
     /// A start bit reaches its receiver.

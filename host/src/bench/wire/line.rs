@@ -76,6 +76,8 @@ pub(super) struct Receiver {
     before: Ears,
     bit_ns: u64,
     start_ns: Option<u64>,
+    /// A falling edge that may yet prove not to be a start bit.
+    doubtful_ns: Option<u64>,
     /// When a byte is complete, or the next falling edge known of.
     next_ns: u64,
 }
@@ -88,6 +90,7 @@ impl Receiver {
             before: ears,
             bit_ns,
             start_ns: None,
+            doubtful_ns: None,
             next_ns: u64::MAX,
         }
     }
@@ -98,7 +101,7 @@ impl Receiver {
 
     /// The earliest moment at which it may still have to look at the line.
     pub(super) fn needs_from(&self, now_ns: u64) -> u64 {
-        self.start_ns.unwrap_or(now_ns)
+        self.start_ns.or(self.doubtful_ns).unwrap_or(now_ns)
     }
 
     /// Sets the rate for the bytes to come.
@@ -123,42 +126,62 @@ impl Receiver {
         self.before = self.ears;
         self.ears = ears;
         self.since_ns = now_ns;
-        self.start_ns.is_none() && self.seek(now_ns, frames)
+        self.waiting() && self.seek(now_ns, frames)
     }
 
-    /// Waiting for a start bit: is there a falling edge at `now_ns`? Otherwise
-    /// notes the next one that is known of.
+    /// Waiting for a start bit: does one begin at `now_ns`? If not, notes the
+    /// next falling edge that is known of.
     pub(super) fn seek(&mut self, now_ns: u64, frames: &[Frame]) -> bool {
         self.next_ns = u64::MAX;
-        let mut from = now_ns;
-        while let Some(edge) = self.falling_edge(from, frames) {
-            if edge > now_ns {
-                self.next_ns = edge;
-                return false;
-            }
-            // A low that does not last for half a bit is no start bit.
-            if self.low(frames, edge + self.bit_ns / 2) {
-                self.start_ns = Some(edge);
-                self.next_ns = edge + (4 * BITS - 1) * self.bit_ns / 4;
-                return true;
-            }
-            from = edge + 1;
+        let Some(edge) = self.falling_edge(now_ns, frames) else {
+            return false;
+        };
+        self.next_ns = edge;
+        if edge > now_ns {
+            return false;
         }
+        // A start bit is low for half a bit at least. Bytes not yet begun may
+        // still pull the line low by then.
+        let middle = edge + self.bit_ns / 2;
+        if self.low(frames, middle) {
+            return self.begin(edge);
+        }
+        self.doubtful_ns = Some(edge);
+        self.next_ns = middle;
         false
+    }
+
+    fn begin(&mut self, edge: u64) -> bool {
+        self.start_ns = Some(edge);
+        self.next_ns = edge + (4 * BITS - 1) * self.bit_ns / 4;
+        true
+    }
+
+    /// Its moment has come while no byte is being received: does one begin?
+    pub(super) fn look(&mut self, now_ns: u64, frames: &[Frame]) -> bool {
+        match self.doubtful_ns.take() {
+            Some(edge) if self.low(frames, now_ns) => self.begin(edge),
+            _ => self.seek(now_ns, frames),
+        }
     }
 
     fn falling_edge(&self, from_ns: u64, frames: &[Frame]) -> Option<u64> {
         let falls = |at: u64| {
             self.low(frames, at) && (at == 0 || at == self.since_ns || !self.low(frames, at - 1))
         };
+        if falls(from_ns) {
+            return Some(from_ns);
+        }
         let bits = frames.iter().filter(|f| self.ears.hears(f)).flat_map(|f| {
             let first = from_ns.saturating_sub(f.start_ns).div_ceil(f.bit_ns);
             (first..BITS).map(|bit| f.start_ns + bit * f.bit_ns)
         });
-        let opened = (from_ns == self.since_ns).then_some(from_ns);
-        bits.chain(opened)
-            .filter(|&at| at >= from_ns && falls(at))
-            .min()
+        bits.filter(|&at| at > from_ns && falls(at)).min()
+    }
+
+    /// Is it waiting for a falling edge?
+    pub(super) fn waiting(&self) -> bool {
+        self.start_ns.is_none() && self.doubtful_ns.is_none()
     }
 
     /// Is it in the middle of a byte?

@@ -18,7 +18,7 @@
 mod line;
 
 use super::servo::{Action, Reading, Servo};
-use line::{BITS, Ears, Frame, MASTER, Receiver};
+use line::{Ears, Frame, MASTER, Receiver};
 use std::collections::VecDeque;
 
 /// One bit at 1 Mbaud.
@@ -38,7 +38,7 @@ pub trait Mechanics {
 pub struct Heard {
     /// The byte.
     pub byte: u8,
-    /// When the receiver has it: the middle of its stop bit.
+    /// When the receiver has it, three quarters into its stop bit.
     pub end_ns: u64,
     /// The stop bit was not high: bytes have collided.
     pub framing_error: bool,
@@ -192,21 +192,21 @@ impl Wire {
                 break;
             }
             self.now_ns = next;
-            self.happen(next, mechanics);
+            self.happen(next, to_ns, mechanics);
         }
         self.now_ns = self.now_ns.max(to_ns);
     }
 
     /// One event at `now`. What is on the wire comes before what is heard,
     /// and that before what the servos do.
-    fn happen(&mut self, now: u64, mechanics: &mut impl Mechanics) {
+    fn happen(&mut self, now: u64, to_ns: u64, mechanics: &mut impl Mechanics) {
         if self.due.front().is_some_and(|f| f.start_ns <= now) {
             self.begin_frame(now);
             return;
         }
         if self.master.next_ns() <= now {
             if !self.master.receiving() {
-                self.master.seek(now, &self.frames);
+                self.master.look(now, &self.frames);
             } else if let Some(decoded) = self.master.finish(now, &self.frames) {
                 self.heard.push_back(Heard {
                     byte: decoded.byte,
@@ -220,7 +220,7 @@ impl Wire {
             && monitor.next_ns() <= now
         {
             if !monitor.receiving() {
-                monitor.seek(now, &self.frames);
+                monitor.look(now, &self.frames);
             } else if let Some(decoded) = monitor.finish(now, &self.frames) {
                 self.records.push(Record::Decoded(decoded.byte));
             }
@@ -234,7 +234,7 @@ impl Wire {
         }
         for servo in 0..self.servos.len() {
             if self.servo_next_ns[servo] <= now {
-                self.servo_acts(servo, now, mechanics);
+                self.run_servo(servo, now, to_ns, mechanics);
                 return;
             }
         }
@@ -257,16 +257,16 @@ impl Wire {
         }
         self.forget_old(now);
         self.frames.push(frame);
-        if !self.master.receiving() {
+        if self.master.waiting() {
             self.master.seek(now, &self.frames);
         }
         if let Some(monitor) = &mut self.monitor
-            && !monitor.receiving()
+            && monitor.waiting()
         {
             monitor.seek(now, &self.frames);
         }
         for (servo, receiver) in self.receivers.iter_mut().enumerate() {
-            if !receiver.receiving() && receiver.seek(now, &self.frames) {
+            if receiver.waiting() && receiver.seek(now, &self.frames) {
                 self.servos[servo].start_bit();
             }
         }
@@ -292,7 +292,7 @@ impl Wire {
     fn servo_hears(&mut self, servo: usize, now: u64) {
         let receiver = &mut self.receivers[servo];
         if !receiver.receiving() {
-            if receiver.seek(now, &self.frames) {
+            if receiver.look(now, &self.frames) {
                 self.servos[servo].start_bit();
             }
         } else if let Some(decoded) = receiver.finish(now, &self.frames) {
@@ -301,7 +301,27 @@ impl Wire {
         }
     }
 
-    fn servo_acts(&mut self, servo: usize, now: u64, mechanics: &mut impl Mechanics) {
+    /// Lets one servo act, and go on while nobody else has anything due and
+    /// what it does stays inside.
+    fn run_servo(&mut self, servo: usize, now: u64, to_ns: u64, mechanics: &mut impl Mechanics) {
+        let own = std::mem::replace(&mut self.servo_next_ns[servo], u64::MAX);
+        let others = self.next_event_ns();
+        self.servo_next_ns[servo] = own;
+        let mut now = now;
+        loop {
+            let inside = self.servo_acts(servo, now, mechanics);
+            let next = self.servo_next_ns[servo].max(now);
+            if !inside || next >= others || next > to_ns {
+                return;
+            }
+            now = next;
+            self.now_ns = next;
+        }
+    }
+
+    /// One event of a servo. Returns whether the wire stayed as it was.
+    fn servo_acts(&mut self, servo: usize, now: u64, mechanics: &mut impl Mechanics) -> bool {
+        let mut inside = true;
         match self.servos[servo].step(now) {
             None => {}
             Some(Action::Convert) => {
@@ -310,10 +330,12 @@ impl Wire {
             }
             Some(Action::Pwm(pwm)) => mechanics.drive(servo, now, pwm),
             Some(Action::Release) => {
+                inside = false;
                 self.records_push(Record::Released { servo, at_ns: now });
                 self.refresh_ears(servo);
             }
             Some(Action::Send { byte, start }) => {
+                inside = false;
                 let bit_ns = self.servos[servo].bit_ns();
                 self.enqueue(Frame {
                     sender: servo,
@@ -325,6 +347,7 @@ impl Wire {
             }
         }
         self.servo_changed(servo);
+        inside
     }
 
     /// A servo hears the line while it is connected and not driving it.
@@ -341,5 +364,3 @@ impl Wire {
         self.servo_next_ns[servo] = self.servos[servo].next_event_ns();
     }
 }
-
-const _: () = assert!(BITS == 10);

@@ -1,0 +1,230 @@
+//! Writing registers: WRITE, `SYNC_WR` and RESET.
+//!
+//! Every byte is a step of its own, because an EEPROM byte waits for the one
+//! before it, with interrupts off. When the last byte is in, a new goal or PWM
+//! takes effect, and if an EEPROM byte was among them all variables are loaded
+//! again, which may restore the defaults first.
+//!
+//! A WRITE without even an address counts its bytes from -1, as 16 bits: it
+//! writes, or at least counts, for 266 ms.
+
+use super::control::OFF;
+use super::mcu::{Mcu, Stage};
+use super::obey::{Job, OK, PING, REFUSED};
+use super::registers::{
+    self, DEFAULT_ROM, MARKER, MARKER_VALID, REGISTERS, RESTORE_ORDER, ROM_REGISTERS,
+};
+use super::{Action, costs};
+
+/// No packet carries more data; a larger count is a runaway.
+const LONGEST_DATA: u16 = 200;
+
+impl Mcu {
+    /// Caught in the loop of a WRITE without data.
+    pub(super) fn runaway(&self) -> bool {
+        self.runaway_turns > 0 || matches!(self.job, Job::Write { left, .. } if left > LONGEST_DATA)
+    }
+
+    pub(super) fn write(&mut self, now: u64, left: u16, answer: bool) -> Option<Action> {
+        let mut address = [0];
+        if self.inbox.read(3, &mut address).is_some() {
+            self.scratch[1] = address[0];
+        }
+        // With no address in the packet, the source stands in for it.
+        let address = self.scratch[1];
+        let last = i32::from(left as i16) + i32::from(address);
+        if answer && last > REGISTERS.into() {
+            return self.answer(now + costs::READ, &[REFUSED]);
+        }
+        self.job = Job::Write {
+            left,
+            index: 4,
+            address,
+            sync: false,
+            answer,
+            rom_changed: false,
+        };
+        self.go(Stage::Write, now + costs::WRITE)
+    }
+
+    pub(super) fn sync_write(&mut self, now: u64) -> Option<Action> {
+        let mut head = [0; 2];
+        if self.inbox.read(3, &mut head).is_some() {
+            self.scratch[..2].copy_from_slice(&head);
+        }
+        let [address, count] = [self.scratch[0], self.scratch[1]];
+        let mut data = [0; 256];
+        let data = &mut data[..usize::from(count)];
+        if self.inbox.read(6, data).is_some() {
+            let room = data.len().min(self.scratch.len() - 3);
+            self.scratch[2..2 + room].copy_from_slice(&data[..room]);
+        }
+        self.inbox.close();
+        self.job = Job::Write {
+            left: count.into(),
+            index: 2,
+            address,
+            sync: true,
+            answer: false,
+            rom_changed: false,
+        };
+        self.go(Stage::Write, now + costs::SYNC_WRITE)
+    }
+
+    /// One byte of a WRITE or `SYNC_WR`.
+    pub(super) fn write_next(&mut self, now: u64) -> Option<Action> {
+        let Job::Write {
+            left,
+            index,
+            address,
+            sync,
+            answer,
+            rom_changed,
+        } = self.job
+        else {
+            return self.done(now);
+        };
+        if left == 0 {
+            self.runaway_turns = 0;
+            return self.go(Stage::Settle, now);
+        }
+        if sync {
+            self.scratch[0] = self.scratch[usize::from(index)];
+        } else {
+            let mut byte = [0];
+            if self.inbox.read(index, &mut byte).is_some() {
+                self.scratch[0] = byte[0];
+            }
+        }
+        let value = self.scratch[0];
+        let to_rom = address < ROM_REGISTERS;
+        self.job = Job::Write {
+            left: left - 1,
+            index: index.wrapping_add(1),
+            address: address + u8::from(address < REGISTERS),
+            sync,
+            answer,
+            rom_changed: rom_changed || to_rom,
+        };
+        if to_rom && registers::storable(address, value) {
+            let at = self.rom_ready.max(now + costs::ROM_CALL);
+            return self.go(Stage::Store { address, value }, at);
+        }
+        if !to_rom && address < REGISTERS {
+            self.requests.write(address, value);
+        }
+        self.next_byte(now)
+    }
+
+    fn next_byte(&mut self, now: u64) -> Option<Action> {
+        let Job::Write {
+            left,
+            index,
+            address,
+            sync,
+            ..
+        } = &mut self.job
+        else {
+            return self.done(now);
+        };
+        if *sync {
+            return self.go(Stage::Write, now + costs::SYNC_WRITE_BYTE);
+        }
+        if *left <= LONGEST_DATA {
+            return self.go(Stage::Write, now + costs::WRITE_BYTE);
+        }
+        if *address < REGISTERS || self.inbox.is_open() || self.inbox.waiting() {
+            return self.go(Stage::Write, now + costs::RUNAWAY_TURN);
+        }
+        // Nothing can happen until the count runs out: one long stage.
+        let turns = *left;
+        *index = index.wrapping_add(turns as u8);
+        *left = 0;
+        self.runaway_turns = turns;
+        self.go(Stage::Write, now + u64::from(turns) * costs::RUNAWAY_TURN)
+    }
+
+    /// A message that arrives during a runaway is eaten by it.
+    pub(super) fn cut_runaway(&mut self, now: u64) {
+        let Job::Write { left, index, .. } = &mut self.job else {
+            return;
+        };
+        if self.runaway_turns == 0 || !self.inbox.waiting() {
+            return;
+        }
+        let turns = self.stage_end.saturating_sub(now) / costs::RUNAWAY_TURN;
+        *left = turns as u16;
+        *index = index.wrapping_sub(turns as u8);
+        self.stage_end -= turns * costs::RUNAWAY_TURN;
+        self.runaway_turns = 0;
+    }
+
+    pub(super) fn store(&mut self, now: u64, address: u8, value: u8) -> Option<Action> {
+        if let Some(cell) = self.rom.get_mut(usize::from(address)) {
+            *cell = value;
+            self.rom_ready = now + costs::ROM_WRITE;
+        }
+        self.next_byte(now)
+    }
+
+    /// A new goal wins over a new PWM, and sets the remembered PWM to 1000
+    /// even when the goal is refused.
+    pub(super) fn settle(&mut self, now: u64) -> Option<Action> {
+        let requests = &mut self.requests;
+        if requests.goal != requests.goal_before {
+            requests.goal_before = requests.goal;
+            self.control
+                .set_goal(requests.goal, requests.speed, self.gains);
+            requests.pwm = OFF;
+            requests.pwm_before = OFF;
+            requests.pwm_sync = OFF;
+        }
+        if requests.pwm != requests.pwm_before {
+            self.control.set_pwm(requests.pwm);
+            requests.pwm_before = requests.pwm;
+            requests.pwm_sync = requests.pwm;
+            requests.goal = 0;
+            requests.goal_before = 0;
+        }
+        match self.job {
+            Job::Write {
+                rom_changed: true, ..
+            } => {
+                let at = self.rom_ready.max(now + costs::ROM_CALL);
+                self.go(Stage::Load { restored: 0 }, at)
+            }
+            Job::Write { answer: true, .. } => self.answer(now, &[OK]),
+            _ => self.done(now),
+        }
+    }
+
+    pub(super) fn reset(&mut self, now: u64, answer: bool) -> Option<Action> {
+        self.job = Job::Reset { answer };
+        self.go(Stage::Reset, now + costs::ROM_CALL)
+    }
+
+    pub(super) fn load(&mut self, now: u64, restored: usize) -> Option<Action> {
+        let valid = self.rom[usize::from(MARKER)] == MARKER_VALID;
+        match RESTORE_ORDER.get(restored) {
+            Some(&address) if restored > 0 || !valid => {
+                let place = usize::from(address);
+                self.rom[place] = DEFAULT_ROM[place];
+                self.rom_ready = now + costs::ROM_WRITE;
+                let restored = restored + 1;
+                self.go(Stage::Load { restored }, self.rom_ready)
+            }
+            _ => self.go(Stage::Loaded, now + costs::ROM_LOAD),
+        }
+    }
+
+    pub(super) fn loaded(&mut self, now: u64) -> Option<Action> {
+        self.load_variables();
+        self.uart.set_up(now, self.baud);
+        match self.job {
+            Job::Boot => self.go(Stage::Look, now),
+            Job::Write { answer: true, .. } => self.answer(now, &[OK]),
+            Job::Reset { answer: true } => self.answer(now, &[PING]),
+            _ => self.done(now),
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! A million random byte streams into a wire with two servos: nothing may
+//! panic, and the work per byte stays bounded.
+//!
+//! The streams are random bytes, bytes rich in headers and ids, and packets
+//! with a byte changed. The servos are not reset in between, so that streams
+//! meet servos that are deaf, stuck or in position mode; every thousandth
+//! stream finds them switched off and on.
+
+use armbridge::bench::servo::{Reading, Servo};
+use armbridge::bench::wire::{Mechanics, Wire};
+
+const STREAMS: usize = 1_000_000;
+const STREAMS_PER_POWER_CYCLE: usize = 1_000;
+const BAUD: u32 = 1_000_000;
+const BYTE_NS: u64 = 10_000;
+/// Longest stream of random bytes.
+const LONGEST: u64 = 12;
+/// No servo may have more events than this in the time of one byte. A byte
+/// costs a servo about five, its main loop and converter one more.
+const EVENTS_PER_BYTE: u64 = 100;
+
+/// Marsaglia's xorshift64: good enough to be varied, and the same everywhere.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, limit: u64) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) % limit
+    }
+
+    fn byte(&mut self) -> u8 {
+        self.below(256) as u8
+    }
+
+    fn one_of(&mut self, choice: &[u8]) -> u8 {
+        choice[self.below(choice.len() as u64) as usize]
+    }
+
+    fn packet(&mut self) -> Vec<u8> {
+        let parameters = self.below(8) as u8;
+        let mut packet = vec![0xAA, parameters + 3];
+        packet.push(self.one_of(&[1, 2, 0xFF, 0xFF]));
+        packet.push(self.one_of(&[0xFE, 0xFE, 1, 2, 7]));
+        packet.push(self.one_of(&[1, 2, 3, 6, 7, 9, 0x83, 0x83, 5]));
+        for _ in 0..parameters {
+            let chosen = self.one_of(&[0, 1, 2, 0x0B, 0x0D, 0x0F, 0x10, 3]);
+            packet.push(if self.below(3) == 0 {
+                self.byte()
+            } else {
+                chosen
+            });
+        }
+        let sum = packet[1..]
+            .iter()
+            .fold(0_u8, |sum, &byte| sum.wrapping_add(!byte));
+        packet.push(sum);
+        packet
+    }
+
+    fn stream(&mut self) -> Vec<u8> {
+        match self.below(4) {
+            0 => (0..self.below(LONGEST)).map(|_| self.byte()).collect(),
+            1 => (0..self.below(LONGEST))
+                .map(|_| self.one_of(&[0xAA, 3, 4, 1, 2, 0xFF, 0xFE, 0x83, 0x10]))
+                .collect(),
+            2 => self.packet(),
+            _ => {
+                let mut packet = self.packet();
+                let place = self.below(packet.len() as u64) as usize;
+                packet[place] = self.byte();
+                packet
+            }
+        }
+    }
+}
+
+/// Sensors that move by themselves.
+struct Moving {
+    counts: u16,
+    worst_pwm: u16,
+}
+
+impl Mechanics for Moving {
+    fn convert(&mut self, _servo: usize, _at_ns: u64) -> Reading {
+        self.counts = (self.counts + 7) % 1024;
+        Reading {
+            position: self.counts,
+            temperature: 1023 - self.counts,
+        }
+    }
+
+    fn drive(&mut self, _servo: usize, _at_ns: u64, pwm: u16) {
+        self.worst_pwm = self.worst_pwm.max(pwm);
+    }
+}
+
+#[test]
+fn random_streams() {
+    let mut random = Random(0x5EED_0001);
+    let mut wire = Wire::new(vec![Servo::with_id(1), Servo::with_id(2)]);
+    let mut sensors = Moving {
+        counts: 500,
+        worst_pwm: 0,
+    };
+    let mut heard = 0_usize;
+    for stream in 0..STREAMS {
+        if stream % STREAMS_PER_POWER_CYCLE == 0 {
+            for servo in 0..2 {
+                wire.power_cycle(servo, &mut sensors);
+            }
+        }
+        let bytes = random.stream();
+        let gap_ns = random.below(3) * 20_000;
+        let start = wire.now_ns() + gap_ns;
+        for (i, &byte) in bytes.iter().enumerate() {
+            wire.send(start + i as u64 * BYTE_NS, byte, BAUD);
+        }
+        let end = start + bytes.len() as u64 * BYTE_NS;
+        let mut events = 0;
+        while wire.next_event_ns() <= end {
+            wire.advance(wire.next_event_ns(), &mut sensors);
+            events += 1;
+        }
+        wire.advance(end, &mut sensors);
+        let bound = EVENTS_PER_BYTE * (end - start + gap_ns + BYTE_NS) / BYTE_NS;
+        assert!(events <= bound, "{events} events in stream {stream}");
+        while wire.take_heard().is_some() {
+            heard += 1;
+        }
+    }
+    assert!(heard > STREAMS / 100, "only {heard} bytes heard");
+    assert!(sensors.worst_pwm <= 2000, "PWM {}", sensors.worst_pwm);
+}
