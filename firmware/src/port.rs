@@ -173,3 +173,40 @@ impl<L: Line> Write<u8> for Port<L> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line that sends nothing.
+    struct Stuck(Buffers);
+
+    impl Line for Stuck {
+        fn buffers(&self) -> &Buffers {
+            &self.0
+        }
+
+        fn start_sending(&self) {}
+
+        fn is_sent(&self) -> bool {
+            !self.0.is_sending()
+        }
+    }
+
+    #[test]
+    fn a_full_port_blocks_and_a_complaint_is_heard_once() {
+        let mut port = Port(Stuck(Buffers::new()));
+        assert_eq!(port.flush(), Ok(()));
+        assert!((0..BUFFER_LEN).all(|_| port.write(0xFF).is_ok()));
+        assert_eq!(port.write(0xFF), Err(nb::Error::WouldBlock));
+        assert_eq!(port.flush(), Err(nb::Error::WouldBlock));
+
+        // One byte more than there is room for, and its loss is told first.
+        assert_eq!(port.read(), Err(nb::Error::WouldBlock));
+        (0..=BUFFER_LEN).for_each(|i| port.0.0.received(i as u8));
+        assert_eq!(port.0.0.received_total() as usize, BUFFER_LEN + 1);
+        assert_eq!(port.read(), Err(nb::Error::Other(LineError::Overrun)));
+        assert!((0..BUFFER_LEN).all(|i| port.read() == Ok(i as u8)));
+        assert_eq!(port.read(), Err(nb::Error::WouldBlock));
+    }
+}

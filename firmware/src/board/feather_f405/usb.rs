@@ -36,6 +36,8 @@ pub fn start(
     // Room for one packet of each OUT endpoint: control and data.
     static OUT: StaticCell<[u8; 4 * PACKET_MAX]> = StaticCell::new();
     static CONFIGURATION: StaticCell<[u8; 128]> = StaticCell::new();
+    // Five bytes of header and seven of the only capability, as USB 2.1 asks.
+    static CAPABILITIES: StaticCell<[u8; 12]> = StaticCell::new();
     static CONTROL: StaticCell<[u8; PACKET_MAX]> = StaticCell::new();
     static STATE: StaticCell<State<'static>> = StaticCell::new();
 
@@ -54,7 +56,8 @@ pub fn start(
         driver,
         config,
         CONFIGURATION.init([0; 128]),
-        &mut [],
+        CAPABILITIES.init([0; 12]),
+        // No descriptors of Microsoft's own.
         &mut [],
         CONTROL.init([0; PACKET_MAX]),
     );

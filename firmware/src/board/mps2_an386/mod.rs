@@ -26,7 +26,7 @@
 //! which QEMU connects. The log is a stream of defmt frames in rzCOBS encoding,
 //! to be decoded with the image's ELF file. Without `arg=lockstep` time is real,
 //! or with `arg=slow=N` N times slower, for a bus whose bytes take their time;
-//! see [`lockstep`] for the other case. `-icount shift=5,sleep=off` may be added
+//! see [`lockstep`] for the other case. `-icount shift=3,sleep=off` may be added
 //! in lockstep and makes measured computing times repeatable too.
 //!
 //! # How it ends

@@ -102,9 +102,9 @@ impl Uart {
     }
 
     /// Sends a byte by polling, past the buffers; gives up when nobody takes
-    /// it for a second or so.
+    /// it for some milliseconds.
     pub fn send_polled(&self, byte: u8) {
-        for _ in 0..5_000_000 {
+        for _ in 0..20_000 {
             if self.read_register(register::STATE) & STATE_TX_FULL == 0 {
                 self.write_register(register::DATA, u32::from(byte));
                 return;
