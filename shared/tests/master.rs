@@ -167,8 +167,8 @@ fn a_tick_on_the_wire() {
             [Sample::Counts(500), Sample::Counts(501)],
             "echo {echo}"
         );
-        // 16 bytes, 30 µs of pause, 6 bytes, and the second reply 250 µs later.
-        assert_eq!(outcome.bus_us, 160 + 30 + 60 + 250);
+        // 16 bytes, 80 µs of pause, 6 bytes, and the second reply 250 µs later.
+        assert_eq!(outcome.bus_us, 160 + 80 + 60 + 250);
         let line = test.port.0.borrow();
         assert_eq!(line.undriven, 0);
         #[rustfmt::skip]
@@ -246,7 +246,7 @@ proptest! {
             .collect();
         script.sort_by_key(|(at, _)| *at);
         let outcome = test.drive(script);
-        prop_assert!(outcome.bus_us <= 160 + 30 + 60 + 450);
+        prop_assert!(outcome.bus_us <= 160 + 80 + 60 + 450);
         for sample in outcome.samples {
             prop_assert!(sample.counts().is_none_or(|counts| counts <= 1023));
         }

@@ -29,9 +29,11 @@ use embedded_hal_nb::serial::{Read, Write};
 /// begins within 28 µs of its last stop bit; 50 µs are safe in PWM mode.
 pub const GUARD_US: u64 = 50;
 
-/// Pause between SYNC_WR and CYCLE: of two packets closer than 20 µs a servo
-/// processes only the newer.
-const DRIVE_GAP_US: u32 = 30;
+/// Pause between SYNC_WR and CYCLE. Of two packets closer than 20 µs a servo
+/// processes only the newer; and while it still works on the write, up to about
+/// 55 µs after it on the bench, its answer to CYCLE may come late and collide
+/// with its neighbour's. None is lost from 60 to 200 µs.
+const DRIVE_GAP_US: u32 = 80;
 
 /// From the end of CYCLE to the last byte of two replies takes 310 µs; with the
 /// first servo dead its successor waits 169 µs more before it speaks.
