@@ -14,26 +14,15 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 pub struct Endpoint(SocketAddr);
 
 /// Why a name is not an endpoint.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EndpointError {
     /// Not `tcp://`.
+    #[error("expected tcp://HOST:PORT, for example tcp://127.0.0.1:7000")]
     Scheme,
     /// No host and port after it.
+    #[error("expected HOST:PORT after tcp://: {0}")]
     Address(String),
 }
-
-impl fmt::Display for EndpointError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Scheme => {
-                f.write_str("expected tcp://HOST:PORT, for example tcp://127.0.0.1:7000")
-            }
-            Self::Address(why) => write!(f, "expected HOST:PORT after tcp://: {why}"),
-        }
-    }
-}
-
-impl std::error::Error for EndpointError {}
 
 impl FromStr for Endpoint {
     type Err = EndpointError;
@@ -57,33 +46,18 @@ impl fmt::Display for Endpoint {
 }
 
 /// Why an endpoint could not be used.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// Nobody can be reached there.
+    #[error("cannot connect to {0}: {1}; is the other side listening?")]
     Connect(Endpoint, io::Error),
+    /// Somebody else listens on it.
+    #[error("{0} is taken by another program; choose another port, or 0 for any free one")]
+    Taken(Endpoint),
     /// It cannot be listened on.
+    #[error("cannot listen on {0}: {1}")]
     Listen(Endpoint, io::Error),
 }
-
-impl fmt::Display for OpenError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Connect(to, error) => {
-                write!(
-                    f,
-                    "cannot connect to {to}: {error}; is the other side listening?"
-                )
-            }
-            Self::Listen(on, error) if error.kind() == io::ErrorKind::AddrInUse => write!(
-                f,
-                "{on} is taken by another program; choose another port, or 0 for any free one"
-            ),
-            Self::Listen(on, error) => write!(f, "cannot listen on {on}: {error}"),
-        }
-    }
-}
-
-impl std::error::Error for OpenError {}
 
 impl Endpoint {
     /// Connects to it.
@@ -104,7 +78,10 @@ impl Endpoint {
         TcpListener::bind(self.0)
             .and_then(|listener| Ok((listener.local_addr()?, listener)))
             .map(|(at, listener)| (listener, Self(at)))
-            .map_err(|error| OpenError::Listen(self.clone(), error))
+            .map_err(|error| match error.kind() {
+                io::ErrorKind::AddrInUse => OpenError::Taken(self.clone()),
+                _ => OpenError::Listen(self.clone(), error),
+            })
     }
 }
 

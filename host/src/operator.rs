@@ -48,72 +48,60 @@ impl Script {
 }
 
 /// Why a run came to nothing.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OperatorError {
     /// Nothing that can be read came from the board.
+    #[error("{}", no_board(*.damaged))]
     NoBoard {
         /// Frames that came but could not be read.
         damaged: u64,
     },
     /// The board was built from other message types.
+    #[error(
+        "the board speaks another schema ({}; this host {}): build and flash both from the \
+         same source", build(*.0), build(schema::HELLO)
+    )]
     OtherSchema(Hello),
     /// The board looks for its servos in vain.
+    #[error("{}", no_servos(*.last))]
     NoServos {
         /// Joint that was missed last, and what was heard; `None` if the board
         /// says nothing about it.
         last: Option<(u8, Missing)>,
     },
     /// The board refused a command.
+    #[error("the board refused {0:?}: {1:?}")]
     Refused(Command, Refusal),
     /// The board stopped answering commands.
+    #[error("the board stopped answering: was it reset or unplugged?")]
     Silent,
 }
 
-impl std::fmt::Display for OperatorError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NoBoard { damaged: 0 } => {
-                f.write_str("no answer from the board: is it running, and is this its link?")
-            }
-            Self::NoBoard { damaged } => write!(
-                f,
-                "{damaged} frames came that are no Armbridge frames of this version: \
-                 is this the board's link? Flash board and build host from the same version"
-            ),
-            Self::OtherSchema(hello) => {
-                let [major, minor, patch] = hello.version;
-                let [our_major, our_minor, our_patch] = schema::VERSION;
-                write!(
-                    f,
-                    "the board speaks another schema ({:016x}, version {major}.{minor}.{patch}; \
-                     this host {:016x}, version {our_major}.{our_minor}.{our_patch}): \
-                     build and flash both from the same source",
-                    u64::from_be_bytes(hello.schema),
-                    u64::from_be_bytes(schema::HASH),
-                )
-            }
-            Self::NoServos { last: None } => {
-                f.write_str("the board does not find its servos: check their power and wiring")
-            }
-            Self::NoServos {
-                last: Some((joint, missing)),
-            } => {
-                write!(
-                    f,
-                    "servo {} does not answer: {}",
-                    joint + 1,
-                    likely_cause(*missing)
-                )
-            }
-            Self::Refused(command, refusal) => {
-                write!(f, "the board refused {command:?}: {refusal:?}")
-            }
-            Self::Silent => f.write_str("the board stopped answering: was it reset or unplugged?"),
-        }
+fn no_board(damaged: u64) -> String {
+    match damaged {
+        0 => "no answer from the board: is it running, and is this its link?".into(),
+        _ => format!(
+            "{damaged} frames came that are no Armbridge frames of this version: \
+             is this the board's link? Flash board and build host from the same version"
+        ),
     }
 }
 
-impl std::error::Error for OperatorError {}
+fn build(hello: Hello) -> String {
+    let schema = u64::from_be_bytes(hello.schema);
+    let [major, minor, patch] = hello.version;
+    format!("{schema:016x}, version {major}.{minor}.{patch}")
+}
+
+fn no_servos(last: Option<(u8, Missing)>) -> String {
+    match last {
+        None => "the board does not find its servos: check their power and wiring".into(),
+        Some((joint, missing)) => {
+            let servo = u32::from(joint) + 1;
+            format!("servo {servo} does not answer: {}", likely_cause(missing))
+        }
+    }
+}
 
 fn likely_cause(missing: Missing) -> &'static str {
     match missing {

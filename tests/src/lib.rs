@@ -69,8 +69,8 @@ pub fn settling_s(records: &[Record], joint: usize, band_rad: f32) -> Option<f64
         (record.angle_rad[joint] - record.reference_rad[joint]).abs() >= band_rad
     };
     let first = regulated().next()?;
-    let last = regulated().last()?;
-    let settled_us = match regulated().filter(outside).last() {
+    let last = regulated().next_back()?;
+    let settled_us = match regulated().filter(outside).next_back() {
         Some(outside) if outside.tick == last.tick => return None,
         Some(outside) => outside.start_us,
         None => first.start_us,

@@ -88,7 +88,7 @@ fn demo_on(args: &EmulateArgs, bus: &Endpoint, options: &QemuOptions) -> Outcome
     let _copiers = wall::join(&bus, &qemu.bus)?;
     let begun = Instant::now();
     match wall::run(&mut qemu.link, &mut job, args.slow) {
-        Ok(_) => job.finish(begun.elapsed()),
+        Ok(()) => job.finish(begun.elapsed()),
         Err(WallError::Host(error)) => Err(error.into()),
         Err(WallError::Io(error)) => Err(qemu.explain(error).into()),
     }

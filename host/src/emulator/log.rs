@@ -11,6 +11,9 @@ use defmt_decoder::{DecodeError, Table};
 
 /// Decodes `stream` on a thread of its own until it ends, and hands each line
 /// to `line`. An image without defmt says nothing.
+///
+/// # Errors
+/// If the image cannot be read.
 pub fn spawn(
     image: &Path,
     mut stream: impl Read + Send + 'static,

@@ -36,46 +36,26 @@ pub struct QemuOptions {
 }
 
 /// Why the emulator does not run.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum QemuError {
     /// There is no image where it should be.
+    #[error("no firmware image at {}: build it with `cargo build-emulator`", .0.display())]
     NoImage(PathBuf),
     /// The program is not installed.
+    #[error(
+        "{PROGRAM} is not installed: `cargo verify` installs it where it may, \
+         or use your package manager (Debian: `apt-get install qemu-system-arm`)"
+    )]
     NotInstalled,
     /// The program could not be started.
+    #[error("cannot start {PROGRAM}: {0}")]
     Start(io::Error),
     /// It ended before, or instead of, connecting its ports.
+    #[error("{PROGRAM} ended: {0}")]
     Died(String),
     /// A socket failed.
-    Socket(io::Error),
-}
-
-impl std::fmt::Display for QemuError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NoImage(path) => write!(
-                f,
-                "no firmware image at {}: build it with `cargo build-emulator`",
-                path.display()
-            ),
-            Self::NotInstalled => write!(
-                f,
-                "{PROGRAM} is not installed: `cargo verify` installs it where it may, \
-                 or use your package manager (Debian: `apt-get install qemu-system-arm`)"
-            ),
-            Self::Start(error) => write!(f, "cannot start {PROGRAM}: {error}"),
-            Self::Died(said) => write!(f, "{PROGRAM} ended: {said}"),
-            Self::Socket(error) => write!(f, "the connection to {PROGRAM} broke: {error}"),
-        }
-    }
-}
-
-impl std::error::Error for QemuError {}
-
-impl From<io::Error> for QemuError {
-    fn from(error: io::Error) -> Self {
-        Self::Socket(error)
-    }
+    #[error("the connection to {PROGRAM} broke: {0}")]
+    Socket(#[from] io::Error),
 }
 
 /// A running emulator; killed when dropped.

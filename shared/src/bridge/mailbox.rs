@@ -19,6 +19,7 @@ const RECORDS: usize = 64;
 
 /// From the link to the tick.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap for a box")]
 pub(super) enum Order {
     /// The host is alive.
     Heartbeat,
@@ -28,6 +29,7 @@ pub(super) enum Order {
 
 /// A validated command. Gains are designed before it gets here.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap for a box")]
 pub(super) enum Task {
     Idle,
     Torque([f32; JOINTS]),

@@ -244,7 +244,7 @@ where
                 }
                 _ => self.stage = Stage::Start,
             },
-            (Transaction::Start, _) => match first_missing(&outcome.samples) {
+            (Transaction::Start, _) => match first_missing(outcome.samples) {
                 Some((joint, missing)) => self.report_absent(joint, missing),
                 None => self.begin_ticking(),
             },
@@ -410,12 +410,12 @@ where
     }
 }
 
-fn first_missing(samples: &[Sample; JOINTS]) -> Option<(usize, Missing)> {
+fn first_missing(samples: [Sample; JOINTS]) -> Option<(usize, Missing)> {
     samples
-        .iter()
+        .into_iter()
         .enumerate()
         .find_map(|(joint, sample)| match sample {
-            Sample::Missing(missing) => Some((joint, *missing)),
+            Sample::Missing(missing) => Some((joint, missing)),
             Sample::Counts(_) => None,
         })
 }

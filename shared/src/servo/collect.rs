@@ -19,6 +19,20 @@ pub(super) enum Awaited {
     Positions,
 }
 
+/// What else was heard, weakest evidence first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Evidence {
+    Nothing,
+    /// Bytes.
+    Bytes,
+    /// An intact packet that nobody asked for.
+    Stranger,
+    /// A packet with a wrong checksum.
+    Damaged,
+    /// The receiver reported framing, noise or overrun.
+    LineError,
+}
+
 /// Replies sorted by joint, and evidence about those that did not come.
 #[derive(Debug)]
 pub(super) struct Collect {
@@ -26,10 +40,8 @@ pub(super) struct Collect {
     parser: Parser,
     /// Position, or 0 for a ping's answer.
     answers: [Option<u16>; JOINTS],
-    heard_anything: bool,
-    bad_checksum: bool,
-    wrong_id: bool,
-    line_error: bool,
+    /// The strongest so far.
+    evidence: Evidence,
 }
 
 impl Collect {
@@ -38,47 +50,42 @@ impl Collect {
             awaited,
             parser: Parser::default(),
             answers: [None; JOINTS],
-            heard_anything: false,
-            bad_checksum: false,
-            wrong_id: false,
-            line_error: false,
+            evidence: Evidence::Nothing,
         }
     }
 
     /// A byte that is not our echo.
     pub(super) fn byte(&mut self, byte: u8, ids: [ServoId; JOINTS]) {
-        self.heard_anything = true;
+        self.note(Evidence::Bytes);
         match self.parser.push(byte) {
             None => {}
-            Some(Err(_)) => self.bad_checksum = true,
+            Some(Err(_)) => self.note(Evidence::Damaged),
             Some(Ok(reply)) => self.reply(&reply, ids),
         }
     }
 
     fn reply(&mut self, reply: &Reply, ids: [ServoId; JOINTS]) {
-        let Some(joint) = ids.iter().position(|id| id.get() == reply.source) else {
-            self.wrong_id = true;
-            return;
-        };
+        let joint = ids.iter().position(|id| id.get() == reply.source);
         let answer = match self.awaited {
             Awaited::Positions => reply.position(),
-            Awaited::Ping(only) if only != joint => {
-                self.wrong_id = true;
-                return;
-            }
+            Awaited::Ping(only) if joint != Some(only) => None,
             Awaited::Ping(_) | Awaited::Pings => reply.is_ping().then_some(0),
         };
-        match (self.answers.get_mut(joint), answer) {
+        let slot = joint.and_then(|joint| self.answers.get_mut(joint));
+        match (slot, answer) {
             (Some(slot), Some(counts)) => *slot = Some(counts),
-            // An intact packet with contents that nobody asked for.
-            _ => self.wrong_id = true,
+            _ => self.note(Evidence::Stranger),
         }
     }
 
     /// The receiver reported framing, noise or overrun.
     pub(super) fn line_error(&mut self) {
-        self.line_error = true;
+        self.note(Evidence::LineError);
         self.parser.reset();
+    }
+
+    fn note(&mut self, evidence: Evidence) {
+        self.evidence = self.evidence.max(evidence);
     }
 
     /// Whether everything awaited has come.
@@ -111,18 +118,14 @@ impl Collect {
     /// evidence there is; one servo's silence is told from a dead bus by the
     /// other's answer.
     pub(super) fn samples(&self, echo_heard: bool, echo_disturbed: bool) -> [Sample; JOINTS] {
-        let missing = if self.line_error || echo_disturbed {
-            Missing::Line
-        } else if self.bad_checksum {
-            Missing::BadChecksum
-        } else if self.wrong_id {
-            Missing::WrongId
-        } else if self.parser.bytes_held() > 0 {
-            Missing::Short
-        } else if echo_heard && !self.heard_anything {
-            Missing::EchoOnly
-        } else {
-            Missing::Silence
+        let missing = match self.evidence {
+            Evidence::LineError => Missing::Line,
+            _ if echo_disturbed => Missing::Line,
+            Evidence::Damaged => Missing::BadChecksum,
+            Evidence::Stranger => Missing::WrongId,
+            Evidence::Bytes if self.parser.bytes_held() > 0 => Missing::Short,
+            Evidence::Nothing if echo_heard => Missing::EchoOnly,
+            Evidence::Bytes | Evidence::Nothing => Missing::Silence,
         };
         self.answers
             .map(|answer| answer.map_or(Sample::Missing(missing), Sample::Counts))

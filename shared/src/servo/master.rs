@@ -20,7 +20,7 @@ use super::morpheus::{Packet, Request, ServoId};
 use super::stop::{StopStep, stop_step};
 use crate::JOINTS;
 use crate::actuator::Pwm;
-use crate::link::message::Sample;
+use crate::link::message::{Missing, Sample};
 use core::convert::Infallible;
 use embedded_hal::digital::{OutputPin, PinState};
 use embedded_hal_nb::serial::{Read, Write};
@@ -48,6 +48,9 @@ const START_SLOT_US: u64 = 5_000;
 /// Reads from the port in one poll: the longest transmission's echo and more.
 const DRAIN_MAX: usize = 256;
 
+/// What is known before anything is asked.
+const NOBODY_ASKED: [Sample; JOINTS] = [Sample::Missing(Missing::NotAsked); JOINTS];
+
 /// What can be asked of the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transaction {
@@ -70,7 +73,7 @@ pub struct Outcome {
     /// What was asked.
     pub transaction: Transaction,
     /// Per joint: the position in counts for [`Transaction::Drive`]; for a ping
-    /// or START, 0 if the servo answered. Meaningless for a stop.
+    /// or START, 0 if the servo answered. A stop asks nobody.
     pub samples: [Sample; JOINTS],
     /// From the first bit sent to the last byte heard, or to the end of the
     /// window if something is missing, in µs.
@@ -164,7 +167,6 @@ where
     /// A master for the servos with these ids, joint by joint. The direction
     /// pin, high to send, is lowered at once.
     pub fn new(serial: S, direction: D, ids: [ServoId; JOINTS]) -> Self {
-        use crate::link::message::Missing::NotAsked;
         let mut master = Self {
             serial,
             direction,
@@ -175,7 +177,7 @@ where
             next_step: 0,
             begun_us: 0,
             active_us: 0,
-            samples: [Sample::Missing(NotAsked); JOINTS],
+            samples: NOBODY_ASKED,
         };
         master.drive_line(false);
         master
@@ -192,6 +194,7 @@ where
         self.drain();
         self.transaction = transaction;
         self.next_step = 0;
+        self.samples = NOBODY_ASKED;
         self.begun_us = now_us.max(self.active_us.saturating_add(GUARD_US));
         self.phase = Phase::Pausing {
             until_us: self.begun_us,
