@@ -8,6 +8,7 @@
 
 use armbridge::bench::servo::{Reading, Servo};
 use armbridge::bench::wire::{Mechanics, Wire};
+use armbridge_tests::random::Random;
 
 const STREAMS: usize = 1_000_000;
 const STREAMS_PER_POWER_CYCLE: usize = 1_000;
@@ -19,59 +20,39 @@ const LONGEST: u64 = 12;
 /// costs a servo about five, its main loop and converter one more.
 const EVENTS_PER_BYTE: u64 = 100;
 
-/// Marsaglia's xorshift64: good enough to be varied, and the same everywhere.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: u64) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) % limit
+fn packet(random: &mut Random) -> Vec<u8> {
+    let parameters = random.below(8) as u8;
+    let mut packet = vec![0xAA, parameters + 3];
+    packet.push(random.one_of(&[1, 2, 0xFF, 0xFF]));
+    packet.push(random.one_of(&[0xFE, 0xFE, 1, 2, 7]));
+    packet.push(random.one_of(&[1, 2, 3, 6, 7, 9, 0x83, 0x83, 5]));
+    for _ in 0..parameters {
+        let chosen = random.one_of(&[0, 1, 2, 0x0B, 0x0D, 0x0F, 0x10, 3]);
+        packet.push(if random.below(3) == 0 {
+            random.byte()
+        } else {
+            chosen
+        });
     }
+    let sum = packet[1..]
+        .iter()
+        .fold(0_u8, |sum, &byte| sum.wrapping_add(!byte));
+    packet.push(sum);
+    packet
+}
 
-    fn byte(&mut self) -> u8 {
-        self.below(256) as u8
-    }
-
-    fn one_of(&mut self, choice: &[u8]) -> u8 {
-        choice[self.below(choice.len() as u64) as usize]
-    }
-
-    fn packet(&mut self) -> Vec<u8> {
-        let parameters = self.below(8) as u8;
-        let mut packet = vec![0xAA, parameters + 3];
-        packet.push(self.one_of(&[1, 2, 0xFF, 0xFF]));
-        packet.push(self.one_of(&[0xFE, 0xFE, 1, 2, 7]));
-        packet.push(self.one_of(&[1, 2, 3, 6, 7, 9, 0x83, 0x83, 5]));
-        for _ in 0..parameters {
-            let chosen = self.one_of(&[0, 1, 2, 0x0B, 0x0D, 0x0F, 0x10, 3]);
-            packet.push(if self.below(3) == 0 {
-                self.byte()
-            } else {
-                chosen
-            });
-        }
-        let sum = packet[1..]
-            .iter()
-            .fold(0_u8, |sum, &byte| sum.wrapping_add(!byte));
-        packet.push(sum);
-        packet
-    }
-
-    fn stream(&mut self) -> Vec<u8> {
-        match self.below(4) {
-            0 => (0..self.below(LONGEST)).map(|_| self.byte()).collect(),
-            1 => (0..self.below(LONGEST))
-                .map(|_| self.one_of(&[0xAA, 3, 4, 1, 2, 0xFF, 0xFE, 0x83, 0x10]))
-                .collect(),
-            2 => self.packet(),
-            _ => {
-                let mut packet = self.packet();
-                let place = self.below(packet.len() as u64) as usize;
-                packet[place] = self.byte();
-                packet
-            }
+fn stream(random: &mut Random) -> Vec<u8> {
+    match random.below(4) {
+        0 => (0..random.below(LONGEST)).map(|_| random.byte()).collect(),
+        1 => (0..random.below(LONGEST))
+            .map(|_| random.one_of(&[0xAA, 3, 4, 1, 2, 0xFF, 0xFE, 0x83, 0x10]))
+            .collect(),
+        2 => packet(random),
+        _ => {
+            let mut packet = packet(random);
+            let place = random.below(packet.len() as u64) as usize;
+            packet[place] = random.byte();
+            packet
         }
     }
 }
@@ -98,7 +79,7 @@ impl Mechanics for Moving {
 
 #[test]
 fn random_streams() {
-    let mut random = Random(0x5EED_0001);
+    let mut random = Random::new(0x5EED_0001);
     let mut wire = Wire::new(vec![Servo::with_id(1), Servo::with_id(2)]);
     let mut sensors = Moving {
         counts: 500,
@@ -111,7 +92,7 @@ fn random_streams() {
                 wire.power_cycle(servo, &mut sensors);
             }
         }
-        let bytes = random.stream();
+        let bytes = stream(&mut random);
         let gap_ns = random.below(3) * 20_000;
         let start = wire.now_ns() + gap_ns;
         for (i, &byte) in bytes.iter().enumerate() {

@@ -1,6 +1,7 @@
 //! What the whole-system tests share: a run of the bench and what to read off
 //! its records, and the replay of recorded exchanges.
 
+pub mod random;
 pub mod replay;
 pub mod trace;
 
@@ -70,7 +71,7 @@ pub fn settling_s(records: &[Record], joint: usize, band_rad: f32) -> Option<f64
     };
     let first = regulated().next()?;
     let last = regulated().next_back()?;
-    let settled_us = match regulated().filter(outside).next_back() {
+    let settled_us = match regulated().rfind(outside) {
         Some(outside) if outside.tick == last.tick => return None,
         Some(outside) => outside.start_us,
         None => first.start_us,

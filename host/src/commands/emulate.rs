@@ -58,8 +58,8 @@ fn start(options: &QemuOptions, quiet: bool) -> Result<Qemu, Box<dyn std::error:
 }
 
 fn demo(args: &EmulateArgs, options: &QemuOptions) -> Outcome {
-    let job = Job::new(&args.run, "emulate", WORLD)?;
     let board = EmulatedBoard::new(start(options, args.run.quiet || args.run.json)?)?;
+    let job = Job::new(&args.run, "emulate", WORLD)?;
     let mut cosim = Cosim::new(board, virtual_bench(args), job);
     let begun = Instant::now();
     match cosim.run() {
@@ -82,9 +82,9 @@ fn offer(args: &EmulateArgs, at: &Endpoint, options: &QemuOptions) -> Outcome {
 }
 
 fn demo_on(args: &EmulateArgs, bus: &Endpoint, options: &QemuOptions) -> Outcome {
-    let mut job = Job::new(&args.run, "emulate", "QEMU mps2-an386, bus elsewhere")?;
     let bus = bus.connect()?;
     let mut qemu = start(options, args.run.quiet || args.run.json)?;
+    let mut job = Job::new(&args.run, "emulate", "QEMU mps2-an386, bus elsewhere")?;
     let _copiers = wall::join(&bus, &qemu.bus)?;
     let begun = Instant::now();
     match wall::run(&mut qemu.link, &mut job, args.slow) {

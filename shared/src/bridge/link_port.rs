@@ -57,8 +57,11 @@ impl<'a> LinkPort<'a> {
             ToBoard::Hello(hello) => {
                 self.is_greeted = hello.schema == schema::HASH;
                 self.hello_due = true;
-                // What was recorded for nobody is not news to this host.
+                // What was said to nobody, or to a host before this one, is not
+                // for it: an old acknowledgement might be taken for its own.
                 while self.end.records.dequeue().is_some() {}
+                while self.end.notices.dequeue().is_some() {}
+                self.refused = None;
             }
             _ if !self.is_greeted => self.hello_due = true,
             ToBoard::Heartbeat => {

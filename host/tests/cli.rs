@@ -1,0 +1,176 @@
+//! The program as a user meets it: what it prints, where, and how it ends.
+
+use std::fs;
+use std::net::TcpListener;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+/// The program, in a folder of this test alone.
+struct Program(PathBuf);
+
+impl Program {
+    fn new(test: &str) -> Self {
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(test);
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+
+    fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_armbridge"));
+        command.args(args).current_dir(&self.0);
+        command
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        self.command(args).output().unwrap()
+    }
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+/// One line on standard error with these words, and exit code 2.
+fn assert_fails(output: &Output, words: &[&str]) {
+    let line = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{line}");
+    assert_eq!(line.trim_end().lines().count(), 1, "{line}");
+    assert!(line.starts_with("armbridge: ") && !line.contains("panicked"));
+    for word in words {
+        assert!(line.contains(word), "no {word:?} in {line:?}");
+    }
+    assert_eq!(text(&output.stdout), "");
+}
+
+#[test]
+fn wrong_arguments_say_what_is_right() {
+    let program = Program::new("arguments");
+    for (args, words) in [
+        (["--duration", "0"].as_slice(), "seconds from 0.1"),
+        (&["demo", "--period-us", "10"], "from 1000 to 100000"),
+        (&["--initial", "2,0"], "two angles from -1.5 to 1.5 rad"),
+        (&["servos", "--listen", "localhost:1"], "tcp://HOST:PORT"),
+        (&["servos"], "--listen"),
+        (&["servos", "--pty", "--slow", "0"], "1..=10000"),
+        (&["balance"], "balance"),
+    ] {
+        let output = program.run(args);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+        assert!(said.contains(words), "{args:?}: {said}");
+        assert!(!said.contains("panicked"));
+        assert_eq!(text(&output.stdout), "");
+    }
+}
+
+#[test]
+fn a_taken_port_is_named() {
+    let program = Program::new("taken");
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let at = format!("tcp://{}", taken.local_addr().unwrap());
+    let output = program.run(&["servos", "--listen", &at]);
+    assert_fails(&output, &[&at, "taken", "another port"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn an_emulator_that_cannot_start_says_why() {
+    let program = Program::new("emulator");
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let at = format!("tcp://{}", taken.local_addr().unwrap());
+    let output = program.run(&["emulate", "--link-listen", &at]);
+    assert_fails(&output, &[&at, "taken", "another port"]);
+
+    let image = program.0.join("no-such-image");
+    let image = image.to_str().unwrap();
+    let output = program.run(&["emulate", "--quiet", "--image", image]);
+    assert_fails(&output, &[image, "cargo build-emulator"]);
+    let output = program.run(&[
+        "emulate",
+        "--quiet",
+        "--image",
+        image,
+        "--link-listen",
+        at0(),
+    ]);
+    assert_fails(&output, &[image, "cargo build-emulator"]);
+
+    fs::write(image, "an image").unwrap();
+    let mut command = program.command(&["emulate", "--quiet", "--image", image]);
+    let output = command.env("PATH", "").output().unwrap();
+    assert_fails(
+        &output,
+        &["qemu-system-arm", "cargo verify", "apt-get install"],
+    );
+
+    drop(taken);
+    let output = program.run(&["emulate", "--quiet", "--image", image, "--bus", &at]);
+    assert_fails(&output, &[&at, "is the other side listening?"]);
+    assert!(
+        !program.0.join("runs").exists(),
+        "an empty run was left behind"
+    );
+}
+
+/// Any free port.
+#[cfg(unix)]
+fn at0() -> &'static str {
+    "tcp://127.0.0.1:0"
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_named() {
+    let program = Program::new("folder");
+    fs::write(program.0.join("file"), "in the way").unwrap();
+    let output = program.run(&["--duration", "0.5", "--out", "file/runs"]);
+    assert_fails(&output, &["file", "--out"]);
+}
+
+#[test]
+fn the_demo_writes_every_file_and_prints_a_table() {
+    let program = Program::new("demo");
+    let output = program.run(&["--duration", "1"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let printed = text(&output.stdout);
+    let folder = program.0.join(printed.lines().last().unwrap());
+    assert!(folder.starts_with(program.0.join("runs")) && printed.contains("settled"));
+
+    let mut names: Vec<String> = fs::read_dir(&folder)
+        .unwrap()
+        .map(|entry| entry.unwrap())
+        .inspect(|entry| assert!(entry.metadata().unwrap().len() > 100, "{entry:?}"))
+        .map(|entry| entry.file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    let expected = [
+        "angles.png",
+        "angles.svg",
+        "run.csv",
+        "run.mcap",
+        "timing.png",
+        "timing.svg",
+        "torque.png",
+        "torque.svg",
+    ];
+    assert_eq!(names, expected);
+    let csv = fs::read_to_string(folder.join("run.csv")).unwrap();
+    // A header and a record a millisecond.
+    assert!((950..1100).contains(&csv.lines().count()));
+}
+
+#[test]
+fn json_is_one_object_and_quiet_is_nothing() {
+    let program = Program::new("output");
+    let run = |option| {
+        let output = program.run(&["demo", option, "--duration", "1", "--seed", "3"]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert_eq!(text(&output.stderr), "");
+        output.stdout
+    };
+    let json = run("--json");
+    let summary: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    assert!(summary.is_object() && text(&json).lines().count() == 1);
+    assert_eq!(text(&run("--quiet")), "");
+    assert_eq!(fs::read_dir(program.0.join("runs")).unwrap().count(), 2);
+}

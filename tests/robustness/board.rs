@@ -1,0 +1,459 @@
+//! The board's end of the link, with the bridge beside it and servos that
+//! answer: whatever a host sends, the board ticks on and stays safe.
+
+use armbridge_shared::actuator::Pwm;
+use armbridge_shared::bridge::limits::{
+    PERIOD_MAX_US, PERIOD_MIN_US, REFERENCE_MAX_RAD, TORQUE_MAX_NM,
+};
+use armbridge_shared::bridge::supervisor::torque_is_on;
+use armbridge_shared::bridge::{Bridge, LinkPort, Mailboxes, Progress};
+use armbridge_shared::link::frame::{Decoder, Encoder, MAX, Received};
+use armbridge_shared::link::message::{
+    Command, Estimator, Fault, Gains, Hello, Mode, Record, Setup, ToBoard, ToHost,
+};
+use armbridge_shared::link::schema;
+use armbridge_tests::random::Random;
+
+use super::frames::frame;
+use super::line::{Heard, Port, back_to_back, position, reply};
+
+const STREAMS: usize = 200_000;
+/// Instants after each stream at which the board runs: about a tick.
+const RUNS_PER_STREAM: usize = 25;
+/// A board's queues hold no more frames than this.
+const MOST_FRAMES: usize = 100;
+/// Times that the bridge may ask to be polled again at one instant.
+const MOST_POLLS: usize = 16;
+
+/// Numbers that break careless arithmetic, and some that do not.
+const NASTY: [f32; 16] = [
+    f32::NAN,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    f32::MAX,
+    f32::MIN,
+    f32::MIN_POSITIVE,
+    1e-45,
+    -1e20,
+    1e20,
+    0.0,
+    -0.0,
+    1.0,
+    0.999_999_9,
+    1e-6,
+    0.05,
+    15.0,
+];
+
+fn nasty<const N: usize>(random: &mut Random) -> [f32; N] {
+    [0; N].map(|_| match random.below(8) {
+        0 => f32::from_bits(random.below(1 << 32) as u32),
+        _ => random.one_of(&NASTY),
+    })
+}
+
+/// Mostly a set-up that can be built, with one or two fields that are not.
+fn setup(random: &mut Random) -> Setup {
+    let mut setup = Setup::default();
+    for _ in 0..=random.below(2) {
+        match random.below(6) {
+            0 => {
+                setup.period_us =
+                    random.one_of(&[0, 1, 999, 1_000, 1_001, 45_000, 100_000, 100_001, u32::MAX]);
+            }
+            1 => setup.gains = Gains::Paper,
+            2 => {
+                let (q, r) = (nasty(random), nasty(random));
+                setup.gains = Gains::Design { q, r };
+            }
+            3 => {
+                let [filter_s] = nasty(random);
+                setup.estimator = Estimator::FiniteDifference { filter_s };
+            }
+            4 => {
+                let poles_45ms = [nasty(random), nasty(random)];
+                setup.estimator = Estimator::Luenberger { poles_45ms };
+            }
+            _ => setup.compensate_dead_zone = true,
+        }
+    }
+    setup
+}
+
+fn message(random: &mut Random) -> ToBoard {
+    ToBoard::Command(match random.below(24) {
+        0 => return ToBoard::Hello(schema::HELLO),
+        1 => {
+            let schema = [0; 8].map(|_| random.byte());
+            let version = [0; 3].map(|_| random.byte());
+            return ToBoard::Hello(Hello { schema, version });
+        }
+        2..=5 => return ToBoard::Heartbeat,
+        6 => Command::Idle,
+        7..=9 => Command::ClearFault,
+        10 => Command::Configure(setup(random)),
+        11..=13 => Command::Torque(nasty(random)),
+        14..=16 => Command::Regulate(nasty(random)),
+        17 | 18 => Command::Torque([0.3, -0.2]),
+        _ => Command::Regulate([0.1, -1.0]),
+    })
+}
+
+/// Whether a command may be accepted at all.
+fn is_acceptable(command: &Command) -> bool {
+    let within = |values: &[f32], limit: f32| values.iter().all(|value| value.abs() <= limit);
+    match command {
+        Command::Idle | Command::ClearFault => true,
+        Command::Torque(torque_nm) => within(torque_nm, TORQUE_MAX_NM),
+        Command::Regulate(reference_rad) => within(reference_rad, REFERENCE_MAX_RAD),
+        Command::Configure(setup) => {
+            let estimator_is_stable = match setup.estimator {
+                Estimator::FiniteDifference { filter_s } => filter_s.is_finite() && filter_s >= 0.0,
+                Estimator::Luenberger { poles_45ms } => poles_45ms
+                    .iter()
+                    .flatten()
+                    .all(|pole| (0.0..1.0).contains(pole)),
+            };
+            let gains_are_finite = match setup.gains {
+                Gains::Paper => true,
+                Gains::Design { q, r } => q.iter().chain(&r).all(|weight| weight.is_finite()),
+            };
+            (PERIOD_MIN_US..=PERIOD_MAX_US).contains(&setup.period_us)
+                && estimator_is_stable
+                && gains_are_finite
+        }
+    }
+}
+
+/// Two servos that answer what they are asked, as well as they are told to.
+struct Servos {
+    counts: [u64; 2],
+    /// Answers are lost or damaged once in this many.
+    fail_once_in: u64,
+}
+
+impl Servos {
+    /// Answers the request that was sent last.
+    fn answer(&mut self, sent: &[u8], random: &mut Random) -> Vec<(u64, Heard)> {
+        let mut packets = match sent {
+            [.., 0xAA, 3, id @ 1..=2, 0xFE, 1, _] => vec![reply(*id, &[1])],
+            [.., 0xAA, 3, 0xFF, 0xFE, 6, _] => vec![reply(1, &[1]), reply(2, &[1])],
+            [.., 0xAA, 3, 0xFF, 0xFE, 7, _] => {
+                for counts in &mut self.counts {
+                    // About upright mostly, else anywhere: an arm that is shaken.
+                    let step = if random.once_in(50) { 1024 } else { 9 };
+                    *counts = (*counts + random.below(step) + 1020 - step / 2) % 1024;
+                }
+                let [a, b] = self.counts.map(|counts| counts as u16);
+                vec![position(1, a), position(2, b)]
+            }
+            _ => return Vec::new(),
+        };
+        if random.once_in(self.fail_once_in) {
+            let at = random.below(packets.len() as u64) as usize;
+            random.damage(&mut packets[at]);
+        }
+        back_to_back(60, &packets.concat())
+    }
+}
+
+/// What the test has seen of the board.
+#[derive(Default)]
+struct Seen {
+    records: usize,
+    torque_on: usize,
+    installed: usize,
+    refused: usize,
+    faults: Vec<Fault>,
+}
+
+struct Test<'a> {
+    port: Port,
+    bridge: Bridge<'a, Port, Port>,
+    link: LinkPort<'a>,
+    servos: Servos,
+    random: Random,
+    encoder: Encoder,
+    /// Hears what the board hears, to know what it was told.
+    overheard: Decoder,
+    /// Told since the last stream, with its number.
+    told: Vec<Received<ToBoard>>,
+    records: Decoder,
+    seen: Seen,
+}
+
+impl<'a> Test<'a> {
+    fn new(mailboxes: &'a mut Mailboxes, seed: u64) -> Self {
+        let (end, link) = mailboxes.split();
+        let port = Port::new(false, 1000);
+        Self {
+            bridge: Bridge::new(port.clone(), port.clone(), end, 0).unwrap(),
+            link: LinkPort::new(link),
+            port,
+            servos: Servos {
+                counts: [512; 2],
+                fail_once_in: 100,
+            },
+            random: Random::new(seed),
+            encoder: Encoder::default(),
+            overheard: Decoder::default(),
+            told: Vec::new(),
+            records: Decoder::default(),
+            seen: Seen::default(),
+        }
+    }
+
+    fn frame(&mut self, message: &ToBoard) -> Vec<u8> {
+        self.encoder.encode(message).1.to_vec()
+    }
+
+    fn stream(&mut self) -> Vec<u8> {
+        match self.random.below(10) {
+            0 => self.random.bytes(MAX as u64, &[]),
+            1 => self.random.bytes(40, &[0, 0, 1, 2, 3, 0xFF, b'B']),
+            2 => {
+                let sequence = self.random.below(0x1_0000) as u16;
+                let body = self.random.bytes(40, &[0, 1, 2, 3, 4, 0x7F, 0x80, 0xFF]);
+                frame(1, b'B', sequence, &body)
+            }
+            3 => {
+                let message = message(&mut self.random);
+                let mut frame = self.frame(&message);
+                self.random.damage(&mut frame);
+                frame
+            }
+            4 => self.frame(&ToBoard::Hello(schema::HELLO)),
+            _ => {
+                let count = 1 + self.random.below(3);
+                (0..count)
+                    .flat_map(|_| {
+                        let message = message(&mut self.random);
+                        self.frame(&message)
+                    })
+                    .collect()
+            }
+        }
+    }
+
+    fn receive(&mut self, stream: &[u8]) {
+        let told = stream
+            .iter()
+            .filter_map(|byte| self.overheard.push(*byte)?.ok());
+        self.told = told.collect();
+        self.link.receive(stream);
+    }
+
+    /// Runs the board until it has nothing left to do, then goes on to when it
+    /// has.
+    fn run(&mut self) {
+        let now_us = self.port.line().now_us;
+        let before = self.bridge.mode();
+        let sent_before = self.port.line().sent.len();
+        let mut polls = 0;
+        while let Ok(progress) = self.bridge.poll(now_us) {
+            if progress == Progress::Sampled {
+                self.bridge.decide();
+                self.bridge.publish(0);
+            }
+            polls += 1;
+            assert!(polls < MOST_POLLS, "the bridge does not come to rest");
+        }
+        let mode = self.bridge.mode();
+        if torque_is_on(mode) && !torque_is_on(before) {
+            let commands = self.told.iter().filter_map(|told| match told.message {
+                ToBoard::Command(command) => Some(command),
+                ToBoard::Hello(_) | ToBoard::Heartbeat => None,
+            });
+            let mut on = commands
+                .filter(|command| matches!(command, Command::Torque(_) | Command::Regulate(_)));
+            assert!(on.any(|on| is_acceptable(&on)), "{mode:?}: {:?}", self.told);
+        }
+        self.check_wire(sent_before, torque_is_on(before) || torque_is_on(mode));
+        self.fetch();
+
+        let wants_bytes = self.bridge.bytes_wanted().is_some();
+        let random = &mut self.random;
+        let servos = &mut self.servos;
+        self.port.edit(|line| {
+            if wants_bytes && !line.sent.is_empty() {
+                let script = servos.answer(&line.sent, random);
+                line.expect(script);
+                line.sent.clear();
+            }
+            let wake_us = self.bridge.wake_at_us();
+            let next_us = line.next_us().filter(|_| wants_bytes);
+            line.now_us = line
+                .now_us
+                .max(next_us.map_or(wake_us, |us| us.min(wake_us)));
+        });
+    }
+
+    /// PWM on the wire, new there, are what servos obey, and off unless torque was on.
+    fn check_wire(&self, from: usize, torque_may_be_on: bool) {
+        let line = self.port.line();
+        for drive in line.sent[from..].windows(16) {
+            let [
+                0xAA,
+                13,
+                0xFF,
+                0xFE,
+                0x83,
+                0x0F,
+                3,
+                1,
+                0,
+                a,
+                b,
+                2,
+                0,
+                c,
+                d,
+                _,
+            ] = *drive
+            else {
+                continue;
+            };
+            for pwm in [u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])] {
+                assert!(pwm <= Pwm::MAX.counts(), "PWM {pwm}");
+                assert!(pwm == Pwm::OFF.counts() || torque_may_be_on, "PWM {pwm}");
+            }
+        }
+    }
+
+    /// Fetches what the board says, and checks it.
+    fn fetch(&mut self) {
+        for frames in 0.. {
+            assert!(frames < MOST_FRAMES, "the board does not stop talking");
+            let Some(frame) = self.link.transmit() else {
+                return;
+            };
+            let said = frame
+                .iter()
+                .find_map(|byte| self.records.push::<ToHost>(*byte))
+                .expect("a whole frame")
+                .expect("an intact frame");
+            match said.message {
+                ToHost::Hello(hello) => assert_eq!(hello, schema::HELLO),
+                ToHost::Absent { joint, .. } => assert!(joint < 2),
+                ToHost::Ack { sequence, result } => self.check_ack(sequence, result.is_ok()),
+                ToHost::Record(record) => self.check_record(&record),
+            }
+        }
+    }
+
+    fn check_ack(&mut self, sequence: u16, is_accepted: bool) {
+        if !is_accepted {
+            self.seen.refused += 1;
+            return;
+        }
+        let mut told = self.told.iter().filter(|told| told.sequence == sequence);
+        let is_possible = told.any(|told| match told.message {
+            ToBoard::Command(command) => {
+                let is_setup = matches!(command, Command::Configure(_));
+                self.seen.installed += usize::from(is_setup);
+                is_acceptable(&command)
+            }
+            ToBoard::Hello(_) | ToBoard::Heartbeat => false,
+        });
+        assert!(is_possible, "{sequence} accepted of {:?}", self.told);
+    }
+
+    fn check_record(&mut self, record: &Record) {
+        let Seen {
+            records,
+            torque_on,
+            faults,
+            ..
+        } = &mut self.seen;
+        *records += 1;
+        let reals = [
+            record.reference_rad,
+            record.angle_rad,
+            record.speed_rad_s,
+            record.torque_nm,
+        ];
+        let is_finite = reals.as_flattened().iter().all(|real| real.is_finite());
+        assert!(is_finite, "{record:?}");
+        for pwm in record.pwm_in_force.iter().chain(&record.pwm_next) {
+            assert!(*pwm <= Pwm::MAX.counts(), "{record:?}");
+        }
+        if torque_is_on(record.mode) {
+            *torque_on += 1;
+        } else {
+            assert_eq!(record.pwm_next, [Pwm::OFF.counts(); 2], "{record:?}");
+        }
+        if let Mode::Fault(fault) = record.mode
+            && !faults.contains(&fault)
+        {
+            faults.push(fault);
+        }
+    }
+}
+
+#[test]
+fn a_host_cannot_make_the_board_unsafe() {
+    let mut mailboxes = Mailboxes::new();
+    let mut test = Test::new(&mut mailboxes, 0x5EED_0005);
+    for stream in 0..STREAMS {
+        if stream % 500 == 0 {
+            test.servos.fail_once_in = test.random.one_of(&[1000, 100, 10, 1]);
+        }
+        let stream = test.stream();
+        test.receive(&stream);
+        for _ in 0..RUNS_PER_STREAM {
+            test.run();
+        }
+    }
+    let Seen {
+        records,
+        torque_on,
+        installed,
+        refused,
+        faults,
+    } = test.seen;
+    let figures = [records, torque_on, installed, refused];
+    let least = [STREAMS / 2, STREAMS / 20, 100, STREAMS / 20];
+    let is_enough = figures.iter().zip(least).all(|(seen, least)| *seen > least);
+    assert!(is_enough, "{figures:?}, expected more than {least:?}");
+    for fault in [Fault::AngleLimit, Fault::SamplesLost] {
+        assert!(faults.contains(&fault), "never {fault:?}: {faults:?}");
+    }
+}
+
+/// Servos that stay away leave the estimator alone with its model, whatever
+/// the set-up: numbers stay numbers.
+#[test]
+fn a_long_fault_without_servos_stays_finite() {
+    let estimators = [
+        Setup::default().estimator,
+        Estimator::FiniteDifference { filter_s: 0.02 },
+    ];
+    let periods_us = [PERIOD_MIN_US, 10_000, PERIOD_MAX_US];
+    for (estimator, period_us) in estimators
+        .into_iter()
+        .flat_map(|estimator| periods_us.map(|us| (estimator, us)))
+    {
+        let mut mailboxes = Mailboxes::new();
+        let mut test = Test::new(&mut mailboxes, 0x5EED_0006);
+        test.servos.fail_once_in = u64::MAX;
+        let setup = Setup {
+            period_us,
+            estimator,
+            ..Setup::default()
+        };
+        let orders = [
+            ToBoard::Hello(schema::HELLO),
+            ToBoard::Command(Command::Configure(setup)),
+        ];
+        let stream = orders.map(|order| test.frame(&order)).concat();
+        test.receive(&stream);
+        while test.seen.records < 100 {
+            test.run();
+        }
+        test.servos.fail_once_in = 1;
+        while test.seen.records < 50_000 {
+            test.run();
+        }
+        assert_eq!(test.seen.faults, [Fault::SamplesLost]);
+    }
+}
