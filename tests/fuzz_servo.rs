@@ -86,8 +86,8 @@ fn random_streams() {
         worst_pwm: 0,
     };
     let mut heard = 0_usize;
-    for stream in 0..STREAMS {
-        if stream % STREAMS_PER_POWER_CYCLE == 0 {
+    for number in 0..STREAMS {
+        if number % STREAMS_PER_POWER_CYCLE == 0 {
             for servo in 0..2 {
                 wire.power_cycle(servo, &mut sensors);
             }
@@ -106,7 +106,7 @@ fn random_streams() {
         }
         wire.advance(end, &mut sensors);
         let bound = EVENTS_PER_BYTE * (end - start + gap_ns + BYTE_NS) / BYTE_NS;
-        assert!(events <= bound, "{events} events in stream {stream}");
+        assert!(events <= bound, "{events} events in stream {number}");
         while wire.take_heard().is_some() {
             heard += 1;
         }

@@ -1,71 +1,177 @@
 //! The virtual servos in wall-clock time, for anybody's program.
 //!
-//! Raw bus bytes go in and out of one connection, as on the wire: bytes that
-//! come in are put on the bus back to back, what the servos say comes out when
-//! its last bit would have arrived. With echo the other side hears itself, as
-//! on a single wire whose receiver stays on.
+//! Raw bus bytes go in and out of one connection, as on the wire. What comes in
+//! is put on the bus back to back, each chunk at the time at which it was read,
+//! so that a pause which the other side keeps is one on the bus too, as far as
+//! the system lets it through. What the servos say comes out when its last bit
+//! would have arrived. With echo the other side hears itself, as on a single
+//! wire whose receiver stays on.
+//!
+//! # Falling behind
+//!
+//! The bench follows the wall clock and makes up for what it was late, but not
+//! for more than 0.1 s: after a suspension, or a peer that did not read, the
+//! rest is left out, and the servos find the arm where it was.
+//!
+//! The other side cannot get ahead either. The bus carries a byte in 10 µs;
+//! with 20 ms of bytes waiting for it nothing more is read, and the other
+//! side's writes wait.
 
+use std::collections::VecDeque;
 use std::io::{self, Read, Write};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
 use crate::bench::Bench;
+use crate::wall::is_timeout;
 
 /// Finest step of the wall clock: what a sleeping thread can keep.
 const STEP: Duration = Duration::from_micros(200);
+/// Between two looks for somebody who connects.
+const WAITING_STEP: Duration = Duration::from_millis(5);
+/// Most that is made up for, in the bench's time.
+const LAG_MAX_US: u64 = 100_000;
+/// Most that waits for the bus.
+const BACKLOG_MAX_US: u64 = 20_000;
+/// The latest answer that there is: START's, 4.74 ms times the id later.
+const ANSWER_US: u64 = 15_000;
+/// Chunks read ahead.
+const CHUNKS: usize = 8;
 
-/// When the bench's time began, and how much slower than the wall clock it runs.
-#[derive(Clone, Copy, Debug)]
-pub struct Pace {
+/// Bytes read, and when.
+type Chunk = (Instant, Vec<u8>);
+
+/// A bench that follows the wall clock.
+#[derive(Debug)]
+pub struct LiveBench {
+    bench: Bench,
+    slow: u32,
     /// The bench's time 0.
-    pub epoch: Instant,
-    /// Wall-clock time per time of the bench.
-    pub slow: u32,
+    epoch: Instant,
+    now_us: u64,
+    /// What is on its way to the bus, and when it will have been sent.
+    echoes: VecDeque<(u64, Vec<u8>)>,
+    heard: Vec<u8>,
 }
 
-/// Serves until the other side closes. `bench` goes on from where it was, so
-/// that a second connection finds the servos as the first left them.
-///
-/// # Errors
-/// If the connection breaks.
-pub fn serve(
-    bench: &mut Bench,
-    pace: Pace,
-    from: impl Read + Send + 'static,
-    mut to: impl Write,
-    echo: bool,
-) -> io::Result<()> {
-    let bytes = spawn_reader(from);
-    let now_us = || pace.epoch.elapsed().as_micros() as u64 / u64::from(pace.slow);
-    let mut heard = Vec::new();
-    loop {
-        let came = match bytes.recv_timeout(STEP) {
-            Ok(came) => came?,
-            Err(RecvTimeoutError::Timeout) => Vec::new(),
-            Err(RecvTimeoutError::Disconnected) => return Ok(()),
-        };
-        bench.advance(now_us(), None, &mut heard);
-        bench.send(now_us(), &came);
-        if echo {
-            heard.extend_from_slice(&came);
+impl LiveBench {
+    /// From now on, `slow` times slower than the wall clock.
+    pub fn new(bench: Bench, slow: u32) -> Self {
+        Self {
+            bench,
+            slow,
+            epoch: Instant::now(),
+            now_us: 0,
+            echoes: VecDeque::new(),
+            heard: Vec::new(),
         }
-        if !heard.is_empty() {
-            to.write_all(&heard)?;
+    }
+
+    /// Waits for somebody to connect; the servos go on meanwhile.
+    ///
+    /// # Errors
+    /// If the listener fails.
+    pub fn accept(&mut self, listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
+        listener.set_nonblocking(true)?;
+        loop {
+            match listener.accept() {
+                Ok((stream, peer)) => {
+                    stream.set_nonblocking(false)?;
+                    stream.set_nodelay(true)?;
+                    return Ok((stream, peer));
+                }
+                Err(error) if is_timeout(&error) => {}
+                Err(error) => return Err(error),
+            }
+            self.follow(Instant::now());
+            std::thread::sleep(WAITING_STEP);
+        }
+    }
+
+    /// Serves until the other side has said its last word and heard the answer.
+    /// A second connection finds the servos as the first left them.
+    ///
+    /// # Errors
+    /// If the connection breaks.
+    pub fn serve(
+        &mut self,
+        from: impl Read + Send + 'static,
+        mut to: impl Write,
+        echo: bool,
+    ) -> io::Result<()> {
+        let chunks = spawn_reader(from);
+        // What was said before is for nobody.
+        self.follow(Instant::now());
+        self.echoes.clear();
+        self.heard.clear();
+        loop {
+            let is_behind = self.bench.line_free_us() > self.now_us + BACKLOG_MAX_US;
+            let came = if is_behind {
+                std::thread::sleep(STEP);
+                Err(RecvTimeoutError::Timeout)
+            } else {
+                chunks.recv_timeout(STEP)
+            };
+            let (at, bytes) = match came {
+                Ok(chunk) => chunk?,
+                Err(RecvTimeoutError::Timeout) => (Instant::now(), Vec::new()),
+                Err(RecvTimeoutError::Disconnected) => break,
+            };
+            self.follow(at);
+            self.bench.send(self.now_us, &bytes);
+            if echo {
+                self.echoes.push_back((self.bench.line_free_us(), bytes));
+            }
+            self.tell(&mut to)?;
+        }
+        let last_us = self.now_us.max(self.bench.line_free_us()) + ANSWER_US;
+        while self.now_us < last_us {
+            std::thread::sleep(STEP);
+            self.follow(Instant::now());
+            self.tell(&mut to)?;
+        }
+        Ok(())
+    }
+
+    /// Goes on to this time, as far as it is made up for.
+    fn follow(&mut self, at: Instant) {
+        let wall = at.saturating_duration_since(self.epoch) / self.slow;
+        let wall_us = wall.as_micros() as u64;
+        let until_us = wall_us.clamp(self.now_us, self.now_us + LAG_MAX_US);
+        self.epoch += Duration::from_micros(wall_us.saturating_sub(until_us)) * self.slow;
+        while let Some((sent_us, bytes)) = self.echoes.pop_front() {
+            if sent_us > until_us {
+                self.echoes.push_front((sent_us, bytes));
+                break;
+            }
+            self.bench.advance(sent_us, None, &mut self.heard);
+            self.heard.extend(bytes);
+        }
+        self.bench.advance(until_us, None, &mut self.heard);
+        self.now_us = until_us;
+    }
+
+    fn tell(&mut self, to: &mut impl Write) -> io::Result<()> {
+        if !self.heard.is_empty() {
+            to.write_all(&self.heard)?;
             to.flush()?;
-            heard.clear();
+            self.heard.clear();
         }
+        Ok(())
     }
 }
 
 /// Reads on a thread, so that the servos need not wait for bytes.
-fn spawn_reader(mut from: impl Read + Send + 'static) -> Receiver<io::Result<Vec<u8>>> {
-    let (sender, receiver) = channel();
+fn spawn_reader(mut from: impl Read + Send + 'static) -> Receiver<io::Result<Chunk>> {
+    let (sender, receiver) = sync_channel(CHUNKS);
     std::thread::spawn(move || {
         let mut bytes = [0; 1024];
         loop {
             let came = match from.read(&mut bytes) {
                 Ok(0) => return,
-                Ok(count) => Ok(bytes[..count].to_vec()),
+                Ok(count) => Ok((Instant::now(), bytes[..count].to_vec())),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
                 Err(error) => Err(error),
             };
             let failed = came.is_err();
@@ -75,4 +181,54 @@ fn spawn_reader(mut from: impl Read + Send + 'static) -> Receiver<io::Result<Vec
         }
     });
     receiver
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::plant::{Plant, PlantConfig};
+
+    const PING: [u8; 6] = [0xAA, 3, 1, 0xFE, 1, 0xF9];
+    const PONG: [u8; 6] = [0xAA, 3, 0xFE, 1, 1, 0xF9];
+
+    fn live() -> LiveBench {
+        LiveBench::new(Bench::new(Plant::new(PlantConfig::default(), 1)), 1)
+    }
+
+    #[test]
+    fn who_closes_at_once_is_answered_and_echo_comes_first() {
+        for echo in [false, true] {
+            let (mut live, mut heard) = (live(), Vec::new());
+            // Servos that have booted.
+            live.follow(live.epoch + Duration::from_millis(50));
+            for _ in 0..2 {
+                live.serve(&PING[..], &mut heard, echo).unwrap();
+            }
+            let sent = if echo { PING.as_slice() } else { &[] };
+            assert_eq!(heard, [sent, &PONG].concat().repeat(2), "echo {echo}");
+        }
+    }
+
+    #[test]
+    fn a_suspension_is_left_out() {
+        let mut live = live();
+        live.follow(live.epoch + Duration::from_secs(3600));
+        assert_eq!(live.now_us, LAG_MAX_US);
+        // From there on as fast as the wall clock, and never back.
+        let resumed = live.epoch + Duration::from_micros(live.now_us);
+        live.follow(resumed + Duration::from_millis(7));
+        assert_eq!(live.now_us, LAG_MAX_US + 7_000);
+        live.follow(resumed);
+        assert_eq!(live.now_us, LAG_MAX_US + 7_000);
+    }
+
+    #[test]
+    fn more_than_the_bus_carries_takes_its_time() {
+        let (mut live, mut heard) = (live(), Vec::new());
+        let bytes: Vec<u8> = [0xFF; 4_000].into_iter().chain(PING).collect();
+        live.serve(io::Cursor::new(bytes), &mut heard, false)
+            .unwrap();
+        assert!(live.now_us >= 40_000, "{} µs", live.now_us);
+        assert_eq!(heard, PONG);
+    }
 }

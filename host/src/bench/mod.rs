@@ -79,6 +79,11 @@ impl Bench {
         }
     }
 
+    /// When the bytes put on the wire will have left it, in µs, rounded up.
+    pub fn line_free_us(&self) -> u64 {
+        self.line_free_ns.div_ceil(1_000)
+    }
+
     /// Goes on to `until_us`, or until `wanted` bytes have come from the servos,
     /// whichever is first. Returns the time in µs, rounded up, and adds what has
     /// come to `heard`.

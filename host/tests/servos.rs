@@ -1,0 +1,183 @@
+//! `armbridge servos` as another program meets it: raw bus bytes over TCP and
+//! over a pseudo-terminal, in wall-clock time.
+//!
+//! No time is asserted, only what is said; a busy machine may delay a packet
+//! so that a servo misses the next, so requests are repeated.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::Duration;
+
+const PING_1: [u8; 6] = [0xAA, 3, 1, 0xFE, 1, 0xF9];
+const PONG_1: [u8; 6] = [0xAA, 3, 0xFE, 1, 1, 0xF9];
+const PONG_2: [u8; 6] = [0xAA, 3, 0xFE, 2, 1, 0xF8];
+const START: [u8; 6] = [0xAA, 3, 0xFF, 0xFE, 6, 0xF6];
+const CYCLE: [u8; 6] = [0xAA, 3, 0xFF, 0xFE, 7, 0xF5];
+
+/// How long a busy machine may take to answer.
+const PATIENCE: Duration = Duration::from_secs(20);
+/// Silence after which nothing more is coming.
+const SILENCE: Duration = Duration::from_millis(300);
+const ATTEMPTS: usize = 20;
+
+/// The program, ended with the test.
+struct Servos(Child);
+
+impl Servos {
+    fn start(args: &[&str]) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_armbridge"));
+        command.arg("servos").args(args);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self(command.spawn().unwrap())
+    }
+
+    /// Serving on a free port; returns where.
+    fn on_tcp(args: &[&str]) -> (Self, String) {
+        let mut servos = Self::start(&[&["--listen", "tcp://127.0.0.1:0"], args].concat());
+        let mut said = BufReader::new(servos.0.stderr.take().unwrap());
+        let mut line = String::new();
+        said.read_line(&mut line).unwrap();
+        // Its other lines are of no interest, but must go somewhere.
+        std::thread::spawn(move || std::io::copy(&mut said, &mut std::io::sink()));
+        let (_, at) = line.split_once("tcp://").expect(&line);
+        let (at, _) = at.split_once(',').expect(&line);
+        (servos, at.to_owned())
+    }
+}
+
+impl Drop for Servos {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Our end of the bus.
+struct Bus<W> {
+    to: W,
+    from: Receiver<Vec<u8>>,
+}
+
+impl<W: Write> Bus<W> {
+    fn new(to: W, mut from: impl Read + Send + 'static) -> Self {
+        let (sender, receiver) = channel();
+        std::thread::spawn(move || {
+            let mut bytes = [0; 256];
+            while let Ok(count @ 1..) = from.read(&mut bytes) {
+                if sender.send(bytes[..count].to_vec()).is_err() {
+                    return;
+                }
+            }
+        });
+        Self { to, from: receiver }
+    }
+
+    /// What is heard after `request`: as much as is wanted, or, if that is not
+    /// said, all until silence.
+    fn ask(&mut self, request: &[u8], wanted: usize) -> Vec<u8> {
+        self.to.write_all(request).unwrap();
+        let mut heard = Vec::new();
+        let mut patience = PATIENCE;
+        while heard.len() < wanted {
+            match self.from.recv_timeout(patience) {
+                Ok(bytes) => heard.extend(bytes),
+                Err(RecvTimeoutError::Timeout) => break,
+                Err(RecvTimeoutError::Disconnected) => panic!("the servos are gone"),
+            }
+            patience = SILENCE;
+        }
+        heard
+    }
+
+    /// The answer to `request` that is as it should be.
+    fn expect(&mut self, request: &[u8], wanted: usize, is_right: impl Fn(&[u8]) -> bool) {
+        let mut heard = Vec::new();
+        for _ in 0..ATTEMPTS {
+            heard = self.ask(request, wanted);
+            if is_right(&heard) {
+                return;
+            }
+            // Whatever comes late belongs to this attempt.
+            while self.from.recv_timeout(SILENCE).is_ok() {}
+        }
+        panic!("asked {request:02x?}, heard {heard:02x?} at last");
+    }
+}
+
+/// Whether these are positions of servos 1 and 2, in this order, of an arm
+/// held at 0.1 and -0.1 rad: 20 counts from 512, and noise.
+fn are_positions(heard: &[u8]) -> bool {
+    let position = |packet: &[u8], id: u8| match *packet {
+        [0xAA, 4, 0xFE, from, high, low, _] if from == id => {
+            let crc = packet[1..6]
+                .iter()
+                .fold(0_u8, |sum, byte| sum.wrapping_add(!byte));
+            (crc == packet[6]).then(|| u16::from_be_bytes([high, low]))
+        }
+        _ => None,
+    };
+    let Some((first, second)) = heard.split_at_checked(7) else {
+        return false;
+    };
+    position(first, 1).is_some_and(|counts| (529..=534).contains(&counts))
+        && position(second, 2).is_some_and(|counts| (490..=495).contains(&counts))
+}
+
+fn connect(at: &str) -> TcpStream {
+    let stream = TcpStream::connect(at).unwrap();
+    stream.set_nodelay(true).unwrap();
+    stream
+}
+
+#[test]
+fn over_tcp() {
+    let (_servos, at) = Servos::on_tcp(&["--initial", "0.1,-0.1"]);
+    let stream = connect(&at);
+    let mut bus = Bus::new(stream.try_clone().unwrap(), stream.try_clone().unwrap());
+    bus.expect(&PING_1, 6, |heard| heard == PONG_1);
+    bus.expect(&START, 12, |heard| heard == [PONG_1, PONG_2].concat());
+    bus.expect(&CYCLE, 14, are_positions);
+    stream.shutdown(Shutdown::Both).unwrap();
+    drop(bus);
+
+    // Who comes next finds them started, and who hangs up after asking is
+    // answered all the same.
+    let stream = connect(&at);
+    let mut bus = Bus::new(stream.try_clone().unwrap(), stream.try_clone().unwrap());
+    bus.expect(&CYCLE, 14, are_positions);
+    drop(bus);
+    stream.shutdown(Shutdown::Both).unwrap();
+    let mut stream = connect(&at);
+    stream.write_all(&PING_1).unwrap();
+    stream.shutdown(Shutdown::Write).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    let mut heard = Vec::new();
+    stream.read_to_end(&mut heard).unwrap();
+    assert_eq!(heard, PONG_1);
+}
+
+#[test]
+fn a_bus_that_hears_itself() {
+    let (_servos, at) = Servos::on_tcp(&["--echo"]);
+    let stream = connect(&at);
+    let mut bus = Bus::new(stream.try_clone().unwrap(), stream);
+    bus.expect(&PING_1, 12, |heard| heard == [PING_1, PONG_1].concat());
+}
+
+#[test]
+#[cfg(unix)]
+fn over_a_pseudo_terminal() {
+    let mut servos = Servos::start(&["--pty", "--initial", "0.1,-0.1"]);
+    let mut name = String::new();
+    let mut said = BufReader::new(servos.0.stdout.take().unwrap());
+    said.read_line(&mut name).unwrap();
+    let mut options = std::fs::OpenOptions::new();
+    let port = options.read(true).write(true).open(name.trim()).unwrap();
+    let mut bus = Bus::new(port.try_clone().unwrap(), port);
+    bus.expect(&PING_1, 6, |heard| heard == PONG_1);
+    bus.expect(&START, 12, |heard| heard == [PONG_1, PONG_2].concat());
+    bus.expect(&CYCLE, 14, are_positions);
+}
