@@ -3,7 +3,7 @@
 use std::fs;
 use std::net::TcpListener;
 use std::path::PathBuf;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// The program, in a folder of this test alone.
 struct Program(PathBuf);
@@ -96,7 +96,11 @@ fn an_emulator_that_cannot_start_says_why() {
     ]);
     assert_fails(&output, &[image, "cargo build-emulator"]);
 
-    fs::write(image, "an image").unwrap();
+    fs::write(image, "no image").unwrap();
+    let output = program.run(&["emulate", "--quiet", "--image", image]);
+    assert_fails(&output, &[image, "no ELF file", "cargo build-emulator"]);
+
+    fs::write(image, b"\x7FELF").unwrap();
     let mut command = program.command(&["emulate", "--quiet", "--image", image]);
     let output = command.env("PATH", "").output().unwrap();
     assert_fails(
@@ -157,6 +161,17 @@ fn the_demo_writes_every_file_and_prints_a_table() {
     let csv = fs::read_to_string(folder.join("run.csv")).unwrap();
     // A header and a record a millisecond.
     assert!((950..1100).contains(&csv.lines().count()));
+}
+
+#[test]
+fn nobody_reads_the_table() {
+    let program = Program::new("pipe");
+    let mut command = program.command(&["--duration", "1"]);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_fails(&output, &["cannot print", "the run is in runs"]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The demo's job, whoever runs the board: an operator who works through the
 //! script, a progress bar, and at the end the run folder and the summary.
 
+use std::io::Write;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -105,12 +106,17 @@ impl Job {
         plot::draw_all(folder.path(), &facts, &records)?;
 
         let summary = Summary::of(&records, &facts, link, duration_s, wall.as_secs_f64());
-        if json {
-            println!("{}", serde_json::to_string(&summary)?);
-        } else if !quiet {
-            println!("{}", summary.table());
-            println!("{}", folder.path().display());
-        }
+        let path = folder.path().display();
+        let mut out = std::io::stdout();
+        let printed = if json {
+            writeln!(out, "{}", serde_json::to_string(&summary)?)
+        } else if quiet {
+            Ok(())
+        } else {
+            writeln!(out, "{}\n{path}", summary.table())
+        };
+        printed
+            .map_err(|error| format!("cannot print the summary: {error}; the run is in {path}"))?;
         Ok(ExitCode::from(u8::from(!summary.faults.is_empty())))
     }
 }

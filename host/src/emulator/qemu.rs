@@ -1,6 +1,7 @@
 //! The QEMU process: its command line, its sockets, its end.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
@@ -41,6 +42,9 @@ pub enum QemuError {
     /// There is no image where it should be.
     #[error("no firmware image at {}: build it with `cargo build-emulator`", .0.display())]
     NoImage(PathBuf),
+    /// There is something else.
+    #[error("{} is no ELF file: build the image with `cargo build-emulator`", .0.display())]
+    NotAnImage(PathBuf),
     /// The program is not installed.
     #[error(
         "{PROGRAM} is not installed: `cargo verify` installs it where it may, \
@@ -78,9 +82,7 @@ impl Qemu {
     /// # Errors
     /// If there is no image, no QEMU, or it does not come up.
     pub fn start(options: &QemuOptions) -> Result<Self, QemuError> {
-        if !options.image.is_file() {
-            return Err(QemuError::NoImage(options.image.clone()));
-        }
+        check_image(&options.image)?;
         // QEMU connects to us: no port number has to be guessed.
         let listen = || TcpListener::bind((Ipv4Addr::LOCALHOST, 0));
         let listeners = [listen()?, listen()?, listen()?];
@@ -130,6 +132,16 @@ impl Drop for Qemu {
         // It may have ended already.
         let _ = self.process.kill();
         let _ = self.process.wait();
+    }
+}
+
+/// QEMU would run whatever it is given.
+fn check_image(image: &Path) -> Result<(), QemuError> {
+    let mut file = File::open(image).map_err(|_| QemuError::NoImage(image.into()))?;
+    let mut magic = [0; 4];
+    match file.read_exact(&mut magic) {
+        Ok(()) if magic == *b"\x7FELF" => Ok(()),
+        _ => Err(QemuError::NotAnImage(image.into())),
     }
 }
 
@@ -194,7 +206,7 @@ fn last_words(process: &mut Child) -> Option<String> {
     let mut text = String::new();
     if let Some(stderr) = &mut process.stderr {
         // Best effort: the status alone will do.
-        let _ = io::Read::read_to_string(stderr, &mut text);
+        let _ = stderr.read_to_string(&mut text);
     }
     Some(match (status.code(), text.lines().next()) {
         (Some(101), _) => "the firmware panicked".into(),
