@@ -4,10 +4,11 @@ use std::convert::Infallible;
 
 use armbridge::bench::cosim::{CosimError, Host};
 use armbridge::bench::plant::PlantConfig;
+use armbridge::link::Client;
 use armbridge::operator::{OperatorError, Script};
 use armbridge_shared::bridge::Mailboxes;
 use armbridge_shared::link::message::{
-    Estimator, Fault, Gains, Missing, Mode, Record, Sample, Setup,
+    Command, Estimator, Fault, Gains, Missing, Mode, Record, Sample, Setup,
 };
 use armbridge_tests::{bench_run, plant, records, settling_s};
 
@@ -185,6 +186,59 @@ fn a_servo_that_is_unplugged_is_named() {
         panic!("{error:?}");
     };
     assert_eq!(last, Some((1, Missing::Silence)));
+}
+
+/// A constant torque that drives the first joint into its limit.
+#[test]
+fn the_angle_limit_switches_torque_off_short_of_the_table() {
+    let mut mailboxes = Mailboxes::new();
+    let script = upright(Setup::default(), 2.0);
+    let mut run = bench_run(&mut mailboxes, plant([0.30, -0.25], true), 1, script);
+    while run.now_us() < 100_000 {
+        run.step().unwrap();
+    }
+    let mut pusher = Pusher(Client::default());
+    pusher.0.command(Command::Torque([0.5, 0.0]));
+    let mut run = run.with_host(pusher);
+    let mut farthest_rad = 0.0_f64;
+    while run.board.mode() != Mode::Fault(Fault::AngleLimit) {
+        run.step().unwrap();
+        assert!(run.now_us() < 3_000_000, "no fault: {:?}", run.board.mode());
+        farthest_rad = farthest_rad.max(run.bench.plant().state().q.x);
+    }
+    assert!((1.48..1.54).contains(&farthest_rad), "{farthest_rad} rad");
+    let later_us = run.now_us() + 10_000;
+    while run.now_us() < later_us {
+        run.step().unwrap();
+    }
+    assert_eq!(
+        [run.bench.applied_pwm(0), run.bench.applied_pwm(1)],
+        [1000, 1000]
+    );
+}
+
+/// A client without an operator.
+struct Pusher(Client);
+
+impl Host for Pusher {
+    type Error = Infallible;
+
+    fn speak(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
+        Ok(self.0.transmit(now_us))
+    }
+
+    fn hear(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
+        self.0.receive(bytes, |_| ());
+        Ok(())
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        self.0.wake_at_us()
+    }
+
+    fn is_done(&self) -> bool {
+        false
+    }
 }
 
 /// Nobody at the other end of the link.

@@ -7,8 +7,11 @@ use armbridge::bench::Bench;
 use armbridge::bench::cosim::Cosim;
 use armbridge::bench::plant::Plant;
 use armbridge::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
+use armbridge::endpoint::Endpoint;
 use armbridge::operator::{Operator, Script};
-use armbridge_shared::link::message::{Record, Setup};
+use armbridge::remote::RemoteHost;
+use armbridge::wall;
+use armbridge_shared::link::message::{Mode, Record, Setup};
 use armbridge_tests::{plant, records, settling_s};
 
 fn script() -> Script {
@@ -20,15 +23,22 @@ fn script() -> Script {
     }
 }
 
-fn emulate(icount: bool) -> Vec<Record> {
+fn bench() -> Bench {
+    Bench::new(Plant::new(plant([0.2, -0.2], false), 1))
+}
+
+fn board(icount: bool) -> EmulatedBoard {
+    let image = qemu::default_image();
     let options = QemuOptions {
-        image: qemu::default_image(),
+        image,
         time: Time::Lockstep,
         icount,
     };
-    let board = EmulatedBoard::new(Qemu::start(&options).unwrap()).unwrap();
-    let bench = Bench::new(Plant::new(plant([0.2, -0.2], false), 1));
-    let mut run = Cosim::new(board, bench, Operator::new(script()));
+    EmulatedBoard::new(Qemu::start(&options).unwrap()).unwrap()
+}
+
+fn emulate(icount: bool) -> Vec<Record> {
+    let mut run = Cosim::new(board(icount), bench(), Operator::new(script()));
     run.run().unwrap();
     run.host.into_parts().0
 }
@@ -83,4 +93,50 @@ fn firmware_balances_and_repeats_and_agrees_with_the_bench() {
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn with_icount_measured_times_repeat_too() {
     assert_eq!(emulate(true), emulate(true));
+}
+
+/// Another program at the control link, over TCP: the board's time is held back
+/// to the wall clock, and runs slower than it where the machine is busy, so the
+/// time-outs of neither side depend on the machine.
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn another_program_can_have_the_link() {
+    let any_port: Endpoint = "tcp://127.0.0.1:0".parse().unwrap();
+    let (listener, at) = any_port.listen().unwrap();
+    let (done, is_done) = std::sync::mpsc::channel();
+    let board = std::thread::spawn(move || {
+        let mut run = Cosim::new(board(false), bench(), RemoteHost::new(listener).unwrap());
+        while is_done.try_recv().is_err() {
+            run.step().unwrap();
+        }
+        // The acknowledgement is sent a tick before the servos are told.
+        let later_us = run.now_us() + 20_000;
+        while run.now_us() < later_us {
+            run.step().unwrap();
+        }
+        [run.bench.applied_pwm(0), run.bench.applied_pwm(1)]
+    });
+    let script = Script {
+        setup: Setup::default(),
+        setpoints: vec![(0, [0.0, 0.0])],
+        duration_us: 500_000,
+    };
+    let mut operator = Operator::new(script);
+    wall::run(&mut at.connect().unwrap(), &mut operator, 1).unwrap();
+    done.send(()).unwrap();
+    assert_eq!(
+        board.join().unwrap(),
+        [1000, 1000],
+        "the operator switched off"
+    );
+    let (records, _, link) = operator.into_parts();
+    let mut regulated = records
+        .iter()
+        .filter(|record| record.mode == Mode::Regulate);
+    let last = regulated.next_back().unwrap();
+    assert!(
+        last.angle_rad.iter().all(|angle| angle.abs() < 0.15),
+        "{last:?}"
+    );
+    assert_eq!((link.lost, link.damaged), (0, 0));
 }

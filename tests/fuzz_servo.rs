@@ -41,7 +41,7 @@ fn packet(random: &mut Random) -> Vec<u8> {
     packet
 }
 
-fn stream(random: &mut Random) -> Vec<u8> {
+fn random_bytes(random: &mut Random) -> Vec<u8> {
     match random.below(4) {
         0 => (0..random.below(LONGEST)).map(|_| random.byte()).collect(),
         1 => (0..random.below(LONGEST))
@@ -92,7 +92,7 @@ fn random_streams() {
                 wire.power_cycle(servo, &mut sensors);
             }
         }
-        let bytes = stream(&mut random);
+        let bytes = random_bytes(&mut random);
         let gap_ns = random.below(3) * 20_000;
         let start = wire.now_ns() + gap_ns;
         for (i, &byte) in bytes.iter().enumerate() {

@@ -28,24 +28,23 @@ pub(crate) enum Command {
     Servos(ServosArgs),
 }
 
-/// A run of the demo's script.
+/// The virtual arm.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct RunArgs {
+pub(crate) struct ArmArgs {
     /// Seed of the encoders' noise.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Simulated time in s from the first setpoint on.
-    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = duration)]
-    pub(crate) duration: f64,
     /// Joint angles in rad at which the arm is held until torque comes on.
     #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
     pub(crate) initial: Option<[f64; 2]>,
-    /// Tick period in µs.
-    #[arg(long, value_name = "US", default_value_t = 1_000, value_parser = period)]
-    pub(crate) period_us: u32,
     /// Take dry friction off the virtual arm.
     #[arg(long)]
     pub(crate) no_friction: bool,
+}
+
+/// What is written and shown of a run.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct OutputArgs {
     /// Folder in which the run folder is made.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -55,6 +54,24 @@ pub(crate) struct RunArgs {
     /// Print the summary as one JSON object instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// A run of the demo's script.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RunArgs {
+    /// Simulated time in s from the first setpoint on.
+    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = duration)]
+    pub(crate) duration: f64,
+    /// Tick period in µs.
+    #[arg(long, value_name = "US", default_value_t = 1_000, value_parser = period)]
+    pub(crate) period_us: u32,
+    /// Let the board compensate the servos' dead zone.
+    #[arg(long)]
+    pub(crate) compensate: bool,
+    #[command(flatten)]
+    pub(crate) arm: ArmArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
 }
 
 /// A run of the firmware image.
@@ -95,15 +112,8 @@ pub(crate) struct ServosArgs {
     #[arg(long, value_name = "TIMES", default_value_t = 1,
           value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) slow: u32,
-    /// Seed of the encoders' noise.
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Joint angles in rad at which the arm is held until torque comes on.
-    #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
-    pub(crate) initial: Option<[f64; 2]>,
-    /// Take dry friction off the virtual arm.
-    #[arg(long)]
-    pub(crate) no_friction: bool,
+    #[command(flatten)]
+    pub(crate) arm: ArmArgs,
 }
 
 /// Where the bus is offered.
@@ -138,8 +148,8 @@ fn period(text: &str) -> Result<u32, String> {
     }
 }
 
-/// Largest initial angle: inside the stops of both joints.
-const INITIAL_MAX_RAD: f64 = 1.5;
+/// Largest initial angle: inside the board's angle limit.
+const INITIAL_MAX_RAD: f64 = 1.4;
 
 fn angles(text: &str) -> Result<[f64; 2], String> {
     let wrong = || {
@@ -170,7 +180,7 @@ mod tests {
         let demo = parse(&["--initial", "-0.2,0.2", "--seed", "7"])
             .unwrap()
             .demo;
-        assert_eq!((demo.initial, demo.seed), (Some([-0.2, 0.2]), 7));
+        assert_eq!((demo.arm.initial, demo.arm.seed), (Some([-0.2, 0.2]), 7));
         for (args, word) in [
             (["--duration", "0"].as_slice(), "seconds"),
             (&["--period-us", "10"], "microseconds"),

@@ -49,7 +49,7 @@ fn wrong_arguments_say_what_is_right() {
     for (args, words) in [
         (["--duration", "0"].as_slice(), "seconds from 0.1"),
         (&["demo", "--period-us", "10"], "from 1000 to 100000"),
-        (&["--initial", "2,0"], "two angles from -1.5 to 1.5 rad"),
+        (&["--initial", "2,0"], "expected two angles"),
         (&["servos", "--listen", "localhost:1"], "tcp://HOST:PORT"),
         (&["servos"], "--listen"),
         (&["servos", "--pty", "--slow", "0"], "1..=10000"),

@@ -35,6 +35,7 @@ pub mod link;
 pub mod lockstep;
 pub mod real;
 pub mod servo;
+mod trig;
 
 /// Number of joints of the arm, and of servos on the bus.
 pub const JOINTS: usize = 2;

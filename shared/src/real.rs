@@ -21,12 +21,15 @@ pub trait Real: RealField + Copy {
     /// A count as a real number, exactly.
     fn from_count(count: u16) -> Self;
 
+    /// Sine and cosine of an angle in rad, together.
+    fn sine_cosine(self) -> (Self, Self);
+
     /// The nearest count, halves up, saturating at both ends; NaN gives 0.
     fn to_count(self) -> u16;
 }
 
 macro_rules! real {
-    ($float:ty) => {
+    ($float:ty, $sin_cos:path) => {
         impl Real for $float {
             fn lit(value: f64) -> Self {
                 value as $float
@@ -34,6 +37,10 @@ macro_rules! real {
 
             fn from_count(count: u16) -> Self {
                 count as $float
+            }
+
+            fn sine_cosine(self) -> (Self, Self) {
+                $sin_cos(self)
             }
 
             fn to_count(self) -> u16 {
@@ -45,5 +52,5 @@ macro_rules! real {
     };
 }
 
-real!(f32);
-real!(f64);
+real!(f32, crate::trig::sin_cos);
+real!(f64, nalgebra::ComplexField::sin_cos);

@@ -88,21 +88,18 @@ impl Bench {
     /// whichever is first. Returns the time in µs, rounded up, and adds what has
     /// come to `heard`.
     pub fn advance(&mut self, until_us: u64, wanted: Option<usize>, heard: &mut Vec<u8>) -> u64 {
-        let until_ns = until_us.saturating_mul(1_000);
-        let enough = wanted.map_or(usize::MAX, |wanted| heard.len() + wanted);
-        loop {
-            let next_ns = self.wire.next_event_ns().min(until_ns);
-            self.wire.advance(next_ns, &mut self.arm);
-            while let Some(byte) = self.wire.take_heard() {
-                heard.push(byte.byte);
-                if heard.len() >= enough {
-                    return byte.end_ns.div_ceil(1_000);
-                }
-            }
-            if next_ns == until_ns {
-                return until_us;
+        let enough = wanted.unwrap_or(usize::MAX);
+        self.wire
+            .advance_until(until_us.saturating_mul(1_000), enough, &mut self.arm);
+        let mut count = 0;
+        while let Some(byte) = self.wire.take_heard() {
+            heard.push(byte.byte);
+            count += 1;
+            if count >= enough {
+                return byte.end_ns.div_ceil(1_000);
             }
         }
+        until_us
     }
 
     /// The PWM that servo `servo`'s motor gets, 0..=2000, 1000 = off.

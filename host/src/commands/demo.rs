@@ -16,7 +16,7 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     let mut mailboxes = Mailboxes::new();
     let board = VirtualBoard::new(mailboxes.split())
         .map_err(|refusal| format!("the default set-up has no controller: {refusal:?}"))?;
-    let bench = Bench::new(job::plant(args.initial, args.no_friction, args.seed));
+    let bench = Bench::new(job::plant(&args.arm));
     let mut cosim = Cosim::new(board, bench, job);
     let begun = Instant::now();
     match cosim.run() {

@@ -58,7 +58,10 @@ fn start(options: &QemuOptions, quiet: bool) -> Result<Qemu, Box<dyn std::error:
 }
 
 fn demo(args: &EmulateArgs, options: &QemuOptions) -> Outcome {
-    let board = EmulatedBoard::new(start(options, args.run.quiet || args.run.json)?)?;
+    let board = EmulatedBoard::new(start(
+        options,
+        args.run.output.quiet || args.run.output.json,
+    )?)?;
     let job = Job::new(&args.run, "emulate", WORLD)?;
     let mut cosim = Cosim::new(board, virtual_bench(args), job);
     let begun = Instant::now();
@@ -71,7 +74,7 @@ fn demo(args: &EmulateArgs, options: &QemuOptions) -> Outcome {
 
 fn offer(args: &EmulateArgs, at: &Endpoint, options: &QemuOptions) -> Outcome {
     let (listener, at) = at.listen()?;
-    let board = EmulatedBoard::new(start(options, args.run.quiet)?)?;
+    let board = EmulatedBoard::new(start(options, args.run.output.quiet)?)?;
     eprintln!("control link on {at}; end with ctrl-c");
     let mut cosim = Cosim::new(board, virtual_bench(args), RemoteHost::new(listener)?);
     match cosim.run() {
@@ -83,7 +86,7 @@ fn offer(args: &EmulateArgs, at: &Endpoint, options: &QemuOptions) -> Outcome {
 
 fn demo_on(args: &EmulateArgs, bus: &Endpoint, options: &QemuOptions) -> Outcome {
     let bus = bus.connect()?;
-    let mut qemu = start(options, args.run.quiet || args.run.json)?;
+    let mut qemu = start(options, args.run.output.quiet || args.run.output.json)?;
     let mut job = Job::new(&args.run, "emulate", "QEMU mps2-an386, bus elsewhere")?;
     let _copiers = wall::join(&bus, &qemu.bus)?;
     let begun = Instant::now();
@@ -111,9 +114,5 @@ fn offer_on(bus: &Endpoint, at: &Endpoint, options: &QemuOptions) -> Outcome {
 }
 
 fn virtual_bench(args: &EmulateArgs) -> Bench {
-    Bench::new(job::plant(
-        args.run.initial,
-        args.run.no_friction,
-        args.run.seed,
-    ))
+    Bench::new(job::plant(&args.run.arm))
 }

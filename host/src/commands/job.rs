@@ -22,7 +22,7 @@ use armbridge_shared::link::message::Setup;
 use nalgebra::Vector2;
 
 use super::Outcome;
-use crate::cli::RunArgs;
+use crate::cli::{ArmArgs, OutputArgs, RunArgs};
 
 /// Where the arm is held at first, in rad, unless asked otherwise.
 const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
@@ -31,14 +31,14 @@ const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
 const LOOK_US: u64 = 50_000;
 
 /// The virtual arm, held at its initial angles.
-pub(crate) fn plant(initial_rad: Option<[f64; JOINTS]>, no_friction: bool, seed: u64) -> Plant {
-    let initial = Vector2::from(initial_rad.unwrap_or(INITIAL_RAD));
+pub(crate) fn plant(args: &ArmArgs) -> Plant {
+    let initial = Vector2::from(args.initial.unwrap_or(INITIAL_RAD));
     let config = PlantConfig {
         initial: State::at_rest(initial),
-        friction_on: !no_friction,
+        friction_on: !args.no_friction,
         ..PlantConfig::default()
     };
-    Plant::new(config, seed)
+    Plant::new(config, args.seed)
 }
 
 /// A run under way.
@@ -49,8 +49,7 @@ pub(crate) struct Job {
     facts: RunFacts,
     duration_s: f64,
     look_us: u64,
-    quiet: bool,
-    json: bool,
+    output: OutputArgs,
 }
 
 impl Job {
@@ -62,18 +61,18 @@ impl Job {
     ) -> Result<Self, Box<dyn std::error::Error>> {
         let setup = Setup {
             period_us: args.period_us,
+            compensate_dead_zone: args.compensate,
             ..Setup::default()
         };
         let duration_us = (args.duration * 1e6) as u64;
         Ok(Self {
             operator: Operator::new(Script::demo(setup, duration_us)),
-            progress: Progress::new(args.duration, args.quiet || args.json),
-            folder: RunFolder::create(args.out.as_deref(), name)?,
+            progress: Progress::new(args.duration, args.output.quiet || args.output.json),
+            folder: RunFolder::create(args.output.out.as_deref(), name)?,
             facts: facts(args, name, world, setup)?,
             duration_s: args.duration,
             look_us: 0,
-            quiet: args.quiet,
-            json: args.json,
+            output: args.output.clone(),
         })
     }
 
@@ -85,8 +84,7 @@ impl Job {
             folder,
             facts,
             duration_s,
-            quiet,
-            json,
+            output,
             ..
         } = self;
         progress.finish();
@@ -108,9 +106,9 @@ impl Job {
         let summary = Summary::of(&records, &facts, link, duration_s, wall.as_secs_f64());
         let path = folder.path().display();
         let mut out = std::io::stdout();
-        let printed = if json {
+        let printed = if output.json {
             writeln!(out, "{}", serde_json::to_string(&summary)?)
-        } else if quiet {
+        } else if output.quiet {
             Ok(())
         } else {
             writeln!(out, "{}\n{path}", summary.table())
@@ -155,7 +153,7 @@ fn facts(
 ) -> Result<RunFacts, Box<dyn std::error::Error>> {
     let joint = Joint::<f64>::paper();
     let static_friction_nm =
-        (!args.no_friction).then(|| PlantConfig::default().friction.map(|f| f.static_nm));
+        (!args.arm.no_friction).then(|| PlantConfig::default().friction.map(|f| f.static_nm));
     let offset_mrad = |friction_nm: [f64; JOINTS]| {
         let stiffness = net_stiffness(args.period_us)
             .map_err(|error| format!("no gain for this period: {error:?}"))?;
@@ -165,7 +163,7 @@ fn facts(
         name: name.into(),
         world: world.into(),
         version: env!("CARGO_PKG_VERSION").into(),
-        seed: Some(args.seed),
+        seed: Some(args.arm.seed),
         period_us: args.period_us,
         setup,
         rad_per_count: [joint.rad_per_count; JOINTS],

@@ -10,7 +10,7 @@ use super::{Outcome, job};
 use crate::cli::ServosArgs;
 
 pub(crate) fn run(args: &ServosArgs) -> Outcome {
-    let plant = job::plant(args.initial, args.no_friction, args.seed);
+    let plant = job::plant(&args.arm);
     let mut bench = LiveBench::new(Bench::new(plant), args.slow);
     match &args.at.listen {
         Some(endpoint) => on_tcp(args, endpoint, &mut bench),

@@ -128,6 +128,11 @@ impl Client {
                 Some(Said::Hello)
             }
             ToHost::Hello(hello) => Some(Said::OtherSchema(hello)),
+            // It is said again with the next heartbeat.
+            ToHost::Ack {
+                result: Err(Refusal::Busy),
+                ..
+            } => None,
             ToHost::Ack { sequence, result } => {
                 let is_ours = matches!(self.pending, Some((_, Some(sent))) if sent == sequence);
                 is_ours.then(|| {

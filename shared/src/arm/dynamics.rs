@@ -9,7 +9,7 @@ impl<T: Real> Parameters<T> {
     ///
     /// Diagonal for every q: the two axes stay perpendicular.
     pub fn mass(&self, q: Vector2<T>) -> Matrix2<T> {
-        Matrix2::from_diagonal(&self.mass_diagonal(q.y.cos()))
+        Matrix2::from_diagonal(&self.mass_diagonal(q.y.sine_cosine().1))
     }
 
     /// Coriolis matrix Co(q, dq) in N m s/rad, in the choice of Christoffel:
@@ -23,7 +23,7 @@ impl<T: Real> Parameters<T> {
     /// first column; both choices give the same torque `Co dq`, up to the sign
     /// that (4) has reversed and its `L2/4`, which must read `M2 L2^2/4`.
     pub fn coriolis(&self, q: Vector2<T>, dq: Vector2<T>) -> Matrix2<T> {
-        let (sin2, cos2) = q.y.sin_cos();
+        let (sin2, cos2) = q.y.sine_cosine();
         let half_h = self.mass_slope(sin2, cos2) * T::lit(0.5);
         Matrix2::new(-half_h * dq.y, -half_h * dq.x, half_h * dq.x, T::zero())
     }
@@ -32,8 +32,8 @@ impl<T: Real> Parameters<T> {
     ///
     /// Also the torque that holds the arm at rest at q.
     pub fn gravity(&self, q: Vector2<T>) -> Vector2<T> {
-        let (sin1, cos1) = q.x.sin_cos();
-        let (sin2, cos2) = q.y.sin_cos();
+        let (sin1, cos1) = q.x.sine_cosine();
+        let (sin2, cos2) = q.y.sine_cosine();
         self.gravity_at(sin1, cos1, sin2, cos2)
     }
 
@@ -41,8 +41,8 @@ impl<T: Real> Parameters<T> {
     /// solved for ddq.
     pub fn acceleration(&self, state: &State<T>, torque: Vector2<T>) -> Vector2<T> {
         let State { q, dq } = *state;
-        let (sin1, cos1) = q.x.sin_cos();
-        let (sin2, cos2) = q.y.sin_cos();
+        let (sin1, cos1) = q.x.sine_cosine();
+        let (sin2, cos2) = q.y.sine_cosine();
         let h = self.mass_slope(sin2, cos2);
         let coriolis = Vector2::new(-h * dq.x * dq.y, h * T::lit(0.5) * dq.x * dq.x);
         let viscous = Vector2::new(self.b1 * dq.x, self.b2 * dq.y);
@@ -53,10 +53,10 @@ impl<T: Real> Parameters<T> {
     /// Kinetic and potential energy in J; the latter is 0 with both links level.
     pub fn energy(&self, state: &State<T>) -> T {
         let State { q, dq } = *state;
-        let cos2 = q.y.cos();
+        let cos2 = q.y.sine_cosine().1;
         let kinetic = self.mass_diagonal(cos2).dot(&dq.component_mul(&dq)) * T::lit(0.5);
         let height_moment = self.moment_1() + self.moment_2() * cos2;
-        kinetic + self.g * q.x.cos() * height_moment
+        kinetic + self.g * q.x.sine_cosine().1 * height_moment
     }
 
     fn mass_diagonal(&self, cos2: T) -> Vector2<T> {

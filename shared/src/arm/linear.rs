@@ -38,8 +38,8 @@ impl<T: Real> Parameters<T> {
 
     /// dG/dq in N m/rad: the stiffness of gravity, negative near upright.
     pub fn gravity_slope(&self, q: Vector2<T>) -> Matrix2<T> {
-        let (sin1, cos1) = q.x.sin_cos();
-        let (sin2, cos2) = q.y.sin_cos();
+        let (sin1, cos1) = q.x.sine_cosine();
+        let (sin2, cos2) = q.y.sine_cosine();
         let coupling = self.g * self.moment_2() * sin1 * sin2;
         Matrix2::new(
             -self.g * cos1 * (self.moment_1() + self.moment_2() * cos2),

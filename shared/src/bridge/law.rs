@@ -3,6 +3,7 @@
 //! Building takes a Riccati solution, far too long for a tick; it is done on
 //! the link's side, and the tick is handed the result as a whole.
 
+use core::num::NonZeroU64;
 use nalgebra::Vector2;
 
 use super::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
@@ -16,7 +17,7 @@ use crate::link::message::{self, Gains, Refusal, Setup};
 /// What a tick computes with.
 #[derive(Clone, Debug)]
 pub(super) struct Law {
-    period_us: u32,
+    period_us: NonZeroU64,
     arm: Parameters<f32>,
     joints: [Joint<f32>; JOINTS],
     estimator: Estimator<f32>,
@@ -30,6 +31,7 @@ impl Law {
         if !(PERIOD_MIN_US..=PERIOD_MAX_US).contains(&setup.period_us) {
             return Err(Refusal::OutOfRange);
         }
+        let period_us = NonZeroU64::new(setup.period_us.into()).ok_or(Refusal::OutOfRange)?;
         let period_s = setup.period_us as f32 * 1e-6;
         let arm = Parameters::paper();
         let model = arm.linearise(Vector2::zeros()).zero_order_hold(period_s);
@@ -50,7 +52,7 @@ impl Law {
         };
         let dead_zone = setup.compensate_dead_zone.then(DeadZone::paper);
         Ok(Self {
-            period_us: setup.period_us,
+            period_us,
             arm,
             joints: [Joint {
                 dead_zone,
@@ -62,7 +64,7 @@ impl Law {
         })
     }
 
-    pub(super) fn period_us(&self) -> u32 {
+    pub(super) fn period_us(&self) -> NonZeroU64 {
         self.period_us
     }
 

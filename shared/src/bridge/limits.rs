@@ -12,9 +12,9 @@ pub const LOST_SAMPLES: u8 = 5;
 /// Ticks in a row that began a whole period late before torque goes off.
 pub const OVERRUNS: u8 = 3;
 
-/// Joint angle beyond which torque goes off: the arm's frame and the table
-/// stop it near ±π/2.
-pub const ANGLE_MAX_RAD: f32 = 1.6;
+/// Joint angle beyond which torque goes off: short of ±π/2, where the table
+/// stops the first joint, so that no motor is left pushing against it.
+pub const ANGLE_MAX_RAD: f32 = 1.5;
 
 /// Largest reference angle: well inside the stops, so that an overshoot is too.
 pub const REFERENCE_MAX_RAD: f32 = 1.2;

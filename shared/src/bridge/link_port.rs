@@ -59,7 +59,7 @@ impl<'a> LinkPort<'a> {
                 self.hello_due = true;
                 // What was said to nobody, or to a host before this one, is not
                 // for it: an old acknowledgement might be taken for its own.
-                while self.end.records.dequeue().is_some() {}
+                self.forget_records();
                 while self.end.notices.dequeue().is_some() {}
                 self.refused = None;
             }
@@ -79,6 +79,10 @@ impl<'a> LinkPort<'a> {
         }
     }
 
+    fn forget_records(&mut self) {
+        while self.end.records.dequeue().is_some() {}
+    }
+
     /// The next frame for the host, if there is one.
     pub fn transmit(&mut self) -> Option<&[u8]> {
         let message = self.next_message()?;
@@ -96,6 +100,8 @@ impl<'a> LinkPort<'a> {
             });
         }
         if !self.is_greeted {
+            // Nobody is there to miss them: they do not count as dropped.
+            self.forget_records();
             return None;
         }
         if let Some(notice) = self.end.notices.dequeue() {

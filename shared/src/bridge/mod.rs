@@ -15,10 +15,13 @@
 //! [`Bridge`] belongs in the highest-priority interrupt; [`LinkPort`] in thread
 //! mode. They share [`Mailboxes`] and nothing else.
 
+mod judge;
 mod law;
 pub mod limits;
 mod link_port;
 mod mailbox;
+mod orders;
+mod schedule;
 pub mod supervisor;
 
 pub use link_port::LinkPort;
@@ -31,22 +34,17 @@ use nalgebra::Vector2;
 
 use crate::JOINTS;
 use crate::actuator::Pwm;
-use crate::arm::State;
 use crate::link::message::{Fault, Missing, Mode, Record, Refusal, Sample, Setup, Timing};
-use crate::servo::master::{Master, Outcome, Transaction};
+use crate::servo::master::Master;
 use crate::servo::morpheus::ServoId;
 use law::{Decision, Law};
-use mailbox::{Notice, Order, Task};
-use supervisor::{Event, Request, torque_is_on};
+use schedule::Stage;
 
 /// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.
 pub const SERVO_IDS: [ServoId; JOINTS] = match (ServoId::new(1), ServoId::new(2)) {
     (Some(first), Some(second)) => [first, second],
     _ => unreachable!(),
 };
-
-/// Rest between two attempts to find the servos.
-const SEARCH_PAUSE_US: u64 = 50_000;
 
 /// What [`Bridge::poll`] brought to an end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,19 +54,6 @@ pub enum Progress {
     Sampled,
     /// A step of bring-up or of the stop sequence; torque is off.
     Searching,
-}
-
-/// What the bus is used for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stage {
-    /// The stop sequence, then bring-up.
-    Stop,
-    /// Is this joint's servo there?
-    Ping(usize),
-    /// Lining the servos up.
-    Start,
-    /// One exchange a tick.
-    Ticking,
 }
 
 /// The application, as seen from the tick.
@@ -206,218 +191,6 @@ where
         }
         self.overruns_in_row == 0
     }
-
-    // --- the bus -----------------------------------------------------------
-
-    /// What the bus is used for next. A pause between attempts is over when
-    /// this is called.
-    fn next_transaction(&mut self) -> Transaction {
-        if core::mem::take(&mut self.stop_due) {
-            return Transaction::Stop;
-        }
-        match self.stage {
-            Stage::Stop => Transaction::Stop,
-            Stage::Ping(joint) => Transaction::Ping { joint },
-            Stage::Start => Transaction::Start,
-            Stage::Ticking => {
-                self.begin_tick();
-                Transaction::Drive(self.in_force.pwm)
-            }
-        }
-    }
-
-    /// A transaction is over: what does it mean?
-    fn finish(&mut self, outcome: &Outcome) -> Progress {
-        match (outcome.transaction, self.stage) {
-            (Transaction::Drive(_), _) => {
-                self.record.samples = outcome.samples;
-                self.record.timing.bus_us = outcome.bus_us;
-                return Progress::Sampled;
-            }
-            (Transaction::Stop, Stage::Stop) => self.stage = Stage::Ping(0),
-            // A fault's stop: ticks go on with torque off, from now.
-            (Transaction::Stop, _) => self.next_start_us = self.now_us,
-            (Transaction::Ping { joint }, _) => match outcome.samples.get(joint) {
-                Some(Sample::Missing(missing)) => self.report_absent(joint, *missing),
-                Some(Sample::Counts(_)) if joint + 1 < JOINTS => {
-                    self.stage = Stage::Ping(joint + 1);
-                }
-                _ => self.stage = Stage::Start,
-            },
-            (Transaction::Start, _) => match first_missing(outcome.samples) {
-                Some((joint, missing)) => self.report_absent(joint, missing),
-                None => self.begin_ticking(),
-            },
-        }
-        Progress::Searching
-    }
-
-    fn report_absent(&mut self, joint: usize, missing: Missing) {
-        // A full queue means that the host knows already.
-        let _ = self
-            .end
-            .notices
-            .enqueue(Notice::Absent(joint as u8, missing));
-        self.stage = Stage::Ping(0);
-        self.next_start_us = self.now_us + SEARCH_PAUSE_US;
-    }
-
-    fn begin_ticking(&mut self) {
-        self.stage = Stage::Ticking;
-        self.next_start_us = self.now_us;
-        self.lost_in_row = [0; JOINTS];
-        self.overruns_in_row = 0;
-        self.is_fresh = true;
-        // Never refused.
-        let _ = self.apply(Event::BusReady);
-    }
-
-    /// Puts the decided PWM in force and keeps the schedule.
-    fn begin_tick(&mut self) {
-        let period_us = u64::from(self.law.period_us());
-        let late_us = self.now_us.saturating_sub(self.next_start_us);
-        let missed = late_us / period_us;
-        self.next_start_us += (missed + 1) * period_us;
-        if missed > 0 && torque_is_on(self.mode) {
-            self.overruns_in_row = self.overruns_in_row.saturating_add(1);
-            if self.overruns_in_row >= limits::OVERRUNS {
-                self.trip(Fault::Overrun);
-            }
-        } else {
-            self.overruns_in_row = 0;
-        }
-        if !torque_is_on(self.mode) {
-            self.next = Decision::off();
-        }
-        self.acted_nm = self.in_force.torque_nm;
-        self.in_force = self.next;
-        let record = &mut self.record;
-        record.tick = record.tick.wrapping_add(1);
-        record.start_us = self.now_us;
-        record.pwm_in_force = self.in_force.pwm.map(Pwm::counts);
-        record.timing = Timing {
-            start_error_us: late_us as u32,
-            missed: record.timing.missed.wrapping_add(missed as u32),
-            ..Timing::default()
-        };
-    }
-
-    // --- what happened -----------------------------------------------------
-
-    fn count_lost(&mut self, measured: &[Option<f32>; JOINTS]) {
-        for (lost, angle) in self.lost_in_row.iter_mut().zip(measured) {
-            *lost = if angle.is_some() {
-                0
-            } else {
-                lost.saturating_add(1)
-            };
-        }
-        if self
-            .lost_in_row
-            .iter()
-            .any(|lost| *lost >= limits::LOST_SAMPLES)
-        {
-            self.trip(Fault::SamplesLost);
-        }
-    }
-
-    fn supervise(&mut self) {
-        let silent_us = self.now_us.saturating_sub(self.heard_us);
-        if torque_is_on(self.mode) && silent_us > limits::HOST_SILENCE_US {
-            self.trip(Fault::HostSilent);
-        }
-    }
-
-    /// Judges the state while torque is on.
-    fn check(&mut self, state: &State<f32>) {
-        if !torque_is_on(self.mode) {
-            return;
-        }
-        let is_finite = state.q.iter().chain(&state.dq).all(|x| x.is_finite());
-        if !is_finite {
-            self.trip(Fault::NotFinite);
-        } else if state.q.iter().any(|q| q.abs() > limits::ANGLE_MAX_RAD) {
-            self.trip(Fault::AngleLimit);
-        }
-    }
-
-    /// Torque off, latched. The stop sequence follows at once on the bus.
-    fn trip(&mut self, fault: Fault) {
-        // Never refused.
-        let _ = self.apply(Event::Tripped(fault));
-    }
-
-    /// Changes the mode as the supervisor has it.
-    fn apply(&mut self, event: Event) -> Result<(), Refusal> {
-        let before = self.mode;
-        self.mode = supervisor::next(before, event)?;
-        if self.mode == before {
-            return Ok(());
-        }
-        match self.mode {
-            Mode::Fault(_) => {
-                self.next = Decision::off();
-                self.stop_due = true;
-                // The stop does not wait for the next tick.
-                self.next_start_us = self.now_us;
-            }
-            Mode::BringUp => {
-                self.stage = Stage::Stop;
-                self.next_start_us = self.now_us;
-            }
-            // Whatever the arm did with torque off, the estimator's model did
-            // not see it: begin at rest where the arm is.
-            Mode::Torque | Mode::Regulate => self.is_fresh |= !torque_is_on(before),
-            Mode::Idle => {}
-        }
-        Ok(())
-    }
-
-    // --- what the host wants -----------------------------------------------
-
-    fn take_orders(&mut self) {
-        while let Some(order) = self.end.orders.dequeue() {
-            self.heard_us = self.now_us;
-            if let Order::Do(sequence, task) = order {
-                let result = self.perform(task);
-                // Lost if the host does not fetch them: it will ask again.
-                let _ = self.end.notices.enqueue(Notice::Ack(sequence, result));
-            }
-        }
-    }
-
-    fn perform(&mut self, task: Task) -> Result<(), Refusal> {
-        match task {
-            Task::Idle => self.apply(Event::Asked(Request::Idle)),
-            Task::ClearFault => self.apply(Event::Asked(Request::ClearFault)),
-            Task::Torque(torque_nm) => {
-                self.apply(Event::Asked(Request::Torque))?;
-                self.torque_nm = torque_nm;
-                Ok(())
-            }
-            Task::Regulate(reference_rad) => {
-                self.apply(Event::Asked(Request::Regulate))?;
-                self.law.set_reference(reference_rad);
-                Ok(())
-            }
-            Task::Install(law) => {
-                self.apply(Event::Asked(Request::Configure))?;
-                self.law = law;
-                self.is_fresh = true;
-                Ok(())
-            }
-        }
-    }
-}
-
-fn first_missing(samples: [Sample; JOINTS]) -> Option<(usize, Missing)> {
-    samples
-        .into_iter()
-        .enumerate()
-        .find_map(|(joint, sample)| match sample {
-            Sample::Missing(missing) => Some((joint, missing)),
-            Sample::Counts(_) => None,
-        })
 }
 
 fn blank_record(mode: Mode) -> Record {

@@ -65,7 +65,7 @@ pub fn cycles() -> u32 {
 }
 
 fn cycles_per_us() -> u32 {
-    CYCLES_PER_US.load(Ordering::Relaxed)
+    CYCLES_PER_US.load(Ordering::Relaxed).max(1)
 }
 
 /// Time since boot in µs.

@@ -186,15 +186,20 @@ impl Wire {
 
     /// Makes everything happen up to and including `to_ns`.
     pub fn advance(&mut self, to_ns: u64, mechanics: &mut impl Mechanics) {
-        loop {
+        self.advance_until(to_ns, usize::MAX, mechanics);
+    }
+
+    /// The same, but stops at the byte that makes it `heard` bytes to take.
+    pub fn advance_until(&mut self, to_ns: u64, heard: usize, mechanics: &mut impl Mechanics) {
+        while self.heard.len() < heard {
             let next = self.next_event_ns();
             if next > to_ns {
-                break;
+                self.now_ns = self.now_ns.max(to_ns);
+                return;
             }
             self.now_ns = next;
             self.happen(next, to_ns, mechanics);
         }
-        self.now_ns = self.now_ns.max(to_ns);
     }
 
     /// One event at `now`. What is on the wire comes before what is heard,

@@ -1,0 +1,87 @@
+//! What is in doubt, and what follows: every path here ends in torque off.
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal_nb::serial::{Read, Write};
+
+use super::law::Decision;
+use super::schedule::Stage;
+use super::supervisor::{self, Event, torque_is_on};
+use super::{Bridge, limits};
+use crate::JOINTS;
+use crate::arm::State;
+use crate::link::message::{Fault, Mode, Refusal};
+
+impl<S, D> Bridge<'_, S, D>
+where
+    S: Read<u8> + Write<u8>,
+    D: OutputPin,
+{
+    pub(super) fn count_lost(&mut self, measured: &[Option<f32>; JOINTS]) {
+        for (lost, angle) in self.lost_in_row.iter_mut().zip(measured) {
+            *lost = if angle.is_some() {
+                0
+            } else {
+                lost.saturating_add(1)
+            };
+        }
+        if self
+            .lost_in_row
+            .iter()
+            .any(|lost| *lost >= limits::LOST_SAMPLES)
+        {
+            self.trip(Fault::SamplesLost);
+        }
+    }
+
+    pub(super) fn supervise(&mut self) {
+        let silent_us = self.now_us.saturating_sub(self.heard_us);
+        if torque_is_on(self.mode) && silent_us > limits::HOST_SILENCE_US {
+            self.trip(Fault::HostSilent);
+        }
+    }
+
+    /// Judges the state while torque is on.
+    pub(super) fn check(&mut self, state: &State<f32>) {
+        if !torque_is_on(self.mode) {
+            return;
+        }
+        let is_finite = state.q.iter().chain(&state.dq).all(|x| x.is_finite());
+        if !is_finite {
+            self.trip(Fault::NotFinite);
+        } else if state.q.iter().any(|q| q.abs() > limits::ANGLE_MAX_RAD) {
+            self.trip(Fault::AngleLimit);
+        }
+    }
+
+    /// Torque off, latched. The stop sequence follows at once on the bus.
+    pub(super) fn trip(&mut self, fault: Fault) {
+        // Never refused.
+        let _ = self.apply(Event::Tripped(fault));
+    }
+
+    /// Changes the mode as the supervisor has it.
+    pub(super) fn apply(&mut self, event: Event) -> Result<(), Refusal> {
+        let before = self.mode;
+        self.mode = supervisor::next(before, event)?;
+        if self.mode == before {
+            return Ok(());
+        }
+        match self.mode {
+            Mode::Fault(_) => {
+                self.next = Decision::off();
+                self.stop_due = true;
+                // The stop does not wait for the next tick.
+                self.next_start_us = self.now_us;
+            }
+            Mode::BringUp => {
+                self.stage = Stage::Stop;
+                self.next_start_us = self.now_us;
+            }
+            // Whatever the arm did with torque off, the estimator's model did
+            // not see it: begin at rest where the arm is.
+            Mode::Torque | Mode::Regulate => self.is_fresh |= !torque_is_on(before),
+            Mode::Idle => {}
+        }
+        Ok(())
+    }
+}
