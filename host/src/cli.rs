@@ -92,7 +92,7 @@ pub(crate) struct EmulateArgs {
     pub(crate) bus: Option<Endpoint>,
     /// How many times slower than the wall clock the board's time runs on a bus
     /// of somebody else's, whose bytes take their time.
-    #[arg(long, value_name = "TIMES", default_value_t = 20, requires = "bus",
+    #[arg(long, value_name = "TIMES", default_value_t = 50, requires = "bus",
           value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) slow: u32,
     /// Offer the control link to another program instead of running the demo.
