@@ -14,7 +14,14 @@ use cli::{Cli, Command};
 use commands::{demo, emulate, servos};
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(help) if !help.use_stderr() => help.exit(),
+        Err(error) => {
+            eprintln!("armbridge: {}", without_usage(&error.to_string()));
+            return ExitCode::from(2);
+        }
+    };
     let result = match &cli.command {
         None => demo::run(&cli.demo),
         Some(Command::Demo(args)) => demo::run(args),
@@ -28,6 +35,19 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// What clap says of wrong arguments, in one line: its paragraphs but the usage.
+fn without_usage(message: &str) -> String {
+    let paragraphs = message.split("\n\n").map(|paragraph| {
+        let words: Vec<&str> = paragraph.split_whitespace().collect();
+        words.join(" ")
+    });
+    let said: Vec<String> = paragraphs
+        .filter(|paragraph| !paragraph.starts_with("Usage:"))
+        .collect();
+    let said = said.join(". ");
+    said.strip_prefix("error: ").unwrap_or(&said).to_owned()
 }
 
 /// An error and its causes.
