@@ -1,6 +1,6 @@
 //! The arm near a setpoint, in continuous time.
 
-use super::{Discrete, Parameters};
+use super::{Discrete, Parameters, Posture};
 use crate::real::Real;
 use nalgebra::{Matrix2, Matrix4, Matrix4x2, Vector2};
 
@@ -18,8 +18,9 @@ impl<T: Real> Parameters<T> {
     /// Linearises equation (1) about rest at `q_ref`, held there by the torque
     /// `G(q_ref)`. Analytic: M and F are diagonal, and Co vanishes at rest.
     pub fn linearise(&self, q_ref: Vector2<T>) -> Linear<T> {
-        let mass = self.mass(q_ref).diagonal();
-        let stiffness = self.gravity_slope(q_ref);
+        let posture = Posture::of(q_ref);
+        let mass = posture.mass_diagonal(self);
+        let stiffness = posture.gravity_slope(self);
         let mut a = Matrix4::zeros();
         a.fixed_view_mut::<2, 2>(0, 2).fill_with_identity();
         a.fixed_view_mut::<2, 2>(2, 0).copy_from(&Matrix2::new(
@@ -36,17 +37,9 @@ impl<T: Real> Parameters<T> {
         Linear { a, b }
     }
 
-    /// dG/dq in N m/rad: the stiffness of gravity, negative near upright.
+    /// dG/dq in N m/rad, see [`Posture::gravity_slope`].
     pub fn gravity_slope(&self, q: Vector2<T>) -> Matrix2<T> {
-        let (sin1, cos1) = q.x.sine_cosine();
-        let (sin2, cos2) = q.y.sine_cosine();
-        let coupling = self.g * self.moment_2() * sin1 * sin2;
-        Matrix2::new(
-            -self.g * cos1 * (self.moment_1() + self.moment_2() * cos2),
-            coupling,
-            coupling,
-            -self.g * self.moment_2() * cos1 * cos2,
-        )
+        Posture::of(q).gravity_slope(self)
     }
 }
 

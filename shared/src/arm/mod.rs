@@ -25,6 +25,7 @@
 //! | file           | what lives there                                        |
 //! |----------------|---------------------------------------------------------|
 //! | `parameters`   | [`Parameters`]: Table 1 as data                         |
+//! | `posture`      | [`Posture`]: the terms of (1), sines and cosines shared |
 //! | `dynamics`     | mass, Coriolis, gravity, acceleration, energy           |
 //! | `linear`       | [`Linear`]: continuous A and B about a setpoint         |
 //! | `discrete`     | [`Discrete`]: forward Euler, exact zero-order hold, (7) |
@@ -33,10 +34,12 @@ mod discrete;
 mod dynamics;
 mod linear;
 mod parameters;
+mod posture;
 
 pub use discrete::Discrete;
 pub use linear::Linear;
 pub use parameters::Parameters;
+pub use posture::Posture;
 
 use crate::real::Real;
 use nalgebra::{Vector2, Vector4};

@@ -1,0 +1,135 @@
+//! The arm at given joint angles: equations (1) to (4) term by term.
+//!
+//! Every term is made of the same two sines and two cosines, and these are the
+//! dearest part of it. A [`Posture`] holds them, so that a tick that needs
+//! several terms computes them once.
+
+use super::Parameters;
+use crate::real::Real;
+use nalgebra::{Matrix2, Vector2};
+
+/// Sines and cosines of both joint angles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Posture<T> {
+    sin1: T,
+    cos1: T,
+    sin2: T,
+    cos2: T,
+}
+
+impl<T: Real> Posture<T> {
+    /// The posture at joint angles in rad.
+    pub fn of(q: Vector2<T>) -> Self {
+        let (sin1, cos1) = q.x.sine_cosine();
+        let (sin2, cos2) = q.y.sine_cosine();
+        Self {
+            sin1,
+            cos1,
+            sin2,
+            cos2,
+        }
+    }
+
+    /// Diagonal of the mass matrix M(q) in kg m^2, equation (3) with
+    /// `M1 L1^2/4`. There is nothing beside the diagonal: the two axes stay
+    /// perpendicular.
+    pub fn mass_diagonal(&self, arm: &Parameters<T>) -> Vector2<T> {
+        let (quarter, cos2) = (T::lit(0.25), self.cos2);
+        let reach = arm.l1 + arm.l2 * cos2 * T::lit(0.5);
+        Vector2::new(
+            arm.i1x
+                + arm.m1 * arm.l1 * arm.l1 * quarter
+                + arm.i2z
+                + cos2 * cos2 * (arm.i2x - arm.i2z)
+                + arm.m2 * reach * reach,
+            arm.m2 * arm.l2 * arm.l2 * quarter + arm.i2y,
+        )
+    }
+
+    /// h = -dM(1,1)/dq2 in kg m^2/rad, the bracket of B(1,1) in (4).
+    pub fn mass_slope(&self, arm: &Parameters<T>) -> T {
+        let (sin2, cos2) = (self.sin2, self.cos2);
+        let link = arm.m2 * arm.l2 * arm.l2 * T::lit(0.25) + arm.i2x - arm.i2z;
+        T::lit(2.0) * sin2 * cos2 * link + arm.l1 * arm.l2 * arm.m2 * sin2
+    }
+
+    /// Torque `Co(q, dq) dq` in N m; the same for every choice of Co.
+    pub fn coriolis_torque(&self, arm: &Parameters<T>, dq: Vector2<T>) -> Vector2<T> {
+        let h = self.mass_slope(arm);
+        Vector2::new(-h * dq.x * dq.y, h * T::lit(0.5) * dq.x * dq.x)
+    }
+
+    /// Gravity torque G(q) in N m, equation (2) with both rows over 2: what
+    /// holds the arm at rest here.
+    pub fn gravity(&self, arm: &Parameters<T>) -> Vector2<T> {
+        let (sin1, cos1, sin2, cos2) = (self.sin1, self.cos1, self.sin2, self.cos2);
+        Vector2::new(
+            -arm.g * sin1 * (arm.moment_1() + arm.moment_2() * cos2),
+            -arm.g * arm.moment_2() * cos1 * sin2,
+        )
+    }
+
+    /// dG/dq in N m/rad: the stiffness of gravity, negative near upright.
+    pub fn gravity_slope(&self, arm: &Parameters<T>) -> Matrix2<T> {
+        let (sin1, cos1, sin2, cos2) = (self.sin1, self.cos1, self.sin2, self.cos2);
+        let coupling = arm.g * arm.moment_2() * sin1 * sin2;
+        Matrix2::new(
+            -arm.g * cos1 * (arm.moment_1() + arm.moment_2() * cos2),
+            coupling,
+            coupling,
+            -arm.g * arm.moment_2() * cos1 * cos2,
+        )
+    }
+
+    /// Potential energy in J, 0 with both links level.
+    pub fn potential_energy(&self, arm: &Parameters<T>) -> T {
+        let height_moment = arm.moment_1() + arm.moment_2() * self.cos2;
+        arm.g * self.cos1 * height_moment
+    }
+
+    /// Joint accelerations in rad/s^2 at speeds `dq` under a joint torque in
+    /// N m: equation (1) solved for ddq.
+    pub fn forward_dynamics(
+        &self,
+        arm: &Parameters<T>,
+        dq: Vector2<T>,
+        torque: Vector2<T>,
+    ) -> Vector2<T> {
+        let net =
+            torque - self.coriolis_torque(arm, dq) - arm.viscous_torque(dq) - self.gravity(arm);
+        net.component_div(&self.mass_diagonal(arm))
+    }
+
+    /// The joint torque in N m that accelerates by `ddq` at speeds `dq`:
+    /// equation (1) as it stands.
+    pub fn inverse_dynamics(
+        &self,
+        arm: &Parameters<T>,
+        dq: Vector2<T>,
+        ddq: Vector2<T>,
+    ) -> Vector2<T> {
+        self.mass_diagonal(arm).component_mul(&ddq)
+            + self.coriolis_torque(arm, dq)
+            + arm.viscous_torque(dq)
+            + self.gravity(arm)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forward_and_inverse_dynamics_undo_each_other() {
+        let arm = Parameters::<f64>::paper();
+        for i in 0..1000 {
+            let angle = f64::from(i);
+            let posture = Posture::of(Vector2::new(angle.sin() * 3.0, (angle * 1.7).cos() * 3.0));
+            let dq = Vector2::new((angle * 0.3).cos(), (angle * 0.9).sin()) * 5.0;
+            let ddq = Vector2::new((angle * 2.3).sin(), (angle * 0.6).cos()) * 40.0;
+            let torque = posture.inverse_dynamics(&arm, dq, ddq);
+            let error = posture.forward_dynamics(&arm, dq, torque) - ddq;
+            assert!(error.amax() < 1e-12, "{error}");
+        }
+    }
+}
