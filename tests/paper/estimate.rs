@@ -27,14 +27,12 @@ fn the_paper_s_observer_is_equation_11() {
     let mut observer = Luenberger::<f64>::paper().unwrap();
     observer.reset(Vector2::zeros());
     let mut x = Vector4::zeros();
-    let mut acted = Vector2::zeros();
     for tick in 0..200 {
         let (q, torque) = motion(45 * tick);
-        let estimate = observer.update(q.map(Some), acted).to_vector();
+        let estimate = observer.correct(q.map(Some)).to_vector();
         assert!((estimate - x).amax() < 1e-12, "tick {tick}");
         x = a * x + b * torque + l * (Vector2::from(q) - c * x);
-        assert!((observer.predict(torque).to_vector() - x).amax() < 1e-12);
-        acted = torque;
+        assert!((observer.advance(torque).to_vector() - x).amax() < 1e-12);
     }
 }
 
@@ -55,8 +53,8 @@ fn an_arm_held_aside_is_seen_at_rest() {
             let mut estimator = config.build(&arm, 0.001).unwrap();
             estimator.reset(q);
             for _ in 0..500 {
-                let state = estimator.update(measured, arm.gravity(q));
-                let ahead = estimator.predict(arm.gravity(q));
+                let state = estimator.correct(measured);
+                let ahead = estimator.advance(arm.gravity(q));
                 let error = (state.to_vector() - State::at_rest(q).to_vector()).amax();
                 assert!(error < 1e-9, "{config:?}: {error:e}");
                 assert!(ahead.dq.amax() < 1e-9);
@@ -71,22 +69,22 @@ fn missing_samples_are_predicted_through() {
     for config in estimators() {
         let mut estimator = config.build(&arm, 0.001).unwrap();
         estimator.reset(Vector2::zeros());
-        let mut ahead = estimator.predict(motion(0).1);
+        let mut ahead = State::at_rest(Vector2::zeros());
         for tick in 0..100 {
             let (q, torque) = motion(tick);
-            let state = estimator.update([Some(q[0]), None], torque);
+            let state = estimator.correct([Some(q[0]), None]);
             assert_eq!(state.q.y, ahead.q.y, "joint 2 is the model's");
             assert_eq!(state.dq.y, ahead.dq.y);
-            let (_, next) = motion(tick + 1);
-            ahead = estimator.predict(next);
+            ahead = estimator.advance(torque);
         }
     }
     // A difference over a gap is taken over the whole of it.
     let plain = Config::FiniteDifference { filter_s: 0.0 };
     let mut estimator = plain.build(&arm, 0.001).unwrap();
     estimator.reset(Vector2::zeros());
-    estimator.update([None, None], Vector2::zeros());
-    let state = estimator.update([Some(0.002), Some(-0.004)], Vector2::zeros());
+    estimator.correct([None, None]);
+    estimator.advance(Vector2::zeros());
+    let state = estimator.correct([Some(0.002), Some(-0.004)]);
     assert!((state.dq - Vector2::new(1.0, -2.0)).amax() < 1e-12);
 }
 
@@ -104,8 +102,10 @@ fn f32_stays_close_to_f64_over_ten_seconds() {
         let mut close: Estimator<f32> = single.build(&Parameters::paper(), 0.001).unwrap();
         for tick in 0..10_000 {
             let (q, torque) = motion(tick);
-            let x = exact.update(q.map(Some), torque);
-            let y = close.update(q.map(|q| Some(q as f32)), torque.cast());
+            let x = exact.correct(q.map(Some));
+            let y = close.correct(q.map(|q| Some(q as f32)));
+            exact.advance(torque);
+            close.advance(torque.cast());
             let angle = (x.q - y.q.cast()).amax();
             let speed = (x.dq - y.dq.cast()).amax();
             // Angles keep their digits; a difference over 1 ms loses three.

@@ -63,7 +63,6 @@ impl Loop {
         let read =
             |plant: &mut Plant, now_ns| [0, 1].map(|servo| joint.angle(plant.read(servo, now_ns)));
         estimator.reset(Vector2::from(read(&mut plant, now_ns)));
-        let mut acted = Vector2::zeros();
         let off = Command {
             pwm: Pwm::OFF,
             torque_nm: 0.0,
@@ -83,11 +82,10 @@ impl Loop {
                 plant.drive(servo, now_ns, command.pwm.counts());
             }
             let in_force = Vector2::from(next.map(|command| command.torque_nm));
-            estimator.update(measured, acted);
-            let ahead = estimator.predict(in_force);
+            estimator.correct(measured);
+            let ahead = estimator.advance(in_force);
             let (torque, balance) = (lqr.torque(&ahead, &target), target.torque());
             next = [0, 1].map(|j| joint.command(torque[j], balance[j]).expect("finite"));
-            acted = in_force;
             trace.push(Tick {
                 q: plant.state().q,
                 torque: in_force.cast(),

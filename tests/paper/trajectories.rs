@@ -101,22 +101,22 @@ fn lqr_on_finite_differences() {
     let model = Model::of_arm(&Parameters::paper(), PERIOD_S);
     let mut difference = FiniteDifference::new(model, PERIOD_S, 0.0);
     difference.reset(Vector2::new(0.49, 0.0));
-    let mut acted = Vector2::zeros();
     follow("lqr_fd_45ms_x49", |_, state| {
-        let estimate = difference.update(seen(state), acted);
-        acted = lqr.torque(&estimate, &upright);
-        acted
+        let estimate = difference.correct(seen(state));
+        let torque = lqr.torque(&estimate, &upright);
+        difference.advance(torque);
+        torque
     });
 }
 
 /// LQR on an observer that starts upright, whatever the arm does.
 fn lqr_on_observer(name: &str, mut observer: Luenberger<f64>) {
     let (lqr, upright) = (Lqr::paper(), upright());
-    let mut acted = Vector2::zeros();
     follow(name, |_, state| {
-        let estimate = observer.update(seen(state), acted);
-        acted = lqr.torque(&estimate, &upright);
-        acted
+        let estimate = observer.correct(seen(state));
+        let torque = lqr.torque(&estimate, &upright);
+        observer.advance(torque);
+        torque
     });
 }
 

@@ -1,6 +1,7 @@
 //! The arm near a setpoint, in continuous time.
 
 use super::{Discrete, Parameters, Posture};
+use crate::JOINTS;
 use crate::real::Real;
 use nalgebra::{Matrix2, Matrix4, Matrix4x2, Vector2};
 
@@ -61,6 +62,25 @@ impl<T: Real> Linear<T> {
     /// then doubled back. What is doubled is Phi and `E = A T Phi`, never
     /// `I + E`: so a short period costs no digits, which matters in `f32`.
     pub fn zero_order_hold(&self, period_s: T) -> Discrete<T> {
+        let (phi, growth) = self.mean_and_growth(period_s);
+        Discrete {
+            a: Matrix4::identity() + growth,
+            b: phi * self.b * period_s,
+        }
+    }
+
+    /// The integral of `exp(A t)` over a period for joints 1 and 2 alone, angle
+    /// before speed: `x + P x'` is the exact state after it, about upright.
+    pub fn integral(&self, period_s: T) -> [Matrix2<T>; JOINTS] {
+        let p = self.mean_and_growth(period_s).0 * period_s;
+        [
+            Matrix2::new(p.m11, p.m13, p.m31, p.m33),
+            Matrix2::new(p.m22, p.m24, p.m42, p.m44),
+        ]
+    }
+
+    /// `Phi(T)` and `A T Phi(T)`.
+    fn mean_and_growth(&self, period_s: T) -> (Matrix4<T>, Matrix4<T>) {
         /// The 15th term of the series is below 1e-16 of the first.
         const LARGEST_NORM: f64 = 0.5;
         const TERMS: u8 = 14;
@@ -85,9 +105,6 @@ impl<T: Real> Linear<T> {
             phi += phi * growth * half;
             growth = growth * T::lit(2.0) + growth * growth;
         }
-        Discrete {
-            a: Matrix4::identity() + growth,
-            b: phi * self.b * period_s,
-        }
+        (phi, growth)
     }
 }

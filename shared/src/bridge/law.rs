@@ -92,21 +92,19 @@ impl Law {
         self.estimator.reset(angle_rad.into());
     }
 
-    /// The state at these samples, after `torque` acted for a period.
-    pub(super) fn update(
-        &mut self,
-        measured_rad: [Option<f32>; JOINTS],
-        torque_nm: Vector2<f32>,
-    ) -> State<f32> {
-        self.estimator.update(measured_rad, torque_nm)
+    /// The state at these samples.
+    pub(super) fn correct(&mut self, measured_rad: [Option<f32>; JOINTS]) -> State<f32> {
+        self.estimator.correct(measured_rad)
     }
 
-    /// Commands that regulate, decided on the state a period ahead: until then
-    /// `in_force_nm` acts. `None` if anything is not finite.
-    pub(super) fn regulate(&self, in_force_nm: Vector2<f32>) -> Option<Decision> {
-        let torque_nm = self
-            .lqr
-            .torque(&self.estimator.predict(in_force_nm), &self.setpoint);
+    /// The state at the next samples, until which this torque acts.
+    pub(super) fn advance(&mut self, in_force_nm: Vector2<f32>) -> State<f32> {
+        self.estimator.advance(in_force_nm)
+    }
+
+    /// Commands that regulate, for a state. `None` if anything is not finite.
+    pub(super) fn regulate(&self, state: &State<f32>) -> Option<Decision> {
+        let torque_nm = self.lqr.torque(state, &self.setpoint);
         self.commands(torque_nm, self.setpoint.torque())
     }
 

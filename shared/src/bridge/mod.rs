@@ -30,7 +30,6 @@ pub use mailbox::{BridgeEnd, LinkEnd, Mailboxes};
 use core::convert::Infallible;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
-use nalgebra::Vector2;
 
 use crate::JOINTS;
 use crate::actuator::Pwm;
@@ -67,8 +66,6 @@ pub struct Bridge<'a, S, D> {
     stop_due: bool,
     /// Constant torque of [`Mode::Torque`].
     torque_nm: [f32; JOINTS],
-    /// Torque that acted until this tick's samples were taken.
-    acted_nm: Vector2<f32>,
     in_force: Decision,
     next: Decision,
     next_start_us: u64,
@@ -100,7 +97,6 @@ where
             stage: Stage::Stop,
             stop_due: false,
             torque_nm: [0.0; JOINTS],
-            acted_nm: Vector2::zeros(),
             in_force: Decision::off(),
             next: Decision::off(),
             next_start_us: now_us,
@@ -162,12 +158,14 @@ where
             self.law.reset([a, b]);
             self.is_fresh = false;
         }
-        let state = self.law.update(measured, self.acted_nm);
+        let state = self.law.correct(measured);
         self.check(&state);
+        // What is decided now acts from the next samples on.
+        let ahead = self.law.advance(self.in_force.torque_nm);
         let decided = match self.mode {
             Mode::BringUp | Mode::Idle | Mode::Fault(_) => Some(Decision::off()),
             Mode::Torque => self.law.constant(self.torque_nm),
-            Mode::Regulate => self.law.regulate(self.in_force.torque_nm),
+            Mode::Regulate => self.law.regulate(&ahead),
         };
         self.next = decided.unwrap_or_else(|| {
             self.trip(Fault::NotFinite);

@@ -113,7 +113,6 @@ where
         if !torque_is_on(self.mode) {
             self.next = Decision::off();
         }
-        self.acted_nm = self.in_force.torque_nm;
         self.in_force = self.next;
         let record = &mut self.record;
         record.tick = record.tick.wrapping_add(1);

@@ -4,7 +4,7 @@
 //! difference is noise; a low pass of 20 ms makes it usable. At the paper's
 //! 45 ms a count is 0.11 rad/s and the plain difference is good enough.
 
-use super::model::{Known, Model};
+use super::model::Model;
 use crate::JOINTS;
 use crate::arm::State;
 use crate::real::Real;
@@ -18,7 +18,9 @@ pub struct FiniteDifference<T> {
     /// Share of a new difference in the filtered one.
     share: T,
     last: [Sample<T>; JOINTS],
-    estimate: Known<T>,
+    /// The model's state at the next sample.
+    prior: State<T>,
+    estimate: State<T>,
 }
 
 /// The last sample that a joint had.
@@ -43,21 +45,23 @@ impl<T: Real> FiniteDifference<T> {
             period_s,
             share,
             last: [Sample::new(T::zero()); JOINTS],
-            estimate: model.at(State::at_rest(Vector2::zeros())),
+            prior: State::at_rest(Vector2::zeros()),
+            estimate: State::at_rest(Vector2::zeros()),
         }
     }
 
     /// See [`Estimator::reset`](super::Estimator::reset).
     pub fn reset(&mut self, q: Vector2<T>) {
         self.last = [Sample::new(q.x), Sample::new(q.y)];
-        self.estimate = self.model.at(State::at_rest(q));
+        self.prior = State::at_rest(q);
+        self.estimate = self.prior;
     }
 
-    /// See [`Estimator::update`](super::Estimator::update).
-    pub fn update(&mut self, measured: [Option<T>; JOINTS], torque: Vector2<T>) -> State<T> {
-        let before = self.estimate.state;
+    /// See [`Estimator::correct`](super::Estimator::correct).
+    pub fn correct(&mut self, measured: [Option<T>; JOINTS]) -> State<T> {
+        let before = self.estimate;
         // What the model expects stands for a joint without a sample.
-        let mut state = self.model.step(&self.estimate, torque);
+        let mut state = self.prior;
         for (joint, last) in self.last.iter_mut().enumerate() {
             last.age += T::one();
             if let Some(angle) = measured[joint] {
@@ -68,13 +72,14 @@ impl<T: Real> FiniteDifference<T> {
                 *last = Sample::new(angle);
             }
         }
-        self.estimate = self.model.at(state);
+        self.estimate = state;
         state
     }
 
-    /// See [`Estimator::predict`](super::Estimator::predict).
-    pub fn predict(&self, torque: Vector2<T>) -> State<T> {
-        self.model.step(&self.estimate, torque)
+    /// See [`Estimator::advance`](super::Estimator::advance).
+    pub fn advance(&mut self, torque: Vector2<T>) -> State<T> {
+        self.prior = self.model.step(&self.estimate, torque);
+        self.prior
     }
 }
 

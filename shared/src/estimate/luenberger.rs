@@ -8,7 +8,7 @@
 //! With `L = A Lc` the predictions x- are those of (11), see
 //! [`placement`](crate::design::placement).
 
-use super::model::{Known, Model};
+use super::model::Model;
 use crate::JOINTS;
 use crate::arm::{Discrete, State};
 use crate::design::placement;
@@ -34,7 +34,9 @@ pub struct Luenberger<T> {
     /// Current-form gains on angle and speed, for each joint.
     gains: [Vector2<T>; JOINTS],
     form: Form,
-    corrected: Known<T>,
+    /// The model's state at the next sample.
+    prior: State<T>,
+    corrected: State<T>,
 }
 
 impl<T: Real> Luenberger<T> {
@@ -45,7 +47,8 @@ impl<T: Real> Luenberger<T> {
             model,
             gains,
             form,
-            corrected: model.at(State::at_rest(Vector2::zeros())),
+            prior: State::at_rest(Vector2::zeros()),
+            corrected: State::at_rest(Vector2::zeros()),
         }
     }
 
@@ -70,12 +73,13 @@ impl<T: Real> Luenberger<T> {
 
     /// See [`Estimator::reset`](super::Estimator::reset).
     pub fn reset(&mut self, q: Vector2<T>) {
-        self.corrected = self.model.at(State::at_rest(q));
+        self.prior = State::at_rest(q);
+        self.corrected = self.prior;
     }
 
-    /// See [`Estimator::update`](super::Estimator::update).
-    pub fn update(&mut self, measured: [Option<T>; JOINTS], torque: Vector2<T>) -> State<T> {
-        let predicted = self.model.step(&self.corrected, torque);
+    /// See [`Estimator::correct`](super::Estimator::correct).
+    pub fn correct(&mut self, measured: [Option<T>; JOINTS]) -> State<T> {
+        let predicted = self.prior;
         let mut corrected = predicted;
         for (joint, gain) in self.gains.iter().enumerate() {
             if let Some(angle) = measured[joint] {
@@ -84,15 +88,16 @@ impl<T: Real> Luenberger<T> {
                 corrected.dq[joint] += gain.y * innovation;
             }
         }
-        self.corrected = self.model.at(corrected);
+        self.corrected = corrected;
         match self.form {
             Form::Prediction => predicted,
             Form::Current => corrected,
         }
     }
 
-    /// See [`Estimator::predict`](super::Estimator::predict).
-    pub fn predict(&self, torque: Vector2<T>) -> State<T> {
-        self.model.step(&self.corrected, torque)
+    /// See [`Estimator::advance`](super::Estimator::advance).
+    pub fn advance(&mut self, torque: Vector2<T>) -> State<T> {
+        self.prior = self.model.step(&self.corrected, torque);
+        self.prior
     }
 }

@@ -10,8 +10,8 @@
 //! ([`Command::torque_nm`](crate::actuator::Command::torque_nm)):
 //!
 //! ```text
-//! x(k)    = update(samples of tick k, torque sent in tick k-1)
-//! x(k+1)  = predict(torque sent in tick k)
+//! x(k)    = correct(samples of tick k)
+//! x(k+1)  = advance(torque sent in tick k)
 //! u       = control law at x(k+1), sent in tick k+1
 //! ```
 //!
@@ -25,16 +25,19 @@
 //!
 //! # Model
 //!
-//! Both estimators predict with the exact discretisation about upright, and
-//! with the exact gravity: the part that the linear model lacks at the present
-//! angle enters as a torque. So an arm that rests at a setpoint away from
-//! upright is not taken for one that is being pushed.
+//! All predict with the exact discretisation about upright, and with the exact
+//! gravity: the part that the linear model lacks at the present angle enters as
+//! a torque. So an arm that rests at a setpoint away from upright is not taken
+//! for one that is being pushed. [`Kalman`] has Coriolis torque and dry friction
+//! too, and finds the torque that is left.
 
 mod finite_difference;
+mod kalman;
 mod luenberger;
 mod model;
 
 pub use finite_difference::FiniteDifference;
+pub use kalman::{Kalman, Tuning};
 pub use luenberger::{Form, Luenberger};
 pub use model::Model;
 
@@ -58,6 +61,8 @@ pub enum Config<T> {
         /// the paper; they are mapped to the running period.
         poles_45ms: [[T; 2]; JOINTS],
     },
+    /// Extended Kalman filter with disturbance torques.
+    Kalman(Tuning<T>),
 }
 
 /// Why there is no such estimator.
@@ -67,6 +72,8 @@ pub enum Error {
     Period,
     /// The filter's time constant is negative, or not finite.
     Filter,
+    /// The filter's noise is negative, zero where it must not be, or not finite.
+    Noise,
     /// The observer's poles cannot be placed.
     Placement(placement::Error),
 }
@@ -82,6 +89,11 @@ impl<T: Real> Config<T> {
         Self::Luenberger {
             poles_45ms: [poles; JOINTS],
         }
+    }
+
+    /// The Kalman filter tuned for [standing](Tuning::standing).
+    pub fn kalman() -> Self {
+        Self::Kalman(Tuning::standing())
     }
 
     /// The estimator for an arm sampled every `period_s`; at rest upright until
@@ -106,6 +118,9 @@ impl<T: Real> Config<T> {
                 let difference = FiniteDifference::new(model, period_s, filter_s);
                 Ok(Estimator::FiniteDifference(difference))
             }
+            Self::Kalman(tuning) => Kalman::new(arm, period_s, &tuning)
+                .map(Estimator::Kalman)
+                .ok_or(Error::Noise),
             Self::Luenberger { poles_45ms } => {
                 let [a1, a2] = model.discrete.joints();
                 let gain = |a, [p1, p2]: [T; 2]| {
@@ -123,40 +138,53 @@ impl<T: Real> Config<T> {
     }
 }
 
-/// Either estimator, chosen at run time.
+/// Any estimator, chosen at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Estimator<T> {
     /// Backward difference.
     FiniteDifference(FiniteDifference<T>),
     /// Observer.
     Luenberger(Luenberger<T>),
+    /// Filter with disturbance torques.
+    Kalman(Kalman<T>),
 }
 
 impl<T: Real> Estimator<T> {
-    /// Forgets everything: the arm is at rest at `q`, one period before the
-    /// next [`update`](Self::update).
+    /// Forgets everything: the arm is at rest at `q` at the next samples.
     pub fn reset(&mut self, q: Vector2<T>) {
         match self {
             Self::FiniteDifference(difference) => difference.reset(q),
             Self::Luenberger(observer) => observer.reset(q),
+            Self::Kalman(filter) => filter.reset(q),
         }
     }
 
-    /// One tick. `measured` holds the angles in rad, `None` where the sample is
-    /// missing; `torque` in N m is what the servos were told and what acted
-    /// since the previous sample. Returns the state at the sample instant.
-    pub fn update(&mut self, measured: [Option<T>; JOINTS], torque: Vector2<T>) -> State<T> {
+    /// Takes the samples of this tick: angles in rad, `None` where one is
+    /// missing. Returns the state at the sample instant.
+    pub fn correct(&mut self, measured: [Option<T>; JOINTS]) -> State<T> {
         match self {
-            Self::FiniteDifference(difference) => difference.update(measured, torque),
-            Self::Luenberger(observer) => observer.update(measured, torque),
+            Self::FiniteDifference(difference) => difference.correct(measured),
+            Self::Luenberger(observer) => observer.correct(measured),
+            Self::Kalman(filter) => filter.correct(measured),
         }
     }
 
-    /// The state one period later under `torque`, the command in force.
-    pub fn predict(&self, torque: Vector2<T>) -> State<T> {
+    /// Goes on to the next sample: `torque` in N m is what the servos were told
+    /// and what acts until then. Returns the state there.
+    pub fn advance(&mut self, torque: Vector2<T>) -> State<T> {
         match self {
-            Self::FiniteDifference(difference) => difference.predict(torque),
-            Self::Luenberger(observer) => observer.predict(torque),
+            Self::FiniteDifference(difference) => difference.advance(torque),
+            Self::Luenberger(observer) => observer.advance(torque),
+            Self::Kalman(filter) => filter.advance(torque),
+        }
+    }
+
+    /// Torque in N m that acts on the joints and that nobody commanded; zero
+    /// from an estimator that does not look for it.
+    pub fn disturbance(&self) -> Vector2<T> {
+        match self {
+            Self::FiniteDifference(_) | Self::Luenberger(_) => Vector2::zeros(),
+            Self::Kalman(filter) => filter.disturbance(),
         }
     }
 }

@@ -41,28 +41,11 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// A state together with what the model needs to leave it.
-    pub(super) fn at(&self, state: State<T>) -> Known<T> {
+    /// The state one period later under a constant torque.
+    pub(super) fn step(&self, from: &State<T>, torque: Vector2<T>) -> State<T> {
         let gravity = self.gravity.map_or_else(Vector2::zeros, |gravity| {
-            gravity.slope * state.q - gravity.arm.gravity(state.q)
+            gravity.slope * from.q - gravity.arm.gravity(from.q)
         });
-        Known { state, gravity }
+        State::from_vector(self.discrete.step(from.to_vector(), torque + gravity))
     }
-
-    /// The state one period after a known one.
-    pub(super) fn step(&self, from: &Known<T>, torque: Vector2<T>) -> State<T> {
-        State::from_vector(
-            self.discrete
-                .step(from.state.to_vector(), torque + from.gravity),
-        )
-    }
-}
-
-/// A state, and the gravity torque there that the linear model lacks: found
-/// once per tick, used by the prediction of this tick and the update of the
-/// next.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Known<T> {
-    pub(super) state: State<T>,
-    gravity: Vector2<T>,
 }

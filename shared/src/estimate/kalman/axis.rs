@@ -1,0 +1,187 @@
+//! One joint of the filter: three states, one measured.
+//!
+//! F, the step's Jacobian, is `I + P J` with the P of the step and the J of the
+//! continuous model, written out; its last row is (0 0 1). The covariance is
+//! symmetric and kept as its upper triangle.
+
+use super::Tuning;
+use crate::real::Real;
+use nalgebra::Matrix2;
+
+/// One joint's mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Mean<T> {
+    pub(super) q: T,
+    pub(super) dq: T,
+    pub(super) d: T,
+}
+
+/// One joint's covariance, upper triangle of (angle, speed, disturbance).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Covariance<T> {
+    pub(super) qq: T,
+    pub(super) qv: T,
+    pub(super) qd: T,
+    pub(super) vv: T,
+    pub(super) vd: T,
+    pub(super) dd: T,
+}
+
+/// What one joint needs every period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Axis<T> {
+    /// Integral of exp(A t) over a period, rows angle and speed.
+    step: Matrix2<T>,
+    viscous: T,
+    coulomb: T,
+    per_slide_speed: T,
+    /// Process noise per period.
+    noise: Covariance<T>,
+    pub(super) mean: Mean<T>,
+    pub(super) covariance: Covariance<T>,
+}
+
+impl<T: Real> Mean<T> {
+    pub(super) fn at_rest(q: T) -> Self {
+        Self {
+            q,
+            dq: T::zero(),
+            d: T::zero(),
+        }
+    }
+}
+
+impl<T: Real> Covariance<T> {
+    /// Before the first sample: an angle as good as one, any slow speed.
+    pub(super) fn unsure(tuning: &Tuning<T>) -> Self {
+        let square = |x: T| x * x;
+        Self {
+            qq: square(tuning.angle_rad),
+            qv: T::zero(),
+            qd: T::zero(),
+            vv: square(T::lit(0.1)),
+            vd: T::zero(),
+            dd: square(T::lit(0.05)),
+        }
+    }
+}
+
+impl<T: Real> Axis<T> {
+    /// With the exact step about upright, where the joint's inertia is `mass`.
+    pub(super) fn new(
+        tuning: &Tuning<T>,
+        period_s: T,
+        step: Matrix2<T>,
+        mass: T,
+        viscous: T,
+    ) -> Self {
+        // What a period of full friction does to the speed, and half of that
+        // again for the slope of the smooth sign; twice, for good measure.
+        let reach = tuning.coulomb_nm * step.m22 / mass * T::lit(3.0);
+        // White acceleration over a period, on angle and speed.
+        let push = tuning.acceleration * tuning.acceleration;
+        let third = T::lit(1.0 / 3.0);
+        Self {
+            step,
+            viscous,
+            coulomb: tuning.coulomb_nm,
+            per_slide_speed: T::one() / tuning.slide_rad_s.max(reach),
+            noise: Covariance {
+                qq: push * period_s * period_s * period_s * third,
+                qv: push * period_s * period_s * T::lit(0.5),
+                qd: T::zero(),
+                vv: push * period_s,
+                vd: T::zero(),
+                dd: tuning.disturbance * tuning.disturbance * period_s,
+            },
+            mean: Mean::at_rest(T::zero()),
+            covariance: Covariance::unsure(tuning),
+        }
+    }
+
+    pub(super) fn reset(&mut self, q: T, covariance: Covariance<T>) {
+        self.mean = Mean::at_rest(q);
+        self.covariance = covariance;
+    }
+
+    /// To the next sample: under the torque `given` after gravity and coupling,
+    /// with gravity's `stiffness`.
+    pub(super) fn advance(&mut self, given: T, mass: T, stiffness: T) {
+        let (friction, friction_slope) = self.friction(self.mean.dq);
+        let per_mass = T::one() / mass;
+        let net = given + self.mean.d - self.viscous * self.mean.dq - friction;
+        let acceleration = net * per_mass;
+        let speed = self.mean.dq;
+        let p = &self.step;
+        self.mean.q += p.m11 * speed + p.m12 * acceleration;
+        self.mean.dq += p.m21 * speed + p.m22 * acceleration;
+
+        // F = I + P J, J = [0 1 0; -stiffness/m -damping/m 1/m].
+        let a_q = -stiffness * per_mass;
+        let a_v = -(self.viscous + friction_slope) * per_mass;
+        let one = T::one();
+        let f11 = one + p.m12 * a_q;
+        let f12 = p.m11 + p.m12 * a_v;
+        let f13 = p.m12 * per_mass;
+        let f21 = p.m22 * a_q;
+        let f22 = one + p.m21 + p.m22 * a_v;
+        let f23 = p.m22 * per_mass;
+        let Covariance {
+            qq,
+            qv,
+            qd,
+            vv,
+            vd,
+            dd,
+        } = self.covariance;
+        // Rows of F P.
+        let r1q = f11 * qq + f12 * qv + f13 * qd;
+        let r1v = f11 * qv + f12 * vv + f13 * vd;
+        let r1d = f11 * qd + f12 * vd + f13 * dd;
+        let r2q = f21 * qq + f22 * qv + f23 * qd;
+        let r2v = f21 * qv + f22 * vv + f23 * vd;
+        let r2d = f21 * qd + f22 * vd + f23 * dd;
+        let noise = &self.noise;
+        self.covariance = Covariance {
+            qq: r1q * f11 + r1v * f12 + r1d * f13 + noise.qq,
+            qv: r2q * f11 + r2v * f12 + r2d * f13 + noise.qv,
+            qd: r1d,
+            vv: r2q * f21 + r2v * f22 + r2d * f23 + noise.vv,
+            vd: r2d,
+            dd: dd + noise.dd,
+        };
+    }
+
+    /// Takes a sample.
+    pub(super) fn correct(&mut self, angle: T, variance: T) {
+        let p = &mut self.covariance;
+        let per_spread = T::one() / (p.qq + variance);
+        let (k_q, k_v, k_d) = (p.qq * per_spread, p.qv * per_spread, p.qd * per_spread);
+        let innovation = angle - self.mean.q;
+        self.mean.q += k_q * innovation;
+        self.mean.dq += k_v * innovation;
+        self.mean.d += k_d * innovation;
+        let (qv, qd) = (p.qv, p.qd);
+        // `variance k_q` is `qq - k_q qq` without the difference.
+        p.qq = variance * k_q;
+        p.qv = variance * k_v;
+        p.qd = variance * k_d;
+        p.vv -= k_v * qv;
+        p.vd -= k_v * qd;
+        p.dd -= k_d * qd;
+    }
+
+    /// Coulomb friction at a speed, and its slope.
+    fn friction(&self, speed: T) -> (T, T) {
+        let s = speed * self.per_slide_speed;
+        if s.abs() >= T::one() {
+            return (self.coulomb.copysign(s), T::zero());
+        }
+        let (half, three_half) = (T::lit(0.5), T::lit(1.5));
+        let square = s * s;
+        (
+            self.coulomb * s * (three_half - half * square),
+            self.coulomb * self.per_slide_speed * three_half * (T::one() - square),
+        )
+    }
+}
