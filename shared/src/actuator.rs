@@ -24,18 +24,14 @@
 //! What the estimator must be told is what the servo was told: PWM is a clamped
 //! integer, and a [`Command`] carries the torque that this integer stands for.
 //!
-//! # Dead zone
 //!
-//! The paper finds no motion for 950 < PWM < 1050: 50 counts, 0.06 N m, of
-//! static friction. [`DeadZone`] adds them to what is asked for. Friction
-//! opposes motion, not torque, so they are added in the direction in which the
-//! torque would move the arm: that of torque *less the torque that balances
-//! gravity*. Added in the direction of the torque alone they would push an arm
-//! that hangs to one side further out, by all the error that friction allows.
-//! The step at balance is a ramp, or noise would make the servo rattle by 100
-//! counts.
+//! The paper's dead zone, no motion for 950 < PWM < 1050, is static friction, and is
+//! met by [`DryFriction`](crate::control::DryFriction) as a torque.
 
 use crate::real::Real;
+use postcard::experimental::max_size::MaxSize;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
 
 /// A PWM command for a Morpheus servo, 0..=2000.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -70,7 +66,7 @@ impl Pwm {
 }
 
 /// Which way the servo is mounted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Direction {
     /// Counts grow with the joint angle.
     #[default]
@@ -88,42 +84,12 @@ impl Direction {
     }
 }
 
-/// Compensation of static friction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DeadZone<T> {
-    /// PWM counts added in the direction of the net torque.
-    pub half_width_counts: T,
-    /// Net torque in N m from which on all of them are added; proportionally
-    /// fewer below.
-    pub blend_nm: T,
-}
-
-impl<T: Real> DeadZone<T> {
-    /// 50 counts, half of the paper's 950..1050, blended in over 20 mN m:
-    /// nearly twice what sensor noise makes of a torque at rest.
-    pub fn paper() -> Self {
-        Self {
-            half_width_counts: T::lit(50.0),
-            blend_nm: T::lit(0.02),
-        }
-    }
-
-    fn counts(&self, net_nm: T) -> T {
-        if net_nm.abs() >= self.blend_nm {
-            self.half_width_counts.copysign(net_nm)
-        } else {
-            self.half_width_counts * (net_nm / self.blend_nm)
-        }
-    }
-}
-
 /// What to send, and what it does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command<T> {
     /// For the servo.
     pub pwm: Pwm,
-    /// For the estimator: the joint torque in N m that this PWM stands for,
-    /// less the compensation where there is one, for friction takes that share.
+    /// For the estimator: the joint torque in N m that this PWM stands for.
     pub torque_nm: T,
 }
 
@@ -132,7 +98,7 @@ pub struct Command<T> {
 pub struct NotFinite;
 
 /// Calibration of one joint's servo.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Joint<T> {
     /// Encoder count at joint angle 0.
     pub zero_count: T,
@@ -144,13 +110,11 @@ pub struct Joint<T> {
     pub gain_counts_per_nm: T,
     /// PWM counts above [`Pwm::OFF`] at which the motor gives no torque.
     pub offset_counts: T,
-    /// Compensation of static friction, where wanted.
-    pub dead_zone: Option<DeadZone<T>>,
 }
 
 impl<T: Real> Joint<T> {
     /// Equation (5), and the middle of the AX-12A's 0..=1023 over 300 degree
-    /// as upright; no dead-zone compensation.
+    /// as upright.
     pub fn paper() -> Self {
         Self {
             zero_count: T::lit(512.0),
@@ -158,8 +122,17 @@ impl<T: Real> Joint<T> {
             direction: Direction::Forward,
             gain_counts_per_nm: T::lit(834.0),
             offset_counts: T::lit(15.0),
-            dead_zone: None,
         }
+    }
+
+    /// Whether all is finite, and counts and PWM mean something.
+    pub fn is_valid(&self) -> bool {
+        self.zero_count.is_finite()
+            && self.offset_counts.is_finite()
+            && self.rad_per_count.is_finite()
+            && self.gain_counts_per_nm.is_finite()
+            && self.rad_per_count > T::zero()
+            && self.gain_counts_per_nm > T::zero()
     }
 
     /// Joint angle in rad at an encoder count.
@@ -174,37 +147,39 @@ impl<T: Real> Joint<T> {
         self.zero_count + self.direction.apply(angle_rad) / self.rad_per_count
     }
 
-    /// The command for a joint torque in N m, compensated where that is asked
-    /// for. `balance_nm` is the torque that would hold the arm still, 0 where
-    /// none is known.
+    /// The command for a joint torque in N m.
     ///
     /// # Errors
     ///
-    /// [`NotFinite`] for NaN and infinities in either. A caller that must send
-    /// something sends [`Pwm::OFF`].
-    pub fn command(&self, torque_nm: T, balance_nm: T) -> Result<Command<T>, NotFinite> {
-        if !balance_nm.is_finite() {
-            return Err(NotFinite);
-        }
-        let compensation = self.dead_zone.map_or(T::zero(), |zone| {
-            zone.counts(self.direction.apply(torque_nm - balance_nm))
-        });
-        let pwm = self.convert(torque_nm, compensation)?;
-        let share = self.direction.apply(compensation / self.gain_counts_per_nm);
+    /// [`NotFinite`] for NaN and infinities. A caller that must send something
+    /// sends [`Pwm::OFF`].
+    pub fn command(&self, torque_nm: T) -> Result<Command<T>, NotFinite> {
+        let pwm = self.pwm(torque_nm)?;
         Ok(Command {
             pwm,
-            torque_nm: self.torque(pwm) - share,
+            torque_nm: self.torque(pwm),
         })
     }
 
-    /// Equation (5) alone: the nearest integer, halves up, clamped to what the
-    /// servo can do, and never [`Pwm::OFF`].
+    /// Equation (5): the nearest integer, halves up, clamped to what the servo
+    /// can do, and never [`Pwm::OFF`].
     ///
     /// # Errors
     ///
     /// [`NotFinite`], as [`command`](Self::command).
     pub fn pwm(&self, torque_nm: T) -> Result<Pwm, NotFinite> {
-        self.convert(torque_nm, T::zero())
+        let counts = T::from_count(Pwm::OFF.0)
+            + self.offset_counts
+            + self.gain_counts_per_nm * self.direction.apply(torque_nm);
+        if !counts.is_finite() {
+            return Err(NotFinite);
+        }
+        let off = T::from_count(Pwm::OFF.0);
+        Ok(match Pwm::saturating(counts.to_count()) {
+            Pwm::OFF if counts < off => Pwm(Pwm::OFF.0 - 1),
+            Pwm::OFF => Pwm(Pwm::OFF.0 + 1),
+            pwm => pwm,
+        })
     }
 
     /// The joint torque in N m that the motor makes of a PWM: the inverse of
@@ -216,47 +191,29 @@ impl<T: Real> Joint<T> {
         let counts = T::from_count(pwm.0) - T::from_count(Pwm::OFF.0) - self.offset_counts;
         self.direction.apply(counts / self.gain_counts_per_nm)
     }
-
-    fn convert(&self, torque_nm: T, compensation: T) -> Result<Pwm, NotFinite> {
-        let counts = T::from_count(Pwm::OFF.0)
-            + self.offset_counts
-            + self.gain_counts_per_nm * self.direction.apply(torque_nm)
-            + compensation;
-        if !counts.is_finite() {
-            return Err(NotFinite);
-        }
-        let off = T::from_count(Pwm::OFF.0);
-        Ok(match Pwm::saturating(counts.to_count()) {
-            Pwm::OFF if counts < off => Pwm(Pwm::OFF.0 - 1),
-            Pwm::OFF => Pwm(Pwm::OFF.0 + 1),
-            pwm => pwm,
-        })
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn compensated(direction: Direction) -> Joint<f32> {
-        Joint {
-            direction,
-            dead_zone: Some(DeadZone::paper()),
-            ..Joint::paper()
-        }
+    fn joints() -> [Joint<f32>; 2] {
+        let direction = Direction::Reverse;
+        [
+            Joint::paper(),
+            Joint {
+                direction,
+                ..Joint::paper()
+            },
+        ]
     }
 
     #[test]
     fn no_torque_that_is_not_finite_becomes_a_pwm() {
-        for joint in [Joint::paper(), compensated(Direction::Reverse)] {
+        for joint in joints() {
             for torque in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
                 assert_eq!(joint.pwm(torque), Err(NotFinite), "{torque}");
-                assert_eq!(joint.command(torque, 0.0), Err(NotFinite), "{torque}");
-            }
-        }
-        for joint in [Joint::paper(), compensated(Direction::Forward)] {
-            for balance in [f32::NAN, f32::INFINITY] {
-                assert_eq!(joint.command(0.1, balance), Err(NotFinite), "{balance}");
+                assert_eq!(joint.command(torque), Err(NotFinite), "{torque}");
             }
         }
         let joint = Joint::paper();
@@ -273,7 +230,7 @@ mod tests {
 
     #[test]
     fn every_pwm_survives_the_round_trip_through_torque() {
-        for joint in [Joint::paper(), compensated(Direction::Reverse)] {
+        for joint in joints() {
             for counts in (0..=2000).filter(|&counts| counts != Pwm::OFF.0) {
                 let pwm = Pwm(counts);
                 assert_eq!(joint.pwm(joint.torque(pwm)), Ok(pwm));
@@ -284,8 +241,8 @@ mod tests {
 
     #[test]
     fn a_command_tells_the_torque_left_after_rounding_and_clamp() {
-        for joint in [Joint::paper(), compensated(Direction::Reverse)] {
-            let told = |torque| joint.command(torque, 0.0).unwrap().torque_nm;
+        for joint in joints() {
+            let told = |torque| joint.command(torque).unwrap().torque_nm;
             for step in -110..=110_i16 {
                 let torque = f32::from(step) * 0.01;
                 let lost = (told(torque) - torque).abs();
@@ -300,34 +257,10 @@ mod tests {
     }
 
     #[test]
-    fn compensation_follows_the_net_torque_and_is_continuous() {
-        let (plain, joint) = (Joint::paper(), compensated(Direction::Forward));
-        let counts = |torque, balance| i32::from(joint.command(torque, balance).unwrap().pwm.0);
-        // A holding torque of 0.2 N m wants to move neither way.
-        let held = i32::from(plain.pwm(0.2_f32).unwrap().0);
-        assert_eq!(counts(0.2, 0.2), held);
-        for net in [0.02_f32, 0.1, 0.5] {
-            for sign in [1.0, -1.0] {
-                let torque = 0.2 + sign * net;
-                let added = counts(torque, 0.2) - i32::from(plain.pwm(torque).unwrap().0);
-                assert_eq!(added, 50 * sign as i32, "{net}");
-            }
-        }
-        // Over the blend, 50 counts in 20 mN m are 2.5 counts per mN m, and
-        // equation (5) adds 0.8; stepping over 1000 doubles a step.
-        let mut last = counts(-0.03, 0.0);
-        for step in -299..=300_i16 {
-            let now = counts(f32::from(step) * 1e-4, 0.0);
-            assert!((last..=last + 2).contains(&now), "{step}: {last} to {now}");
-            last = now;
-        }
-    }
-
-    #[test]
     fn a_torque_is_never_sent_as_off() {
-        for joint in [Joint::paper(), compensated(Direction::Forward)] {
+        for joint in joints() {
             for step in -2000..=2000_i16 {
-                let command = joint.command(f32::from(step) * 1e-4, 0.0).unwrap();
+                let command = joint.command(f32::from(step) * 1e-4).unwrap();
                 assert_ne!(command.pwm, Pwm::OFF, "{step}");
             }
         }

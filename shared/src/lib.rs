@@ -12,7 +12,7 @@
 //! | [`arm`]      | parameters, dynamics, linearisation, discretisation       |
 //! | [`actuator`] | counts to radians, torque to PWM, per joint               |
 //! | [`estimate`] | joint speed from angle samples                            |
-//! | [`control`]  | torque from estimated state                               |
+//! | [`control`]  | torque from estimated state; trajectories                 |
 //! | [`design`]   | gains from models: Riccati solver, pole placement         |
 //! | [`servo`]    | wire formats, register maps, the half-duplex bus master   |
 //! | [`link`]     | messages between board and host, and their frames         |

@@ -1,12 +1,15 @@
 //! Table 1 of the paper as data.
 
 use crate::real::Real;
+use postcard::experimental::max_size::MaxSize;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
 
 /// Everything that equations (1) to (4) need to know about an arm.
 ///
 /// Fields carry the names of Table 1. A value that does not enter the
 /// equations (I1y, I1z) is kept so that the table is whole.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Parameters<T> {
     /// Length from joint 1 to joint 2 in m.
     pub l1: T,
@@ -81,6 +84,31 @@ impl<T: Real> Parameters<T> {
             i1x: self.i1x - self.m1 * self.l1 * self.l1 * T::lit(0.25),
             ..self
         }
+    }
+
+    /// Whether these are the numbers of an arm: all finite, none negative, and
+    /// both joints with some inertia.
+    pub fn is_valid(&self) -> bool {
+        let Self {
+            l1,
+            l2,
+            m1,
+            m2,
+            g,
+            i1x,
+            i1y,
+            i1z,
+            i2x,
+            i2y,
+            i2z,
+            b1,
+            b2,
+        } = *self;
+        [l1, l2, m1, m2, g, i1x, i1y, i1z, i2x, i2y, i2z, b1, b2]
+            .iter()
+            .all(|x| x.is_finite() && *x >= T::zero())
+            && i1x > T::zero()
+            && i2y > T::zero()
     }
 
     /// `L1 M1/2 + L1 M2` in kg m: the moment of joint 1 that does not depend

@@ -79,7 +79,7 @@ where
             }
             // Whatever the arm did with torque off, the estimator's model did
             // not see it: begin at rest where the arm is.
-            Mode::Torque | Mode::Regulate => self.is_fresh |= !torque_is_on(before),
+            Mode::Torque | Mode::Regulate | Mode::Track => self.is_fresh |= !torque_is_on(before),
             Mode::Idle => {}
         }
         Ok(())

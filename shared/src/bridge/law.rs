@@ -1,18 +1,31 @@
-//! A set-up made ready: estimator, gain and actuators for one period.
+//! A set-up made ready: estimator, controller and actuators for one period.
 //!
 //! Building takes a Riccati solution, far too long for a tick; it is done on
 //! the link's side, and the tick is handed the result as a whole.
+//!
+//! # Bumpless
+//!
+//! A set-up may be replaced while torque is on. The estimator goes on from the
+//! state it is handed, and what the torque would jump by is added to it and
+//! faded out, so that the servos see no step.
 
 use core::num::NonZeroU64;
 use nalgebra::Vector2;
 
 use super::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
 use crate::JOINTS;
-use crate::actuator::{DeadZone, Joint, Pwm};
-use crate::arm::{Parameters, State};
-use crate::control::{Lqr, Setpoint, Weights};
+use crate::actuator::{Joint, Pwm};
+use crate::arm::{Discrete, Parameters, State};
+use crate::control::{
+    ComputedTorque, Controller, DryFriction, Lqr, Reference, Tuning, Weights, computed_torque,
+};
+use crate::design::stability;
 use crate::estimate::{Config, Estimator};
 use crate::link::message::{self, Gains, Refusal, Setup};
+
+/// Time constant in s with which a bump fades: slow beside the loop's own 50 ms,
+/// so that it is no disturbance to speak of, and over within half a second.
+const FADE_S: f32 = 0.1;
 
 /// What a tick computes with.
 #[derive(Clone, Debug)]
@@ -21,8 +34,14 @@ pub(super) struct Law {
     arm: Parameters<f32>,
     joints: [Joint<f32>; JOINTS],
     estimator: Estimator<f32>,
-    lqr: Lqr<f32>,
-    setpoint: Setpoint<f32>,
+    /// The estimator's model has dry friction, so it is told all of the torque.
+    knows_friction: bool,
+    controller: Controller<f32>,
+    friction: DryFriction<f32>,
+    /// What is still added to the torque since the set-up was replaced.
+    bump_nm: Vector2<f32>,
+    /// Share of it that is left a period later.
+    fade: f32,
 }
 
 impl Law {
@@ -33,49 +52,32 @@ impl Law {
         }
         let period_us = NonZeroU64::new(setup.period_us.into()).ok_or(Refusal::OutOfRange)?;
         let period_s = setup.period_us as f32 * 1e-6;
-        let arm = Parameters::paper();
-        let model = arm.linearise(Vector2::zeros()).zero_order_hold(period_s);
-        let config = match setup.estimator {
-            message::Estimator::FiniteDifference { filter_s } => {
-                Config::FiniteDifference { filter_s }
-            }
-            message::Estimator::Luenberger { poles_45ms } => Config::Luenberger { poles_45ms },
-        };
-        let estimator = config
+        let arm = setup.arm;
+        let friction_is_valid = setup.friction_nm.iter().all(|nm| (0.0..=1.0).contains(nm));
+        if !(arm.is_valid() && setup.joints.iter().all(Joint::is_valid) && friction_is_valid) {
+            return Err(Refusal::OutOfRange);
+        }
+        let estimator = setup
+            .estimator
             .build(&arm, period_s)
             .map_err(|_| Refusal::OutOfRange)?;
-        let lqr = match setup.gains {
-            Gains::Paper => Lqr::paper(),
-            Gains::Design { q, r } => {
-                Lqr::design(&model, &Weights { q, r }).map_err(|_| Refusal::NoGains)?
-            }
-        };
-        let dead_zone = setup.compensate_dead_zone.then(DeadZone::paper);
+        let knows_friction =
+            matches!(setup.estimator, Config::Kalman(tuning) if tuning.coulomb_nm > 0.0);
         Ok(Self {
             period_us,
             arm,
-            joints: [Joint {
-                dead_zone,
-                ..Joint::paper()
-            }; JOINTS],
+            joints: setup.joints,
             estimator,
-            lqr,
-            setpoint: Setpoint::new(&arm, Vector2::zeros()),
+            knows_friction,
+            controller: controller(setup, &arm, period_s)?,
+            friction: DryFriction::of(setup.friction_nm),
+            bump_nm: Vector2::zeros(),
+            fade: FADE_S / (period_s + FADE_S),
         })
     }
 
     pub(super) fn period_us(&self) -> NonZeroU64 {
         self.period_us
-    }
-
-    /// Where the controller is to hold the arm, in rad.
-    pub(super) fn set_reference(&mut self, reference_rad: [f32; JOINTS]) {
-        self.setpoint = Setpoint::new(&self.arm, reference_rad.into());
-    }
-
-    /// That reference.
-    pub(super) fn reference_rad(&self) -> [f32; JOINTS] {
-        self.setpoint.q().into()
     }
 
     /// Joint angles in rad for encoder counts.
@@ -87,9 +89,20 @@ impl Law {
         ]
     }
 
-    /// The estimator begins at rest at these angles.
+    /// The estimator begins at rest at these angles, and nothing fades any more.
     pub(super) fn reset(&mut self, angle_rad: [f32; JOINTS]) {
         self.estimator.reset(angle_rad.into());
+        self.bump_nm = Vector2::zeros();
+    }
+
+    /// Goes on where `before` is, without a step in the torque: its next demand
+    /// at `reference` is what this law's shall be.
+    pub(super) fn take_over(&mut self, before: &Self, reference: &Reference<f32>) {
+        self.estimator.adopt(&before.estimator);
+        let state = before.estimator.prior();
+        let (demand_nm, _) = before.demand(&state, reference);
+        let (own_nm, _) = self.demand(&state, reference);
+        self.bump_nm = demand_nm - own_nm;
     }
 
     /// The state at these samples.
@@ -97,15 +110,31 @@ impl Law {
         self.estimator.correct(measured_rad)
     }
 
-    /// The state at the next samples, until which this torque acts.
-    pub(super) fn advance(&mut self, in_force_nm: Vector2<f32>) -> State<f32> {
-        self.estimator.advance(in_force_nm)
+    /// The state at the next samples, until which what was decided acts.
+    pub(super) fn advance(&mut self, in_force: &Decision) -> State<f32> {
+        self.bump_nm *= self.fade;
+        let known_nm = if self.knows_friction {
+            in_force.torque_nm + in_force.friction_nm
+        } else {
+            in_force.torque_nm
+        };
+        self.estimator.advance(known_nm)
     }
 
-    /// Commands that regulate, for a state. `None` if anything is not finite.
-    pub(super) fn regulate(&self, state: &State<f32>) -> Option<Decision> {
-        let torque_nm = self.lqr.torque(state, &self.setpoint);
-        self.commands(torque_nm, self.setpoint.torque())
+    /// Torque in N m that acts though nobody commanded it.
+    pub(super) fn disturbance_nm(&self) -> [f32; JOINTS] {
+        self.estimator.disturbance().into()
+    }
+
+    /// Commands that make the arm follow, for the state and the reference of one
+    /// instant. `None` if anything is not finite.
+    pub(super) fn follow(
+        &self,
+        state: &State<f32>,
+        reference: &Reference<f32>,
+    ) -> Option<Decision> {
+        let (torque_nm, friction_nm) = self.demand(state, reference);
+        self.commands(torque_nm, friction_nm)
     }
 
     /// Commands for a constant torque; `None` if it is not finite.
@@ -113,13 +142,84 @@ impl Law {
         self.commands(torque_nm.into(), Vector2::zeros())
     }
 
-    fn commands(&self, torque_nm: Vector2<f32>, balance_nm: Vector2<f32>) -> Option<Decision> {
+    /// The whole torque, and the share of it that is meant for dry friction.
+    fn demand(
+        &self,
+        state: &State<f32>,
+        reference: &Reference<f32>,
+    ) -> (Vector2<f32>, Vector2<f32>) {
+        let demand = self.controller.demand(&self.arm, state, reference);
+        let friction_nm = self
+            .friction
+            .feed_forward(demand.feedback_nm, reference.dq);
+        let torque_nm =
+            demand.torque_nm + friction_nm + self.bump_nm - self.estimator.disturbance();
+        (torque_nm, friction_nm)
+    }
+
+    fn commands(&self, torque_nm: Vector2<f32>, friction_nm: Vector2<f32>) -> Option<Decision> {
         let [joint_a, joint_b] = &self.joints;
-        let a = joint_a.command(torque_nm.x, balance_nm.x).ok()?;
-        let b = joint_b.command(torque_nm.y, balance_nm.y).ok()?;
+        let a = joint_a.command(torque_nm.x).ok()?;
+        let b = joint_b.command(torque_nm.y).ok()?;
         Some(Decision {
             pwm: [a.pwm, b.pwm],
-            torque_nm: Vector2::new(a.torque_nm, b.torque_nm),
+            torque_nm: Vector2::new(a.torque_nm, b.torque_nm) - friction_nm,
+            friction_nm,
+        })
+    }
+}
+
+fn controller(
+    setup: &Setup,
+    arm: &Parameters<f32>,
+    period_s: f32,
+) -> Result<Controller<f32>, Refusal> {
+    match setup.controller {
+        message::Controller::StateFeedback(gains) => {
+            let model = arm.linearise(Vector2::zeros()).zero_order_hold(period_s);
+            state_feedback(gains, &model).map(Controller::StateFeedback)
+        }
+        message::Controller::ComputedTorque {
+            natural_rad_s,
+            damping,
+        } => {
+            let tuning = Tuning {
+                natural_rad_s,
+                damping,
+            };
+            ComputedTorque::new(arm, &tuning, period_s)
+                .map(Controller::ComputedTorque)
+                .map_err(|error| match error {
+                    computed_torque::Error::Unstable { radius, .. } => Refusal::Unstable {
+                        re: radius,
+                        im: 0.0,
+                    },
+                    computed_torque::Error::Period
+                    | computed_torque::Error::Natural { .. }
+                    | computed_torque::Error::Damping { .. } => Refusal::OutOfRange,
+                })
+        }
+    }
+}
+
+/// The gain, if it stabilises the model.
+fn state_feedback(gains: Gains, model: &Discrete<f32>) -> Result<Lqr<f32>, Refusal> {
+    let lqr = match gains {
+        // Made for one period; a board asked to run it elsewhere checks it too.
+        Gains::Paper => Lqr::paper(),
+        Gains::Design { q, r } => {
+            return Lqr::design(model, &Weights { q, r }).map_err(|_| Refusal::NoGains);
+        }
+        Gains::Given([first, second]) => Lqr::of_rows(first, second),
+    };
+    let closed = model.a - model.b * lqr.gain;
+    let eigenvalue = stability::dominant(&closed).ok_or(Refusal::OutOfRange)?;
+    if eigenvalue.radius() < 1.0 {
+        Ok(lqr)
+    } else {
+        Err(Refusal::Unstable {
+            re: eigenvalue.re,
+            im: eigenvalue.im,
         })
     }
 }
@@ -128,8 +228,10 @@ impl Law {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Decision {
     pub(super) pwm: [Pwm; JOINTS],
-    /// In N m, after clamp and rounding, less what dry friction takes.
+    /// In N m, after clamp and rounding, less the share meant for dry friction.
     pub(super) torque_nm: Vector2<f32>,
+    /// That share, in N m.
+    pub(super) friction_nm: Vector2<f32>,
 }
 
 impl Decision {
@@ -138,6 +240,7 @@ impl Decision {
         Self {
             pwm: [Pwm::OFF; JOINTS],
             torque_nm: Vector2::zeros(),
+            friction_nm: Vector2::zeros(),
         }
     }
 }

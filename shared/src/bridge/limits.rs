@@ -1,5 +1,7 @@
 //! The numbers by which the bridge judges what is safe.
 
+use crate::control::Bounds;
+
 /// Longest silence of the host while torque is on. The host sends a heartbeat
 /// every 50 ms, so five in a row must be lost. 250 ms is what an arm with
 /// motors off takes to fall by a few degrees from upright.
@@ -28,3 +30,12 @@ pub const PERIOD_MIN_US: u32 = 1_000;
 
 /// Longest tick. The upright arm doubles its angle in 360 ms.
 pub const PERIOD_MAX_US: u32 = 100_000;
+
+/// What a motion may ask. Speed: two thirds of an AX-12A's 59 rpm without load.
+/// Acceleration: what 1.18 N m, the least that equation (5) gives at full PWM,
+/// leaves of 0.0307 kg m^2 when 0.57 N m hold the arm level.
+pub const MOTION: Bounds<f32> = Bounds {
+    angle_rad: REFERENCE_MAX_RAD,
+    speed_rad_s: 4.0,
+    acceleration_rad_s2: 20.0,
+};

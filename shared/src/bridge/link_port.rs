@@ -5,12 +5,16 @@
 //! use at once. Nothing but a hello is answered before the host has shown that
 //! it speaks the same schema.
 
+use super::course::{self, Departure, Leg};
 use super::law::Law;
-use super::limits::{REFERENCE_MAX_RAD, TORQUE_MAX_NM};
+use super::limits::{MOTION, REFERENCE_MAX_RAD, TORQUE_MAX_NM};
 use super::mailbox::{LinkEnd, Notice, Order, Task};
 use crate::JOINTS;
 use crate::link::frame::{Decoder, Encoder, FrameError, Received};
+use crate::control::Trajectory;
+use crate::control::trajectory::stream::Point;
 use crate::link::message::{Command, Refusal, ToBoard, ToHost};
+use crate::link::motion::Motion;
 use crate::link::schema;
 
 /// The board's end of the link.
@@ -22,6 +26,8 @@ pub struct LinkPort<'a> {
     is_greeted: bool,
     /// Our hello is owed.
     hello_due: bool,
+    /// A motion that waits to be told where it begins.
+    waiting: Option<(u16, Motion)>,
     /// A command refused here, not by the tick.
     refused: Option<(u16, Refusal)>,
 }
@@ -35,6 +41,7 @@ impl<'a> LinkPort<'a> {
             encoder: Encoder::default(),
             is_greeted: false,
             hello_due: false,
+            waiting: None,
             refused: None,
         }
     }
@@ -62,6 +69,7 @@ impl<'a> LinkPort<'a> {
                 self.forget_records();
                 while self.end.notices.dequeue().is_some() {}
                 self.refused = None;
+                self.waiting = None;
             }
             _ if !self.is_greeted => self.hello_due = true,
             ToBoard::Heartbeat => {
@@ -69,14 +77,39 @@ impl<'a> LinkPort<'a> {
                 let _ = self.end.orders.enqueue(Order::Heartbeat);
             }
             ToBoard::Command(command) => {
-                let order = task(command).map(|task| Order::Do(received.sequence, task));
-                let sent = order
-                    .and_then(|order| self.end.orders.enqueue(order).map_err(|_| Refusal::Busy));
-                if let Err(refusal) = sent {
-                    self.refused = Some((received.sequence, refusal));
+                if let Command::Follow(motion) = command {
+                    // The latest wins, as with every command.
+                    self.waiting = Some((received.sequence, motion));
                 }
+                self.order(received.sequence, task(command));
             }
         }
+    }
+
+    fn order(&mut self, sequence: u16, task: Result<Task, Refusal>) {
+        let order = task.map(|task| Order::Do(sequence, task));
+        let sent = order.and_then(|order| {
+            let queued = self.end.orders.enqueue(order);
+            queued.map_err(|_| Refusal::Busy)
+        });
+        if let Err(refusal) = sent {
+            self.refused = Some((sequence, refusal));
+        }
+    }
+
+    /// Plans the motion that waits for this departure.
+    fn plan(&mut self, sequence: u16, departure: Departure) {
+        let Some((_, motion)) = self.waiting.take_if(|(waiting, _)| *waiting == sequence) else {
+            return;
+        };
+        let planned = Trajectory::plan(departure.from, &motion.shape(), &MOTION);
+        let task = planned.map(|trajectory| {
+            Task::Follow(Leg {
+                trajectory,
+                starts_us: departure.at_us,
+            })
+        });
+        self.order(sequence, task.map_err(|error| course::refusal(&error)));
     }
 
     fn forget_records(&mut self) {
@@ -90,6 +123,10 @@ impl<'a> LinkPort<'a> {
     }
 
     fn next_message(&mut self) -> Option<ToHost> {
+        while let Some(Notice::Departure(sequence, departure)) = self.end.notices.peek().copied() {
+            let _ = self.end.notices.dequeue();
+            self.plan(sequence, departure);
+        }
         if core::mem::take(&mut self.hello_due) {
             return Some(ToHost::Hello(schema::HELLO));
         }
@@ -105,10 +142,12 @@ impl<'a> LinkPort<'a> {
             return None;
         }
         if let Some(notice) = self.end.notices.dequeue() {
-            return Some(match notice {
-                Notice::Ack(sequence, result) => ToHost::Ack { sequence, result },
-                Notice::Absent(joint, missing) => ToHost::Absent { joint, missing },
-            });
+            return match notice {
+                Notice::Ack(sequence, result) => Some(ToHost::Ack { sequence, result }),
+                Notice::Absent(joint, missing) => Some(ToHost::Absent { joint, missing }),
+                // Taken above.
+                Notice::Departure(..) => None,
+            };
         }
         self.end.records.dequeue().map(ToHost::Record)
     }
@@ -131,6 +170,16 @@ fn task(command: Command) -> Result<Task, Refusal> {
         Command::Regulate(reference) => within(reference, REFERENCE_MAX_RAD)
             .map(Task::Regulate)
             .ok_or(Refusal::OutOfRange),
+        Command::Follow(_) => Ok(Task::Depart),
+        Command::Stream {
+            at_us,
+            angle_rad,
+            speed_rad_s,
+        } => Ok(Task::Stream(Point {
+            at_us,
+            q: angle_rad.into(),
+            dq: speed_rad_s.map(Into::into),
+        })),
         Command::ClearFault => Ok(Task::ClearFault),
         Command::Configure(setup) => Law::build(&setup).map(Task::Install),
     }

@@ -6,7 +6,9 @@
 
 use heapless::spsc::{Consumer, Producer, Queue};
 
+use super::course::{Departure, Leg};
 use super::law::Law;
+use crate::control::trajectory::stream::Point;
 use crate::JOINTS;
 use crate::link::message::{Missing, Record, Refusal};
 
@@ -34,6 +36,10 @@ pub(super) enum Task {
     Idle,
     Torque([f32; JOINTS]),
     Regulate([f32; JOINTS]),
+    /// Where would a motion begin? Answered by [`Notice::Departure`].
+    Depart,
+    Follow(Leg),
+    Stream(Point<f32>),
     ClearFault,
     Install(Law),
 }
@@ -43,6 +49,8 @@ pub(super) enum Task {
 pub(super) enum Notice {
     /// What became of an order.
     Ack(u16, Result<(), Refusal>),
+    /// Where the motion with this sequence number begins.
+    Departure(u16, Departure),
     /// The servo of this joint did not answer during bring-up.
     Absent(u8, Missing),
 }

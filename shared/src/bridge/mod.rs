@@ -15,6 +15,7 @@
 //! [`Bridge`] belongs in the highest-priority interrupt; [`LinkPort`] in thread
 //! mode. They share [`Mailboxes`] and nothing else.
 
+mod course;
 mod judge;
 mod law;
 pub mod limits;
@@ -36,7 +37,9 @@ use crate::actuator::Pwm;
 use crate::link::message::{Fault, Missing, Mode, Record, Refusal, Sample, Setup, Timing};
 use crate::servo::master::Master;
 use crate::servo::morpheus::ServoId;
+use course::Course;
 use law::{Decision, Law};
+use nalgebra::Vector2;
 use schedule::Stage;
 
 /// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.
@@ -60,6 +63,7 @@ pub struct Bridge<'a, S, D> {
     master: Master<S, D>,
     end: BridgeEnd<'a>,
     law: Law,
+    course: Course,
     mode: Mode,
     stage: Stage,
     /// The stop sequence is owed to a fault.
@@ -93,6 +97,7 @@ where
             master: Master::new(serial, direction, SERVO_IDS),
             end,
             law: Law::build(&Setup::default())?,
+            course: Course::hold(Vector2::zeros()),
             mode,
             stage: Stage::Stop,
             stop_due: false,
@@ -161,11 +166,12 @@ where
         let state = self.law.correct(measured);
         self.check(&state);
         // What is decided now acts from the next samples on.
-        let ahead = self.law.advance(self.in_force.torque_nm);
+        let ahead = self.law.advance(&self.in_force);
+        let reference = self.course.at(self.next_start_us);
         let decided = match self.mode {
             Mode::BringUp | Mode::Idle | Mode::Fault(_) => Some(Decision::off()),
             Mode::Torque => self.law.constant(self.torque_nm),
-            Mode::Regulate => self.law.regulate(&ahead),
+            Mode::Regulate | Mode::Track => self.law.follow(&ahead, &reference),
         };
         self.next = decided.unwrap_or_else(|| {
             self.trip(Fault::NotFinite);
@@ -174,10 +180,12 @@ where
         let record = &mut self.record;
         record.mode = self.mode;
         record.pwm_next = self.next.pwm.map(Pwm::counts);
-        record.reference_rad = self.law.reference_rad();
+        record.reference_rad = reference.q.into();
+        record.reference_speed_rad_s = reference.dq.into();
         record.angle_rad = state.q.into();
         record.speed_rad_s = state.dq.into();
         record.torque_nm = self.next.torque_nm.into();
+        record.disturbance_nm = self.law.disturbance_nm();
     }
 
     /// Publishes the tick's record. True if the tick began and ended in time:
@@ -200,9 +208,11 @@ fn blank_record(mode: Mode) -> Record {
         pwm_in_force: [Pwm::OFF.counts(); JOINTS],
         pwm_next: [Pwm::OFF.counts(); JOINTS],
         reference_rad: [0.0; JOINTS],
+        reference_speed_rad_s: [0.0; JOINTS],
         angle_rad: [0.0; JOINTS],
         speed_rad_s: [0.0; JOINTS],
         torque_nm: [0.0; JOINTS],
+        disturbance_nm: [0.0; JOINTS],
         timing: Timing::default(),
         dropped: 0,
     }

@@ -4,9 +4,11 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
 use super::Bridge;
+use super::course::{Course, Departure};
+use super::law::Law;
 use super::mailbox::{Notice, Order, Task};
-use super::supervisor::{Event, Request};
-use crate::link::message::Refusal;
+use super::supervisor::{self, Event, Request, torque_is_on};
+use crate::link::message::{Mode, Refusal};
 
 impl<S, D> Bridge<'_, S, D>
 where
@@ -17,9 +19,48 @@ where
         while let Some(order) = self.end.orders.dequeue() {
             self.heard_us = self.now_us;
             if let Order::Do(sequence, task) = order {
-                let result = self.perform(task);
+                let notice = if matches!(task, Task::Depart) {
+                    self.departure()
+                        .map_or_else(|refusal| Notice::Ack(sequence, Err(refusal)), |departure| {
+                            Notice::Departure(sequence, departure)
+                        })
+                } else {
+                    Notice::Ack(sequence, self.perform(task))
+                };
                 // Lost if the host does not fetch them: it will ask again.
-                let _ = self.end.notices.enqueue(Notice::Ack(sequence, result));
+                let _ = self.end.notices.enqueue(notice);
+            }
+        }
+    }
+
+    /// Replaces the set-up, without a step in the torque if that is on.
+    fn install(&mut self, mut law: Law) -> Result<(), Refusal> {
+        self.apply(Event::Asked(Request::Configure))?;
+        if torque_is_on(self.mode) {
+            if law.period_us() != self.law.period_us() {
+                return Err(Refusal::NotIdle);
+            }
+            let next_us = self.next_start_us;
+            let reference = self.course.at(next_us);
+            law.take_over(&self.law, &reference);
+        } else {
+            self.is_fresh = true;
+        }
+        self.law = law;
+        Ok(())
+    }
+
+    fn departure(&self) -> Result<Departure, Refusal> {
+        supervisor::next(self.mode, Event::Asked(Request::Track))?;
+        Ok(self.present_course().departure(self.now_us))
+    }
+
+    /// The course, or, if the arm follows none, rest where it is.
+    fn present_course(&self) -> Course {
+        match self.mode {
+            Mode::Regulate | Mode::Track => self.course.clone(),
+            Mode::BringUp | Mode::Idle | Mode::Torque | Mode::Fault(_) => {
+                Course::hold(self.record.angle_rad.into())
             }
         }
     }
@@ -35,15 +76,25 @@ where
             }
             Task::Regulate(reference_rad) => {
                 self.apply(Event::Asked(Request::Regulate))?;
-                self.law.set_reference(reference_rad);
+                self.course = Course::hold(reference_rad.into());
                 Ok(())
             }
-            Task::Install(law) => {
-                self.apply(Event::Asked(Request::Configure))?;
-                self.law = law;
-                self.is_fresh = true;
-                Ok(())
+            Task::Depart => Ok(()),
+            Task::Follow(leg) => {
+                supervisor::next(self.mode, Event::Asked(Request::Track))?;
+                let mut course = self.present_course();
+                course.change_to(leg, self.now_us)?;
+                self.course = course;
+                self.apply(Event::Asked(Request::Track))
             }
+            Task::Stream(point) => {
+                supervisor::next(self.mode, Event::Asked(Request::Track))?;
+                let mut course = self.present_course();
+                course.push(self.now_us, point)?;
+                self.course = course;
+                self.apply(Event::Asked(Request::Track))
+            }
+            Task::Install(law) => self.install(law),
         }
     }
 }

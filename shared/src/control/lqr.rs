@@ -57,6 +57,13 @@ impl<T: Real> Lqr<T> {
         }
     }
 
+    /// Somebody's own gain, one row a torque.
+    pub fn of_rows(first: [T; 4], second: [T; 4]) -> Self {
+        Self {
+            gain: Matrix2x4::from_rows(&[first.into(), second.into()]),
+        }
+    }
+
     /// The optimal gain for a model and weights.
     ///
     /// # Errors
@@ -72,11 +79,16 @@ impl<T: Real> Lqr<T> {
 
     /// The torque in N m for a state.
     pub fn torque(&self, state: &State<T>, setpoint: &Setpoint<T>) -> Vector2<T> {
+        setpoint.torque + self.feedback(state, &State::at_rest(setpoint.q))
+    }
+
+    /// The share of it that corrects errors: `-K (x - x_ref)` for any reference.
+    pub fn feedback(&self, state: &State<T>, reference: &State<T>) -> Vector2<T> {
         let error = State {
-            q: state.q - setpoint.q,
-            dq: state.dq,
+            q: state.q - reference.q,
+            dq: state.dq - reference.dq,
         };
-        setpoint.torque - self.gain * error.to_vector()
+        -(self.gain * error.to_vector())
     }
 }
 

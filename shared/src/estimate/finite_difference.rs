@@ -57,6 +57,17 @@ impl<T: Real> FiniteDifference<T> {
         self.estimate = self.prior;
     }
 
+    pub(super) fn prior(&self) -> State<T> {
+        self.prior
+    }
+
+    /// Goes on from this state at the next samples.
+    pub(super) fn adopt(&mut self, state: State<T>) {
+        self.last = [Sample::new(state.q.x), Sample::new(state.q.y)];
+        self.prior = state;
+        self.estimate = state;
+    }
+
     /// See [`Estimator::correct`](super::Estimator::correct).
     pub fn correct(&mut self, measured: [Option<T>; JOINTS]) -> State<T> {
         let before = self.estimate;

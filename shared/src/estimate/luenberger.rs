@@ -14,12 +14,15 @@ use crate::arm::{Discrete, State};
 use crate::design::placement;
 use crate::real::Real;
 use nalgebra::Vector2;
+use postcard::experimental::max_size::MaxSize;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
 
 /// When a sample begins to show in the estimate.
 ///
 /// Both forms run the same recursion and predict the same next state. They
 /// differ in what [`update`](Luenberger::update) returns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Form {
     /// One period later, as printed: the estimate is made of past samples.
     Prediction,
@@ -75,6 +78,16 @@ impl<T: Real> Luenberger<T> {
     pub fn reset(&mut self, q: Vector2<T>) {
         self.prior = State::at_rest(q);
         self.corrected = self.prior;
+    }
+
+    pub(super) fn prior(&self) -> State<T> {
+        self.prior
+    }
+
+    /// Goes on from this state at the next samples.
+    pub(super) fn adopt(&mut self, state: State<T>) {
+        self.prior = state;
+        self.corrected = state;
     }
 
     /// See [`Estimator::correct`](super::Estimator::correct).

@@ -46,17 +46,22 @@ use crate::arm::{Parameters, State};
 use crate::design::placement::{self, Poles};
 use crate::real::Real;
 use nalgebra::Vector2;
+use postcard::experimental::max_size::MaxSize;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
 
 /// Which estimator, and how it is tuned.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Config<T> {
     /// Backward difference through a first-order low pass.
     FiniteDifference {
         /// Time constant of the low pass in s; 0 leaves the plain difference.
         filter_s: T,
     },
-    /// Observer (11) in current form.
+    /// Observer (11).
     Luenberger {
+        /// When a sample begins to show.
+        form: Form,
         /// Two real poles in 0..1 for each joint, as at 45 ms, the period of
         /// the paper; they are mapped to the running period.
         poles_45ms: [[T; 2]; JOINTS],
@@ -87,6 +92,7 @@ impl<T: Real> Config<T> {
     pub fn standing() -> Self {
         let poles = [T::lit(0.05), T::lit(0.06)];
         Self::Luenberger {
+            form: Form::Current,
             poles_45ms: [poles; JOINTS],
         }
     }
@@ -121,7 +127,7 @@ impl<T: Real> Config<T> {
             Self::Kalman(tuning) => Kalman::new(arm, period_s, &tuning)
                 .map(Estimator::Kalman)
                 .ok_or(Error::Noise),
-            Self::Luenberger { poles_45ms } => {
+            Self::Luenberger { form, poles_45ms } => {
                 let [a1, a2] = model.discrete.joints();
                 let gain = |a, [p1, p2]: [T; 2]| {
                     Poles::Real(p1, p2)
@@ -131,7 +137,7 @@ impl<T: Real> Config<T> {
                 };
                 let [poles_1, poles_2] = poles_45ms;
                 let gains = [gain(&a1, poles_1)?, gain(&a2, poles_2)?];
-                let observer = Luenberger::new(model, gains, Form::Current);
+                let observer = Luenberger::new(model, gains, form);
                 Ok(Estimator::Luenberger(observer))
             }
         }
@@ -176,6 +182,26 @@ impl<T: Real> Estimator<T> {
             Self::FiniteDifference(difference) => difference.advance(torque),
             Self::Luenberger(observer) => observer.advance(torque),
             Self::Kalman(filter) => filter.advance(torque),
+        }
+    }
+
+    /// The state at the next samples, as the last [`advance`](Self::advance)
+    /// has it.
+    pub fn prior(&self) -> State<T> {
+        match self {
+            Self::FiniteDifference(difference) => difference.prior(),
+            Self::Luenberger(observer) => observer.prior(),
+            Self::Kalman(filter) => filter.state(),
+        }
+    }
+
+    /// Goes on from what another estimator knows.
+    pub fn adopt(&mut self, other: &Self) {
+        let state = other.prior();
+        match self {
+            Self::FiniteDifference(difference) => difference.adopt(state),
+            Self::Luenberger(observer) => observer.adopt(state),
+            Self::Kalman(filter) => filter.adopt(state, other.disturbance()),
         }
     }
 

@@ -9,6 +9,11 @@
 //! sequence number of the frame that carried it.
 
 use crate::JOINTS;
+use crate::actuator::Joint;
+use crate::arm::Parameters;
+use crate::control::trajectory::Quantity;
+use crate::estimate::Config;
+use super::motion::Motion;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -63,27 +68,59 @@ pub enum Command {
     Idle,
     /// Constant joint torques in N m, clamped to what the servos can do.
     Torque([f32; JOINTS]),
-    /// Hold the arm at these joint angles in rad, by state feedback.
+    /// Hold the arm at these joint angles in rad: a step, if it is elsewhere.
     Regulate([f32; JOINTS]),
+    /// Follow a motion, from wherever the reference is; it begins some ticks
+    /// later, when it is planned.
+    Follow(Motion),
+    /// A point of a reference that the host streams: angles in rad, at a time of
+    /// the board's clock.
+    Stream {
+        /// When, in µs.
+        at_us: u64,
+        /// Where, in rad.
+        angle_rad: [f32; JOINTS],
+        /// How fast, in rad/s; `None` to have it made of the neighbours.
+        speed_rad_s: Option<[f32; JOINTS]>,
+    },
     /// Leave [`Mode::Fault`] for [`Mode::Idle`].
     ClearFault,
-    /// Replace the set-up; refused unless idle.
+    /// Replace the set-up. While torque is on it is taken over without a step in
+    /// the torque, and only the period must stay.
     Configure(Setup),
 }
 
 /// Why a command was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Refusal {
     /// A fault is latched; send [`Command::ClearFault`] first.
     Faulted,
     /// Servos are still being brought up, or do not answer.
     NotReady,
-    /// The set-up can only be replaced when idle.
+    /// The period can only be replaced when idle.
     NotIdle,
+    /// A motion would go beyond what the arm is allowed.
+    Beyond {
+        /// This joint, counting from 0.
+        joint: u8,
+        /// In what.
+        quantity: Quantity,
+        /// To this value, in the quantity's unit.
+        value: f32,
+    },
+    /// A streamed point came too late, or not in order.
+    Late,
     /// A number is not finite or outside its range.
     OutOfRange,
     /// No gains exist for this set-up: the Riccati iteration did not converge.
     NoGains,
+    /// The closed loop would grow: its largest eigenvalue.
+    Unstable {
+        /// Real part, in z.
+        re: f32,
+        /// Imaginary part, in z; its conjugate is one too.
+        im: f32,
+    },
     /// A command queue is full; send it again.
     Busy,
 }
@@ -93,30 +130,67 @@ pub enum Refusal {
 pub struct Setup {
     /// Tick period in µs.
     pub period_us: u32,
-    /// State feedback.
-    pub gains: Gains,
-    /// Where joint speeds come from.
-    pub estimator: Estimator,
-    /// Add the dead-zone half width to every torque (equation (5), 50 counts).
-    pub compensate_dead_zone: bool,
+    /// From state to torque.
+    pub controller: Controller,
+    /// From samples to state.
+    pub estimator: Config<f32>,
+    /// Torque in N m added against dry friction, joint by joint; 0 for none.
+    pub friction_nm: [f32; JOINTS],
+    /// The arm that controller and estimator believe in.
+    pub arm: Parameters<f32>,
+    /// Its servos.
+    pub joints: [Joint<f32>; JOINTS],
 }
 
 impl Default for Setup {
-    /// 1 kHz, the paper's weights (8), and an observer with time constants of
-    /// 15 and 16 ms: little noise in the torque, little damping lost.
+    /// 1 kHz, the paper's arm and weights (8), and an observer with time
+    /// constants of 15 and 16 ms: little noise in the torque, little damping
+    /// lost. Nothing is done about friction.
     fn default() -> Self {
         Self {
             period_us: 1_000,
-            gains: Gains::Design {
+            controller: Controller::StateFeedback(Gains::Design {
                 q: [15.0, 15.0, 1.0, 1.0],
                 r: [10.0, 10.0],
-            },
-            estimator: Estimator::Luenberger {
-                poles_45ms: [[0.05, 0.06]; JOINTS],
-            },
-            compensate_dead_zone: false,
+            }),
+            estimator: Config::standing(),
+            friction_nm: [0.0; JOINTS],
+            arm: Parameters::paper(),
+            joints: [Joint::paper(); JOINTS],
         }
     }
+}
+
+impl Setup {
+    /// What stands best on an arm with dry friction: a Kalman filter that finds
+    /// the torques nobody commanded, Coulomb friction fed forward, and an LQR
+    /// stiffer than the paper's.
+    pub fn best() -> Self {
+        Self {
+            controller: Controller::StateFeedback(Gains::Design {
+                q: [30.0, 30.0, 0.3, 0.3],
+                r: [10.0, 10.0],
+            }),
+            estimator: Config::kalman(),
+            // What the filter is tuned for.
+            friction_nm: [0.04; JOINTS],
+            ..Self::default()
+        }
+    }
+}
+
+/// From state to torque.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+pub enum Controller {
+    /// State feedback (9), with the torque that the reference itself takes.
+    StateFeedback(Gains),
+    /// Feedback linearisation: errors die away as second-order systems do.
+    ComputedTorque {
+        /// Natural frequency of each joint in rad/s.
+        natural_rad_s: [f32; JOINTS],
+        /// Damping ratio of each joint; 1 is critical.
+        damping: [f32; JOINTS],
+    },
 }
 
 /// Where the state-feedback gain comes from.
@@ -131,22 +205,9 @@ pub enum Gains {
         /// Diagonal of R: both torques (equation (8)).
         r: [f32; JOINTS],
     },
-}
-
-/// Where joint speeds come from.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
-pub enum Estimator {
-    /// Backward difference through a first-order low pass.
-    FiniteDifference {
-        /// Time constant of the low pass in s; 0 leaves the plain difference.
-        filter_s: f32,
-    },
-    /// Observer (11) in current form on the exact discretisation, poles per
-    /// joint given at 45 ms and mapped to the running period.
-    Luenberger {
-        /// Two real poles in (0, 1) for each joint, at a period of 45 ms.
-        poles_45ms: [[f32; 2]; JOINTS],
-    },
+    /// Somebody's own K, refused unless it stabilises the arm about upright at
+    /// the running period. Rows: torques; columns: both angles, both speeds.
+    Given([[f32; 2 * JOINTS]; JOINTS]),
 }
 
 /// What the application is doing.
@@ -159,8 +220,10 @@ pub enum Mode {
     Idle,
     /// Constant torque.
     Torque,
-    /// State feedback about a reference.
+    /// Holding a reference that only the host changes.
     Regulate,
+    /// Following a motion or a stream.
+    Track,
     /// Torque off and latched.
     Fault(Fault),
 }
@@ -196,15 +259,20 @@ pub struct Record {
     pub pwm_in_force: [u16; JOINTS],
     /// PWM decided in this tick, to be sent in the next.
     pub pwm_next: [u16; JOINTS],
-    /// Reference angles in rad.
+    /// Reference angles in rad, at the next tick.
     pub reference_rad: [f32; JOINTS],
+    /// Reference speeds in rad/s, at the next tick.
+    pub reference_speed_rad_s: [f32; JOINTS],
     /// Estimated angles in rad.
     pub angle_rad: [f32; JOINTS],
     /// Estimated speeds in rad/s.
     pub speed_rad_s: [f32; JOINTS],
     /// Torque in N m that `pwm_next` stands for, after clamp and rounding, less
-    /// what dead-zone compensation adds.
+    /// what is added against friction.
     pub torque_nm: [f32; JOINTS],
+    /// Torque in N m that acts though nobody commanded it, as estimated; 0 from
+    /// an estimator that does not look for it.
+    pub disturbance_nm: [f32; JOINTS],
     /// What the tick took.
     pub timing: Timing,
     /// Records dropped so far because the host did not fetch them in time.

@@ -8,4 +8,5 @@
 
 pub mod frame;
 pub mod message;
+pub mod motion;
 pub mod schema;

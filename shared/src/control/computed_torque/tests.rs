@@ -1,6 +1,7 @@
 //! Error dynamics, stability, precision, refusals.
 
 use super::*;
+use crate::control::{Bounds, Shape, Trajectory};
 extern crate std;
 use nalgebra::{Matrix2, Vector4};
 use std::vec::Vec;
@@ -87,6 +88,63 @@ fn the_loop_decays_as_the_solution_of_the_second_order_system() {
         let expected = e0 * ((1.0 + wn * t) * (-wn * t).exp());
         assert!((e - expected).amax() < 1e-9, "{t}: {e} {expected}");
     }
+}
+
+/// Sampled: each torque is held for a period and decided a period ahead, on the
+/// state that the exact model predicts. Largest error in rad while the reference
+/// is a sinusoid.
+fn sampled_error(period_s: f64, wn: f64) -> f64 {
+    const SUBSTEPS: u32 = 50;
+    let arm = Parameters::<f64>::paper();
+    let law = ComputedTorque::new(&arm, &tuning(wn, 1.0), period_s).unwrap();
+    let shape = Shape::Sinusoid {
+        centre: Vector2::zeros(),
+        amplitude_rad: Vector2::new(0.4, 0.5),
+        frequency_hz: Vector2::new(0.25, 0.3),
+        phase_rad: Vector2::zeros(),
+        ramp_s: 2.0,
+        duration_s: 12.0,
+    };
+    let bounds = Bounds {
+        angle_rad: 1.0,
+        speed_rad_s: 2.0,
+        acceleration_rad_s2: 10.0,
+    };
+    let start = Reference::at_rest(Vector2::zeros());
+    let trajectory = Trajectory::plan(start, &shape, &bounds).unwrap();
+    let slope = |x: Vector4<f64>, torque| {
+        let state = State::from_vector(x);
+        let ddq = arm.acceleration(&state, torque);
+        Vector4::new(state.dq.x, state.dq.y, ddq.x, ddq.y)
+    };
+    let mut x = Vector4::zeros();
+    let mut largest: f64 = 0.0;
+    for tick in 0..(10.0 / period_s) as u32 {
+        // The prediction is exact, so it is the state itself.
+        let (t, state) = (f64::from(tick) * period_s, State::from_vector(x));
+        let reference = trajectory.at(t);
+        if t > 4.0 {
+            largest = largest.max((reference.q - state.q).amax());
+        }
+        let torque = law.torque(&state, &reference);
+        let h = period_s / f64::from(SUBSTEPS);
+        for _ in 0..SUBSTEPS {
+            let k1 = slope(x, torque);
+            let k2 = slope(x + k1 * (h / 2.0), torque);
+            let k3 = slope(x + k2 * (h / 2.0), torque);
+            let k4 = slope(x + k3 * h, torque);
+            x += (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (h / 6.0);
+        }
+    }
+    largest
+}
+
+#[test]
+fn sampled_it_tracks_as_well_as_the_period_lets_it() {
+    let (at_1_ms, at_45_ms) = (sampled_error(1e-3, 20.0), sampled_error(0.045, 14.0));
+    std::println!("{at_1_ms:e} {at_45_ms:e}");
+    assert!(at_1_ms < 1e-4, "{at_1_ms:e}");
+    assert!(at_45_ms < 5e-3, "{at_45_ms:e}");
 }
 
 #[test]

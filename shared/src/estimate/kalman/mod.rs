@@ -43,11 +43,14 @@ mod tests;
 use crate::JOINTS;
 use crate::arm::{Parameters, Posture, State};
 use crate::real::Real;
-use axis::{Axis, Covariance};
+use axis::{Axis, Covariance, Mean};
 use nalgebra::Vector2;
+use postcard::experimental::max_size::MaxSize;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
 
 /// What the filter believes about the arm and its samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Tuning<T> {
     /// Noise of an angle sample in rad rms, rounding included.
     pub angle_rad: T,
@@ -136,6 +139,19 @@ impl<T: Real> Kalman<T> {
         }
     }
 
+    /// Goes on from this state at the next samples, and these torques that
+    /// nobody commanded.
+    pub(super) fn adopt(&mut self, state: State<T>, disturbance: Vector2<T>) {
+        for (joint, axis) in self.axes.iter_mut().enumerate() {
+            axis.covariance = self.unsure;
+            axis.mean = Mean {
+                q: state.q[joint],
+                dq: state.dq[joint],
+                d: disturbance[joint],
+            };
+        }
+    }
+
     /// See [`Estimator::correct`](super::Estimator::correct).
     pub fn correct(&mut self, measured: [Option<T>; JOINTS]) -> State<T> {
         for (axis, angle) in self.axes.iter_mut().zip(measured) {
@@ -168,7 +184,7 @@ impl<T: Real> Kalman<T> {
         Vector2::new(a.mean.d, b.mean.d)
     }
 
-    fn state(&self) -> State<T> {
+    pub(super) fn state(&self) -> State<T> {
         let [a, b] = &self.axes;
         State {
             q: Vector2::new(a.mean.q, b.mean.q),
