@@ -7,8 +7,9 @@ use armbridge::bench::plant::PlantConfig;
 use armbridge::link::Client;
 use armbridge::operator::{OperatorError, Script};
 use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{
-    Command, Estimator, Fault, Gains, Missing, Mode, Record, Sample, Setup,
+    Command, Controller, Fault, Gains, Missing, Mode, Record, Sample, Setup,
 };
 use armbridge_tests::{bench_run, plant, records, settling_s};
 
@@ -16,12 +17,7 @@ use armbridge_tests::{bench_run, plant, records, settling_s};
 const COUNT_RAD: f64 = 300.0 / 1023.0 * std::f64::consts::PI / 180.0;
 
 fn upright(setup: Setup, duration_s: f64) -> Script {
-    let duration_us = (duration_s * 1e6) as u64;
-    Script {
-        setup,
-        setpoints: vec![(0, [0.0, 0.0])],
-        duration_us,
-    }
+    Script::upright(setup, (duration_s * 1e6) as u64)
 }
 
 /// Mean angle error of both joints over the last `ticks` in Regulate, in rad.
@@ -83,10 +79,10 @@ fn with_friction_the_arm_rests_where_stiction_holds_it() {
 fn paper_gain_at_45_ms_stands() {
     let setup = Setup {
         period_us: 45_000,
-        gains: Gains::Paper,
+        controller: Controller::StateFeedback(Gains::Paper),
         ..Setup::default()
     };
-    let differences = Estimator::FiniteDifference { filter_s: 0.0 };
+    let differences = Config::FiniteDifference { filter_s: 0.0 };
     for (estimator, noise_lsb_rms) in [(differences, 0.0), (setup.estimator, 1.0)] {
         let config = PlantConfig {
             noise_lsb_rms,

@@ -11,14 +11,17 @@ use armbridge::endpoint::Endpoint;
 use armbridge::operator::{Operator, Script};
 use armbridge::remote::RemoteHost;
 use armbridge::wall;
-use armbridge_shared::link::message::{Mode, Record, Setup};
+use armbridge_shared::link::message::{Command, Mode, Record, Setup};
 use armbridge_tests::{plant, records, settling_s};
 
 fn script() -> Script {
     let duration_us = 2_000_000;
     Script {
         setup: Setup::default(),
-        setpoints: vec![(0, [0.0, 0.0]), (1_500_000, [0.1, -0.1])],
+        commands: vec![
+            (0, Command::Regulate([0.0, 0.0])),
+            (1_500_000, Command::Regulate([0.1, -0.1])),
+        ],
         duration_us,
     }
 }
@@ -118,7 +121,7 @@ fn another_program_can_have_the_link() {
     });
     let script = Script {
         setup: Setup::default(),
-        setpoints: vec![(0, [0.0, 0.0])],
+        commands: vec![(0, Command::Regulate([0.0, 0.0]))],
         duration_us: 500_000,
     };
     let mut operator = Operator::new(script);

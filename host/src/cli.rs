@@ -26,6 +26,8 @@ pub(crate) enum Command {
     Emulate(EmulateArgs),
     /// Serve the virtual servos and arm to other programs, in wall-clock time.
     Servos(ServosArgs),
+    /// Compute the paper's numbers and figures again, as a page with verdicts.
+    Paper(OutputArgs),
 }
 
 /// The virtual arm.
@@ -65,7 +67,8 @@ pub(crate) struct RunArgs {
     /// Tick period in µs.
     #[arg(long, value_name = "US", default_value_t = 1_000, value_parser = period)]
     pub(crate) period_us: u32,
-    /// Let the board compensate the servos' dead zone.
+    /// Let the board overcome friction: a Kalman filter that finds the torques
+    /// nobody commanded, and friction fed forward.
     #[arg(long)]
     pub(crate) compensate: bool,
     #[command(flatten)]

@@ -9,10 +9,12 @@ pub mod facts;
 pub mod link;
 pub mod log;
 pub mod operator;
+pub mod paper;
 pub mod plot;
 pub mod progress;
 #[cfg(unix)]
 pub mod pty;
+pub mod refusal;
 pub mod remote;
 pub mod run_folder;
 pub mod serve;

@@ -10,6 +10,8 @@ use armbridge_shared::link::schema;
 
 use crate::bench::cosim::Host;
 use crate::link::{Client, Said};
+use crate::log::names;
+use crate::refusal;
 use crate::summary::LinkStats;
 
 /// How long a board may take to answer the first hello.
@@ -24,24 +26,34 @@ const ACK_TIMEOUT_US: u64 = 2_000_000;
 pub struct Script {
     /// How the board shall work.
     pub setup: Setup,
-    /// When to regulate about which angles: µs since the first, rad. The first
-    /// is at 0.
-    pub setpoints: Vec<(u64, [f32; JOINTS])>,
-    /// Length of the run in µs since the first setpoint.
+    /// What to command when, in µs since the first, which is at 0.
+    pub commands: Vec<(u64, Command)>,
+    /// Length of the run in µs since the first command.
     pub duration_us: u64,
 }
 
 impl Script {
+    /// To stand upright.
+    pub fn upright(setup: Setup, duration_us: u64) -> Self {
+        Self {
+            setup,
+            commands: vec![(0, Command::Regulate([0.0; JOINTS]))],
+            duration_us,
+        }
+    }
+
     /// Upright, then two setpoints nearby: at 40 % and at 70 % of the run.
     pub fn demo(setup: Setup, duration_us: u64) -> Self {
-        let setpoints = vec![
+        let setpoints = [
             (0, [0.0, 0.0]),
             (duration_us * 4 / 10, [0.15, 0.10]),
             (duration_us * 7 / 10, [-0.10, -0.15]),
         ];
         Self {
             setup,
-            setpoints,
+            commands: setpoints
+                .map(|(at_us, q)| (at_us, Command::Regulate(q)))
+                .into(),
             duration_us,
         }
     }
@@ -70,8 +82,13 @@ pub enum OperatorError {
         last: Option<(u8, Missing)>,
     },
     /// The board refused a command.
-    #[error("the board refused {0:?}: {1:?}")]
-    Refused(Command, Refusal),
+    #[error("the board refused `{command}`: {}", refusal::in_words(*.refusal))]
+    Refused {
+        /// Its name.
+        command: &'static str,
+        /// Why.
+        refusal: Refusal,
+    },
     /// The board stopped answering commands.
     #[error("the board stopped answering: was it reset or unplugged?")]
     Silent,
@@ -188,11 +205,18 @@ impl Operator {
             (Said::Done, Phase::SettingUp) => self.enter(Phase::WaitingForServos, now_us),
             (Said::Done, Phase::SwitchingOff) => self.enter(Phase::Over, now_us),
             (Said::Refused(refusal), Phase::SettingUp) => {
-                let command = Command::Configure(self.script.setup);
-                return Err(OperatorError::Refused(command, refusal));
+                return Err(OperatorError::Refused {
+                    command: "configure",
+                    refusal,
+                });
             }
             // A fault came first: the records show it.
-            (Said::Refused(_), Phase::Running { .. }) => self.switch_off(now_us),
+            (Said::Refused(Refusal::Faulted), Phase::Running { .. }) => self.switch_off(now_us),
+            (Said::Refused(refusal), Phase::Running { next, .. }) => {
+                let given = self.script.commands.get(next.saturating_sub(1));
+                let command = given.map_or("idle", |(_, command)| names::command(command));
+                return Err(OperatorError::Refused { command, refusal });
+            }
             (Said::Absent { joint, missing }, _) => self.absent = Some((joint, missing)),
             (Said::Record(record), Phase::WaitingForServos) if record.mode == Mode::Idle => {
                 self.absent = None;
@@ -219,11 +243,10 @@ impl Operator {
         let elapsed_us = now_us.saturating_sub(since_us);
         if elapsed_us >= self.script.duration_us {
             self.switch_off(now_us);
-        } else if let Some((at_us, reference_rad)) = self.script.setpoints.get(next)
+        } else if let Some((at_us, command)) = self.script.commands.get(next)
             && elapsed_us >= *at_us
         {
-            let command = Command::Regulate(*reference_rad);
-            self.command(now_us, command);
+            self.command(now_us, *command);
             self.phase = Phase::Running {
                 since_us,
                 next: next + 1,
@@ -275,7 +298,7 @@ impl Host for Operator {
     fn wake_at_us(&self) -> u64 {
         let due_us = match self.phase {
             Phase::Running { since_us, next } => {
-                let next = self.script.setpoints.get(next);
+                let next = self.script.commands.get(next);
                 since_us + next.map_or(self.script.duration_us, |(at_us, _)| *at_us)
             }
             Phase::Connecting

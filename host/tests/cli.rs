@@ -124,6 +124,8 @@ fn a_folder_that_cannot_be_made_is_named() {
     fs::write(program.0.join("file"), "in the way").unwrap();
     let output = program.run(&["--duration", "0.5", "--out", "file/runs"]);
     assert_fails(&output, &["file", "--out"]);
+    let output = program.run(&["paper", "--out", "file/runs"]);
+    assert_fails(&output, &["file", "--out"]);
 }
 
 #[test]
@@ -183,4 +185,18 @@ fn json_is_one_object_and_quiet_is_nothing() {
     assert!(summary.is_object() && text(&json).lines().count() == 1);
     assert_eq!(text(&run("--quiet")), "");
     assert_eq!(fs::read_dir(program.0.join("runs")).unwrap().count(), 2);
+}
+
+#[test]
+fn the_paper_is_a_page_and_a_json_object() {
+    let program = Program::new("paper");
+    let output = program.run(&["paper", "--json", "--out", "here"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let outline: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let page = outline["report"].as_str().unwrap();
+    assert!(page.starts_with("here") && program.0.join(page).is_file());
+    let claims = outline["claims"].as_array().unwrap();
+    let lqr = claims.iter().find(|claim| claim["id"] == "lqr").unwrap();
+    assert_eq!(lqr["verdict"], "reproduced");
+    assert_eq!(lqr["as_printed"][0]["holds"], true);
 }

@@ -125,14 +125,14 @@ impl<T: Real> Joint<T> {
         }
     }
 
-    /// Whether all is finite, and counts and PWM mean something.
+    /// Whether this can be a servo: its zero on the encoder, a count a fraction
+    /// of a turn, and a PWM that gives some torque. NaN never can.
     pub fn is_valid(&self) -> bool {
-        self.zero_count.is_finite()
-            && self.offset_counts.is_finite()
-            && self.rad_per_count.is_finite()
-            && self.gain_counts_per_nm.is_finite()
-            && self.rad_per_count > T::zero()
-            && self.gain_counts_per_nm > T::zero()
+        let within = |x: T, low: f64, high: f64| x >= T::lit(low) && x <= T::lit(high);
+        within(self.zero_count, 0.0, 1023.0)
+            && within(self.rad_per_count, 1e-4, 0.1)
+            && within(self.gain_counts_per_nm, 10.0, 1e5)
+            && within(self.offset_counts, -500.0, 500.0)
     }
 
     /// Joint angle in rad at an encoder count.

@@ -3,7 +3,7 @@
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Discrete, Parameters, State};
 use armbridge_shared::design::placement;
-use armbridge_shared::estimate::{Config, Error, Estimator, Luenberger};
+use armbridge_shared::estimate::{Config, Error, Estimator, Form, Luenberger};
 use nalgebra::{Matrix2x4, Matrix4x2, Vector2, Vector4};
 
 /// A made-up motion: angles, and torques that have nothing to do with them.
@@ -130,7 +130,13 @@ fn an_estimator_that_cannot_be_is_refused_by_name() {
     );
     let poles_45ms = [[0.1, 0.2], [0.1, 1.0]];
     assert_eq!(
-        refused(Config::Luenberger { poles_45ms }, 0.001),
+        refused(
+            Config::Luenberger {
+                form: Form::Current,
+                poles_45ms
+            },
+            0.001
+        ),
         Error::Placement(placement::Error::Unstable)
     );
 }

@@ -3,9 +3,9 @@
 
 use armbridge::bench::plant::{Plant, PlantConfig};
 use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::{Command, DeadZone, Joint, Pwm};
+use armbridge_shared::actuator::{Command, Joint, Pwm};
 use armbridge_shared::arm::{Parameters, State};
-use armbridge_shared::control::{Lqr, Setpoint, Weights};
+use armbridge_shared::control::{DryFriction, Lqr, Setpoint, Weights};
 use armbridge_shared::estimate::Config;
 use nalgebra::Vector2;
 
@@ -51,10 +51,13 @@ impl Loop {
             Some(weights) => Lqr::design(&model, weights).expect("gains"),
             None => Lqr::paper(),
         };
-        let joint = Joint {
-            dead_zone: self.compensate.then(DeadZone::paper),
-            ..Joint::<f32>::paper()
-        };
+        let joint = Joint::<f32>::paper();
+        let friction = DryFriction::of(if self.compensate {
+            // The paper's dead zone: half of 950..1050.
+            [50.0 / 834.0; JOINTS]
+        } else {
+            [0.0; JOINTS]
+        });
         let mut estimator = self.estimator.build(&arm, period_s).expect("an estimator");
         let target = Setpoint::new(&arm, Vector2::from(setpoint));
         let mut plant = Plant::new(*plant, seed);
@@ -84,8 +87,15 @@ impl Loop {
             let in_force = Vector2::from(next.map(|command| command.torque_nm));
             estimator.correct(measured);
             let ahead = estimator.advance(in_force);
-            let (torque, balance) = (lqr.torque(&ahead, &target), target.torque());
-            next = [0, 1].map(|j| joint.command(torque[j], balance[j]).expect("finite"));
+            let torque = lqr.torque(&ahead, &target);
+            let added = friction.feed_forward(torque - target.torque(), Vector2::zeros());
+            next = [0, 1].map(|j| {
+                let command = joint.command(torque[j] + added[j]).expect("finite");
+                Command {
+                    torque_nm: command.torque_nm - added[j],
+                    ..command
+                }
+            });
             trace.push(Tick {
                 q: plant.state().q,
                 torque: in_force.cast(),

@@ -1,16 +1,18 @@
 //! The board's end of the link, with the bridge beside it and servos that
 //! answer: whatever a host sends, the board ticks on and stays safe.
 
-use armbridge_shared::actuator::Pwm;
+use armbridge_shared::actuator::{Joint, Pwm};
 use armbridge_shared::bridge::limits::{
     PERIOD_MAX_US, PERIOD_MIN_US, REFERENCE_MAX_RAD, TORQUE_MAX_NM,
 };
 use armbridge_shared::bridge::supervisor::torque_is_on;
 use armbridge_shared::bridge::{Bridge, LinkPort, Mailboxes, Progress};
+use armbridge_shared::estimate::{Config, Form, Tuning};
 use armbridge_shared::link::frame::{Decoder, Encoder, MAX, Received};
 use armbridge_shared::link::message::{
-    Command, Estimator, Fault, Gains, Hello, Mode, Record, Setup, ToBoard, ToHost,
+    Command, Controller, Fault, Gains, Hello, Mode, Record, Setup, ToBoard, ToHost,
 };
+use armbridge_shared::link::motion::{Motion, Via};
 use armbridge_shared::link::schema;
 use armbridge_tests::random::Random;
 
@@ -56,28 +58,99 @@ fn nasty<const N: usize>(random: &mut Random) -> [f32; N] {
 fn setup(random: &mut Random) -> Setup {
     let mut setup = Setup::default();
     for _ in 0..=random.below(2) {
-        match random.below(6) {
+        match random.below(11) {
             0 => {
                 setup.period_us =
                     random.one_of(&[0, 1, 999, 1_000, 1_001, 45_000, 100_000, 100_001, u32::MAX]);
             }
-            1 => setup.gains = Gains::Paper,
+            1 => setup.controller = Controller::StateFeedback(Gains::Paper),
             2 => {
                 let (q, r) = (nasty(random), nasty(random));
-                setup.gains = Gains::Design { q, r };
+                setup.controller = Controller::StateFeedback(Gains::Design { q, r });
             }
             3 => {
                 let [filter_s] = nasty(random);
-                setup.estimator = Estimator::FiniteDifference { filter_s };
+                setup.estimator = Config::FiniteDifference { filter_s };
             }
             4 => {
                 let poles_45ms = [nasty(random), nasty(random)];
-                setup.estimator = Estimator::Luenberger { poles_45ms };
+                setup.estimator = Config::Luenberger {
+                    form: Form::Current,
+                    poles_45ms,
+                };
             }
-            _ => setup.compensate_dead_zone = true,
+            5 => setup.friction_nm = nasty(random),
+            6 => {
+                let gain = [nasty(random), nasty(random)];
+                setup.controller = Controller::StateFeedback(Gains::Given(gain));
+            }
+            7 => {
+                let (natural_rad_s, damping) = (nasty(random), nasty(random));
+                setup.controller = Controller::ComputedTorque {
+                    natural_rad_s,
+                    damping,
+                };
+            }
+            8 => {
+                let [
+                    angle_rad,
+                    acceleration,
+                    disturbance,
+                    coulomb_nm,
+                    slide_rad_s,
+                ] = nasty(random);
+                setup.estimator = Config::Kalman(Tuning {
+                    angle_rad,
+                    acceleration,
+                    disturbance,
+                    coulomb_nm,
+                    slide_rad_s,
+                });
+            }
+            9 => [setup.arm.i1x, setup.arm.b2, setup.arm.g] = nasty(random),
+            _ => {
+                [
+                    setup.joints[1].zero_count,
+                    setup.joints[0].gain_counts_per_nm,
+                ] = nasty(random);
+            }
         }
     }
     setup
+}
+
+fn motion(random: &mut Random) -> Motion {
+    let [duration_s, ramp_s] = nasty(random);
+    match random.below(4) {
+        0 => Motion::MinimumJerk {
+            to_rad: nasty(random),
+            duration_s: (duration_s > 1.0).then_some(duration_s),
+        },
+        1 => {
+            let vias = [(); 8].map(|()| {
+                let [at_s] = nasty(random);
+                let angle_rad = nasty(random);
+                Some(Via { at_s, angle_rad })
+            });
+            Motion::Waypoints(vias)
+        }
+        2 => Motion::Sinusoid {
+            centre_rad: nasty(random),
+            amplitude_rad: nasty(random),
+            frequency_hz: nasty(random),
+            phase_rad: nasty(random),
+            ramp_s,
+            duration_s,
+        },
+        _ => Motion::Chirp {
+            centre_rad: nasty(random),
+            amplitude_rad: nasty(random),
+            from_hz: nasty(random),
+            to_hz: nasty(random),
+            ramp_s,
+            duration_s,
+        },
+    }
 }
 
 fn message(random: &mut Random) -> ToBoard {
@@ -94,7 +167,17 @@ fn message(random: &mut Random) -> ToBoard {
         10 => Command::Configure(setup(random)),
         11..=13 => Command::Torque(nasty(random)),
         14..=16 => Command::Regulate(nasty(random)),
-        17 | 18 => Command::Torque([0.3, -0.2]),
+        17 => Command::Torque([0.3, -0.2]),
+        18 => Command::Follow(motion(random)),
+        19 => {
+            let at_us = random.below(2_000_000);
+            let speed = nasty(random);
+            Command::Stream {
+                at_us,
+                angle_rad: [0.1, -0.1],
+                speed_rad_s: at_us.is_multiple_of(2).then_some(speed),
+            }
+        }
         _ => Command::Regulate([0.1, -1.0]),
     })
 }
@@ -102,26 +185,66 @@ fn message(random: &mut Random) -> ToBoard {
 /// Whether a command may be accepted at all.
 fn is_acceptable(command: &Command) -> bool {
     let within = |values: &[f32], limit: f32| values.iter().all(|value| value.abs() <= limit);
+    let finite = |values: &[f32]| values.iter().all(|value| value.is_finite());
     match command {
         Command::Idle | Command::ClearFault => true,
         Command::Torque(torque_nm) => within(torque_nm, TORQUE_MAX_NM),
         Command::Regulate(reference_rad) => within(reference_rad, REFERENCE_MAX_RAD),
         Command::Configure(setup) => {
             let estimator_is_stable = match setup.estimator {
-                Estimator::FiniteDifference { filter_s } => filter_s.is_finite() && filter_s >= 0.0,
-                Estimator::Luenberger { poles_45ms } => poles_45ms
+                Config::FiniteDifference { filter_s } => filter_s.is_finite() && filter_s >= 0.0,
+                Config::Luenberger { poles_45ms, .. } => poles_45ms
                     .iter()
                     .flatten()
                     .all(|pole| (0.0..1.0).contains(pole)),
+                Config::Kalman(tuning) => finite(&[
+                    tuning.angle_rad,
+                    tuning.acceleration,
+                    tuning.disturbance,
+                    tuning.coulomb_nm,
+                    tuning.slide_rad_s,
+                ]),
             };
-            let gains_are_finite = match setup.gains {
-                Gains::Paper => true,
-                Gains::Design { q, r } => q.iter().chain(&r).all(|weight| weight.is_finite()),
+            let gains_are_finite = match setup.controller {
+                Controller::StateFeedback(Gains::Paper) => true,
+                Controller::StateFeedback(Gains::Design { q, r }) => finite(&q) && finite(&r),
+                Controller::StateFeedback(Gains::Given(rows)) => finite(rows.as_flattened()),
+                Controller::ComputedTorque {
+                    natural_rad_s,
+                    damping,
+                } => finite(&natural_rad_s) && finite(&damping),
             };
             (PERIOD_MIN_US..=PERIOD_MAX_US).contains(&setup.period_us)
                 && estimator_is_stable
                 && gains_are_finite
+                && within(&setup.friction_nm, 1.0)
+                && setup.arm.is_valid()
+                && setup.joints.iter().all(Joint::is_valid)
         }
+        Command::Follow(motion) => match *motion {
+            Motion::MinimumJerk { to_rad, duration_s } => {
+                within(&to_rad, 1.0001 * REFERENCE_MAX_RAD) && duration_s.is_none_or(f32::is_finite)
+            }
+            Motion::Waypoints(vias) => vias
+                .iter()
+                .map_while(|via| *via)
+                .all(|via| within(&via.angle_rad, 1.0001 * REFERENCE_MAX_RAD)),
+            Motion::Sinusoid {
+                centre_rad,
+                amplitude_rad,
+                ..
+            }
+            | Motion::Chirp {
+                centre_rad,
+                amplitude_rad,
+                ..
+            } => finite(&centre_rad) && finite(&amplitude_rad),
+        },
+        Command::Stream {
+            angle_rad,
+            speed_rad_s,
+            ..
+        } => within(angle_rad, REFERENCE_MAX_RAD) && speed_rad_s.is_none_or(|speed| finite(&speed)),
     }
 }
 
@@ -264,8 +387,15 @@ impl<'a> Test<'a> {
                 ToBoard::Command(command) => Some(command),
                 ToBoard::Hello(_) | ToBoard::Heartbeat => None,
             });
-            let mut on = commands
-                .filter(|command| matches!(command, Command::Torque(_) | Command::Regulate(_)));
+            let mut on = commands.filter(|command| {
+                matches!(
+                    command,
+                    Command::Torque(_)
+                        | Command::Regulate(_)
+                        | Command::Follow(_)
+                        | Command::Stream { .. }
+                )
+            });
             assert!(on.any(|on| is_acceptable(&on)), "{mode:?}: {:?}", self.told);
         }
         self.check_wire(sent_before, torque_is_on(before) || torque_is_on(mode));
@@ -426,7 +556,7 @@ fn a_host_cannot_make_the_board_unsafe() {
 fn a_long_fault_without_servos_stays_finite() {
     let estimators = [
         Setup::default().estimator,
-        Estimator::FiniteDifference { filter_s: 0.02 },
+        Config::FiniteDifference { filter_s: 0.02 },
     ];
     let periods_us = [PERIOD_MIN_US, 10_000, PERIOD_MAX_US];
     for (estimator, period_us) in estimators

@@ -40,8 +40,10 @@ fn record(random: &mut Random) -> Record {
     Record {
         reference_rad: pair(),
         angle_rad: pair(),
+        reference_speed_rad_s: pair(),
         speed_rad_s: pair(),
         torque_nm: pair(),
+        disturbance_nm: pair(),
         tick: random.below(1 << 32) as u32,
         start_us: random.below(u64::MAX),
         mode: Mode::Regulate,

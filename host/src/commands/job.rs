@@ -61,8 +61,11 @@ impl Job {
     ) -> Result<Self, Box<dyn std::error::Error>> {
         let setup = Setup {
             period_us: args.period_us,
-            compensate_dead_zone: args.compensate,
-            ..Setup::default()
+            ..if args.compensate {
+                Setup::best()
+            } else {
+                Setup::default()
+            }
         };
         let duration_us = (args.duration * 1e6) as u64;
         Ok(Self {

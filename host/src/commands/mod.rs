@@ -3,6 +3,7 @@
 pub(crate) mod demo;
 #[cfg(unix)]
 pub(crate) mod emulate;
+pub(crate) mod paper;
 pub(crate) mod servos;
 
 mod job;

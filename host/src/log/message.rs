@@ -8,7 +8,8 @@
 
 use super::names;
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Command, Record, Sample, Timing};
+use armbridge_shared::link::message::{Command, Record, Sample, Setup, Timing};
+use armbridge_shared::link::motion::Motion;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::borrow::Cow;
 
@@ -32,11 +33,15 @@ pub struct TickMessage<'a> {
     #[serde(deserialize_with = "null_is_nan")]
     reference_rad: [f32; JOINTS],
     #[serde(deserialize_with = "null_is_nan")]
+    reference_speed_rad_s: [f32; JOINTS],
+    #[serde(deserialize_with = "null_is_nan")]
     angle_rad: [f32; JOINTS],
     #[serde(deserialize_with = "null_is_nan")]
     speed_rad_s: [f32; JOINTS],
     #[serde(deserialize_with = "null_is_nan")]
     torque_nm: [f32; JOINTS],
+    #[serde(deserialize_with = "null_is_nan")]
+    disturbance_nm: [f32; JOINTS],
     start_error_us: u32,
     bus_us: u32,
     compute_ns: u32,
@@ -56,14 +61,24 @@ struct SampleMessage<'a> {
 /// A command of the host, at the time it was sent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CommandMessage<'a> {
-    /// `idle`, `torque`, `regulate`, `clear_fault` or `configure`.
+    /// `idle`, `torque`, `regulate`, `follow`, `stream`, `clear_fault` or
+    /// `configure`.
     pub kind: Cow<'a, str>,
     /// Torques of a `torque` command in N m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_nm: Option<[f32; JOINTS]>,
-    /// Reference of a `regulate` command in rad.
+    /// Reference of a `regulate` or `stream` command in rad.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference_rad: Option<[f32; JOINTS]>,
+    /// When a `stream` command's reference holds, in µs of the board's clock.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_us: Option<u64>,
+    /// Motion of a `follow` command.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Motion>,
+    /// Set-up of a `configure` command.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setup: Option<Setup>,
 }
 
 /// Serde hook: reads `null` as NaN, as which a number that is not finite was
@@ -93,9 +108,11 @@ impl From<&Record> for TickMessage<'static> {
             pwm_in_force: record.pwm_in_force,
             pwm_next: record.pwm_next,
             reference_rad: record.reference_rad,
+            reference_speed_rad_s: record.reference_speed_rad_s,
             angle_rad: record.angle_rad,
             speed_rad_s: record.speed_rad_s,
             torque_nm: record.torque_nm,
+            disturbance_nm: record.disturbance_nm,
             start_error_us: record.timing.start_error_us,
             bus_us: record.timing.bus_us,
             compute_ns: record.timing.compute_ns,
@@ -117,9 +134,11 @@ impl TickMessage<'_> {
             pwm_in_force: self.pwm_in_force,
             pwm_next: self.pwm_next,
             reference_rad: self.reference_rad,
+            reference_speed_rad_s: self.reference_speed_rad_s,
             angle_rad: self.angle_rad,
             speed_rad_s: self.speed_rad_s,
             torque_nm: self.torque_nm,
+            disturbance_nm: self.disturbance_nm,
             timing: Timing {
                 start_error_us: self.start_error_us,
                 bus_us: self.bus_us,
@@ -143,17 +162,27 @@ impl SampleMessage<'_> {
 
 impl From<&Command> for CommandMessage<'static> {
     fn from(command: &Command) -> Self {
-        let (kind, torque_nm, reference_rad) = match *command {
-            Command::Idle => ("idle", None, None),
-            Command::Torque(torque_nm) => ("torque", Some(torque_nm), None),
-            Command::Regulate(reference_rad) => ("regulate", None, Some(reference_rad)),
-            Command::ClearFault => ("clear_fault", None, None),
-            Command::Configure(_) => ("configure", None, None),
+        let mut message = Self {
+            kind: names::command(command).into(),
+            torque_nm: None,
+            reference_rad: None,
+            at_us: None,
+            motion: None,
+            setup: None,
         };
-        Self {
-            kind: kind.into(),
-            torque_nm,
-            reference_rad,
+        match *command {
+            Command::Idle | Command::ClearFault => {}
+            Command::Torque(torque_nm) => message.torque_nm = Some(torque_nm),
+            Command::Regulate(reference_rad) => message.reference_rad = Some(reference_rad),
+            Command::Follow(motion) => message.motion = Some(motion),
+            Command::Stream {
+                at_us, angle_rad, ..
+            } => {
+                message.at_us = Some(at_us);
+                message.reference_rad = Some(angle_rad);
+            }
+            Command::Configure(setup) => message.setup = Some(setup),
         }
+        message
     }
 }

@@ -3,7 +3,7 @@
 //! Log files, tables and plots all use these, so that a word found in one can
 //! be searched for in the others.
 
-use armbridge_shared::link::message::{Fault, Missing, Mode};
+use armbridge_shared::link::message::{Command, Fault, Missing, Mode};
 
 /// Every fault.
 pub const FAULTS: [Fault; 5] = [
@@ -25,6 +25,15 @@ pub const MISSING: [Missing; 7] = [
     Missing::Line,
 ];
 
+/// Every mode but the faults.
+pub const MODES: [Mode; 5] = [
+    Mode::BringUp,
+    Mode::Idle,
+    Mode::Torque,
+    Mode::Regulate,
+    Mode::Track,
+];
+
 /// Name of a mode; faults all are `fault`, see [`fault`].
 pub fn mode(mode: Mode) -> &'static str {
     match mode {
@@ -32,7 +41,21 @@ pub fn mode(mode: Mode) -> &'static str {
         Mode::Idle => "idle",
         Mode::Torque => "torque",
         Mode::Regulate => "regulate",
+        Mode::Track => "track",
         Mode::Fault(_) => "fault",
+    }
+}
+
+/// Name of a command.
+pub fn command(command: &Command) -> &'static str {
+    match command {
+        Command::Idle => "idle",
+        Command::Torque(_) => "torque",
+        Command::Regulate(_) => "regulate",
+        Command::Follow(_) => "follow",
+        Command::Stream { .. } => "stream",
+        Command::ClearFault => "clear_fault",
+        Command::Configure(_) => "configure",
     }
 }
 
@@ -80,9 +103,7 @@ pub fn mode_from(mode_name: &str, fault_name: &str) -> Option<Mode> {
             .into_iter()
             .find(|&f| fault(f) == fault_name)
             .map(Mode::Fault),
-        name => [Mode::BringUp, Mode::Idle, Mode::Torque, Mode::Regulate]
-            .into_iter()
-            .find(|&m| mode(m) == name),
+        name => MODES.into_iter().find(|&m| mode(m) == name),
     }
 }
 

@@ -2,7 +2,7 @@
 
 /// How values are spread over an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Scale {
+pub(crate) enum Scale {
     /// Evenly.
     Linear,
     /// By ratio; for positive values.
@@ -13,15 +13,17 @@ pub(super) enum Scale {
 
 /// A range of values on a scale.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Axis {
-    pub(super) scale: Scale,
-    pub(super) low: f64,
-    pub(super) high: f64,
+pub(crate) struct Axis {
+    pub(crate) scale: Scale,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
 }
 
 impl Scale {
     fn apply(self, value: f64) -> f64 {
         match self {
+            // `max` would make a number of what is none.
+            _ if value.is_nan() => value,
             Self::Linear => value,
             Self::Log => value.max(f64::MIN_POSITIVE).ln(),
             Self::LogFromOne => value.max(0.0).ln_1p(),
@@ -31,7 +33,7 @@ impl Scale {
 
 impl Axis {
     /// A linear axis over these values, with some room at both ends.
-    pub(super) fn around(values: impl Iterator<Item = f64>, room: f64) -> Self {
+    pub(crate) fn around(values: impl Iterator<Item = f64>, room: f64) -> Self {
         let (low, high) = values
             .filter(|v| v.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
@@ -53,13 +55,13 @@ impl Axis {
     }
 
     /// Where a value is: 0 at the low end, 1 at the high end.
-    pub(super) fn position(&self, value: f64) -> f64 {
+    pub(crate) fn position(&self, value: f64) -> f64 {
         let (low, high) = (self.scale.apply(self.low), self.scale.apply(self.high));
         (self.scale.apply(value) - low) / (high - low)
     }
 
     /// Values to write beside the axis, at most about this many.
-    pub(super) fn ticks(&self, most: f64) -> Vec<(f64, String)> {
+    pub(crate) fn ticks(&self, most: f64) -> Vec<(f64, String)> {
         match self.scale {
             Scale::Linear => self.even_ticks(most),
             Scale::Log | Scale::LogFromOne => self.decade_ticks(),
@@ -77,8 +79,9 @@ impl Axis {
             .unwrap_or(decade * 10.0);
         let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
         let (first, last) = (
-            (self.low / step).ceil() as i64,
-            (self.high / step).floor() as i64,
+            // Ends are often ticks themselves, give or take a rounding.
+            (self.low / step - 1e-9).ceil() as i64,
+            (self.high / step + 1e-9).floor() as i64,
         );
         (first..=last)
             .map(|i| {
@@ -141,6 +144,7 @@ mod tests {
                 high: 80.0,
             };
             assert!(axis.position(0.5).abs() < 1e-12 && (axis.position(80.0) - 1.0).abs() < 1e-12);
+            assert!(axis.position(f64::NAN).is_nan());
         }
     }
 

@@ -1,4 +1,5 @@
-//! Plots of a run: three figures, each as SVG and PNG.
+//! Plots of a run: three figures, each as SVG and PNG. The parts that they are
+//! drawn with serve the [`paper`](crate::paper)'s figures as well.
 //!
 //! | file     | shows                                                         |
 //! |----------|---------------------------------------------------------------|
@@ -9,11 +10,11 @@
 //! Time is in s after the first record, as in the summary.
 
 mod angles;
-mod axis;
+pub(crate) mod axis;
 mod decimate;
-mod panel;
+pub(crate) mod panel;
 mod png;
-mod svg;
+pub(crate) mod svg;
 mod timing;
 mod torque;
 
@@ -27,7 +28,7 @@ use std::path::{Path, PathBuf};
 use svg::{Anchor, Font, Svg};
 
 /// Width of every figure in px.
-const WIDTH: f64 = 1040.0;
+pub(crate) const WIDTH: f64 = 1040.0;
 
 /// Why the plots could not be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -64,11 +65,20 @@ pub fn draw_all(
         ("torque", torque::draw(facts, records)),
         ("timing", timing::draw(facts, records)),
     ];
+    write_all(folder, figures)
+}
+
+/// Writes drawings by these names into a folder; returns the files, SVG before
+/// PNG.
+pub(crate) fn write_all<'a>(
+    folder: &Path,
+    figures: impl IntoIterator<Item = (&'a str, String)>,
+) -> Result<Vec<PathBuf>, PlotError> {
     let fonts = png::fonts();
     // Drawing pixels is most of the work, and the figures have nothing to do
     // with each other.
     std::thread::scope(|scope| {
-        let threads = figures.map(|(name, svg)| {
+        let spawn = |(name, svg): (&'a str, String)| {
             let fonts = fonts.clone();
             scope.spawn(move || {
                 let svg_path = folder.join(format!("{name}.svg"));
@@ -81,7 +91,8 @@ pub fn draw_all(
                 write(&png_path, &pixels)?;
                 Ok([svg_path, png_path])
             })
-        });
+        };
+        let threads: Vec<_> = figures.into_iter().map(spawn).collect();
         let mut files = Vec::new();
         for thread in threads {
             let drawn = thread
@@ -93,7 +104,7 @@ pub fn draw_all(
     })
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<(), PlotError> {
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), PlotError> {
     std::fs::write(path, bytes).map_err(|source| PlotError::Write {
         path: path.to_path_buf(),
         source,

@@ -5,33 +5,33 @@ use super::decimate::{decimate, distinct};
 use super::svg::{Anchor, Font, Rect, Stroke, Svg};
 
 /// Text and frames, from dark to light.
-pub(super) const INK: &str = "#1f2933";
-pub(super) const MUTED: &str = "#5f6c7b";
-pub(super) const FRAME: &str = "#aab4bf";
-pub(super) const GRID: &str = "#e9edf1";
+pub(crate) const INK: &str = "#1f2933";
+pub(crate) const MUTED: &str = "#5f6c7b";
+pub(crate) const FRAME: &str = "#aab4bf";
+pub(crate) const GRID: &str = "#e9edf1";
 /// The colour of each joint, and its light tint for samples.
-pub(super) const JOINT: [&str; 2] = ["#1769aa", "#c8561b"];
-pub(super) const JOINT_TINT: [&str; 2] = ["#9cc3e3", "#f0b996"];
+pub(crate) const JOINT: [&str; 2] = ["#1769aa", "#c8561b"];
+pub(crate) const JOINT_TINT: [&str; 2] = ["#9cc3e3", "#f0b996"];
 /// Limits, faults, what is missing.
-pub(super) const ALARM: &str = "#b4232f";
+pub(crate) const ALARM: &str = "#b4232f";
 /// Where things are as they should be.
-pub(super) const GOOD: &str = "#2a9d6a";
+pub(crate) const GOOD: &str = "#2a9d6a";
 
 /// Axis titles, tick labels and legends.
-pub(super) const LABEL: Font = Font {
+pub(crate) const LABEL: Font = Font {
     size: 12.0,
     bold: false,
     colour: MUTED,
     anchor: Anchor::Middle,
 };
 /// Setpoints.
-pub(super) const SETPOINT: Stroke = Stroke {
+pub(crate) const SETPOINT: Stroke = Stroke {
     colour: INK,
     width: 1.3,
     dash: "6 4",
 };
 /// Limits of what a servo can do.
-pub(super) const LIMIT: Stroke = Stroke {
+pub(crate) const LIMIT: Stroke = Stroke {
     colour: ALARM,
     width: 1.2,
     dash: "3 3",
@@ -43,15 +43,15 @@ const TICK_SPACING_Y: f64 = 34.0;
 
 /// A framed area with two axes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Panel {
-    pub(super) frame: Rect,
-    pub(super) x: Axis,
-    pub(super) y: Axis,
+pub(crate) struct Panel {
+    pub(crate) frame: Rect,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
 }
 
 /// How an entry of a legend looks.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Key {
+pub(crate) enum Key {
     Line(Stroke),
     Dots(&'static str),
     Band(&'static str),
@@ -59,7 +59,7 @@ pub(super) enum Key {
 
 impl Panel {
     /// Px of a point.
-    pub(super) fn at(&self, x: f64, y: f64) -> (f64, f64) {
+    pub(crate) fn at(&self, x: f64, y: f64) -> (f64, f64) {
         let Rect { x: left, w, h, .. } = self.frame;
         (
             left + self.x.position(x) * w,
@@ -69,7 +69,7 @@ impl Panel {
 
     /// Grid, frame, tick labels, axis titles; `x_title` none for an axis that
     /// is labelled by a panel below, `y_title` likewise for one beside.
-    pub(super) fn draw(
+    pub(crate) fn draw(
         &self,
         svg: &mut Svg,
         title: &str,
@@ -115,7 +115,7 @@ impl Panel {
     }
 
     /// A legend above the right end of the frame.
-    pub(super) fn legend(&self, svg: &mut Svg, entries: &[(Key, &str)]) {
+    pub(crate) fn legend(&self, svg: &mut Svg, entries: &[(Key, &str)]) {
         let font = Font {
             anchor: Anchor::Start,
             ..LABEL
@@ -148,7 +148,7 @@ impl Panel {
     }
 
     /// A curve, with a gap at each value that is not finite.
-    pub(super) fn curve(
+    pub(crate) fn curve(
         &self,
         svg: &mut Svg,
         points: impl Iterator<Item = (f64, f64)>,
@@ -159,7 +159,7 @@ impl Panel {
     }
 
     /// A dot for each point.
-    pub(super) fn dots(
+    pub(crate) fn dots(
         &self,
         svg: &mut Svg,
         points: impl Iterator<Item = (f64, f64)>,
@@ -170,7 +170,7 @@ impl Panel {
     }
 
     /// A filled area between two corners.
-    pub(super) fn area(
+    pub(crate) fn area(
         &self,
         svg: &mut Svg,
         a: (f64, f64),
@@ -189,7 +189,7 @@ impl Panel {
     }
 
     /// A level line over the whole width.
-    pub(super) fn level(&self, svg: &mut Svg, y: f64, stroke: Stroke) {
+    pub(crate) fn level(&self, svg: &mut Svg, y: f64, stroke: Stroke) {
         let (_, py) = self.at(self.x.low, y);
         self.clipped(svg, |svg| {
             svg.line((self.frame.x, py), (self.frame.right(), py), stroke);

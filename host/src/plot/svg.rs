@@ -14,34 +14,34 @@ const FONTS: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
 /// A rectangle in px; y grows downwards.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rect {
-    pub(super) x: f64,
-    pub(super) y: f64,
-    pub(super) w: f64,
-    pub(super) h: f64,
+pub(crate) struct Rect {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) w: f64,
+    pub(crate) h: f64,
 }
 
 impl Rect {
-    pub(super) fn right(&self) -> f64 {
+    pub(crate) fn right(&self) -> f64 {
         self.x + self.w
     }
 
-    pub(super) fn bottom(&self) -> f64 {
+    pub(crate) fn bottom(&self) -> f64 {
         self.y + self.h
     }
 }
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stroke {
-    pub(super) colour: &'static str,
-    pub(super) width: f64,
+pub(crate) struct Stroke {
+    pub(crate) colour: &'static str,
+    pub(crate) width: f64,
     /// Lengths of dash and gap; empty for a continuous line.
-    pub(super) dash: &'static str,
+    pub(crate) dash: &'static str,
 }
 
 impl Stroke {
-    pub(super) const fn solid(colour: &'static str, width: f64) -> Self {
+    pub(crate) const fn solid(colour: &'static str, width: f64) -> Self {
         Self {
             colour,
             width,
@@ -52,7 +52,7 @@ impl Stroke {
 
 /// Which point of a text is at its coordinates.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
@@ -60,16 +60,16 @@ pub(super) enum Anchor {
 
 /// How a text is set.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Font {
-    pub(super) size: f64,
-    pub(super) bold: bool,
-    pub(super) colour: &'static str,
-    pub(super) anchor: Anchor,
+pub(crate) struct Font {
+    pub(crate) size: f64,
+    pub(crate) bold: bool,
+    pub(crate) colour: &'static str,
+    pub(crate) anchor: Anchor,
 }
 
 impl Font {
     /// Width of a text in px, about: fonts differ, and none is asked.
-    pub(super) fn width(&self, text: &str) -> f64 {
+    pub(crate) fn width(&self, text: &str) -> f64 {
         // Mean advance of Noto Sans over English text, in em.
         text.chars().count() as f64 * self.size * if self.bold { 0.60 } else { 0.555 }
     }
@@ -77,14 +77,14 @@ impl Font {
 
 /// A drawing being made.
 #[derive(Debug)]
-pub(super) struct Svg {
+pub(crate) struct Svg {
     body: String,
     clips: usize,
 }
 
 impl Svg {
     /// An empty drawing on white.
-    pub(super) fn new(width: f64, height: f64) -> Self {
+    pub(crate) fn new(width: f64, height: f64) -> Self {
         let mut svg = Self {
             body: String::with_capacity(1 << 17),
             clips: 0,
@@ -114,7 +114,7 @@ impl Svg {
     }
 
     /// A filled rectangle.
-    pub(super) fn rect(&mut self, Rect { x, y, w, h }: Rect, fill: &str, opacity: f64) {
+    pub(crate) fn rect(&mut self, Rect { x, y, w, h }: Rect, fill: &str, opacity: f64) {
         self.put(format_args!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" \
              fill=\"{fill}\" fill-opacity=\"{opacity}\"/>"
@@ -122,12 +122,12 @@ impl Svg {
     }
 
     /// A straight line.
-    pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
+    pub(crate) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
         self.polyline(&[vec![from, to]], stroke);
     }
 
     /// Pieces of a curve, with gaps between them.
-    pub(super) fn polyline(&mut self, pieces: &[Vec<(f64, f64)>], stroke: Stroke) {
+    pub(crate) fn polyline(&mut self, pieces: &[Vec<(f64, f64)>], stroke: Stroke) {
         let mut path = String::new();
         for piece in pieces {
             for (i, (x, y)) in piece.iter().enumerate() {
@@ -148,7 +148,7 @@ impl Svg {
     }
 
     /// Round dots, as one path of strokes without length.
-    pub(super) fn dots(&mut self, centres: &[(f64, f64)], diameter: f64, colour: &str) {
+    pub(crate) fn dots(&mut self, centres: &[(f64, f64)], diameter: f64, colour: &str) {
         let mut path = String::new();
         for (x, y) in centres {
             let _ = write!(path, "M{x:.1},{y:.1}h.01");
@@ -160,7 +160,7 @@ impl Svg {
     }
 
     /// A text; `turned` reads from bottom to top.
-    pub(super) fn text(&mut self, (x, y): (f64, f64), text: &str, font: Font, turned: bool) {
+    pub(crate) fn text(&mut self, (x, y): (f64, f64), text: &str, font: Font, turned: bool) {
         let Font {
             size,
             bold,
@@ -190,7 +190,7 @@ impl Svg {
 
     /// What is drawn next, up to [`end_clip`](Self::end_clip), shows only
     /// inside this rectangle.
-    pub(super) fn begin_clip(&mut self, Rect { x, y, w, h }: Rect) {
+    pub(crate) fn begin_clip(&mut self, Rect { x, y, w, h }: Rect) {
         self.clips += 1;
         let id = self.clips;
         self.put(format_args!(
@@ -200,12 +200,12 @@ impl Svg {
     }
 
     /// Ends the clip begun last.
-    pub(super) fn end_clip(&mut self) {
+    pub(crate) fn end_clip(&mut self) {
         self.put(format_args!("</g>"));
     }
 
     /// The finished file.
-    pub(super) fn finish(mut self) -> String {
+    pub(crate) fn finish(mut self) -> String {
         self.body.push_str("</svg>\n");
         self.body
     }

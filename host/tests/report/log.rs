@@ -126,13 +126,14 @@ fn csv_gives_back_every_field() {
         .map(str::to_owned)
         .collect();
     assert_eq!(
-        header[..7],
+        header[..8],
         [
             "time_s",
             "tick",
             "mode",
             "fault",
             "q1_ref_rad",
+            "dq1_ref_rad_s",
             "q1_rad",
             "dq1_rad_s"
         ]

@@ -5,8 +5,9 @@
 //! numbers that are known beforehand and does not change when the bench does.
 
 use armbridge::facts::RunFacts;
+use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{
-    Estimator, Gains, Missing, Mode, Record, Sample, Setup, Timing,
+    Controller, Gains, Missing, Mode, Record, Sample, Setup, Timing,
 };
 
 /// Angle of one encoder count: 300 degrees over 1023 counts.
@@ -35,9 +36,9 @@ pub(crate) fn facts(friction_nm: Option<f64>) -> RunFacts {
         period_us: 1000,
         setup: Setup {
             period_us: 1000,
-            gains: Gains::Paper,
-            estimator: Estimator::FiniteDifference { filter_s: 0.02 },
-            compensate_dead_zone: false,
+            controller: Controller::StateFeedback(Gains::Paper),
+            estimator: Config::FiniteDifference { filter_s: 0.02 },
+            ..Setup::default()
         },
         rad_per_count: [RAD_PER_COUNT; 2],
         zero_count: [512.0; 2],
@@ -135,9 +136,11 @@ pub(crate) fn run(friction_nm: f64) -> Vec<Record> {
             pwm_in_force,
             pwm_next: [joints[0].pwm, joints[1].pwm],
             reference_rad: if up { reference } else { [0.0; 2] },
+            reference_speed_rad_s: [0.0; 2],
             angle_rad: [joints[0].angle as f32, joints[1].angle as f32],
             speed_rad_s: [joints[0].speed as f32, joints[1].speed as f32],
             torque_nm: [joints[0].torque as f32, joints[1].torque as f32],
+            disturbance_nm: [0.0; 2],
             timing: Timing {
                 start_error_us,
                 bus_us: 470 + (noise.next() * 25.0) as u32,

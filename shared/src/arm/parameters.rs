@@ -86,29 +86,21 @@ impl<T: Real> Parameters<T> {
         }
     }
 
-    /// Whether these are the numbers of an arm: all finite, none negative, and
-    /// both joints with some inertia.
+    /// Whether these can be the numbers of an arm that such servos move: links
+    /// to a metre, masses to 10 kg, some inertia about both axes. NaN never can.
     pub fn is_valid(&self) -> bool {
-        let Self {
-            l1,
-            l2,
-            m1,
-            m2,
-            g,
-            i1x,
-            i1y,
-            i1z,
-            i2x,
-            i2y,
-            i2z,
-            b1,
-            b2,
-        } = *self;
-        [l1, l2, m1, m2, g, i1x, i1y, i1z, i2x, i2y, i2z, b1, b2]
-            .iter()
-            .all(|x| x.is_finite() && *x >= T::zero())
-            && i1x > T::zero()
-            && i2y > T::zero()
+        let within = |x: T, low: f64, high: f64| x >= T::lit(low) && x <= T::lit(high);
+        let inertias = [self.i1y, self.i1z, self.i2x, self.i2z];
+        within(self.l1, 0.0, 1.0)
+            && within(self.l2, 0.0, 1.0)
+            && within(self.m1, 0.0, 10.0)
+            && within(self.m2, 0.0, 10.0)
+            && within(self.g, 0.0, 100.0)
+            && within(self.i1x, 1e-5, 10.0)
+            && within(self.i2y, 1e-5, 10.0)
+            && inertias.iter().all(|i| within(*i, 0.0, 1.0))
+            && within(self.b1, 0.0, 10.0)
+            && within(self.b2, 0.0, 10.0)
     }
 
     /// `L1 M1/2 + L1 M2` in kg m: the moment of joint 1 that does not depend

@@ -6,9 +6,9 @@
 //! the motion is refused for being late.
 
 use super::limits::MOTION;
+use crate::control::Reference;
 use crate::control::trajectory::stream::{self, Point, Stream};
 use crate::control::trajectory::{self, Trajectory};
-use crate::control::Reference;
 use crate::link::message::Refusal;
 use nalgebra::Vector2;
 
@@ -41,7 +41,6 @@ pub(super) struct Course {
 }
 
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is no heap for a box")]
 enum Way {
     Planned(Leg),
     Streamed(Stream<f32>),
@@ -103,7 +102,9 @@ impl Course {
             if self.then.is_some() {
                 return Err(Refusal::Busy);
             }
-            return stream.push(now_us, point).map_err(|error| stream_refusal(&error));
+            return stream
+                .push(now_us, point)
+                .map_err(|error| stream_refusal(&error));
         }
         let from = self.at(now_us);
         let mut stream = Stream::new(&from, now_us, &MOTION).map_err(|error| refusal(&error))?;

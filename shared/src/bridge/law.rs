@@ -149,9 +149,7 @@ impl Law {
         reference: &Reference<f32>,
     ) -> (Vector2<f32>, Vector2<f32>) {
         let demand = self.controller.demand(&self.arm, state, reference);
-        let friction_nm = self
-            .friction
-            .feed_forward(demand.feedback_nm, reference.dq);
+        let friction_nm = self.friction.feed_forward(demand.feedback_nm, reference.dq);
         let torque_nm =
             demand.torque_nm + friction_nm + self.bump_nm - self.estimator.disturbance();
         (torque_nm, friction_nm)

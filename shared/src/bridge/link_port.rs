@@ -10,9 +10,9 @@ use super::law::Law;
 use super::limits::{MOTION, REFERENCE_MAX_RAD, TORQUE_MAX_NM};
 use super::mailbox::{LinkEnd, Notice, Order, Task};
 use crate::JOINTS;
-use crate::link::frame::{Decoder, Encoder, FrameError, Received};
 use crate::control::Trajectory;
 use crate::control::trajectory::stream::Point;
+use crate::link::frame::{Decoder, Encoder, FrameError, Received};
 use crate::link::message::{Command, Refusal, ToBoard, ToHost};
 use crate::link::motion::Motion;
 use crate::link::schema;
@@ -77,10 +77,12 @@ impl<'a> LinkPort<'a> {
                 let _ = self.end.orders.enqueue(Order::Heartbeat);
             }
             ToBoard::Command(command) => {
-                if let Command::Follow(motion) = command {
-                    // The latest wins, as with every command.
-                    self.waiting = Some((received.sequence, motion));
-                }
+                // The latest wins: whatever comes after a motion that is not yet
+                // planned is instead of it, switching off above all.
+                self.waiting = match command {
+                    Command::Follow(motion) => Some((received.sequence, motion)),
+                    _ => None,
+                };
                 self.order(received.sequence, task(command));
             }
         }

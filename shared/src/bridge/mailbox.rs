@@ -8,8 +8,8 @@ use heapless::spsc::{Consumer, Producer, Queue};
 
 use super::course::{Departure, Leg};
 use super::law::Law;
-use crate::control::trajectory::stream::Point;
 use crate::JOINTS;
+use crate::control::trajectory::stream::Point;
 use crate::link::message::{Missing, Record, Refusal};
 
 /// Orders that fit between two ticks. A spsc queue holds one less than this.
@@ -31,7 +31,6 @@ pub(super) enum Order {
 
 /// A validated command. Gains are designed before it gets here.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is no heap for a box")]
 pub(super) enum Task {
     Idle,
     Torque([f32; JOINTS]),

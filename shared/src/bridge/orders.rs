@@ -20,10 +20,10 @@ where
             self.heard_us = self.now_us;
             if let Order::Do(sequence, task) = order {
                 let notice = if matches!(task, Task::Depart) {
-                    self.departure()
-                        .map_or_else(|refusal| Notice::Ack(sequence, Err(refusal)), |departure| {
-                            Notice::Departure(sequence, departure)
-                        })
+                    self.departure().map_or_else(
+                        |refusal| Notice::Ack(sequence, Err(refusal)),
+                        |departure| Notice::Departure(sequence, departure),
+                    )
                 } else {
                     Notice::Ack(sequence, self.perform(task))
                 };

@@ -2,7 +2,8 @@
 //!
 //! [`riccati`] finds the state feedback that is optimal for a discrete model
 //! and quadratic weights, [`placement`] the observer gain that gives one joint
-//! chosen poles, and [`stability`] says whether a closed loop decays. All run at set-up, on the board as on the host.
+//! chosen poles, and [`stability`] says whether a closed loop decays. All run at
+//! set-up, on the board as on the host.
 
 pub mod placement;
 pub mod riccati;

@@ -77,7 +77,7 @@ pub enum Error {
     Period,
     /// The filter's time constant is negative, or not finite.
     Filter,
-    /// The filter's noise is negative, zero where it must not be, or not finite.
+    /// The filter's tuning is not finite, or beyond all reason.
     Noise,
     /// The observer's poles cannot be placed.
     Placement(placement::Error),

@@ -8,12 +8,12 @@
 //! repeated, lost and repeated again without harm. Each is acknowledged by the
 //! sequence number of the frame that carried it.
 
+use super::motion::Motion;
 use crate::JOINTS;
 use crate::actuator::Joint;
 use crate::arm::Parameters;
 use crate::control::trajectory::Quantity;
 use crate::estimate::Config;
-use super::motion::Motion;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};

@@ -79,24 +79,15 @@ impl<T: Real> Tuning<T> {
         }
     }
 
+    /// Inside these a filter of single precision stays well conditioned, and
+    /// outside them no arm is; NaN is inside nothing.
     fn is_valid(&self) -> bool {
-        let Self {
-            angle_rad,
-            acceleration,
-            disturbance,
-            coulomb_nm,
-            slide_rad_s,
-        } = *self;
-        let finite = [
-            angle_rad,
-            acceleration,
-            disturbance,
-            coulomb_nm,
-            slide_rad_s,
-        ]
-        .iter()
-        .all(|x| x.is_finite() && *x >= T::zero());
-        finite && angle_rad > T::zero() && acceleration > T::zero() && slide_rad_s > T::zero()
+        let within = |x: T, low: f64, high: f64| x >= T::lit(low) && x <= T::lit(high);
+        within(self.angle_rad, 1e-5, 1.0)
+            && within(self.acceleration, 1e-4, 1e3)
+            && within(self.disturbance, 0.0, 10.0)
+            && within(self.coulomb_nm, 0.0, 1.0)
+            && within(self.slide_rad_s, 1e-3, 10.0)
     }
 }
 
@@ -112,8 +103,8 @@ pub struct Kalman<T> {
 impl<T: Real> Kalman<T> {
     /// At rest upright, and unsure of it, until it is [reset](Self::reset).
     ///
-    /// `None` for noise that is negative or not finite, and for none at all of
-    /// the samples or of the arm: the filter would trust one of them for ever.
+    /// `None` for a tuning that is not finite, or beyond all reason. No noise at
+    /// all is: the filter would trust its samples, or its model, for ever.
     pub fn new(arm: &Parameters<T>, period_s: T, tuning: &Tuning<T>) -> Option<Self> {
         if !tuning.is_valid() {
             return None;

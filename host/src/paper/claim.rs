@@ -1,0 +1,233 @@
+//! A claim of the paper, the numbers that test it, and the verdict they give.
+//!
+//! No verdict is written by hand. Every [`Number`] carries the [`Rule`] that it
+//! must meet; a [`Claim`] holds those that follow from the paper *as printed*
+//! and those of our reading of it, and [`Claim::verdict`] counts.
+
+use super::chart::Figure;
+use super::text::{number, plain};
+use serde::Serialize;
+
+/// What a number must meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rule {
+    /// Rounding to so many decimals gives what is printed.
+    RoundsTo(f64, u8),
+    /// Cutting off what follows so many decimals gives what is printed.
+    CutsTo(f64, u8),
+    /// It differs from the first by no more than the second.
+    Within(f64, f64),
+    /// It is no larger.
+    AtMost(f64),
+    /// It is no smaller.
+    AtLeast(f64),
+}
+
+impl Rule {
+    /// Whether a value meets the rule; what is not a number meets none.
+    pub fn holds(self, value: f64) -> bool {
+        /// Decimal fractions are not exact in binary.
+        const HAIR: f64 = 1e-9;
+        let at = |decimals: u8| 10f64.powi(decimals.into());
+        let same = |scaled: f64, printed: f64, decimals| {
+            (scaled - printed * at(decimals)).abs() < HAIR * at(decimals)
+        };
+        match self {
+            Self::RoundsTo(printed, decimals) => {
+                same((value * at(decimals)).round(), printed, decimals)
+            }
+            Self::CutsTo(printed, decimals) => {
+                same((value * at(decimals)).trunc(), printed, decimals)
+            }
+            Self::Within(expected, tolerance) => (value - expected).abs() <= tolerance,
+            Self::AtMost(limit) => value <= limit,
+            Self::AtLeast(limit) => value >= limit,
+        }
+    }
+
+    /// What the value is held against, where that is one value.
+    pub fn expected(self) -> Option<f64> {
+        match self {
+            Self::RoundsTo(value, _) | Self::CutsTo(value, _) | Self::Within(value, _) => {
+                Some(value)
+            }
+            Self::AtMost(_) | Self::AtLeast(_) => None,
+        }
+    }
+
+    /// The rule in words.
+    pub fn words(self) -> String {
+        match self {
+            Self::RoundsTo(printed, decimals) => {
+                format!("rounds to {}", number(printed, decimals.into()))
+            }
+            Self::CutsTo(printed, decimals) => {
+                format!(
+                    "cut to {decimals} decimals: {}",
+                    number(printed, decimals.into())
+                )
+            }
+            Self::Within(expected, tolerance) => {
+                format!("{} ± {}", plain(expected), plain(tolerance))
+            }
+            Self::AtMost(limit) => format!("≤ {}", plain(limit)),
+            Self::AtLeast(limit) => format!("≥ {}", plain(limit)),
+        }
+    }
+}
+
+/// A number that the run found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Number {
+    /// What it is.
+    pub what: String,
+    /// Its unit; empty for a pure number.
+    pub unit: &'static str,
+    /// Its value.
+    pub found: f64,
+    /// What it must meet.
+    pub rule: Rule,
+}
+
+impl Number {
+    /// A number under a rule.
+    pub fn new(what: impl Into<String>, unit: &'static str, found: f64, rule: Rule) -> Self {
+        let what = what.into();
+        Self {
+            what,
+            unit,
+            found,
+            rule,
+        }
+    }
+
+    /// Whether it meets its rule.
+    pub fn holds(&self) -> bool {
+        self.rule.holds(self.found)
+    }
+
+    /// Found less expected, where one value is expected.
+    pub fn deviation(&self) -> Option<f64> {
+        self.rule.expected().map(|expected| self.found - expected)
+    }
+}
+
+/// How a claim fares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// It follows from what is printed.
+    Reproduced,
+    /// It does not follow from what is printed, and does from our reading.
+    Explained,
+    /// It follows from neither.
+    NotReproduced,
+}
+
+impl Verdict {
+    /// The verdict in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Reproduced => "reproduced",
+            Self::Explained => "not as printed, but explained",
+            Self::NotReproduced => "not reproduced",
+        }
+    }
+
+    /// A short name, for style sheets and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reproduced => "reproduced",
+            Self::Explained => "explained",
+            Self::NotReproduced => "not-reproduced",
+        }
+    }
+}
+
+/// One claim of the paper.
+#[derive(Clone, Debug)]
+pub struct Claim {
+    /// Its anchor in the page.
+    pub id: &'static str,
+    /// What it is about.
+    pub title: &'static str,
+    /// What the paper says.
+    pub paper: String,
+    /// What the run finds.
+    pub find: String,
+    /// Why the two differ, or agree.
+    pub why: String,
+    /// What mends it.
+    pub mend: String,
+    /// What must hold if the paper is right as printed.
+    pub printed: Vec<Number>,
+    /// What must hold if our reading is right.
+    pub reading: Vec<Number>,
+    /// Figures that show it.
+    pub figures: Vec<Figure>,
+}
+
+impl Claim {
+    /// How it fares, by the numbers.
+    pub fn verdict(&self) -> Verdict {
+        let all = |numbers: &[Number]| !numbers.is_empty() && numbers.iter().all(Number::holds);
+        let reading_holds = self.reading.is_empty() || all(&self.reading);
+        match (all(&self.printed), reading_holds) {
+            (true, true) => Verdict::Reproduced,
+            (false, true) if !self.reading.is_empty() => Verdict::Explained,
+            _ => Verdict::NotReproduced,
+        }
+    }
+
+    /// All its numbers, those of the printed reading first.
+    pub fn numbers(&self) -> impl Iterator<Item = &Number> {
+        self.printed.iter().chain(&self.reading)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_hold_where_they_say() {
+        for (rule, inside, outside) in [
+            (Rule::RoundsTo(0.8355, 4), 0.83549, 0.83556),
+            (Rule::CutsTo(1.10, 2), 1.1069, 1.0999),
+            (Rule::CutsTo(-1.10, 2), -1.1069, 1.1069),
+            (Rule::Within(0.421, 0.002), 0.4225, 0.424),
+            (Rule::AtMost(1.0), 1.0, 1.1),
+            (Rule::AtLeast(1.0), 1.0, 0.9),
+        ] {
+            assert!(rule.holds(inside), "{rule:?}");
+            assert!(!rule.holds(outside) && !rule.holds(f64::NAN), "{rule:?}");
+        }
+    }
+
+    #[test]
+    fn verdicts_follow_the_numbers() {
+        let is = |found| vec![Number::new("", "", found, Rule::AtMost(1.0))];
+        let (yes, no, none) = (is(0.0), is(2.0), Vec::new());
+        for (printed, reading, verdict) in [
+            (&yes, &none, Verdict::Reproduced),
+            (&yes, &yes, Verdict::Reproduced),
+            (&no, &yes, Verdict::Explained),
+            (&no, &no, Verdict::NotReproduced),
+            (&yes, &no, Verdict::NotReproduced),
+            (&no, &none, Verdict::NotReproduced),
+        ] {
+            let claim = Claim {
+                id: "",
+                title: "",
+                paper: String::new(),
+                find: String::new(),
+                why: String::new(),
+                mend: String::new(),
+                printed: printed.clone(),
+                reading: reading.clone(),
+                figures: Vec::new(),
+            };
+            assert_eq!(claim.verdict(), verdict);
+        }
+    }
+}

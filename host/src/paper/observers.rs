@@ -1,0 +1,63 @@
+//! The estimators that are compared, each as the library builds it.
+
+use super::FindError;
+use super::printed::{PERIOD_S, POLES};
+use armbridge_shared::JOINTS;
+use armbridge_shared::arm::{Discrete, Parameters};
+use armbridge_shared::design::placement::{Poles, current_gain};
+use armbridge_shared::estimate::{Config, Estimator, FiniteDifference, Form, Luenberger, Model};
+use nalgebra::Vector2;
+
+/// Speeds as differences of two samples: the paper's first way.
+pub(crate) fn difference() -> Estimator<f64> {
+    let model = Model::of_arm(&Parameters::paper(), PERIOD_S);
+    Estimator::FiniteDifference(FiniteDifference::new(model, PERIOD_S, 0.0))
+}
+
+/// (11) with (7) and (12), all as printed.
+pub(crate) fn printed() -> Result<Estimator<f64>, FindError> {
+    Ok(Estimator::Luenberger(Luenberger::paper()?))
+}
+
+/// An observer with the printed poles on (7), or on the exact model.
+pub(crate) fn placed(exact: bool, form: Form) -> Result<Estimator<f64>, FindError> {
+    let model = if exact {
+        exact_model()
+    } else {
+        Discrete::paper()
+    };
+    let [first, second] = model.joints();
+    let [p1, p2, p3, p4] = POLES;
+    let gains = [
+        current_gain(&first, Poles::Real(p1, p2))?,
+        current_gain(&second, Poles::Real(p3, p4))?,
+    ];
+    let observer = Luenberger::new(Model::linear(model), gains, form);
+    Ok(Estimator::Luenberger(observer))
+}
+
+/// The board's own: exact model, exact gravity, poles for standing.
+pub(crate) fn standing(period_s: f64) -> Result<Estimator<f64>, FindError> {
+    Ok(Config::standing().build(&Parameters::paper(), period_s)?)
+}
+
+/// The arm that made (7), discretised exactly.
+pub(crate) fn exact_model() -> Discrete<f64> {
+    let upright = Vector2::zeros();
+    Parameters::paper()
+        .linearise(upright)
+        .zero_order_hold(PERIOD_S)
+}
+
+/// Prediction-form gains of the printed poles on (7): angle and speed of each
+/// joint.
+pub(crate) fn placed_gain() -> Result<[[f64; 2]; JOINTS], FindError> {
+    let [first, second] = Discrete::paper().joints();
+    let [p1, p2, p3, p4] = POLES;
+    let gain = |a, poles| armbridge_shared::design::placement::prediction_gain(a, poles);
+    let gains = [
+        gain(&first, Poles::Real(p1, p2))?,
+        gain(&second, Poles::Real(p3, p4))?,
+    ];
+    Ok(gains.map(Into::into))
+}

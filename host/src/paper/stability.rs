@@ -1,0 +1,97 @@
+//! The linear theory of LQR on an observer: poles of the whole loop, and the
+//! stiffness with which it pulls the arm upright.
+//!
+//! The plant is the arm discretised exactly, the observer believes in (7). With
+//! a period of delay that nobody models, the torque in force is a state more:
+//!
+//! ```text
+//! x   <- Ad x + Bd u          u = -K x^, or the one before
+//! x^  <- (A - B K - L C) x^ + L C x
+//! ```
+
+use super::observers::exact_model;
+use super::printed::PERIOD_S;
+use armbridge_shared::JOINTS;
+use armbridge_shared::arm::{Discrete, Parameters};
+use armbridge_shared::control::Lqr;
+use nalgebra::{Matrix2x4, Matrix4, Matrix4x2, SMatrix, Vector2};
+
+/// An observer gain: on angle and speed, for each joint.
+pub(crate) type Gain = [[f64; 2]; JOINTS];
+
+/// Largest absolute pole of the loop of arm, observer and printed K.
+pub(crate) fn radius(gain: &Gain, delayed: bool) -> f64 {
+    let plant = exact_model();
+    let k: Matrix2x4<f64> = Lqr::paper().gain;
+    let (observer, l_c) = observer(gain);
+    let mut all = SMatrix::<f64, 10, 10>::zeros();
+    all.fixed_view_mut::<4, 4>(0, 0).copy_from(&plant.a);
+    all.fixed_view_mut::<4, 4>(4, 0).copy_from(&l_c);
+    all.fixed_view_mut::<4, 4>(4, 4).copy_from(&observer);
+    // Rows and columns 8 and 9 are the torque that was decided last.
+    all.fixed_view_mut::<2, 4>(8, 4).copy_from(&-k);
+    if delayed {
+        all.fixed_view_mut::<4, 2>(0, 8).copy_from(&plant.b);
+    } else {
+        all.fixed_view_mut::<4, 4>(0, 4).copy_from(&(-plant.b * k));
+    }
+    largest(&all)
+}
+
+/// The same for speeds by differences; the state is x and the last angles.
+pub(crate) fn radius_of_differences() -> f64 {
+    let plant = exact_model();
+    let k: Matrix2x4<f64> = Lqr::paper().gain;
+    let on_speed = k.fixed_view::<2, 2>(0, 2) / PERIOD_S;
+    let mut feedback = Matrix2x4::zeros();
+    feedback
+        .fixed_view_mut::<2, 2>(0, 0)
+        .copy_from(&(k.fixed_view::<2, 2>(0, 0) + on_speed));
+    let mut all = SMatrix::<f64, 6, 6>::zeros();
+    all.fixed_view_mut::<4, 4>(0, 0)
+        .copy_from(&(plant.a - plant.b * feedback));
+    all.fixed_view_mut::<4, 2>(0, 4)
+        .copy_from(&(plant.b * on_speed));
+    all.fixed_view_mut::<2, 2>(4, 0).fill_with_identity();
+    let poles = all.complex_eigenvalues();
+    poles
+        .iter()
+        .map(|pole| pole.re.hypot(pole.im))
+        .fold(0.0, f64::max)
+}
+
+/// Torque per angle in N m/rad that the controller gives in the end when an
+/// angle stays: `K (I - A + B K + L C)^-1 L`. None if it gives none.
+pub(crate) fn static_gain(gain: &Gain) -> Option<[f64; JOINTS]> {
+    let k: Matrix2x4<f64> = Lqr::paper().gain;
+    let (observer, _) = observer(gain);
+    let inverse = (Matrix4::identity() - observer).try_inverse()?;
+    let torque = k * inverse * matrix(gain);
+    Some([torque.m11, torque.m22])
+}
+
+/// Gravity's stiffness about upright in N m/rad, as a positive number.
+pub(crate) fn gravity() -> [f64; JOINTS] {
+    let slope = Parameters::<f64>::paper().gravity_slope(Vector2::zeros());
+    [-slope.m11, -slope.m22]
+}
+
+/// `A - B K - L C` and `L C`.
+fn observer(gain: &Gain) -> (Matrix4<f64>, Matrix4<f64>) {
+    let Discrete { a, b } = Discrete::paper();
+    let l_c = matrix(gain) * Matrix2x4::identity();
+    (a - b * Lqr::paper().gain - l_c, l_c)
+}
+
+fn matrix(gain: &Gain) -> Matrix4x2<f64> {
+    let [[q1, v1], [q2, v2]] = *gain;
+    Matrix4x2::new(q1, 0.0, 0.0, q2, v1, 0.0, 0.0, v2)
+}
+
+fn largest(all: &SMatrix<f64, 10, 10>) -> f64 {
+    let poles = all.complex_eigenvalues();
+    poles
+        .iter()
+        .map(|pole| pole.re.hypot(pole.im))
+        .fold(0.0, f64::max)
+}

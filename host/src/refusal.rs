@@ -1,0 +1,44 @@
+//! Why the board refused, in plain words, and what to do.
+
+use armbridge_shared::control::trajectory::Quantity;
+use armbridge_shared::link::message::Refusal;
+
+/// One line without a full stop.
+pub fn in_words(refusal: Refusal) -> String {
+    match refusal {
+        Refusal::Faulted => "a fault is latched; clear it first".into(),
+        Refusal::NotReady => "its servos are not ready; check their power and ids".into(),
+        Refusal::NotIdle => "the period can only change with torque off; switch off first".into(),
+        Refusal::OutOfRange => "a number in it is not finite or out of range".into(),
+        Refusal::NoGains => {
+            "no gains exist for these weights: R must be positive, and Q see every angle".into()
+        }
+        Refusal::Unstable { re, im } => {
+            let radius = re.hypot(im);
+            let eigenvalue = if im == 0.0 {
+                format!("{re:.4}")
+            } else {
+                format!("{re:.4} ± {im:.4}i")
+            };
+            format!(
+                "the closed loop would grow: eigenvalue {eigenvalue}, magnitude {radius:.4}; \
+                 it must be below 1"
+            )
+        }
+        Refusal::Beyond {
+            joint,
+            quantity,
+            value,
+        } => {
+            let unit = match quantity {
+                Quantity::Angle => "rad",
+                Quantity::Speed => "rad/s",
+                Quantity::Acceleration => "rad/s²",
+            };
+            let joint = u32::from(joint) + 1;
+            format!("joint {joint} would go to {value:.3} {unit}, more than the arm is allowed")
+        }
+        Refusal::Late => "the point's time has passed, or is not in order; send earlier".into(),
+        Refusal::Busy => "the board is busy; send it again".into(),
+    }
+}
