@@ -11,7 +11,9 @@ use armbridge::endpoint::Endpoint;
 use armbridge::operator::{Operator, Script};
 use armbridge::remote::RemoteHost;
 use armbridge::wall;
-use armbridge_shared::link::message::{Command, Mode, Record, Setup};
+use armbridge_shared::estimate::Config;
+use armbridge_shared::link::message::{Command, Controller, Mode, Record, Setup};
+use armbridge_shared::link::motion::Motion;
 use armbridge_tests::{plant, records, settling_s};
 
 fn script() -> Script {
@@ -26,8 +28,60 @@ fn script() -> Script {
     }
 }
 
-fn bench() -> Bench {
-    Bench::new(Plant::new(plant([0.2, -0.2], false), 1))
+/// Everything there is, on an arm with friction: Kalman filter and LQR, a
+/// motion, computed torque and an observer taken over in mid run, a wave, a
+/// stream.
+fn tour() -> Script {
+    let best = Setup::best();
+    let computed_torque = Setup {
+        controller: Controller::ComputedTorque {
+            natural_rad_s: [15.0; 2],
+            damping: [1.0; 2],
+        },
+        ..best
+    };
+    let observer = Setup {
+        estimator: Config::standing(),
+        ..computed_torque
+    };
+    let there = Motion::MinimumJerk {
+        to_rad: [0.3, -0.3],
+        duration_s: Some(0.6),
+    };
+    let wave = Motion::Sinusoid {
+        centre_rad: [0.0; 2],
+        amplitude_rad: [0.2, 0.1],
+        frequency_hz: [1.0, 0.7],
+        phase_rad: [0.0; 2],
+        ramp_s: 0.7,
+        duration_s: 1.6,
+    };
+    let mut commands = vec![
+        (0, Command::Regulate([0.0, 0.0])),
+        (800_000, Command::Follow(there)),
+        (1_600_000, Command::Configure(computed_torque)),
+        (1_700_000, Command::Follow(wave)),
+        (2_600_000, Command::Configure(observer)),
+    ];
+    for point in 0..10_u64 {
+        let at_us = 3_400_000 + 40_000 * point;
+        let angle_rad = [0.005 * point as f32, -0.01 * point as f32];
+        let stream = Command::Stream {
+            at_us: at_us + 150_000,
+            angle_rad,
+            speed_rad_s: None,
+        };
+        commands.push((at_us, stream));
+    }
+    Script {
+        setup: best,
+        commands,
+        duration_us: 4_200_000,
+    }
+}
+
+fn bench(friction_on: bool) -> Bench {
+    Bench::new(Plant::new(plant([0.2, -0.2], friction_on), 1))
 }
 
 fn board(icount: bool) -> EmulatedBoard {
@@ -41,9 +95,30 @@ fn board(icount: bool) -> EmulatedBoard {
 }
 
 fn emulate(icount: bool) -> Vec<Record> {
-    let mut run = Cosim::new(board(icount), bench(), Operator::new(script()));
+    let mut run = Cosim::new(board(icount), bench(false), Operator::new(script()));
     run.run().unwrap();
     run.host.into_parts().0
+}
+
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn all_controllers_and_motions_agree_with_the_bench() {
+    let mut run = Cosim::new(board(false), bench(true), Operator::new(tour()));
+    run.run().unwrap();
+    let emulated = without_measured_times(run.host.into_parts().0);
+    let bench = without_measured_times(records(plant([0.2, -0.2], true), 1, tour()));
+    for (emulated, bench) in emulated.iter().zip(&bench) {
+        assert_eq!(emulated, bench);
+    }
+    assert_eq!(emulated.len(), bench.len());
+
+    let in_mode = |mode| bench.iter().filter(move |record| record.mode == mode);
+    assert!(in_mode(Mode::Regulate).count() > 700 && in_mode(Mode::Track).count() > 3_000);
+    let furthest = |joint: usize| {
+        let angles = in_mode(Mode::Track).map(|record| record.angle_rad[joint]);
+        angles.fold(0.0_f32, |most, angle| most.max(angle.abs()))
+    };
+    assert!(furthest(0) > 0.29 && furthest(1) > 0.29, "it moved");
 }
 
 fn without_measured_times(mut records: Vec<Record>) -> Vec<Record> {
@@ -108,7 +183,11 @@ fn another_program_can_have_the_link() {
     let (listener, at) = any_port.listen().unwrap();
     let (done, is_done) = std::sync::mpsc::channel();
     let board = std::thread::spawn(move || {
-        let mut run = Cosim::new(board(false), bench(), RemoteHost::new(listener).unwrap());
+        let mut run = Cosim::new(
+            board(false),
+            bench(false),
+            RemoteHost::new(listener).unwrap(),
+        );
         while is_done.try_recv().is_err() {
             run.step().unwrap();
         }

@@ -134,7 +134,7 @@ fn lqr_on_the_observer_that_the_printed_poles_give() {
         current_gain(&a1, poles[0]).unwrap(),
         current_gain(&a2, poles[1]).unwrap(),
     ];
-    let observer = Luenberger::new(Model::linear(model), gains, Form::Prediction);
+    let observer = Luenberger::new(Model::linear(&model), gains, Form::Prediction);
     lqr_on_observer("lqr_correctL_[.05 .14|.1 .03]_xh0=0_x49", observer);
 }
 

@@ -104,9 +104,9 @@ async fn report(mut light: Output<'static>) -> ! {
         let half_period_ms = match mode {
             Mode::BringUp => 50,
             Mode::Fault(_) => 150,
-            Mode::Idle | Mode::Torque | Mode::Regulate => 500,
+            Mode::Idle | Mode::Torque | Mode::Regulate | Mode::Track => 500,
         };
-        if matches!(mode, Mode::Torque | Mode::Regulate) {
+        if matches!(mode, Mode::Torque | Mode::Regulate | Mode::Track) {
             light.set_high();
         } else {
             light.toggle();

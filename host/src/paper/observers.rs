@@ -32,7 +32,7 @@ pub(crate) fn placed(exact: bool, form: Form) -> Result<Estimator<f64>, FindErro
         current_gain(&first, Poles::Real(p1, p2))?,
         current_gain(&second, Poles::Real(p3, p4))?,
     ];
-    let observer = Luenberger::new(Model::linear(model), gains, form);
+    let observer = Luenberger::new(Model::linear(&model), gains, form);
     Ok(Estimator::Luenberger(observer))
 }
 

@@ -84,11 +84,11 @@ impl<T: Real> Lqr<T> {
 
     /// The share of it that corrects errors: `-K (x - x_ref)` for any reference.
     pub fn feedback(&self, state: &State<T>, reference: &State<T>) -> Vector2<T> {
-        let error = State {
-            q: state.q - reference.q,
-            dq: state.dq - reference.dq,
+        let lag = State {
+            q: reference.q - state.q,
+            dq: reference.dq - state.dq,
         };
-        -(self.gain * error.to_vector())
+        self.gain * lag.to_vector()
     }
 }
 

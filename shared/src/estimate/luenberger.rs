@@ -37,9 +37,7 @@ pub struct Luenberger<T> {
     /// Current-form gains on angle and speed, for each joint.
     gains: [Vector2<T>; JOINTS],
     form: Form,
-    /// The model's state at the next sample.
-    prior: State<T>,
-    corrected: State<T>,
+    state: State<T>,
 }
 
 impl<T: Real> Luenberger<T> {
@@ -50,8 +48,7 @@ impl<T: Real> Luenberger<T> {
             model,
             gains,
             form,
-            prior: State::at_rest(Vector2::zeros()),
-            corrected: State::at_rest(Vector2::zeros()),
+            state: State::at_rest(Vector2::zeros()),
         }
     }
 
@@ -71,29 +68,28 @@ impl<T: Real> Luenberger<T> {
             placement::to_current(&a1, Vector2::new(T::lit(0.29), T::lit(0.72)))?,
             placement::to_current(&a2, Vector2::new(T::lit(0.34), T::lit(0.34)))?,
         ];
-        Ok(Self::new(Model::linear(model), gains, Form::Prediction))
+        Ok(Self::new(Model::linear(&model), gains, Form::Prediction))
     }
 
     /// See [`Estimator::reset`](super::Estimator::reset).
     pub fn reset(&mut self, q: Vector2<T>) {
-        self.prior = State::at_rest(q);
-        self.corrected = self.prior;
+        self.state = State::at_rest(q);
     }
 
     pub(super) fn prior(&self) -> State<T> {
-        self.prior
+        self.state
     }
 
     /// Goes on from this state at the next samples.
     pub(super) fn adopt(&mut self, state: State<T>) {
-        self.prior = state;
-        self.corrected = state;
+        self.state = state;
     }
 
     /// See [`Estimator::correct`](super::Estimator::correct).
+    #[inline]
     pub fn correct(&mut self, measured: [Option<T>; JOINTS]) -> State<T> {
-        let predicted = self.prior;
-        let mut corrected = predicted;
+        let predicted = self.state;
+        let corrected = &mut self.state;
         for (joint, gain) in self.gains.iter().enumerate() {
             if let Some(angle) = measured[joint] {
                 let innovation = angle - predicted.q[joint];
@@ -101,16 +97,16 @@ impl<T: Real> Luenberger<T> {
                 corrected.dq[joint] += gain.y * innovation;
             }
         }
-        self.corrected = corrected;
         match self.form {
             Form::Prediction => predicted,
-            Form::Current => corrected,
+            Form::Current => self.state,
         }
     }
 
     /// See [`Estimator::advance`](super::Estimator::advance).
+    #[inline]
     pub fn advance(&mut self, torque: Vector2<T>) -> State<T> {
-        self.prior = self.model.step(&self.corrected, torque);
-        self.prior
+        self.state = self.model.step(&self.state, torque);
+        self.state
     }
 }

@@ -128,7 +128,7 @@ impl<T: Real> Config<T> {
                 .map(Estimator::Kalman)
                 .ok_or(Error::Noise),
             Self::Luenberger { form, poles_45ms } => {
-                let [a1, a2] = model.discrete.joints();
+                let [a1, a2] = model.joints();
                 let gain = |a, [p1, p2]: [T; 2]| {
                     Poles::Real(p1, p2)
                         .at_period(T::lit(POLE_PERIOD_S), period_s)

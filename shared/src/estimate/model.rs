@@ -1,5 +1,9 @@
-//! What the estimators believe the arm does in one period.
+//! What the observers believe the arm does in one period.
+//!
+//! About upright the joints do not couple, so A and B are one block per joint,
+//! and only these are kept: a third of the products.
 
+use crate::JOINTS;
 use crate::arm::{Discrete, Parameters, State};
 use crate::real::Real;
 use nalgebra::{Matrix2, Vector2};
@@ -8,9 +12,15 @@ use nalgebra::{Matrix2, Vector2};
 /// model lacks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model<T> {
-    /// The linear part.
-    pub discrete: Discrete<T>,
+    axes: [Axis<T>; JOINTS],
     gravity: Option<Gravity<T>>,
+}
+
+/// One joint's share of A and B.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Axis<T> {
+    a: Matrix2<T>,
+    b: Vector2<T>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +35,7 @@ impl<T: Real> Model<T> {
     pub fn of_arm(arm: &Parameters<T>, period_s: T) -> Self {
         let upright = Vector2::zeros();
         Self {
-            discrete: arm.linearise(upright).zero_order_hold(period_s),
+            axes: axes(&arm.linearise(upright).zero_order_hold(period_s)),
             gravity: Some(Gravity {
                 arm: *arm,
                 slope: arm.gravity_slope(upright),
@@ -33,19 +43,67 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// A linear model alone, as the paper's observer has it.
-    pub fn linear(discrete: Discrete<T>) -> Self {
+    /// A linear model alone, as the paper's observer has it; what couples the
+    /// joints in it, off upright, is left out.
+    pub fn linear(discrete: &Discrete<T>) -> Self {
         Self {
-            discrete,
+            axes: axes(discrete),
             gravity: None,
         }
     }
 
     /// The state one period later under a constant torque.
+    #[inline]
     pub(super) fn step(&self, from: &State<T>, torque: Vector2<T>) -> State<T> {
-        let gravity = self.gravity.map_or_else(Vector2::zeros, |gravity| {
-            gravity.slope * from.q - gravity.arm.gravity(from.q)
-        });
-        State::from_vector(self.discrete.step(from.to_vector(), torque + gravity))
+        let torque = match &self.gravity {
+            None => torque,
+            Some(gravity) => torque + gravity.beyond_linear(from.q),
+        };
+        let [first, second] = &self.axes;
+        let (q1, v1) = first.step(from.q.x, from.dq.x, torque.x);
+        let (q2, v2) = second.step(from.q.y, from.dq.y, torque.y);
+        State {
+            q: Vector2::new(q1, q2),
+            dq: Vector2::new(v1, v2),
+        }
     }
+
+    /// The state matrices of joints 1 and 2, angle before speed.
+    pub(super) fn joints(&self) -> [Matrix2<T>; JOINTS] {
+        [self.axes[0].a, self.axes[1].a]
+    }
+}
+
+impl<T: Real> Gravity<T> {
+    /// The torque in N m that the linear part lacks. Out of line, so that a
+    /// model without it stays small.
+    #[inline(never)]
+    fn beyond_linear(&self, q: Vector2<T>) -> Vector2<T> {
+        self.slope * q - self.arm.gravity(q)
+    }
+}
+
+impl<T: Real> Axis<T> {
+    #[inline]
+    fn step(&self, q: T, v: T, torque: T) -> (T, T) {
+        let (a, b) = (&self.a, &self.b);
+        (
+            a.m11 * q + a.m12 * v + b.x * torque,
+            a.m21 * q + a.m22 * v + b.y * torque,
+        )
+    }
+}
+
+fn axes<T: Real>(discrete: &Discrete<T>) -> [Axis<T>; JOINTS] {
+    let ([first, second], b) = (discrete.joints(), &discrete.b);
+    [
+        Axis {
+            a: first,
+            b: Vector2::new(b.m11, b.m31),
+        },
+        Axis {
+            a: second,
+            b: Vector2::new(b.m22, b.m42),
+        },
+    ]
 }

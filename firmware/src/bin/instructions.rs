@@ -1,0 +1,143 @@
+//! How many instructions the core's mathematics takes, counted under QEMU.
+//!
+//! With `-icount shift=0` every instruction takes one virtual nanosecond, so a
+//! clock counts instructions. Each function is called many times on inputs that
+//! the compiler cannot see through, and what the same loop takes with nothing in
+//! it is subtracted: what is left is the function, call and moves included.
+//!
+//! `cargo count-instructions` builds and runs it. What a whole tick decides takes
+//! is in the records of `armbridge emulate --icount`.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use armbridge_firmware::board::mps2_an386::semihosting;
+use armbridge_firmware::board::mps2_an386::time;
+use armbridge_shared::JOINTS;
+use armbridge_shared::arm::{Parameters, State};
+use armbridge_shared::control::trajectory::{Bounds, Shape, Trajectory};
+use armbridge_shared::control::{ComputedTorque, Lqr, Reference, Tuning, Weights};
+use armbridge_shared::design::placement::{self, Poles};
+use armbridge_shared::estimate::{Config, Form, Luenberger, Model};
+use armbridge_shared::real::Real;
+use cortex_m_semihosting::hprintln;
+use nalgebra::Vector2;
+
+const CALLS: u32 = 10_000;
+const PERIOD_S: f32 = 0.001;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    time::start(false, 1);
+    if measure().is_none() {
+        panic!("a controller or an estimator could not be built");
+    }
+    semihosting::exit(0)
+}
+
+/// Instructions per call, to a tenth. The counter runs at 25 MHz: 40
+/// instructions a step, a thousandth of one over all calls.
+fn count<T>(mut call: impl FnMut() -> T) -> u64 {
+    let cycles = |work: &mut dyn FnMut()| {
+        let before = time::cycles();
+        work();
+        u64::from(time::cycles().wrapping_sub(before))
+    };
+    let empty = cycles(&mut || {
+        for _ in 0..CALLS {
+            black_box(());
+        }
+    });
+    let full = cycles(&mut || {
+        for _ in 0..CALLS {
+            black_box(call());
+        }
+    });
+    full.saturating_sub(empty) * 40 * 10 / u64::from(CALLS)
+}
+
+fn show(name: &str, tenths: u64) {
+    hprintln!("{:<52} {:>6}.{}", name, tenths / 10, tenths % 10);
+}
+
+fn measure() -> Option<()> {
+    let arm = Parameters::<f32>::paper();
+    let model = arm.linearise(Vector2::zeros()).zero_order_hold(PERIOD_S);
+    let lqr = Lqr::design(&model, &Weights::paper()).ok()?;
+    let state = State {
+        q: Vector2::new(0.2_f32, -0.1),
+        dq: Vector2::new(0.3, 0.4),
+    };
+    let upright = State::at_rest(Vector2::zeros());
+    let measured = [Some(0.2_f32), Some(-0.1)];
+    let torque = Vector2::new(0.1_f32, -0.2);
+
+    hprintln!("instructions a call, Cortex-M4F, f32\n");
+    show(
+        "sine and cosine of one angle",
+        count(|| black_box(0.7_f32).sine_cosine()),
+    );
+
+    let poles = Poles::Real(0.9_f32, 0.95);
+    let [a1, a2] = model.joints();
+    let gains = [
+        placement::current_gain(&a1, poles).ok()?,
+        placement::current_gain(&a2, poles).ok()?,
+    ];
+    let mut observer = Luenberger::new(Model::linear(&model), gains, Form::Current);
+    show(
+        "LQR and linear Luenberger observer",
+        count(|| {
+            observer.correct(*black_box(&measured));
+            let ahead = observer.advance(*black_box(&torque));
+            lqr.feedback(&ahead, black_box(&upright))
+        }),
+    );
+
+    let mut observer = Config::standing().build(&arm, PERIOD_S).ok()?;
+    show(
+        "Luenberger observer with the exact gravity",
+        count(|| {
+            observer.correct(*black_box(&measured));
+            observer.advance(*black_box(&torque))
+        }),
+    );
+
+    let mut filter = Config::kalman().build(&arm, PERIOD_S).ok()?;
+    show(
+        "Kalman filter, 6 states: model, predict, update",
+        count(|| {
+            filter.correct(*black_box(&measured));
+            filter.advance(*black_box(&torque))
+        }),
+    );
+
+    let tuning = Tuning {
+        natural_rad_s: [20.0; JOINTS],
+        damping: [1.0; JOINTS],
+    };
+    let law = ComputedTorque::new(&arm, &tuning, PERIOD_S).ok()?;
+    let reference = Reference::at_rest(Vector2::new(0.3, 0.2));
+    show(
+        "computed torque",
+        count(|| law.torque(black_box(&state), black_box(&reference))),
+    );
+
+    let bounds = Bounds::<f32> {
+        angle_rad: 1.2,
+        speed_rad_s: 4.0,
+        acceleration_rad_s2: 20.0,
+    };
+    let shape = Shape::MinimumJerk {
+        to: Vector2::new(0.3, -0.3),
+        duration_s: Some(1.0),
+    };
+    let start = Reference::at_rest(Vector2::zeros());
+    let trajectory = Trajectory::plan(start, &shape, &bounds).ok()?;
+    show(
+        "minimum-jerk trajectory",
+        count(|| trajectory.at(black_box(0.4))),
+    );
+    Some(())
+}
