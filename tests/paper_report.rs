@@ -123,13 +123,24 @@ fn with_weak_motors_it_hangs_where_differences_stand() {
     assert_near("printed L", printed, 0.44, 0.03);
     assert!(difference < 0.1, "{difference} rad");
     // At nominal torque, and what mends it.
-    let [difference, printed, placed, current, board, compensated] = hanging.rest_rad;
+    let [
+        difference,
+        printed,
+        placed,
+        current,
+        board,
+        compensated,
+        filter,
+    ] = hanging.rest_rad;
     assert_near("differences", difference, 0.0423, 0.003);
     assert_near("printed L", printed, 0.1134, 0.003);
     assert_near("printed poles", placed, 0.0628, 0.003);
     assert_near("current form", current, 0.0527, 0.003);
     assert!(board < current, "{board} rad");
     assert!(compensated < 0.02, "{compensated} rad");
+    assert!(filter < 0.01, "{filter} rad");
+    let filter_when_weak = hanging.weak_rest_rad[6];
+    assert!(filter_when_weak < 0.02, "{filter_when_weak} rad");
     assert_eq!(verdict("instability"), Verdict::Explained);
 }
 

@@ -41,31 +41,34 @@ pub struct Hanging {
     pub least_gain: [f64; 3],
     /// Largest angle at rest in rad at nominal torque, with dry friction: by
     /// differences, printed observer, printed poles, printed poles in current
-    /// form, the board's observer, the same with compensation.
-    pub rest_rad: [f64; 6],
+    /// form, the board's observer, the same with compensation, the Kalman filter
+    /// that takes off what nobody commanded.
+    pub rest_rad: [f64; 7],
     /// The same with weak motors.
-    pub weak_rest_rad: [f64; 6],
+    pub weak_rest_rad: [f64; 7],
     friction: Friction,
     weak: [Run; 4],
     /// Rest in rad over torque gain: differences, printed, placed, mended.
     sweep: [Vec<(f64, f64)>; 4],
 }
 
-const NAMES: [&str; 6] = [
+const NAMES: [&str; 7] = [
     "speeds by differences",
     "printed observer",
     "printed poles",
     "printed poles, current form",
     "the board's observer",
     "the board's, dead zone compensated",
+    "Kalman filter with disturbance torques",
 ];
 
-/// The first that is the board's, and the one that compensates.
+/// The first that is the board's, the one that compensates, and the filter.
 const BOARD: usize = 4;
 const COMPENSATED: usize = 5;
+const FILTER: usize = 6;
 
 /// Which of the six are drawn.
-const DRAWN: [usize; 4] = [0, 1, 2, COMPENSATED];
+const DRAWN: [usize; 4] = [0, 1, 2, FILTER];
 
 impl Hanging {
     /// Poles, stiffness, and the arm itself.
@@ -92,8 +95,9 @@ impl Hanging {
             observers::placed(false, Form::Current)?,
             observers::standing(PERIOD_S)?,
             observers::standing(PERIOD_S)?,
+            observers::kalman(PERIOD_S)?,
         ];
-        let runs = |gain| [0, 1, 2, 3, 4, 5].map(|i| run(i, &candidates[i], friction, gain));
+        let runs = |gain| [0, 1, 2, 3, 4, 5, 6].map(|i| run(i, &candidates[i], friction, gain));
         let (usual, weak) = (runs(1.0), runs(WEAK));
         let sweep = DRAWN.map(|i| {
             let (from, to, steps) = SWEEP;
@@ -134,7 +138,7 @@ impl Hanging {
             let what = format!("Largest pole, LQR with printed observer{what}");
             Number::new(what, "", found, Rule::AtLeast(1.0))
         };
-        let rest = |i: usize, found: [f64; 6], how: &str, rule| {
+        let rest = |i: usize, found: [f64; 7], how: &str, rule| {
             Number::new(format!("Rest, {}, {how}", NAMES[i]), "rad", found[i], rule)
         };
         let (usual, weak) = (self.rest_rad, self.weak_rest_rad);
@@ -175,14 +179,19 @@ impl Hanging {
             mend: format!(
                 "At nominal torque with dry friction the arm rests at {} mrad with the printed \
                  observer, {} with the printed poles, {} with the same in current form, {} with \
-                 the board's observer (exact discretisation, exact gravity), and {} mrad when the \
-                 board compensates the dead zone as well, against {} mrad by differences.",
+                 the board's observer (exact discretisation, exact gravity), {} mrad when the \
+                 board compensates the dead zone as well, and {} with a Kalman filter that \
+                 estimates the torque nobody commanded and takes it off, against {} mrad by \
+                 differences. With {} of the torque the filter rests at {} mrad.",
                 number(usual[1] * 1e3, 0),
                 number(usual[2] * 1e3, 0),
                 number(usual[3] * 1e3, 0),
                 number(usual[4] * 1e3, 0),
-                number(usual[5] * 1e3, 1),
+                number(usual[COMPENSATED] * 1e3, 1),
+                number(usual[FILTER] * 1e3, 1),
                 number(usual[0] * 1e3, 0),
+                WEAK,
+                number(weak[FILTER] * 1e3, 1),
             ),
             printed: vec![
                 radius("", self.radius[0]),
@@ -204,7 +213,14 @@ impl Hanging {
                 rest(1, usual, "nominal torque", Rule::AtMost(HANGS_RAD)),
                 rest(1, weak, &weakly, Rule::AtLeast(HANGS_RAD)),
                 rest(0, weak, &weakly, Rule::AtMost(STANDS_RAD)),
-                rest(5, usual, "nominal torque", Rule::AtMost(SETTLED_RAD)),
+                rest(
+                    COMPENSATED,
+                    usual,
+                    "nominal torque",
+                    Rule::AtMost(SETTLED_RAD),
+                ),
+                rest(FILTER, usual, "nominal torque", Rule::AtMost(SETTLED_RAD)),
+                rest(FILTER, weak, &weakly, Rule::AtMost(SETTLED_RAD)),
             ],
             figures: vec![self.over_time(), self.over_gain()],
         }]
@@ -278,7 +294,7 @@ fn run(i: usize, estimator: &Estimator<f64>, friction: Friction, gain: f64) -> R
         } else {
             Start::Sampled
         },
-        compensate: i == COMPENSATED,
+        compensate: i == COMPENSATED || i == FILTER,
     };
     control.run(*estimator, |_, state| lqr.torque(state, &upright))
 }

@@ -5,7 +5,9 @@ use super::printed::{PERIOD_S, POLES};
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Discrete, Parameters};
 use armbridge_shared::design::placement::{Poles, current_gain};
-use armbridge_shared::estimate::{Config, Estimator, FiniteDifference, Form, Luenberger, Model};
+use armbridge_shared::estimate::{
+    Config, Estimator, FiniteDifference, Form, Luenberger, Model, Tuning,
+};
 use nalgebra::Vector2;
 
 /// Speeds as differences of two samples: the paper's first way.
@@ -39,6 +41,18 @@ pub(crate) fn placed(exact: bool, form: Form) -> Result<Estimator<f64>, FindErro
 /// The board's own: exact model, exact gravity, poles for standing.
 pub(crate) fn standing(period_s: f64) -> Result<Estimator<f64>, FindError> {
     Ok(Config::standing().build(&Parameters::paper(), period_s)?)
+}
+
+/// The board's Kalman filter. It is to be told all of the torque, so friction is
+/// left to its disturbance; samples 45 ms apart want a calmer one than at 1 ms.
+pub(crate) fn kalman(period_s: f64) -> Result<Estimator<f64>, FindError> {
+    let tuning = Tuning {
+        disturbance: 0.1,
+        acceleration: 0.1,
+        coulomb_nm: 0.0,
+        ..Tuning::standing()
+    };
+    Ok(Config::Kalman(tuning).build(&Parameters::paper(), period_s)?)
 }
 
 /// The arm that made (7), discretised exactly.

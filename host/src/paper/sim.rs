@@ -138,7 +138,8 @@ impl Loop {
                 state = estimator.advance(told);
                 acts_s += period_s;
             }
-            let torque = law(acts_s, &state);
+            // What nobody commanded is taken off, by an estimator that sees it.
+            let torque = law(acts_s, &state) - estimator.disturbance();
             let truth = plant.state().q;
             run.samples.push(Sample {
                 time_s: now_s,
