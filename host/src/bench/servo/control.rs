@@ -5,6 +5,7 @@
 //! arithmetic is 16 bits wide and wraps, as on the microcontroller.
 
 use super::costs;
+use std::cmp::Ordering;
 
 /// Positions kept for the speed, which is the difference over 14 samples.
 const HISTORY: usize = 15;
@@ -54,21 +55,34 @@ pub(super) struct Control {
     position_sum: i16,
 }
 
-/// Adds to an integral unless it is beyond its limit and would grow.
-fn integrate(sum: i16, gain: u8, error: i16) -> i16 {
-    let term = i16::from(gain).wrapping_mul(sum);
-    if (term > WINDUP && error > 0) || (term < -WINDUP && error < 0) {
-        sum
-    } else {
-        sum.wrapping_add(error)
+/// Adds to an integral unless it is beyond its limit and would grow. Returns
+/// what that cost more or less than usual.
+fn integrate(sum: &mut i16, gain: u8, error: i16) -> i64 {
+    let term = i16::from(gain).wrapping_mul(*sum);
+    let (beyond, grows, stays) = match term {
+        _ if term > WINDUP => (-2, error > 0, -21),
+        _ if term < -WINDUP => (1, error < 0, -16),
+        _ => (0, false, 0),
+    };
+    if grows {
+        return stays;
     }
+    *sum = sum.wrapping_add(error);
+    beyond
 }
 
-fn pid(gains: [u8; 3], error: i16, sum: i16, change: i16, divisor: i16) -> i16 {
+/// The effort, and what its division cost.
+fn pid(gains: [u8; 3], error: i16, sum: i16, change: i16, divisor: i16) -> (i16, i64) {
     let [p, i, d] = gains.map(i16::from);
-    p.wrapping_mul(error)
-        .wrapping_add(i.wrapping_mul(sum) / divisor)
-        .wrapping_add(d.wrapping_mul(change))
+    let term = i.wrapping_mul(sum);
+    let quotient = term / divisor;
+    let sign = if term < 0 { costs::DIVIDE_NEGATIVE } else { 0 };
+    let cost = sign + i64::from(quotient.unsigned_abs().count_ones());
+    let effort = p
+        .wrapping_mul(error)
+        .wrapping_add(quotient)
+        .wrapping_add(d.wrapping_mul(change));
+    (effort, cost)
 }
 
 impl Control {
@@ -92,109 +106,129 @@ impl Control {
         }
     }
 
-    /// Asks for a PWM; one above 2000 is ignored.
-    pub(super) fn set_pwm(&mut self, pwm: u16) {
+    /// Asks for a PWM; one above 2000 is ignored. Returns whether it was taken.
+    pub(super) fn set_pwm(&mut self, pwm: u16) -> bool {
         if pwm <= FULL {
             self.mode = Mode::Pwm(pwm);
         }
+        pwm <= FULL
     }
 
     /// Asks for a position; one outside the limits, or a speed above 10, is
-    /// ignored.
-    pub(super) fn set_goal(&mut self, goal: u16, speed: u16, gains: Gains) {
+    /// ignored. Returns whether it was taken.
+    pub(super) fn set_goal(&mut self, goal: u16, speed: u16, gains: Gains) -> bool {
         let goal = goal as i16;
         let inside = goal >= i16::from(gains.lower_margin)
             && goal <= FULL_SCALE - i16::from(gains.upper_margin);
-        if inside && speed <= 10 {
+        let taken = inside && speed <= 10;
+        if taken {
             self.goal = goal;
             self.goal_speed = speed as i16;
             self.moving = true;
             self.mode = Mode::Position;
         }
+        taken
     }
 
     /// Takes a new position reading and decides the PWM. Returns what the
     /// step cost, in cycles.
     pub(super) fn step(&mut self, reading: u16, gains: Gains) -> u64 {
         self.position = reading as i16;
-        self.remember();
-        self.speed = self
-            .position
-            .wrapping_sub(self.history[self.newest])
-            .wrapping_abs();
-        let (pwm, cost) = match self.mode {
-            Mode::Pwm(pwm) => (pwm, costs::CONTROL_PWM),
+        let mut cost = self.remember();
+        self.speed = self.position.wrapping_sub(self.history[self.newest]);
+        if self.speed < 0 {
+            self.speed = self.speed.wrapping_neg();
+            cost += costs::SPEED_NEGATIVE;
+        }
+        let pwm = match self.mode {
+            Mode::Pwm(pwm) => {
+                cost += costs::CONTROL_PWM;
+                pwm
+            }
             Mode::Position => {
-                let (pwm, cost) = self.follow(gains);
-                (pwm.clamp(0, FULL as i16) as u16, cost)
+                let (pwm, following) = self.follow(gains);
+                cost += following + if pwm < 0 { costs::LIMITED } else { 0 };
+                pwm.clamp(0, FULL as i16) as u16
             }
         };
         if pwm == self.applied {
             return cost;
         }
         self.applied = pwm;
-        cost + costs::SET_PWM
+        cost + match pwm.cmp(&OFF) {
+            Ordering::Greater => costs::SET_PWM_UP,
+            Ordering::Less => costs::SET_PWM_DOWN,
+            Ordering::Equal => costs::SET_PWM_OFF,
+        }
     }
 
     /// The first reading fills all places but the last, which stays 0 until
     /// it is reached: the speed shows one false value 7 ms after power-up.
-    fn remember(&mut self) {
-        if self.started {
-            self.history[self.newest] = self.position;
-            self.newest = (self.newest + 1) % HISTORY;
-        } else {
+    /// Returns what that cost beyond the usual.
+    fn remember(&mut self) -> u64 {
+        if !self.started {
             self.history[..HISTORY - 1].fill(self.position);
             self.started = true;
+            return costs::HISTORY_FILLED;
+        }
+        self.history[self.newest] = self.position;
+        self.newest = (self.newest + 1) % HISTORY;
+        if self.newest == 0 {
+            costs::HISTORY_WRAPS
+        } else {
+            0
         }
     }
 
     fn follow(&mut self, gains: Gains) -> (i16, u64) {
         if self.position > FULL_SCALE - i16::from(gains.upper_margin) {
-            return (300, costs::CONTROL_LIMIT);
+            return (300, costs::CONTROL_ABOVE);
         }
         if self.position < i16::from(gains.lower_margin) {
-            return (1700, costs::CONTROL_LIMIT);
+            return (1700, costs::CONTROL_BELOW);
         }
-        let up = self.moving && self.goal > self.position + self.goal_speed;
-        let down = self.moving && self.goal < self.position - self.goal_speed;
+        let above = self.goal > self.position + self.goal_speed;
+        let below = self.goal < self.position - self.goal_speed;
         let off = OFF as i16;
-        if up || down {
-            let effort = self.speed_effort(gains);
-            let pwm = if up {
-                off.wrapping_add(effort)
+        if self.moving && (above || below) {
+            let (effort, cost) = self.speed_effort(gains);
+            return if above {
+                let cost = costs::CONTROL_UP.saturating_add_signed(cost);
+                (off.wrapping_add(effort), cost)
             } else {
-                off.wrapping_sub(effort)
+                let cost = costs::CONTROL_DOWN.saturating_add_signed(cost);
+                (off.wrapping_sub(effort), cost)
             };
-            return (pwm, costs::CONTROL_SPEED);
         }
-        (
-            off.wrapping_add(self.hold_effort(gains)),
-            costs::CONTROL_HOLD,
-        )
+        let (effort, cost) = self.hold_effort(gains);
+        let mut cost = costs::CONTROL_HOLD.saturating_add_signed(cost);
+        if above {
+            cost -= costs::HOLD_BELOW_GOAL;
+        } else if below {
+            cost += costs::HOLD_ABOVE_GOAL;
+        }
+        (off.wrapping_add(effort), cost)
     }
 
-    fn speed_effort(&mut self, gains: Gains) -> i16 {
+    fn speed_effort(&mut self, gains: Gains) -> (i16, i64) {
         let before = self.speed_error;
         self.speed_error = self.goal_speed.wrapping_sub(self.speed);
-        self.speed_sum = integrate(self.speed_sum, gains.speed[1], before);
+        let integrated = integrate(&mut self.speed_sum, gains.speed[1], before);
         let change = self.speed_error.wrapping_sub(before);
-        pid(gains.speed, self.speed_error, self.speed_sum, change, 10)
+        let (effort, cost) = pid(gains.speed, self.speed_error, self.speed_sum, change, 10);
+        (effort, cost + integrated)
     }
 
-    fn hold_effort(&mut self, gains: Gains) -> i16 {
+    fn hold_effort(&mut self, gains: Gains) -> (i16, i64) {
         self.speed_error = 0;
         self.speed_sum = 0;
         self.moving = false;
         let before = self.position_error;
         self.position_error = self.goal.wrapping_sub(self.position);
-        self.position_sum = integrate(self.position_sum, gains.position[1], before);
+        let integrated = integrate(&mut self.position_sum, gains.position[1], before);
         let change = self.position_error.wrapping_sub(before);
-        pid(
-            gains.position,
-            self.position_error,
-            self.position_sum,
-            change,
-            100,
-        )
+        let error = self.position_error;
+        let (effort, cost) = pid(gains.position, error, self.position_sum, change, 100);
+        (effort, cost + integrated)
     }
 }

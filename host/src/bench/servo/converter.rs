@@ -95,11 +95,14 @@ impl Converter {
     }
 
     /// The timer tick: starts a conversion when one is wanted and the converter
-    /// is free. Takes what the tick costs so far and returns what it costs then.
-    pub(super) fn tick(&mut self, now: u64, cost: u64) -> u64 {
-        if self.ticks_to_conversion == 0 {
+    /// is free. Returns what that cost.
+    pub(super) fn tick(&mut self, now: u64) -> u64 {
+        let due = self.ticks_to_conversion == 0;
+        let mut cost = 0;
+        if due {
             self.ticks_to_conversion = TICKS_PER_CONVERSION;
             self.want_position = true;
+            cost = costs::TICK_DUE;
             if self.positions == POSITIONS_PER_TEMPERATURE {
                 self.positions = 0;
                 self.want_temperature = true;
@@ -110,26 +113,37 @@ impl Converter {
             self.ticks_to_conversion -= 1;
         }
         if !matches!(self.conversion, Conversion::Off) || self.result_waits {
-            return cost.saturating_sub(costs::TICK_CONVERTING);
-        }
-        if !self.want_temperature && !self.want_position {
             return cost;
         }
+        if !self.want_temperature && !self.want_position {
+            return cost + costs::TICK_NOT_CONVERTING;
+        }
         self.of_temperature = self.want_temperature;
-        if self.want_temperature {
+        let start = if self.want_temperature {
             self.want_temperature = false;
+            cost = costs::TICK_TEMPERATURE;
+            costs::SAMPLE_TO_TEMPERATURE
         } else {
             self.want_position = false;
-        }
+            cost += costs::TICK_NOT_CONVERTING + costs::TICK_CONVERT;
+            if due {
+                costs::SAMPLE_TO_CONVERSION
+            } else {
+                costs::SAMPLE_TO_LATE_CONVERSION
+            }
+        };
         let mut length = costs::CONVERT;
         if !self.used {
             self.used = true;
             length += costs::CONVERT_FIRST;
         }
-        let edge = self.power_up + (now - self.power_up).next_multiple_of(costs::CONVERTER_CLOCK);
+        let edge = (now + start - self.power_up - costs::CONVERTER_PHASE)
+            .next_multiple_of(costs::CONVERTER_CLOCK)
+            + self.power_up
+            + costs::CONVERTER_PHASE;
         self.conversion = Conversion::Running {
             ready: edge + length,
         };
-        cost + costs::TICK_CONVERT
+        cost
     }
 }

@@ -172,22 +172,32 @@ impl Inbox {
     pub(super) fn cost(&self, byte: u8, own_id: u8) -> u64 {
         let last = self.count == self.length;
         let block_over = self.block_over();
+        if self.failsafe == 0 {
+            return if byte == HEADER { 140 } else { 116 };
+        }
         match self.state {
             Receiving::Idle if byte == HEADER => 137,
             Receiving::Idle => 113,
+            Receiving::Length if byte > LONGEST => 117,
             Receiving::Length => 124,
-            Receiving::Header if self.count == 2 => 145,
+            Receiving::Header if self.count == 2 && byte == SYNC_WRITE => 146,
+            Receiving::Header if self.count == 2 => 144,
             Receiving::Header => 138,
-            Receiving::Body if last => 155,
+            Receiving::Body if last && byte == self.checksum => 159,
+            Receiving::Body if last => 151,
             Receiving::Body | Receiving::SyncSize => 143,
             Receiving::SyncAddress => 136,
             Receiving::SyncScan if !block_over => 136,
-            Receiving::SyncScan if !last && byte == own_id => 169,
+            Receiving::SyncScan if last => 146,
+            Receiving::SyncScan if byte == own_id => 169,
             Receiving::SyncScan => 148,
-            Receiving::SyncTake if self.block_count == self.block_size => 173,
-            Receiving::SyncTake => 151,
-            Receiving::SyncTail if last => 162,
-            Receiving::SyncTail => 127,
+            Receiving::SyncTake if self.block_count != self.block_size => 151,
+            Receiving::SyncTake if self.stored(self.taken.wrapping_sub(4)) == PWM_ADDRESS => 182,
+            Receiving::SyncTake => 165,
+            Receiving::SyncTail if !last => 127,
+            Receiving::SyncTail if byte != self.checksum => 133,
+            Receiving::SyncTail if self.five_back() == PWM_ADDRESS => 156,
+            Receiving::SyncTail => 169,
         }
     }
 

@@ -12,7 +12,7 @@
 //! message is complete.
 
 use super::control::{Control, Gains};
-use super::converter::{Converter, Sample};
+use super::converter::Converter;
 use super::inbox::Inbox;
 use super::registers::{self, ROM_SIZE, Requests};
 use super::uart::Uart;
@@ -50,6 +50,8 @@ pub(super) enum Stage {
     Done,
     /// The timer tick.
     Tick,
+    /// The tick looks for a result of the converter.
+    Sample,
     /// The rest of the tick: the PWM changes.
     Control,
     /// Feeds the transmitter.
@@ -82,9 +84,9 @@ pub(super) struct Mcu {
     pub(super) stage: Stage,
     pub(super) stage_end: u64,
     /// Whole idle turns inside the current stage.
-    idle_turns: u8,
+    pub(super) idle_turns: u8,
     /// Turns until the next tick.
-    turns_left: u8,
+    pub(super) turns_left: u8,
     handling: Handling,
     /// End of the running interrupt handler, or of the last one.
     handler_end: u64,
@@ -157,7 +159,7 @@ impl Mcu {
         if rom[0] == registers::MARKER_VALID {
             mcu.load_variables();
             mcu.uart = Uart::new(now + BIT_CLOCK_PHASE, mcu.baud);
-            mcu.stage = Stage::Look;
+            mcu.stage = Stage::Tick;
         }
         mcu
     }
@@ -200,7 +202,7 @@ impl Mcu {
     /// Makes the event due at `now` happen.
     pub(super) fn step(&mut self, now: u64) -> Option<Action> {
         if self.handled_at() <= now {
-            self.handled(now);
+            self.handled();
             return None;
         }
         if self.converter.result_at() <= now {
@@ -215,7 +217,7 @@ impl Mcu {
     }
 
     /// An interrupt handler starts. It delays the main loop at once, and its
-    /// effects are there when it ends.
+    /// effects are there shortly before it ends.
     fn interrupt(&mut self, now: u64) {
         let mut cost = costs::INTERRUPT;
         self.handling = if let Some(byte) = self.uart.take() {
@@ -233,50 +235,23 @@ impl Mcu {
         if matches!(self.handling, Handling::Nothing) {
             u64::MAX
         } else {
-            self.handler_end
+            self.handler_end - costs::HANDLER_RETURN
         }
     }
 
-    fn handled(&mut self, now: u64) {
+    fn handled(&mut self) {
         match std::mem::replace(&mut self.handling, Handling::Nothing) {
             Handling::Nothing => {}
             Handling::Byte(byte) => {
                 if let Some(pwm) = self.inbox.push(byte, self.id) {
                     self.requests.pwm_sync = pwm;
                 }
-                self.cut_runaway(now);
-                self.cut_idle_turns(now);
+                self.cut_runaway(self.handler_end);
+                self.cut_idle_turns(self.handler_end);
             }
             Handling::Conversion => {
                 self.converter.acknowledge();
             }
-        }
-    }
-
-    fn turn(&self) -> u64 {
-        let chain = if self.bus == Bus::Unknown {
-            0
-        } else {
-            costs::TURN_ON_CHAIN
-        };
-        let stuck = if self.inbox.stuck() { costs::STUCK } else { 0 };
-        costs::TURN + chain + stuck
-    }
-
-    /// A message waits: the loop sees it at its next turn.
-    fn cut_idle_turns(&mut self, now: u64) {
-        if self.idle_turns == 0 || !self.inbox.waiting() {
-            return;
-        }
-        let turn = self.turn();
-        let last_look = self.stage_end - (turn - costs::TURN + costs::LOOK_TO_TICK);
-        let turns = last_look.saturating_sub(now) / turn;
-        let turns = turns.min(self.idle_turns.into());
-        if turns > 0 {
-            self.stage = Stage::Look;
-            self.stage_end = last_look - turns * turn;
-            self.turns_left = turns as u8;
-            self.idle_turns = 0;
         }
     }
 
@@ -290,6 +265,7 @@ impl Mcu {
         match self.stage {
             Stage::Look => self.look(now),
             Stage::Tick => self.tick(now),
+            Stage::Sample => self.sample(now),
             Stage::Control => {
                 self.after_tick(now);
                 Some(Action::Pwm(self.control.applied))
@@ -298,93 +274,11 @@ impl Mcu {
             Stage::Release => {
                 self.driving = false;
                 self.uart.clear_ran_empty(now);
-                self.go(Stage::Look, now + costs::FEED_TO_LOOK);
+                self.go(Stage::Look, now + costs::RELEASE_TO_LOOK);
                 Some(Action::Release)
             }
             _ => self.obey(now),
         }
-    }
-
-    /// The second half of a turn, from where a message was looked for.
-    pub(super) fn finish_turn(&mut self, now: u64) -> Option<Action> {
-        let turn = self.turn();
-        let extra = turn - costs::TURN;
-        if self.turns_left == 0 {
-            return self.go(Stage::Tick, now + extra + costs::LOOK_TO_TICK);
-        }
-        if self.driving || !self.transmit.is_empty() {
-            self.turns_left -= 1;
-            return self.go(Stage::Feed, now + extra + costs::LOOK_TO_FEED);
-        }
-        self.idle_turns = self.turns_left;
-        self.turns_left = 0;
-        let idle = u64::from(self.idle_turns) * turn;
-        self.go(Stage::Tick, now + idle + extra + costs::LOOK_TO_TICK)
-    }
-
-    fn tick(&mut self, now: u64) -> Option<Action> {
-        self.idle_turns = 0;
-        self.turns_left = costs::TURNS_PER_TICK;
-        let mut cost = 0;
-        if self.requests.pwm_sync != self.requests.pwm_before {
-            self.requests.pwm = self.requests.pwm_sync;
-            self.requests.pwm_before = self.requests.pwm_sync;
-            self.control.set_pwm(self.requests.pwm_sync);
-            cost += costs::TICK_SYNC_PWM;
-        }
-        let mut changed = false;
-        match self.converter.take_result() {
-            None => {}
-            Some(Sample::Temperature(reading)) => {
-                self.control.temperature = reading;
-                cost += costs::CONTROL_TEMPERATURE;
-            }
-            Some(Sample::Position(reading)) => {
-                let before = self.control.applied;
-                cost += self.control.step(reading, self.gains);
-                changed = self.control.applied != before;
-            }
-        }
-        cost = self.converter.tick(now + cost, cost);
-        if self.delay_ticks > 0 {
-            self.delay_ticks -= 1;
-            cost += costs::TICK_DELAY;
-        }
-        if changed {
-            // The new PWM is on the motor when the step is done.
-            self.go(Stage::Control, now + cost)
-        } else {
-            self.after_tick(now + cost)
-        }
-    }
-
-    fn after_tick(&mut self, now: u64) -> Option<Action> {
-        if self.driving || !self.transmit.is_empty() {
-            self.go(Stage::Feed, now + costs::TICK_TO_FEED)
-        } else {
-            self.go(Stage::Look, now + costs::TICK_TO_LOOK)
-        }
-    }
-
-    fn feed(&mut self, now: u64) -> Option<Action> {
-        if self.uart.can_send(now)
-            && let Some(byte) = self.transmit.pop_front()
-        {
-            let mut cost = costs::FEED;
-            let mut written = now;
-            if !self.driving {
-                self.driving = true;
-                written += costs::DRIVER_ON;
-                cost += costs::DRIVER_ON;
-            }
-            let start = self.uart.send(written);
-            self.go(Stage::Look, now + cost + costs::FEED_TO_LOOK);
-            return Some(Action::Send { byte, start });
-        }
-        if self.transmit.is_empty() && self.uart.ran_empty(now) {
-            return self.go(Stage::Release, now + costs::DRIVER_OFF);
-        }
-        self.go(Stage::Look, now + costs::FEED_TO_LOOK)
     }
 
     /// Puts a packet into the transmit buffer.

@@ -17,6 +17,7 @@
 //! | `control`   | PWM, position and speed control                           |
 //! | `converter` | when position and temperature are sampled                 |
 //! | `mcu`       | the main loop and the interrupts in time                  |
+//! | `turn`      | one turn of the main loop: timer tick, transmitter         |
 //! | `costs`     | how long each piece of the firmware takes                 |
 //!
 //! Time inside is counted in processor cycles of 62.5 ns, outside in
@@ -30,6 +31,7 @@ mod inbox;
 mod mcu;
 mod obey;
 mod registers;
+mod turn;
 mod uart;
 mod write;
 

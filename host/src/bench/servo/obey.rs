@@ -106,7 +106,7 @@ impl Mcu {
             if self.bus == Bus::Slot {
                 self.bus = Bus::Member;
                 self.job = Job::Unasked;
-                return self.answer(now, &[PING]);
+                return self.answer(now - costs::REPLY_UNASKED, &[PING]);
             }
             if self.bus == Bus::Member && self.cycle_pending {
                 self.cycle_pending = false;
@@ -128,16 +128,16 @@ impl Mcu {
         if self.job == Job::None {
             self.job = Job::Reply;
         }
-        let mut cost = costs::REPLY + costs::REPLY_BYTE * data.len() as u64 - costs::REPLY_BYTE;
-        if self.job == Job::Unasked {
-            cost -= costs::REPLY_UNASKED;
-        }
+        let cost = match data.len() as u64 {
+            0 => costs::REPLY - costs::REPLY_EMPTY,
+            bytes => costs::REPLY + costs::REPLY_BYTE * (bytes - 1),
+        };
         self.go(Stage::Reply, now + cost)
     }
 
     fn answer_position(&mut self, now: u64) -> Option<Action> {
         let position = (self.control.position as u16).to_be_bytes();
-        self.answer(now, &position)
+        self.answer(now + costs::POSITION, &position)
     }
 
     fn ignore(&mut self, now: u64) -> Option<Action> {
@@ -154,7 +154,7 @@ impl Mcu {
                     self.bus = Bus::Slot;
                     self.predecessor = 0;
                     self.delay_ticks = u16::from(self.id) * SLOT_TICKS;
-                    self.ignore(now)
+                    self.ignore(now + costs::START)
                 }
                 WRITE => self.write(now, left, false),
                 SYNC_WRITE => self.sync_write(now),
@@ -162,7 +162,7 @@ impl Mcu {
                 RESET => self.reset(now, false),
                 _ => {
                     self.master = source;
-                    self.answer(now, &[REFUSED])
+                    self.answer(now - costs::REFUSED_TO_ALL, &[REFUSED])
                 }
             }
         } else if destination == self.id {
@@ -184,14 +184,16 @@ impl Mcu {
             if self.bus == Bus::Slot {
                 self.predecessor = source;
                 self.predecessors = self.predecessors.wrapping_add(1);
+                return self.ignore(now - costs::LEARNT);
             }
             self.ignore(now)
         }
     }
 
     fn cycle(&mut self, now: u64, source: u8) -> Option<Action> {
+        let now = now + costs::CYCLE;
         if self.bus != Bus::Member {
-            return self.ignore(now);
+            return self.ignore(now + costs::CYCLE_IGNORED);
         }
         self.master = source;
         if self.predecessor == 0 {
@@ -202,7 +204,7 @@ impl Mcu {
         self.delay_ticks = FAILSAFE_TICKS
             .wrapping_mul(self.baud.into())
             .wrapping_mul(self.predecessors.into());
-        self.ignore(now)
+        self.ignore(now + costs::CYCLE_WAITS)
     }
 
     /// Arguments that the packet does not have are what was in memory.
@@ -213,7 +215,7 @@ impl Mcu {
         }
         let [first, count] = [self.scratch[2], self.scratch[3]];
         if u16::from(first) + u16::from(count) > REGISTERS.into() {
-            return self.answer(now + costs::READ, &[REFUSED]);
+            return self.answer(now + costs::READ_REFUSED, &[REFUSED]);
         }
         let mut cost = costs::READ;
         for i in 0..count {

@@ -102,8 +102,8 @@ impl Uart {
     /// Takes a byte to send; returns when its start bit begins.
     pub(super) fn send(&mut self, now: u64) -> u64 {
         self.ran_empty = self.ran_empty(now);
-        self.start = if now >= self.end {
-            self.epoch + ((now - self.epoch) / self.bit + 1) * self.bit
+        self.start = if now > self.end {
+            self.epoch + (now - self.epoch).next_multiple_of(self.bit)
         } else {
             self.end
         };

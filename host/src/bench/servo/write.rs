@@ -12,7 +12,8 @@ use super::control::OFF;
 use super::mcu::{Mcu, Stage};
 use super::obey::{Job, OK, PING, REFUSED};
 use super::registers::{
-    self, DEFAULT_ROM, MARKER, MARKER_VALID, REGISTERS, RESTORE_ORDER, ROM_REGISTERS,
+    self, DEFAULT_ROM, MARKER, MARKER_VALID, POSITION_HIGH, POSITION_LOW, PWM_HIGH, PWM_LOW,
+    REGISTERS, RESTORE_ORDER, ROM_REGISTERS,
 };
 use super::{Action, costs};
 
@@ -34,7 +35,7 @@ impl Mcu {
         let address = self.scratch[1];
         let last = i32::from(left as i16) + i32::from(address);
         if answer && last > REGISTERS.into() {
-            return self.answer(now + costs::READ, &[REFUSED]);
+            return self.answer(now + costs::WRITE_REFUSED, &[REFUSED]);
         }
         self.job = Job::Write {
             left,
@@ -44,7 +45,8 @@ impl Mcu {
             answer,
             rom_changed: false,
         };
-        self.go(Stage::Write, now + costs::WRITE)
+        let to_all = if answer { 0 } else { costs::WRITE_TO_ALL };
+        self.go(Stage::Write, now + costs::WRITE - to_all)
     }
 
     pub(super) fn sync_write(&mut self, now: u64) -> Option<Action> {
@@ -110,10 +112,16 @@ impl Mcu {
             let at = self.rom_ready.max(now + costs::ROM_CALL);
             return self.go(Stage::Store { address, value }, at);
         }
+        let mut cost = 0;
         if !to_rom && address < REGISTERS {
             self.requests.write(address, value);
+            cost = match address {
+                POSITION_LOW | POSITION_HIGH => costs::GOAL_BYTE,
+                PWM_LOW | PWM_HIGH => costs::PWM_BYTE,
+                _ => 0,
+            };
         }
-        self.next_byte(now)
+        self.next_byte(now + cost)
     }
 
     fn next_byte(&mut self, now: u64) -> Option<Action> {
@@ -170,17 +178,28 @@ impl Mcu {
     /// A new goal wins over a new PWM, and sets the remembered PWM to 1000
     /// even when the goal is refused.
     pub(super) fn settle(&mut self, now: u64) -> Option<Action> {
+        let mut now = now;
         let requests = &mut self.requests;
         if requests.goal != requests.goal_before {
             requests.goal_before = requests.goal;
-            self.control
+            let taken = self
+                .control
                 .set_goal(requests.goal, requests.speed, self.gains);
+            now += if taken {
+                costs::NEW_GOAL
+            } else {
+                costs::OUT_OF_RANGE
+            };
             requests.pwm = OFF;
             requests.pwm_before = OFF;
             requests.pwm_sync = OFF;
         }
         if requests.pwm != requests.pwm_before {
-            self.control.set_pwm(requests.pwm);
+            now += if self.control.set_pwm(requests.pwm) {
+                costs::NEW_PWM
+            } else {
+                costs::OUT_OF_RANGE
+            };
             requests.pwm_before = requests.pwm;
             requests.pwm_sync = requests.pwm;
             requests.goal = 0;
@@ -209,7 +228,7 @@ impl Mcu {
             Some(&address) if restored > 0 || !valid => {
                 let place = usize::from(address);
                 self.rom[place] = DEFAULT_ROM[place];
-                self.rom_ready = now + costs::ROM_WRITE;
+                self.rom_ready = now + costs::ROM_NEXT + costs::ROM_WRITE;
                 let restored = restored + 1;
                 self.go(Stage::Load { restored }, self.rom_ready)
             }
@@ -221,7 +240,7 @@ impl Mcu {
         self.load_variables();
         self.uart.set_up(now, self.baud);
         match self.job {
-            Job::Boot => self.go(Stage::Look, now),
+            Job::Boot => self.go(Stage::Tick, now),
             Job::Write { answer: true, .. } => self.answer(now, &[OK]),
             Job::Reset { answer: true } => self.answer(now, &[PING]),
             _ => self.done(now),
