@@ -30,9 +30,8 @@ use embedded_hal_nb::serial::{Read, Write};
 pub const GUARD_US: u64 = 50;
 
 /// Pause between SYNC_WR and CYCLE. Of two packets closer than 20 µs a servo
-/// processes only the newer; and while it still works on the write, up to about
-/// 55 µs after it on the bench, its answer to CYCLE may come late and collide
-/// with its neighbour's. None is lost from 60 to 200 µs.
+/// processes only the newer. The rest is margin, 6 % of a tick at 1 kHz, for
+/// servos whose clocks and loops stand to each other as the bench's never do.
 const DRIVE_GAP_US: u32 = 80;
 
 /// From the end of CYCLE to the last byte of two replies takes 310 µs; with the
