@@ -16,6 +16,10 @@ use nalgebra::Vector2;
 /// mode, below a tick that leaves it some 40 % of each period.
 const LEAD_US: u64 = 50_000;
 
+/// How far from this course a motion may begin, in rad: ten counts, for an arm
+/// whose motors are off is where its noisy encoders say.
+const GAP_MAX_RAD: f32 = 0.05;
+
 /// Where a motion is to begin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Departure {
@@ -87,11 +91,15 @@ impl Course {
     }
 
     /// Changes to a motion when its time comes.
+    ///
+    /// # Errors
+    /// [`Refusal::Busy`] if that has passed, or if the motion would begin
+    /// elsewhere than this course will be: it is to be planned again.
     pub(super) fn change_to(&mut self, leg: Leg, now_us: u64) -> Result<(), Refusal> {
-        if leg.starts_us <= now_us {
+        let apart = self.clone().at(leg.starts_us).q - leg.at(leg.starts_us).q;
+        if leg.starts_us <= now_us || apart.amax() > GAP_MAX_RAD {
             return Err(Refusal::Busy);
         }
-        // No more points: what was planned on must be what happens.
         self.then = Some(leg);
         Ok(())
     }

@@ -8,6 +8,11 @@ use super::Tuning;
 use crate::real::Real;
 use nalgebra::Matrix2;
 
+/// Largest disturbance that is believed in, in N m: a push of 0.2, a fifth of the
+/// torque missing, and friction, with room. An arm that somebody holds would
+/// otherwise wind it up, and fly when it is let go.
+const DISTURBANCE_MAX_NM: f64 = 0.5;
+
 /// One joint's mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Mean<T> {
@@ -160,7 +165,8 @@ impl<T: Real> Axis<T> {
         let innovation = angle - self.mean.q;
         self.mean.q += k_q * innovation;
         self.mean.dq += k_v * innovation;
-        self.mean.d += k_d * innovation;
+        let limit = T::lit(DISTURBANCE_MAX_NM);
+        self.mean.d = (self.mean.d + k_d * innovation).clamp(-limit, limit);
         let (qv, qd) = (p.qv, p.qd);
         // `variance k_q` is `qq - k_q qq` without the difference.
         p.qq = variance * k_q;

@@ -33,8 +33,8 @@
 //!
 //! # Noise
 //!
-//! A rounded count is off by 1/12 count^2 on top of what the converter adds;
-//! both are in the angle's variance.
+//! A rounded count is off by 1/12 count^2 on top of what the converter adds, one
+//! count rms; both are in the angle's variance.
 
 mod axis;
 #[cfg(test)]

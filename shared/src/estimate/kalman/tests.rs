@@ -27,6 +27,24 @@ fn a_push_is_found_and_the_arm_at_rest_is_seen_at_rest() {
     assert!((state.q - q).amax() < 1e-6 && state.dq.amax() < 1e-6);
 }
 
+/// Somebody holds the arm against a motor that pushes as hard as it can.
+#[test]
+fn a_disturbance_does_not_wind_up() {
+    let mut filter = build::<f64>();
+    filter.reset(Vector2::zeros());
+    for _ in 0..10_000 {
+        filter.correct([Some(0.0), Some(0.0)]);
+        filter.advance(Vector2::new(1.2, -1.2));
+    }
+    assert_eq!(filter.disturbance(), Vector2::new(-0.5, 0.5));
+    // Let go, it is forgotten as fast as it can be seen.
+    for _ in 0..300 {
+        filter.correct([Some(0.0), Some(0.0)]);
+        filter.advance(Vector2::zeros());
+    }
+    assert!(filter.disturbance().amax() < 0.02);
+}
+
 #[test]
 fn without_samples_the_arm_moves_as_the_model_has_it() {
     let arm = Parameters::<f64>::paper();
