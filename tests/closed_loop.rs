@@ -120,8 +120,8 @@ fn a_seed_repeats_to_the_bit_and_another_does_not() {
     assert_ne!(first, of(2));
 }
 
-/// A servo cut off in mid run: the bridge notices within five ticks, and the
-/// servo it can still reach is off.
+/// A servo cut off in mid run: the bridge notices within 20 ms, and the servo
+/// it can still reach is off.
 #[test]
 fn losing_a_servo_switches_the_other_off() {
     let mut mailboxes = Mailboxes::new();
@@ -132,7 +132,7 @@ fn losing_a_servo_switches_the_other_off() {
     }
     assert_ne!(run.bench.applied_pwm(0), 1000);
     run.bench.disconnect(1);
-    while run.now_us() < 220_000 {
+    while run.now_us() < 230_000 {
         run.step().unwrap();
     }
     assert_eq!(run.bench.applied_pwm(0), 1000);
@@ -144,7 +144,7 @@ fn losing_a_servo_switches_the_other_off() {
         .filter(lost)
         .filter(|r| r.mode == Mode::Regulate)
         .count();
-    assert_eq!(ridden_through, 4);
+    assert_eq!(ridden_through, 19);
     assert!(
         records
             .iter()

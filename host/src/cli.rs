@@ -1,5 +1,9 @@
 //! The command line.
 
+mod bench;
+
+pub(crate) use bench::{BenchArgs, ControllerName, EstimatorName};
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
@@ -26,6 +30,9 @@ pub(crate) enum Command {
     Emulate(EmulateArgs),
     /// Serve the virtual servos and arm to other programs, in wall-clock time.
     Servos(ServosArgs),
+    /// Try any controller and estimator on any virtual arm, for many seeds.
+    #[command(after_help = bench::EXAMPLES)]
+    Bench(BenchArgs),
     /// Compute the paper's numbers and figures again, as a page with verdicts.
     Paper(OutputArgs),
 }
@@ -155,20 +162,19 @@ fn period(text: &str) -> Result<u32, String> {
 const INITIAL_MAX_RAD: f64 = 1.4;
 
 fn angles(text: &str) -> Result<[f64; 2], String> {
-    let wrong = || {
-        format!(
-            "expected two angles from -{INITIAL_MAX_RAD} to {INITIAL_MAX_RAD} rad, as 0.3,-0.25"
-        )
-    };
-    let (first, second) = text.split_once(',').ok_or_else(wrong)?;
-    let angle = |text: &str| {
-        let angle: f64 = text.trim().parse().ok()?;
-        (angle.abs() <= INITIAL_MAX_RAD).then_some(angle)
-    };
-    angle(first)
-        .zip(angle(second))
-        .map(<[f64; 2]>::from)
-        .ok_or_else(wrong)
+    numbers(text)
+        .filter(|angles: &[f64; 2]| angles.iter().all(|q| q.abs() <= INITIAL_MAX_RAD))
+        .ok_or_else(|| {
+            format!(
+                "expected two angles from -{INITIAL_MAX_RAD} to {INITIAL_MAX_RAD} rad, as 0.3,-0.25"
+            )
+        })
+}
+
+/// So many numbers with commas between.
+fn numbers<T: std::str::FromStr + Copy, const N: usize>(text: &str) -> Option<[T; N]> {
+    let numbers: Result<Vec<T>, _> = text.split(',').map(|x| x.trim().parse()).collect();
+    numbers.ok()?.try_into().ok()
 }
 
 #[cfg(test)]

@@ -19,4 +19,5 @@ pub mod remote;
 pub mod run_folder;
 pub mod serve;
 pub mod summary;
+pub mod trial;
 pub mod wall;

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use cli::{Cli, Command};
-use commands::{demo, emulate, paper, servos};
+use commands::{bench, demo, emulate, paper, servos};
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         Some(Command::Demo(args)) => demo::run(args),
         Some(Command::Emulate(args)) => emulate::run(args),
         Some(Command::Servos(args)) => servos::run(args),
+        Some(Command::Bench(args)) => bench::run(args),
         Some(Command::Paper(args)) => paper::run(args),
     };
     match result {

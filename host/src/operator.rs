@@ -183,6 +183,19 @@ impl Operator {
         }
     }
 
+    /// When the first command was due, in µs; `None` before and after the run.
+    pub fn running_since_us(&self) -> Option<u64> {
+        match self.phase {
+            Phase::Running { since_us, .. } => Some(since_us),
+            _ => None,
+        }
+    }
+
+    /// The records so far.
+    pub fn records(&self) -> &[Record] {
+        &self.records
+    }
+
     /// Records and commands, with the time in µs at which these were given, and
     /// what became of the link's frames.
     pub fn into_parts(self) -> (Vec<Record>, Vec<(u64, Command)>, LinkStats) {

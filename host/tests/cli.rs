@@ -54,6 +54,12 @@ fn wrong_arguments_say_what_is_right() {
         (&["servos"], "--listen"),
         (&["servos", "--pty", "--slow", "0"], "1..=10000"),
         (&["balance"], "balance"),
+        (&["bench", "--q", "1,2"], "expected 4 numbers"),
+        (&["bench", "--seeds", "5..1"], "expected seeds"),
+        (&["bench", "--disturb", "3,1,1,1"], "joint 1 or 2"),
+        (&["bench", "--loss", "1.5"], "share from 0 to 1"),
+        (&["bench", "--reference", "sine:9,9,1"], "sine:A1,A2,HZ"),
+        (&["bench", "--best", "--estimator", "kalman"], "--best"),
     ] {
         assert_fails(&program.run(args), &[words, "--help"]);
     }
@@ -199,4 +205,62 @@ fn the_paper_is_a_page_and_a_json_object() {
     let lqr = claims.iter().find(|claim| claim["id"] == "lqr").unwrap();
     assert_eq!(lqr["verdict"], "reproduced");
     assert_eq!(lqr["as_printed"][0]["holds"], true);
+}
+
+#[test]
+fn a_trial_that_makes_no_sense_says_why() {
+    let program = Program::new("trial");
+    fs::write(program.0.join("arm.toml"), "\ntorque_gian = 0.8\n").unwrap();
+    for (args, words) in [
+        (
+            ["--controller", "paper", "--q", "1,1,1,1"],
+            ["--q", "`lqr`"],
+        ),
+        (
+            ["--estimator", "kalman", "--filter", "0.1"],
+            ["--filter", "`filtered`"],
+        ),
+        (
+            ["--reference", "sine:0.1,0.1,1", "--duration", "3"],
+            ["6 s", "--duration"],
+        ),
+        (
+            ["--reference", "sine:1,1,3", "--seeds", "1"],
+            ["refused", "rad/s²"],
+        ),
+        (
+            ["--plant", "none.toml", "--seeds", "1"],
+            ["none.toml", "cannot read"],
+        ),
+        (
+            ["--plant", "arm.toml", "--seeds", "1"],
+            ["arm.toml:2:1", "`torque_gain`"],
+        ),
+    ] {
+        assert_fails(
+            &program.run(&[&["bench"], args.as_slice()].concat()),
+            &words,
+        );
+    }
+}
+
+#[test]
+fn trials_are_a_table_or_a_json_object_and_plots() {
+    let program = Program::new("bench");
+    let bench = ["bench", "--seeds", "1..2", "--duration", "2"];
+    let output = program.run(&bench);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let lines: Vec<&str> = text(&output.stdout).lines().collect();
+    assert_eq!(lines.len(), 7, "{lines:?}");
+    assert!(lines[5].starts_with("worst") && lines[6].starts_with("mean"));
+
+    let options = ["--json", "--plot", "plots", "--disturb", "1,0.2,1,0.05"];
+    let output = program.run(&[bench.as_slice(), &options].concat());
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["outcomes"][1]["seed"], 2);
+    assert!(report["outcomes"][0]["settling_s"].as_f64().unwrap() < 1.0);
+    assert_eq!(report["trial"]["plant"]["joint1"]["initial_rad"], 0.49);
+    for name in ["angles.svg", "torque.png", "run.csv", "run.mcap"] {
+        assert!(program.0.join("plots").join(name).is_file(), "{name}");
+    }
 }

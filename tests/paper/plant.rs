@@ -1,6 +1,6 @@
 //! What the virtual arm promises.
 
-use armbridge::bench::plant::{Plant, PlantConfig};
+use armbridge::bench::plant::{Plant, PlantConfig, Push};
 use armbridge_shared::actuator::{Direction, Joint};
 use armbridge_shared::arm::{Parameters, State};
 use nalgebra::Vector2;
@@ -231,4 +231,39 @@ fn scales_change_what_they_say() {
         ..frictionless([q.x, q.y])
     };
     assert!((start(light) / 0.8 - plain).amax() < 0.01 * plain.amax());
+}
+
+/// A push acts for its time and no longer, on an arm that nobody holds and that
+/// does not stick.
+#[test]
+fn a_push_is_a_torque_for_a_time() {
+    let push = |torque_nm| Push {
+        joint: 0,
+        torque_nm,
+        start_ns: 10 * MS,
+        duration_ns: 5 * MS,
+    };
+    let after = |config: PlantConfig, torque_nm| {
+        let mut plant = Plant::new(config, 1);
+        plant.push(push(torque_nm));
+        plant.advance(10 * MS);
+        assert_eq!(plant.state(), config.initial);
+        plant.advance(15 * MS);
+        let end = plant.state();
+        plant.advance(16 * MS);
+        assert_eq!(plant.torque(), Vector2::zeros());
+        (end, plant.state())
+    };
+    let free = frictionless([0.0, 0.0]);
+    let (end, later) = after(free, 0.1);
+    let inertia = free.arm.mass(Vector2::zeros())[(0, 0)];
+    let expected = 0.1 * 5e-3 / inertia;
+    assert!((end.dq.x / expected - 1.0).abs() < 0.03, "{}", end.dq.x);
+    assert!(later.dq.x < end.dq.x, "viscous friction alone is left");
+
+    let held = PlantConfig { held: true, ..free };
+    assert_eq!(after(held, 0.1).1, held.initial);
+    let stuck = released([0.0, 0.0]);
+    assert_eq!(after(stuck, 0.05).1, stuck.initial);
+    assert!(after(stuck, 0.1).0.dq.x > 0.0);
 }

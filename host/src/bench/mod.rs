@@ -18,10 +18,11 @@ pub mod servo;
 pub mod uart;
 pub mod wire;
 
+use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
-use plant::Plant;
+use plant::{Plant, Push};
 use servo::{Reading, Servo};
-use wire::{Mechanics, Wire};
+use wire::{Disturbance, Mechanics, Wire};
 
 /// Baud rate of the servo bus, the servos' default.
 const BAUD: u32 = 1_000_000;
@@ -110,6 +111,23 @@ impl Bench {
     /// Takes servo `servo` off the wire; it stays powered and obeys on.
     pub fn disconnect(&mut self, servo: usize) {
         self.wire.connect(servo, false);
+    }
+
+    /// Lets something spoil the servos' replies from now on.
+    pub fn disturb(&mut self, disturbance: Disturbance) {
+        self.wire.disturb(disturbance);
+    }
+
+    /// Somebody pushes the arm. A push that should have begun begins now.
+    pub fn push(&mut self, push: Push) {
+        self.arm.0.push(push);
+    }
+
+    /// True angles and speeds at `at_us`, which is not before the time that
+    /// [`Bench::advance`] has come to.
+    pub fn state_at(&mut self, at_us: u64) -> State<f64> {
+        self.arm.0.advance(at_us.saturating_mul(1_000));
+        self.arm.0.state()
     }
 
     /// The true arm.

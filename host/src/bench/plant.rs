@@ -11,6 +11,7 @@
 //! | step              | what is simulated                                   |
 //! |-------------------|-----------------------------------------------------|
 //! | PWM to torque     | equation (5), 1000 = off, gain and offset errors, dead zone, delay, limit |
+//! | pushes            | somebody's torque on a joint, for a time             |
 //! | torque to motion  | equation (1), exact Coriolis, viscous and dry friction, stops |
 //! | motion to counts  | calibration, Gaussian noise, rounding, 0..=1023      |
 //!
@@ -18,9 +19,11 @@
 
 pub mod body;
 mod config;
+mod file;
 
 pub use body::{Body, Friction};
 pub use config::PlantConfig;
+pub use file::{PlantFile, PlantFileError};
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
@@ -42,17 +45,38 @@ pub struct Plant {
     body: Body,
     now_ns: u64,
     held: bool,
-    pwm: [u16; JOINTS],
-    /// Commands on their way to the motors, earliest first.
-    delayed: VecDeque<Command>,
+    motor_nm: Vector2<f64>,
+    push_nm: Vector2<f64>,
+    /// Changes of torque that are still to come, earliest first.
+    due: VecDeque<Change>,
     noise: [Pcg32; JOINTS],
 }
 
+/// Something other than the motors that turns a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    /// Joint, counting from 0.
+    pub joint: usize,
+    /// In N m.
+    pub torque_nm: f64,
+    /// When it begins, in ns.
+    pub start_ns: u64,
+    /// How long it lasts, in ns.
+    pub duration_ns: u64,
+}
+
 #[derive(Clone, Copy, Debug)]
-struct Command {
+struct Change {
     at_ns: u64,
-    servo: usize,
-    pwm: u16,
+    what: What,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum What {
+    /// A motor gets another PWM.
+    Pwm { servo: usize, pwm: u16 },
+    /// So much more is pushed with.
+    Push { joint: usize, more_nm: f64 },
 }
 
 impl Plant {
@@ -69,8 +93,9 @@ impl Plant {
             body,
             now_ns: 0,
             held: config.held,
-            pwm: [OFF; JOINTS],
-            delayed: VecDeque::new(),
+            motor_nm: Vector2::from_fn(|servo, _| config.torque(servo, OFF)),
+            push_nm: Vector2::zeros(),
+            due: VecDeque::new(),
             // One stream per encoder: reading one does not change the other.
             noise: core::array::from_fn(|servo| Pcg32::new(seed, servo as u64)),
         }
@@ -84,16 +109,29 @@ impl Plant {
     pub fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
         assert!(servo < JOINTS, "no servo {servo} on this arm");
         self.advance(at_ns);
-        let command = Command {
-            at_ns: self.now_ns + self.config.input_delay_ns,
-            servo,
-            pwm,
-        };
-        if command.at_ns <= self.now_ns {
-            self.apply(command);
-        } else {
-            self.delayed.push_back(command);
-        }
+        self.change(
+            self.now_ns + self.config.input_delay_ns,
+            What::Pwm { servo, pwm },
+        );
+    }
+
+    /// Somebody pushes. A push that should have begun begins now.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such joint; they are 0 and 1.
+    pub fn push(&mut self, push: Push) {
+        let Push {
+            joint,
+            torque_nm: more_nm,
+            start_ns,
+            duration_ns,
+        } = push;
+        assert!(joint < JOINTS, "no joint {joint} on this arm");
+        let start_ns = start_ns.max(self.now_ns);
+        self.change(start_ns, What::Push { joint, more_nm });
+        let more_nm = -more_nm;
+        self.change(start_ns + duration_ns, What::Push { joint, more_nm });
     }
 
     /// A servo converts its position: encoder counts at `at_ns`.
@@ -114,12 +152,12 @@ impl Plant {
     /// Lets time pass.
     pub fn advance(&mut self, to_ns: u64) {
         self.now_ns = self.now_ns.max(to_ns);
-        while let Some(&command) = self.delayed.front() {
-            if command.at_ns > self.now_ns {
+        while let Some(&change) = self.due.front() {
+            if change.at_ns > self.now_ns {
                 break;
             }
-            self.delayed.pop_front();
-            self.apply(command);
+            self.due.pop_front();
+            self.apply(change);
         }
         if self.held {
             self.body.hold(self.now_ns);
@@ -135,16 +173,31 @@ impl Plant {
 
     /// True motor torque in N m, now.
     pub fn torque(&self) -> Vector2<f64> {
-        self.body.torque()
+        self.motor_nm
     }
 
-    fn apply(&mut self, command: Command) {
-        if self.held && command.pwm != OFF {
-            self.body.hold(command.at_ns);
-            self.held = false;
+    /// At once if it is time, or else in its turn.
+    fn change(&mut self, at_ns: u64, what: What) {
+        let change = Change { at_ns, what };
+        if at_ns <= self.now_ns {
+            self.apply(change);
+        } else {
+            let place = self.due.partition_point(|other| other.at_ns <= at_ns);
+            self.due.insert(place, change);
         }
-        self.pwm[command.servo] = command.pwm;
-        let torque = Vector2::from_fn(|servo, _| self.config.torque(servo, self.pwm[servo]));
-        self.body.set_torque(command.at_ns, torque);
+    }
+
+    fn apply(&mut self, Change { at_ns, what }: Change) {
+        if self.held {
+            self.body.hold(at_ns);
+        }
+        match what {
+            What::Pwm { servo, pwm } => {
+                self.held &= pwm == OFF;
+                self.motor_nm[servo] = self.config.torque(servo, pwm);
+            }
+            What::Push { joint, more_nm } => self.push_nm[joint] += more_nm,
+        }
+        self.body.set_torque(at_ns, self.motor_nm + self.push_nm);
     }
 }

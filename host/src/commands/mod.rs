@@ -1,5 +1,6 @@
 //! One file per command, and what they have in common.
 
+pub(crate) mod bench;
 pub(crate) mod demo;
 #[cfg(unix)]
 pub(crate) mod emulate;

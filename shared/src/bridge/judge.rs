@@ -24,10 +24,12 @@ where
                 lost.saturating_add(1)
             };
         }
+        let period_us = self.law.period_us().get() as u32;
+        let too_many = limits::lost_samples(period_us);
         if self
             .lost_in_row
             .iter()
-            .any(|lost| *lost >= limits::LOST_SAMPLES)
+            .any(|lost| u32::from(*lost) >= too_many)
         {
             self.trip(Fault::SamplesLost);
         }

@@ -7,9 +7,25 @@ use crate::control::Bounds;
 /// motors off takes to fall by a few degrees from upright.
 pub const HOST_SILENCE_US: u64 = 250_000;
 
-/// Samples of one joint missing in a row before torque goes off. The observer
-/// predicts through the ones before.
+/// Samples of one joint missing in a row before torque goes off, if they have
+/// been for [`LOST_US`] too. The estimator predicts through the ones before.
 pub const LOST_SAMPLES: u8 = 5;
+
+/// How long they must have been missing, in µs. In 20 ms full torque, all of it
+/// misjudged, turns a joint by 8 mrad, which is less than two encoder counts, so
+/// the arm goes on at 1 kHz as it would at 50 Hz. On a line that damages one
+/// reply in five, five in a row happen every few seconds, and 20 never.
+pub const LOST_US: u32 = 20_000;
+
+/// Samples of one joint in a row before torque goes off at a period in µs.
+pub const fn lost_samples(period_us: u32) -> u32 {
+    let for_long = LOST_US.div_ceil(period_us);
+    if for_long > LOST_SAMPLES as u32 {
+        for_long
+    } else {
+        LOST_SAMPLES as u32
+    }
+}
 
 /// Ticks in a row that began a whole period late before torque goes off.
 pub const OVERRUNS: u8 = 3;
@@ -39,3 +55,14 @@ pub const MOTION: Bounds<f32> = Bounds {
     speed_rad_s: 4.0,
     acceleration_rad_s2: 20.0,
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_lost_after_20_ms_and_five_of_them() {
+        let counts = [1_000, 1_500, 4_000, 5_000, 100_000].map(lost_samples);
+        assert_eq!(counts, [20, 14, 5, 5, 5]);
+    }
+}

@@ -5,8 +5,8 @@
 //! program is done. [`Wire::advance`] makes all events up to a moment happen in
 //! order. Nothing depends on how that is cut into steps, so the same servos
 //! serve a simulation that jumps from event to event and a program that
-//! follows the wall clock. There is no randomness: equal inputs give equal
-//! outputs.
+//! follows the wall clock. There is no randomness unless [`Wire::disturb`] asks
+//! for it, and that is seeded: equal inputs give equal outputs.
 //!
 //! Bytes are placed bit by bit. When two senders overlap, low wins, and every
 //! receiver decodes what it sees. A servo whose bus driver is on hears
@@ -15,7 +15,10 @@
 //! The master's own bytes are not handed back: an adapter that echoes adds
 //! its echo itself.
 
+mod disturbance;
 mod line;
+
+pub use disturbance::Disturbance;
 
 use super::servo::{Action, Reading, Servo};
 use line::{Ears, Frame, MASTER, Receiver};
@@ -83,6 +86,7 @@ pub struct Wire {
     /// Bytes begun and not yet forgotten.
     frames: Vec<Frame>,
     heard: VecDeque<Heard>,
+    disturbance: Option<Disturbance>,
     /// Next event of each servo, as last asked.
     servo_next_ns: Vec<u64>,
 }
@@ -105,6 +109,7 @@ impl Wire {
             due: VecDeque::new(),
             frames: Vec::new(),
             heard: VecDeque::new(),
+            disturbance: None,
             servo_next_ns,
         }
     }
@@ -154,6 +159,11 @@ impl Wire {
     /// The oldest byte heard from the servos and not yet taken.
     pub fn take_heard(&mut self) -> Option<Heard> {
         self.heard.pop_front()
+    }
+
+    /// Lets something spoil replies at the master's receiver from now on.
+    pub fn disturb(&mut self, disturbance: Disturbance) {
+        self.disturbance = Some(disturbance);
     }
 
     /// Joins a servo to the wire or cuts it off. It stays powered.
@@ -213,8 +223,9 @@ impl Wire {
             if !self.master.receiving() {
                 self.master.look(now, &self.frames);
             } else if let Some(decoded) = self.master.finish(now, &self.frames) {
+                let byte = self.spoiled(decoded.byte, now);
                 self.heard.push_back(Heard {
-                    byte: decoded.byte,
+                    byte,
                     end_ns: now,
                     framing_error: decoded.framing_error,
                 });
@@ -242,6 +253,18 @@ impl Wire {
                 self.run_servo(servo, now, to_ns, mechanics);
                 return;
             }
+        }
+    }
+
+    /// A byte from a servo as the master hears it.
+    fn spoiled(&mut self, byte: u8, now: u64) -> u8 {
+        let Some(disturbance) = &mut self.disturbance else {
+            return byte;
+        };
+        let under_way = |f: &&Frame| f.sender != MASTER && f.start_ns <= now && now < f.end_ns();
+        match self.frames.iter().find(under_way) {
+            Some(frame) => disturbance.byte(frame.sender, byte),
+            None => byte,
         }
     }
 
@@ -336,6 +359,9 @@ impl Wire {
             Some(Action::Pwm(pwm)) => mechanics.drive(servo, now, pwm),
             Some(Action::Release) => {
                 inside = false;
+                if let Some(disturbance) = &mut self.disturbance {
+                    disturbance.released(servo);
+                }
                 self.records_push(Record::Released { servo, at_ns: now });
                 self.refresh_ears(servo);
             }

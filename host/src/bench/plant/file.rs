@@ -1,0 +1,444 @@
+//! A virtual arm described in a file, `host/plants/default.toml` and its like.
+//!
+//! Every switch and number of [`PlantConfig`] is a key; one that a file leaves
+//! out has its default, and one that does not exist is an error that names
+//! those that do. Errors are one line with file, line and column.
+
+use core::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::{Direction, Joint};
+use armbridge_shared::arm::{Parameters, State};
+use nalgebra::Vector2;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::{Friction, PlantConfig};
+
+/// Why a file describes no arm.
+#[derive(Debug, thiserror::Error)]
+pub enum PlantFileError {
+    /// It cannot be read.
+    #[error("cannot read {path}: {source}", path = path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It is no TOML, or has a key or a value that it must not have.
+    #[error("{path}:{line}:{column}: {what}, in `{text}`", path = path.display())]
+    Wrong {
+        /// The file.
+        path: PathBuf,
+        /// From 1.
+        line: usize,
+        /// From 1, in characters.
+        column: usize,
+        /// What is wrong, and what is allowed.
+        what: String,
+        /// The line itself.
+        text: String,
+    },
+}
+
+/// An arm as a file has it. The comments of `default.toml` say what each key is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlantFile {
+    friction: bool,
+    dead_zone: bool,
+    held: bool,
+    #[serde(deserialize_with = "scale")]
+    inertia_scale: f64,
+    #[serde(deserialize_with = "scale")]
+    gravity_scale: f64,
+    #[serde(deserialize_with = "scale")]
+    torque_gain: f64,
+    #[serde(deserialize_with = "counts")]
+    pwm_offset_counts: f64,
+    #[serde(deserialize_with = "torque")]
+    torque_limit_nm: f64,
+    #[serde(deserialize_with = "delay")]
+    input_delay_us: u32,
+    #[serde(deserialize_with = "noise")]
+    noise_lsb_rms: f64,
+    #[serde(with = "ArmKeys")]
+    arm: Parameters<f64>,
+    joint1: JointKeys,
+    joint2: JointKeys,
+}
+
+/// Keys of [`Parameters`], with their ranges.
+#[derive(Serialize, Deserialize)]
+#[serde(
+    remote = "Parameters<f64>",
+    deny_unknown_fields,
+    default = "Parameters::paper"
+)]
+struct ArmKeys {
+    #[serde(deserialize_with = "length")]
+    l1: f64,
+    #[serde(deserialize_with = "length")]
+    l2: f64,
+    #[serde(deserialize_with = "mass")]
+    m1: f64,
+    #[serde(deserialize_with = "mass")]
+    m2: f64,
+    #[serde(deserialize_with = "gravity")]
+    g: f64,
+    #[serde(deserialize_with = "inertia")]
+    i1x: f64,
+    #[serde(deserialize_with = "small_inertia")]
+    i1y: f64,
+    #[serde(deserialize_with = "small_inertia")]
+    i1z: f64,
+    #[serde(deserialize_with = "small_inertia")]
+    i2x: f64,
+    #[serde(deserialize_with = "inertia")]
+    i2y: f64,
+    #[serde(deserialize_with = "small_inertia")]
+    i2z: f64,
+    #[serde(deserialize_with = "viscous")]
+    b1: f64,
+    #[serde(deserialize_with = "viscous")]
+    b2: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct JointKeys {
+    #[serde(
+        deserialize_with = "maybe_angle",
+        skip_serializing_if = "Option::is_none"
+    )]
+    initial_rad: Option<f64>,
+    #[serde(deserialize_with = "speed")]
+    initial_rad_s: f64,
+    #[serde(
+        deserialize_with = "maybe_stops",
+        skip_serializing_if = "Option::is_none"
+    )]
+    stops_rad: Option<[f64; 2]>,
+    #[serde(deserialize_with = "torque")]
+    coulomb_nm: f64,
+    #[serde(deserialize_with = "torque")]
+    static_nm: f64,
+    #[serde(with = "Mounting")]
+    direction: Direction,
+    #[serde(deserialize_with = "zero")]
+    zero_count: f64,
+    #[serde(deserialize_with = "angle_of_count")]
+    rad_per_count: f64,
+    #[serde(deserialize_with = "gain")]
+    gain_counts_per_nm: f64,
+    #[serde(deserialize_with = "counts")]
+    offset_counts: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Direction", rename_all = "lowercase")]
+enum Mounting {
+    Forward,
+    Reverse,
+}
+
+/// A number in a range, or an error that says which.
+fn within<'de, D: Deserializer<'de>>(
+    deserializer: D,
+    range: RangeInclusive<f64>,
+) -> Result<f64, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    if range.contains(&number) {
+        return Ok(number);
+    }
+    let (low, high) = range.into_inner();
+    Err(D::Error::custom(format!(
+        "{number} is not a number from {low} to {high}"
+    )))
+}
+
+/// Names for [`within`] these ranges, as serde wants them.
+macro_rules! ranges {
+    ($($name:ident $range:expr;)*) => {
+        $(fn $name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+            within(deserializer, $range)
+        })*
+    };
+}
+
+ranges! {
+    scale 0.1..=10.0;
+    counts -500.0..=500.0;
+    torque 0.0..=10.0;
+    noise 0.0..=100.0;
+    length 0.0..=1.0;
+    mass 0.0..=10.0;
+    gravity 0.0..=100.0;
+    inertia 1e-5..=10.0;
+    small_inertia 0.0..=1.0;
+    viscous 0.0..=10.0;
+    speed -100.0..=100.0;
+    angle -1.5..=1.5;
+    zero 0.0..=1023.0;
+    angle_of_count 1e-4..=0.1;
+    gain 10.0..=1e5;
+    delay_us 0.0..=1e6;
+}
+
+fn delay<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    delay_us(deserializer).map(|us| us as u32)
+}
+
+fn maybe_angle<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    angle(deserializer).map(Some)
+}
+
+fn maybe_stops<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f64; 2]>, D::Error> {
+    let [low, high] = <[f64; 2]>::deserialize(deserializer)?;
+    if -3.2 <= low && low < high && high <= 3.2 {
+        Ok(Some([low, high]))
+    } else {
+        let what = "expected the smallest and the largest angle, from -3.2 to 3.2";
+        Err(D::Error::custom(what))
+    }
+}
+
+impl Default for PlantFile {
+    /// [`PlantConfig::default`], but that where the arm is at first is not said.
+    fn default() -> Self {
+        let mut file = Self::of(&PlantConfig::default());
+        file.joint1.initial_rad = None;
+        file.joint2.initial_rad = None;
+        file
+    }
+}
+
+impl Default for JointKeys {
+    /// The joints differ in their stops, which are not said.
+    fn default() -> Self {
+        Self {
+            initial_rad: None,
+            stops_rad: None,
+            ..Self::of(&PlantConfig::default(), 0)
+        }
+    }
+}
+
+impl PlantFile {
+    /// Reads a file.
+    ///
+    /// # Errors
+    ///
+    /// See [`PlantFileError`].
+    pub fn read(path: &Path) -> Result<Self, PlantFileError> {
+        let text = std::fs::read_to_string(path).map_err(|source| PlantFileError::Read {
+            path: path.into(),
+            source,
+        })?;
+        toml::from_str(&text).map_err(|error| {
+            let before = error.span().map_or(0, |span| span.start).min(text.len());
+            let (above, _) = text.split_at(before);
+            let start = above.rfind('\n').map_or(0, |at| at + 1);
+            PlantFileError::Wrong {
+                path: path.into(),
+                line: above.matches('\n').count() + 1,
+                column: text[start..before].chars().count() + 1,
+                what: error
+                    .message()
+                    .replace('\n', ", ")
+                    .replace("f64", "a number"),
+                text: text[start..].lines().next().unwrap_or("").trim().into(),
+            }
+        })
+    }
+
+    /// What a file says about this arm, with every key.
+    pub fn of(config: &PlantConfig) -> Self {
+        Self {
+            friction: config.friction_on,
+            dead_zone: config.dead_zone,
+            held: config.held,
+            inertia_scale: config.inertia_scale,
+            gravity_scale: config.gravity_scale,
+            torque_gain: config.torque_gain,
+            pwm_offset_counts: config.pwm_offset_counts,
+            torque_limit_nm: config.torque_limit_nm,
+            input_delay_us: (config.input_delay_ns / 1_000) as u32,
+            noise_lsb_rms: config.noise_lsb_rms,
+            arm: config.arm,
+            joint1: JointKeys::of(config, 0),
+            joint2: JointKeys::of(config, 1),
+        }
+    }
+
+    /// The arm. It is at `initial_rad` where the file does not say where.
+    pub fn config(&self, initial_rad: [f64; JOINTS]) -> PlantConfig {
+        let keys = [&self.joint1, &self.joint2];
+        let default = PlantConfig::default();
+        PlantConfig {
+            arm: self.arm,
+            inertia_scale: self.inertia_scale,
+            gravity_scale: self.gravity_scale,
+            joints: keys.map(JointKeys::servo),
+            friction_on: self.friction,
+            friction: keys.map(|joint| Friction {
+                coulomb_nm: joint.coulomb_nm,
+                static_nm: joint.static_nm,
+            }),
+            dead_zone: self.dead_zone,
+            input_delay_ns: u64::from(self.input_delay_us) * 1_000,
+            torque_gain: self.torque_gain,
+            pwm_offset_counts: self.pwm_offset_counts,
+            torque_limit_nm: self.torque_limit_nm,
+            stops_rad: [0, 1].map(|j| keys[j].stops_rad.unwrap_or(default.stops_rad[j])),
+            noise_lsb_rms: self.noise_lsb_rms,
+            initial: State {
+                q: Vector2::from_fn(|j, _| keys[j].initial_rad.unwrap_or(initial_rad[j])),
+                dq: Vector2::from_fn(|j, _| keys[j].initial_rad_s),
+            },
+            held: self.held,
+        }
+    }
+}
+
+impl JointKeys {
+    fn of(config: &PlantConfig, joint: usize) -> Self {
+        let Joint {
+            zero_count,
+            rad_per_count,
+            direction,
+            gain_counts_per_nm,
+            offset_counts,
+        } = config.joints[joint];
+        let Friction {
+            coulomb_nm,
+            static_nm,
+        } = config.friction[joint];
+        Self {
+            initial_rad: Some(config.initial.q[joint]),
+            initial_rad_s: config.initial.dq[joint],
+            stops_rad: Some(config.stops_rad[joint]),
+            coulomb_nm,
+            static_nm,
+            direction,
+            zero_count,
+            rad_per_count,
+            gain_counts_per_nm,
+            offset_counts,
+        }
+    }
+
+    fn servo(&self) -> Joint<f64> {
+        Joint {
+            zero_count: self.zero_count,
+            rad_per_count: self.rad_per_count,
+            direction: self.direction,
+            gain_counts_per_nm: self.gain_counts_per_nm,
+            offset_counts: self.offset_counts,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shipped(name: &str) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("plants")
+            .join(name)
+    }
+
+    #[test]
+    fn default_toml_is_the_default_and_has_every_key() {
+        let path = shipped("default.toml");
+        let file = PlantFile::read(&path).unwrap();
+        assert_eq!(file.config([9.0; JOINTS]), PlantConfig::default());
+        let of_code: toml::Table = serde_json::from_value(
+            serde_json::to_value(PlantFile::of(&PlantConfig::default())).unwrap(),
+        )
+        .unwrap();
+        let of_file: toml::Table = toml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let keys = |table: &toml::Table| {
+            let within =
+                |value: &toml::Value| value.as_table().map(|t| t.keys().cloned().collect());
+            let keys: Vec<(String, Option<Vec<String>>)> = table
+                .iter()
+                .map(|(key, value)| (key.clone(), within(value)))
+                .collect();
+            keys
+        };
+        assert_eq!(keys(&of_file), keys(&of_code));
+    }
+
+    #[test]
+    fn every_shipped_arm_can_be_read() {
+        for entry in std::fs::read_dir(shipped("")).unwrap() {
+            let file = PlantFile::read(&entry.unwrap().path()).unwrap();
+            file.config([0.0; JOINTS]);
+        }
+        let dead = PlantFile::read(&shipped("dead-zone.toml")).unwrap();
+        let expected = PlantConfig {
+            friction_on: false,
+            dead_zone: true,
+            initial: State::at_rest(Vector2::new(0.1, 0.2)),
+            ..PlantConfig::default()
+        };
+        assert_eq!(dead.config([0.1, 0.2]), expected);
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_place() {
+        let folder = std::env::temp_dir();
+        let path = folder.join(format!("armbridge-plant-{}.toml", std::process::id()));
+        for (text, at, words) in [
+            ("torque_gian = 1", (1, 1), ["torque_gian", "`torque_gain`"]),
+            ("[arm]\nl9 = 1", (2, 1), ["l9", "`l1`"]),
+            (
+                "[joint1]\n  coulomb_nm = true",
+                (2, 16),
+                ["coulomb_nm", "expected a number"],
+            ),
+            (
+                "held = true\ninertia_scale = 0",
+                (2, 17),
+                ["inertia_scale", "from 0.1 to 10"],
+            ),
+            (
+                "noise_lsb_rms = nan",
+                (1, 17),
+                ["noise_lsb_rms", "from 0 to 100"],
+            ),
+            (
+                "[joint2]\nstops_rad = [1, -1]",
+                (2, 13),
+                ["stops_rad", "smallest"],
+            ),
+            (
+                "[joint2]\ndirection = 'up'",
+                (2, 13),
+                ["direction", "`reverse`"],
+            ),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let error = PlantFile::read(&path).unwrap_err();
+            let line = error.to_string();
+            let PlantFileError::Wrong {
+                line: row, column, ..
+            } = error
+            else {
+                panic!("{line}");
+            };
+            assert_eq!((row, column), at, "{line}");
+            assert!(words.iter().all(|word| line.contains(word)), "{line}");
+            assert!(!line.contains('\n'), "{line}");
+        }
+        std::fs::remove_file(&path).unwrap();
+        assert!(matches!(
+            PlantFile::read(&path),
+            Err(PlantFileError::Read { .. })
+        ));
+    }
+}
