@@ -10,6 +10,7 @@
 //! The virtual servos have a million of their own in `fuzz_servo`.
 
 mod board;
+mod commands;
 mod decoder;
 mod frames;
 mod line;
