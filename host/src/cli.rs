@@ -2,7 +2,7 @@
 
 mod bench;
 
-pub(crate) use bench::{BenchArgs, ControllerName, EstimatorName};
+pub(crate) use bench::{BenchArgs, ControlArgs, ControllerName, EstimateArgs, EstimatorName};
 
 use std::path::PathBuf;
 

@@ -31,6 +31,7 @@ use armbridge_shared::arm::State;
 use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg32;
+use serde::Serialize;
 use std::collections::VecDeque;
 
 /// PWM at which a Morpheus servo switches its motor off.
@@ -53,7 +54,7 @@ pub struct Plant {
 }
 
 /// Something other than the motors that turns a joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Push {
     /// Joint, counting from 0.
     pub joint: usize,

@@ -28,48 +28,10 @@ pub(crate) struct BenchArgs {
     /// The best set-up there is, which is what is taken anyway.
     #[arg(long, conflicts_with_all = ["controller", "estimator", "friction"])]
     pub(crate) best: bool,
-    /// Control law.
-    #[arg(long, value_enum, default_value_t = ControllerName::Lqr)]
-    pub(crate) controller: ControllerName,
-    /// Diagonal of the LQR's Q: both angles, both speeds.
-    #[arg(long, value_name = "A,B,C,D", value_parser = weights::<4>)]
-    pub(crate) q: Option<[f32; 4]>,
-    /// Diagonal of the LQR's R: both torques.
-    #[arg(long, value_name = "A,B", value_parser = weights::<2>)]
-    pub(crate) r: Option<[f32; 2]>,
-    /// Natural frequencies of the computed torque's errors, in rad/s.
-    #[arg(long, value_name = "W1,W2", value_parser = weights::<2>)]
-    pub(crate) natural: Option<[f32; JOINTS]>,
-    /// Damping ratios of the computed torque's errors.
-    #[arg(long, value_name = "Z1,Z2", value_parser = weights::<2>)]
-    pub(crate) damping: Option<[f32; JOINTS]>,
-    /// Where the state comes from.
-    #[arg(long, value_enum, default_value_t = EstimatorName::Kalman)]
-    pub(crate) estimator: EstimatorName,
-    /// Time constant of the filtered difference in s [default: 0.02].
-    #[arg(long, value_name = "S", value_parser = positive)]
-    pub(crate) filter: Option<f32>,
-    /// Poles of the Luenberger observer at 45 ms, two for each joint.
-    #[arg(long, value_name = "P,P,P,P", value_parser = poles)]
-    pub(crate) poles: Option<[f32; 4]>,
-    /// Let a sample show one period late in the observer, as printed.
-    #[arg(long)]
-    pub(crate) prediction: bool,
-    /// The Kalman filter's noise of an angle, in rad.
-    #[arg(long, value_name = "RAD", value_parser = positive)]
-    pub(crate) angle_noise: Option<f32>,
-    /// Its noise of the acceleration, in rad/s² per root Hz.
-    #[arg(long, value_name = "X", value_parser = positive)]
-    pub(crate) acceleration_noise: Option<f32>,
-    /// How fast its disturbance walks, in N m per root s.
-    #[arg(long, value_name = "X", value_parser = not_negative)]
-    pub(crate) walk: Option<f32>,
-    /// Coulomb friction in its model, in N m.
-    #[arg(long, value_name = "NM", value_parser = not_negative)]
-    pub(crate) coulomb: Option<f32>,
-    /// Speed from which on that is fully there, in rad/s.
-    #[arg(long, value_name = "RAD/S", value_parser = positive)]
-    pub(crate) slide: Option<f32>,
+    #[command(flatten)]
+    pub(crate) control: ControlArgs,
+    #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
     /// Torque fed forward against dry friction, in N m [default: 0.04,0.04].
     #[arg(long, value_name = "NM,NM", value_parser = weights::<2>)]
     pub(crate) friction: Option<[f32; JOINTS]>,
@@ -109,6 +71,58 @@ pub(crate) struct BenchArgs {
     /// No progress bar, no table.
     #[arg(long)]
     pub(crate) quiet: bool,
+}
+
+/// From state to torque.
+#[derive(Args, Debug)]
+pub(crate) struct ControlArgs {
+    /// Control law.
+    #[arg(long, value_enum, default_value_t = ControllerName::Lqr)]
+    pub(crate) controller: ControllerName,
+    /// Diagonal of the LQR's Q: both angles, both speeds.
+    #[arg(long, value_name = "A,B,C,D", value_parser = weights::<4>)]
+    pub(crate) q: Option<[f32; 4]>,
+    /// Diagonal of the LQR's R: both torques.
+    #[arg(long, value_name = "A,B", value_parser = weights::<2>)]
+    pub(crate) r: Option<[f32; 2]>,
+    /// Natural frequencies of the computed torque's errors, in rad/s.
+    #[arg(long, value_name = "W1,W2", value_parser = weights::<2>)]
+    pub(crate) natural: Option<[f32; JOINTS]>,
+    /// Damping ratios of the computed torque's errors.
+    #[arg(long, value_name = "Z1,Z2", value_parser = weights::<2>)]
+    pub(crate) damping: Option<[f32; JOINTS]>,
+}
+
+/// From samples to state.
+#[derive(Args, Debug)]
+pub(crate) struct EstimateArgs {
+    /// Where the state comes from.
+    #[arg(long, value_enum, default_value_t = EstimatorName::Kalman)]
+    pub(crate) estimator: EstimatorName,
+    /// Time constant of the filtered difference in s [default: 0.02].
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub(crate) filter: Option<f32>,
+    /// Poles of the Luenberger observer at 45 ms, two for each joint.
+    #[arg(long, value_name = "P,P,P,P", value_parser = poles)]
+    pub(crate) poles: Option<[f32; 4]>,
+    /// Let a sample show one period late in the observer, as printed.
+    #[arg(long)]
+    pub(crate) prediction: bool,
+    /// The Kalman filter's noise of an angle, in rad.
+    #[arg(long, value_name = "RAD", value_parser = positive)]
+    pub(crate) angle_noise: Option<f32>,
+    /// Its noise of the acceleration, in rad/s² per root Hz.
+    #[arg(long, value_name = "X", value_parser = positive)]
+    pub(crate) acceleration_noise: Option<f32>,
+    /// How fast its disturbance walks, in N m per root s.
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub(crate) walk: Option<f32>,
+    /// Coulomb friction in its model, in N m.
+    #[arg(long, value_name = "NM", value_parser = not_negative)]
+    pub(crate) coulomb: Option<f32>,
+    /// Speed from which on that is fully there, in rad/s.
+    #[arg(long, value_name = "RAD/S", value_parser = positive)]
+    pub(crate) slide: Option<f32>,
 }
 
 /// Control laws.
@@ -176,10 +190,12 @@ fn push(text: &str) -> Result<Push, String> {
     /// Torque in N m beyond which no hand pushes, and the longest run in s.
     const MOST: [f64; 2] = [10.0, 3_600.0];
 
-    let push = |[joint, torque_nm, start_s, duration_s]: [f64; 4]| {
-        let joint = [1.0, 2.0].into_iter().position(|j| j == joint)?;
+    let push = || {
+        let (joint, rest) = text.split_once(',')?;
+        let [torque_nm, start_s, duration_s] = numbers(rest)?;
+        let joint = ["1", "2"].into_iter().position(|j| j == joint.trim())?;
         let is_time = |s: f64| (0.0..=MOST[1]).contains(&s);
-        let is_push = torque_nm.abs() <= MOST[0] && is_time(start_s) && is_time(duration_s);
+        let is_push = f64::abs(torque_nm) <= MOST[0] && is_time(start_s) && is_time(duration_s);
         let nanoseconds = |s: f64| (s * 1e9) as u64;
         is_push.then(|| Push {
             joint,
@@ -188,8 +204,7 @@ fn push(text: &str) -> Result<Push, String> {
             duration_ns: nanoseconds(duration_s),
         })
     };
-    numbers(text)
-        .and_then(push)
+    push()
         .ok_or_else(|| "expected joint 1 or 2, N m, and two times in s, as 1,0.2,3,0.05".to_owned())
 }
 

@@ -1,30 +1,27 @@
 //! `armbridge bench`: any set-up, on any virtual arm, for many seeds.
 
+mod setup;
+
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-use armbridge::bench::plant::{PlantConfig, PlantFile};
+use armbridge::bench::plant::{PlantConfig, PlantFile, Push};
 use armbridge::facts::RunFacts;
 use armbridge::log::{CsvWriter, McapWriter};
 use armbridge::plot;
 use armbridge::progress::Progress;
-use armbridge::trial::{self, Outcome as Trialled, Run, Trial};
+use armbridge::trial::{self, Outcome as Trialled, Run, Task, Trial};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
-use armbridge_shared::estimate::{Config, Form, Tuning};
-use armbridge_shared::link::message::{Controller, Gains, Setup};
+use armbridge_shared::link::message::Setup;
 use serde::Serialize;
 
 use super::Outcome;
-use crate::cli::{BenchArgs, ControllerName, EstimatorName};
+use crate::cli::BenchArgs;
 
 /// Where the arm is held at first, in rad, unless asked otherwise.
 const INITIAL_RAD: [f64; JOINTS] = [0.49, -0.3];
-/// Time constant of the low pass in s that makes differences at 1 kHz usable.
-const FILTER_S: f32 = 0.02;
-/// Computed torque that tracks well at 1 kHz and stays quiet.
-const NATURAL_RAD_S: f32 = 20.0;
 
 pub(crate) fn run(args: &BenchArgs) -> Outcome {
     let trial = trial(args)?;
@@ -47,7 +44,7 @@ pub(crate) fn run(args: &BenchArgs) -> Outcome {
     let mut out = std::io::stdout();
     let printed = if args.json {
         let report = Report {
-            trial: Described::of(&trial),
+            trial: Described::of(&trial, args.reference),
             outcomes: &outcomes,
         };
         writeln!(out, "{}", serde_json::to_string(&report)?)
@@ -74,16 +71,20 @@ struct Report<'a> {
 struct Described {
     setup: Setup,
     plant: PlantFile,
+    reference: Task,
+    pushes: Vec<Push>,
     duration_s: f64,
     loss: f64,
     version: &'static str,
 }
 
 impl Described {
-    fn of(trial: &Trial) -> Self {
+    fn of(trial: &Trial, reference: Task) -> Self {
         Self {
             setup: trial.script.setup,
             plant: PlantFile::of(&trial.plant),
+            reference,
+            pushes: trial.pushes.clone(),
             duration_s: trial.script.duration_us as f64 * 1e-6,
             loss: trial.loss,
             version: env!("CARGO_PKG_VERSION"),
@@ -102,8 +103,8 @@ fn trial(args: &BenchArgs) -> Result<Trial, Box<dyn std::error::Error>> {
     }
     let setup = Setup {
         period_us: args.period_us,
-        controller: controller(args)?,
-        estimator: estimator(args)?,
+        controller: setup::controller(&args.control)?,
+        estimator: setup::estimator(&args.estimate)?,
         friction_nm: args.friction.unwrap_or(Setup::best().friction_nm),
         ..Setup::best()
     };
@@ -118,108 +119,14 @@ fn trial(args: &BenchArgs) -> Result<Trial, Box<dyn std::error::Error>> {
     })
 }
 
-fn controller(args: &BenchArgs) -> Result<Controller, String> {
-    use ControllerName::{ComputedTorque, Lqr, Paper};
-    let is = |name| args.controller == name;
-    belongs(
-        args.q.is_some() || args.r.is_some(),
-        is(Lqr),
-        "--q and --r",
-        "lqr",
-    )?;
-    let is_told = args.natural.is_some() || args.damping.is_some();
-    let options = "--natural and --damping";
-    belongs(is_told, is(ComputedTorque), options, "computed-torque")?;
-    Ok(match args.controller {
-        Paper => Controller::StateFeedback(Gains::Paper),
-        Lqr => match Setup::best().controller {
-            Controller::StateFeedback(Gains::Design { q, r }) => {
-                Controller::StateFeedback(Gains::Design {
-                    q: args.q.unwrap_or(q),
-                    r: args.r.unwrap_or(r),
-                })
-            }
-            other => other,
-        },
-        ComputedTorque => Controller::ComputedTorque {
-            natural_rad_s: args.natural.unwrap_or([NATURAL_RAD_S; JOINTS]),
-            damping: args.damping.unwrap_or([1.0; JOINTS]),
-        },
-    })
-}
-
-fn estimator(args: &BenchArgs) -> Result<Config<f32>, String> {
-    use EstimatorName::{Difference, Filtered, Kalman, Luenberger};
-    let is = |name| args.estimator == name;
-    belongs(args.filter.is_some(), is(Filtered), "--filter", "filtered")?;
-    let is_told = args.poles.is_some() || args.prediction;
-    belongs(
-        is_told,
-        is(Luenberger),
-        "--poles and --prediction",
-        "luenberger",
-    )?;
-    let kalman = [
-        args.angle_noise,
-        args.acceleration_noise,
-        args.walk,
-        args.coulomb,
-        args.slide,
-    ];
-    let options = "--angle-noise, --acceleration-noise, --walk, --coulomb and --slide";
-    belongs(
-        kalman.iter().any(Option::is_some),
-        is(Kalman),
-        options,
-        "kalman",
-    )?;
-    Ok(match args.estimator {
-        Difference => Config::FiniteDifference { filter_s: 0.0 },
-        Filtered => Config::FiniteDifference {
-            filter_s: args.filter.unwrap_or(FILTER_S),
-        },
-        Luenberger => match Config::standing() {
-            Config::Luenberger { form, poles_45ms } => Config::Luenberger {
-                form: if args.prediction {
-                    Form::Prediction
-                } else {
-                    form
-                },
-                poles_45ms: args
-                    .poles
-                    .map_or(poles_45ms, |[a, b, c, d]| [[a, b], [c, d]]),
-            },
-            other => other,
-        },
-        Kalman => {
-            let standing = Tuning::standing();
-            Config::Kalman(Tuning {
-                angle_rad: args.angle_noise.unwrap_or(standing.angle_rad),
-                acceleration: args.acceleration_noise.unwrap_or(standing.acceleration),
-                disturbance: args.walk.unwrap_or(standing.disturbance),
-                coulomb_nm: args.coulomb.unwrap_or(standing.coulomb_nm),
-                slide_rad_s: args.slide.unwrap_or(standing.slide_rad_s),
-            })
-        }
-    })
-}
-
-/// An option that would have no effect is a mistake.
-fn belongs(is_told: bool, is_chosen: bool, options: &str, to: &str) -> Result<(), String> {
-    if is_told && !is_chosen {
-        return Err(format!("{options} go with `{to}`, which is not chosen"));
-    }
-    Ok(())
-}
-
 fn heading(args: &BenchArgs, trial: &Trial) -> String {
     let name = |value: Option<clap::builder::PossibleValue>| {
         value.map_or_else(String::new, |value| value.get_name().to_owned())
     };
     format!(
         "armbridge bench · simulated · {} · {} · period {} µs · {} s",
-        name(clap::ValueEnum::to_possible_value(&args.controller)),
-        name(clap::ValueEnum::to_possible_value(&args.estimator)),
+        name(clap::ValueEnum::to_possible_value(&args.control.controller)),
+        name(clap::ValueEnum::to_possible_value(&args.estimate.estimator)),
         trial.script.setup.period_us,
         args.duration,
     )

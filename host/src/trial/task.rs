@@ -6,6 +6,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::bridge::limits::REFERENCE_MAX_RAD;
 use armbridge_shared::link::message::{Command, Setup};
 use armbridge_shared::link::motion::Motion;
+use serde::Serialize;
 
 use crate::operator::Script;
 
@@ -17,7 +18,8 @@ const REST_S: f32 = 2.0;
 const RAMP_S: f32 = 1.0;
 
 /// What is asked of the arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Task {
     /// Stand at these angles in rad, all the time.
     Hold([f32; JOINTS]),

@@ -4,15 +4,17 @@
 //! out has its default, and one that does not exist is an error that names
 //! those that do. Errors are one line with file, line and column.
 
-use core::ops::RangeInclusive;
+mod range;
+#[cfg(test)]
+mod tests;
+
 use std::path::{Path, PathBuf};
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint};
 use armbridge_shared::arm::{Parameters, State};
 use nalgebra::Vector2;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use super::{Friction, PlantConfig};
 
@@ -50,19 +52,19 @@ pub struct PlantFile {
     friction: bool,
     dead_zone: bool,
     held: bool,
-    #[serde(deserialize_with = "scale")]
+    #[serde(deserialize_with = "range::scale")]
     inertia_scale: f64,
-    #[serde(deserialize_with = "scale")]
+    #[serde(deserialize_with = "range::scale")]
     gravity_scale: f64,
-    #[serde(deserialize_with = "scale")]
+    #[serde(deserialize_with = "range::scale")]
     torque_gain: f64,
-    #[serde(deserialize_with = "counts")]
+    #[serde(deserialize_with = "range::counts")]
     pwm_offset_counts: f64,
-    #[serde(deserialize_with = "torque")]
+    #[serde(deserialize_with = "range::torque")]
     torque_limit_nm: f64,
-    #[serde(deserialize_with = "delay")]
+    #[serde(deserialize_with = "range::delay")]
     input_delay_us: u32,
-    #[serde(deserialize_with = "noise")]
+    #[serde(deserialize_with = "range::noise")]
     noise_lsb_rms: f64,
     #[serde(with = "ArmKeys")]
     arm: Parameters<f64>,
@@ -78,31 +80,31 @@ pub struct PlantFile {
     default = "Parameters::paper"
 )]
 struct ArmKeys {
-    #[serde(deserialize_with = "length")]
+    #[serde(deserialize_with = "range::length")]
     l1: f64,
-    #[serde(deserialize_with = "length")]
+    #[serde(deserialize_with = "range::length")]
     l2: f64,
-    #[serde(deserialize_with = "mass")]
+    #[serde(deserialize_with = "range::mass")]
     m1: f64,
-    #[serde(deserialize_with = "mass")]
+    #[serde(deserialize_with = "range::mass")]
     m2: f64,
-    #[serde(deserialize_with = "gravity")]
+    #[serde(deserialize_with = "range::gravity")]
     g: f64,
-    #[serde(deserialize_with = "inertia")]
+    #[serde(deserialize_with = "range::inertia")]
     i1x: f64,
-    #[serde(deserialize_with = "small_inertia")]
+    #[serde(deserialize_with = "range::small_inertia")]
     i1y: f64,
-    #[serde(deserialize_with = "small_inertia")]
+    #[serde(deserialize_with = "range::small_inertia")]
     i1z: f64,
-    #[serde(deserialize_with = "small_inertia")]
+    #[serde(deserialize_with = "range::small_inertia")]
     i2x: f64,
-    #[serde(deserialize_with = "inertia")]
+    #[serde(deserialize_with = "range::inertia")]
     i2y: f64,
-    #[serde(deserialize_with = "small_inertia")]
+    #[serde(deserialize_with = "range::small_inertia")]
     i2z: f64,
-    #[serde(deserialize_with = "viscous")]
+    #[serde(deserialize_with = "range::viscous")]
     b1: f64,
-    #[serde(deserialize_with = "viscous")]
+    #[serde(deserialize_with = "range::viscous")]
     b2: f64,
 }
 
@@ -110,30 +112,30 @@ struct ArmKeys {
 #[serde(deny_unknown_fields, default)]
 struct JointKeys {
     #[serde(
-        deserialize_with = "maybe_angle",
+        deserialize_with = "range::maybe_angle",
         skip_serializing_if = "Option::is_none"
     )]
     initial_rad: Option<f64>,
-    #[serde(deserialize_with = "speed")]
+    #[serde(deserialize_with = "range::speed")]
     initial_rad_s: f64,
     #[serde(
-        deserialize_with = "maybe_stops",
+        deserialize_with = "range::maybe_stops",
         skip_serializing_if = "Option::is_none"
     )]
     stops_rad: Option<[f64; 2]>,
-    #[serde(deserialize_with = "torque")]
+    #[serde(deserialize_with = "range::torque")]
     coulomb_nm: f64,
-    #[serde(deserialize_with = "torque")]
+    #[serde(deserialize_with = "range::torque")]
     static_nm: f64,
     #[serde(with = "Mounting")]
     direction: Direction,
-    #[serde(deserialize_with = "zero")]
+    #[serde(deserialize_with = "range::zero")]
     zero_count: f64,
-    #[serde(deserialize_with = "angle_of_count")]
+    #[serde(deserialize_with = "range::angle_of_count")]
     rad_per_count: f64,
-    #[serde(deserialize_with = "gain")]
+    #[serde(deserialize_with = "range::gain")]
     gain_counts_per_nm: f64,
-    #[serde(deserialize_with = "counts")]
+    #[serde(deserialize_with = "range::counts")]
     offset_counts: f64,
 }
 
@@ -142,67 +144,6 @@ struct JointKeys {
 enum Mounting {
     Forward,
     Reverse,
-}
-
-/// A number in a range, or an error that says which.
-fn within<'de, D: Deserializer<'de>>(
-    deserializer: D,
-    range: RangeInclusive<f64>,
-) -> Result<f64, D::Error> {
-    let number = f64::deserialize(deserializer)?;
-    if range.contains(&number) {
-        return Ok(number);
-    }
-    let (low, high) = range.into_inner();
-    Err(D::Error::custom(format!(
-        "{number} is not a number from {low} to {high}"
-    )))
-}
-
-/// Names for [`within`] these ranges, as serde wants them.
-macro_rules! ranges {
-    ($($name:ident $range:expr;)*) => {
-        $(fn $name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-            within(deserializer, $range)
-        })*
-    };
-}
-
-ranges! {
-    scale 0.1..=10.0;
-    counts -500.0..=500.0;
-    torque 0.0..=10.0;
-    noise 0.0..=100.0;
-    length 0.0..=1.0;
-    mass 0.0..=10.0;
-    gravity 0.0..=100.0;
-    inertia 1e-5..=10.0;
-    small_inertia 0.0..=1.0;
-    viscous 0.0..=10.0;
-    speed -100.0..=100.0;
-    angle -1.5..=1.5;
-    zero 0.0..=1023.0;
-    angle_of_count 1e-4..=0.1;
-    gain 10.0..=1e5;
-    delay_us 0.0..=1e6;
-}
-
-fn delay<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    delay_us(deserializer).map(|us| us as u32)
-}
-
-fn maybe_angle<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    angle(deserializer).map(Some)
-}
-
-fn maybe_stops<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f64; 2]>, D::Error> {
-    let [low, high] = <[f64; 2]>::deserialize(deserializer)?;
-    if -3.2 <= low && low < high && high <= 3.2 {
-        Ok(Some([low, high]))
-    } else {
-        let what = "expected the smallest and the largest angle, from -3.2 to 3.2";
-        Err(D::Error::custom(what))
-    }
 }
 
 impl Default for PlantFile {
@@ -338,107 +279,5 @@ impl JointKeys {
             gain_counts_per_nm: self.gain_counts_per_nm,
             offset_counts: self.offset_counts,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn shipped(name: &str) -> PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("plants")
-            .join(name)
-    }
-
-    #[test]
-    fn default_toml_is_the_default_and_has_every_key() {
-        let path = shipped("default.toml");
-        let file = PlantFile::read(&path).unwrap();
-        assert_eq!(file.config([9.0; JOINTS]), PlantConfig::default());
-        let of_code: toml::Table = serde_json::from_value(
-            serde_json::to_value(PlantFile::of(&PlantConfig::default())).unwrap(),
-        )
-        .unwrap();
-        let of_file: toml::Table = toml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-        let keys = |table: &toml::Table| {
-            let within =
-                |value: &toml::Value| value.as_table().map(|t| t.keys().cloned().collect());
-            let keys: Vec<(String, Option<Vec<String>>)> = table
-                .iter()
-                .map(|(key, value)| (key.clone(), within(value)))
-                .collect();
-            keys
-        };
-        assert_eq!(keys(&of_file), keys(&of_code));
-    }
-
-    #[test]
-    fn every_shipped_arm_can_be_read() {
-        for entry in std::fs::read_dir(shipped("")).unwrap() {
-            let file = PlantFile::read(&entry.unwrap().path()).unwrap();
-            file.config([0.0; JOINTS]);
-        }
-        let dead = PlantFile::read(&shipped("dead-zone.toml")).unwrap();
-        let expected = PlantConfig {
-            friction_on: false,
-            dead_zone: true,
-            initial: State::at_rest(Vector2::new(0.1, 0.2)),
-            ..PlantConfig::default()
-        };
-        assert_eq!(dead.config([0.1, 0.2]), expected);
-    }
-
-    #[test]
-    fn mistakes_are_named_with_their_place() {
-        let folder = std::env::temp_dir();
-        let path = folder.join(format!("armbridge-plant-{}.toml", std::process::id()));
-        for (text, at, words) in [
-            ("torque_gian = 1", (1, 1), ["torque_gian", "`torque_gain`"]),
-            ("[arm]\nl9 = 1", (2, 1), ["l9", "`l1`"]),
-            (
-                "[joint1]\n  coulomb_nm = true",
-                (2, 16),
-                ["coulomb_nm", "expected a number"],
-            ),
-            (
-                "held = true\ninertia_scale = 0",
-                (2, 17),
-                ["inertia_scale", "from 0.1 to 10"],
-            ),
-            (
-                "noise_lsb_rms = nan",
-                (1, 17),
-                ["noise_lsb_rms", "from 0 to 100"],
-            ),
-            (
-                "[joint2]\nstops_rad = [1, -1]",
-                (2, 13),
-                ["stops_rad", "smallest"],
-            ),
-            (
-                "[joint2]\ndirection = 'up'",
-                (2, 13),
-                ["direction", "`reverse`"],
-            ),
-        ] {
-            std::fs::write(&path, text).unwrap();
-            let error = PlantFile::read(&path).unwrap_err();
-            let line = error.to_string();
-            let PlantFileError::Wrong {
-                line: row, column, ..
-            } = error
-            else {
-                panic!("{line}");
-            };
-            assert_eq!((row, column), at, "{line}");
-            assert!(words.iter().all(|word| line.contains(word)), "{line}");
-            assert!(!line.contains('\n'), "{line}");
-        }
-        std::fs::remove_file(&path).unwrap();
-        assert!(matches!(
-            PlantFile::read(&path),
-            Err(PlantFileError::Read { .. })
-        ));
     }
 }

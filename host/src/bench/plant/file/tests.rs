@@ -1,0 +1,97 @@
+use super::*;
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("plants")
+        .join(name)
+}
+
+#[test]
+fn default_toml_is_the_default_and_has_every_key() {
+    let path = shipped("default.toml");
+    let file = PlantFile::read(&path).unwrap();
+    assert_eq!(file.config([9.0; JOINTS]), PlantConfig::default());
+    let of_code: toml::Table = serde_json::from_value(
+        serde_json::to_value(PlantFile::of(&PlantConfig::default())).unwrap(),
+    )
+    .unwrap();
+    let of_file: toml::Table = toml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let keys = |table: &toml::Table| {
+        let within = |value: &toml::Value| value.as_table().map(|t| t.keys().cloned().collect());
+        let keys: Vec<(String, Option<Vec<String>>)> = table
+            .iter()
+            .map(|(key, value)| (key.clone(), within(value)))
+            .collect();
+        keys
+    };
+    assert_eq!(keys(&of_file), keys(&of_code));
+}
+
+#[test]
+fn every_shipped_arm_can_be_read() {
+    for entry in std::fs::read_dir(shipped("")).unwrap() {
+        let file = PlantFile::read(&entry.unwrap().path()).unwrap();
+        file.config([0.0; JOINTS]);
+    }
+    let dead = PlantFile::read(&shipped("dead-zone.toml")).unwrap();
+    let expected = PlantConfig {
+        friction_on: false,
+        dead_zone: true,
+        initial: State::at_rest(Vector2::new(0.1, 0.2)),
+        ..PlantConfig::default()
+    };
+    assert_eq!(dead.config([0.1, 0.2]), expected);
+}
+
+#[test]
+fn mistakes_are_named_with_their_place() {
+    let folder = std::env::temp_dir();
+    let path = folder.join(format!("armbridge-plant-{}.toml", std::process::id()));
+    for (text, at, words) in [
+        ("torque_gian = 1", (1, 1), ["torque_gian", "`torque_gain`"]),
+        ("[arm]\nl9 = 1", (2, 1), ["l9", "`l1`"]),
+        (
+            "[joint1]\n  coulomb_nm = true",
+            (2, 16),
+            ["coulomb_nm", "expected a number"],
+        ),
+        (
+            "held = true\ninertia_scale = 0",
+            (2, 17),
+            ["inertia_scale", "from 0.1 to 10"],
+        ),
+        (
+            "noise_lsb_rms = nan",
+            (1, 17),
+            ["noise_lsb_rms", "from 0 to 100"],
+        ),
+        (
+            "[joint2]\nstops_rad = [1, -1]",
+            (2, 13),
+            ["stops_rad", "smallest"],
+        ),
+        (
+            "[joint2]\ndirection = 'up'",
+            (2, 13),
+            ["direction", "`reverse`"],
+        ),
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let error = PlantFile::read(&path).unwrap_err();
+        let line = error.to_string();
+        let PlantFileError::Wrong {
+            line: row, column, ..
+        } = error
+        else {
+            panic!("{line}");
+        };
+        assert_eq!((row, column), at, "{line}");
+        assert!(words.iter().all(|word| line.contains(word)), "{line}");
+        assert!(!line.contains('\n'), "{line}");
+    }
+    std::fs::remove_file(&path).unwrap();
+    assert!(matches!(
+        PlantFile::read(&path),
+        Err(PlantFileError::Read { .. })
+    ));
+}
