@@ -8,7 +8,7 @@ use crate::facts::RunFacts;
 use crate::log::names;
 use crate::summary::{JointSummary, SETTLED_RAD, SegmentSummary, segments};
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Record, Sample};
+use armbridge_shared::link::message::{Mode, Record, Sample};
 
 /// Estimates.
 const ESTIMATE_WIDTH: f64 = 1.7;
@@ -34,6 +34,7 @@ pub(super) fn draw(facts: &RunFacts, records: &[Record]) -> String {
         };
         draw_joint(&mut svg, &panel, facts, records, joint);
         draw_setpoints(&mut svg, &panel, &summaries, joint);
+        draw_motion(&mut svg, &panel, records, joint);
         draw_faults(&mut svg, &panel, records);
     }
     svg.finish()
@@ -107,6 +108,15 @@ fn draw_joint(svg: &mut Svg, panel: &Panel, facts: &RunFacts, records: &[Record]
         legend.push((Key::Line(stroke), "missing sample"));
     }
     panel.legend(svg, &legend);
+}
+
+/// The reference while it moves.
+fn draw_motion(svg: &mut Svg, panel: &Panel, records: &[Record], joint: usize) {
+    let reference = |r: &Record| match r.mode {
+        Mode::Track => f64::from(r.reference_rad[joint]),
+        _ => f64::NAN,
+    };
+    panel.curve(svg, over_time(records, reference), SETPOINT);
 }
 
 /// The setpoint, the band in which a joint counts as settled, and how it went.

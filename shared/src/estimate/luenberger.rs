@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 /// When a sample begins to show in the estimate.
 ///
 /// Both forms run the same recursion and predict the same next state. They
-/// differ in what [`update`](Luenberger::update) returns.
+/// differ in what [`correct`](Luenberger::correct) returns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Form {
     /// One period later, as printed: the estimate is made of past samples.
