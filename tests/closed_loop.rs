@@ -323,6 +323,35 @@ fn a_setup_taken_over_in_mid_motion_makes_no_step_in_the_torque() {
 }
 
 #[test]
+fn a_constant_torque_is_left_without_a_step() {
+    let config = PlantConfig {
+        noise_lsb_rms: 0.0,
+        ..plant([0.0, 0.0], false)
+    };
+    let script = Script {
+        setup: Setup::best(),
+        commands: vec![
+            (0, Command::Torque([0.15, -0.15])),
+            (150_000, Command::Regulate([0.0, 0.0])),
+        ],
+        duration_us: 2_000_000,
+    };
+    let records = records(config, 1, script);
+    let change = records
+        .windows(2)
+        .find(|two| two[0].mode == Mode::Torque && two[1].mode == Mode::Regulate)
+        .unwrap();
+    for joint in 0..2 {
+        let step = change[1].pwm_next[joint].abs_diff(change[0].pwm_next[joint]);
+        // A hundredth of what is faded out, and what a tick's motion changes;
+        // the whole of it would be hundreds of counts.
+        assert!(step <= 12, "{change:?}");
+    }
+    let last = records.last().unwrap();
+    assert!(last.angle_rad.iter().all(|q| q.abs() < 0.01), "{last:?}");
+}
+
+#[test]
 fn a_gain_that_would_let_the_arm_fall_is_refused_with_its_eigenvalue() {
     let weak = [[0.3, 0.0, 0.1, 0.0], [0.0, 0.3, 0.0, 0.1]];
     let setup = Setup {

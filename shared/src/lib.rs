@@ -11,16 +11,17 @@
 //! | [`real`]     | the number type the mathematics is written over           |
 //! | [`arm`]      | parameters, dynamics, linearisation, discretisation       |
 //! | [`actuator`] | counts to radians, torque to PWM, per joint               |
-//! | [`estimate`] | joint speed from angle samples                            |
+//! | [`estimate`] | the arm's state, and what pushes it, from angle samples   |
 //! | [`control`]  | torque from estimated state; trajectories                 |
-//! | [`design`]   | gains from models: Riccati solver, pole placement         |
+//! | [`design`]   | gains from models: Riccati, pole placement, stability     |
 //! | [`servo`]    | wire formats, register maps, the half-duplex bus master   |
 //! | [`link`]     | messages between board and host, and their frames         |
 //! | [`bridge`]   | the application: modes, supervisor, the tick, telemetry   |
 //! | [`lockstep`] | virtual time for an emulated board                        |
 //!
-//! Dependencies point one way: `bridge` uses `control`, `estimate`, `servo` and
-//! `link`, which use `arm` and `actuator`. Nothing points up.
+//! Dependencies point one way: `bridge` uses `servo` and `link`, whose messages
+//! carry what `control` and `estimate` are configured by, and these use `arm` and
+//! `actuator`. Nothing points up.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

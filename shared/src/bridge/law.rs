@@ -7,7 +7,9 @@
 //!
 //! A set-up may be replaced while torque is on. The estimator goes on from the
 //! state it is handed, and what the torque would jump by is added to it and
-//! faded out, so that the servos see no step.
+//! faded out, so that the servos see no step. So is a constant torque when the
+//! arm is made to follow a reference. A setpoint elsewhere, and holding an arm
+//! whose motors were off, are steps: they are asked for as such.
 
 use core::num::NonZeroU64;
 use nalgebra::Vector2;
@@ -99,10 +101,15 @@ impl Law {
     /// at `reference` is what this law's shall be.
     pub(super) fn take_over(&mut self, before: &Self, reference: &Reference<f32>) {
         self.estimator.adopt(&before.estimator);
-        let state = before.estimator.prior();
-        let (demand_nm, _) = before.demand(&state, reference);
-        let (own_nm, _) = self.demand(&state, reference);
-        self.bump_nm = demand_nm - own_nm;
+        let (demand_nm, _) = before.demand(&before.estimator.prior(), reference);
+        self.fade_from(demand_nm, reference);
+    }
+
+    /// Begins to follow `reference` with this torque, and leaves it by and by.
+    pub(super) fn fade_from(&mut self, torque_nm: Vector2<f32>, reference: &Reference<f32>) {
+        self.bump_nm = Vector2::zeros();
+        let (own_nm, _) = self.demand(&self.estimator.prior(), reference);
+        self.bump_nm = torque_nm - own_nm;
     }
 
     /// The state at these samples.

@@ -5,7 +5,7 @@ use embedded_hal_nb::serial::{Read, Write};
 
 use super::Bridge;
 use super::course::{Course, Departure};
-use super::law::Law;
+use super::law::{Decision, Law};
 use super::mailbox::{Notice, Order, Task};
 use super::supervisor::{self, Event, Request, torque_is_on};
 use crate::link::message::{Mode, Refusal};
@@ -40,13 +40,29 @@ where
             if law.period_us() != self.law.period_us() {
                 return Err(Refusal::NotIdle);
             }
-            let next_us = self.next_start_us;
-            let reference = self.course.at(next_us);
+            let reference = self.course.at(self.next_start_us);
             law.take_over(&self.law, &reference);
         } else {
             self.is_fresh = true;
         }
         self.law = law;
+        Ok(())
+    }
+
+    /// Makes the arm follow a course, from a constant torque without a step.
+    fn follow(&mut self, request: Request, course: Course) -> Result<(), Refusal> {
+        let before = self.mode;
+        self.course = course;
+        self.apply(Event::Asked(request))?;
+        if before == Mode::Torque {
+            let reference = self.course.at(self.next_start_us);
+            let Decision {
+                torque_nm,
+                friction_nm,
+                ..
+            } = self.next;
+            self.law.fade_from(torque_nm + friction_nm, &reference);
+        }
         Ok(())
     }
 
@@ -75,24 +91,22 @@ where
                 Ok(())
             }
             Task::Regulate(reference_rad) => {
-                self.apply(Event::Asked(Request::Regulate))?;
-                self.course = Course::hold(reference_rad.into());
-                Ok(())
+                supervisor::next(self.mode, Event::Asked(Request::Regulate))?;
+                let course = Course::hold(reference_rad.into());
+                self.follow(Request::Regulate, course)
             }
             Task::Depart => Ok(()),
             Task::Follow(leg) => {
                 supervisor::next(self.mode, Event::Asked(Request::Track))?;
                 let mut course = self.present_course();
                 course.change_to(leg, self.now_us)?;
-                self.course = course;
-                self.apply(Event::Asked(Request::Track))
+                self.follow(Request::Track, course)
             }
             Task::Stream(point) => {
                 supervisor::next(self.mode, Event::Asked(Request::Track))?;
                 let mut course = self.present_course();
                 course.push(self.now_us, point)?;
-                self.course = course;
-                self.apply(Event::Asked(Request::Track))
+                self.follow(Request::Track, course)
             }
             Task::Install(law) => self.install(law),
         }
