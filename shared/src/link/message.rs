@@ -9,11 +9,10 @@
 //! sequence number of the frame that carried it.
 
 use super::motion::Motion;
+pub use super::setup::{Controller, Gains, Setup};
+
 use crate::JOINTS;
-use crate::actuator::Joint;
-use crate::arm::Parameters;
 use crate::control::trajectory::Quantity;
-use crate::estimate::Config;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -71,7 +70,7 @@ pub enum Command {
     /// Hold the arm at these joint angles in rad: a step, if it is elsewhere.
     Regulate([f32; JOINTS]),
     /// Follow a motion, from wherever the reference is; it begins some ticks
-    /// later, when it is planned.
+    /// later, when it is planned. Repeated, it begins anew, without a step.
     Follow(Motion),
     /// A point of a reference that the host streams: angles in rad, at a time of
     /// the board's clock.
@@ -123,91 +122,6 @@ pub enum Refusal {
     },
     /// A command queue is full; send it again.
     Busy,
-}
-
-/// What the application computes with, replaced as one atomic group.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
-pub struct Setup {
-    /// Tick period in µs.
-    pub period_us: u32,
-    /// From state to torque.
-    pub controller: Controller,
-    /// From samples to state.
-    pub estimator: Config<f32>,
-    /// Torque in N m added against dry friction, joint by joint; 0 for none.
-    pub friction_nm: [f32; JOINTS],
-    /// The arm that controller and estimator believe in.
-    pub arm: Parameters<f32>,
-    /// Its servos.
-    pub joints: [Joint<f32>; JOINTS],
-}
-
-impl Default for Setup {
-    /// 1 kHz, the paper's arm and weights (8), and an observer with time
-    /// constants of 15 and 16 ms: little noise in the torque, little damping
-    /// lost. Nothing is done about friction.
-    fn default() -> Self {
-        Self {
-            period_us: 1_000,
-            controller: Controller::StateFeedback(Gains::Design {
-                q: [15.0, 15.0, 1.0, 1.0],
-                r: [10.0, 10.0],
-            }),
-            estimator: Config::standing(),
-            friction_nm: [0.0; JOINTS],
-            arm: Parameters::paper(),
-            joints: [Joint::paper(); JOINTS],
-        }
-    }
-}
-
-impl Setup {
-    /// What stands best on an arm with dry friction: a Kalman filter that finds
-    /// the torques nobody commanded, Coulomb friction fed forward, and an LQR
-    /// stiffer than the paper's.
-    pub fn best() -> Self {
-        Self {
-            controller: Controller::StateFeedback(Gains::Design {
-                q: [30.0, 30.0, 0.3, 0.3],
-                r: [10.0, 10.0],
-            }),
-            estimator: Config::kalman(),
-            // What the filter is tuned for.
-            friction_nm: [0.04; JOINTS],
-            ..Self::default()
-        }
-    }
-}
-
-/// From state to torque.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
-pub enum Controller {
-    /// State feedback (9), with the torque that the reference itself takes.
-    StateFeedback(Gains),
-    /// Feedback linearisation: errors die away as second-order systems do.
-    ComputedTorque {
-        /// Natural frequency of each joint in rad/s.
-        natural_rad_s: [f32; JOINTS],
-        /// Damping ratio of each joint; 1 is critical.
-        damping: [f32; JOINTS],
-    },
-}
-
-/// Where the state-feedback gain comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
-pub enum Gains {
-    /// The printed gain, equation (10), meant for 45 ms.
-    Paper,
-    /// Designed on the board for the running period from diagonal weights.
-    Design {
-        /// Diagonal of Q: both angles, both speeds (equation (8)).
-        q: [f32; 2 * JOINTS],
-        /// Diagonal of R: both torques (equation (8)).
-        r: [f32; JOINTS],
-    },
-    /// Somebody's own K, refused unless it stabilises the arm about upright at
-    /// the running period. Rows: torques; columns: both angles, both speeds.
-    Given([[f32; 2 * JOINTS]; JOINTS]),
 }
 
 /// What the application is doing.

@@ -2,7 +2,8 @@
 //!
 //! | module      | what                                                     |
 //! |-------------|----------------------------------------------------------|
-//! | [`message`] | what is said                                             |
+//! | [`message`] | what is said, set-ups included                           |
+//! | [`motion`]  | motions, as they are asked for                           |
 //! | [`schema`]  | the hash by which two builds know that they agree on it  |
 //! | [`frame`]   | how it is put on a wire                                  |
 
@@ -10,3 +11,4 @@ pub mod frame;
 pub mod message;
 pub mod motion;
 pub mod schema;
+mod setup;
