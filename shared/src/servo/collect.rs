@@ -1,6 +1,6 @@
 //! What came back while the master listened.
 
-use super::morpheus::{Parser, Reply, ServoId};
+use super::morpheus::{Damage, MASTER, Parser, Reply, ServoId};
 use crate::JOINTS;
 use crate::link::message::{Missing, Sample};
 
@@ -48,7 +48,7 @@ impl Collect {
     pub(super) fn new(awaited: Awaited) -> Self {
         Self {
             awaited,
-            parser: Parser::default(),
+            parser: Parser::to(MASTER),
             answers: [None; JOINTS],
             evidence: Evidence::Nothing,
         }
@@ -57,10 +57,15 @@ impl Collect {
     /// A byte that is not our echo.
     pub(super) fn byte(&mut self, byte: u8, ids: [ServoId; JOINTS]) {
         self.note(Evidence::Bytes);
-        match self.parser.push(byte) {
-            None => {}
-            Some(Err(_)) => self.note(Evidence::Damaged),
-            Some(Ok(reply)) => self.reply(&reply, ids),
+        match self
+            .parser
+            .push(byte)
+            .map(|found| found.map(|frame| Reply::of(&frame)))
+        {
+            None | Some(Err(Damage::Header)) => {}
+            Some(Err(Damage::Checksum { .. })) => self.note(Evidence::Damaged),
+            Some(Ok(Some(reply))) => self.reply(&reply, ids),
+            Some(Ok(None)) => self.note(Evidence::Stranger),
         }
     }
 

@@ -3,6 +3,8 @@
 //! | module       | what                                                     |
 //! |--------------|----------------------------------------------------------|
 //! | [`morpheus`] | packets of the Morpheus firmware, only the harmless ones |
+//! | [`protocol1`]| Dynamixel Protocol 1.0, what a stock AX-12A speaks       |
+//! | [`table`]    | the registers of either firmware                         |
 //! | [`master`]   | one transaction at a time, advanced by `poll(now_us)`    |
 //! | [`stop`]     | the sequence that ends with every motor off              |
 //!
@@ -11,7 +13,9 @@
 
 pub mod master;
 pub mod morpheus;
+pub mod protocol1;
 pub mod stop;
+pub mod table;
 
 mod collect;
 mod echo;

@@ -23,13 +23,12 @@
 //! and nothing else can be encoded. Torque goes by SYNC_WR to 0x0F with three
 //! bytes a servo, which honours the checksum and takes every value.
 
+pub mod frame;
+
 use crate::JOINTS;
 use crate::actuator::Pwm;
+pub use frame::{BROADCAST, Damage, Frame, HEADER, checksum};
 
-/// First byte of every packet.
-pub const HEADER: u8 = 0xAA;
-/// Destination that every servo takes for its own.
-pub const BROADCAST: u8 = 0xFF;
 /// Our address. At least 0x20, so that no servo mistakes it for a register,
 /// and never a servo's: [`ServoId`] excludes it.
 pub const MASTER: u8 = 0xFE;
@@ -38,8 +37,10 @@ pub const MASTER: u8 = 0xFE;
 pub const REQUEST_MAX: usize = 5 + 3 + 4 * JOINTS;
 /// Most payload bytes of a reply that the bridge asks for (position: two).
 const REPLY_DATA_MAX: usize = 2;
-/// Header, length, both addresses, payload, checksum.
-const REPLY_MAX: usize = 5 + REPLY_DATA_MAX;
+/// Bytes of such a reply.
+const REPLY_MAX: usize = frame::OVERHEAD + REPLY_DATA_MAX;
+/// Finds such replies.
+pub type Parser = frame::Parser<REPLY_MAX>;
 
 /// A packet as it goes on the wire.
 pub type Packet = heapless::Vec<u8, REQUEST_MAX>;
@@ -141,20 +142,15 @@ fn unchecked_sync([a, b]: [ServoId; JOINTS], pwm: u16) -> Packet {
     packet(BROADCAST, &data)
 }
 
-/// Sum of the complements of `body`, modulo 256.
-pub fn checksum(body: &[u8]) -> u8 {
-    body.iter().fold(0, |sum: u8, byte| sum.wrapping_add(!byte))
-}
-
 /// Frames `data`; the caller's data always fits [`REQUEST_MAX`].
 fn packet(destination: u8, data: &[u8]) -> Packet {
-    let mut packet = Packet::new();
-    let body = [data.len() as u8 + 2, destination, MASTER];
-    // Capacity is REQUEST_MAX, the longest request there is: nothing is cut.
-    packet.extend([HEADER].into_iter().chain(body).chain(data.iter().copied()));
-    let crc = checksum(packet.get(1..).unwrap_or_default());
-    packet.extend([crc]);
-    packet
+    let frame = Frame {
+        destination,
+        source: MASTER,
+        data,
+    };
+    // Capacity is REQUEST_MAX, the longest request there is.
+    frame.encode().unwrap_or_default()
 }
 
 /// A reply addressed to us.
@@ -168,6 +164,18 @@ pub struct Reply {
 }
 
 impl Reply {
+    /// From an intact packet; `None` if it is not one that the bridge asks for.
+    pub fn of(frame: &Frame) -> Option<Self> {
+        let mut data = [0; REPLY_DATA_MAX];
+        let len = frame.data.len();
+        data.get_mut(..len)?.copy_from_slice(frame.data);
+        (frame.destination == MASTER).then_some(Self {
+            source: frame.source,
+            data,
+            len,
+        })
+    }
+
     /// Position in encoder counts, if this is an answer to [`Request::Cycle`].
     pub fn position(&self) -> Option<u16> {
         let counts = u16::from_be_bytes(self.data);
@@ -180,72 +188,9 @@ impl Reply {
     }
 }
 
-/// A packet that came through damaged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BadChecksum;
-
-/// Finds replies in a stream of bytes, one byte at a time.
-///
-/// Bytes before a header are skipped. A length that no expected reply has, or
-/// a destination that is not ours, sends the parser back to look for a header.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Parser {
-    bytes: [u8; REPLY_MAX],
-    len: usize,
-}
-
-impl Parser {
-    /// Takes one byte; `Some` when it completes a packet.
-    pub fn push(&mut self, byte: u8) -> Option<Result<Reply, BadChecksum>> {
-        let plausible = match self.len {
-            0 => byte == HEADER,
-            1 => (3..=2 + REPLY_DATA_MAX).contains(&usize::from(byte)),
-            2 => byte == MASTER,
-            _ => true,
-        };
-        if !plausible {
-            // What broke the packet may be the start of the next one.
-            self.len = usize::from(byte == HEADER);
-            return None;
-        }
-        if let Some(slot) = self.bytes.get_mut(self.len) {
-            *slot = byte;
-            self.len += 1;
-        }
-        let [_, length, ..] = self.bytes;
-        let total = usize::from(length) + 3;
-        if self.len < 2 || self.len < total {
-            return None;
-        }
-        self.len = 0;
-        let body = self.bytes.get(1..total - 1).unwrap_or_default();
-        if checksum(body) != byte {
-            return Some(Err(BadChecksum));
-        }
-        let mut reply = Reply {
-            source: self.bytes[3],
-            data: [0; REPLY_DATA_MAX],
-            len: usize::from(length) - 2,
-        };
-        for (to, from) in reply.data.iter_mut().zip(body.get(3..).unwrap_or_default()) {
-            *to = *from;
-        }
-        Some(Ok(reply))
-    }
-
-    /// Bytes of a packet that has begun and not ended.
-    pub fn bytes_held(&self) -> usize {
-        self.len
-    }
-
-    /// Forgets a packet that has begun.
-    pub fn reset(&mut self) {
-        self.len = 0;
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use super::*;
 
     fn id(id: u8) -> ServoId {
@@ -301,11 +246,18 @@ mod tests {
             0xAA, 200, 0xAA, 4, 0xFE, 2, 1, 0xF5, 2, // bad checksum (01 is right)
             0xAA, 3, 0xFE, 2, 1, 0xF8, // ping of servo 2
         ];
-        let mut parser = Parser::default();
-        let found: heapless::Vec<_, 8> = stream.iter().filter_map(|b| parser.push(*b)).collect();
+        let mut parser = Parser::to(MASTER);
+        let mut found = std::vec::Vec::new();
+        for byte in stream {
+            match parser.push(byte) {
+                Some(Ok(frame)) => found.push(Ok(Reply::of(&frame).unwrap())),
+                Some(Err(Damage::Checksum { source })) => found.push(Err(source)),
+                Some(Err(Damage::Header)) | None => {}
+            }
+        }
         assert_eq!(found.len(), 3);
         assert_eq!(found[0].unwrap().position(), Some(500));
-        assert_eq!(found[1], Err(BadChecksum));
+        assert_eq!(found[1], Err(2));
         assert!(found[2].unwrap().is_ping() && found[2].unwrap().source == 2);
         assert_eq!(parser.bytes_held(), 0);
     }

@@ -1,0 +1,200 @@
+//! Header, length and checksum: what instruction and status packets share.
+
+use heapless::Vec;
+
+/// Each packet begins with two of these.
+pub const HEADER: u8 = 0xFF;
+/// All servos. Ids are 0..=253.
+pub const BROADCAST: u8 = 0xFE;
+/// Bytes of a packet beside its parameters.
+pub const OVERHEAD: usize = 6;
+/// Bytes of the longest packet: LEN of 255.
+pub const FRAME_MAX: usize = 4 + 255;
+
+/// An intact packet, borrowed from a parser or to be encoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame<'a> {
+    /// Of the servo that is addressed, or that answers; [`BROADCAST`] for all.
+    pub id: u8,
+    /// Instruction, or error byte.
+    pub code: u8,
+    /// What follows.
+    pub parameters: &'a [u8],
+}
+
+/// Complement of the sum of `body`, modulo 256.
+pub fn checksum(body: &[u8]) -> u8 {
+    !body.iter().fold(0, |sum: u8, byte| sum.wrapping_add(*byte))
+}
+
+impl Frame<'_> {
+    /// The bytes on the wire; `None` if they are more than `N`, or than a
+    /// packet can be.
+    pub fn encode<const N: usize>(&self) -> Option<Vec<u8, N>> {
+        let mut bytes = Vec::new();
+        let length = u8::try_from(self.parameters.len() + 2).ok()?;
+        let head = [HEADER, HEADER, self.id, length, self.code];
+        bytes.extend_from_slice(&head).ok()?;
+        bytes.extend_from_slice(self.parameters).ok()?;
+        let sum = checksum(bytes.get(2..)?);
+        bytes.push(sum).ok()?;
+        Some(bytes)
+    }
+}
+
+/// Why bytes are no packet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Damage {
+    /// A wrong checksum.
+    Checksum {
+        /// The id it came with, for what that is worth.
+        id: u8,
+    },
+    /// An id or a length that no packet has, after a header; or one that is
+    /// longer than what is expected here.
+    Header,
+}
+
+/// Finds packets in a stream of bytes, one byte at a time, of up to `N` bytes.
+///
+/// Bytes before a header are skipped. After a damaged packet the search goes on
+/// with the next byte, so that garbage costs one packet at the most: the one
+/// that its last header swallowed.
+#[derive(Clone, Debug, Default)]
+pub struct Parser<const N: usize> {
+    bytes: Vec<u8, N>,
+}
+
+impl<const N: usize> Parser<N> {
+    /// A parser that waits for a header.
+    pub const fn new() -> Self {
+        Self { bytes: Vec::new() }
+    }
+
+    /// Takes one byte; `Some` when it ends a packet, or what looked like one.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Frame<'_>, Damage>> {
+        if self.ends() {
+            self.bytes.clear();
+        }
+        match *self.bytes.as_slice() {
+            // Waiting for a header.
+            [] | [HEADER] if byte != HEADER => {
+                self.bytes.clear();
+                return None;
+            }
+            // More of them than two: the last two count.
+            [HEADER, HEADER] if byte == HEADER => return None,
+            [HEADER, HEADER, _] if usize::from(byte) + 4 > N || byte < 2 => {
+                self.bytes.clear();
+                // What broke the packet may begin the next one.
+                if byte == HEADER {
+                    let _ = self.bytes.push(byte);
+                }
+                return Some(Err(Damage::Header));
+            }
+            _ => {}
+        }
+        // There is room: a length beyond N was refused.
+        let _ = self.bytes.push(byte);
+        if !self.ends() {
+            return None;
+        }
+        let [_, _, id, _, code, parameters @ .., sum] = self.bytes.as_slice() else {
+            return None;
+        };
+        let body = self.bytes.get(2..self.bytes.len() - 1).unwrap_or_default();
+        Some(if checksum(body) == *sum {
+            Ok(Frame {
+                id: *id,
+                code: *code,
+                parameters,
+            })
+        } else {
+            Err(Damage::Checksum { id: *id })
+        })
+    }
+
+    /// The last byte pushed was the last of a packet.
+    fn ends(&self) -> bool {
+        matches!(self.bytes.get(3), Some(length) if self.bytes.len() == usize::from(*length) + 4)
+    }
+
+    /// Bytes of a packet that has begun and not ended.
+    pub fn bytes_held(&self) -> usize {
+        if self.ends() { 0 } else { self.bytes.len() }
+    }
+
+    /// Forgets a packet that has begun.
+    pub fn reset(&mut self) {
+        self.bytes.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    type Long = Parser<FRAME_MAX>;
+
+    proptest! {
+        /// Whatever is encoded is found again, even after garbage, unless that
+        /// ends in what begins a packet.
+        #[test]
+        fn frames_are_found_after_garbage(
+            garbage in proptest::collection::vec(0..=0xFE_u8, 0..40),
+            id in 0..=BROADCAST,
+            code: u8,
+            parameters in proptest::collection::vec(any::<u8>(), 0..=253),
+        ) {
+            let frame = Frame { id, code, parameters: &parameters };
+            let bytes = frame.encode::<FRAME_MAX>().unwrap();
+            let mut parser = Long::new();
+            for byte in garbage {
+                prop_assert_eq!(parser.push(byte), None);
+            }
+            let (last, before) = bytes.split_last().unwrap();
+            for byte in before {
+                prop_assert_eq!(parser.push(*byte), None);
+            }
+            prop_assert_eq!(parser.push(*last), Some(Ok(frame)));
+            prop_assert_eq!(parser.bytes_held(), 0);
+        }
+
+        /// After any bytes at all, no more than a longest packet's worth of
+        /// nothing is needed before packets are found again.
+        #[test]
+        fn parser_resynchronises_within_one_packet(
+            garbage in proptest::collection::vec(any::<u8>(), 0..300),
+        ) {
+            const SHORT: usize = 16;
+            let ping = Frame { id: 1, code: 0, parameters: &[] };
+            let bytes = ping.encode::<SHORT>().unwrap();
+            let mut parser = Parser::<SHORT>::new();
+            for byte in garbage {
+                let _ = parser.push(byte);
+            }
+            // The header of the garbage may swallow so many of them.
+            let mut found = 0;
+            for _ in 0..=SHORT / bytes.len() + 1 {
+                for byte in &bytes {
+                    found += usize::from(matches!(parser.push(*byte), Some(Ok(frame)) if frame == ping));
+                }
+            }
+            prop_assert!(found >= 1);
+        }
+    }
+
+    #[test]
+    fn damage_is_named() {
+        let mut parser = Long::new();
+        let results: heapless::Vec<_, 4> = [0xFF, 0xFF, 0xFF, 7, 2, 0, 0xF7, 0xFF, 0xFF, 1, 0]
+            .into_iter()
+            .filter_map(|byte| parser.push(byte).map(|result| result.map(|frame| frame.id)))
+            .collect();
+        assert_eq!(
+            results,
+            [Err(Damage::Checksum { id: 7 }), Err(Damage::Header)]
+        );
+    }
+}

@@ -1,0 +1,293 @@
+//! What a master asks of stock servos.
+
+use super::frame::{BROADCAST, FRAME_MAX, Frame};
+use heapless::Vec;
+
+/// Codes of the instructions (e-Manual, "Instruction").
+mod code {
+    pub(super) const PING: u8 = 0x01;
+    pub(super) const READ: u8 = 0x02;
+    pub(super) const WRITE: u8 = 0x03;
+    pub(super) const REG_WRITE: u8 = 0x04;
+    pub(super) const ACTION: u8 = 0x05;
+    pub(super) const FACTORY_RESET: u8 = 0x06;
+    pub(super) const SYNC_WRITE: u8 = 0x83;
+    pub(super) const BULK_READ: u8 = 0x92;
+}
+
+/// An instruction to an AX-12A.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instruction<'a> {
+    /// "Are you there?" Answered whatever the status return level.
+    Ping,
+    /// Read so many bytes from this address on.
+    Read {
+        /// First byte.
+        address: u8,
+        /// How many.
+        count: u8,
+    },
+    /// Write from this address on.
+    Write {
+        /// First byte.
+        address: u8,
+        /// What.
+        data: &'a [u8],
+    },
+    /// The same, but only when [`Instruction::Action`] comes.
+    RegWrite {
+        /// First byte.
+        address: u8,
+        /// What.
+        data: &'a [u8],
+    },
+    /// Do what was registered.
+    Action,
+    /// EEPROM as ex works: id 1, 1 Mbaud.
+    FactoryReset,
+    /// Write to several servos. Always to all, never answered.
+    SyncWrite {
+        /// First byte, in every servo.
+        address: u8,
+        /// Bytes for each.
+        count: u8,
+        /// Id and bytes, servo by servo: see [`SyncBlocks`].
+        blocks: &'a [u8],
+    },
+}
+
+/// Why an intact packet is no instruction to an AX-12A.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Misread {
+    /// An instruction of the MX series, which no AX-12A knows.
+    BulkRead,
+    /// A code without meaning.
+    Unknown(u8),
+    /// Parameters that do not fit the instruction.
+    Length,
+}
+
+impl core::fmt::Display for Misread {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::BulkRead => f.write_str(
+                "BULK_READ is an instruction of the MX series; an AX-12A does not know it: \
+                 send one READ to each servo",
+            ),
+            Self::Unknown(code) => write!(f, "there is no instruction 0x{code:02X}"),
+            Self::Length => f.write_str("its parameters do not fit the instruction"),
+        }
+    }
+}
+
+impl<'a> Instruction<'a> {
+    /// The bytes on the wire to the servo `id`, or to all; `None` if they are
+    /// more than `N`. [`Instruction::SyncWrite`] goes to all whatever `id` is.
+    pub fn encode<const N: usize>(&self, id: u8) -> Option<Vec<u8, N>> {
+        let mut parameters: Vec<u8, FRAME_MAX> = Vec::new();
+        let (id, code) = match *self {
+            Self::Ping => (id, code::PING),
+            Self::Read { address, count } => {
+                parameters.extend([address, count]);
+                (id, code::READ)
+            }
+            Self::Write { address, data } => {
+                parameters.push(address).ok()?;
+                parameters.extend_from_slice(data).ok()?;
+                (id, code::WRITE)
+            }
+            Self::RegWrite { address, data } => {
+                parameters.push(address).ok()?;
+                parameters.extend_from_slice(data).ok()?;
+                (id, code::REG_WRITE)
+            }
+            Self::Action => (id, code::ACTION),
+            Self::FactoryReset => (id, code::FACTORY_RESET),
+            Self::SyncWrite {
+                address,
+                count,
+                blocks,
+            } => {
+                parameters.extend([address, count]);
+                parameters.extend_from_slice(blocks).ok()?;
+                (BROADCAST, code::SYNC_WRITE)
+            }
+        };
+        let frame = Frame {
+            id,
+            code,
+            parameters: &parameters,
+        };
+        frame.encode()
+    }
+
+    /// What an intact packet asks.
+    ///
+    /// # Errors
+    /// [`Misread`] if it is not for an AX-12A.
+    pub fn decode(frame: &Frame<'a>) -> Result<Self, Misread> {
+        match (frame.code, frame.parameters) {
+            (code::PING, []) => Ok(Self::Ping),
+            (code::READ, &[address, count]) => Ok(Self::Read { address, count }),
+            (code::WRITE, [address, data @ ..]) if !data.is_empty() => Ok(Self::Write {
+                address: *address,
+                data,
+            }),
+            (code::REG_WRITE, [address, data @ ..]) if !data.is_empty() => Ok(Self::RegWrite {
+                address: *address,
+                data,
+            }),
+            (code::ACTION, []) => Ok(Self::Action),
+            (code::FACTORY_RESET, []) => Ok(Self::FactoryReset),
+            (code::SYNC_WRITE, [address, count, blocks @ ..])
+                if *count > 0 && blocks.len() % (usize::from(*count) + 1) == 0 =>
+            {
+                Ok(Self::SyncWrite {
+                    address: *address,
+                    count: *count,
+                    blocks,
+                })
+            }
+            (code::BULK_READ, _) => Err(Misread::BulkRead),
+            (
+                code::PING
+                | code::READ
+                | code::WRITE
+                | code::REG_WRITE
+                | code::ACTION
+                | code::FACTORY_RESET
+                | code::SYNC_WRITE,
+                _,
+            ) => Err(Misread::Length),
+            (unknown, _) => Err(Misread::Unknown(unknown)),
+        }
+    }
+}
+
+/// What a `SYNC_WRITE` carries for each servo.
+#[derive(Clone, Debug)]
+pub struct SyncBlocks<'a>(core::slice::ChunksExact<'a, u8>);
+
+impl<'a> SyncBlocks<'a> {
+    /// Takes `blocks` apart, `count` bytes a servo.
+    pub fn new(count: u8, blocks: &'a [u8]) -> Self {
+        Self(blocks.chunks_exact(usize::from(count) + 1))
+    }
+}
+
+impl<'a> Iterator for SyncBlocks<'a> {
+    /// Id and bytes.
+    type Item = (u8, &'a [u8]);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (id, data) = self.0.next()?.split_first()?;
+        Some((*id, data))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Parser;
+    use super::*;
+    use proptest::prelude::*;
+
+    /// From the e-Manual's examples.
+    #[test]
+    fn instructions_encode_as_documented() {
+        let vectors: [(u8, Instruction, &[u8]); 5] = [
+            (1, Instruction::Ping, &[0xFF, 0xFF, 1, 2, 1, 0xFB]),
+            (
+                1,
+                Instruction::Read {
+                    address: 36,
+                    count: 8,
+                },
+                &[0xFF, 0xFF, 1, 4, 2, 36, 8, 0xCC],
+            ),
+            // Two servos, half of full duty either way.
+            (
+                9,
+                Instruction::SyncWrite {
+                    address: 32,
+                    count: 2,
+                    blocks: &[1, 0, 2, 2, 0, 6],
+                },
+                &[
+                    0xFF, 0xFF, 0xFE, 0x0A, 0x83, 0x20, 2, 1, 0, 2, 2, 0, 6, 0x47,
+                ],
+            ),
+            (0, Instruction::FactoryReset, &[0xFF, 0xFF, 0, 2, 6, 0xF7]),
+            (
+                BROADCAST,
+                Instruction::Write {
+                    address: 24,
+                    data: &[0],
+                },
+                &[0xFF, 0xFF, 0xFE, 4, 3, 24, 0, 0xE2],
+            ),
+        ];
+        for (id, instruction, bytes) in vectors {
+            assert_eq!(
+                instruction.encode::<32>(id).unwrap(),
+                bytes,
+                "{instruction:?}"
+            );
+        }
+        assert_eq!(Instruction::Ping.encode::<5>(1), None);
+    }
+
+    #[test]
+    fn what_is_not_for_an_ax12a_is_named() {
+        let decode = |code, parameters| {
+            Instruction::decode(&Frame {
+                id: 1,
+                code,
+                parameters,
+            })
+        };
+        assert_eq!(decode(0x92, &[0]), Err(Misread::BulkRead));
+        assert_eq!(decode(0x42, &[]), Err(Misread::Unknown(0x42)));
+        assert_eq!(decode(0x02, &[1]), Err(Misread::Length));
+        assert_eq!(decode(0x83, &[30, 2, 1, 0]), Err(Misread::Length));
+    }
+
+    proptest! {
+        #[test]
+        fn every_instruction_round_trips(
+            id in 0..BROADCAST,
+            kind in 0..7,
+            address: u8,
+            count in 1..=4_u8,
+            data in proptest::collection::vec(any::<u8>(), 1..=200),
+        ) {
+            let whole = data.len() / (usize::from(count) + 1) * (usize::from(count) + 1);
+            let sent = match kind {
+                0 => Instruction::Ping,
+                1 => Instruction::Read { address, count },
+                2 => Instruction::Write { address, data: &data },
+                3 => Instruction::RegWrite { address, data: &data },
+                4 => Instruction::Action,
+                5 => Instruction::FactoryReset,
+                _ => Instruction::SyncWrite { address, count, blocks: &data[..whole] },
+            };
+            let bytes = sent.encode::<FRAME_MAX>(id).unwrap();
+            let mut parser = Parser::<FRAME_MAX>::new();
+            let (last, before) = bytes.split_last().unwrap();
+            for byte in before {
+                prop_assert_eq!(parser.push(*byte), None);
+            }
+            let frame = parser.push(*last).unwrap().unwrap();
+            let to = if matches!(sent, Instruction::SyncWrite { .. }) { BROADCAST } else { id };
+            prop_assert_eq!(frame.id, to);
+            prop_assert_eq!(Instruction::decode(&frame), Ok(sent));
+        }
+    }
+
+    #[test]
+    fn blocks_are_taken_apart() {
+        let mut blocks = SyncBlocks::new(2, &[1, 0, 2, 9, 0, 6]);
+        assert_eq!(blocks.next(), Some((1, &[0, 2][..])));
+        assert_eq!(blocks.next(), Some((9, &[0, 6][..])));
+        assert_eq!(blocks.next(), None);
+    }
+}

@@ -1,0 +1,240 @@
+//! What can be read from a servo and written to it: one table per firmware,
+//! both in the same form.
+//!
+//! A register is one byte or two, low byte first. Values here are raw, as on
+//! the wire; [`Unit`] says what they mean. Where a number is its own sign and
+//! magnitude, bit 10 is the sign: never two's complement.
+
+mod ax12a;
+mod morpheus;
+
+pub use ax12a::AX12A;
+pub use morpheus::MORPHEUS;
+
+use core::fmt;
+use core::ops::RangeInclusive;
+
+/// Registers of one firmware, in the order of their addresses.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Table {
+    /// What runs on the servo.
+    pub firmware: &'static str,
+    /// Bytes from address 0 to the last, gaps included.
+    pub size: u8,
+    /// In the order of their addresses, without overlap.
+    pub registers: &'static [Register],
+}
+
+/// One register.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Register {
+    /// Of its (low) byte.
+    pub address: u8,
+    /// One byte or two.
+    pub size: Size,
+    /// In snake case, as on the command line.
+    pub name: &'static str,
+    /// Whether it can be written.
+    pub access: Access,
+    /// What keeps it.
+    pub storage: Storage,
+    /// What may be written, or is read.
+    pub range: RangeInclusive<u16>,
+    /// Ex works, or at power-up, where that is known.
+    pub initial: Option<u16>,
+    /// What the number means.
+    pub unit: Unit,
+}
+
+/// Bytes of a register.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    /// One.
+    Byte,
+    /// Two, low byte first.
+    Word,
+}
+
+impl Size {
+    /// As a number.
+    pub const fn bytes(self) -> u8 {
+        match self {
+            Self::Byte => 1,
+            Self::Word => 2,
+        }
+    }
+}
+
+/// Whether a register can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// Only read.
+    Read,
+    /// Read and written.
+    ReadWrite,
+}
+
+/// What keeps a register's value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Storage {
+    /// It survives power-off, and wears out.
+    Eeprom,
+    /// It is back at its initial value after power-up.
+    Ram,
+}
+
+/// What a raw value means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// A number, a flag or a code.
+    Number,
+    /// Baud rate of 2 000 000 / (value + 1).
+    Baud,
+    /// 2 µs.
+    TwoMicroseconds,
+    /// 1/1023 of 300°: 0.29°.
+    Angle,
+    /// °C.
+    Celsius,
+    /// 0.1 V.
+    DeciVolt,
+    /// 0.1 % of the most there is.
+    PerMille,
+    /// 0.1 %, with bit 10 for clockwise.
+    SignedPerMille,
+    /// 0.111 rpm, with bit 10 for clockwise.
+    SignedSpeed,
+    /// One bit for each [`Alarms`](super::protocol1::Alarms).
+    Alarms,
+    /// Counts of the servo's converter, not calibrated.
+    Counts,
+    /// 0.1 % of full voltage either side of 1000, which is off.
+    Pwm,
+}
+
+impl Table {
+    /// The register of this name.
+    pub fn by_name(&self, name: &str) -> Option<&'static Register> {
+        self.registers
+            .iter()
+            .find(|register| register.name.eq_ignore_ascii_case(name))
+    }
+
+    /// The register whose first byte is at this address.
+    pub fn at(&self, address: u8) -> Option<&'static Register> {
+        self.registers
+            .iter()
+            .find(|register| register.address == address)
+    }
+}
+
+impl Register {
+    /// The address after its last byte.
+    pub const fn end(&self) -> u8 {
+        self.address + self.size.bytes()
+    }
+
+    /// Its value in a reading of the servo's memory that begins at `from`.
+    pub fn value_in(&self, memory: &[u8], from: u8) -> Option<u16> {
+        let start = usize::from(self.address.checked_sub(from)?);
+        let bytes = memory.get(start..start + usize::from(self.size.bytes()))?;
+        Some(
+            bytes
+                .iter()
+                .rev()
+                .fold(0, |value, byte| value << 8 | u16::from(*byte)),
+        )
+    }
+
+    /// Its bytes on the wire; the low one alone if it has only one.
+    pub fn bytes_of(&self, value: u16) -> heapless::Vec<u8, 2> {
+        let bytes = value.to_le_bytes();
+        bytes.into_iter().take(self.size.bytes().into()).collect()
+    }
+
+    /// Its value in words: `Display`s with the unit.
+    pub const fn show(&self, value: u16) -> Shown {
+        Shown {
+            unit: self.unit,
+            value,
+        }
+    }
+}
+
+/// A raw value with its unit, for people.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shown {
+    unit: Unit,
+    value: u16,
+}
+
+/// Bit 10: clockwise.
+const CLOCKWISE: u16 = 1 << 10;
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let raw = self.value;
+        let number = f32::from(raw);
+        let magnitude = f32::from(raw & (CLOCKWISE - 1));
+        let signed = if raw & CLOCKWISE == 0 {
+            magnitude
+        } else {
+            -magnitude
+        };
+        match self.unit {
+            Unit::Number => write!(f, "{raw}"),
+            Unit::Baud => write!(f, "{} baud", 2_000_000 / (u32::from(raw) + 1)),
+            Unit::TwoMicroseconds => write!(f, "{} us", 2 * u32::from(raw)),
+            Unit::Angle => write!(f, "{:.1} deg", number * 300.0 / 1023.0),
+            Unit::Celsius => write!(f, "{raw} degC"),
+            Unit::DeciVolt => write!(f, "{:.1} V", number / 10.0),
+            Unit::PerMille => write!(f, "{:.1} %", number / 10.23),
+            Unit::SignedPerMille => write!(f, "{:.1} %", signed / 10.23),
+            Unit::SignedSpeed => write!(f, "{:.1} rpm", signed * 0.111),
+            Unit::Alarms => super::protocol1::Alarms::from_bits(raw as u8).fmt(f),
+            Unit::Counts => write!(f, "{raw} counts"),
+            Unit::Pwm => write!(f, "{:+.1} %", (number - 1000.0) / 10.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::string::ToString;
+
+    #[test]
+    fn tables_are_in_order_and_in_themselves_consistent() {
+        for table in [&AX12A, &MORPHEUS] {
+            let mut end = 0;
+            for register in table.registers {
+                assert!(register.address >= end, "{}", register.name);
+                end = register.end();
+                let largest = if register.size == Size::Byte {
+                    0xFF
+                } else {
+                    0xFFFF
+                };
+                assert!(*register.range.end() <= largest, "{}", register.name);
+                if let Some(initial) = register.initial {
+                    assert!(register.range.contains(&initial), "{}", register.name);
+                }
+                assert_eq!(table.by_name(register.name), Some(register));
+            }
+            assert_eq!(end, table.size);
+        }
+    }
+
+    #[test]
+    fn values_are_read_low_byte_first_and_shown_with_their_units() {
+        let speed = AX12A.by_name("present_speed").unwrap();
+        assert_eq!(speed.value_in(&[9, 0x00, 0x06], 37), Some(0x0600));
+        assert_eq!(speed.value_in(&[9, 0x00], 37), None);
+        let shown = |name, value| AX12A.by_name(name).unwrap().show(value).to_string();
+        assert_eq!(shown("present_speed", 0x0400 + 100), "-11.1 rpm");
+        assert_eq!(shown("baud_rate", 1), "1000000 baud");
+        assert_eq!(shown("present_voltage", 111), "11.1 V");
+        assert_eq!(shown("shutdown", 36), "overheating, overload");
+    }
+}

@@ -1,0 +1,63 @@
+//! The Morpheus firmware V1.2: its source, `Eprom.h` and `Morpheus.c`.
+//!
+//! Eighteen bytes, of which the first eleven are EEPROM. Reading has traps: a
+//! reading that begins in the EEPROM never reaches the RAM, and one whose first
+//! byte happens to be 0x83 deafens the other servos
+//! ([`super::super::morpheus`]).
+
+use super::Access::{self, Read, ReadWrite};
+use super::Size::{self, Byte, Word};
+use super::Storage::{self, Eeprom, Ram};
+use super::{Register, Table, Unit};
+use core::ops::RangeInclusive;
+
+#[expect(clippy::too_many_arguments, reason = "a row of a table")]
+const fn row(
+    address: u8,
+    size: Size,
+    name: &'static str,
+    access: Access,
+    storage: Storage,
+    range: RangeInclusive<u16>,
+    initial: Option<u16>,
+    unit: Unit,
+) -> Register {
+    Register {
+        address,
+        size,
+        name,
+        access,
+        storage,
+        range,
+        initial,
+        unit,
+    }
+}
+
+/// Registers of a servo that runs Morpheus.
+#[rustfmt::skip]
+pub const MORPHEUS: Table = Table {
+    firmware: "Morpheus",
+    size: 18,
+    registers: &[
+        // Anything but 0xAA here makes the servo forget all its settings.
+        row(0x00, Byte, "magic",           Read,      Eeprom, 0xAA..=0xAA, Some(0xAA), Unit::Number),
+        row(0x01, Byte, "id",              ReadWrite, Eeprom, 1..=253,     Some(1),    Unit::Number),
+        row(0x02, Byte, "upper_margin",    ReadWrite, Eeprom, 0..=255,     Some(2),    Unit::Counts),
+        row(0x03, Byte, "lower_margin",    ReadWrite, Eeprom, 0..=255,     Some(2),    Unit::Counts),
+        row(0x04, Byte, "position_kp",     ReadWrite, Eeprom, 0..=255,     Some(40),   Unit::Number),
+        row(0x05, Byte, "position_ki",     ReadWrite, Eeprom, 0..=255,     Some(1),    Unit::Number),
+        row(0x06, Byte, "position_kd",     ReadWrite, Eeprom, 0..=255,     Some(10),   Unit::Number),
+        row(0x07, Byte, "speed_kp",        ReadWrite, Eeprom, 0..=255,     Some(40),   Unit::Number),
+        row(0x08, Byte, "speed_ki",        ReadWrite, Eeprom, 0..=255,     Some(10),   Unit::Number),
+        row(0x09, Byte, "speed_kd",        ReadWrite, Eeprom, 0..=255,     Some(0),    Unit::Number),
+        row(0x0A, Byte, "baud_rate",       ReadWrite, Eeprom, 0..=207,     Some(1),    Unit::Baud),
+        // Read: where it is. Written: where it shall go.
+        row(0x0B, Word, "position",        ReadWrite, Ram,    0..=1023,    None,       Unit::Counts),
+        // Read: counts in 14 samples, without sign, low byte only.
+        row(0x0D, Byte, "speed",           ReadWrite, Ram,    0..=255,     None,       Unit::Number),
+        row(0x0E, Word, "temperature",     Read,      Ram,    0..=1023,    None,       Unit::Counts),
+        // Read back, the high byte is always 0.
+        row(0x10, Word, "pwm",             ReadWrite, Ram,    0..=2000,    Some(1000), Unit::Pwm),
+    ],
+};
