@@ -20,10 +20,11 @@
 //! | any write to 0x00..=0x0A                 | EEPROM: deaf for 8.5 ms a byte, or reset |
 //!
 //! So there is no general packet here: [`Request`] lists what the bridge says,
-//! and nothing else can be encoded. Torque goes by SYNC_WR to 0x0F with three
-//! bytes a servo, which honours the checksum and takes every value.
+//! and [`safe_read::Plan`] what may be read. Torque goes by SYNC_WR to 0x0F
+//! with three bytes a servo, which honours the checksum and takes every value.
 
 pub mod frame;
+pub mod safe_read;
 
 use crate::JOINTS;
 use crate::actuator::Pwm;
