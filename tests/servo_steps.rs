@@ -52,7 +52,7 @@ fn run(step_ns: u64) -> (Rig, Vec<Heard>, Vec<Record>, Vec<State>) {
         wire.advance((wire.now_ns() + step_ns).min(END_NS), &mut rig);
     }
     let heard = std::iter::from_fn(|| wire.take_heard()).collect();
-    let states = wire.servos().iter().map(Servo::state).collect();
+    let states = wire.morpheus().map(Servo::state).collect();
     (rig, heard, wire.take_records(), states)
 }
 

@@ -1,8 +1,10 @@
 //! The command line.
 
 mod bench;
+mod servos;
 
 pub(crate) use bench::{BenchArgs, ControlArgs, ControllerName, EstimateArgs, EstimatorName};
+pub(crate) use servos::ServosArgs;
 
 use std::path::PathBuf;
 
@@ -108,34 +110,6 @@ pub(crate) struct EmulateArgs {
     /// Offer the control link to another program instead of running the demo.
     #[arg(long, value_name = "tcp://HOST:PORT")]
     pub(crate) link_listen: Option<Endpoint>,
-}
-
-/// Virtual servos for other programs.
-#[derive(Args, Debug)]
-pub(crate) struct ServosArgs {
-    #[command(flatten)]
-    pub(crate) at: ServosAt,
-    /// Send back what comes in, as a single-wire bus that hears itself.
-    #[arg(long)]
-    pub(crate) echo: bool,
-    /// How many times slower than the wall clock the servos' time runs.
-    #[arg(long, value_name = "TIMES", default_value_t = 1,
-          value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    pub(crate) slow: u32,
-    #[command(flatten)]
-    pub(crate) arm: ArmArgs,
-}
-
-/// Where the bus is offered.
-#[derive(Args, Debug)]
-#[group(required = true, multiple = false)]
-pub(crate) struct ServosAt {
-    /// On a TCP port, to one program at a time.
-    #[arg(long, value_name = "tcp://HOST:PORT")]
-    pub(crate) listen: Option<Endpoint>,
-    /// On a new pseudo-terminal, whose name is printed.
-    #[arg(long)]
-    pub(crate) pty: bool,
 }
 
 /// Longest run: an hour of records is 0.3 GB of memory.

@@ -8,6 +8,9 @@ use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
+/// The rate that it has until somebody sets another: that of a servo ex works.
+const BAUD: u32 = 1_000_000;
+
 /// Both ends of a raw pseudo-terminal.
 #[derive(Debug)]
 pub struct Pty {
@@ -30,6 +33,7 @@ impl Pty {
         let user = rustix::fs::open(&*name, OFlags::RDWR | OFlags::NOCTTY, Mode::empty())?;
         let mut terminal = tcgetattr(&user)?;
         terminal.make_raw();
+        terminal.set_speed(BAUD)?;
         tcsetattr(&user, OptionalActions::Now, &terminal)?;
         Ok(Self {
             controller,
@@ -41,6 +45,13 @@ impl Pty {
     /// What others open, for example `/dev/pts/3`.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The rate that the other side has set; `None` for none at all, which hangs
+    /// up a telephone.
+    pub fn baud(controller: &File) -> Option<u32> {
+        let speed = tcgetattr(controller).ok()?.output_speed();
+        (speed > 0).then_some(speed)
     }
 
     /// A handle on our end.

@@ -7,6 +7,10 @@
 //! would have arrived. With echo the other side hears itself, as on a single
 //! wire whose receiver stays on.
 //!
+//! A terminal has a rate, which the other side sets; it is then that of the bus's
+//! master, from the next chunk on. Bytes that are not understood because of the
+//! rate, or because servos collide, come out as a receiver makes of them.
+//!
 //! # Falling behind
 //!
 //! The bench follows the wall clock and makes up for what it was late, but not
@@ -39,8 +43,17 @@ const ANSWER_US: u64 = 15_000;
 /// Chunks read ahead.
 const CHUNKS: usize = 8;
 
-/// Bytes read, and when.
-type Chunk = (Instant, Vec<u8>);
+/// The longest answer in bits: of LEN 255.
+const ANSWER_BITS: u64 = 2_590;
+
+/// What was read.
+#[derive(Debug)]
+struct Chunk {
+    at: Instant,
+    /// The terminal's rate, where there is one.
+    baud: Option<u32>,
+    bytes: Vec<u8>,
+}
 
 /// A bench that follows the wall clock.
 #[derive(Debug)]
@@ -90,7 +103,8 @@ impl LiveBench {
     }
 
     /// Serves until the other side has said its last word and heard the answer.
-    /// A second connection finds the servos as the first left them.
+    /// A second connection finds the servos as the first left them. `baud` tells
+    /// the rate that the other side has set, if it can set one.
     ///
     /// # Errors
     /// If the connection breaks.
@@ -98,9 +112,10 @@ impl LiveBench {
         &mut self,
         from: impl Read + Send + 'static,
         mut to: impl Write,
+        baud: impl Fn() -> Option<u32> + Send + 'static,
         echo: bool,
     ) -> io::Result<()> {
-        let chunks = spawn_reader(from);
+        let chunks = spawn_reader(from, baud);
         // What was said before is for nobody.
         self.follow(Instant::now());
         self.echoes.clear();
@@ -113,19 +128,28 @@ impl LiveBench {
             } else {
                 chunks.recv_timeout(STEP)
             };
-            let (at, bytes) = match came {
+            let Chunk { at, baud, bytes } = match came {
                 Ok(chunk) => chunk?,
-                Err(RecvTimeoutError::Timeout) => (Instant::now(), Vec::new()),
+                Err(RecvTimeoutError::Timeout) => Chunk {
+                    at: Instant::now(),
+                    baud: None,
+                    bytes: Vec::new(),
+                },
                 Err(RecvTimeoutError::Disconnected) => break,
             };
             self.follow(at);
+            if let Some(baud) = baud.filter(|baud| *baud != self.bench.baud()) {
+                self.bench.set_baud(baud);
+            }
             self.bench.send(self.now_us, &bytes);
             if echo {
                 self.echoes.push_back((self.bench.line_free_us(), bytes));
             }
             self.tell(&mut to)?;
         }
-        let last_us = self.now_us.max(self.bench.line_free_us()) + ANSWER_US;
+        let last_us = self.now_us.max(self.bench.line_free_us())
+            + ANSWER_US
+            + ANSWER_BITS * 1_000_000 / u64::from(self.bench.baud());
         while self.now_us < last_us {
             std::thread::sleep(STEP);
             self.follow(Instant::now());
@@ -163,14 +187,21 @@ impl LiveBench {
 }
 
 /// Reads on a thread, so that the servos need not wait for bytes.
-fn spawn_reader(mut from: impl Read + Send + 'static) -> Receiver<io::Result<Chunk>> {
+fn spawn_reader(
+    mut from: impl Read + Send + 'static,
+    baud: impl Fn() -> Option<u32> + Send + 'static,
+) -> Receiver<io::Result<Chunk>> {
     let (sender, receiver) = sync_channel(CHUNKS);
     std::thread::spawn(move || {
         let mut bytes = [0; 1024];
         loop {
             let came = match from.read(&mut bytes) {
                 Ok(0) => return,
-                Ok(count) => Ok((Instant::now(), bytes[..count].to_vec())),
+                Ok(count) => Ok(Chunk {
+                    at: Instant::now(),
+                    baud: baud(),
+                    bytes: bytes[..count].to_vec(),
+                }),
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
                 Err(error) => Err(error),
             };
@@ -202,7 +233,7 @@ mod tests {
             // Servos that have booted.
             live.follow(live.epoch + Duration::from_millis(50));
             for _ in 0..2 {
-                live.serve(&PING[..], &mut heard, echo).unwrap();
+                live.serve(&PING[..], &mut heard, || None, echo).unwrap();
             }
             let sent = if echo { PING.as_slice() } else { &[] };
             assert_eq!(heard, [sent, &PONG].concat().repeat(2), "echo {echo}");
@@ -226,7 +257,7 @@ mod tests {
     fn more_than_the_bus_carries_takes_its_time() {
         let (mut live, mut heard) = (live(), Vec::new());
         let bytes: Vec<u8> = [0xFF; 4_000].into_iter().chain(PING).collect();
-        live.serve(io::Cursor::new(bytes), &mut heard, false)
+        live.serve(io::Cursor::new(bytes), &mut heard, || None, false)
             .unwrap();
         assert!(live.now_us >= 40_000, "{} µs", live.now_us);
         assert_eq!(heard, PONG);

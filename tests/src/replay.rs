@@ -112,7 +112,7 @@ impl Replay {
 
     /// Replays the scenario's next exchange.
     pub fn exchange(&mut self, exchange: &Exchange) -> Outcome {
-        let before: Vec<_> = self.wire.servos().iter().map(Servo::overruns).collect();
+        let before: Vec<_> = self.wire.morpheus().map(Servo::overruns).collect();
         for event in &exchange.events {
             self.wire.advance(ns(event.t_us), &mut self.sensors);
             let reading = &mut self.sensors.readings[event.servo];
@@ -149,7 +149,7 @@ impl Replay {
             wire: Vec::new(),
             pwm_changes: Vec::new(),
             overruns: Vec::new(),
-            servos: self.wire.servos().to_vec(),
+            servos: self.wire.morpheus().cloned().collect(),
         };
         let mut senders: Vec<_> = sent.into_iter().map(|(s, e)| (usize::MAX, s, e)).collect();
         for record in self.wire.take_records() {
@@ -191,8 +191,7 @@ impl Replay {
             .collect();
         outcome.overruns = self
             .wire
-            .servos()
-            .iter()
+            .morpheus()
             .zip(before)
             .map(|(servo, before)| servo.overruns() - before)
             .collect();

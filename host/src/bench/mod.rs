@@ -2,8 +2,10 @@
 //!
 //! | module    | what                                                         |
 //! |-----------|--------------------------------------------------------------|
-//! | [`servo`] | the servo firmware, byte for byte                            |
+//! | [`servo`] | the Morpheus firmware, byte for byte                         |
+//! | [`stock`] | the firmware that an AX-12A comes with, by its documents     |
 //! | [`wire`]  | the half-duplex bus between master and servos                |
+//! | [`kind`]  | which servos there are: firmware, id, rate                   |
 //! | [`plant`] | the arm: dynamics, friction, encoders, motors                |
 //! | [`uart`]  | the virtual board's serial port                              |
 //! | [`board`] | what the bench drives; the application core in this process  |
@@ -13,70 +15,84 @@
 
 pub mod board;
 pub mod cosim;
+mod joints;
+pub mod kind;
 pub mod plant;
 pub mod servo;
+pub mod stock;
 pub mod uart;
 pub mod wire;
 
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
+use joints::Joints;
+use kind::ServoKind;
 use plant::{Plant, Push};
-use servo::{Reading, Servo};
-use wire::{Disturbance, Mechanics, Wire};
+use servo::Servo;
+use wire::{Device, Disturbance, Heard, Wire, bit_ns};
 
-/// Baud rate of the servo bus, the servos' default.
-const BAUD: u32 = 1_000_000;
-/// Time of a byte at [`BAUD`].
-const BYTE_NS: u64 = 10_000;
-/// Converter counts of a servo at room temperature: any will do, the firmware
-/// does nothing with them.
-const TEMPERATURE: u16 = 300;
+/// The servos' default.
+const DEFAULT_BAUD: u32 = 1_000_000;
+/// Bits of a byte on the wire.
+const BITS: u64 = 10;
 
 /// Servos on a wire, moving an arm.
 #[derive(Debug)]
 pub struct Bench {
     wire: Wire,
-    arm: Arm,
+    joints: Joints,
+    baud: u32,
     line_free_ns: u64,
-}
-
-#[derive(Debug)]
-struct Arm(Plant);
-
-impl Mechanics for Arm {
-    fn convert(&mut self, servo: usize, at_ns: u64) -> Reading {
-        Reading {
-            position: self.0.read(servo, at_ns),
-            temperature: TEMPERATURE,
-        }
-    }
-
-    fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
-        self.0.drive(servo, at_ns, pwm);
-    }
+    framing_errors: u64,
 }
 
 impl Bench {
-    /// Servos with the bridge's ids, powered up at time 0, that move `plant`.
+    /// Morpheus servos with the bridge's ids, powered up at time 0, that move
+    /// `plant`.
     pub fn new(plant: Plant) -> Self {
         let servos = SERVO_IDS
             .iter()
-            .map(|id| Servo::with_id(id.get()))
+            .map(|id| Servo::with_id(id.get()).into())
             .collect();
+        Self::of(plant, servos)
+    }
+
+    /// These servos, powered up at time 0. The first two move the joints of
+    /// `plant`, in this order; any others turn nothing but their shafts.
+    pub fn with_servos(plant: Plant, servos: &[ServoKind]) -> Self {
+        Self::of(plant, servos.iter().map(|kind| kind.build()).collect())
+    }
+
+    fn of(plant: Plant, servos: Vec<Device>) -> Self {
         Self {
+            joints: Joints::new(plant, servos.len()),
             wire: Wire::new(servos),
-            arm: Arm(plant),
+            baud: DEFAULT_BAUD,
             line_free_ns: 0,
+            framing_errors: 0,
         }
+    }
+
+    /// The master's rate, at which it sends from the next byte on, and listens
+    /// at once. It begins with 1 Mbaud.
+    pub fn set_baud(&mut self, baud: u32) {
+        self.baud = baud.max(1);
+        self.wire.listen_at(self.baud);
+    }
+
+    /// The master's rate.
+    pub fn baud(&self) -> u32 {
+        self.baud
     }
 
     /// Puts bytes on the wire, back to back, from `now_us` or from when the
     /// bytes before have left.
     pub fn send(&mut self, now_us: u64, bytes: &[u8]) {
+        let byte_ns = BITS * bit_ns(self.baud);
         for byte in bytes {
             let start_ns = self.line_free_ns.max(now_us * 1_000);
-            self.wire.send(start_ns, *byte, BAUD);
-            self.line_free_ns = start_ns + BYTE_NS;
+            self.wire.send(start_ns, *byte, self.baud);
+            self.line_free_ns = start_ns + byte_ns;
         }
     }
 
@@ -89,12 +105,32 @@ impl Bench {
     /// whichever is first. Returns the time in µs, rounded up, and adds what has
     /// come to `heard`.
     pub fn advance(&mut self, until_us: u64, wanted: Option<usize>, heard: &mut Vec<u8>) -> u64 {
+        self.advance_into(until_us, wanted, |byte| heard.push(byte.byte))
+    }
+
+    /// The same, with when each byte came and whether its stop bit was wrong.
+    pub fn advance_timed(
+        &mut self,
+        until_us: u64,
+        wanted: Option<usize>,
+        heard: &mut Vec<Heard>,
+    ) -> u64 {
+        self.advance_into(until_us, wanted, |byte| heard.push(byte))
+    }
+
+    fn advance_into(
+        &mut self,
+        until_us: u64,
+        wanted: Option<usize>,
+        mut take: impl FnMut(Heard),
+    ) -> u64 {
         let enough = wanted.unwrap_or(usize::MAX);
         self.wire
-            .advance_until(until_us.saturating_mul(1_000), enough, &mut self.arm);
+            .advance_until(until_us.saturating_mul(1_000), enough, &mut self.joints);
         let mut count = 0;
         while let Some(byte) = self.wire.take_heard() {
-            heard.push(byte.byte);
+            self.framing_errors += u64::from(byte.framing_error);
+            take(byte);
             count += 1;
             if count >= enough {
                 return byte.end_ns.div_ceil(1_000);
@@ -103,9 +139,30 @@ impl Bench {
         until_us
     }
 
+    /// Bytes that the master has taken so far whose stop bit was wrong: another
+    /// rate, or a collision.
+    pub fn framing_errors(&self) -> u64 {
+        self.framing_errors
+    }
+
+    /// The servos, in the order given.
+    pub fn servos(&self) -> &[Device] {
+        self.wire.servos()
+    }
+
+    /// One of them, to change what no master can: its supply, its heat.
+    pub fn servo_mut(&mut self, servo: usize) -> &mut Device {
+        self.wire.servo_mut(servo)
+    }
+
+    /// Switches servo `servo` off and on again.
+    pub fn power_cycle(&mut self, servo: usize) {
+        self.wire.power_cycle(servo, &mut self.joints);
+    }
+
     /// The PWM that servo `servo`'s motor gets, 0..=2000, 1000 = off.
     pub fn applied_pwm(&self, servo: usize) -> u16 {
-        self.wire.servos()[servo].state().pwm
+        self.wire.servos()[servo].pwm()
     }
 
     /// Takes servo `servo` off the wire; it stays powered and obeys on.
@@ -120,18 +177,18 @@ impl Bench {
 
     /// Somebody pushes the arm. A push that should have begun begins now.
     pub fn push(&mut self, push: Push) {
-        self.arm.0.push(push);
+        self.joints.arm.push(push);
     }
 
     /// True angles and speeds at `at_us`, which is not before the time that
     /// [`Bench::advance`] has come to.
     pub fn state_at(&mut self, at_us: u64) -> State<f64> {
-        self.arm.0.advance(at_us.saturating_mul(1_000));
-        self.arm.0.state()
+        self.joints.arm.advance(at_us.saturating_mul(1_000));
+        self.joints.arm.state()
     }
 
     /// The true arm.
     pub fn plant(&self) -> &Plant {
-        &self.arm.0
+        &self.joints.arm
     }
 }

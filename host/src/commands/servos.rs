@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use armbridge::bench::Bench;
+use armbridge::bench::kind::ServoKind;
 use armbridge::endpoint::Endpoint;
 use armbridge::serve::LiveBench;
 
@@ -11,20 +12,33 @@ use crate::cli::ServosArgs;
 
 pub(crate) fn run(args: &ServosArgs) -> Outcome {
     let plant = job::plant(&args.arm);
-    let mut bench = LiveBench::new(Bench::new(plant), args.slow);
+    let kinds = args.kinds()?;
+    let mut bench = Bench::with_servos(plant, &kinds);
+    bench.set_baud(args.baud);
+    let mut bench = LiveBench::new(bench, args.slow);
+    let who = in_words(&kinds);
     match &args.at.listen {
-        Some(endpoint) => on_tcp(args, endpoint, &mut bench),
-        None => on_pty(args, &mut bench),
+        Some(endpoint) => on_tcp(args, &who, endpoint, &mut bench),
+        None => on_pty(args, &who, &mut bench),
     }
 }
 
-fn on_tcp(args: &ServosArgs, endpoint: &Endpoint, bench: &mut LiveBench) -> Outcome {
+/// As "1 (morpheus, 1000000 baud) and 2 (stock, 1000000 baud)".
+fn in_words(kinds: &[ServoKind]) -> String {
+    let each: Vec<String> = kinds.iter().map(ToString::to_string).collect();
+    each.join(" and ")
+}
+
+fn on_tcp(args: &ServosArgs, who: &str, endpoint: &Endpoint, bench: &mut LiveBench) -> Outcome {
     let (listener, at) = endpoint.listen()?;
-    eprintln!("virtual servos 1 and 2 on {at}, raw bus bytes at 1 Mbaud; end with ctrl-c");
+    eprintln!(
+        "virtual servos {who} on {at}, raw bus bytes at {} baud; end with ctrl-c",
+        args.baud
+    );
     loop {
         let (stream, peer) = bench.accept(&listener)?;
         eprintln!("{peer} is on the bus");
-        match bench.serve(stream.try_clone()?, stream, args.echo) {
+        match bench.serve(stream.try_clone()?, stream, || None, args.echo) {
             Ok(()) => eprintln!("{peer} has left; the servos go on as they were told"),
             Err(error) => eprintln!("{peer} is gone: {error}"),
         }
@@ -32,15 +46,19 @@ fn on_tcp(args: &ServosArgs, endpoint: &Endpoint, bench: &mut LiveBench) -> Outc
 }
 
 #[cfg(unix)]
-fn on_pty(args: &ServosArgs, bench: &mut LiveBench) -> Outcome {
-    let pty = armbridge::pty::Pty::open()?;
-    eprintln!("virtual servos 1 and 2, raw bus bytes; end with ctrl-c");
+fn on_pty(args: &ServosArgs, who: &str, bench: &mut LiveBench) -> Outcome {
+    use armbridge::pty::Pty;
+
+    let pty = Pty::open()?;
+    let ours = pty.controller()?;
+    eprintln!("virtual servos {who}, raw bus bytes; end with ctrl-c");
     println!("{}", pty.name());
-    bench.serve(pty.controller()?, pty.controller()?, args.echo)?;
+    let baud = move || Pty::baud(&ours);
+    bench.serve(pty.controller()?, pty.controller()?, baud, args.echo)?;
     Ok(ExitCode::SUCCESS)
 }
 
 #[cfg(not(unix))]
-fn on_pty(_: &ServosArgs, _: &mut LiveBench) -> Outcome {
+fn on_pty(_: &ServosArgs, _: &str, _: &mut LiveBench) -> Outcome {
     Err("there are no pseudo-terminals on this system: use --listen tcp://127.0.0.1:PORT".into())
 }

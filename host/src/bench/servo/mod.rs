@@ -70,8 +70,8 @@ pub(in crate::bench) enum Action {
     Pwm(u16),
     /// Switches its bus driver off.
     Release,
-    /// Switches its bus driver on and sends a byte, starting at cycle `start`.
-    Send { byte: u8, start: u64 },
+    /// Switches its bus driver on and sends a byte, starting at `start_ns`.
+    Send { byte: u8, start_ns: u64 },
 }
 
 /// Registers and variables, for comparing and showing.
@@ -156,6 +156,11 @@ impl Servo {
         self.mcu.rom[usize::from(registers::ID)]
     }
 
+    /// PWM on the motor, 0..=2000, 1000 = off.
+    pub fn pwm(&self) -> u16 {
+        self.mcu.control.applied
+    }
+
     /// Joined to the wire?
     pub fn connected(&self) -> bool {
         self.connected
@@ -230,10 +235,6 @@ impl Servo {
     /// Makes the event due at `at_ns` happen.
     pub(in crate::bench) fn step(&mut self, at_ns: u64) -> Option<Action> {
         self.mcu.step(cycle(at_ns))
-    }
-
-    pub(in crate::bench) fn start_ns(start: u64) -> u64 {
-        nanoseconds(start)
     }
 
     pub(in crate::bench) fn converted(&mut self, reading: Reading) {

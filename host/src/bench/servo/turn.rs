@@ -113,8 +113,9 @@ impl Mcu {
             let driver = if self.driving { 0 } else { costs::DRIVER_ON };
             self.driving = true;
             let start = self.uart.send(now + driver + costs::FEED_TO_SEND);
+            let start_ns = super::nanoseconds(start);
             self.go(Stage::Look, now + driver + costs::FEED_BYTE_TO_LOOK);
-            return Some(Action::Send { byte, start });
+            return Some(Action::Send { byte, start_ns });
         }
         if !self.transmit.is_empty() {
             return self.go(Stage::Look, now + costs::FEED_FULL_TO_LOOK);

@@ -3,7 +3,7 @@
 
 use super::line::{Ears, Frame, MASTER};
 use super::{Heard, Mechanics, Record, Wire};
-use crate::bench::servo::{Action, Servo};
+use crate::bench::servo::Action;
 
 impl Wire {
     /// One event at `now`. What is on the wire comes before what is heard,
@@ -118,7 +118,7 @@ impl Wire {
                 self.servos[servo].start_bit();
             }
         } else if let Some(decoded) = receiver.finish(now, &self.frames) {
-            self.servos[servo].receive(decoded.byte);
+            self.servos[servo].receive(decoded, now);
             self.servo_changed(servo);
         }
     }
@@ -159,13 +159,13 @@ impl Wire {
                 self.records_push(Record::Released { servo, at_ns: now });
                 self.refresh_ears(servo);
             }
-            Some(Action::Send { byte, start }) => {
+            Some(Action::Send { byte, start_ns }) => {
                 inside = false;
                 let bit_ns = self.servos[servo].bit_ns();
                 self.enqueue(Frame {
                     sender: servo,
                     byte,
-                    start_ns: Servo::start_ns(start),
+                    start_ns,
                     bit_ns,
                 });
                 self.refresh_ears(servo);

@@ -15,10 +15,12 @@
 //! The master's own bytes are not handed back: an adapter that echoes adds
 //! its echo itself.
 
+mod device;
 mod disturbance;
 mod events;
 mod line;
 
+pub use device::Device;
 pub use disturbance::Disturbance;
 
 use super::servo::{Reading, Servo};
@@ -27,6 +29,11 @@ use std::collections::VecDeque;
 
 /// One bit at 1 Mbaud.
 const DEFAULT_BIT_NS: u64 = 1_000;
+
+/// Time of one bit at this rate.
+pub(in crate::bench) fn bit_ns(baud: u32) -> u64 {
+    (1_000_000_000 / u64::from(baud.max(1))).max(1)
+}
 
 /// What the servos are connected to.
 pub trait Mechanics {
@@ -77,7 +84,7 @@ pub enum Record {
 #[derive(Debug, Clone)]
 pub struct Wire {
     now_ns: u64,
-    servos: Vec<Servo>,
+    servos: Vec<Device>,
     receivers: Vec<Receiver>,
     master: Receiver,
     monitor: Option<Receiver>,
@@ -94,12 +101,13 @@ pub struct Wire {
 
 impl Wire {
     /// A wire with these servos, all powered up at t = 0.
-    pub fn new(servos: Vec<Servo>) -> Self {
+    pub fn new<D: Into<Device>>(servos: Vec<D>) -> Self {
+        let servos: Vec<Device> = servos.into_iter().map(Into::into).collect();
         let receivers = servos
             .iter()
             .map(|servo| Receiver::new(Ears::All, servo.bit_ns()))
             .collect();
-        let servo_next_ns = servos.iter().map(Servo::next_event_ns).collect();
+        let servo_next_ns = servos.iter().map(Device::next_event_ns).collect();
         Self {
             now_ns: 0,
             servos,
@@ -121,8 +129,18 @@ impl Wire {
     }
 
     /// The servos, in the order given.
-    pub fn servos(&self) -> &[Servo] {
+    pub fn servos(&self) -> &[Device] {
         &self.servos
+    }
+
+    /// Those of them that run Morpheus.
+    pub fn morpheus(&self) -> impl Iterator<Item = &Servo> {
+        self.servos.iter().filter_map(Device::morpheus)
+    }
+
+    /// One of the servos, to change what no master can: its supply, its heat.
+    pub fn servo_mut(&mut self, servo: usize) -> &mut Device {
+        &mut self.servos[servo]
     }
 
     /// Starts to keep [`Record`]s, for tests and tools.
@@ -135,19 +153,25 @@ impl Wire {
         std::mem::take(&mut self.records)
     }
 
-    /// The master sends a byte whose start bit begins at `start_ns`, which is
-    /// not before now nor before the end of its previous byte.
-    pub fn send(&mut self, start_ns: u64, byte: u8, baud: u32) {
-        let bit_ns = (1_000_000_000 / u64::from(baud.max(1))).max(1);
+    /// The rate at which the master listens from now on. Each byte that it sends
+    /// sets it too.
+    pub fn listen_at(&mut self, baud: u32) {
+        let bit_ns = bit_ns(baud);
         self.master.set_bit(bit_ns);
         if let Some(monitor) = &mut self.monitor {
             monitor.set_bit(bit_ns);
         }
+    }
+
+    /// The master sends a byte whose start bit begins at `start_ns`, which is
+    /// not before now nor before the end of its previous byte.
+    pub fn send(&mut self, start_ns: u64, byte: u8, baud: u32) {
+        self.listen_at(baud);
         self.enqueue(Frame {
             sender: MASTER,
             byte,
             start_ns: start_ns.max(self.now_ns),
-            bit_ns,
+            bit_ns: bit_ns(baud),
         });
     }
 
@@ -176,7 +200,7 @@ impl Wire {
     /// Switches a servo off and on again.
     pub fn power_cycle(&mut self, servo: usize, mechanics: &mut impl Mechanics) {
         self.servos[servo].power_cycle(self.now_ns);
-        mechanics.drive(servo, self.now_ns, self.servos[servo].state().pwm);
+        mechanics.drive(servo, self.now_ns, self.servos[servo].pwm());
         self.due.retain(|frame| frame.sender != servo);
         self.refresh_ears(servo);
         self.servo_changed(servo);

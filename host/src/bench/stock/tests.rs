@@ -1,0 +1,1 @@
+//! The stock servo as a master meets it on the wire.
