@@ -13,6 +13,8 @@ use std::time::Duration;
 const PING_1: [u8; 6] = [0xAA, 3, 1, 0xFE, 1, 0xF9];
 const PONG_1: [u8; 6] = [0xAA, 3, 0xFE, 1, 1, 0xF9];
 const PONG_2: [u8; 6] = [0xAA, 3, 0xFE, 2, 1, 0xF8];
+const STOCK_PING_1: [u8; 6] = [0xFF, 0xFF, 1, 2, 1, 0xFB];
+const STOCK_PONG_1: [u8; 6] = [0xFF, 0xFF, 1, 2, 0, 0xFC];
 const START: [u8; 6] = [0xAA, 3, 0xFF, 0xFE, 6, 0xF6];
 const CYCLE: [u8; 6] = [0xAA, 3, 0xFF, 0xFE, 7, 0xF5];
 
@@ -168,14 +170,65 @@ fn a_bus_that_hears_itself() {
 }
 
 #[test]
+fn stock_servos_at_a_rate_of_their_own() {
+    let (_servos, at) = Servos::on_tcp(&[
+        "--firmware",
+        "stock,morpheus,stock",
+        "--ids",
+        "1,1,0",
+        "--servo-baud",
+        "57600",
+        "--baud",
+        "57600",
+    ]);
+    let stream = connect(&at);
+    let mut bus = Bus::new(stream.try_clone().unwrap(), stream);
+    bus.expect(&STOCK_PING_1, 6, |heard| heard == STOCK_PONG_1);
+    bus.expect(&PING_1, 6, |heard| heard == PONG_1);
+    let [ping_0, pong_0] = [[0xFF, 0xFF, 0, 2, 1, 0xFC], [0xFF, 0xFF, 0, 2, 0, 0xFD]];
+    bus.expect(&ping_0, 6, |heard| heard == pong_0);
+}
+
+/// The terminal on which they are.
 #[cfg(unix)]
-fn over_a_pseudo_terminal() {
-    let mut servos = Servos::start(&["--pty", "--initial", "0.1,-0.1"]);
+fn on_pty(args: &[&str]) -> (Servos, std::fs::File) {
+    let mut servos = Servos::start(&[&["--pty"], args].concat());
     let mut name = String::new();
     let mut said = BufReader::new(servos.0.stdout.take().unwrap());
     said.read_line(&mut name).unwrap();
     let mut options = std::fs::OpenOptions::new();
     let port = options.read(true).write(true).open(name.trim()).unwrap();
+    (servos, port)
+}
+
+#[test]
+#[cfg(unix)]
+fn the_rate_of_a_pseudo_terminal_is_that_of_the_bus() {
+    use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+
+    let (_servos, port) = on_pty(&["--firmware", "stock"]);
+    let set_baud = |baud| {
+        let mut terminal = tcgetattr(&port).unwrap();
+        terminal.set_speed(baud).unwrap();
+        tcsetattr(&port, OptionalActions::Now, &terminal).unwrap();
+    };
+    let mut bus = Bus::new(port.try_clone().unwrap(), port.try_clone().unwrap());
+    bus.expect(&STOCK_PING_1, 6, |heard| heard == STOCK_PONG_1);
+    set_baud(57_600);
+    bus.expect(&STOCK_PING_1, 0, <[u8]>::is_empty);
+    assert!(bus.from.recv_timeout(SILENCE).is_err());
+    set_baud(1_000_000);
+    // The servo takes 57600 baud from after its answer on.
+    let to_57600 = [0xFF, 0xFF, 1, 4, 3, 4, 34, 0xD1];
+    bus.expect(&to_57600, 6, |heard| heard == STOCK_PONG_1);
+    set_baud(57_600);
+    bus.expect(&STOCK_PING_1, 6, |heard| heard == STOCK_PONG_1);
+}
+
+#[test]
+#[cfg(unix)]
+fn over_a_pseudo_terminal() {
+    let (_servos, port) = on_pty(&["--initial", "0.1,-0.1"]);
     let mut bus = Bus::new(port.try_clone().unwrap(), port);
     bus.expect(&PING_1, 6, |heard| heard == PONG_1);
     bus.expect(&START, 12, |heard| heard == [PONG_1, PONG_2].concat());

@@ -239,11 +239,11 @@ impl Ax12a {
         (self.pwm != before).then_some(Action::Pwm(self.pwm))
     }
 
-    /// Takes the torque away if it shall for one of these. The motor is off
-    /// from the next control step on.
+    /// Takes the torque away, if there is any, for those of these alarms for
+    /// which it shall. The motor is off from the next control step on.
     fn shut_down_for(&mut self, alarms: Alarms) -> bool {
         let mask = Alarms::from_bits(self.memory.byte(at::SHUTDOWN));
-        let shuts_down = !alarms.and(mask).is_empty();
+        let shuts_down = self.memory.torque_on() && !alarms.and(mask).is_empty();
         if shuts_down {
             self.memory.set_byte(at::TORQUE_ENABLE, 0);
             self.memory.set_word(at::TORQUE_LIMIT, 0);
