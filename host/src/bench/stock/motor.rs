@@ -70,8 +70,8 @@ fn raw(signed: i16) -> u16 {
 }
 
 /// The representative value of a compliance slope: 2, 4, 8 .. 128.
-fn slope(raw: u8) -> f64 {
-    f64::from(1_u8 << raw.max(2).ilog2())
+fn slope(raw: u8) -> u8 {
+    1 << raw.max(2).ilog2()
 }
 
 impl Motor {
@@ -146,7 +146,8 @@ impl Motor {
         let goal = memory.word(at::GOAL_POSITION);
         let margin = margin_and_slope(memory, goal > position).0;
         let is_there = f64::from(goal.abs_diff(position)) <= margin;
-        let is_at_rest = samples >= WINDOW && speed == 0 && self.wanted == f64::from(goal);
+        let is_due = (self.wanted - f64::from(goal)).abs() < 0.5;
+        let is_at_rest = samples >= WINDOW && speed == 0 && is_due;
         self.under_way = (!is_there && !is_at_rest).then_some(samples + 1);
     }
 }
@@ -157,7 +158,8 @@ fn margin_and_slope(memory: &Memory, counter_clockwise: bool) -> (f64, f64) {
     } else {
         [at::CW_MARGIN, at::CW_SLOPE]
     };
-    (memory.byte(margin).into(), slope(memory.byte(steepness)))
+    let steps = slope(memory.byte(steepness));
+    (memory.byte(margin).into(), steps.into())
 }
 
 /// The duty against an error in counts.
@@ -236,8 +238,7 @@ mod tests {
             assert_eq!(compliant(&memory, error), duty, "{error}");
         }
         let steps = [0, 3, 4, 7, 8, 25, 63, 64, 127, 128, 254].map(slope);
-        let documented = [2, 2, 4, 4, 8, 16, 32, 64, 64, 128, 128].map(f64::from);
-        assert_eq!(steps, documented);
+        assert_eq!(steps, [2, 2, 4, 4, 8, 16, 32, 64, 64, 128, 128]);
     }
 
     #[test]

@@ -99,7 +99,7 @@ impl Rig {
         Alarms::from_bits(answer[4])
     }
 
-    fn to_all(&mut self, instruction: Instruction) -> Vec<u8> {
+    fn broadcast(&mut self, instruction: Instruction) -> Vec<u8> {
         self.ask(BROADCAST, instruction)
     }
 }

@@ -5,6 +5,10 @@ use crate::bench::servo::{Action, Reading, Servo};
 use crate::bench::stock::Ax12a;
 
 /// A servo on the wire.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a bus has few, and they stay where they are"
+)]
 #[derive(Clone, Debug)]
 pub enum Device {
     /// It runs Morpheus.

@@ -144,10 +144,10 @@ fn to_all_only_pings_are_answered() {
         address: at::MOVING_SPEED,
         data: low,
     };
-    assert_eq!(rig.to_all(speed(&[7, 0])), NOTHING);
+    assert_eq!(rig.broadcast(speed(&[7, 0])), NOTHING);
     assert_eq!(rig.register(0, "moving_speed"), 7);
     assert_eq!(
-        rig.to_all(Instruction::Read {
+        rig.broadcast(Instruction::Read {
             address: 36,
             count: 2
         }),
@@ -159,12 +159,12 @@ fn to_all_only_pings_are_answered() {
         address: at::MOVING_SPEED,
         data: &[9, 0],
     };
-    assert_eq!(rig.to_all(registered), NOTHING);
+    assert_eq!(rig.broadcast(registered), NOTHING);
     assert_eq!(rig.register(0, "registered"), 1);
-    assert_eq!(rig.to_all(Instruction::Action), NOTHING);
+    assert_eq!(rig.broadcast(Instruction::Action), NOTHING);
     assert_eq!(rig.register(0, "moving_speed"), 9);
     assert_eq!(rig.register(0, "registered"), 0);
-    assert_eq!(rig.to_all(Instruction::Ping), PONG_1);
+    assert_eq!(rig.broadcast(Instruction::Ping), PONG_1);
 }
 
 #[test]
