@@ -28,7 +28,8 @@ pub(crate) struct ServosArgs {
         long,
         value_name = "ID[,ID]",
         value_delimiter = ',',
-        default_value = "1,2"
+        default_value = "1,2",
+        value_parser = clap::value_parser!(u8).range(0..=253)
     )]
     ids: Vec<u8>,
     /// Baud rate that is stored in the servos: one for all, or one each.
@@ -155,7 +156,7 @@ mod tests {
     fn mistakes_are_named() {
         for (args, word) in [
             (["--firmware", "xl430"].as_slice(), "morpheus or stock"),
-            (&["--ids", "1,300"], "300"),
+            (&["--ids", "1,254"], "0..=253"),
             (&["--ids", "0"], "1 to 253"),
             (&["--servo-baud", "1,2,3"], "one for each id"),
             (&["--servo-baud", "750000"], "no rate of 750000"),

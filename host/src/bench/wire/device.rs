@@ -101,6 +101,7 @@ impl Device {
     }
 
     /// Length of one bit at its present rate.
+    #[inline]
     pub(super) fn bit_ns(&self) -> u64 {
         match self {
             Self::Morpheus(servo) => servo.bit_ns(),
@@ -108,6 +109,7 @@ impl Device {
         }
     }
 
+    #[inline]
     pub(super) fn next_event_ns(&self) -> u64 {
         match self {
             Self::Morpheus(servo) => servo.next_event_ns(),

@@ -144,12 +144,10 @@ impl Wire {
     /// One event of a servo. Returns whether the wire stayed as it was.
     fn servo_acts(&mut self, servo: usize, now: u64, mechanics: &mut impl Mechanics) -> bool {
         let mut inside = true;
-        match self.servos[servo].step(now) {
+        let device = &mut self.servos[servo];
+        match device.step(now) {
             None => {}
-            Some(Action::Convert) => {
-                let reading = mechanics.convert(servo, now);
-                self.servos[servo].converted(reading);
-            }
+            Some(Action::Convert) => device.converted(mechanics.convert(servo, now)),
             Some(Action::Pwm(pwm)) => mechanics.drive(servo, now, pwm),
             Some(Action::Release) => {
                 inside = false;
@@ -161,7 +159,7 @@ impl Wire {
             }
             Some(Action::Send { byte, start_ns }) => {
                 inside = false;
-                let bit_ns = self.servos[servo].bit_ns();
+                let bit_ns = device.bit_ns();
                 self.enqueue(Frame {
                     sender: servo,
                     byte,
@@ -185,7 +183,8 @@ impl Wire {
     }
 
     pub(super) fn servo_changed(&mut self, servo: usize) {
-        self.receivers[servo].set_bit(self.servos[servo].bit_ns());
-        self.servo_next_ns[servo] = self.servos[servo].next_event_ns();
+        let device = &self.servos[servo];
+        self.receivers[servo].set_bit(device.bit_ns());
+        self.servo_next_ns[servo] = device.next_event_ns();
     }
 }

@@ -35,9 +35,13 @@ impl Frame {
         if at_ns < self.start_ns || at_ns >= self.end_ns() {
             return false;
         }
-        match (at_ns - self.start_ns) / self.bit_ns {
+        self.bit_is_low((at_ns - self.start_ns) / self.bit_ns)
+    }
+
+    fn bit_is_low(&self, bit: u64) -> bool {
+        match bit {
             0 => true,
-            bit @ 1..=8 => self.byte >> (bit - 1) & 1 == 0,
+            1..=8 => self.byte >> (bit - 1) & 1 == 0,
             _ => false,
         }
     }
@@ -177,11 +181,16 @@ impl Receiver {
         if falls(from_ns) {
             return Some(from_ns);
         }
-        let bits = frames.iter().filter(|f| self.ears.hears(f)).flat_map(|f| {
+        // Who makes it fall begins a low bit then.
+        let heard = frames.iter().filter(|f| self.ears.hears(f));
+        let edges = heard.filter_map(|f| {
             let first = from_ns.saturating_sub(f.start_ns).div_ceil(f.bit_ns);
-            (first..BITS).map(|bit| f.start_ns + bit * f.bit_ns)
+            (first..BITS)
+                .filter(|&bit| f.bit_is_low(bit))
+                .map(|bit| f.start_ns + bit * f.bit_ns)
+                .find(|&at| at > from_ns && falls(at))
         });
-        bits.filter(|&at| at > from_ns && falls(at)).min()
+        edges.min()
     }
 
     /// Is it waiting for a falling edge?

@@ -209,13 +209,13 @@ impl Wire {
     /// When the next event is due; `u64::MAX` if none is.
     pub fn next_event_ns(&self) -> u64 {
         let due = self.due.front().map_or(u64::MAX, |frame| frame.start_ns);
-        let receivers = self.receivers.iter().map(Receiver::next_ns);
-        let servos = self.servo_next_ns.iter().copied();
-        let ours = [&self.master].into_iter().chain(&self.monitor);
-        let next = receivers
-            .chain(servos)
-            .chain(ours.map(Receiver::next_ns))
-            .fold(due, u64::min);
+        let mut next = due.min(self.master.next_ns());
+        if let Some(monitor) = &self.monitor {
+            next = next.min(monitor.next_ns());
+        }
+        for (receiver, servo_ns) in self.receivers.iter().zip(&self.servo_next_ns) {
+            next = next.min(receiver.next_ns()).min(*servo_ns);
+        }
         next.max(self.now_ns)
     }
 
