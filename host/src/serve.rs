@@ -40,6 +40,9 @@ const LAG_MAX_US: u64 = 100_000;
 const BACKLOG_MAX_US: u64 = 20_000;
 /// The latest answer that there is: START's, 4.74 ms times the id later.
 const ANSWER_US: u64 = 15_000;
+/// How long the servos have been on when the first can ask them: more than they
+/// need to start.
+const STARTED_US: u64 = 5_000;
 /// Chunks read ahead.
 const CHUNKS: usize = 8;
 
@@ -60,7 +63,7 @@ struct Chunk {
 pub struct LiveBench {
     bench: Bench,
     slow: u32,
-    /// The bench's time 0.
+    /// When the bench's time was [`STARTED_US`].
     epoch: Instant,
     now_us: u64,
     /// What is on its way to the bus, and when it will have been sent.
@@ -69,13 +72,15 @@ pub struct LiveBench {
 }
 
 impl LiveBench {
-    /// From now on, `slow` times slower than the wall clock.
-    pub fn new(bench: Bench, slow: u32) -> Self {
+    /// From now on, `slow` times slower than the wall clock, with servos that have
+    /// started.
+    pub fn new(mut bench: Bench, slow: u32) -> Self {
+        bench.advance(STARTED_US, None, &mut Vec::new());
         Self {
             bench,
             slow,
             epoch: Instant::now(),
-            now_us: 0,
+            now_us: STARTED_US,
             echoes: VecDeque::new(),
             heard: Vec::new(),
         }
@@ -161,7 +166,7 @@ impl LiveBench {
     /// Goes on to this time, as far as it is made up for.
     fn follow(&mut self, at: Instant) {
         let wall = at.saturating_duration_since(self.epoch) / self.slow;
-        let wall_us = wall.as_micros() as u64;
+        let wall_us = STARTED_US + wall.as_micros() as u64;
         let until_us = wall_us.clamp(self.now_us, self.now_us + LAG_MAX_US);
         self.epoch += Duration::from_micros(wall_us.saturating_sub(until_us)) * self.slow;
         while let Some((sent_us, bytes)) = self.echoes.pop_front() {
@@ -230,8 +235,6 @@ mod tests {
     fn who_closes_at_once_is_answered_and_echo_comes_first() {
         for echo in [false, true] {
             let (mut live, mut heard) = (live(), Vec::new());
-            // Servos that have booted.
-            live.follow(live.epoch + Duration::from_millis(50));
             for _ in 0..2 {
                 live.serve(&PING[..], &mut heard, || None, echo).unwrap();
             }
@@ -244,13 +247,14 @@ mod tests {
     fn a_suspension_is_left_out() {
         let mut live = live();
         live.follow(live.epoch + Duration::from_secs(3600));
-        assert_eq!(live.now_us, LAG_MAX_US);
+        let then_us = STARTED_US + LAG_MAX_US;
+        assert_eq!(live.now_us, then_us);
         // From there on as fast as the wall clock, and never back.
-        let resumed = live.epoch + Duration::from_micros(live.now_us);
+        let resumed = live.epoch + Duration::from_micros(LAG_MAX_US);
         live.follow(resumed + Duration::from_millis(7));
-        assert_eq!(live.now_us, LAG_MAX_US + 7_000);
+        assert_eq!(live.now_us, then_us + 7_000);
         live.follow(resumed);
-        assert_eq!(live.now_us, LAG_MAX_US + 7_000);
+        assert_eq!(live.now_us, then_us + 7_000);
     }
 
     #[test]

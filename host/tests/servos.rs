@@ -22,7 +22,7 @@ const CYCLE: [u8; 6] = [0xAA, 3, 0xFF, 0xFE, 7, 0xF5];
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Silence after which nothing more is coming.
 const SILENCE: Duration = Duration::from_millis(300);
-/// More than a stock servo hears nothing after power-up or an EEPROM byte.
+/// More than the time in which a stock servo hears nothing after an EEPROM byte.
 const DEAF: Duration = Duration::from_millis(50);
 const ATTEMPTS: usize = 20;
 
@@ -215,7 +215,6 @@ fn the_rate_of_a_pseudo_terminal_is_that_of_the_bus() {
         tcsetattr(&port, OptionalActions::Now, &terminal).unwrap();
     };
     let mut bus = Bus::new(port.try_clone().unwrap(), port.try_clone().unwrap());
-    std::thread::sleep(DEAF);
     bus.expect(&STOCK_PING_1, 6, |heard| heard == STOCK_PONG_1);
     set_baud(57_600);
     bus.expect(&STOCK_PING_1, 0, <[u8]>::is_empty);
