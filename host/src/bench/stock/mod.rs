@@ -35,8 +35,8 @@
 //! - An instruction that comes before the answer to the last is sent takes its
 //!   place. Code 0 is the status packet of another servo of the same id, and is
 //!   not answered, or the two would go on for ever.
-//! - Parameters that do not fit are an instruction error. Errors are answered
-//!   where the status return level says that a WRITE is.
+//! - Parameters that do not fit are an instruction error. What is no instruction,
+//!   or damaged, is answered where the status return level has a WRITE answered.
 //! - Those of `motor` and `protect`, which see.
 //!
 //! The LED is a register and no more; the supply does not sag. Duties become the
@@ -58,7 +58,7 @@ use armbridge_shared::servo::table::AX12A;
 use inbox::Inbox;
 use memory::{Memory, at};
 use motor::{FULL, Motor};
-use obey::{Deferred, Packet, Registered};
+use obey::{Deferred, Packet, Write};
 use protect::Protection;
 use sending::Sending;
 
@@ -89,7 +89,7 @@ enum Stage {
 pub struct Ax12a {
     memory: Memory,
     inbox: Inbox,
-    registered: Option<Registered>,
+    registered: Option<Write>,
     deferred: Option<Deferred>,
     sending: Sending,
     motor: Motor,

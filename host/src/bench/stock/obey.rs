@@ -49,12 +49,12 @@ impl Packet {
 }
 
 /// A write that waits: for ACTION, or for its own status packet to have left.
-pub(super) type Registered = (u8, Vec<u8>);
+pub(super) type Write = (u8, Vec<u8>);
 
 /// What is done once the status packet has left.
 #[derive(Clone, Debug)]
 pub(super) enum Deferred {
-    Write(Registered),
+    Write(Write),
     Reset,
 }
 
@@ -86,7 +86,8 @@ impl Outcome {
         }
     }
 
-    fn refused(alarms: Alarms) -> Self {
+    /// Nothing but an answer.
+    fn only(alarms: Alarms) -> Self {
         Self::of(Answered::All, latency::PING_NS, alarms)
     }
 
@@ -106,7 +107,7 @@ impl Ax12a {
         // Whoever did not wait for the answer gets none, but is obeyed.
         self.do_deferred(end_ns);
         let (to_all, outcome) = match packet {
-            Packet::Damaged => (false, Some(Outcome::refused(Alarms::CHECKSUM))),
+            Packet::Damaged => (false, Some(Outcome::only(Alarms::CHECKSUM))),
             Packet::Intact {
                 to_all,
                 code,
@@ -152,7 +153,7 @@ impl Ax12a {
         let instruction = match Instruction::decode(&frame) {
             Ok(instruction) => instruction,
             Err(_) if code == NO_INSTRUCTION => return None,
-            Err(_) => return Some(Outcome::refused(Alarms::INSTRUCTION)),
+            Err(_) => return Some(Outcome::only(Alarms::INSTRUCTION)),
         };
         Some(match instruction {
             Instruction::Ping => Outcome::of(Answered::Always, latency::PING_NS, Alarms::NONE),
@@ -171,7 +172,7 @@ impl Ax12a {
             Instruction::Action => self.action(),
             Instruction::FactoryReset => Outcome {
                 then: Some(Deferred::Reset),
-                ..Outcome::refused(Alarms::NONE)
+                ..Outcome::only(Alarms::NONE)
             },
             Instruction::SyncWrite {
                 address,
@@ -182,7 +183,7 @@ impl Ax12a {
                 let (_, data) = own?;
                 Outcome::write(self.memory.check(address, data), address, data)
             }
-            Instruction::SyncWrite { .. } => Outcome::refused(Alarms::INSTRUCTION),
+            Instruction::SyncWrite { .. } => Outcome::only(Alarms::INSTRUCTION),
         })
     }
 
@@ -205,7 +206,7 @@ impl Ax12a {
             Some((address, data)) => {
                 Outcome::write(self.memory.check(address, &data), address, &data)
             }
-            None => Outcome::refused(Alarms::INSTRUCTION),
+            None => Outcome::only(Alarms::INSTRUCTION),
         }
     }
 

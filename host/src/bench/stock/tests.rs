@@ -1,6 +1,7 @@
 //! The stock servo as a master meets it, on the bench with the arm.
 
 mod answers;
+mod garbage;
 mod motion;
 mod timing;
 
