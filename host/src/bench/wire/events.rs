@@ -182,6 +182,7 @@ impl Wire {
         }
     }
 
+    #[inline]
     pub(super) fn servo_changed(&mut self, servo: usize) {
         let device = &self.servos[servo];
         self.receivers[servo].set_bit(device.bit_ns());
