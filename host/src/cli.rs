@@ -1,9 +1,11 @@
 //! The command line.
 
 mod bench;
+mod bus;
 mod servos;
 
 pub(crate) use bench::{BenchArgs, ControlArgs, ControllerName, EstimateArgs, EstimatorName};
+pub(crate) use bus::{LineArgs, ScanArgs, ServoAction, ServoArgs, value as register_value};
 pub(crate) use servos::ServosArgs;
 
 use std::path::PathBuf;
@@ -32,6 +34,12 @@ pub(crate) enum Command {
     Emulate(EmulateArgs),
     /// Serve the virtual servos and arm to other programs, in wall-clock time.
     Servos(ServosArgs),
+    /// Find the servos on a bus.
+    #[command(after_help = bus::SCAN_EXAMPLES)]
+    Scan(ScanArgs),
+    /// Read and write one servo's registers, and change its id or baud rate.
+    #[command(after_help = bus::SERVO_EXAMPLES)]
+    Servo(ServoArgs),
     /// Try any controller and estimator on any virtual arm, for many seeds.
     #[command(after_help = bench::EXAMPLES)]
     Bench(BenchArgs),

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+pub mod bus;
 #[cfg(unix)]
 pub mod emulator;
 pub mod endpoint;

@@ -1,6 +1,7 @@
 //! The `armbridge` program.
 //!
-//! Exit codes: 0 done, 1 a fault ended the run, 2 it could not be done as asked.
+//! Exit codes: 0 done, 1 a fault ended the run or no servo did as asked, 2 it
+//! could not be done as asked.
 #![forbid(unsafe_code)]
 
 mod cli;
@@ -11,7 +12,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use cli::{Cli, Command};
-use commands::{bench, demo, emulate, paper, servos};
+use commands::{bench, demo, emulate, paper, scan, servo, servos};
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -27,6 +28,8 @@ fn main() -> ExitCode {
         Some(Command::Demo(args)) => demo::run(args),
         Some(Command::Emulate(args)) => emulate::run(args),
         Some(Command::Servos(args)) => servos::run(args),
+        Some(Command::Scan(args)) => scan::run(args),
+        Some(Command::Servo(args)) => servo::run(args),
         Some(Command::Bench(args)) => bench::run(args),
         Some(Command::Paper(args)) => paper::run(args),
     };

@@ -1,0 +1,297 @@
+//! Changes after which a servo has to be found again: its id, its baud rate,
+//! and all its settings at once.
+//!
+//! Each is checked before, so that no two servos end up with one id, and read
+//! back after. A Morpheus servo answers these with its new id or at its new
+//! rate, and is deaf meanwhile for 8.5 ms a byte, or 0.1 s for all of them.
+
+use armbridge_shared::servo::table::{Register, Storage};
+
+use super::client::BusError;
+use super::diagnosis::Diagnosis;
+use super::line::Line;
+use super::reading::{Reading, ServoError, Taken, Value};
+use super::request::{Firmware, Request};
+use super::servo::Servo;
+
+/// Id and baud rate after a factory reset, of either firmware.
+const FACTORY_ID: u8 = 1;
+const FACTORY_BAUD: u32 = 1_000_000;
+
+/// Why a change was not made, or is not known to have been.
+#[derive(Debug, thiserror::Error)]
+pub enum ChangeError {
+    /// No servo can have this id.
+    #[error("an id is from {} to 253, not {id}", lowest(*.firmware))]
+    Id {
+        /// Which.
+        id: u8,
+        /// Of the servo that should.
+        firmware: Firmware,
+    },
+    /// Somebody has it.
+    #[error("id {id} is taken: {who}; two servos with one id cannot be told apart")]
+    Occupied {
+        /// Which.
+        id: u8,
+        /// What was heard from there.
+        who: String,
+    },
+    /// The servo has no such rate.
+    #[error("{firmware} servos do not run at {baud} baud, but at {}", rates(*.firmware))]
+    Baud {
+        /// Which.
+        baud: u32,
+        /// Of the servo that should.
+        firmware: Firmware,
+    },
+    /// The line's rate is not ours to change.
+    #[error(
+        "the rate of a TCP stream cannot be followed from here, so the servo would be lost \
+         until the other side is set to {baud} baud; --blind changes it all the same"
+    )]
+    NotFollowed {
+        /// The rate that was asked for.
+        baud: u32,
+    },
+    /// It is gone.
+    #[error("the servo answers neither {new} nor {old}: {error}; `armbridge scan` may find it")]
+    Lost {
+        /// Where it should be.
+        new: String,
+        /// Where it was.
+        old: String,
+        /// What was heard at the new place.
+        error: ServoError,
+    },
+    /// Nothing has happened.
+    #[error("the servo still answers {old}: it did not take the change")]
+    Unchanged {
+        /// Where it was.
+        old: String,
+    },
+    /// Some settings are not as ex works.
+    #[error("after the reset servo 1 does not hold the factory settings: {}", list(.0))]
+    NotReset(Vec<Reading>),
+    /// As for any register.
+    #[error(transparent)]
+    Servo(#[from] ServoError),
+}
+
+impl ChangeError {
+    /// As [`ServoError::is_of_the_servo`].
+    pub fn is_of_the_servo(&self) -> bool {
+        match self {
+            Self::Servo(error) | Self::Lost { error, .. } => error.is_of_the_servo(),
+            Self::Occupied { .. } | Self::Unchanged { .. } | Self::NotReset(_) => true,
+            Self::Id { .. } | Self::Baud { .. } | Self::NotFollowed { .. } => false,
+        }
+    }
+}
+
+fn lowest(firmware: Firmware) -> u8 {
+    u8::from(!firmware.has_id(0))
+}
+
+fn rates(firmware: Firmware) -> String {
+    let rates: Vec<String> = codes(firmware)
+        .iter()
+        .map(|(_, baud)| baud.to_string())
+        .collect();
+    rates.join(", ")
+}
+
+fn list(readings: &[Reading]) -> String {
+    let one = |reading: &Reading| match reading.value {
+        Value::Known(value) => format!("{} is {value}", reading.register.name),
+        Value::LowByte(_) => reading.register.name.to_owned(),
+    };
+    let all: Vec<String> = readings.iter().map(one).collect();
+    all.join(", ")
+}
+
+/// Values of the baud register, and the rates that they are called by.
+///
+/// A servo runs at 2 000 000 / (value + 1): what differs by 2 % still works. Of
+/// the stock servo's rates, those in its manual; Morpheus accepts no others,
+/// and 2 Mbaud, at which it overruns on every packet.
+fn codes(firmware: Firmware) -> &'static [(u16, u32)] {
+    const STOCK: [(u16, u32); 9] = [
+        (1, 1_000_000),
+        (3, 500_000),
+        (4, 400_000),
+        (7, 250_000),
+        (9, 200_000),
+        (16, 115_200),
+        (34, 57_600),
+        (103, 19_200),
+        (207, 9_600),
+    ];
+    const MORPHEUS: [(u16, u32); 5] = [
+        (1, 1_000_000),
+        (3, 500_000),
+        (16, 115_200),
+        (34, 57_600),
+        (207, 9_600),
+    ];
+    match firmware {
+        Firmware::Morpheus => &MORPHEUS,
+        Firmware::Stock => &STOCK,
+    }
+}
+
+fn code(firmware: Firmware, baud: u32) -> Result<u16, ChangeError> {
+    codes(firmware)
+        .iter()
+        .find(|(_, rate)| *rate == baud)
+        .map(|(code, _)| *code)
+        .ok_or(ChangeError::Baud { baud, firmware })
+}
+
+impl<L: Line> Servo<'_, L> {
+    /// Gives it another id, if nobody has that.
+    ///
+    /// # Errors
+    /// If it cannot have the id, or is not found under it.
+    pub fn set_id(&mut self, new: u8) -> Result<(), ChangeError> {
+        let (old, firmware) = (self.id, self.firmware());
+        if !firmware.has_id(new) {
+            return Err(ChangeError::Id { id: new, firmware });
+        }
+        let id = self.register("id")?;
+        if new != old {
+            self.check_free(new)?;
+            self.tell(id, new.into())?;
+        }
+        self.id = new;
+        let Err(error) = self.expect(id, new.into()) else {
+            return Ok(());
+        };
+        self.id = old;
+        let name = |id| format!("as id {id}");
+        Err(self.lost(name(new), name(old), error))
+    }
+
+    /// Gives it another baud rate and follows with the line. `blind`: changes
+    /// it even where the line's rate cannot be, without reading it back.
+    ///
+    /// # Errors
+    /// If it has no such rate, or is not found at it.
+    pub fn set_baud(&mut self, baud: u32, blind: bool) -> Result<Taken, ChangeError> {
+        let code = code(self.firmware(), baud)?;
+        let register = self.register("baud_rate")?;
+        let Some(old) = self.client.baud() else {
+            if !blind {
+                return Err(ChangeError::NotFollowed { baud });
+            }
+            self.tell(register, code)?;
+            return Ok(Taken::NotReadable);
+        };
+        if baud != old {
+            self.check_free_at(Some(baud), self.id)?;
+            self.tell(register, code)?;
+        }
+        self.follow(baud)?;
+        let error = match self.expect(register, code) {
+            Ok(taken) => return Ok(taken),
+            Err(error) => error,
+        };
+        self.follow(old)?;
+        let name = |baud| format!("at {baud} baud");
+        Err(self.lost(name(baud), name(old), error))
+    }
+
+    /// Restores the settings ex works, id 1 and 1 Mbaud among them, and reads
+    /// them back.
+    ///
+    /// # Errors
+    /// If another servo has id 1, or this one is not found there, or holds
+    /// something else.
+    pub fn factory_reset(&mut self) -> Result<(), ChangeError> {
+        let baud = self.client.baud().map(|_| FACTORY_BAUD);
+        if (self.id, self.client.baud()) != (FACTORY_ID, baud) {
+            self.check_free_at(baud, FACTORY_ID)?;
+        }
+        let old = format!("as id {}", self.id);
+        let request = Request::factory_reset(self.firmware(), self.id);
+        self.say(request)?;
+        if let Some(baud) = baud {
+            self.follow(baud)?;
+        }
+        self.id = FACTORY_ID;
+        let kept = match self.read_all() {
+            Ok(kept) => kept,
+            Err(error) => {
+                let new = format!("as id {FACTORY_ID}, at {FACTORY_BAUD} baud");
+                return Err(ChangeError::Lost { new, old, error });
+            }
+        };
+        let is_other = |reading: &Reading| {
+            let initial = reading.register.initial.map(Value::Known);
+            reading.register.storage == Storage::Eeprom
+                && initial.is_some_and(|initial| initial != reading.value)
+        };
+        let other: Vec<Reading> = kept.into_iter().filter(is_other).collect();
+        if other.is_empty() {
+            Ok(())
+        } else {
+            Err(ChangeError::NotReset(other))
+        }
+    }
+
+    fn register(&self, name: &str) -> Result<&'static Register, ServoError> {
+        let register = self.firmware().table().by_name(name);
+        register.ok_or_else(|| self.failed(BusError::Unsayable))
+    }
+
+    /// Nobody answers with this id, in either protocol, at the rate there is.
+    fn check_free(&mut self, id: u8) -> Result<(), ChangeError> {
+        for firmware in Firmware::ALL {
+            let who = match self.client.ping(firmware, id) {
+                Ok(None) => continue,
+                Ok(Some(_)) => format!("{} answers", with_article(firmware)),
+                Err(BusError::Diagnosis(diagnosis))
+                    if !matches!(diagnosis, Diagnosis::Refused(_)) =>
+                {
+                    diagnosis.to_string()
+                }
+                Err(error) => return Err(self.failed(error).into()),
+            };
+            return Err(ChangeError::Occupied { id, who });
+        }
+        Ok(())
+    }
+
+    /// The same at another rate, from which the line returns.
+    fn check_free_at(&mut self, baud: Option<u32>, id: u8) -> Result<(), ChangeError> {
+        let (Some(baud), Some(old)) = (baud, self.client.baud()) else {
+            return self.check_free(id);
+        };
+        self.follow(baud)?;
+        let free = self.check_free(id);
+        self.follow(old)?;
+        free
+    }
+
+    fn follow(&mut self, baud: u32) -> Result<(), ServoError> {
+        match self.client.set_baud(baud) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(self.failed(error.into())),
+        }
+    }
+
+    /// It was not found at `new` because of `error`; is it where it was?
+    fn lost(&mut self, new: String, old: String, error: ServoError) -> ChangeError {
+        match self.client.ping(self.firmware(), self.id) {
+            Ok(Some(_)) => ChangeError::Unchanged { old },
+            _ => ChangeError::Lost { new, old, error },
+        }
+    }
+}
+
+fn with_article(firmware: Firmware) -> String {
+    match firmware {
+        Firmware::Morpheus => format!("a {firmware} servo"),
+        Firmware::Stock => format!("an {firmware}"),
+    }
+}

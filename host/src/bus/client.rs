@@ -1,0 +1,292 @@
+//! One exchange after the other: a request goes out, and what comes back until
+//! the answer is there, or its time is over, is sorted.
+//!
+//! Whether the line echoes is learnt at the start, and at each rate, from bytes
+//! to which nobody answers: 210 times 0xFF, which also bring every Morpheus
+//! servo's receiver back to the beginning of a packet.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use armbridge_shared::servo::morpheus::{self, HEADER};
+use armbridge_shared::servo::protocol1::Alarms;
+
+use super::diagnosis::{Diagnosis, Refusal};
+use super::heard::{Heard, Packet};
+use super::line::Line;
+use super::request::{Firmware, Request};
+
+/// How long an answer may take beyond its time on the wire: USB, sockets and
+/// two busy systems. A servo itself takes 0.5 ms at the most.
+pub const PATIENCE: Duration = Duration::from_millis(20);
+/// Silence after an answer that proves that no second one comes: the longest
+/// return delay of a stock servo, and some time for the system.
+const LINGER: Duration = Duration::from_millis(3);
+/// So many times more patience is had at first, while nobody knows whether the
+/// line echoes: an adapter may still be waking up.
+const FIRST_PATIENCE: u32 = 5;
+/// Longest time until our own bytes are heard, on a line where they are. However
+/// long it takes, they are not to be taken for the next answer.
+const ECHO_MAX: Duration = Duration::from_secs(1);
+/// Bytes of a flush: more than a Morpheus servo can still be waiting for.
+const FLUSH: [u8; 210] = [0xFF; 210];
+/// Rate of a line on which it cannot be set, for want of a better guess.
+const BAUD: u32 = 1_000_000;
+/// Bits of a byte on the wire.
+const BITS: u32 = 10;
+/// Bytes of a packet beside its payload, in the protocol that has more.
+const MORE_THAN_DATA: usize = 6;
+/// Twice the 4.74 ms that a servo waits in START, for each number of its id.
+const START_SLOT: Duration = Duration::from_millis(10);
+/// Tries of a request that gets no usable answer.
+const ATTEMPTS: usize = 3;
+/// Most chunks of old bytes that are thrown away: a line may babble.
+const STALE_MAX: usize = 100;
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum BusError {
+    /// The stream itself failed.
+    #[error("the port failed: {0}; was it unplugged, or has the other side closed it?")]
+    Line(#[from] io::Error),
+    /// The stream works, the servo does not.
+    #[error(transparent)]
+    Diagnosis(#[from] Diagnosis),
+    /// No packet says this.
+    #[error("no safe request asks for this")]
+    Unsayable,
+}
+
+/// When to stop listening.
+#[derive(Clone, Copy, Debug)]
+enum Listen {
+    /// After so long.
+    For(Duration),
+    /// When it is quiet after an answer, and in any case after so long.
+    UntilAnswered(Duration),
+}
+
+/// Whoever asks on a bus. There is to be only one.
+#[derive(Debug)]
+pub struct Client<L> {
+    line: L,
+    patience: Duration,
+    echoes: bool,
+}
+
+impl<L: Line> Client<L> {
+    /// On this line. Flushes the servos' receivers.
+    ///
+    /// # Errors
+    /// If the stream fails.
+    pub fn new(line: L, patience: Duration) -> io::Result<Self> {
+        let patience = patience + 2 * line.latency();
+        let mut client = Self {
+            line,
+            patience,
+            echoes: false,
+        };
+        client.settle(FIRST_PATIENCE * patience)?;
+        Ok(client)
+    }
+
+    /// Rate of the bus, where it can be set from here.
+    pub fn baud(&self) -> Option<u32> {
+        self.line.baud()
+    }
+
+    /// Whether the line hears itself.
+    pub fn echoes(&self) -> bool {
+        self.echoes
+    }
+
+    /// Changes the rate, and flushes. `false` if it cannot be changed from here.
+    ///
+    /// # Errors
+    /// If the stream fails, or does not know the rate.
+    pub fn set_baud(&mut self, baud: u32) -> io::Result<bool> {
+        let is_followed = self.line.set_baud(baud)?;
+        if is_followed {
+            self.settle(self.patience)?;
+        }
+        Ok(is_followed)
+    }
+
+    /// Asks once.
+    ///
+    /// # Errors
+    /// If the stream fails, or the answer is not there or not usable.
+    pub fn ask(&mut self, request: &Request) -> Result<Packet, BusError> {
+        let reply = MORE_THAN_DATA + request.reply_data;
+        let time = self.on_wire(request.bytes.len() + reply) + request.work + self.patience;
+        let heard = self.exchange(
+            request.firmware,
+            &request.bytes,
+            Listen::UntilAnswered(time),
+        )?;
+        Ok(heard.answer(request)?)
+    }
+
+    /// Asks until there is a usable answer or a refusal, three times at most.
+    ///
+    /// # Errors
+    /// As [`Client::ask`], of the last time.
+    pub fn ask_patiently(&mut self, request: &Request) -> Result<Packet, BusError> {
+        for _ in 1..ATTEMPTS {
+            match self.ask(request) {
+                Err(BusError::Diagnosis(diagnosis))
+                    if !matches!(diagnosis, Diagnosis::Refused(_)) => {}
+                settled => return settled,
+            }
+        }
+        self.ask(request)
+    }
+
+    /// The alarms of the servo with this id, if there is one with this firmware.
+    /// Silence is believed at once; anything else is asked again.
+    ///
+    /// # Errors
+    /// If the stream fails, or something was heard that is no answer.
+    pub fn ping(&mut self, firmware: Firmware, id: u8) -> Result<Option<Alarms>, BusError> {
+        let Some(request) = Request::ping(firmware, id) else {
+            return Ok(None);
+        };
+        let mut attempt = 1;
+        loop {
+            match self.ask(&request) {
+                Ok(packet) => return Ok(Some(packet.alarms)),
+                // Whatever it complains of, it is there. But every servo knows
+                // PING: only the board, in a loop, refuses one.
+                Err(BusError::Diagnosis(Diagnosis::Refused(Refusal::Alarms(alarms))))
+                    if !alarms.contains(Alarms::INSTRUCTION) =>
+                {
+                    return Ok(Some(alarms));
+                }
+                Err(BusError::Diagnosis(Diagnosis::Silence | Diagnosis::EchoOnly)) => {
+                    return Ok(None);
+                }
+                Err(BusError::Diagnosis(_)) if attempt < ATTEMPTS => attempt += 1,
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Positions of all Morpheus servos that have been started, as (id, counts).
+    ///
+    /// # Errors
+    /// If the stream fails.
+    pub fn cycle(&mut self) -> io::Result<Vec<(u8, u16)>> {
+        let request = morpheus::Request::Cycle.encode();
+        let time = self.on_wire(FLUSH.len()) + self.patience;
+        let heard = self.exchange(Firmware::Morpheus, &request, Listen::UntilAnswered(time))?;
+        let position = |packet: &Packet| {
+            let counts = u16::from_be_bytes(packet.data.as_slice().try_into().ok()?);
+            (counts <= 1023).then_some((packet.from, counts))
+        };
+        Ok(heard.packets.iter().filter_map(position).collect())
+    }
+
+    /// Lets all Morpheus servos up to this id answer in turn, after which they
+    /// take part in [`Client::cycle`]. Takes 10 ms for each id.
+    ///
+    /// # Errors
+    /// If the stream fails.
+    pub fn start(&mut self, highest_id: u8) -> io::Result<()> {
+        let request = morpheus::Request::Start.encode();
+        let time = START_SLOT * u32::from(highest_id) + self.patience;
+        self.exchange(Firmware::Morpheus, &request, Listen::For(time))?;
+        Ok(())
+    }
+
+    /// Sends, listens, and sorts what is heard.
+    fn exchange<'a>(
+        &mut self,
+        firmware: Firmware,
+        request: &'a [u8],
+        listen: Listen,
+    ) -> io::Result<Heard<'a>> {
+        self.forget()?;
+        let echo = if self.echoes { request } else { &[] };
+        let mut heard = Heard::new(firmware, echo);
+        let mut has_header = request.contains(&HEADER);
+        self.line.send(request)?;
+        let (Listen::For(time) | Listen::UntilAnswered(time)) = listen;
+        let sent_max = if self.echoes {
+            ECHO_MAX
+        } else {
+            Duration::ZERO
+        };
+        let mut until = Instant::now() + time + sent_max;
+        loop {
+            let bytes = self.line.hear(until)?;
+            if bytes.is_empty() {
+                if Instant::now() >= until {
+                    break;
+                }
+                continue;
+            }
+            has_header |= bytes.contains(&HEADER);
+            let was_sent = heard.is_echoed();
+            for byte in bytes {
+                heard.push(byte);
+            }
+            let now = Instant::now();
+            if !was_sent && heard.is_echoed() {
+                // Only now it has left: the servo's time begins.
+                until = now + time;
+            }
+            if matches!(listen, Listen::UntilAnswered(_)) && heard.is_whole() {
+                until = until.min(now + LINGER + self.on_wire(1));
+            }
+        }
+        // To a Morpheus servo, what follows its header is a packet: LEN of 2,
+        // as in a ping of stock servo 170, deafens it.
+        if firmware == Firmware::Stock && has_header {
+            self.flush(self.patience)?;
+        }
+        Ok(heard)
+    }
+
+    /// Flushes, and learns whether the line echoes. One that has echoed always
+    /// does.
+    fn settle(&mut self, patience: Duration) -> io::Result<()> {
+        let echoed = self.flush(patience)?;
+        self.echoes |= echoed > FLUSH.len() / 2;
+        Ok(())
+    }
+
+    /// Flushes; returns how many of its bytes came back.
+    fn flush(&mut self, patience: Duration) -> io::Result<usize> {
+        self.forget()?;
+        self.line.send(&FLUSH)?;
+        let deadline = Instant::now() + self.on_wire(FLUSH.len()) + patience;
+        let mut echoed = 0;
+        while echoed < FLUSH.len() {
+            let mut bytes = self.line.hear(deadline)?;
+            if bytes.is_empty() && Instant::now() >= deadline {
+                break;
+            }
+            // Something late may be among them.
+            bytes.retain(|byte| FLUSH.contains(byte));
+            echoed += bytes.len();
+        }
+        Ok(echoed)
+    }
+
+    /// Throws away what was heard before.
+    fn forget(&mut self) -> io::Result<()> {
+        for _ in 0..STALE_MAX {
+            if self.line.hear(Instant::now())?.is_empty() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// How long so many bytes take.
+    fn on_wire(&self, bytes: usize) -> Duration {
+        let baud = self.line.baud().unwrap_or(BAUD);
+        let bits = bytes as u32 * BITS;
+        Duration::from_secs(1) * bits / baud
+    }
+}

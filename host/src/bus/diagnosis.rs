@@ -1,0 +1,131 @@
+//! What went wrong with an exchange, and the likely cause.
+
+use armbridge_shared::servo::protocol1::Alarms;
+
+/// Why a request has no answer that can be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Diagnosis {
+    /// Not a byte, not even our own.
+    #[error("nothing was heard; check the servo's power, its id, the baud rate and the data wire")]
+    Silence,
+    /// Our own bytes, as on a single wire whose receiver stays on, and no more.
+    #[error(
+        "only our own bytes were heard; the adapter works: check the servo's power, its id \
+         and the baud rate"
+    )]
+    EchoOnly,
+    /// Our own bytes came back changed.
+    #[error(
+        "our own bytes came back changed; somebody else drives the wire: is there a second \
+         master, or a servo that was not asked?"
+    )]
+    EchoDamaged,
+    /// A packet of which some bits are wrong.
+    #[error(
+        "an answer with a wrong checksum was heard, as if from id {id}; are there two servos \
+         with one id, or is the ground poor?"
+    )]
+    BadChecksum {
+        /// The id in it, for what that is worth.
+        id: u8,
+    },
+    /// An intact packet from somebody else.
+    #[error("servo {answered} answered; is an answer late, or does another program use the bus?")]
+    WrongId {
+        /// Who it was.
+        answered: u8,
+    },
+    /// The beginning of a packet.
+    #[error("an answer broke off after {bytes} bytes; check the supply voltage under load")]
+    Short {
+        /// How many came.
+        bytes: usize,
+    },
+    /// Bytes in which there is no packet.
+    #[error(
+        "{bytes} bytes were heard that are no packet; the baud rate is likely wrong, or two \
+         servos answer at once"
+    )]
+    Garbage {
+        /// How many.
+        bytes: usize,
+    },
+    /// More than one packet for one request.
+    #[error("more than one answer was heard; are there two servos with one id?")]
+    Several,
+    /// An intact packet that says no.
+    #[error("the servo refused: {0}")]
+    Refused(#[from] Refusal),
+    /// An intact packet from the right servo, with something else in it.
+    #[error("servo {id} answered something else; did it answer an earlier question?")]
+    Beside {
+        /// Which servo.
+        id: u8,
+    },
+}
+
+impl Diagnosis {
+    /// No answer, on a line that hears itself or does not.
+    pub fn silence(echoes: bool) -> Self {
+        if echoes {
+            Self::EchoOnly
+        } else {
+            Self::Silence
+        }
+    }
+}
+
+/// How a servo says no.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refusal {
+    /// Morpheus has one word for it.
+    #[error("NOK; it knows no such command or register, or the board guards it in a loop")]
+    Nok,
+    /// A stock servo names what is wrong with the instruction.
+    #[error("{}", reasons(*.0))]
+    Alarms(Alarms),
+}
+
+/// Alarms that say that an instruction was not carried out. The others tell how
+/// the servo is, whatever it was asked.
+pub const REFUSING: Alarms = Alarms::RANGE
+    .or(Alarms::CHECKSUM)
+    .or(Alarms::INSTRUCTION)
+    .or(Alarms::ANGLE_LIMIT);
+
+fn reasons(alarms: Alarms) -> String {
+    let causes = [
+        (Alarms::RANGE, "the value or the register is out of range"),
+        (Alarms::CHECKSUM, "the request came damaged"),
+        (
+            Alarms::INSTRUCTION,
+            "it does not know the instruction, or the board guards it in a loop",
+        ),
+        (Alarms::ANGLE_LIMIT, "the goal is outside its angle limits"),
+    ];
+    let causes: Vec<&str> = causes
+        .iter()
+        .filter(|(alarm, _)| alarms.contains(*alarm))
+        .map(|(_, cause)| *cause)
+        .collect();
+    format!("{alarms} error; {}", causes.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_names_its_alarms_and_their_meaning() {
+        let refusal = Refusal::Alarms(Alarms::RANGE.or(Alarms::OVERLOAD));
+        assert_eq!(
+            Diagnosis::from(refusal).to_string(),
+            "the servo refused: range, overload error; the value or the register is out of range"
+        );
+        let state = Alarms::INPUT_VOLTAGE
+            .or(Alarms::OVERHEATING)
+            .or(Alarms::OVERLOAD);
+        assert!(state.and(REFUSING).is_empty());
+        assert_eq!(state.or(REFUSING).bits(), 0x7F);
+    }
+}

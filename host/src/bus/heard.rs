@@ -1,0 +1,156 @@
+//! What came back on a request: echo, packets, and the rest.
+
+use armbridge_shared::servo::morpheus::frame::FRAME_MAX as MORPHEUS_MAX;
+use armbridge_shared::servo::morpheus::{self, MASTER};
+use armbridge_shared::servo::protocol1::frame::FRAME_MAX as PROTOCOL1_MAX;
+use armbridge_shared::servo::protocol1::{self, Alarms, Status};
+
+use super::diagnosis::{Diagnosis, REFUSING, Refusal};
+use super::request::{Firmware, Request};
+
+/// Payload with which Morpheus says no.
+const NOK: [u8; 1] = [0x08];
+
+/// An intact packet from a servo.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Packet {
+    /// Who sent it.
+    pub from: u8,
+    /// What it complains of; Morpheus never does.
+    pub alarms: Alarms,
+    /// What was asked for.
+    pub data: Vec<u8>,
+}
+
+#[derive(Debug)]
+enum Parser {
+    Morpheus(Box<morpheus::frame::Parser<MORPHEUS_MAX>>),
+    Stock(Box<protocol1::Parser<PROTOCOL1_MAX>>),
+}
+
+/// Collects what is heard on one request.
+#[derive(Debug)]
+pub(super) struct Heard<'a> {
+    /// What comes first on a line that echoes.
+    echo: &'a [u8],
+    echoed: usize,
+    echo_is_damaged: bool,
+    parser: Parser,
+    pub(super) packets: Vec<Packet>,
+    damaged: Option<u8>,
+    /// Bytes that are not echo.
+    bytes: usize,
+}
+
+impl<'a> Heard<'a> {
+    /// Nothing yet. `echo` is what will come back of what was sent.
+    pub(super) fn new(firmware: Firmware, echo: &'a [u8]) -> Self {
+        let parser = match firmware {
+            Firmware::Morpheus => Parser::Morpheus(Box::new(morpheus::frame::Parser::to(MASTER))),
+            Firmware::Stock => Parser::Stock(Box::default()),
+        };
+        Self {
+            echo,
+            echoed: 0,
+            echo_is_damaged: false,
+            parser,
+            packets: Vec::new(),
+            damaged: None,
+            bytes: 0,
+        }
+    }
+
+    pub(super) fn push(&mut self, byte: u8) {
+        if let Some(sent) = self.echo.get(self.echoed) {
+            self.echo_is_damaged |= *sent != byte;
+            self.echoed += 1;
+            return;
+        }
+        self.bytes += 1;
+        match &mut self.parser {
+            Parser::Morpheus(parser) => match parser.push(byte) {
+                Some(Ok(frame)) => self.packets.push(Packet {
+                    from: frame.source,
+                    alarms: Alarms::NONE,
+                    data: frame.data.to_vec(),
+                }),
+                Some(Err(morpheus::Damage::Checksum { source })) => self.damaged = Some(source),
+                Some(Err(morpheus::Damage::Header)) | None => {}
+            },
+            Parser::Stock(parser) => match parser.push(byte) {
+                Some(Ok(frame)) => {
+                    if let Some(status) = Status::decode(&frame) {
+                        self.packets.push(Packet {
+                            from: status.id,
+                            alarms: status.alarms,
+                            data: status.parameters.to_vec(),
+                        });
+                    }
+                }
+                Some(Err(protocol1::Damage::Checksum { id })) => self.damaged = Some(id),
+                Some(Err(protocol1::Damage::Header)) | None => {}
+            },
+        }
+    }
+
+    /// Bytes of a packet that has begun and not ended.
+    fn begun(&self) -> usize {
+        match &self.parser {
+            Parser::Morpheus(parser) => parser.bytes_held(),
+            Parser::Stock(parser) => parser.bytes_held(),
+        }
+    }
+
+    /// Whether all that was sent has come back, if it does.
+    pub(super) fn is_echoed(&self) -> bool {
+        self.echoed == self.echo.len()
+    }
+
+    /// Whether there is a packet, and nothing begun after it.
+    pub(super) fn is_whole(&self) -> bool {
+        !self.packets.is_empty() && self.begun() == 0
+    }
+
+    /// The one answer to `request`, or why there is none.
+    pub(super) fn answer(mut self, request: &Request) -> Result<Packet, Diagnosis> {
+        let (Some(packet), true) = (self.packets.pop(), self.packets.is_empty()) else {
+            return Err(self.nothing());
+        };
+        if packet.from != request.id {
+            return Err(Diagnosis::WrongId {
+                answered: packet.from,
+            });
+        }
+        if self.damaged.is_some() {
+            return Err(Diagnosis::Several);
+        }
+        let refusing = packet.alarms.and(REFUSING);
+        if !refusing.is_empty() {
+            return Err(Refusal::Alarms(refusing).into());
+        }
+        if request.firmware == Firmware::Morpheus && packet.data == NOK {
+            return Err(Refusal::Nok.into());
+        }
+        match request.wanted(&packet.data) {
+            Some(wanted) => Ok(Packet {
+                data: wanted.to_vec(),
+                ..packet
+            }),
+            None => Err(Diagnosis::Beside { id: packet.from }),
+        }
+    }
+
+    /// Why there is not exactly one packet.
+    pub(super) fn nothing(&self) -> Diagnosis {
+        let bytes = self.bytes;
+        match self.damaged {
+            _ if !self.packets.is_empty() => Diagnosis::Several,
+            Some(id) => Diagnosis::BadChecksum { id },
+            None if bytes > 0 && self.begun() == bytes => Diagnosis::Short { bytes },
+            None if bytes > 0 => Diagnosis::Garbage { bytes },
+            None if self.echoed == 0 => Diagnosis::Silence,
+            None if self.echo_is_damaged || !self.is_echoed() => Diagnosis::EchoDamaged,
+            None => Diagnosis::EchoOnly,
+        }
+    }
+}

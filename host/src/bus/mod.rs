@@ -1,0 +1,42 @@
+//! Servos on a bus, from the host: found, read, written, renamed and reset.
+//!
+//! Raw bus bytes go through any stream that behaves as a `USB2Dynamixel`: the
+//! board's transparent port, such an adapter or a U2D2 itself, or the virtual
+//! servos of `armbridge servos`.
+//!
+//! | module        | what                                                     |
+//! |---------------|----------------------------------------------------------|
+//! | [`port`]      | a stream by its name, opened                             |
+//! | [`mod@line`]  | bytes out, bytes in until a time, baud rate              |
+//! | [`request`]   | what is asked of a servo of either firmware              |
+//! | [`client`]    | one exchange: a request, and what comes back             |
+//! | [`diagnosis`] | what went wrong with it, and why that is likely          |
+//! | [`servo`]     | registers by name, on whichever firmware the servo runs  |
+//! | [`change`]    | id, baud rate and factory settings                       |
+//! | [`reading`]   | what reading or writing one comes to                     |
+//! | [`scan`]      | who is there                                             |
+//!
+//! Nothing here is in a hurry: it is for a bus on which no loop runs. Packets
+//! that deafen Morpheus servos ([`armbridge_shared::servo::morpheus`]) are not
+//! sent; where a Protocol 1.0 packet could begin to look like one, the servos'
+//! receivers are flushed after it.
+
+pub mod change;
+pub mod client;
+pub mod diagnosis;
+pub mod line;
+pub mod port;
+pub mod reading;
+pub mod request;
+pub mod scan;
+pub mod servo;
+
+mod heard;
+
+pub use client::{BusError, Client};
+pub use diagnosis::Diagnosis;
+pub use heard::Packet;
+pub use line::Line;
+pub use port::Port;
+pub use request::Firmware;
+pub use servo::Servo;

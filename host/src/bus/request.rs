@@ -1,0 +1,224 @@
+//! What is asked of one servo, in the words of its firmware.
+
+use std::fmt;
+use std::time::Duration;
+
+use armbridge_shared::actuator::Pwm;
+use armbridge_shared::servo::morpheus::safe_read::{self, Plan};
+use armbridge_shared::servo::morpheus::{Frame, MASTER, Request as Morpheus, ServoId, frame};
+use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
+use armbridge_shared::servo::protocol1::{Instruction, frame as protocol1};
+use armbridge_shared::servo::table::{AX12A, MORPHEUS, Register, Storage, Table};
+
+/// What runs on a servo, and so which protocol it speaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Firmware {
+    /// The open firmware, V1.2.
+    Morpheus,
+    /// As it came from the shop: Protocol 1.0.
+    Stock,
+}
+
+impl Firmware {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Morpheus, Self::Stock];
+
+    /// Its registers.
+    pub const fn table(self) -> &'static Table {
+        match self {
+            Self::Morpheus => &MORPHEUS,
+            Self::Stock => &AX12A,
+        }
+    }
+
+    /// Whether a servo can have this id.
+    pub const fn has_id(self, id: u8) -> bool {
+        match self {
+            Self::Morpheus => ServoId::new(id).is_some(),
+            Self::Stock => id < protocol1::BROADCAST,
+        }
+    }
+}
+
+impl Firmware {
+    /// Whether a servo may move when this is written. What stops it does not
+    /// count, so that nothing is asked before it.
+    pub fn moves_on(self, register: &Register, value: u16) -> bool {
+        let moving: &[&str] = match self {
+            Self::Morpheus => &["position", "speed", "pwm"],
+            // Both angle limits 0 are wheel mode, in which the moving speed is
+            // the motor's duty; a speed of 0 is the highest in joint mode.
+            Self::Stock => &[
+                "cw_angle_limit",
+                "ccw_angle_limit",
+                "torque_enable",
+                "goal_position",
+                "moving_speed",
+            ],
+        };
+        let stops = match register.name {
+            "pwm" => value == Pwm::OFF.counts(),
+            "torque_enable" => value == 0,
+            _ => false,
+        };
+        moving.contains(&register.name) && !stops
+    }
+}
+
+impl fmt::Display for Firmware {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.table().firmware)
+    }
+}
+
+/// Morpheus: a command code that the board never says.
+const WRITE: u8 = 0x03;
+/// Morpheus: likewise.
+const RESET: u8 = 0x09;
+/// Time of an EEPROM byte in the servo, 8.5 ms, and of a Morpheus servo that restores
+/// all eleven, with a margin.
+const EEPROM_BYTE: Duration = Duration::from_millis(10);
+const EEPROM_ALL: Duration = Duration::from_millis(120);
+
+/// Bytes for one servo, and what may be expected of it.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Whose words.
+    pub firmware: Firmware,
+    /// Who is meant.
+    pub id: u8,
+    /// On the wire.
+    pub bytes: Vec<u8>,
+    /// Payload of the answer, at the most.
+    pub reply_data: usize,
+    /// How long the servo works before it answers.
+    pub work: Duration,
+    /// What of a Morpheus answer was wanted, if it is a reading.
+    plan: Option<Plan>,
+}
+
+impl Request {
+    /// `None` if no servo with this firmware can have the id.
+    pub fn ping(firmware: Firmware, id: u8) -> Option<Self> {
+        let bytes = match firmware {
+            Firmware::Morpheus => Morpheus::Ping(ServoId::new(id)?).encode().to_vec(),
+            Firmware::Stock => stock(id, &Instruction::Ping)?,
+        };
+        Some(Self::new(firmware, id, bytes, 1))
+    }
+
+    /// Reads so many bytes. `None` where no servo has them, or no safe READ.
+    pub fn read(firmware: Firmware, id: u8, address: u8, count: u8) -> Option<Self> {
+        let plan = match firmware {
+            Firmware::Morpheus => Some(safe_read::plan(address, count).ok()?),
+            Firmware::Stock => None,
+        };
+        let bytes = match plan {
+            Some(plan) => plan.request(ServoId::new(id)?).to_vec(),
+            None => stock(id, &Instruction::Read { address, count })?,
+        };
+        let longest = firmware.table().size.into();
+        let request = Self::new(firmware, id, bytes, longest);
+        Some(Self { plan, ..request })
+    }
+
+    /// Writes a register. `None` if that cannot be encoded.
+    pub fn write(firmware: Firmware, id: u8, register: &Register, value: u16) -> Option<Self> {
+        let data = register.bytes_of(value);
+        let address = register.address;
+        let bytes = match firmware {
+            Firmware::Morpheus => morpheus(id, &[&[WRITE, address], data.as_slice()].concat())?,
+            Firmware::Stock => stock(
+                id,
+                &Instruction::Write {
+                    address,
+                    data: &data,
+                },
+            )?,
+        };
+        let work = match register.storage {
+            Storage::Eeprom => EEPROM_BYTE * u32::from(register.size.bytes()),
+            Storage::Ram => Duration::ZERO,
+        };
+        let request = Self::new(firmware, id, bytes, 1);
+        Some(Self { work, ..request })
+    }
+
+    /// Restores the factory settings.
+    pub fn factory_reset(firmware: Firmware, id: u8) -> Option<Self> {
+        let bytes = match firmware {
+            Firmware::Morpheus => morpheus(id, &[RESET])?,
+            Firmware::Stock => stock(id, &Instruction::FactoryReset)?,
+        };
+        let request = Self::new(firmware, id, bytes, 1);
+        Some(Self {
+            work: EEPROM_ALL,
+            ..request
+        })
+    }
+
+    fn new(firmware: Firmware, id: u8, bytes: Vec<u8>, reply_data: usize) -> Self {
+        Self {
+            firmware,
+            id,
+            bytes,
+            reply_data,
+            work: Duration::ZERO,
+            plan: None,
+        }
+    }
+
+    /// What was wanted of an answer's payload; `None` if it does not answer
+    /// this.
+    pub fn wanted<'a>(&self, payload: &'a [u8]) -> Option<&'a [u8]> {
+        match &self.plan {
+            Some(plan) => plan.wanted(payload),
+            None => Some(payload),
+        }
+    }
+}
+
+fn stock(id: u8, instruction: &Instruction) -> Option<Vec<u8>> {
+    Firmware::Stock.has_id(id).then_some(())?;
+    let bytes = instruction.encode::<FRAME_MAX>(id)?;
+    Some(bytes.to_vec())
+}
+
+fn morpheus(id: u8, data: &[u8]) -> Option<Vec<u8>> {
+    let frame = Frame {
+        destination: ServoId::new(id)?.get(),
+        source: MASTER,
+        data,
+    };
+    let bytes = frame.encode::<{ frame::FRAME_MAX }>()?;
+    Some(bytes.to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn writes_and_resets_are_as_recorded() {
+        let pwm = MORPHEUS.by_name("pwm").unwrap();
+        let request = Request::write(Firmware::Morpheus, 1, pwm, 1500).unwrap();
+        assert_eq!(request.bytes, [0xAA, 6, 1, 0xFE, 3, 0x10, 0xDC, 5, 0]);
+        let request = Request::factory_reset(Firmware::Stock, 0).unwrap();
+        assert_eq!(request.bytes, [0xFF, 0xFF, 0, 2, 6, 0xF7]);
+        let goal = AX12A.by_name("goal_position").unwrap();
+        let request = Request::write(Firmware::Stock, 1, goal, 512).unwrap();
+        assert_eq!(request.bytes, [0xFF, 0xFF, 1, 5, 3, 30, 0, 2, 0xD6]);
+    }
+
+    #[test]
+    fn nobody_is_asked_who_cannot_be_there() {
+        assert!(Request::ping(Firmware::Morpheus, 0).is_none());
+        assert!(Request::ping(Firmware::Stock, 0).is_some());
+        for firmware in Firmware::ALL {
+            assert!(Request::ping(firmware, 253).is_some());
+            assert!(Request::ping(firmware, 254).is_none());
+            assert!(Request::ping(firmware, 255).is_none());
+            assert!(Request::factory_reset(firmware, 254).is_none());
+        }
+    }
+}

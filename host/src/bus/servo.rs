@@ -1,0 +1,337 @@
+//! One servo, its registers by name, whichever firmware it runs.
+//!
+//! What is written is read back and compared: a Morpheus servo answers OK to
+//! values that it ignores, and a stock servo may be told not to answer at all.
+//! Three registers of Morpheus cannot be compared, or not wholly:
+//!
+//! |            | written               | read                                    |
+//! |------------|-----------------------|-----------------------------------------|
+//! | `position` | the goal              | where it is, from START and CYCLE       |
+//! | `speed`    | of the motion, 1..=10 | how fast it is, without sign            |
+//! | `pwm`      | the PWM               | its low byte; the high byte is always 0 |
+
+use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_shared::servo::table::{Access, Register, Storage};
+
+use super::client::{BusError, Client};
+use super::diagnosis::Diagnosis;
+use super::line::Line;
+use super::reading::{Closed, Reading, ServoError, Taken, Value};
+use super::request::{Firmware, Request};
+
+/// Highest id that START waits for, if ours is not higher.
+const START_ID_MAX: u8 = 32;
+/// Tries to find a servo that has not answered.
+const ATTEMPTS: usize = 3;
+
+/// A servo that has answered.
+#[derive(Debug)]
+pub struct Servo<'a, L> {
+    pub(super) client: &'a mut Client<L>,
+    pub(super) id: u8,
+    firmware: Firmware,
+    alarms: Alarms,
+}
+
+impl<'a, L: Line> Servo<'a, L> {
+    /// The servo with this id, which is pinged in both protocols.
+    ///
+    /// # Errors
+    /// If none answers, or two.
+    pub fn find(client: &'a mut Client<L>, id: u8) -> Result<Self, ServoError> {
+        let failed = |error| ServoError::Bus { id, error };
+        let mut found = None;
+        for _ in 0..ATTEMPTS {
+            for firmware in Firmware::ALL {
+                let Some(alarms) = client.ping(firmware, id).map_err(failed)? else {
+                    continue;
+                };
+                if found.replace((firmware, alarms)).is_some() {
+                    return Err(ServoError::TwoFirmwares(id));
+                }
+            }
+            if found.is_some() {
+                break;
+            }
+        }
+        let silence = Diagnosis::silence(client.echoes());
+        let (firmware, alarms) = found.ok_or_else(|| failed(silence.into()))?;
+        Ok(Self::known(client, id, firmware, alarms))
+    }
+
+    /// One that has just answered a ping.
+    pub(super) fn known(
+        client: &'a mut Client<L>,
+        id: u8,
+        firmware: Firmware,
+        alarms: Alarms,
+    ) -> Self {
+        Self {
+            client,
+            id,
+            firmware,
+            alarms,
+        }
+    }
+
+    /// Its id.
+    pub fn id(&self) -> u8 {
+        self.id
+    }
+
+    /// What it runs.
+    pub fn firmware(&self) -> Firmware {
+        self.firmware
+    }
+
+    /// What it complained of when it was found.
+    pub fn alarms(&self) -> Alarms {
+        self.alarms
+    }
+
+    /// Reads one register.
+    ///
+    /// # Errors
+    /// If there is no usable answer.
+    pub fn read(&mut self, register: &'static Register) -> Result<Reading, ServoError> {
+        if self.is_position(register) {
+            return self.position(register);
+        }
+        let bytes = self.bytes(register.address, register.size.bytes())?;
+        Ok(self.reading(register, &bytes, register.address))
+    }
+
+    /// Reads all registers.
+    ///
+    /// # Errors
+    /// If there is no usable answer.
+    pub fn read_all(&mut self) -> Result<Vec<Reading>, ServoError> {
+        let table = self.firmware.table();
+        // What one READ reaches: where it begins, and how many bytes. Between
+        // them is a Morpheus servo's position.
+        let spans: &[(u8, u8)] = match self.firmware {
+            Firmware::Morpheus => &[(0x00, 11), (0x0C, 6)],
+            Firmware::Stock => &[(0, table.size)],
+        };
+        let mut memory = vec![0; table.size.into()];
+        for &(from, count) in spans {
+            match self.bytes(from, count) {
+                Ok(bytes) => memory[from.into()..][..bytes.len()].copy_from_slice(&bytes),
+                // The board lets no answer pass for which its tick has no time.
+                Err(ServoError::Bus {
+                    error: BusError::Diagnosis(Diagnosis::Refused(_)),
+                    ..
+                }) => return table.registers.iter().map(|it| self.read(it)).collect(),
+                Err(error) => return Err(error),
+            }
+        }
+        table
+            .registers
+            .iter()
+            .map(|register| {
+                if self.is_position(register) {
+                    self.position(register)
+                } else {
+                    Ok(self.reading(register, &memory, 0))
+                }
+            })
+            .collect()
+    }
+
+    /// Whether this value could be written, by its register's access and range.
+    ///
+    /// # Errors
+    /// If not.
+    pub fn check(&self, register: &Register, value: u16) -> Result<(), ServoError> {
+        let name = register.name;
+        if register.access == Access::Read {
+            return Err(ServoError::ReadOnly { name });
+        }
+        let command = match name {
+            "id" => Some("set-id"),
+            "baud_rate" => Some("set-baud"),
+            _ => None,
+        };
+        if let Some(command) = command {
+            return Err(ServoError::OtherCommand { name, command });
+        }
+        let range = match (self.firmware, name) {
+            // Reads a speed of any size, but takes no more than 10.
+            (Firmware::Morpheus, "speed") => 0..=10,
+            _ => register.range.clone(),
+        };
+        if !range.contains(&value) {
+            return Err(ServoError::OutOfRange { name, value, range });
+        }
+        Ok(())
+    }
+
+    /// Writes one register and reads it back.
+    ///
+    /// # Errors
+    /// If it cannot be written, or the servo has not taken the value.
+    pub fn write(&mut self, register: &'static Register, value: u16) -> Result<Taken, ServoError> {
+        self.check(register, value)?;
+        if self.is_position(register) {
+            self.check_margins(register, value)?;
+        }
+        self.tell(register, value)?;
+        if self.firmware == Firmware::Morpheus && matches!(register.name, "position" | "speed") {
+            return Ok(Taken::NotReadable);
+        }
+        self.expect(register, value)
+    }
+
+    /// Writes a register. No answer is no error: reading back decides.
+    pub(super) fn tell(
+        &mut self,
+        register: &'static Register,
+        value: u16,
+    ) -> Result<(), ServoError> {
+        let request = Request::write(self.firmware, self.id, register, value);
+        let said = self.say(request);
+        if said.is_err() {
+            self.check_open(register)?;
+        }
+        said
+    }
+
+    /// Says something that may not be answered.
+    pub(super) fn say(&mut self, request: Option<Request>) -> Result<(), ServoError> {
+        let request = request.ok_or_else(|| self.failed(BusError::Unsayable))?;
+        match self.client.ask(&request) {
+            Err(BusError::Diagnosis(diagnosis)) if !matches!(diagnosis, Diagnosis::Refused(_)) => {
+                Ok(())
+            }
+            Err(error) => Err(self.failed(error)),
+            Ok(_) => Ok(()),
+        }
+    }
+
+    /// Reads a register that should hold `wanted`.
+    pub(super) fn expect(
+        &mut self,
+        register: &'static Register,
+        wanted: u16,
+    ) -> Result<Taken, ServoError> {
+        let (id, name) = (self.id, register.name);
+        let read = self
+            .read(register)
+            .map_err(|error| ServoError::NotReadBack {
+                id,
+                name,
+                error: error.into(),
+            })?;
+        let (kept, taken) = match read.value {
+            Value::Known(kept) => (kept, Taken::ReadBack),
+            Value::LowByte(low) => {
+                // What it would be if the high byte were as wanted.
+                (wanted & 0xFF00 | u16::from(low), Taken::LowByteReadBack)
+            }
+        };
+        if kept == wanted {
+            return Ok(taken);
+        }
+        self.check_open(register)?;
+        Err(ServoError::Kept {
+            id,
+            name,
+            wanted,
+            kept,
+        })
+    }
+
+    /// Whether nothing closes the EEPROM, if that is where the register is.
+    fn check_open(&mut self, register: &Register) -> Result<(), ServoError> {
+        if register.storage == Storage::Ram {
+            return Ok(());
+        }
+        let (id, name) = (self.id, register.name);
+        for (closing, why) in [("torque_enable", Closed::Torque), ("lock", Closed::Lock)] {
+            let closing = self.firmware.table().by_name(closing);
+            let read = closing.and_then(|closing| self.read(closing).ok());
+            if read.is_some_and(|read| read.value == Value::Known(1)) {
+                return Err(ServoError::Closed { id, name, why });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a Morpheus servo's position is meant, which is not read by READ.
+    fn is_position(&self, register: &Register) -> bool {
+        self.firmware == Firmware::Morpheus && register.name == "position"
+    }
+
+    fn position(&mut self, register: &'static Register) -> Result<Reading, ServoError> {
+        let id = self.id;
+        let failed = |error: std::io::Error| ServoError::Bus {
+            id,
+            error: error.into(),
+        };
+        for is_started in [false, true, true] {
+            let positions = self.client.cycle().map_err(failed)?;
+            if let Some((_, counts)) = positions.iter().find(|(from, _)| *from == id) {
+                return Ok(Reading {
+                    register,
+                    value: Value::Known(*counts),
+                });
+            }
+            if !is_started {
+                self.client.start(id.max(START_ID_MAX)).map_err(failed)?;
+            }
+        }
+        Err(self.failed(Diagnosis::Silence.into()))
+    }
+
+    /// Morpheus answers OK to a goal outside its margins, ignores it, and
+    /// forgets its PWM.
+    fn check_margins(&mut self, register: &Register, goal: u16) -> Result<(), ServoError> {
+        let margins = self.bytes(0x02, 2)?;
+        let [upper, lower] = [0, 1].map(|i| margins.get(i).copied().unwrap_or_default());
+        let range = u16::from(lower)..=1023 - u16::from(upper);
+        if range.contains(&goal) {
+            return Ok(());
+        }
+        Err(ServoError::OutOfRange {
+            name: register.name,
+            value: goal,
+            range,
+        })
+    }
+
+    fn bytes(&mut self, address: u8, count: u8) -> Result<Vec<u8>, ServoError> {
+        let request = Request::read(self.firmware, self.id, address, count);
+        let request = request.ok_or_else(|| self.failed(BusError::Unsayable))?;
+        match self.client.ask_patiently(&request) {
+            Ok(packet) if packet.data.len() == usize::from(count) => Ok(packet.data),
+            Ok(_) => Err(self.failed(Diagnosis::Beside { id: self.id }.into())),
+            Err(BusError::Diagnosis(Diagnosis::Silence | Diagnosis::EchoOnly))
+                if self.firmware == Firmware::Stock && self.answers_ping() =>
+            {
+                Err(ServoError::Mute(self.id))
+            }
+            Err(error) => Err(self.failed(error)),
+        }
+    }
+
+    fn answers_ping(&mut self) -> bool {
+        matches!(self.client.ping(self.firmware, self.id), Ok(Some(_)))
+    }
+
+    fn reading(&self, register: &'static Register, bytes: &[u8], from: u8) -> Reading {
+        let value = register.value_in(bytes, from).unwrap_or_default();
+        let is_cut = self.firmware == Firmware::Morpheus && register.name == "pwm";
+        Reading {
+            register,
+            value: if is_cut {
+                Value::LowByte(value as u8)
+            } else {
+                Value::Known(value)
+            },
+        }
+    }
+
+    pub(super) fn failed(&self, error: BusError) -> ServoError {
+        ServoError::Bus { id: self.id, error }
+    }
+}
