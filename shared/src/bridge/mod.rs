@@ -16,6 +16,7 @@
 //! mode. They share [`Mailboxes`] and nothing else.
 
 mod course;
+pub mod gateway;
 mod judge;
 mod law;
 pub mod limits;

@@ -2,6 +2,7 @@
 //!
 //! | module       | what                                                     |
 //! |--------------|----------------------------------------------------------|
+//! | [`Firmware`] | which program runs on a servo                           |
 //! | [`morpheus`] | packets of the Morpheus firmware, only the harmless ones |
 //! | [`protocol1`]| Dynamixel Protocol 1.0, what a stock AX-12A speaks       |
 //! | [`table`]    | the registers of either firmware                         |
@@ -19,6 +20,9 @@ pub mod table;
 
 mod collect;
 mod echo;
+mod firmware;
+
+pub use firmware::Firmware;
 
 /// Time of one byte on the wire: ten bits at 1 Mbaud.
 pub const BYTE_US: u64 = 10;

@@ -1,0 +1,203 @@
+//! The client's bytes into whole packets, so that the bus is never left in the
+//! middle of one, however USB cut them up.
+//!
+//! ```text
+//! FF FF ID LEN ..          Protocol 1.0   LEN 2..=255    LEN + 4 bytes    Packet
+//! AA LEN ..                Morpheus       LEN 3..=200    LEN + 3 bytes    Packet
+//! FF FF FD 00 ID LEN LEN   Protocol 2.0   to 260 bytes   LEN + 7 bytes    Raw
+//! anything else            up to the next of these, or 2 ms of silence    Raw
+//! ```
+//!
+//! The length decides, not the checksum: a damaged packet is a packet, for a
+//! servo may answer it with an alarm. A Morpheus packet that is longer than a
+//! servo bears (LEN of 128 or more) is a packet too, so that it can be refused
+//! as a whole; above 200 the firmware itself looks for the next header.
+//! Protocol 2.0 is recognised by its length of 0 in Protocol 1.0's place. No
+//! servo here speaks it, but programs that search for servos do.
+//!
+//! After 100 ms without a byte, half a packet is dropped, as a stock servo
+//! drops it. A Morpheus servo would wait for the rest for ever. A run of more
+//! than two 0xFF is no half packet but a flush, and is passed on; 0xAA after it
+//! is Morpheus's header and not an id of Protocol 1.0.
+
+use crate::servo::Firmware;
+use crate::servo::morpheus::HEADER as MORPHEUS;
+use crate::servo::protocol1::frame::HEADER as STOCK;
+use heapless::Vec;
+
+/// A stock servo gives up a packet after so long without a byte (e-Manual,
+/// "DYNAMIXEL Protocol 1.0", "Instruction Packet").
+const HALF_PACKET_US: u64 = 100_000;
+
+/// Two USB frames: what comes in the next one may belong together.
+const RAW_QUIET_US: u64 = 2_000;
+
+/// A longest Protocol 1.0 packet is 259 bytes.
+const CAPACITY: usize = 260;
+
+/// Third byte of a Protocol 2.0 packet; an id in Protocol 1.0.
+const PROTOCOL2: u8 = 0xFD;
+/// Instruction and two bytes of checksum.
+const PROTOCOL2_LENGTH_MIN: usize = 3;
+
+/// What [`Framer::bytes`] hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Item {
+    /// A packet of this firmware's protocol, whole, with any instruction and
+    /// any checksum.
+    Packet(Firmware),
+    /// Bytes that are no packet of either.
+    Raw,
+}
+
+/// What some bytes can become.
+enum Look {
+    /// Nothing: the first of them is no packet's.
+    Raw,
+    /// Too early to say.
+    Open,
+    /// This, when there are so many of them.
+    Whole(Item, usize),
+}
+
+/// Turns bytes into [`Item`]s, one at a time.
+#[derive(Clone, Debug, Default)]
+pub struct Framer {
+    /// The item handed out, raw bytes, and what may become a packet.
+    bytes: Vec<u8, CAPACITY>,
+    /// Length of the item handed out.
+    taken: usize,
+    /// Where what may become a packet begins.
+    start: usize,
+    heard_us: u64,
+    halves: u32,
+}
+
+impl Framer {
+    /// A framer that has heard nothing.
+    pub const fn new() -> Self {
+        Self {
+            bytes: Vec::new(),
+            taken: 0,
+            start: 0,
+            heard_us: 0,
+            halves: 0,
+        }
+    }
+
+    /// Takes one byte; `Some` when an item is complete.
+    pub fn push(&mut self, byte: u8, now_us: u64) -> Option<Item> {
+        let late = self.expire(now_us);
+        self.heard_us = now_us;
+        // There is room: a full buffer was handed out.
+        let _ = self.bytes.push(byte);
+        let look = self.look();
+        if late.is_some() {
+            return late;
+        }
+        let (item, bytes) = match look {
+            Look::Whole(item, bytes) if self.start == 0 => {
+                (self.bytes.len() == bytes).then_some((item, bytes))?
+            }
+            // What begins here is a packet: all before it is not.
+            Look::Whole(..) => (Item::Raw, self.start),
+            _ if self.bytes.is_full() => (Item::Raw, self.start),
+            _ => return None,
+        };
+        self.taken = bytes;
+        Some(item)
+    }
+
+    /// The item handed out last, until the next call of [`Framer::push`] or
+    /// [`Framer::expire`].
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes.get(..self.taken).unwrap_or_default()
+    }
+
+    /// Ends the wait for bytes that do not come: drops half a packet and hands
+    /// out what cannot be part of one, as [`Item::Raw`].
+    pub fn expire(&mut self, now_us: u64) -> Option<Item> {
+        self.forget_taken();
+        if now_us < self.wake_at_us()? {
+            return None;
+        }
+        let begun = self.bytes.len() - self.start;
+        let is_flush = begun == 2 && self.bytes.ends_with(&[STOCK; 3]);
+        if begun > 0 && !is_flush {
+            self.halves = self.halves.saturating_add(1);
+            self.bytes.truncate(self.start);
+        }
+        self.start = self.bytes.len();
+        self.taken = self.start;
+        (self.taken > 0).then_some(Item::Raw)
+    }
+
+    /// When to call [`Framer::expire`], if nothing is pushed before.
+    pub fn wake_at_us(&self) -> Option<u64> {
+        let held = self.bytes.len();
+        let wait_us = if self.start < held {
+            HALF_PACKET_US
+        } else {
+            RAW_QUIET_US
+        };
+        (self.taken < held).then(|| self.heard_us.saturating_add(wait_us))
+    }
+
+    /// How many half packets were dropped.
+    pub fn halves(&self) -> u32 {
+        self.halves
+    }
+
+    fn forget_taken(&mut self) {
+        let taken = core::mem::take(&mut self.taken);
+        self.bytes.rotate_left(taken);
+        self.bytes.truncate(self.bytes.len() - taken);
+        self.start = self.start.saturating_sub(taken);
+    }
+
+    /// Looks for where a packet may begin.
+    fn look(&mut self) -> Look {
+        loop {
+            let (raw, begun) = self.bytes.split_at_checked(self.start).unwrap_or_default();
+            let is_flushed =
+                raw.ends_with(&[STOCK]) && begun.starts_with(&[STOCK, STOCK, MORPHEUS]);
+            match look(begun) {
+                Look::Raw => self.start += 1,
+                _ if is_flushed => self.start += 1,
+                look => return look,
+            }
+        }
+    }
+}
+
+/// What bytes can become that begin here.
+fn look(bytes: &[u8]) -> Look {
+    match *bytes {
+        [MORPHEUS, length @ 3..=200, ..] => {
+            let item = Item::Packet(Firmware::Morpheus);
+            Look::Whole(item, usize::from(length) + 3)
+        }
+        [STOCK, STOCK, STOCK, ..] => Look::Raw,
+        [STOCK, STOCK, _, length @ 2..=255, ..] => {
+            let item = Item::Packet(Firmware::Stock);
+            Look::Whole(item, usize::from(length) + 4)
+        }
+        [STOCK, STOCK, PROTOCOL2, 0, _, low, high, ..] => {
+            let length = usize::from(u16::from_le_bytes([low, high]));
+            if (PROTOCOL2_LENGTH_MIN..=CAPACITY - 7).contains(&length) {
+                Look::Whole(Item::Raw, length + 7)
+            } else {
+                Look::Raw
+            }
+        }
+        []
+        | [MORPHEUS | STOCK]
+        | [STOCK, STOCK]
+        | [STOCK, STOCK, _]
+        | [STOCK, STOCK, PROTOCOL2, 0, ..] => Look::Open,
+        _ => Look::Raw,
+    }
+}
+
+#[cfg(test)]
+mod tests;

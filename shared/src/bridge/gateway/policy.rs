@@ -1,0 +1,91 @@
+//! What may be done with a client's packet while a control loop runs.
+//!
+//! A client may look at everything and may move what is not under control.
+//! Whatever could move, rename, slow down or reset a servo under control is
+//! refused, and so is what would harm the bus. Nothing of the client's goes on
+//! the bus as it came: what is harmless becomes a [`Job`], whose requests are
+//! made here.
+//!
+//! On a stock bus:
+//!
+//! | packet                               | what becomes of it                 |
+//! |--------------------------------------|------------------------------------|
+//! | PING, READ                           | asked; beyond the table: range alarm |
+//! | WRITE of `led` alone                 | asked                              |
+//! | WRITE, `REG_WRITE` to another servo  | asked, unless it takes an id that is under control |
+//! | `SYNC_WRITE` to other servos only    | asked, on the same condition       |
+//! | ACTION, `FACTORY_RESET`, any other   | refused: instruction alarm         |
+//! | any other to all servos              | refused in silence                 |
+//! | damaged                              | answered: checksum alarm           |
+//!
+//! ACTION is refused to every servo, for nobody knows what it sets off;
+//! `FACTORY_RESET` because it makes its victim another servo 1.
+//!
+//! On a Morpheus bus:
+//!
+//! | packet                               | what becomes of it                 |
+//! |--------------------------------------|------------------------------------|
+//! | PING                                 | asked                              |
+//! | READ                                 | asked by safe READs ([`safe_read`]) |
+//! | position in a READ, CYCLE to all     | answered from the loop's samples   |
+//! | READ of nothing, beyond the table, or of an unknown position | refused: NOK |
+//! | LEN of 128 or more; a client's address below 0x20 or of a servo | refused: NOK |
+//! | any other                            | refused: NOK                       |
+//! | any other to all servos              | refused in silence                 |
+//! | damaged                              | answered with silence, as by a servo |
+//!
+//! A packet of the protocol that the bus does not speak is refused in silence:
+//! no servo would hear it.
+//!
+//! [`safe_read`]: crate::servo::morpheus::safe_read
+
+mod morpheus;
+mod stock;
+
+use super::job::Job;
+use super::voice::Bytes;
+use crate::JOINTS;
+use crate::servo::Firmware;
+use crate::servo::morpheus::frame::LENGTH_MAX;
+use crate::servo::morpheus::{HEADER, ServoId};
+
+/// What becomes of a packet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The servos are to be asked.
+    Ask(Job),
+    /// This is what they would answer.
+    Answer(Bytes),
+    /// It is not for a client; this is what it is told.
+    Refuse(Bytes),
+}
+
+impl Verdict {
+    const SILENT_REFUSAL: Self = Self::Refuse(Bytes::new());
+}
+
+/// Judges one whole packet.
+pub fn judge(
+    bus: Firmware,
+    controlled: [ServoId; JOINTS],
+    samples: [Option<u16>; JOINTS],
+    packet: &[u8],
+) -> Verdict {
+    match bus {
+        Firmware::Stock => stock::judge(controlled, packet),
+        Firmware::Morpheus => morpheus::judge(controlled, samples, packet),
+    }
+}
+
+/// Whether every Morpheus servo that hears this packet would be deaf to
+/// commands until power-off: not to be passed on even while nothing is driven.
+pub fn is_deafening(packet: &[u8]) -> bool {
+    matches!(packet, [HEADER, length, ..] if *length > LENGTH_MAX)
+}
+
+fn is_controlled(controlled: [ServoId; JOINTS], id: u8) -> bool {
+    controlled.iter().any(|servo| servo.get() == id)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,208 @@
+extern crate std;
+
+mod harm;
+
+use super::*;
+use crate::bridge::gateway::packets::{morpheus, morpheus_frame, stock};
+use crate::bridge::gateway::{Ask, Progress, Slack};
+use crate::servo::morpheus::MASTER;
+use std::vec::Vec;
+
+/// In the order of the joints, which is not that of the ids. One would do for a
+/// client's address.
+const CONTROLLED: [u8; 2] = [0x29, 4];
+const SAMPLES: [Option<u16>; 2] = [Some(643), Some(0x1F4)];
+const CLIENT: u8 = 0x64;
+
+fn judge_for(bus: Firmware, samples: [Option<u16>; 2], packet: &[u8]) -> Verdict {
+    let controlled = CONTROLLED.map(|id| ServoId::new(id).unwrap());
+    judge(bus, controlled, samples, packet)
+}
+
+/// Everything that a job puts on the bus, its readings answered with zeros (and
+/// what a Morpheus servo has in the places that must not be 0x83).
+fn asks(bus: Firmware, mut job: Job, budget_us: u32) -> Vec<Ask> {
+    let slack = Slack {
+        budget_us,
+        byte_ns: 10_000,
+        latency_us: 60,
+    };
+    let mut asks = Vec::new();
+    while let Some(ask) = job.next(slack) {
+        let overhead = if bus == Firmware::Stock { 6 } else { 5 };
+        let mut reply = std::vec![0; usize::from(ask.reply_bytes.saturating_sub(overhead))];
+        if bus == Firmware::Morpheus && ask.packet.get(5) == Some(&0) {
+            reply[0] = 0xAA;
+        }
+        let is_answered = ask.reply_bytes > 0;
+        asks.push(ask);
+        if job.took(is_answered.then_some((0, &reply))) != Progress::More {
+            break;
+        }
+    }
+    asks
+}
+
+#[test]
+fn a_stock_client_is_told_in_its_servos_words() {
+    let asked = |id, code, parameters: &[u8]| {
+        let packet = stock(id, code, parameters);
+        match judge_for(Firmware::Stock, SAMPLES, &packet) {
+            Verdict::Ask(job) => {
+                let asks = asks(Firmware::Stock, job, 2_000);
+                assert_eq!(asks.len(), 1);
+                assert_eq!(asks[0].packet.as_slice(), packet);
+                Some(asks[0].reply_bytes)
+            }
+            Verdict::Answer(_) | Verdict::Refuse(_) => None,
+        }
+    };
+    let told = |packet: &[u8]| match judge_for(Firmware::Stock, SAMPLES, packet) {
+        Verdict::Ask(job) => panic!("{job:?}"),
+        Verdict::Answer(bytes) => ("answer", bytes.to_vec()),
+        Verdict::Refuse(bytes) => ("refuse", bytes.to_vec()),
+    };
+    let answer = |alarms| ("answer", stock(4, alarms, &[]));
+    let refusal = |id| ("refuse", stock(id, 0b100_0000, &[]));
+    let silence = ("refuse", Vec::new());
+
+    assert_eq!(asked(4, 1, &[]), Some(6));
+    assert_eq!(asked(4, 2, &[0, 50]), Some(56));
+    assert_eq!(asked(4, 3, &[25, 1]), Some(6));
+    assert_eq!(asked(5, 3, &[30, 0, 2]), Some(6));
+    assert_eq!(asked(5, 4, &[3, 6]), Some(6));
+    assert_eq!(asked(0xFE, 0x83, &[30, 2, 5, 0, 2, 6, 0, 2]), Some(0));
+
+    // Beyond the table, of no bytes, damaged.
+    assert_eq!(told(&stock(4, 2, &[49, 2])), answer(0b1000));
+    assert_eq!(told(&stock(4, 2, &[36, 0])), answer(0b1000));
+    assert_eq!(told(&[0xFF, 0xFF, 4, 2, 1, 0]), answer(0b1_0000));
+    assert_eq!(told(&[0xFF, 0xFF, 0xFE, 2, 1, 0]), ("answer", Vec::new()));
+    // Would move it, rename it, or take its id.
+    assert_eq!(told(&stock(0x29, 3, &[30, 0, 2])), refusal(0x29));
+    assert_eq!(told(&stock(0x29, 3, &[24, 0, 1])), refusal(0x29));
+    assert_eq!(told(&stock(0x29, 4, &[25, 1])), refusal(0x29));
+    assert_eq!(told(&stock(5, 3, &[2, 0, 0x29])), refusal(5));
+    assert_eq!(told(&stock(5, 6, &[])), refusal(5));
+    assert_eq!(told(&stock(5, 5, &[])), refusal(5));
+    assert_eq!(told(&stock(4, 0x92, &[0, 2, 4, 36])), refusal(4));
+    for to_all in [
+        stock(0xFE, 1, &[]),
+        stock(0xFE, 2, &[36, 2]),
+        stock(0xFE, 3, &[25, 1]),
+        stock(0xFE, 5, &[]),
+        stock(0xFE, 6, &[]),
+        stock(0xFE, 0x83, &[30, 2, 5, 0, 2, 0x29, 0, 2]),
+    ] {
+        assert_eq!(told(&to_all), silence);
+    }
+    // Longer than any tick has time for.
+    assert_eq!(asked(5, 3, &[0x18; 50]), Some(6));
+    assert_eq!(told(&stock(5, 3, &[0x18; 51])), refusal(5));
+    // The other protocol, and what is no whole packet.
+    assert_eq!(told(&morpheus(4, CLIENT, &[1])), silence);
+    assert_eq!(told(&[0xFF, 0xFF, 4, 3, 1, 0xF7]), silence);
+    assert_eq!(told(&[]), silence);
+}
+
+#[test]
+fn a_morpheus_client_is_told_in_its_servos_words() {
+    let told = |packet: &[u8]| match judge_for(Firmware::Morpheus, SAMPLES, packet) {
+        Verdict::Ask(job) => panic!("{job:?}"),
+        Verdict::Answer(bytes) => ("answer", bytes.to_vec()),
+        Verdict::Refuse(bytes) => ("refuse", bytes.to_vec()),
+    };
+    let refusal = |id, to| ("refuse", morpheus(to, id, &[8]));
+    let silence = ("refuse", Vec::new());
+
+    // Positions: 643 is 0x0283, whose low byte deafens if a servo says it first.
+    let cycle = [
+        morpheus(CLIENT, 4, &[0x01, 0xF4]),
+        morpheus(CLIENT, 0x29, &[0x02, 0x83]),
+    ]
+    .concat();
+    assert_eq!(told(&morpheus(0xFF, CLIENT, &[7])), ("answer", cycle));
+    let position = morpheus(CLIENT, 0x29, &[0x83, 0x02]);
+    assert_eq!(
+        told(&morpheus(0x29, CLIENT, &[2, 0x0B, 2])),
+        ("answer", position)
+    );
+    assert_eq!(
+        told(&morpheus(5, CLIENT, &[2, 0x0B, 2])),
+        refusal(5, CLIENT)
+    );
+    // Nothing, and beyond the table.
+    assert_eq!(
+        told(&morpheus(0x29, CLIENT, &[2, 0, 0])),
+        refusal(0x29, CLIENT)
+    );
+    assert_eq!(
+        told(&morpheus(0x29, CLIENT, &[2, 0x11, 2])),
+        refusal(0x29, CLIENT)
+    );
+    // WRITE, RESET, MUTE, SYNC_WR; to all of them.
+    assert_eq!(
+        told(&morpheus(0x29, CLIENT, &[3, 0x10, 0, 0])),
+        refusal(0x29, CLIENT)
+    );
+    assert_eq!(told(&morpheus(5, CLIENT, &[9])), refusal(5, CLIENT));
+    assert_eq!(told(&morpheus(0x29, CLIENT, &[5])), refusal(0x29, CLIENT));
+    assert_eq!(
+        told(&morpheus(0x29, CLIENT, &[0x83, 0x10, 2, 0x29, 0, 0])),
+        refusal(0x29, CLIENT)
+    );
+    for data in [&[1][..], &[3, 0x10, 0, 0], &[6], &[9]] {
+        assert_eq!(told(&morpheus(0xFF, CLIENT, data)), silence);
+    }
+    // Addresses that would make servos talk to each other, and the packet that
+    // ends their hearing.
+    for address in [0x1F, 0x29, 0xFF] {
+        assert_eq!(told(&morpheus(0x29, address, &[1])), refusal(0x29, address));
+    }
+    let deafening = morpheus(0x29, CLIENT, &[0; 126]);
+    assert_eq!(told(&deafening), refusal(0x29, CLIENT));
+    assert!(is_deafening(&deafening));
+    assert!(!is_deafening(&morpheus(0x29, CLIENT, &[0; 125])));
+    // Damaged, to nobody, and of the other protocol.
+    assert_eq!(told(&[0xAA, 3, 0x29, 0xFE, 1, 0]), ("answer", Vec::new()));
+    assert_eq!(told(&morpheus(0xFE, CLIENT, &[1])), silence);
+    assert_eq!(told(&stock(0x29, 1, &[])), silence);
+}
+
+/// A reading across everything: EEPROM, the loop's sample, and the rest.
+#[test]
+fn all_of_morpheus_is_read_in_two_safe_requests() {
+    let packet = morpheus(0x29, CLIENT, &[2, 0, 18]);
+    let Verdict::Ask(mut job) = judge_for(Firmware::Morpheus, SAMPLES, &packet) else {
+        panic!("refused");
+    };
+    let slack = Slack {
+        budget_us: 400,
+        byte_ns: 10_000,
+        latency_us: 100,
+    };
+    let first = job.next(slack).unwrap();
+    assert_eq!(
+        morpheus_frame(&first.packet),
+        (0x29, MASTER, std::vec![2, 0, 11])
+    );
+    let rom = [0xAA, 9, 2, 2, 40, 1, 10, 40, 10, 0, 1];
+    assert_eq!(job.took(Some((0, &rom))), Progress::More);
+    let second = job.next(slack).unwrap();
+    assert_eq!(
+        morpheus_frame(&second.packet),
+        (0x29, MASTER, std::vec![2, 0x0C, 6])
+    );
+    let Progress::Done(answer) = job.took(Some((0, &[0x03, 7, 0x2C, 1, 0xDC, 0]))) else {
+        panic!("{job:?}");
+    };
+    let mut expected = rom.to_vec();
+    // Both bytes of the position are of one sample.
+    expected.extend([0x83, 0x02, 7, 0x2C, 1, 0xDC, 0]);
+    assert_eq!(morpheus_frame(&answer), (CLIENT, 0x29, expected));
+    // Without a sample there is no such reading.
+    let blind = judge_for(Firmware::Morpheus, [None, Some(500)], &packet);
+    assert!(
+        matches!(blind, Verdict::Refuse(bytes) if bytes == morpheus(CLIENT, 0x29, &[8]).as_slice())
+    );
+}
