@@ -1,6 +1,7 @@
 //! What the whole-system tests share: a run of the bench and what to read off
 //! its records, and the replay of recorded exchanges.
 
+pub mod place;
 pub mod random;
 pub mod replay;
 pub mod trace;

@@ -8,11 +8,18 @@
 //! in it, dependencies included, so the tree is not built again, and overflow
 //! checks are on. Firmware is checked in release, the profile of its images.
 
+#[path = "verify/fuzz.rs"]
+mod fuzz;
+#[path = "verify/packages.rs"]
+mod packages;
+#[path = "verify/run.rs"]
+mod run;
 #[path = "verify/setup.rs"]
 mod setup;
 #[path = "verify/steps.rs"]
 mod steps;
 
+use std::ops::Range;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -21,9 +28,10 @@ use steps::{STEPS, Step, Work};
 const USAGE: &str = "\
 Set up what the tests need, then check, build and test everything.
 
-usage: cargo verify [--from STEP | --list | --help]
+usage: cargo verify [--from STEP | --only STEP | --list | --help]
 
   --from STEP  begin with this step
+  --only STEP  do this step alone
   --list       say what the steps are and do nothing
   --help       say this and do nothing";
 
@@ -32,8 +40,8 @@ usage: cargo verify [--from STEP | --list | --help]
 enum Task {
     Help,
     List,
-    /// All steps from this one on.
-    RunFrom(usize),
+    /// These steps.
+    Run(Range<usize>),
 }
 
 fn main() -> ExitCode {
@@ -46,7 +54,7 @@ fn main() -> ExitCode {
                 println!("{name:<16}{what}\n{:16}{}", "", work.command());
             }
         }
-        Ok(Task::RunFrom(first)) => return run(first),
+        Ok(Task::Run(range)) => return run(&STEPS[range]),
         Err(what) => {
             eprintln!("{what}\n\n{USAGE}");
             return ExitCode::from(2);
@@ -57,24 +65,31 @@ fn main() -> ExitCode {
 
 fn task(arguments: &[&str]) -> Result<Task, String> {
     match arguments {
-        [] => Ok(Task::RunFrom(0)),
+        [] => Ok(Task::Run(0..STEPS.len())),
         ["--help" | "-h"] => Ok(Task::Help),
         ["--list"] => Ok(Task::List),
-        ["--from", name] => STEPS
-            .iter()
-            .position(|step| step.name == *name)
-            .map(Task::RunFrom)
-            .ok_or_else(|| format!("there is no step `{name}`; see cargo verify --list")),
-        ["--from"] => Err("--from wants the name of a step".to_owned()),
+        ["--from", name] => Ok(Task::Run(position(name)?..STEPS.len())),
+        ["--only", name] => {
+            let only = position(name)?;
+            Ok(Task::Run(only..only + 1))
+        }
+        [option @ ("--from" | "--only")] => Err(format!("{option} wants the name of a step")),
         _ => Err(format!("cannot make sense of `{}`", arguments.join(" "))),
     }
 }
 
-/// Runs the steps from this one on.
-fn run(first: usize) -> ExitCode {
+fn position(name: &str) -> Result<usize, String> {
+    STEPS
+        .iter()
+        .position(|step| step.name == name)
+        .ok_or_else(|| format!("there is no step `{name}`; see cargo verify --list"))
+}
+
+/// Runs these steps.
+fn run(steps: &[Step]) -> ExitCode {
     let begin = Instant::now();
     let mut times = Vec::new();
-    for step in &STEPS[first..] {
+    for step in steps {
         println!(
             "\n==> {}: {}\n    {}",
             step.name,
@@ -102,7 +117,7 @@ fn run(first: usize) -> ExitCode {
 
 fn perform(work: &Work) -> Result<(), String> {
     match work {
-        Work::SetUp(set_up, _) => set_up(),
+        Work::Do(work, _) => work(),
         Work::Cargo(arguments) => {
             let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
             // From the root of the workspace, wherever this was called.
@@ -127,13 +142,17 @@ mod tests {
 
     #[test]
     fn arguments_are_understood_or_refused() {
-        assert_eq!(task(&[]), Ok(Task::RunFrom(0)));
+        assert_eq!(task(&[]), Ok(Task::Run(0..STEPS.len())));
         assert_eq!(task(&["--list"]), Ok(Task::List));
         let last = STEPS.len() - 1;
-        assert_eq!(task(&["--from", STEPS[last].name]), Ok(Task::RunFrom(last)));
+        let from = task(&["--from", STEPS[last - 1].name]);
+        assert_eq!(from, Ok(Task::Run(last - 1..last + 1)));
+        let only = task(&["--only", STEPS[0].name]);
+        assert_eq!(only, Ok(Task::Run(0..1)));
         for wrong in [
             &["--from"][..],
             &["--from", "nowhere"],
+            &["--only"],
             &["x"],
             &["--list", "x"],
         ] {

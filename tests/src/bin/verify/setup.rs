@@ -4,7 +4,11 @@
 //! that needs no question answered; otherwise the error says which command to
 //! run.
 
-use std::process::{Command, Stdio};
+use super::packages::Program;
+use super::run::{loudly, output, succeeded, succeeds};
+use armbridge_tests::place;
+use std::path::Path;
+use std::process::Command;
 
 /// Target of both firmware images.
 const TARGET: &str = "thumbv7em-none-eabihf";
@@ -13,41 +17,9 @@ const TARGET: &str = "thumbv7em-none-eabihf";
 pub(crate) const RUST_BY_HAND: &str =
     "rustup target add thumbv7em-none-eabihf && rustup component add rustfmt clippy";
 
-/// How to install QEMU with one package manager.
-struct Manager {
-    program: &'static str,
-    /// Brings the list of packages up to date, where that is a step of its own.
-    refresh: Option<&'static str>,
-    install: &'static str,
-    needs_root: bool,
-}
-
-const MANAGERS: [Manager; 4] = [
-    Manager {
-        program: "apt-get",
-        refresh: Some("apt-get update"),
-        install: "apt-get install --yes --no-install-recommends qemu-system-arm",
-        needs_root: true,
-    },
-    Manager {
-        program: "dnf",
-        refresh: None,
-        install: "dnf install --assumeyes qemu-system-arm",
-        needs_root: true,
-    },
-    Manager {
-        program: "pacman",
-        refresh: None,
-        install: "pacman --sync --needed --noconfirm qemu-system-arm",
-        needs_root: true,
-    },
-    Manager {
-        program: "brew",
-        refresh: None,
-        install: "brew install qemu",
-        needs_root: false,
-    },
-];
+/// How to do what [`python`] does.
+pub(crate) const PYTHON_BY_HAND: &str = "python3 -m venv target/python && \
+     target/python/bin/python -m pip install --no-deps --requirement tests/python/requirements.txt";
 
 /// Formatter, linter and target, by rustup where one is missing.
 pub(crate) fn rust() -> Result<(), String> {
@@ -61,7 +33,7 @@ pub(crate) fn rust() -> Result<(), String> {
     }
     // Where a target's library is, if it is installed.
     let query = format!("rustc --print target-libdir --target {TARGET}");
-    let installed = output(&query).is_some_and(|path| std::path::Path::new(path.trim()).is_dir());
+    let installed = output(&query).is_some_and(|path| Path::new(path.trim()).is_dir());
     if installed {
         Ok(())
     } else {
@@ -78,75 +50,56 @@ fn rustup(command: &str) -> Result<(), String> {
     loudly(command)
 }
 
-/// QEMU, by the system's package manager where it is missing.
+/// The emulator of the board's processor.
 pub(crate) fn qemu() -> Result<(), String> {
-    let check = "qemu-system-arm --version";
-    if let Some(version) = output(check) {
-        println!("{}", version.lines().next().unwrap_or_default());
-        return Ok(());
-    }
-    let manager = MANAGERS
-        .iter()
-        .find(|m| succeeds(&format!("{} --version", m.program)));
-    let Some(manager) = manager else {
-        return Err(
-            "qemu-system-arm is missing; install QEMU so that it is on the path".to_owned(),
-        );
+    let qemu = Program {
+        name: "qemu-system-arm",
+        check: "qemu-system-arm --version".to_owned(),
+        packages: [
+            "qemu-system-arm",
+            "qemu-system-arm",
+            "qemu-system-arm",
+            "qemu",
+        ],
     };
-    let root = !manager.needs_root || output("id -u").is_some_and(|id| id.trim() == "0");
-    let prefix = if root { "" } else { "sudo " };
-    if !root && !succeeds("sudo --non-interactive true") {
-        return Err(format!(
-            "qemu-system-arm is missing; run: {prefix}{}",
-            manager.install
-        ));
-    }
-    if let Some(refresh) = manager.refresh {
-        // A source that cannot be reached need not be the one QEMU is in.
-        if let Err(why) = loudly(&format!("{prefix}{refresh}")) {
-            println!("{why}; trying all the same");
-        }
-    }
-    loudly(&format!("{prefix}{}", manager.install))
-        .map_err(|why| format!("{why}; qemu-system-arm is missing and has to be installed"))?;
-    if succeeds(check) {
-        Ok(())
-    } else {
-        Err(format!("`{check}` still fails"))
-    }
+    qemu.ensure()
 }
 
-/// A command from its words.
-fn command(line: &str) -> Command {
-    let mut words = line.split(' ');
-    let mut command = Command::new(words.next().unwrap_or_default());
-    command
-        .args(words)
-        .stdin(Stdio::null())
-        .env("DEBIAN_FRONTEND", "noninteractive");
-    command
+/// The C++ compiler that libFuzzer is built with: `c++`, or what `CXX` says.
+pub(crate) fn compiler() -> Result<(), String> {
+    let compiler = std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned());
+    let compiler = Program {
+        name: "a C++ compiler",
+        check: format!("{compiler} --version"),
+        packages: ["g++", "gcc-c++", "gcc", "gcc"],
+    };
+    compiler.ensure()
 }
 
-/// Runs a command and shows what it says.
-fn loudly(line: &str) -> Result<(), String> {
-    println!("    {line}");
-    match command(line).status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("`{line}` failed: {status}")),
-        Err(e) => Err(format!("cannot start `{line}`: {e}")),
+/// A virtual environment with the Python clients, in cargo's target folder.
+pub(crate) fn python() -> Result<(), String> {
+    let python = Program {
+        name: "Python 3 with venv and pip",
+        // What Debian leaves out of its plain python3.
+        check: "python3 -m ensurepip --version".to_owned(),
+        packages: ["python3 python3-venv", "python3", "python", "python"],
+    };
+    python.ensure()?;
+    let interpreter = place::python();
+    let works = Command::new(&interpreter)
+        .args(["-m", "pip", "--version"])
+        .output();
+    if !works.is_ok_and(|output| output.status.success()) {
+        let mut make = Command::new("python3");
+        make.args(["-m", "venv", "--clear"])
+            .arg(place::python_environment());
+        succeeded(make.status(), "python3 -m venv")?;
     }
-}
-
-/// Runs a command silently.
-fn succeeds(line: &str) -> bool {
-    output(line).is_some()
-}
-
-/// What a command printed, if it succeeded.
-fn output(line: &str) -> Option<String> {
-    let output = command(line)
-        .output()
-        .ok()
-        .filter(|output| output.status.success())?;
-    Some(String::from_utf8_lossy(&output.stdout).into_owned())
+    let requirements = Path::new(env!("CARGO_MANIFEST_DIR")).join("python/requirements.txt");
+    let mut install = Command::new(interpreter);
+    install
+        .args(["-m", "pip", "install", "--quiet", "--no-deps"])
+        .args(["--disable-pip-version-check", "--requirement"])
+        .arg(requirements);
+    succeeded(install.status(), "pip install")
 }

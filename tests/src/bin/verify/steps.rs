@@ -1,6 +1,6 @@
 //! The steps of `cargo verify`, cheapest first.
 
-use crate::setup;
+use crate::{fuzz, setup};
 
 /// Something that must pass.
 pub(crate) struct Step {
@@ -14,8 +14,8 @@ pub(crate) struct Step {
 
 /// What a step does.
 pub(crate) enum Work {
-    /// Makes sure that something is there; second, how to do so by hand.
-    SetUp(fn() -> Result<(), String>, &'static str),
+    /// Does this; second, how to do so by hand.
+    Do(fn() -> Result<(), String>, &'static str),
     /// Runs cargo with these arguments, single spaces between them.
     Cargo(&'static str),
 }
@@ -24,7 +24,7 @@ impl Work {
     /// The command that does the same.
     pub(crate) fn command(&self) -> String {
         match self {
-            Self::SetUp(_, by_hand) => (*by_hand).to_owned(),
+            Self::Do(_, by_hand) => (*by_hand).to_owned(),
             Self::Cargo(arguments) => format!("cargo {arguments}"),
         }
     }
@@ -44,14 +44,29 @@ pub(crate) const STEPS: &[Step] = &[
     Step {
         name: "rust",
         what: "formatter, linter and the board's target are there",
-        work: Work::SetUp(setup::rust, setup::RUST_BY_HAND),
+        work: Work::Do(setup::rust, setup::RUST_BY_HAND),
     },
     Step {
         name: "qemu",
         what: "the emulator of the board's processor is there",
-        work: Work::SetUp(setup::qemu, "qemu-system-arm --version"),
+        work: Work::Do(setup::qemu, "qemu-system-arm --version"),
+    },
+    Step {
+        name: "compiler",
+        what: "libFuzzer's C++ compiler is there",
+        work: Work::Do(setup::compiler, "c++ --version"),
+    },
+    Step {
+        name: "python",
+        what: "the Python programs that work through the board's port are there",
+        work: Work::Do(setup::python, setup::PYTHON_BY_HAND),
     },
     cargo("format", "code is formatted", "fmt --all --check"),
+    cargo(
+        "format-fuzz",
+        "and so are the fuzz targets",
+        "fmt --manifest-path tests/fuzz/Cargo.toml --check",
+    ),
     cargo(
         "lint",
         "no warnings in what runs on the host, firmware without a board included",
@@ -85,6 +100,11 @@ pub(crate) const STEPS: &[Step] = &[
         "every test that needs Rust alone",
         "test --workspace",
     ),
+    Step {
+        name: "fuzz",
+        what: "each fuzz target finds nothing in half a minute",
+        work: Work::Do(fuzz::run, "cargo verify --only fuzz"),
+    },
     cargo(
         "test-emulator",
         "every test that needs more than Rust",

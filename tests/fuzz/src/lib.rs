@@ -1,0 +1,21 @@
+//! What must hold whatever is fed to that which parses bytes.
+//!
+//! Each module has a function `check` that takes any bytes at all and panics if
+//! something is wrong; more than the absence of panics is asserted. What it counts
+//! says whether the bytes got anywhere.
+//!
+//! | module        | fed                                | what must hold          |
+//! |---------------|------------------------------------|-------------------------|
+//! | [`protocol1`] | the parser of stock servos' packets, in four sizes, and what its packets mean | intact packets are found, exactly, and nothing else; the longest packet's worth of zeros brings it back into step |
+//! | [`morpheus`]  | the parser of Morpheus packets, in four sizes, to anybody and to one address | the same, with 0xFF |
+//! | [`link`]      | the decoder of the link's frames, either direction; and its messages, in intact frames | only a zero ends a frame, and brings it back into step; what is understood can be said again |
+//! | [`master`]    | the bus master, whose port answers as the bytes say | a transaction ends; it sends what it should and believes nothing that was not said |
+//!
+//! Used twice: by the fuzz targets, which look for new paths through the code,
+//! and by `streams`, which feeds ten million streams to each parser.
+
+pub mod link;
+pub mod master;
+pub mod morpheus;
+mod packets;
+pub mod protocol1;

@@ -1,0 +1,167 @@
+//! A line on which nothing happens by itself, and a port on it.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::convert::Infallible;
+use std::rc::Rc;
+
+use armbridge_shared::link::message::Sample;
+use armbridge_shared::servo::master::{Outcome, Transaction};
+use armbridge_shared::servo::morpheus::{HEADER, MASTER, checksum};
+use embedded_hal::digital::{self, OutputPin};
+use embedded_hal_nb::serial::{self, ErrorKind};
+
+/// Room of a transmitter that takes everything.
+const PLENTY: usize = 1_000;
+
+/// How the port sends.
+pub(super) struct Transmitter {
+    /// Bytes that it takes.
+    pub(super) room: usize,
+    /// The last bit is still to be sent.
+    pub(super) is_sending: bool,
+    /// Whatever it takes, it reports an error.
+    pub(super) fails: bool,
+}
+
+impl Default for Transmitter {
+    fn default() -> Self {
+        Self {
+            room: PLENTY,
+            is_sending: false,
+            fails: false,
+        }
+    }
+}
+
+#[derive(Default)]
+pub(super) struct Line {
+    /// What the port will hear.
+    pub(super) coming: VecDeque<Result<u8, ErrorKind>>,
+    /// What the master has read of it.
+    read: Vec<u8>,
+    /// What was sent, and how much of that has been echoed.
+    sent: Vec<u8>,
+    echoed: usize,
+    is_driven: bool,
+    pub(super) transmitter: Transmitter,
+}
+
+impl Line {
+    /// A new transaction begins.
+    pub(super) fn forget(&mut self) {
+        self.read.clear();
+        self.sent.clear();
+        self.echoed = 0;
+    }
+
+    /// What was sent is heard.
+    pub(super) fn echo(&mut self) {
+        self.coming
+            .extend(self.sent[self.echoed..].iter().map(|byte| Ok(*byte)));
+        self.echoed = self.sent.len();
+    }
+
+    /// All was sent, the line is released, and what is believed was said.
+    pub(super) fn check(&self, outcome: &Outcome) -> usize {
+        let transaction = outcome.transaction;
+        let mut believed = 0;
+        assert!(!self.is_driven, "{transaction:?}");
+        assert_eq!(self.sent, super::expected(transaction), "{transaction:?}");
+        for (id, sample) in (1..).zip(outcome.samples) {
+            let Sample::Counts(counts) = sample else {
+                continue;
+            };
+            let answer = match transaction {
+                Transaction::Drive(_) => reply(id, &counts.to_be_bytes()),
+                Transaction::Ping { joint } if joint + 1 == usize::from(id) => reply(id, &[1]),
+                Transaction::Start => reply(id, &[1]),
+                _ => panic!("{outcome:?} was believed"),
+            };
+            assert!(counts <= 1023, "{outcome:?}");
+            assert!(
+                self.read.windows(answer.len()).any(|part| part == answer),
+                "{outcome:?} from {:02x?}",
+                self.read
+            );
+            believed += 1;
+        }
+        believed
+    }
+}
+
+/// A servo's answer.
+fn reply(id: u8, data: &[u8]) -> Vec<u8> {
+    let mut packet = vec![HEADER, data.len() as u8 + 2, MASTER, id];
+    packet.extend(data);
+    packet.push(checksum(&packet[1..]));
+    packet
+}
+
+/// Serial port and direction pin.
+#[derive(Clone, Default)]
+pub(super) struct Port(Rc<RefCell<Line>>);
+
+impl Port {
+    pub(super) fn edit<R>(&self, change: impl FnOnce(&mut Line) -> R) -> R {
+        change(&mut self.0.borrow_mut())
+    }
+}
+
+impl serial::ErrorType for Port {
+    type Error = ErrorKind;
+}
+
+impl serial::Read for Port {
+    fn read(&mut self) -> nb::Result<u8, ErrorKind> {
+        self.edit(|line| {
+            let heard = line.coming.pop_front().ok_or(nb::Error::WouldBlock)?;
+            line.read.extend(heard);
+            heard.map_err(nb::Error::Other)
+        })
+    }
+}
+
+impl serial::Write for Port {
+    fn write(&mut self, byte: u8) -> nb::Result<(), ErrorKind> {
+        self.edit(|line| {
+            assert!(line.is_driven, "sent without the line driver on");
+            let transmitter = &mut line.transmitter;
+            if transmitter.room == 0 {
+                return Err(nb::Error::WouldBlock);
+            }
+            transmitter.room -= 1;
+            line.sent.push(byte);
+            if transmitter.fails {
+                return Err(nb::Error::Other(ErrorKind::Other));
+            }
+            Ok(())
+        })
+    }
+
+    fn flush(&mut self) -> nb::Result<(), ErrorKind> {
+        self.edit(|line| match line.transmitter {
+            Transmitter { fails: true, .. } => Err(nb::Error::Other(ErrorKind::Other)),
+            Transmitter {
+                is_sending: true, ..
+            } => Err(nb::Error::WouldBlock),
+            Transmitter { .. } => Ok(()),
+        })
+    }
+}
+
+impl digital::ErrorType for Port {
+    type Error = Infallible;
+}
+
+impl OutputPin for Port {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.edit(|line| line.is_driven = false);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.edit(|line| line.is_driven = true);
+        Ok(())
+    }
+}

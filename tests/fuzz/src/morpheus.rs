@@ -1,0 +1,104 @@
+//! Packets of Morpheus servos, and what the bridge makes of replies.
+
+use armbridge_shared::servo::morpheus::frame::{FRAME_MAX, LENGTH_MAX, Parser};
+use armbridge_shared::servo::morpheus::{Damage, HEADER, MASTER, Reply, checksum};
+
+use super::packets::{Found, Packets, feed};
+
+/// What servo 1 answers to PING, as recorded.
+const ANSWER: [u8; 6] = [HEADER, 3, MASTER, 1, 1, 0xF9];
+/// Begins no packet, and completes any that has begun. What the firmware's own
+/// receiver is flushed with.
+const NEUTRAL: u8 = 0xFF;
+/// Bytes of the longest reply that the bridge asks for.
+const REPLY: usize = 7;
+
+/// Feeds parsers for packets of up to 7, 16 and all the bytes there can be,
+/// and for replies to the master only, and counts what they find.
+///
+/// # Panics
+/// If one of them does what it must not.
+pub fn check(input: &[u8]) -> usize {
+    feed(Any::<REPLY>(Parser::any()), input, NEUTRAL, &ANSWER)
+        + feed(Any::<16>(Parser::any()), input, NEUTRAL, &ANSWER)
+        + feed(Any::<FRAME_MAX>(Parser::any()), input, NEUTRAL, &ANSWER)
+        + feed(
+            ToMaster::<REPLY>(Parser::to(MASTER)),
+            input,
+            NEUTRAL,
+            &ANSWER,
+        )
+}
+
+/// Takes packets to anybody.
+struct Any<const N: usize>(Parser<N>);
+
+/// Takes packets to the master.
+struct ToMaster<const N: usize>(Parser<N>);
+
+impl<const N: usize> Packets for Any<N> {
+    fn push(&mut self, byte: u8) -> Option<Found> {
+        push(&mut self.0, byte)
+    }
+
+    fn bytes_held(&self) -> usize {
+        self.0.bytes_held()
+    }
+
+    fn longest(&self) -> usize {
+        N
+    }
+
+    fn intact(&self, bytes: &[u8]) -> Option<usize> {
+        intact(bytes).filter(|len| *len <= N)
+    }
+}
+
+impl<const N: usize> Packets for ToMaster<N> {
+    fn push(&mut self, byte: u8) -> Option<Found> {
+        push(&mut self.0, byte)
+    }
+
+    fn bytes_held(&self) -> usize {
+        self.0.bytes_held()
+    }
+
+    fn longest(&self) -> usize {
+        N
+    }
+
+    fn intact(&self, bytes: &[u8]) -> Option<usize> {
+        intact(bytes).filter(|len| *len <= N && bytes[2] == MASTER)
+    }
+}
+
+fn push<const N: usize>(parser: &mut Parser<N>, byte: u8) -> Option<Found> {
+    Some(match parser.push(byte)? {
+        Ok(frame) => {
+            let bytes = frame.encode::<N>().expect("it came out of a parser");
+            let reply = Reply::of(&frame);
+            let is_ours = frame.destination == MASTER && bytes.len() <= REPLY;
+            assert_eq!(reply.is_some(), is_ours, "{frame:?}");
+            if let Some(reply) = reply {
+                assert_eq!(reply.source, frame.source);
+                assert_eq!(reply.is_ping(), frame.data == [1]);
+                let counts = reply.position();
+                assert!(counts.is_none_or(|counts| counts.to_be_bytes() == *frame.data));
+                assert_eq!(counts.is_some(), frame.data.len() == 2 && frame.data[0] < 4);
+            }
+            Found::Intact(bytes.to_vec())
+        }
+        Err(Damage::Checksum { .. }) => Found::Damaged,
+        Err(Damage::Header) => Found::Refused,
+    })
+}
+
+/// Length of the intact packet that these bytes begin with.
+fn intact(bytes: &[u8]) -> Option<usize> {
+    let [HEADER, length @ 3..=LENGTH_MAX, ..] = bytes else {
+        return None;
+    };
+    let len = usize::from(*length) + 3;
+    let (sum, body) = bytes.get(1..len)?.split_last()?;
+    (checksum(body) == *sum).then_some(len)
+}

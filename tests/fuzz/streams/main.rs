@@ -1,0 +1,76 @@
+//! Ten million streams of bytes into each parser.
+//!
+//! Half of them are random, 8 to 64 bytes; the other half are seeds of the fuzz
+//! targets, one after another, with up to four damages. What must hold is the fuzz targets'
+//! business: see `../src`.
+
+#[path = "../src/lib.rs"]
+#[expect(unreachable_pub, reason = "public to the fuzz targets")]
+mod checks;
+mod seeds;
+
+use armbridge_tests::random::Random;
+
+const STREAMS: usize = 10_000_000;
+const SHORTEST: usize = 8;
+const LONGEST: usize = 64;
+
+/// Feeds all streams, and counts what came of the damaged ones.
+fn feed(target: &str, seed: u64, check: fn(&[u8]) -> usize) -> usize {
+    let seeds = seeds::read(target);
+    let mut random = Random::new(seed);
+    let mut stream = Vec::with_capacity(2 * LONGEST);
+    let mut found = 0;
+    for _ in 0..STREAMS / 2 {
+        stream.clear();
+        let length = SHORTEST as u64 + random.below((LONGEST - SHORTEST + 1) as u64);
+        stream.extend((0..length).map(|_| random.byte()));
+        check(&stream);
+
+        stream.clear();
+        stream.extend(one_of(&mut random, &seeds));
+        let longest = stream.len().max(LONGEST);
+        while stream.len() < SHORTEST || random.once_in(2) {
+            stream.extend(one_of(&mut random, &seeds));
+        }
+        stream.truncate(longest);
+        for _ in 0..random.below(5) {
+            random.damage(&mut stream);
+        }
+        found += check(&stream);
+    }
+    found
+}
+
+fn one_of<'a>(random: &mut Random, seeds: &'a [Vec<u8>]) -> &'a [u8] {
+    &seeds[random.below(seeds.len() as u64) as usize]
+}
+
+#[test]
+#[ignore = "takes a minute: run `cargo verify`"]
+fn protocol1() {
+    // Four sizes of parser, and more than a packet a stream for most of them.
+    let found = feed("protocol1", 0x5EED_0101, checks::protocol1::check);
+    assert!(found > STREAMS, "{found}");
+}
+
+#[test]
+#[ignore = "takes a minute: run `cargo verify`"]
+fn morpheus() {
+    let found = feed("morpheus", 0x5EED_0102, checks::morpheus::check);
+    assert!(found > STREAMS, "{found}");
+}
+
+#[test]
+#[ignore = "takes a minute: run `cargo verify`"]
+fn link_to_board() {
+    let found = feed("link", 0x5EED_0103, checks::link::to_board);
+    assert!(found > STREAMS / 20, "{found}");
+}
+
+#[test]
+#[ignore = "takes a minute: run `cargo verify`"]
+fn link_to_host() {
+    let found = feed("link", 0x5EED_0104, checks::link::to_host);
+    assert!(found > STREAMS / 20, "{found}");
+}
