@@ -13,6 +13,17 @@ use armbridge_tests::place;
 /// The servos by themselves, at the rate that the terminal is set to.
 const SERVOS: &[&str] = &["servos", "--pty", "--firmware", "stock"];
 
+/// The same behind the transparent port of the emulated board, with its arm
+/// disarmed.
+const BOARD: &[&str] = &[
+    "emulate",
+    "--transparent-pty",
+    "--disarmed",
+    "--quiet",
+    "--firmware",
+    "stock",
+];
+
 /// `armbridge`, ended with the test.
 struct Served {
     child: Child,
@@ -94,6 +105,18 @@ fn the_sdk_and_pypot_work_with_stock_servos() {
     let servos = Served::start(SERVOS);
     servos.passes("sdk.py", &["--fresh", "--rate-counts"]);
     servos.passes("pypot_io.py", &[]);
+}
+
+#[test]
+#[ignore = "needs QEMU, the emulator's image and the Python packages: run `cargo verify`"]
+fn the_sdk_and_pypot_work_through_the_emulated_board() {
+    // A board each: what one leaves the arm at is not the other's affair.
+    for (script, options) in [
+        ("sdk.py", &["--fresh", "--rate-counts"][..]),
+        ("pypot_io.py", &[]),
+    ] {
+        Served::start(BOARD).passes(script, options);
+    }
 }
 
 /// The scripts see what is wrong.

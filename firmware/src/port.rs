@@ -6,6 +6,7 @@
 //! bit has left, a receiver's complaint comes out of `read` as an error, once.
 
 use crate::ring::ByteRing;
+use armbridge_shared::servo::port::SetBaud;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 use embedded_hal_nb::serial::{ErrorKind, ErrorType, Read, Write};
 
@@ -136,6 +137,8 @@ pub trait Line {
     fn start_sending(&self);
     /// Whether the last stop bit has left.
     fn is_sent(&self) -> bool;
+    /// Bits per second from now on; nothing is being sent.
+    fn set_baud(&self, baud: u32);
 }
 
 /// A line with `embedded-hal-nb` traits.
@@ -174,6 +177,12 @@ impl<L: Line> Write<u8> for Port<L> {
     }
 }
 
+impl<L: Line> SetBaud for Port<L> {
+    fn set_baud(&mut self, baud: u32) {
+        self.0.set_baud(baud);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -187,6 +196,8 @@ mod tests {
         }
 
         fn start_sending(&self) {}
+
+        fn set_baud(&self, _baud: u32) {}
 
         fn is_sent(&self) -> bool {
             !self.0.is_sending()

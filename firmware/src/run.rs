@@ -1,14 +1,17 @@
-//! The two loops of the bridge, the same on every board.
+//! The loops of the bridge, the same on every board.
 //!
 //! [`real_time`] runs in an interrupt executor above everything but the
-//! handlers that move single bytes; [`link`] runs in thread mode. They share
-//! only the mailboxes behind [`Bridge`] and [`LinkPort`], and [`News`].
+//! handlers that move single bytes; [`link`] and [`client`] run in thread mode.
+//! They share only the mailboxes behind [`Bridge`], [`LinkPort`] and [`PortEnd`],
+//! and [`News`].
 
+use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
 use armbridge_shared::bridge::{Bridge, LinkPort, Progress};
 use armbridge_shared::link::frame;
 use armbridge_shared::link::message::Mode;
+use armbridge_shared::servo::port::SetBaud;
 use core::future::Future;
-use embassy_futures::select::{Either, select};
+use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embedded_hal::digital::OutputPin;
@@ -39,6 +42,9 @@ pub trait RealTime {
 pub struct News {
     /// The bridge has run: there may be frames to send.
     pub ran: Signal<CriticalSectionRawMutex, ()>,
+    /// The same: there may be bytes for the client of the transparent port, or
+    /// room for its.
+    pub served: Signal<CriticalSectionRawMutex, ()>,
     /// The mode has changed.
     pub mode: Signal<CriticalSectionRawMutex, Mode>,
 }
@@ -48,6 +54,7 @@ impl News {
     pub const fn new() -> Self {
         Self {
             ran: Signal::new(),
+            served: Signal::new(),
             mode: Signal::new(),
         }
     }
@@ -56,7 +63,7 @@ impl News {
 /// The tick, for ever.
 pub async fn real_time<S, D, B>(mut bridge: Bridge<'_, S, D>, mut board: B, news: &News) -> !
 where
-    S: serial::Read<u8> + serial::Write<u8>,
+    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
     D: OutputPin,
     B: RealTime,
 {
@@ -65,6 +72,7 @@ where
         match bridge.poll(board.now_us()) {
             // Torque is off and the bus makes progress: no doubt in that.
             Ok(Progress::Searching) => board.tick_was_good(),
+            Ok(Progress::Served) => {}
             Ok(Progress::Sampled) => {
                 board.start_stopwatch();
                 bridge.decide();
@@ -75,6 +83,7 @@ where
             }
             Err(nb::Error::WouldBlock) => {
                 news.ran.signal(());
+                news.served.signal(());
                 if mode != Some(bridge.mode()) {
                     mode = Some(bridge.mode());
                     news.mode.signal(bridge.mode());
@@ -98,6 +107,73 @@ pub trait ToHost {
     /// Waits until some of `bytes` can be sent, returns how many were. May be
     /// dropped at any time: what it did not report was not sent.
     fn write(&mut self, bytes: &[u8]) -> impl Future<Output = usize>;
+}
+
+/// Bytes from the client of the transparent port.
+pub trait FromClient: FromHost {
+    /// What it has set its port to.
+    fn line(&self) -> ClientLine;
+}
+
+/// When the client sets its port to something else.
+pub trait LineChanges {
+    /// Waits for it.
+    fn changed(&mut self) -> impl Future<Output = ()>;
+}
+
+/// Moves bytes between a client and the transparent port, for ever. `wake` makes
+/// the real-time loop look at what has come.
+pub async fn client(
+    mut port: PortEnd<'_>,
+    mut from_client: impl FromClient,
+    mut to_client: impl ToHost,
+    mut changes: impl LineChanges,
+    wake: impl Fn(),
+    news: &News,
+) -> ! {
+    const CHUNK: usize = 64;
+    let mut received = [0; CHUNK];
+    let mut answer = heapless::Vec::<u8, CHUNK>::new();
+    loop {
+        port.set_line(from_client.line());
+        while !answer.is_full()
+            && let Some(byte) = port.transmit()
+        {
+            // There is room.
+            let _ = answer.push(byte);
+        }
+        let input = async {
+            // A USB packet comes whole or not at all: the client waits until
+            // there is room for the longest.
+            if port.room() < CHUNK {
+                core::future::pending::<()>().await;
+            }
+            from_client.read(&mut received).await
+        };
+        let output = async {
+            if answer.is_empty() {
+                news.served.wait().await;
+                0
+            } else {
+                to_client.write(&answer).await
+            }
+        };
+        match select3(input, output, changes.changed()).await {
+            Either3::First(len) => {
+                port.receive(received.get(..len).unwrap_or(&received));
+                wake();
+            }
+            Either3::Second(len) => {
+                let left = answer.len().saturating_sub(len);
+                answer.rotate_right(left);
+                answer.truncate(left);
+            }
+            Either3::Third(()) => {
+                port.set_line(from_client.line());
+                wake();
+            }
+        }
+    }
 }
 
 /// Moves bytes between the host and `port`, for ever. A host that does not

@@ -3,10 +3,12 @@
 mod bench;
 mod bus;
 mod servos;
+mod surroundings;
 
 pub(crate) use bench::{BenchArgs, ControlArgs, ControllerName, EstimateArgs, EstimatorName};
 pub(crate) use bus::{LineArgs, ScanArgs, ServoAction, ServoArgs, value as register_value};
 pub(crate) use servos::ServosArgs;
+pub(crate) use surroundings::{TransparentArgs, VirtualServoArgs};
 
 use std::path::PathBuf;
 
@@ -88,8 +90,16 @@ pub(crate) struct RunArgs {
     /// nobody commanded, and friction fed forward.
     #[arg(long)]
     pub(crate) compensate: bool,
+    /// In the end, give stock servos back the mode and the return delay they were
+    /// found with.
+    #[arg(long)]
+    pub(crate) release: bool,
     #[command(flatten)]
     pub(crate) arm: ArmArgs,
+    #[command(flatten)]
+    pub(crate) servos: VirtualServoArgs,
+    #[command(flatten)]
+    pub(crate) port: TransparentArgs,
     #[command(flatten)]
     pub(crate) output: OutputArgs,
 }
@@ -108,7 +118,8 @@ pub(crate) struct EmulateArgs {
     pub(crate) icount: bool,
     /// Connect the servo bus to somebody else's raw byte stream instead of the
     /// virtual servos. The board then runs in wall-clock time.
-    #[arg(long, value_name = "tcp://HOST:PORT")]
+    #[arg(long = "bus", value_name = "tcp://HOST:PORT",
+          conflicts_with_all = ["transparent_listen", "transparent_pty", "disarmed"])]
     pub(crate) bus: Option<Endpoint>,
     /// How many times slower than the wall clock the board's time runs on a bus
     /// of somebody else's, whose bytes take their time.

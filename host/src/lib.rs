@@ -20,5 +20,6 @@ pub mod remote;
 pub mod run_folder;
 pub mod serve;
 pub mod summary;
+pub mod transparent;
 pub mod trial;
 pub mod wall;

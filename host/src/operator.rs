@@ -5,8 +5,11 @@
 //! again. So the same operator works in virtual time and over a socket.
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Command, Hello, Missing, Mode, Record, Refusal, Setup};
+use armbridge_shared::link::message::{
+    Command, Hello, Missing, Mode, PortCounters, Record, Refusal, Setup,
+};
 use armbridge_shared::link::schema;
+use armbridge_shared::servo::Firmware;
 
 use crate::bench::cosim::Host;
 use crate::link::{Client, Said};
@@ -81,6 +84,19 @@ pub enum OperatorError {
         /// says nothing about it.
         last: Option<(u8, Missing)>,
     },
+    /// The servos run different firmwares.
+    #[error(
+        "servo 1 runs {0} and servo 2 {1}: they disturb each other on one bus; flash both with \
+         the same firmware"
+    )]
+    Mixed(Firmware, Firmware),
+    /// A stock servo does not take its settings.
+    #[error(
+        "servo {servo} answers, but cannot be set to wheel mode: is its EEPROM locked? \
+         Switch its power off and on",
+        servo = u32::from(*.0) + 1
+    )]
+    Unprepared(u8),
     /// The board refused a command.
     #[error("the board refused `{command}`: {}", refusal::in_words(*.refusal))]
     Refused {
@@ -153,6 +169,14 @@ pub struct Operator {
     phase: Phase,
     entered_us: u64,
     absent: Option<(u8, Missing)>,
+    /// Why the servos are of no use though they answer.
+    trouble: Option<OperatorError>,
+    found: Option<(Firmware, u32)>,
+    /// Servos that were found take torque.
+    is_ready: bool,
+    /// Servos are still to be given back.
+    is_releasing: bool,
+    port: PortCounters,
     records: Vec<Record>,
     commands: Vec<(u64, Command)>,
 }
@@ -166,8 +190,23 @@ impl Operator {
             phase: Phase::Connecting,
             entered_us: 0,
             absent: None,
+            trouble: None,
+            found: None,
+            is_ready: false,
+            is_releasing: false,
+            port: PortCounters::default(),
             records: Vec::new(),
             commands: Vec::new(),
+        }
+    }
+
+    /// The same, who in the end gives stock servos back the mode and return delay
+    /// they were found with, and leaves the bus to the transparent port.
+    #[must_use]
+    pub fn releasing(self) -> Self {
+        Self {
+            is_releasing: true,
+            ..self
         }
     }
 
@@ -189,6 +228,16 @@ impl Operator {
             Phase::Running { since_us, .. } => Some(since_us),
             _ => None,
         }
+    }
+
+    /// What the servos run, and the speed of their bus, once they are found.
+    pub fn found(&self) -> Option<(Firmware, u32)> {
+        self.found
+    }
+
+    /// What became of the transparent port's packets, as last reported.
+    pub fn port(&self) -> PortCounters {
+        self.port
     }
 
     /// The records so far.
@@ -215,7 +264,16 @@ impl Operator {
                 self.enter(Phase::SettingUp, now_us);
             }
             (Said::OtherSchema(hello), _) => return Err(OperatorError::OtherSchema(hello)),
-            (Said::Done, Phase::SettingUp) => self.enter(Phase::WaitingForServos, now_us),
+            (Said::Done, Phase::SettingUp) => {
+                self.enter(Phase::WaitingForServos, now_us);
+                if let (Some(_), false) = (self.found, self.is_ready) {
+                    self.command(now_us, Command::Prepare);
+                }
+            }
+            (Said::Done, Phase::SwitchingOff) if self.is_releasing => {
+                self.is_releasing = false;
+                self.command(now_us, Command::Release);
+            }
             (Said::Done, Phase::SwitchingOff) => self.enter(Phase::Over, now_us),
             (Said::Refused(refusal), Phase::SettingUp) => {
                 return Err(OperatorError::Refused {
@@ -230,8 +288,35 @@ impl Operator {
                 let command = given.map_or("idle", |(_, command)| names::command(command));
                 return Err(OperatorError::Refused { command, refusal });
             }
-            (Said::Absent { joint, missing }, _) => self.absent = Some((joint, missing)),
-            (Said::Record(record), Phase::WaitingForServos) if record.mode == Mode::Idle => {
+            (Said::Absent { joint, missing }, _) => {
+                self.absent = Some((joint, missing));
+                self.trouble = None;
+            }
+            (Said::Mixed([a, b]), _) => self.trouble = Some(OperatorError::Mixed(a, b)),
+            (Said::Unprepared { joint }, _) => {
+                self.trouble = Some(OperatorError::Unprepared(joint));
+            }
+            (
+                Said::Found {
+                    firmware,
+                    baud,
+                    is_ready,
+                },
+                phase,
+            ) => {
+                self.trouble = None;
+                self.found = Some((firmware, baud));
+                self.is_ready = is_ready;
+                if !is_ready && matches!(phase, Phase::WaitingForServos) {
+                    self.command(now_us, Command::Prepare);
+                }
+            }
+            (Said::Port(counters), _) => self.port = counters,
+            // Back from whoever has the bus.
+            (Said::Passthrough, Phase::WaitingForServos) => self.command(now_us, Command::Idle),
+            (Said::Record(record), Phase::WaitingForServos)
+                if record.mode == Mode::Idle && self.is_ready =>
+            {
                 self.absent = None;
                 self.enter(
                     Phase::Running {
@@ -247,7 +332,10 @@ impl Operator {
                     self.switch_off(now_us);
                 }
             }
-            (Said::Hello | Said::Done | Said::Refused(_) | Said::Record(_), _) => {}
+            (
+                Said::Hello | Said::Done | Said::Refused(_) | Said::Record(_) | Said::Passthrough,
+                _,
+            ) => {}
         }
         Ok(())
     }
@@ -296,7 +384,8 @@ impl Host for Operator {
                 return Err(OperatorError::Silent);
             }
             Phase::WaitingForServos if waited_us > SERVO_TIMEOUT_US => {
-                return Err(OperatorError::NoServos { last: self.absent });
+                let absent = OperatorError::NoServos { last: self.absent };
+                return Err(self.trouble.take().unwrap_or(absent));
             }
             Phase::Running { since_us, next } => self.run(now_us, since_us, next),
             Phase::Connecting

@@ -8,7 +8,22 @@ pub fn in_words(refusal: Refusal) -> String {
     match refusal {
         Refusal::Faulted => "a fault is latched; clear it first".into(),
         Refusal::NotReady => "its servos are not ready; check their power and ids".into(),
-        Refusal::NotIdle => "the period can only change with torque off; switch off first".into(),
+        Refusal::NotIdle => {
+            "the period can only change, and servos be released, with torque off; switch off first"
+                .into()
+        }
+        Refusal::Unprepared => {
+            "stock servos take no torque before they are set to wheel mode; prepare them first"
+                .into()
+        }
+        Refusal::Passthrough => {
+            "a program on the transparent port has the servo bus; switch to idle to take it back"
+                .into()
+        }
+        Refusal::TooFast { least_us } => format!(
+            "these servos cannot be asked so often on this bus: the shortest period is \
+             {least_us} us"
+        ),
         Refusal::OutOfRange => "a number in it is not finite or out of range".into(),
         Refusal::NoGains => {
             "no gains exist for these weights: R must be positive, and Q see every angle".into()

@@ -12,6 +12,7 @@ use armbridge_shared::actuator::Pwm;
 use armbridge_shared::link::message::{Missing, Sample};
 use armbridge_shared::servo::master::{Busy, Master, Outcome, Transaction};
 use armbridge_shared::servo::morpheus::{MASTER, Parser, ServoId};
+use armbridge_shared::servo::port::SetBaud;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_nb::serial;
 use proptest::prelude::*;
@@ -72,6 +73,12 @@ impl serial::Write for Port {
         } else {
             Ok(())
         }
+    }
+}
+
+impl SetBaud for Port {
+    fn set_baud(&mut self, baud: u32) {
+        assert_eq!(baud, 1_000_000);
     }
 }
 
@@ -221,7 +228,9 @@ fn the_stop_sequence_keeps_its_gaps() {
     assert_eq!(line.sent[..9], stop_all);
     assert!(line.sent[9..219].iter().all(|byte| *byte == 0xFF));
     assert_eq!(line.sent[219..228], stop_all);
-    assert_eq!(line.sent.len(), 228 + 2 * 14);
+    // SYNC_WR twice for Morpheus, then torque off twice for stock servos.
+    let torque_off = [0xFF, 0xFF, 0xFE, 4, 3, 24, 0, 0xE2];
+    assert_eq!(line.sent[228 + 2 * 14..], [torque_off; 2].concat());
     assert_eq!(line.undriven, 0);
     assert!(
         line.now_us - before_us < 8_000,

@@ -2,19 +2,26 @@
 //! answer: whatever a host sends, the board ticks on and stays safe.
 
 use armbridge_shared::actuator::Pwm;
+use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
 use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
 use armbridge_shared::bridge::supervisor::torque_is_on;
 use armbridge_shared::bridge::{Bridge, LinkPort, Mailboxes, Progress};
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::frame::{Decoder, Encoder, MAX, Received};
-use armbridge_shared::link::message::{Command, Fault, Mode, Record, Setup, ToBoard, ToHost};
+use armbridge_shared::link::message::{
+    Command, Fault, Mode, PortCounters, Record, Setup, ToBoard, ToHost,
+};
 use armbridge_shared::link::schema;
+use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::morpheus::Frame;
 use armbridge_tests::random::Random;
 
 use super::commands::{is_acceptable, message};
 use super::frames::frame;
 use super::line::{Heard, Port, back_to_back, position, reply};
 
+/// Address of the transparent port's client.
+const CLIENT: u8 = 0x21;
 const STREAMS: usize = 200_000;
 /// Instants after each stream at which the board runs: about a tick.
 const RUNS_PER_STREAM: usize = 25;
@@ -26,13 +33,16 @@ const MOST_POLLS: usize = 16;
 /// Two servos that answer what they are asked, as well as they are told to.
 struct Servos {
     counts: [u64; 2],
-    /// Answers are lost or damaged once in this many.
+    /// Answers are lost or damaged once in this many; there are none at 1.
     fail_once_in: u64,
 }
 
 impl Servos {
     /// Answers the request that was sent last.
     fn answer(&mut self, sent: &[u8], random: &mut Random) -> Vec<(u64, Heard)> {
+        if self.fail_once_in == 1 {
+            return Vec::new();
+        }
         let mut packets = match sent {
             [.., 0xAA, 3, id @ 1..=2, 0xFE, 1, _] => vec![reply(*id, &[1])],
             [.., 0xAA, 3, 0xFF, 0xFE, 6, _] => vec![reply(1, &[1]), reply(2, &[1])],
@@ -63,12 +73,14 @@ struct Seen {
     installed: usize,
     refused: usize,
     faults: Vec<Fault>,
+    port: PortCounters,
 }
 
 struct Test<'a> {
     port: Port,
     bridge: Bridge<'a, Port, Port>,
     link: LinkPort<'a>,
+    client: PortEnd<'a>,
     servos: Servos,
     random: Random,
     encoder: Encoder,
@@ -82,11 +94,12 @@ struct Test<'a> {
 
 impl<'a> Test<'a> {
     fn new(mailboxes: &'a mut Mailboxes, seed: u64) -> Self {
-        let (end, link) = mailboxes.split();
+        let (end, link, client) = mailboxes.split();
         let port = Port::new(false, 1000);
         Self {
             bridge: Bridge::new(port.clone(), port.clone(), end, 0).unwrap(),
             link: LinkPort::new(link),
+            client,
             port,
             servos: Servos {
                 counts: [512; 2],
@@ -141,6 +154,40 @@ impl<'a> Test<'a> {
         self.link.receive(stream);
     }
 
+    /// Somebody at the transparent port says something, or nothing.
+    fn client_speaks(&mut self) {
+        // With torque off it would be given the bus, and most commands refused.
+        let random = &mut self.random;
+        if !torque_is_on(self.bridge.mode()) && !random.once_in(2_000) {
+            return;
+        }
+        let request = |destination, data: &[u8]| {
+            let frame = Frame {
+                destination,
+                source: CLIENT,
+                data,
+            };
+            frame.encode::<64>().unwrap().to_vec()
+        };
+        let mut bytes = match random.below(20) {
+            0 => request(1, &[1]),
+            1 => request(2, &[2, random.byte() % 18, 1 + random.byte() % 4]),
+            2 => request(0xFF, &[7]),
+            3 => request(1, &[3, 0x10, 0, 0]),
+            4 => request(0xFF, &[0x83, 0x10, 2, 1, 0, 0]),
+            5 => vec![0xFF, 0xFF, 1, 2, 1, 0xFB],
+            6 => random.bytes(40, &[0xAA, 0xFF, 3, 1, 2]),
+            _ => return,
+        };
+        if random.once_in(5) {
+            random.damage(&mut bytes);
+        }
+        let is_open = !random.once_in(10);
+        self.client.set_line(ClientLine { is_open, baud: 0 });
+        self.client.receive(&bytes);
+        while self.client.transmit().is_some() {}
+    }
+
     /// Runs the board until it has nothing left to do, then goes on to when it
     /// has.
     fn run(&mut self) {
@@ -174,13 +221,19 @@ impl<'a> Test<'a> {
             assert!(on.any(|on| is_acceptable(&on)), "{mode:?}: {:?}", self.told);
         }
         self.check_wire(sent_before, torque_is_on(before) || torque_is_on(mode));
+        if torque_is_on(before) && torque_is_on(mode) {
+            let line = self.port.line();
+            let mut packets = line.sent[sent_before..].windows(4);
+            let is_from_client = |head: &[u8]| head[0] == 0xAA && head[3] == CLIENT;
+            assert!(!packets.any(is_from_client), "{:02x?}", line.sent);
+        }
         self.fetch();
 
         let wants_bytes = self.bridge.bytes_wanted().is_some();
         let random = &mut self.random;
         let servos = &mut self.servos;
         self.port.edit(|line| {
-            if wants_bytes && !line.sent.is_empty() {
+            if wants_bytes && !line.sent.is_empty() && line.baud == 1_000_000 {
                 let script = servos.answer(&line.sent, random);
                 line.expect(script);
                 line.sent.clear();
@@ -239,7 +292,17 @@ impl<'a> Test<'a> {
                 .expect("an intact frame");
             match said.message {
                 ToHost::Hello(hello) => assert_eq!(hello, schema::HELLO),
-                ToHost::Absent { joint, .. } => assert!(joint < 2),
+                ToHost::Absent { joint, .. } | ToHost::Unprepared { joint } => assert!(joint < 2),
+                ToHost::Found {
+                    firmware,
+                    baud,
+                    is_ready,
+                } => {
+                    let found = (firmware, baud, is_ready);
+                    assert_eq!(found, (Firmware::Morpheus, 1_000_000, true));
+                }
+                ToHost::Mixed(_) | ToHost::Passthrough => {}
+                ToHost::Port(counters) => self.seen.port = counters,
                 ToHost::Ack { sequence, result } => self.check_ack(sequence, result.is_ok()),
                 ToHost::Record(record) => self.check_record(&record),
             }
@@ -305,6 +368,7 @@ fn a_host_cannot_make_the_board_unsafe() {
         }
         let stream = test.stream();
         test.receive(&stream);
+        test.client_speaks();
         for _ in 0..RUNS_PER_STREAM {
             test.run();
         }
@@ -315,9 +379,11 @@ fn a_host_cannot_make_the_board_unsafe() {
         installed,
         refused,
         faults,
+        port,
     } = test.seen;
-    let figures = [records, torque_on, installed, refused];
-    let least = [STREAMS / 2, STREAMS / 20, 100, STREAMS / 20];
+    let (passed, kept) = (port.passed as usize, port.refused as usize);
+    let figures = [records, torque_on, installed, refused, passed, kept];
+    let least = [STREAMS / 2, STREAMS / 20, 100, STREAMS / 20, 300, 300];
     let is_enough = figures.iter().zip(least).all(|(seen, least)| *seen > least);
     assert!(is_enough, "{figures:?}, expected more than {least:?}");
     for fault in [Fault::AngleLimit, Fault::SamplesLost] {

@@ -170,7 +170,7 @@ pub(super) fn is_acceptable(command: &Command) -> bool {
     let within = |values: &[f32], limit: f32| values.iter().all(|value| value.abs() <= limit);
     let finite = |values: &[f32]| values.iter().all(|value| value.is_finite());
     match command {
-        Command::Idle | Command::ClearFault => true,
+        Command::Idle | Command::Prepare | Command::Release | Command::ClearFault => true,
         Command::Torque(torque_nm) => within(torque_nm, TORQUE_MAX_NM),
         Command::Regulate(reference_rad) => within(reference_rad, REFERENCE_MAX_RAD),
         Command::Configure(setup) => {

@@ -48,6 +48,7 @@ fn record(random: &mut Random) -> Record {
         start_us: random.below(u64::MAX),
         mode: Mode::Regulate,
         samples: [0; 2].map(|_| Sample::Counts(random.below(1024) as u16)),
+        alarms: [0; 2].map(|_| random.below(128) as u8),
         pwm_in_force: [1000; 2],
         pwm_next: [0; 2].map(|_| random.below(2001) as u16),
         timing: Timing::default(),

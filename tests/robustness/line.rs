@@ -7,6 +7,7 @@ use std::rc::Rc;
 
 use armbridge_shared::servo::BYTE_US;
 use armbridge_shared::servo::morpheus::{HEADER, MASTER, checksum};
+use armbridge_shared::servo::port::SetBaud;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_nb::serial::{self, ErrorKind};
 
@@ -16,6 +17,8 @@ pub(crate) type Heard = Result<u8, ErrorKind>;
 #[derive(Default)]
 pub(crate) struct Line {
     pub(crate) now_us: u64,
+    /// As last set.
+    pub(crate) baud: u32,
     sent_until_us: u64,
     /// What the master has sent.
     pub(crate) sent: Vec<u8>,
@@ -124,6 +127,13 @@ impl serial::Write for Port {
         } else {
             Ok(())
         }
+    }
+}
+
+impl SetBaud for Port {
+    /// A script does not know of speeds: bytes take as long as ever.
+    fn set_baud(&mut self, baud: u32) {
+        self.edit(|line| line.baud = baud);
     }
 }
 

@@ -3,7 +3,8 @@
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::link::message::Sample;
 use armbridge_shared::servo::BYTE_US;
-use armbridge_shared::servo::master::{GUARD_US, Master, Outcome, Transaction};
+use armbridge_shared::servo::master::timing::GUARD_US;
+use armbridge_shared::servo::master::{Asked, Master, Outcome, Transaction};
 use armbridge_shared::servo::morpheus::{Request, ServoId};
 use armbridge_shared::servo::stop::{StopStep, stop_steps};
 use armbridge_tests::random::Random;
@@ -17,6 +18,14 @@ const STREAMS_PER_MASTER: usize = 20;
 /// What a Morpheus bus carries most.
 const FREQUENT: [u8; 9] = [0xAA, 3, 4, 0xFE, 1, 2, 0xFF, 0xF4, 0xF9];
 const ERRORS: [ErrorKind; 3] = [ErrorKind::FrameFormat, ErrorKind::Noise, ErrorKind::Overrun];
+
+/// Somebody else's: servo 2, four registers from 0x0C on.
+const QUESTION: [u8; 8] = [0xAA, 5, 2, 0xFE, 2, 0x0C, 4, 0xE3];
+const ASKED: Asked = Asked {
+    id: 2,
+    reply_bytes: 9,
+    latency_us: 110,
+};
 
 type Script = Vec<(u64, Heard)>;
 
@@ -44,13 +53,14 @@ fn expected(transaction: Transaction) -> (Vec<u8>, u64) {
             Some(id) => (Request::Ping(*id).encode().to_vec(), 60 + 400),
             None => (Vec::new(), 0),
         },
-        Transaction::Start => (Request::Start.encode().to_vec(), 60 + 3 * 5_000),
+        Transaction::Start => (Request::Start.encode().to_vec(), 60 + 3 * 5_000 + 60),
         Transaction::Drive([a, b]) => {
             let [first, second] = ids();
             let mut sent = Request::Drive([(first, a), (second, b)]).encode().to_vec();
             sent.extend(Request::Cycle.encode());
             (sent, 160 + 80 + 60 + 450)
         }
+        Transaction::Ask(_) => (QUESTION.to_vec(), 80 + 90 + 110),
     }
 }
 
@@ -66,6 +76,7 @@ fn answers(random: &mut Random, transaction: Transaction) -> ([u16; 2], Vec<Vec<
             let [a, b] = counts;
             (counts, vec![position(1, a), position(2, b)])
         }
+        Transaction::Ask(_) => ([0; 2], vec![reply(2, &[1, 0x22, 0, 44])]),
     }
 }
 
@@ -92,6 +103,7 @@ impl Test {
                 joint: random.below(3) as usize,
             },
             3 => Transaction::Start,
+            4 => Transaction::Ask(ASKED),
             _ => Transaction::Drive([0; 2].map(|_| Pwm::saturating(random.below(2100) as u16))),
         }
     }
@@ -143,7 +155,10 @@ impl Test {
         let Self { port, master, .. } = self;
         let begun_us = port.line().now_us;
         port.edit(|line| line.expect(early));
-        master.begin(transaction, begun_us).unwrap();
+        match transaction {
+            Transaction::Ask(asked) => master.ask(&QUESTION, asked, begun_us).unwrap(),
+            _ => master.begin(transaction, begun_us).unwrap(),
+        }
         let (sent, limit_us) = expected(transaction);
         // Polled while the transmitter is full, the master comes back a byte
         // later; polled before the last stop bit, as well.
@@ -263,7 +278,7 @@ fn the_master_ends_in_time_and_believes_only_answers() {
                 if is_quiet {
                     for (joint, counts) in counts.into_iter().enumerate() {
                         let is_asked = match transaction {
-                            Transaction::Stop => false,
+                            Transaction::Stop | Transaction::Ask(_) => false,
                             Transaction::Ping { joint: asked } => asked == joint,
                             Transaction::Start | Transaction::Drive(_) => true,
                         };
@@ -274,6 +289,10 @@ fn the_master_ends_in_time_and_believes_only_answers() {
                             "{transaction:?}"
                         );
                         right += usize::from(is_asked);
+                    }
+                    if let Transaction::Ask(_) = transaction {
+                        let reply = test.master.reply().expect("an intact answer");
+                        assert_eq!(reply.data, [1, 0x22, 0, 44]);
                     }
                 }
                 test.check(transaction, &outcome);

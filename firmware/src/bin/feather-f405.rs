@@ -6,10 +6,13 @@
 
 use armbridge_firmware::board::feather_f405::bus::{BusLine, Direction};
 use armbridge_firmware::board::feather_f405::time::{self, Board};
-use armbridge_firmware::board::feather_f405::usb::{FromUsb, Link, ToUsb};
+use armbridge_firmware::board::feather_f405::usb::{
+    Changes, FromSerial, FromUsb, Ports, ToSerial, ToUsb,
+};
 use armbridge_firmware::board::feather_f405::{WATCHDOG_US, bus, config, end, usb};
 use armbridge_firmware::port::Port;
 use armbridge_firmware::run::{self, News};
+use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
 use armbridge_shared::link::message::Mode;
 use defmt_rtt as _;
@@ -52,20 +55,24 @@ fn main() -> ! {
 
     let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_US);
     watchdog.unleash();
-    let (bridge, link) = MAILBOXES.init(Mailboxes::new()).split();
+    let (bridge, link, client) = MAILBOXES.init(Mailboxes::new()).split();
     // Each of the tasks is spawned once, so there is always room for it.
     let spawner = TICK.start(interrupt::UART5);
     spawner.spawn(tick(bridge, Board::new(watchdog)).expect("spawned once"));
 
-    let Link {
+    let Ports {
         device,
         from_host,
         to_host,
+        from_client,
+        to_client,
+        changes,
     } = usb::start(chip.USB_OTG_FS, chip.PA12, chip.PA11);
     let light = Output::new(chip.PC1, Level::Low, Speed::Low);
     THREAD.init(Executor::new()).run(|thread| {
         thread.spawn(run_usb(device).expect("spawned once"));
         thread.spawn(talk(LinkPort::new(link), from_host, to_host).expect("spawned once"));
+        thread.spawn(pass(client, from_client, to_client, changes).expect("spawned once"));
         thread.spawn(report(light).expect("spawned once"));
     })
 }
@@ -95,8 +102,19 @@ async fn talk(port: LinkPort<'static>, from_host: FromUsb, to_host: ToUsb) -> ! 
     run::link(port, from_host, to_host, &NEWS).await
 }
 
-/// Logs the mode and shows it: quick while searching, slow when idle, steady
-/// with torque on, in between after a fault.
+#[embassy_executor::task]
+async fn pass(
+    client: PortEnd<'static>,
+    from_client: FromSerial,
+    to_client: ToSerial,
+    changes: Changes,
+) -> ! {
+    let wake = || bus::ACTIVITY.signal(());
+    run::client(client, from_client, to_client, changes, wake, &NEWS).await
+}
+
+/// Logs the mode and shows it: quick while searching, slow when idle or when the
+/// bus is somebody else's, steady with torque on, in between after a fault.
 #[embassy_executor::task]
 async fn report(mut light: Output<'static>) -> ! {
     let mut mode = Mode::BringUp;
@@ -104,7 +122,7 @@ async fn report(mut light: Output<'static>) -> ! {
         let half_period_ms = match mode {
             Mode::BringUp => 50,
             Mode::Fault(_) => 150,
-            Mode::Idle | Mode::Torque | Mode::Regulate | Mode::Track => 500,
+            Mode::Idle | Mode::Passthrough | Mode::Torque | Mode::Regulate | Mode::Track => 500,
         };
         if matches!(mode, Mode::Torque | Mode::Regulate | Mode::Track) {
             light.set_high();

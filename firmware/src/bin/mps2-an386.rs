@@ -5,12 +5,13 @@
 
 use armbridge_firmware::board::mps2_an386::bus::{BusLine, NoPin};
 use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, REST, TICK};
-use armbridge_firmware::board::mps2_an386::link::LinkStream;
+use armbridge_firmware::board::mps2_an386::link::{NoChanges, Stream};
 use armbridge_firmware::board::mps2_an386::semihosting::Arguments;
 use armbridge_firmware::board::mps2_an386::time::{self, Board};
-use armbridge_firmware::board::mps2_an386::{BUS, LINK, guard, lockstep};
+use armbridge_firmware::board::mps2_an386::{BUS, CLIENT, LINK, guard, lockstep};
 use armbridge_firmware::port::Port;
 use armbridge_firmware::run::{self, News};
+use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
 use static_cell::StaticCell;
 
@@ -24,7 +25,7 @@ fn main() -> ! {
     let arguments = Arguments::get();
     let in_lockstep = arguments.has("lockstep");
     time::start(in_lockstep, arguments.number("slow=").unwrap_or(1));
-    for uart in [&LINK, &BUS] {
+    for uart in [&LINK, &BUS, &CLIENT] {
         uart.enable();
     }
     if let Some(mut core) = cortex_m::Peripherals::take() {
@@ -37,7 +38,7 @@ fn main() -> ! {
         if in_lockstep { "granted" } else { "real" }
     );
 
-    let (bridge, link) = MAILBOXES.init(Mailboxes::new()).split();
+    let (bridge, link, client) = MAILBOXES.init(Mailboxes::new()).split();
     // Each of the tasks is spawned once, so there is always room for it. The
     // tick first: it must be waiting when lockstep begins.
     let spawner = TICK.start(Irq::Tick);
@@ -46,9 +47,10 @@ fn main() -> ! {
     spawner.spawn(report().expect("spawned once"));
     let port = LinkPort::new(link);
     if in_lockstep {
-        spawner.spawn(granted(port).expect("spawned once"));
+        spawner.spawn(granted(port, client).expect("spawned once"));
     } else {
         spawner.spawn(talk(port).expect("spawned once"));
+        spawner.spawn(pass(client).expect("spawned once"));
     }
     loop {
         cortex_m::asm::wfi();
@@ -65,12 +67,18 @@ async fn tick(end: BridgeEnd<'static>) -> ! {
 
 #[embassy_executor::task]
 async fn talk(port: LinkPort<'static>) -> ! {
-    run::link(port, LinkStream, LinkStream, &NEWS).await
+    run::link(port, Stream(&LINK), Stream(&LINK), &NEWS).await
 }
 
 #[embassy_executor::task]
-async fn granted(port: LinkPort<'static>) -> ! {
-    lockstep::run(port).await
+async fn pass(client: PortEnd<'static>) -> ! {
+    let stream = Stream(&CLIENT);
+    run::client(client, stream, stream, NoChanges, time::wake, &NEWS).await
+}
+
+#[embassy_executor::task]
+async fn granted(port: LinkPort<'static>, client: PortEnd<'static>) -> ! {
+    lockstep::run(port, client).await
 }
 
 #[embassy_executor::task]

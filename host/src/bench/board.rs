@@ -1,15 +1,34 @@
 //! What the bench drives: a board that runs when it is told to.
 
+use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
 use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkEnd, LinkPort, Progress};
 use armbridge_shared::link::message::{Mode, Refusal};
 
 use super::uart::{Direction, Uart};
+use std::collections::VecDeque;
+
+/// What has arrived at a board's ports.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Input<'a> {
+    /// Bytes from the servo bus.
+    pub bus: &'a [u8],
+    /// Bytes from the host.
+    pub link: &'a [u8],
+    /// Bytes from the client of the transparent port.
+    pub client: &'a [u8],
+    /// What that client has set its port to.
+    pub line: ClientLine,
+}
 
 /// What a board wrote while it ran.
 #[derive(Debug, Default)]
 pub struct Output {
     /// Bytes for the servo bus, sent back to back from the time of the run.
     pub bus: Vec<u8>,
+    /// Speed of that bus in bits per second; 0 if it has not said.
+    pub bus_baud: u32,
+    /// Bytes for the client of the transparent port.
+    pub client: Vec<u8>,
     /// Bytes for the host.
     pub link: Vec<u8>,
 }
@@ -37,8 +56,7 @@ pub trait Board {
     fn run(
         &mut self,
         now_us: u64,
-        from_bus: &[u8],
-        from_host: &[u8],
+        input: Input<'_>,
         output: &mut Output,
     ) -> Result<Wake, Self::Error>;
 }
@@ -48,19 +66,25 @@ pub trait Board {
 pub struct VirtualBoard<'a> {
     uart: Uart,
     bridge: Bridge<'a, Uart, Direction>,
-    port: LinkPort<'a>,
+    link: LinkPort<'a>,
+    client: PortEnd<'a>,
+    from_client: VecDeque<u8>,
 }
 
 impl<'a> VirtualBoard<'a> {
-    /// A board just out of reset, with both ends of its mailboxes.
+    /// A board just out of reset, with all ends of its mailboxes.
     ///
     /// # Errors
     /// If the default set-up has no controller.
-    pub fn new((bridge, link): (BridgeEnd<'a>, LinkEnd<'a>)) -> Result<Self, Refusal> {
+    pub fn new(
+        (bridge, link, client): (BridgeEnd<'a>, LinkEnd<'a>, PortEnd<'a>),
+    ) -> Result<Self, Refusal> {
         let uart = Uart::default();
         Ok(Self {
             bridge: Bridge::new(uart.clone(), Direction, bridge, 0)?,
-            port: LinkPort::new(link),
+            link: LinkPort::new(link),
+            client,
+            from_client: VecDeque::new(),
             uart,
         })
     }
@@ -77,22 +101,30 @@ impl Board for VirtualBoard<'_> {
     fn run(
         &mut self,
         now_us: u64,
-        from_bus: &[u8],
-        from_host: &[u8],
+        input: Input<'_>,
         output: &mut Output,
     ) -> Result<Wake, Self::Error> {
-        self.port.receive(from_host);
-        self.uart.deliver(now_us, from_bus);
+        self.link.receive(input.link);
+        self.uart.deliver(now_us, input.bus);
+        self.client.set_line(input.line);
+        // What there is no room for waits, as it would in a USB host.
+        self.from_client.extend(input.client);
+        let taken = self.client.receive(self.from_client.make_contiguous());
+        self.from_client.drain(..taken);
         while let Ok(progress) = self.bridge.poll(now_us) {
             if progress == Progress::Sampled {
                 self.bridge.decide();
                 self.bridge.publish(0);
             }
         }
-        while let Some(frame) = self.port.transmit() {
+        while let Some(frame) = self.link.transmit() {
             output.link.extend_from_slice(frame);
         }
+        output
+            .client
+            .extend(std::iter::from_fn(|| self.client.transmit()));
         self.uart.take_sent(&mut output.bus);
+        output.bus_baud = self.uart.baud();
         let wake_us = self.bridge.wake_at_us();
         let sent_us = self.uart.transmit_complete_us();
         Ok(Wake {

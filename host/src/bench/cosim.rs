@@ -5,8 +5,11 @@
 //! board, a word of the host. Two runs with the same seed are equal to the
 //! bit. The link between board and host takes no time.
 
+use std::fmt;
+
 use super::Bench;
-use super::board::{Board, Output, Wake};
+use super::board::{Board, Input, Output, Wake};
+use armbridge_shared::bridge::gateway::ClientLine;
 
 /// Who is at the other end of the link.
 pub trait Host {
@@ -32,6 +35,41 @@ pub trait Host {
     fn is_done(&self) -> bool;
 }
 
+/// Who uses the board's transparent port.
+pub trait Client: fmt::Debug {
+    /// What it has set its serial port to.
+    fn line(&self) -> ClientLine;
+
+    /// What it sends now.
+    fn speak(&mut self, now_us: u64) -> Vec<u8>;
+
+    /// Takes what the board sent it.
+    fn hear(&mut self, now_us: u64, bytes: &[u8]);
+
+    /// When to be asked again, at the latest.
+    fn wake_at_us(&self) -> u64;
+}
+
+/// Nobody.
+#[derive(Debug)]
+struct NoClient;
+
+impl Client for NoClient {
+    fn line(&self) -> ClientLine {
+        ClientLine::default()
+    }
+
+    fn speak(&mut self, _now_us: u64) -> Vec<u8> {
+        Vec::new()
+    }
+
+    fn hear(&mut self, _now_us: u64, _bytes: &[u8]) {}
+
+    fn wake_at_us(&self) -> u64 {
+        u64::MAX
+    }
+}
+
 /// Why a run ended early.
 #[derive(Debug)]
 pub enum CosimError<B, H> {
@@ -50,6 +88,7 @@ pub struct Cosim<B, H> {
     pub bench: Bench,
     /// At the other end of the link.
     pub host: H,
+    client: Box<dyn Client>,
     now_us: u64,
     wake: Wake,
     heard: Vec<u8>,
@@ -63,10 +102,20 @@ impl<B: Board, H: Host> Cosim<B, H> {
             board,
             bench,
             host,
+            client: Box::new(NoClient),
             now_us: 0,
             wake: Wake::default(),
             heard: Vec::new(),
             output: Output::default(),
+        }
+    }
+
+    /// The same, with somebody at the transparent port from now on.
+    #[must_use]
+    pub fn with_client(self, client: impl Client + 'static) -> Self {
+        Self {
+            client: Box::new(client),
+            ..self
         }
     }
 
@@ -75,6 +124,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
         let Self {
             board,
             bench,
+            client,
             now_us,
             wake,
             heard,
@@ -85,6 +135,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
             board,
             bench,
             host,
+            client,
             now_us,
             wake,
             heard,
@@ -117,21 +168,35 @@ impl<B: Board, H: Host> Cosim<B, H> {
             board,
             bench,
             host,
+            client,
             heard,
             output,
             ..
         } = self;
-        let until_us = self.wake.at_us.min(host.wake_at_us()).max(self.now_us);
+        let others_us = host.wake_at_us().min(client.wake_at_us());
+        let until_us = self.wake.at_us.min(others_us).max(self.now_us);
         heard.clear();
         let now_us = bench.advance(until_us, self.wake.bus_bytes, heard);
 
         let from_host = host.speak(now_us).map_err(CosimError::Host)?;
         output.bus.clear();
         output.link.clear();
+        output.client.clear();
+        let from_client = client.speak(now_us);
+        let input = Input {
+            bus: heard,
+            link: from_host,
+            line: client.line(),
+            client: &from_client,
+        };
         self.wake = board
-            .run(now_us, heard, from_host, output)
+            .run(now_us, input, output)
             .map_err(CosimError::Board)?;
+        if output.bus_baud != 0 {
+            bench.set_baud(output.bus_baud);
+        }
         bench.send(now_us, &output.bus);
+        client.hear(now_us, &output.client);
         host.hear(now_us, &output.link).map_err(CosimError::Host)?;
         self.now_us = now_us;
         Ok(())

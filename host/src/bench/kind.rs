@@ -3,37 +3,18 @@
 use super::servo::{DEFAULT_ROM, Servo};
 use super::stock::Ax12a;
 use super::wire::Device;
-use armbridge_shared::servo::table::{AX12A, MORPHEUS, Table};
+use armbridge_shared::servo::Firmware;
 use std::fmt;
-use std::str::FromStr;
 
-/// What runs on a servo.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Firmware {
-    /// The open one: PWM, in a protocol of its own.
-    Morpheus,
-    /// What an AX-12A comes with: Protocol 1.0.
-    Stock,
-}
-
-impl FromStr for Firmware {
-    type Err = KindError;
-
-    fn from_str(name: &str) -> Result<Self, KindError> {
-        match name {
-            "morpheus" => Ok(Self::Morpheus),
-            "stock" => Ok(Self::Stock),
-            _ => Err(KindError::Firmware),
-        }
-    }
-}
-
-impl fmt::Display for Firmware {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Morpheus => "morpheus",
-            Self::Stock => "stock",
-        })
+/// The firmware of this name on the command line.
+///
+/// # Errors
+/// If there is none.
+pub fn firmware(name: &str) -> Result<Firmware, KindError> {
+    match name {
+        "morpheus" => Ok(Firmware::Morpheus),
+        "stock" => Ok(Firmware::Stock),
+        _ => Err(KindError::Firmware),
     }
 }
 
@@ -112,7 +93,7 @@ impl ServoKind {
                 highest: *range.end(),
             });
         }
-        let baud_register = firmware.baud_register(baud)?;
+        let baud_register = baud_register(firmware, baud)?;
         Ok(Self {
             firmware,
             id,
@@ -133,38 +114,27 @@ impl ServoKind {
     }
 }
 
-impl Firmware {
-    /// Its registers.
-    pub fn table(self) -> &'static Table {
-        match self {
-            Self::Morpheus => &MORPHEUS,
-            Self::Stock => &AX12A,
+/// What a servo's baud register holds for this rate.
+fn baud_register(firmware: Firmware, baud: u32) -> Result<u8, KindError> {
+    let refused = |rates| KindError::Baud {
+        firmware,
+        baud,
+        rates,
+    };
+    match firmware {
+        Firmware::Morpheus => {
+            let rate = MORPHEUS_RATES.iter().find(|(rate, _)| *rate == baud);
+            rate.map(|(_, register)| *register)
+                .ok_or_else(|| refused("expected 2000000, 1000000, 500000, 115200, 57600 or 9600"))
         }
-    }
-
-    /// What its baud register holds for this rate.
-    fn baud_register(self, baud: u32) -> Result<u8, KindError> {
-        let refused = |rates| KindError::Baud {
-            firmware: self,
-            baud,
-            rates,
-        };
-        match self {
-            Self::Morpheus => {
-                let rate = MORPHEUS_RATES.iter().find(|(rate, _)| *rate == baud);
-                rate.map(|(_, register)| *register).ok_or_else(|| {
-                    refused("expected 2000000, 1000000, 500000, 115200, 57600 or 9600")
-                })
+        Firmware::Stock => {
+            let exact = 2e6 / f64::from(baud.max(1)) - 1.0;
+            let register = exact.round().clamp(0.0, 254.0);
+            let error = 2e6 / (register + 1.0) / f64::from(baud.max(1)) - 1.0;
+            if error.abs() > RATE_TOLERANCE {
+                return Err(refused("expected 2000000 divided by 1 to 255"));
             }
-            Self::Stock => {
-                let exact = 2e6 / f64::from(baud.max(1)) - 1.0;
-                let register = exact.round().clamp(0.0, 254.0);
-                let error = 2e6 / (register + 1.0) / f64::from(baud.max(1)) - 1.0;
-                if error.abs() > RATE_TOLERANCE {
-                    return Err(refused("expected 2000000 divided by 1 to 255"));
-                }
-                Ok(register as u8)
-            }
+            Ok(register as u8)
         }
     }
 }
@@ -186,10 +156,10 @@ mod tests {
             (19_200, 103),
             (9_600, 207),
         ] {
-            assert_eq!(Firmware::Stock.baud_register(baud), Ok(register), "{baud}");
+            assert_eq!(baud_register(Firmware::Stock, baud), Ok(register), "{baud}");
         }
         for (baud, register) in MORPHEUS_RATES {
-            assert_eq!(Firmware::Morpheus.baud_register(baud), Ok(register));
+            assert_eq!(baud_register(Firmware::Morpheus, baud), Ok(register));
         }
     }
 
@@ -205,6 +175,6 @@ mod tests {
         assert!(why(Firmware::Morpheus, 1, 250_000).contains("115200"));
         assert!(why(Firmware::Stock, 1, 750_000).contains("divided"));
         assert!(ServoKind::new(Firmware::Stock, 0, 250_000).is_ok());
-        assert_eq!("xl".parse::<Firmware>(), Err(KindError::Firmware));
+        assert_eq!(firmware("xl"), Err(KindError::Firmware));
     }
 }

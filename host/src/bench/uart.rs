@@ -2,7 +2,7 @@
 //!
 //! Two handles on the same state: the board's, with `embedded-hal-nb`'s traits
 //! as a hardware port has them, and the bench's, which puts bytes in and takes
-//! bytes out. A byte takes 10 µs to send; `flush` is done when the last stop
+//! bytes out. A byte takes ten bits to send; `flush` is done when the last stop
 //! bit has left. Writes never block: the buffer is as long as need be.
 
 use std::cell::RefCell;
@@ -10,16 +10,35 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::rc::Rc;
 
-use armbridge_shared::servo::BYTE_US;
+use armbridge_shared::servo::port::{BAUD_RATES, SetBaud};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_nb::serial;
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct State {
     now_us: u64,
+    baud: u32,
     received: VecDeque<u8>,
     sent: Vec<u8>,
-    sent_until_us: u64,
+    sent_until_ns: u64,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        Self {
+            now_us: 0,
+            baud: BAUD_RATES[0],
+            received: VecDeque::new(),
+            sent: Vec::new(),
+            sent_until_ns: 0,
+        }
+    }
+}
+
+impl State {
+    fn sent_until_us(&self) -> u64 {
+        self.sent_until_ns.div_ceil(1_000)
+    }
 }
 
 /// A handle on the port.
@@ -42,7 +61,18 @@ impl Uart {
     /// When the transmission under way will be complete, if there is one.
     pub fn transmit_complete_us(&self) -> Option<u64> {
         let state = self.0.borrow();
-        (state.sent_until_us > state.now_us).then_some(state.sent_until_us)
+        (state.sent_until_us() > state.now_us).then_some(state.sent_until_us())
+    }
+
+    /// Bits per second at which it sends and receives.
+    pub fn baud(&self) -> u32 {
+        self.0.borrow().baud
+    }
+}
+
+impl SetBaud for Uart {
+    fn set_baud(&mut self, baud: u32) {
+        self.0.borrow_mut().baud = baud.max(1);
     }
 }
 
@@ -64,7 +94,8 @@ impl serial::Write<u8> for Uart {
     fn write(&mut self, byte: u8) -> nb::Result<(), Infallible> {
         let mut state = self.0.borrow_mut();
         state.sent.push(byte);
-        state.sent_until_us = state.sent_until_us.max(state.now_us) + BYTE_US;
+        let byte_ns = 10_000_000_000 / u64::from(state.baud);
+        state.sent_until_ns = state.sent_until_ns.max(state.now_us * 1_000) + byte_ns;
         Ok(())
     }
 

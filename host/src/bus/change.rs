@@ -11,8 +11,9 @@ use super::client::BusError;
 use super::diagnosis::Diagnosis;
 use super::line::Line;
 use super::reading::{Reading, ServoError, Taken, Value};
-use super::request::{Firmware, Request};
+use super::request::Request;
 use super::servo::Servo;
+use armbridge_shared::servo::Firmware;
 
 /// Id and baud rate after a factory reset, of either firmware.
 const FACTORY_ID: u8 = 1;

@@ -14,7 +14,8 @@ use armbridge_shared::servo::protocol1::Alarms;
 use super::diagnosis::{Diagnosis, Refusal};
 use super::heard::{Heard, Packet};
 use super::line::Line;
-use super::request::{Firmware, Request};
+use super::request::Request;
+use armbridge_shared::servo::Firmware;
 
 /// How long an answer may take beyond its time on the wire: USB, sockets and
 /// two busy systems. A servo itself takes 0.5 ms at the most.
@@ -27,7 +28,7 @@ const LINGER: Duration = Duration::from_millis(3);
 const FIRST_PATIENCE: u32 = 5;
 /// Longest time until our own bytes are heard, on a line where they are. However
 /// long it takes, they are not to be taken for the next answer.
-const ECHO_MAX: Duration = Duration::from_secs(1);
+const ECHO_MAX: Duration = Duration::from_secs(3);
 /// Bytes of a flush: more than a Morpheus servo can still be waiting for.
 const FLUSH: [u8; 210] = [0xFF; 210];
 /// Rate of a line on which it cannot be set, for want of a better guess.
@@ -238,6 +239,10 @@ impl<L: Line> Client<L> {
             if matches!(listen, Listen::UntilAnswered(_)) && heard.is_whole() {
                 until = until.min(now + LINGER + self.on_wire(1));
             }
+        }
+        if !heard.is_echoed() {
+            let text = "our own bytes, which were heard until now, do not come back";
+            return Err(io::Error::new(io::ErrorKind::TimedOut, text));
         }
         // To a Morpheus servo, what follows its header is a packet: LEN of 2,
         // as in a ping of stock servo 170, deafens it.

@@ -6,7 +6,8 @@ use armbridge_shared::servo::protocol1::frame::FRAME_MAX as PROTOCOL1_MAX;
 use armbridge_shared::servo::protocol1::{self, Alarms, Status};
 
 use super::diagnosis::{Diagnosis, REFUSING, Refusal};
-use super::request::{Firmware, Request};
+use super::request::Request;
+use armbridge_shared::servo::Firmware;
 
 /// Payload with which Morpheus says no.
 const NOK: [u8; 1] = [0x08];
@@ -149,7 +150,7 @@ impl<'a> Heard<'a> {
             None if bytes > 0 && self.begun() == bytes => Diagnosis::Short { bytes },
             None if bytes > 0 => Diagnosis::Garbage { bytes },
             None if self.echoed == 0 => Diagnosis::Silence,
-            None if self.echo_is_damaged || !self.is_echoed() => Diagnosis::EchoDamaged,
+            None if self.echo_is_damaged => Diagnosis::EchoDamaged,
             None => Diagnosis::EchoOnly,
         }
     }

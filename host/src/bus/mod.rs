@@ -38,5 +38,5 @@ pub use diagnosis::Diagnosis;
 pub use heard::Packet;
 pub use line::Line;
 pub use port::Port;
-pub use request::Firmware;
+pub use request::moves;
 pub use servo::Servo;

@@ -1,74 +1,36 @@
 //! What is asked of one servo, in the words of its firmware.
 
-use std::fmt;
 use std::time::Duration;
 
 use armbridge_shared::actuator::Pwm;
+use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::morpheus::safe_read::{self, Plan};
 use armbridge_shared::servo::morpheus::{Frame, MASTER, Request as Morpheus, ServoId, frame};
+use armbridge_shared::servo::protocol1::Instruction;
 use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
-use armbridge_shared::servo::protocol1::{Instruction, frame as protocol1};
-use armbridge_shared::servo::table::{AX12A, MORPHEUS, Register, Storage, Table};
+use armbridge_shared::servo::table::{Register, Storage};
 
-/// What runs on a servo, and so which protocol it speaks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Firmware {
-    /// The open firmware, V1.2.
-    Morpheus,
-    /// As it came from the shop: Protocol 1.0.
-    Stock,
-}
-
-impl Firmware {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Morpheus, Self::Stock];
-
-    /// Its registers.
-    pub const fn table(self) -> &'static Table {
-        match self {
-            Self::Morpheus => &MORPHEUS,
-            Self::Stock => &AX12A,
-        }
-    }
-
-    /// Whether a servo can have this id.
-    pub const fn has_id(self, id: u8) -> bool {
-        match self {
-            Self::Morpheus => ServoId::new(id).is_some(),
-            Self::Stock => id < protocol1::BROADCAST,
-        }
-    }
-}
-
-impl Firmware {
-    /// Whether a servo may move when this is written. What stops it does not
-    /// count, so that nothing is asked before it.
-    pub fn moves_on(self, register: &Register, value: u16) -> bool {
-        let moving: &[&str] = match self {
-            Self::Morpheus => &["position", "speed", "pwm"],
-            // Both angle limits 0 are wheel mode, in which the moving speed is
-            // the motor's duty; a speed of 0 is the highest in joint mode.
-            Self::Stock => &[
-                "cw_angle_limit",
-                "ccw_angle_limit",
-                "torque_enable",
-                "goal_position",
-                "moving_speed",
-            ],
-        };
-        let stops = match register.name {
-            "pwm" => value == Pwm::OFF.counts(),
-            "torque_enable" => value == 0,
-            _ => false,
-        };
-        moving.contains(&register.name) && !stops
-    }
-}
-
-impl fmt::Display for Firmware {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.table().firmware)
-    }
+/// Whether a servo may move when this is written. What stops it does not
+/// count, so that nothing is asked before it.
+pub fn moves(firmware: Firmware, register: &Register, value: u16) -> bool {
+    let moving: &[&str] = match firmware {
+        Firmware::Morpheus => &["position", "speed", "pwm"],
+        // Both angle limits 0 are wheel mode, in which the moving speed is
+        // the motor's duty; a speed of 0 is the highest in joint mode.
+        Firmware::Stock => &[
+            "cw_angle_limit",
+            "ccw_angle_limit",
+            "torque_enable",
+            "goal_position",
+            "moving_speed",
+        ],
+    };
+    let stops = match register.name {
+        "pwm" => value == Pwm::OFF.counts(),
+        "torque_enable" => value == 0,
+        _ => false,
+    };
+    moving.contains(&register.name) && !stops
 }
 
 /// Morpheus: a command code that the board never says.
@@ -200,12 +162,12 @@ mod tests {
 
     #[test]
     fn writes_and_resets_are_as_recorded() {
-        let pwm = MORPHEUS.by_name("pwm").unwrap();
+        let pwm = Firmware::Morpheus.table().by_name("pwm").unwrap();
         let request = Request::write(Firmware::Morpheus, 1, pwm, 1500).unwrap();
         assert_eq!(request.bytes, [0xAA, 6, 1, 0xFE, 3, 0x10, 0xDC, 5, 0]);
         let request = Request::factory_reset(Firmware::Stock, 0).unwrap();
         assert_eq!(request.bytes, [0xFF, 0xFF, 0, 2, 6, 0xF7]);
-        let goal = AX12A.by_name("goal_position").unwrap();
+        let goal = Firmware::Stock.table().by_name("goal_position").unwrap();
         let request = Request::write(Firmware::Stock, 1, goal, 512).unwrap();
         assert_eq!(request.bytes, [0xFF, 0xFF, 1, 5, 3, 30, 0, 2, 0xD6]);
     }

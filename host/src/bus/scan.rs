@@ -12,8 +12,8 @@ use armbridge_shared::servo::protocol1::Alarms;
 use super::client::{BusError, Client};
 use super::line::Line;
 use super::reading::{ServoError, Value};
-use super::request::Firmware;
 use super::servo::Servo;
+use armbridge_shared::servo::Firmware;
 
 /// Where to look.
 #[derive(Clone, Debug)]

@@ -17,7 +17,8 @@ use super::client::{BusError, Client};
 use super::diagnosis::Diagnosis;
 use super::line::Line;
 use super::reading::{Closed, Reading, ServoError, Taken, Value};
-use super::request::{Firmware, Request};
+use super::request::Request;
+use armbridge_shared::servo::Firmware;
 
 /// Highest id that START waits for, if ours is not higher.
 const START_ID_MAX: u8 = 32;

@@ -1,7 +1,8 @@
 //! The command line of `servos`.
 
-use armbridge::bench::kind::{Firmware, KindError, ServoKind};
+use armbridge::bench::kind::{self, KindError, ServoKind};
 use armbridge::endpoint::Endpoint;
+use armbridge_shared::servo::Firmware;
 use clap::Args;
 
 use super::ArmArgs;
@@ -20,6 +21,7 @@ pub(crate) struct ServosArgs {
         long,
         value_name = "NAME[,NAME]",
         value_delimiter = ',',
+        value_parser = kind::firmware,
         default_value = "morpheus"
     )]
     firmware: Vec<Firmware>,

@@ -10,15 +10,14 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use armbridge::bench::Bench;
-use armbridge::bench::cosim::{Cosim, CosimError};
+use armbridge::bench::cosim::{Cosim, CosimError, Host};
 use armbridge::emulator::{self, EmulatedBoard, Qemu, QemuOptions, Time};
 use armbridge::endpoint::Endpoint;
 use armbridge::remote::RemoteHost;
 use armbridge::wall::{self, WallError};
 
 use super::Outcome;
-use super::job::{self, Job};
+use super::job::{self, Job, Nobody};
 use crate::cli::EmulateArgs;
 
 const WORLD: &str = "simulated: QEMU mps2-an386";
@@ -58,12 +57,15 @@ fn start(options: &QemuOptions, quiet: bool) -> Result<Qemu, Box<dyn std::error:
 }
 
 fn demo(args: &EmulateArgs, options: &QemuOptions) -> Outcome {
-    let board = EmulatedBoard::new(start(
-        options,
-        args.run.output.quiet || args.run.output.json,
-    )?)?;
+    let is_silent = args.run.output.quiet || args.run.output.json;
+    let board = EmulatedBoard::new(start(options, is_silent)?)?;
+    let bench = job::bench(&args.run)?;
+    if args.run.port.disarmed {
+        let cosim = Cosim::new(board, bench, Nobody);
+        return for_ever(job::with_port(cosim, &args.run.port)?);
+    }
     let job = Job::new(&args.run, "emulate", WORLD)?;
-    let mut cosim = Cosim::new(board, virtual_bench(args), job);
+    let mut cosim = job::with_port(Cosim::new(board, bench, job), &args.run.port)?;
     let begun = Instant::now();
     match cosim.run() {
         Ok(()) => cosim.host.finish(begun.elapsed()),
@@ -76,7 +78,15 @@ fn offer(args: &EmulateArgs, at: &Endpoint, options: &QemuOptions) -> Outcome {
     let (listener, at) = at.listen()?;
     let board = EmulatedBoard::new(start(options, args.run.output.quiet)?)?;
     eprintln!("control link on {at}; end with ctrl-c");
-    let mut cosim = Cosim::new(board, virtual_bench(args), RemoteHost::new(listener)?);
+    let cosim = Cosim::new(board, job::bench(&args.run)?, RemoteHost::new(listener)?);
+    for_ever(job::with_port(cosim, &args.run.port)?)
+}
+
+/// Until the board is gone, or whoever is at its link.
+fn for_ever<H: Host>(mut cosim: Cosim<EmulatedBoard, H>) -> Outcome
+where
+    H::Error: std::error::Error + 'static,
+{
     match cosim.run() {
         Ok(()) => Ok(ExitCode::SUCCESS),
         Err(CosimError::Host(error)) => Err(error.into()),
@@ -111,8 +121,4 @@ fn offer_on(bus: &Endpoint, at: &Endpoint, options: &QemuOptions) -> Outcome {
         let _ = copier.join();
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn virtual_bench(args: &EmulateArgs) -> Bench {
-    Bench::new(job::plant(&args.run.arm))
 }

@@ -5,7 +5,9 @@ use std::io::Write;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use armbridge::bench::cosim::Host;
+use armbridge::bench::Bench;
+use armbridge::bench::board::Board;
+use armbridge::bench::cosim::{Cosim, Host};
 use armbridge::bench::plant::{Plant, PlantConfig};
 use armbridge::facts::RunFacts;
 use armbridge::log::{CsvWriter, McapWriter};
@@ -13,16 +15,17 @@ use armbridge::operator::{Operator, OperatorError, Script};
 use armbridge::plot;
 use armbridge::progress::Progress;
 use armbridge::run_folder::RunFolder;
-use armbridge::summary::Summary;
+use armbridge::summary::{ServoSummary, Summary};
+use armbridge::transparent::RemoteClient;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Joint, Pwm};
 use armbridge_shared::arm::{Parameters, State};
 use armbridge_shared::control::{Lqr, Weights};
-use armbridge_shared::link::message::Setup;
+use armbridge_shared::link::message::{PortCounters, Setup};
 use nalgebra::Vector2;
 
 use super::Outcome;
-use crate::cli::{ArmArgs, OutputArgs, RunArgs};
+use crate::cli::{ArmArgs, OutputArgs, RunArgs, TransparentArgs};
 
 /// Where the arm is held at first, in rad, unless asked otherwise.
 const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
@@ -39,6 +42,72 @@ pub(crate) fn plant(args: &ArmArgs) -> Plant {
         ..PlantConfig::default()
     };
     Plant::new(config, args.seed)
+}
+
+/// The virtual servos and arm that are asked for.
+pub(crate) fn bench(args: &RunArgs) -> Result<Bench, Box<dyn std::error::Error>> {
+    Ok(Bench::with_servos(plant(&args.arm), &args.servos.kinds()?))
+}
+
+/// The same board and bench, with the program at the transparent port that is
+/// asked for.
+pub(crate) fn with_port<B: Board, H: Host>(
+    cosim: Cosim<B, H>,
+    args: &TransparentArgs,
+) -> Result<Cosim<B, H>, Box<dyn std::error::Error>> {
+    if let Some(endpoint) = &args.transparent_listen {
+        let (listener, at) = endpoint.listen()?;
+        eprintln!("transparent port on {at}, raw bus bytes");
+        return Ok(cosim.with_client(RemoteClient::on_socket(listener)?));
+    }
+    if args.transparent_pty {
+        return on_terminal(cosim);
+    }
+    Ok(cosim)
+}
+
+#[cfg(unix)]
+fn on_terminal<B: Board, H: Host>(
+    cosim: Cosim<B, H>,
+) -> Result<Cosim<B, H>, Box<dyn std::error::Error>> {
+    let pty = armbridge::pty::Pty::open()?;
+    eprintln!("transparent port, raw bus bytes:");
+    println!("{}", pty.name());
+    Ok(cosim.with_client(RemoteClient::on_terminal(pty)?))
+}
+
+#[cfg(not(unix))]
+fn on_terminal<B: Board, H: Host>(
+    _: Cosim<B, H>,
+) -> Result<Cosim<B, H>, Box<dyn std::error::Error>> {
+    Err(
+        "there are no pseudo-terminals on this system: use --transparent-listen \
+         tcp://127.0.0.1:PORT"
+            .into(),
+    )
+}
+
+/// Nobody at the control link, for ever.
+pub(crate) struct Nobody;
+
+impl Host for Nobody {
+    type Error = std::convert::Infallible;
+
+    fn speak(&mut self, _now_us: u64) -> Result<&[u8], Self::Error> {
+        Ok(&[])
+    }
+
+    fn hear(&mut self, _now_us: u64, _bytes: &[u8]) -> Result<(), Self::Error> {
+        Ok(())
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        u64::MAX
+    }
+
+    fn is_done(&self) -> bool {
+        false
+    }
 }
 
 /// A run under way.
@@ -67,9 +136,13 @@ impl Job {
                 Setup::default()
             }
         };
-        let duration_us = (args.duration * 1e6) as u64;
+        let script = Script::demo(setup, (args.duration * 1e6) as u64);
         Ok(Self {
-            operator: Operator::new(Script::demo(setup, duration_us)),
+            operator: if args.release {
+                Operator::new(script).releasing()
+            } else {
+                Operator::new(script)
+            },
             progress: Progress::new(args.duration, args.output.quiet || args.output.json),
             folder: RunFolder::create(args.output.out.as_deref(), name)?,
             facts: facts(args, name, world, setup)?,
@@ -91,6 +164,11 @@ impl Job {
             ..
         } = self;
         progress.finish();
+        let servos = operator.found().map(|(firmware, baud)| ServoSummary {
+            firmware: firmware.to_string(),
+            baud,
+        });
+        let port = operator.port();
         let (records, commands, link) = operator.into_parts();
 
         let mut mcap = McapWriter::create(&folder.file("run.mcap"), &facts)?;
@@ -106,7 +184,9 @@ impl Job {
         csv.finish()?;
         plot::draw_all(folder.path(), &facts, &records)?;
 
-        let summary = Summary::of(&records, &facts, link, duration_s, wall.as_secs_f64());
+        let mut summary = Summary::of(&records, &facts, link, duration_s, wall.as_secs_f64());
+        summary.servos = servos;
+        summary.port = (port != PortCounters::default()).then_some(port);
         let path = folder.path().display();
         let mut out = std::io::stdout();
         let printed = if output.json {

@@ -4,8 +4,9 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use armbridge::bus::scan::{Area, Found, Report, Step, Trouble, scan};
-use armbridge::bus::{Diagnosis, Firmware, Port};
+use armbridge::bus::{Diagnosis, Port};
 use armbridge::progress::Progress;
+use armbridge_shared::servo::Firmware;
 use serde_json::{Value, json};
 
 use super::{Outcome, bus};

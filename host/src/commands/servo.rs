@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use armbridge::bus::change::ChangeError;
 use armbridge::bus::reading::{Reading, ServoError, Taken, Value};
-use armbridge::bus::{Firmware, Line, Servo};
+use armbridge::bus::{Line, Servo, moves};
+use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::table::{Access, Register, Storage};
 use serde_json::json;
 
@@ -117,7 +118,7 @@ fn write<L: Line>(
     let register = find(servo.firmware(), name)?;
     let name = register.name;
     servo.check(register, value)?;
-    if servo.firmware().moves_on(register, value) {
+    if moves(servo.firmware(), register, value) {
         let what = format!("writing {value} to {name} can move servo {}", servo.id());
         bus::confirm(&what, yes)?;
     }

@@ -11,7 +11,7 @@ use std::time::Duration;
 use armbridge_shared::lockstep::{Grant, Idle, MESSAGE_LEN};
 
 use super::qemu::{Qemu, QemuError};
-use crate::bench::board::{Board, Output, Wake};
+use crate::bench::board::{Board, Input, Output, Wake};
 
 /// A board that says nothing for so long is not busy but dead.
 const DEAD_AFTER: Duration = Duration::from_secs(30);
@@ -25,8 +25,10 @@ pub struct EmulatedBoard {
     qemu: Qemu,
     bus_rx: u32,
     link_rx: u32,
+    client_rx: u32,
     bus_tx: u16,
     link_tx: u32,
+    client_tx: u32,
 }
 
 impl EmulatedBoard {
@@ -36,7 +38,7 @@ impl EmulatedBoard {
     /// # Errors
     /// If the board does not come up.
     pub fn new(qemu: Qemu) -> Result<Self, QemuError> {
-        for socket in [&qemu.link, &qemu.bus] {
+        for socket in [&qemu.link, &qemu.bus, &qemu.client] {
             socket.set_read_timeout(Some(DEAD_AFTER))?;
         }
         qemu.clock.set_read_timeout(Some(DEAD_AFTER))?;
@@ -44,8 +46,10 @@ impl EmulatedBoard {
             qemu,
             bus_rx: 0,
             link_rx: 0,
+            client_rx: 0,
             bus_tx: 0,
             link_tx: 0,
+            client_tx: 0,
         };
         let idle = board
             .read_idle()
@@ -66,29 +70,31 @@ impl EmulatedBoard {
         Ok(Idle::from_bytes(bytes))
     }
 
-    fn exchange(
-        &mut self,
-        now_us: u64,
-        from_bus: &[u8],
-        from_host: &[u8],
-        output: &mut Output,
-    ) -> io::Result<Wake> {
-        self.qemu.bus.write_all(from_bus)?;
-        self.qemu.link.write_all(from_host)?;
-        self.bus_rx = self.bus_rx.wrapping_add(from_bus.len() as u32);
-        self.link_rx = self.link_rx.wrapping_add(from_host.len() as u32);
+    fn exchange(&mut self, now_us: u64, input: Input<'_>, output: &mut Output) -> io::Result<Wake> {
+        self.qemu.bus.write_all(input.bus)?;
+        self.qemu.link.write_all(input.link)?;
+        self.qemu.client.write_all(input.client)?;
+        self.bus_rx = self.bus_rx.wrapping_add(input.bus.len() as u32);
+        self.link_rx = self.link_rx.wrapping_add(input.link.len() as u32);
+        self.client_rx = self.client_rx.wrapping_add(input.client.len() as u32);
         let grant = Grant {
             now_us,
             bus_rx: self.bus_rx,
             link_rx: self.link_rx,
+            client_rx: self.client_rx,
+            client_line: input.line,
         };
         self.qemu.clock.write_all(&grant.to_bytes())?;
         let idle = self.read_idle()?;
         let bus = u32::from(idle.bus_tx.wrapping_sub(self.bus_tx));
         let link = idle.link_tx.wrapping_sub(self.link_tx);
+        let client = idle.client_tx.wrapping_sub(self.client_tx);
         (self.bus_tx, self.link_tx) = (idle.bus_tx, idle.link_tx);
+        self.client_tx = idle.client_tx;
+        output.bus_baud = idle.bus_baud;
         read_announced(&mut self.qemu.bus, bus, &mut output.bus)?;
         read_announced(&mut self.qemu.link, link, &mut output.link)?;
+        read_announced(&mut self.qemu.client, client, &mut output.client)?;
         Ok(Wake {
             at_us: idle.until_us,
             bus_bytes: idle.bus_wanted.map(usize::from),
@@ -112,11 +118,10 @@ impl Board for EmulatedBoard {
     fn run(
         &mut self,
         now_us: u64,
-        from_bus: &[u8],
-        from_host: &[u8],
+        input: Input<'_>,
         output: &mut Output,
     ) -> Result<Wake, QemuError> {
-        self.exchange(now_us, from_bus, from_host, output)
+        self.exchange(now_us, input, output)
             .map_err(|error| self.qemu.explain(error))
     }
 }

@@ -70,6 +70,8 @@ pub struct Qemu {
     pub link: TcpStream,
     /// The servo bus.
     pub bus: TcpStream,
+    /// The transparent port.
+    pub client: TcpStream,
     /// Lockstep messages: QEMU's standard input and output.
     pub clock: UnixStream,
     /// What the firmware logs.
@@ -85,17 +87,19 @@ impl Qemu {
         check_image(&options.image)?;
         // QEMU connects to us: no port number has to be guessed.
         let listen = || TcpListener::bind((Ipv4Addr::LOCALHOST, 0));
-        let listeners = [listen()?, listen()?, listen()?];
+        let listeners = [listen()?, listen()?, listen()?, listen()?];
         let mut command = Command::new(PROGRAM);
         command.args(arguments(options));
-        for (name, listener) in ["link", "bus", "log"].iter().zip(&listeners) {
+        for (name, listener) in ["link", "bus", "client", "log"].iter().zip(&listeners) {
             let port = listener.local_addr()?.port();
             command.arg("-chardev");
             command.arg(format!(
                 "socket,id={name},host=127.0.0.1,port={port},nodelay=on"
             ));
         }
-        command.args(["-serial", "chardev:link", "-serial", "chardev:bus"]);
+        for name in ["link", "bus", "client"] {
+            command.args(["-serial", &format!("chardev:{name}")]);
+        }
         let (clock, theirs) = UnixStream::pair()?;
         command
             .stdin(OwnedFd::from(theirs.try_clone()?))
@@ -107,13 +111,15 @@ impl Qemu {
         })?;
         // With it goes our hold on QEMU's end of `clock`.
         drop(command);
-        let [link, bus, log] = &listeners;
+        let [link, bus, client, log] = &listeners;
         let mut accept = |listener| accept(listener, &mut process);
-        let (link, bus, log) = (accept(link)?, accept(bus)?, accept(log)?);
+        let (link, bus) = (accept(link)?, accept(bus)?);
+        let (client, log) = (accept(client)?, accept(log)?);
         Ok(Self {
             process,
             link,
             bus,
+            client,
             clock,
             log,
         })

@@ -4,9 +4,13 @@
 //! Sans-io and clockless, like the board's end: the same client runs in the
 //! bench's virtual time and over a socket in wall-clock time.
 
+use armbridge_shared::JOINTS;
 use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, Received};
-use armbridge_shared::link::message::{Command, Hello, Missing, Record, Refusal, ToBoard, ToHost};
+use armbridge_shared::link::message::{
+    Command, Hello, Missing, PortCounters, Record, Refusal, ToBoard, ToHost,
+};
 use armbridge_shared::link::schema;
+use armbridge_shared::servo::Firmware;
 
 use crate::summary::LinkStats;
 
@@ -32,6 +36,26 @@ pub enum Said {
         /// What was heard instead.
         missing: Missing,
     },
+    /// What the servos run, and the speed of their bus in bits per second.
+    Found {
+        /// Of all of them.
+        firmware: Firmware,
+        /// Of the bus.
+        baud: u32,
+        /// They take torque.
+        is_ready: bool,
+    },
+    /// They run different firmwares, joint by joint.
+    Mixed([Firmware; JOINTS]),
+    /// A stock servo does not take its settings.
+    Unprepared {
+        /// Index of the joint.
+        joint: u8,
+    },
+    /// A client of the transparent port has the bus.
+    Passthrough,
+    /// What became of that client's packets so far.
+    Port(PortCounters),
     /// One tick.
     Record(Record),
 }
@@ -141,6 +165,19 @@ impl Client {
                 })
             }
             ToHost::Absent { joint, missing } => Some(Said::Absent { joint, missing }),
+            ToHost::Found {
+                firmware,
+                baud,
+                is_ready,
+            } => Some(Said::Found {
+                firmware,
+                baud,
+                is_ready,
+            }),
+            ToHost::Mixed(firmwares) => Some(Said::Mixed(firmwares)),
+            ToHost::Unprepared { joint } => Some(Said::Unprepared { joint }),
+            ToHost::Passthrough => Some(Said::Passthrough),
+            ToHost::Port(counters) => Some(Said::Port(counters)),
             ToHost::Record(record) => {
                 self.stats.dropped = u64::from(record.dropped);
                 Some(Said::Record(record))

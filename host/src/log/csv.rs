@@ -2,7 +2,8 @@
 //!
 //! Column names carry units; `1` and `2` are the joints. `time_s` is the
 //! board's clock. A missing sample leaves `count` empty and says why in
-//! `missing`; `fault` is empty but in mode `fault`. Rows end in a line feed.
+//! `missing`; `alarms` are a stock servo's, with `+` between them; `fault` is
+//! empty but in mode `fault`. Rows end in a line feed.
 
 use super::{LogError, names};
 use armbridge_shared::link::message::{Record, Sample, Timing};
@@ -24,6 +25,7 @@ pub struct Row<'a> {
     dq1_rad_s: f32,
     count1: Option<u16>,
     missing1: Cow<'a, str>,
+    alarms1: Cow<'a, str>,
     torque1_nm: f32,
     disturbance1_nm: f32,
     pwm1_in_force: u16,
@@ -34,6 +36,7 @@ pub struct Row<'a> {
     dq2_rad_s: f32,
     count2: Option<u16>,
     missing2: Cow<'a, str>,
+    alarms2: Cow<'a, str>,
     torque2_nm: f32,
     disturbance2_nm: f32,
     pwm2_in_force: u16,
@@ -133,6 +136,7 @@ impl From<&Record> for Row<'static> {
             dq1_rad_s: record.speed_rad_s[0],
             count1,
             missing1,
+            alarms1: names::alarms(record.alarms[0]).into(),
             torque1_nm: record.torque_nm[0],
             disturbance1_nm: record.disturbance_nm[0],
             pwm1_in_force: record.pwm_in_force[0],
@@ -143,6 +147,7 @@ impl From<&Record> for Row<'static> {
             dq2_rad_s: record.speed_rad_s[1],
             count2,
             missing2,
+            alarms2: names::alarms(record.alarms[1]).into(),
             torque2_nm: record.torque_nm[1],
             disturbance2_nm: record.disturbance_nm[1],
             pwm2_in_force: record.pwm_in_force[1],
@@ -166,6 +171,10 @@ impl Row<'_> {
             samples: [
                 sample(self.count1, &self.missing1)?,
                 sample(self.count2, &self.missing2)?,
+            ],
+            alarms: [
+                names::alarms_from(&self.alarms1)?,
+                names::alarms_from(&self.alarms2)?,
             ],
             pwm_in_force: [self.pwm1_in_force, self.pwm2_in_force],
             pwm_next: [self.pwm1_next, self.pwm2_next],

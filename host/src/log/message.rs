@@ -28,6 +28,7 @@ pub struct TickMessage<'a> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     fault: Option<Cow<'a, str>>,
     samples: [SampleMessage<'a>; JOINTS],
+    alarms: [Cow<'a, str>; JOINTS],
     pwm_in_force: [u16; JOINTS],
     pwm_next: [u16; JOINTS],
     #[serde(deserialize_with = "null_is_nan")]
@@ -61,8 +62,8 @@ struct SampleMessage<'a> {
 /// A command of the host, at the time it was sent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CommandMessage<'a> {
-    /// `idle`, `torque`, `regulate`, `follow`, `stream`, `clear_fault` or
-    /// `configure`.
+    /// `idle`, `torque`, `regulate`, `follow`, `stream`, `prepare`,
+    /// `release`, `clear_fault` or `configure`.
     pub kind: Cow<'a, str>,
     /// Torques of a `torque` command in N m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -105,6 +106,7 @@ impl From<&Record> for TickMessage<'static> {
                     missing: Some(names::missing(missing).into()),
                 },
             }),
+            alarms: record.alarms.map(|bits| names::alarms(bits).into()),
             pwm_in_force: record.pwm_in_force,
             pwm_next: record.pwm_next,
             reference_rad: record.reference_rad,
@@ -131,6 +133,10 @@ impl TickMessage<'_> {
             start_us: self.start_us,
             mode: names::mode_from(&self.mode, self.fault.as_deref().unwrap_or_default())?,
             samples: [first.sample()?, second.sample()?],
+            alarms: [
+                names::alarms_from(&self.alarms[0])?,
+                names::alarms_from(&self.alarms[1])?,
+            ],
             pwm_in_force: self.pwm_in_force,
             pwm_next: self.pwm_next,
             reference_rad: self.reference_rad,
@@ -171,7 +177,7 @@ impl From<&Command> for CommandMessage<'static> {
             setup: None,
         };
         match *command {
-            Command::Idle | Command::ClearFault => {}
+            Command::Idle | Command::Prepare | Command::Release | Command::ClearFault => {}
             Command::Torque(torque_nm) => message.torque_nm = Some(torque_nm),
             Command::Regulate(reference_rad) => message.reference_rad = Some(reference_rad),
             Command::Follow(motion) => message.motion = Some(motion),

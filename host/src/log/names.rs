@@ -4,14 +4,16 @@
 //! be searched for in the others.
 
 use armbridge_shared::link::message::{Command, Fault, Missing, Mode};
+use armbridge_shared::servo::protocol1::Alarms;
 
 /// Every fault.
-pub const FAULTS: [Fault; 5] = [
+pub const FAULTS: [Fault; 6] = [
     Fault::HostSilent,
     Fault::SamplesLost,
     Fault::AngleLimit,
     Fault::Overrun,
     Fault::NotFinite,
+    Fault::ServoAlarm,
 ];
 
 /// Every kind of missing sample.
@@ -26,12 +28,13 @@ pub const MISSING: [Missing; 7] = [
 ];
 
 /// Every mode but the faults.
-pub const MODES: [Mode; 5] = [
+pub const MODES: [Mode; 6] = [
     Mode::BringUp,
     Mode::Idle,
     Mode::Torque,
     Mode::Regulate,
     Mode::Track,
+    Mode::Passthrough,
 ];
 
 /// Name of a mode; faults all are `fault`, see [`fault`].
@@ -42,6 +45,7 @@ pub fn mode(mode: Mode) -> &'static str {
         Mode::Torque => "torque",
         Mode::Regulate => "regulate",
         Mode::Track => "track",
+        Mode::Passthrough => "passthrough",
         Mode::Fault(_) => "fault",
     }
 }
@@ -54,6 +58,8 @@ pub fn command(command: &Command) -> &'static str {
         Command::Regulate(_) => "regulate",
         Command::Follow(_) => "follow",
         Command::Stream { .. } => "stream",
+        Command::Prepare => "prepare",
+        Command::Release => "release",
         Command::ClearFault => "clear_fault",
         Command::Configure(_) => "configure",
     }
@@ -61,7 +67,7 @@ pub fn command(command: &Command) -> &'static str {
 
 /// Whether servos have been found.
 pub fn is_up(mode: Mode) -> bool {
-    mode != Mode::BringUp
+    !matches!(mode, Mode::BringUp | Mode::Passthrough)
 }
 
 /// The fault of a mode, if it is one.
@@ -80,7 +86,26 @@ pub fn fault(fault: Fault) -> &'static str {
         Fault::AngleLimit => "angle_limit",
         Fault::Overrun => "overrun",
         Fault::NotFinite => "not_finite",
+        Fault::ServoAlarm => "servo_alarm",
     }
+}
+
+/// What stands between the names of several alarms.
+const AND: &str = "+";
+
+/// Names of the alarms in a stock servo's error byte; empty for none.
+pub fn alarms(bits: u8) -> String {
+    let names: Vec<_> = Alarms::from_bits(bits).names().collect();
+    names.join(AND)
+}
+
+/// The error byte whose alarms have these names.
+pub fn alarms_from(names: &str) -> Option<u8> {
+    let mut alarms = names.split(AND).filter(|name| !name.is_empty());
+    let all = alarms.try_fold(Alarms::NONE, |all, name| {
+        Alarms::by_name(name).map(|alarm| all.or(alarm))
+    });
+    all.map(Alarms::bits)
 }
 
 /// Name of a kind of missing sample.

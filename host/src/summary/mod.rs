@@ -15,7 +15,7 @@ pub use segments::{JointSummary, SETTLED_RAD, STEADY_S, Segment, SegmentSummary,
 use crate::facts::{PWM_OFF, RunFacts};
 use crate::log::names;
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Record, Sample};
+use armbridge_shared::link::message::{PortCounters, Record, Sample};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -67,8 +67,22 @@ pub struct Summary {
     pub faults: Vec<FaultSummary>,
     /// What became of the records.
     pub records: LinkStats,
+    /// What the servos run, and the speed of their bus; none if not known.
+    pub servos: Option<ServoSummary>,
+    /// What became of the packets on the transparent port; none if there was
+    /// nobody.
+    pub port: Option<PortCounters>,
     /// The above in words, where numbers alone would leave a question.
     pub remarks: Vec<String>,
+}
+
+/// The servos of a bus.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ServoSummary {
+    /// What they run.
+    pub firmware: String,
+    /// Bits per second.
+    pub baud: u32,
 }
 
 /// A fault and when it began.
@@ -162,6 +176,8 @@ impl Summary {
             missing_samples: missing_samples(up()),
             faults: faults(records),
             records: link,
+            servos: None,
+            port: None,
             remarks: Vec::new(),
         };
         summary.remarks = remarks::remarks(&summary);

@@ -1,6 +1,6 @@
 //! The summary as text for a terminal, at most 100 columns, without colours.
 
-use super::{JointSummary, Spread, Summary};
+use super::{JointSummary, ServoSummary, Spread, Summary};
 use std::fmt::{Result, Write};
 
 /// Width of the rules, and the column at which remarks are broken.
@@ -114,7 +114,22 @@ impl Summary {
                 ),
             ),
         ];
-        rows.iter()
+        let servos = self.servos.iter().map(|servos| {
+            let ServoSummary { firmware, baud } = servos;
+            ("servos", format!("{firmware}, at {baud} baud"))
+        });
+        let port = self.port.iter().map(|port| {
+            (
+                "port",
+                format!(
+                    "{} passed, {} of them late, {} refused, {} half packets",
+                    port.passed, port.delayed, port.refused, port.halves
+                ),
+            )
+        });
+        servos
+            .chain(rows)
+            .chain(port)
             .try_for_each(|(name, text)| writeln!(out, "{name:<16}{text}"))
     }
 }

@@ -6,15 +6,16 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
 use armbridge::bench::Bench;
-pub(crate) use armbridge::bench::kind::Firmware as Kind;
 use armbridge::bench::kind::ServoKind;
 use armbridge::bench::plant::{Plant, PlantConfig};
 use armbridge::bus::change::ChangeError;
 use armbridge::bus::line::TcpLine;
 use armbridge::bus::reading::{Taken, Value};
 use armbridge::bus::scan::{Area, scan};
-use armbridge::bus::{Client, Firmware, Servo};
+use armbridge::bus::{Client, Servo};
 use armbridge::serve::LiveBench;
+use armbridge_shared::servo::Firmware;
+pub(crate) use armbridge_shared::servo::Firmware as Kind;
 use armbridge_shared::servo::table::{AX12A, Access, MORPHEUS, Register, Unit};
 
 /// The arm with either firmware.
@@ -33,8 +34,24 @@ pub(crate) fn bench(servos: &[(Kind, u8, u32)]) -> LiveBench {
     LiveBench::new(Bench::with_servos(plant, &kinds), 1)
 }
 
-/// Virtual servos, to one program after the other, until the test ends.
-pub(crate) fn serve(servos: &[(Kind, u8)], echo: bool) -> SocketAddr {
+/// Virtual servos on a socket, to one program after the other.
+pub(crate) struct Served(SocketAddr);
+
+impl Served {
+    /// As `armbridge` takes it.
+    pub(crate) fn port(&self) -> String {
+        format!("tcp://{}", self.0)
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        // Who says nothing ends it, after all who have connected before.
+        let _ = TcpStream::connect(self.0);
+    }
+}
+
+pub(crate) fn serve(servos: &[(Kind, u8)], echo: bool) -> Served {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let at = listener.local_addr().unwrap();
     let servos: Vec<_> = servos
@@ -45,22 +62,25 @@ pub(crate) fn serve(servos: &[(Kind, u8)], echo: bool) -> SocketAddr {
         let mut bench = bench(&servos);
         loop {
             let (stream, _) = bench.accept(&listener).unwrap();
+            if matches!(stream.peek(&mut [0]), Ok(0)) {
+                return;
+            }
             // Who hangs up early is gone, and the next one comes.
             let _ = bench.serve(stream.try_clone().unwrap(), stream, || None, echo);
         }
     });
-    at
+    Served(at)
 }
 
-fn connect(at: SocketAddr) -> Client<TcpLine> {
-    let stream = TcpStream::connect(at).unwrap();
+fn connect(at: &Served) -> Client<TcpLine> {
+    let stream = TcpStream::connect(at.0).unwrap();
     stream.set_nodelay(true).unwrap();
     Client::new(TcpLine::new(stream), PATIENCE).unwrap()
 }
 
 /// The first temperature is measured half a second after power-up; until then
 /// the register holds 0.
-pub(crate) fn await_temperature(at: SocketAddr) {
+pub(crate) fn await_temperature(at: &Served) {
     let mut client = connect(at);
     let mut servo = Servo::find(&mut client, 2).unwrap();
     let begun = Instant::now();
@@ -77,8 +97,8 @@ fn register(name: &str) -> &'static Register {
 fn a_scan_finds_both_with_and_without_echo() {
     for echo in [false, true] {
         let at = serve(&MORPHEUS_ARM, echo);
-        await_temperature(at);
-        let mut client = connect(at);
+        await_temperature(&at);
+        let mut client = connect(&at);
         assert_eq!(client.echoes(), echo);
         let area = Area {
             ids: 0..=3,
@@ -99,8 +119,8 @@ fn a_scan_finds_both_with_and_without_echo() {
 #[test]
 fn every_register_is_read_and_what_is_written_is_kept() {
     let at = serve(&MORPHEUS_ARM, true);
-    await_temperature(at);
-    let mut client = connect(at);
+    await_temperature(&at);
+    let mut client = connect(&at);
     let mut servo = Servo::find(&mut client, 2).unwrap();
     let all = servo.read_all().unwrap();
     let names: Vec<_> = all.iter().map(|reading| reading.register.name).collect();
@@ -145,7 +165,7 @@ fn every_register_is_read_and_what_is_written_is_kept() {
 /// one on the wire, bit for bit.
 #[test]
 fn two_stock_servos_with_one_id_are_noticed() {
-    let mut client = connect(serve(&[(Kind::Stock, 1), (Kind::Stock, 1)], true));
+    let mut client = connect(&serve(&[(Kind::Stock, 1), (Kind::Stock, 1)], true));
     assert!(client.ping(Firmware::Stock, 1).unwrap().is_some());
     let area = Area {
         ids: 1..=1,
@@ -165,7 +185,7 @@ fn two_stock_servos_with_one_id_are_noticed() {
 /// An answer that begins with 0x83 would: here are an id and gains that are.
 #[test]
 fn reading_one_servo_never_deafens_the_other() {
-    let mut client = connect(serve(&MORPHEUS_ARM, true));
+    let mut client = connect(&serve(&MORPHEUS_ARM, true));
     let mut first = Servo::find(&mut client, 1).unwrap();
     first.set_id(0x83).unwrap();
     for gain in ["upper_margin", "position_kp", "speed_kd"] {
@@ -181,7 +201,7 @@ fn reading_one_servo_never_deafens_the_other() {
 
 #[test]
 fn id_and_settings_change_and_come_back() {
-    let mut client = connect(serve(&MORPHEUS_ARM, true));
+    let mut client = connect(&serve(&MORPHEUS_ARM, true));
     let mut servo = Servo::find(&mut client, 1).unwrap();
     let error = servo.set_id(2).unwrap_err();
     assert!(
@@ -212,7 +232,7 @@ fn id_and_settings_change_and_come_back() {
 
 #[test]
 fn a_rate_that_cannot_be_followed_is_not_set_unless_insisted_on() {
-    let mut client = connect(serve(&MORPHEUS_ARM, true));
+    let mut client = connect(&serve(&MORPHEUS_ARM, true));
     let mut servo = Servo::find(&mut client, 1).unwrap();
     let error = servo.set_baud(57_600, false).unwrap_err();
     assert!(matches!(error, ChangeError::NotFollowed { .. }), "{error}");
@@ -227,7 +247,7 @@ fn a_rate_that_cannot_be_followed_is_not_set_unless_insisted_on() {
 /// takes another value of its range.
 #[test]
 fn every_register_of_a_stock_servo_is_read_and_written() {
-    let mut client = connect(serve(&STOCK_ARM, true));
+    let mut client = connect(&serve(&STOCK_ARM, true));
     let mut servo = Servo::find(&mut client, 2).unwrap();
     assert_eq!(servo.firmware(), Firmware::Stock);
     let all = servo.read_all().unwrap();
@@ -255,7 +275,7 @@ fn every_register_of_a_stock_servo_is_read_and_written() {
 #[test]
 fn a_stock_servo_says_why_it_refuses_and_is_reset() {
     let register = |name| AX12A.by_name(name).unwrap();
-    let mut client = connect(serve(&STOCK_ARM, true));
+    let mut client = connect(&serve(&STOCK_ARM, true));
     let mut servo = Servo::find(&mut client, 1).unwrap();
     servo.write(register("cw_angle_limit"), 300).unwrap();
     servo.write(register("ccw_angle_limit"), 700).unwrap();
@@ -284,7 +304,7 @@ fn a_stock_servo_says_why_it_refuses_and_is_reset() {
         "{error}"
     );
 
-    let mut client = connect(serve(&[(Kind::Stock, 7)], true));
+    let mut client = connect(&serve(&[(Kind::Stock, 7)], true));
     let mut servo = Servo::find(&mut client, 7).unwrap();
     servo.write(register("max_torque"), 500).unwrap();
     servo.factory_reset().unwrap();
@@ -299,7 +319,7 @@ fn both_firmwares_on_one_bus_are_told_apart() {
         &[(Kind::Morpheus, 1), (Kind::Stock, 2), (Kind::Stock, 1)],
         false,
     );
-    let mut client = connect(at);
+    let mut client = connect(&at);
     let area = Area {
         ids: 1..=2,
         bauds: vec![],

@@ -1,9 +1,10 @@
 //! Reading back, and finding a servo again after its id or rate has changed.
 
+use armbridge::bus::Servo;
 use armbridge::bus::change::ChangeError;
 use armbridge::bus::reading::{ServoError, Taken, Value};
 use armbridge::bus::scan::{Area, scan};
-use armbridge::bus::{Firmware, Servo};
+use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::table::{AX12A, Register};
 
 use super::fake::{Bus, FakeLine, Stock, client};

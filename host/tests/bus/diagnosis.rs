@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
+use armbridge::bus::Diagnosis;
 use armbridge::bus::client::BusError;
 use armbridge::bus::diagnosis::Refusal;
 use armbridge::bus::request::Request;
-use armbridge::bus::{Diagnosis, Firmware};
+use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Alarms;
 use armbridge_shared::servo::table::{AX12A, MORPHEUS};
 

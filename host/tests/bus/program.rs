@@ -28,8 +28,8 @@ fn ended(output: &Output) -> (Option<i32>, &str, &str) {
 #[test]
 fn who_is_there_and_what_they_hold() {
     let at = serve(&MORPHEUS_ARM, true);
-    await_temperature(at);
-    let port = format!("tcp://{at}");
+    await_temperature(&at);
+    let port = at.port();
     let output = run(&port, &["scan", "--ids", "1..2"]);
     let (code, out, err) = ended(&output);
     assert_eq!((code, err), (Some(0), ""));
@@ -70,7 +70,8 @@ fn who_is_there_and_what_they_hold() {
 
 #[test]
 fn exit_codes_tell_the_servos_fault_from_the_users() {
-    let port = format!("tcp://{}", serve(&MORPHEUS_ARM, true));
+    let at = serve(&MORPHEUS_ARM, true);
+    let port = at.port();
     for (args, expected, words) in [
         (["servo", "3", "read"].as_slice(), 1, "only our own bytes"),
         (&["servo", "1", "set-id", "2", "--yes"], 1, "is taken"),
@@ -105,6 +106,36 @@ fn exit_codes_tell_the_servos_fault_from_the_users() {
     assert!(code == Some(2) && err.contains("--port"), "{err}");
 }
 
+/// The board's own port, with nothing to do but to pass what comes.
+#[test]
+fn through_the_boards_transparent_port() {
+    use std::io::{BufRead, BufReader};
+
+    for firmware in ["morpheus", "stock"] {
+        let mut board = Command::new(env!("CARGO_BIN_EXE_armbridge"))
+            .args(["demo", "--disarmed", "--firmware", firmware])
+            .args(["--transparent-listen", "tcp://127.0.0.1:0"])
+            .args(["--out", env!("CARGO_TARGET_TMPDIR")])
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut said = BufReader::new(board.stderr.take().unwrap());
+        let mut line = String::new();
+        said.read_line(&mut line).unwrap();
+        let port = line.split([' ', ',']).find(|it| it.starts_with("tcp://"));
+        let outputs = [["servo", "1", "read"], ["servo", "2", "read"]]
+            .map(|args| run(port.expect(&line), &args));
+        board.kill().unwrap();
+        board.wait().unwrap();
+        for output in outputs {
+            let (code, out, err) = ended(&output);
+            assert_eq!(code, Some(0), "{firmware}: {err}");
+            assert!(out.contains("1000000 baud"), "{out}");
+        }
+    }
+}
+
 /// On a terminal there is a question, and a no is taken for one.
 #[test]
 #[cfg(unix)]
@@ -112,7 +143,8 @@ fn on_a_terminal_one_is_asked() {
     use armbridge::pty::Pty;
     use std::io::Write;
 
-    let port = format!("tcp://{}", serve(&MORPHEUS_ARM, true));
+    let at = serve(&MORPHEUS_ARM, true);
+    let port = at.port();
     let terminal = Pty::open().unwrap();
     for (answer, expected) in [("n\n", 2), ("\n", 2), ("y\n", 0)] {
         let mut options = std::fs::OpenOptions::new();

@@ -185,6 +185,8 @@ fn table_fits_and_json_keeps_its_keys() {
         "missing_samples",
         "faults",
         "records",
+        "servos",
+        "port",
         "remarks",
     ];
     expected.sort_unstable();

@@ -133,6 +133,7 @@ pub(crate) fn run(friction_nm: f64) -> Vec<Record> {
             start_us: u64::from(k) * 1000 + u64::from(start_error_us),
             mode: if up { Mode::Regulate } else { Mode::BringUp },
             samples,
+            alarms: [0, 0],
             pwm_in_force,
             pwm_next: [joints[0].pwm, joints[1].pwm],
             reference_rad: if up { reference } else { [0.0; 2] },

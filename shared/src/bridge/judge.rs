@@ -1,5 +1,6 @@
 //! What is in doubt, and what follows: every path here ends in torque off.
 
+use crate::servo::port::SetBaud;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
@@ -10,10 +11,14 @@ use super::{Bridge, limits};
 use crate::JOINTS;
 use crate::arm::State;
 use crate::link::message::{Fault, Mode, Refusal};
+use crate::servo::protocol1::Alarms;
+
+/// Alarms upon which a stock servo, as it comes, lets go of its shaft.
+const SHUTDOWN: Alarms = Alarms::OVERHEATING.or(Alarms::OVERLOAD);
 
 impl<S, D> Bridge<'_, S, D>
 where
-    S: Read<u8> + Write<u8>,
+    S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
     pub(super) fn count_lost(&mut self, measured: &[Option<f32>; JOINTS]) {
@@ -48,7 +53,10 @@ where
             return;
         }
         let is_finite = state.q.iter().chain(&state.dq).all(|x| x.is_finite());
-        if !is_finite {
+        let alarms = self.record.alarms.map(Alarms::from_bits);
+        if alarms.iter().any(|alarms| !alarms.and(SHUTDOWN).is_empty()) {
+            self.trip(Fault::ServoAlarm);
+        } else if !is_finite {
             self.trip(Fault::NotFinite);
         } else if state.q.iter().any(|q| q.abs() > limits::ANGLE_MAX_RAD) {
             self.trip(Fault::AngleLimit);
@@ -68,6 +76,9 @@ where
         if self.mode == before {
             return Ok(());
         }
+        if before == Mode::Passthrough {
+            self.end_relay();
+        }
         match self.mode {
             Mode::Fault(_) => {
                 self.next = Decision::off();
@@ -76,12 +87,20 @@ where
                 self.next_start_us = self.now_us;
             }
             Mode::BringUp => {
+                self.search.rewind();
                 self.stage = Stage::Stop;
                 self.next_start_us = self.now_us;
             }
             // Whatever the arm did with torque off, the estimator's model did
             // not see it: begin at rest where the arm is.
             Mode::Torque | Mode::Regulate | Mode::Track => self.is_fresh |= !torque_is_on(before),
+            Mode::Passthrough => {
+                self.stage = Stage::Released;
+                // The client finds every motor off.
+                self.stop_due = true;
+                self.next_start_us = self.now_us;
+                self.announce();
+            }
             Mode::Idle => {}
         }
         Ok(())

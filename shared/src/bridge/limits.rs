@@ -7,6 +7,10 @@ use crate::control::Bounds;
 /// motors off takes to fall by a few degrees from upright.
 pub const HOST_SILENCE_US: u64 = 250_000;
 
+/// How long the bus stays with the host after an order of its, whatever a client
+/// of the transparent port says: time to arm.
+pub const CLAIM_US: u64 = 2_000_000;
+
 /// Samples of one joint missing in a row before torque goes off, if they have
 /// been for [`LOST_US`] too. The estimator predicts through the ones before.
 pub const LOST_SAMPLES: u8 = 5;
@@ -41,8 +45,9 @@ pub const REFERENCE_MAX_RAD: f32 = 1.2;
 /// rounded up.
 pub const TORQUE_MAX_NM: f32 = 1.25;
 
-/// Shortest tick: two packets and two replies take 0.6 ms on the wire.
-pub const PERIOD_MIN_US: u32 = 1_000;
+/// Shortest tick that any bus allows: Morpheus servos at 1 Mbaud. What the bus
+/// at hand allows is [`tick_us`](crate::servo::master::timing::tick_us).
+pub const PERIOD_MIN_US: u32 = 600;
 
 /// Longest tick. The upright arm doubles its angle in 360 ms.
 pub const PERIOD_MAX_US: u32 = 100_000;

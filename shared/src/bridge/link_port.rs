@@ -68,6 +68,8 @@ impl<'a> LinkPort<'a> {
                 // for it: an old acknowledgement might be taken for its own.
                 self.forget_records();
                 while self.end.notices.dequeue().is_some() {}
+                // The tick tells it what the servos are.
+                let _ = self.end.orders.enqueue(Order::Greeted);
                 self.refused = None;
                 self.waiting = None;
             }
@@ -147,6 +149,15 @@ impl<'a> LinkPort<'a> {
             return match notice {
                 Notice::Ack(sequence, result) => Some(ToHost::Ack { sequence, result }),
                 Notice::Absent(joint, missing) => Some(ToHost::Absent { joint, missing }),
+                Notice::Found(firmware, baud, is_ready) => Some(ToHost::Found {
+                    firmware,
+                    baud,
+                    is_ready,
+                }),
+                Notice::Mixed(firmwares) => Some(ToHost::Mixed(firmwares)),
+                Notice::Passthrough => Some(ToHost::Passthrough),
+                Notice::Unprepared(joint) => Some(ToHost::Unprepared { joint }),
+                Notice::Port(counters) => Some(ToHost::Port(counters)),
                 // Taken above.
                 Notice::Departure(..) => None,
             };
@@ -182,6 +193,8 @@ fn task(command: Command) -> Result<Task, Refusal> {
             q: angle_rad.into(),
             dq: speed_rad_s.map(Into::into),
         })),
+        Command::Prepare => Ok(Task::Prepare),
+        Command::Release => Ok(Task::Release),
         Command::ClearFault => Ok(Task::ClearFault),
         Command::Configure(setup) => Law::build(&setup).map(Task::Install),
     }

@@ -24,11 +24,13 @@ mod link_port;
 mod mailbox;
 mod orders;
 mod schedule;
+mod settle;
 pub mod supervisor;
 
 pub use link_port::LinkPort;
 pub use mailbox::{BridgeEnd, LinkEnd, Mailboxes};
 
+use crate::servo::port::SetBaud;
 use core::convert::Infallible;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
@@ -39,9 +41,11 @@ use crate::link::message::{Fault, Missing, Mode, Record, Refusal, Sample, Setup,
 use crate::servo::master::Master;
 use crate::servo::morpheus::ServoId;
 use course::Course;
+use gateway::Gateway;
 use law::{Decision, Law};
 use nalgebra::Vector2;
-use schedule::Stage;
+use schedule::{Search, Stage};
+use settle::Stock;
 
 /// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.
 pub const SERVO_IDS: [ServoId; JOINTS] = match (ServoId::new(1), ServoId::new(2)) {
@@ -55,8 +59,11 @@ pub enum Progress {
     /// This tick's samples are in: call [`Bridge::decide`], then
     /// [`Bridge::publish`].
     Sampled,
-    /// A step of bring-up or of the stop sequence; torque is off.
+    /// A step of bring-up or of the stop sequence, or a look at a bus that is
+    /// somebody else's; torque is off.
     Searching,
+    /// A client's question in the slack of a tick.
+    Served,
 }
 
 /// The application, as seen from the tick.
@@ -67,6 +74,9 @@ pub struct Bridge<'a, S, D> {
     course: Course,
     mode: Mode,
     stage: Stage,
+    search: Search,
+    stock: [Stock; JOINTS],
+    gateway: Gateway,
     /// The stop sequence is owed to a fault.
     stop_due: bool,
     /// Constant torque of [`Mode::Torque`].
@@ -85,7 +95,7 @@ pub struct Bridge<'a, S, D> {
 
 impl<'a, S, D> Bridge<'a, S, D>
 where
-    S: Read<u8> + Write<u8>,
+    S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
     /// A bridge that will begin with the stop sequence.
@@ -101,6 +111,9 @@ where
             course: Course::hold(Vector2::zeros()),
             mode,
             stage: Stage::Stop,
+            search: Search::default(),
+            stock: [Stock::default(); JOINTS],
+            gateway: Gateway::default(),
             stop_due: false,
             torque_nm: [0.0; JOINTS],
             in_force: Decision::off(),
@@ -123,14 +136,22 @@ where
     pub fn poll(&mut self, now_us: u64) -> nb::Result<Progress, Infallible> {
         self.now_us = now_us;
         self.take_orders();
-        if let Ok(outcome) = self.master.poll(now_us) {
+        self.heed_client();
+        let finished = self.master.poll(now_us);
+        self.pass_overheard();
+        if let Ok(outcome) = finished {
             return Ok(self.finish(&outcome));
         }
-        if self.master.is_idle() && now_us >= self.next_start_us {
-            let transaction = self.next_transaction();
-            // Idle was just seen: it is not busy.
-            let _ = self.master.begin(transaction, now_us);
-            let _ = self.master.poll(now_us);
+        if self.master.is_idle() {
+            if now_us >= self.next_start_us {
+                self.begin_next();
+                let _ = self.master.poll(now_us);
+                if self.stage == Stage::Released {
+                    return Ok(Progress::Searching);
+                }
+            } else {
+                self.serve_client();
+            }
         }
         Err(nb::Error::WouldBlock)
     }
@@ -138,7 +159,7 @@ where
     /// When to poll again at the latest.
     pub fn wake_at_us(&self) -> u64 {
         if self.master.is_idle() {
-            self.next_start_us
+            self.next_start_us.min(self.client_wake_us())
         } else {
             self.master.wake_at_us()
         }
@@ -170,7 +191,9 @@ where
         let ahead = self.law.advance(&self.in_force);
         let reference = self.course.at(self.next_start_us);
         let decided = match self.mode {
-            Mode::BringUp | Mode::Idle | Mode::Fault(_) => Some(Decision::off()),
+            Mode::BringUp | Mode::Idle | Mode::Passthrough | Mode::Fault(_) => {
+                Some(Decision::off())
+            }
             Mode::Torque => self.law.constant(self.torque_nm),
             Mode::Regulate | Mode::Track => self.law.follow(&ahead, &reference),
         };
@@ -206,6 +229,7 @@ fn blank_record(mode: Mode) -> Record {
         start_us: 0,
         mode,
         samples: [Sample::Missing(Missing::NotAsked); JOINTS],
+        alarms: [0; JOINTS],
         pwm_in_force: [Pwm::OFF.counts(); JOINTS],
         pwm_next: [Pwm::OFF.counts(); JOINTS],
         reference_rad: [0.0; JOINTS],

@@ -13,6 +13,7 @@ pub use super::setup::{Controller, Gains, Setup};
 
 use crate::JOINTS;
 use crate::control::trajectory::Quantity;
+use crate::servo::Firmware;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -47,8 +48,46 @@ pub enum ToHost {
         /// What was heard instead.
         missing: Missing,
     },
+    /// The servos were found: what they run, and at which speed in bits per
+    /// second. Answers a hello too, if they were found before it.
+    Found {
+        /// Of both.
+        firmware: Firmware,
+        /// Of the bus.
+        baud: u32,
+        /// Torque can be asked for; stock servos need [`Command::Prepare`] before.
+        is_ready: bool,
+    },
+    /// During bring-up: the servos run different firmwares, joint by joint. They
+    /// disturb each other; the bridge drives neither.
+    Mixed([Firmware; JOINTS]),
+    /// The stock servo of this joint answers, but does not take what it must be
+    /// set to.
+    Unprepared {
+        /// Index of the joint.
+        joint: u8,
+    },
+    /// A client on the transparent port has the bus: no records come.
+    Passthrough,
+    /// What became of a client's packets on the transparent port, so far.
+    Port(PortCounters),
     /// One tick.
     Record(Record),
+}
+
+/// Packets on the transparent port since boot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
+pub struct PortCounters {
+    /// Sent on the bus, or answered by the board from what it knows.
+    pub passed: u32,
+    /// Of those, how many had to wait for the slack of a later tick.
+    pub delayed: u32,
+    /// Not sent, because a control loop runs.
+    pub refused: u32,
+    /// Begun by the client and not ended.
+    pub halves: u32,
+    /// Bytes that the client did not fetch in time.
+    pub lost: u32,
 }
 
 /// Identity of one end of the link.
@@ -63,7 +102,8 @@ pub struct Hello {
 /// A state the board shall be in.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Command {
-    /// Torque off; the bus is still read.
+    /// Torque off; the bus is still read. Takes the bus back from the transparent
+    /// port.
     Idle,
     /// Constant joint torques in N m, clamped to what the servos can do.
     Torque([f32; JOINTS]),
@@ -82,6 +122,13 @@ pub enum Command {
         /// How fast, in rad/s; `None` to have it made of the neighbours.
         speed_rad_s: Option<[f32; JOINTS]>,
     },
+    /// Set stock servos to wheel mode and a short return delay, where they are
+    /// not: both are kept in their EEPROM. Torque can be asked for when they are
+    /// reported found again, and ready. Nothing to do on Morpheus servos.
+    Prepare,
+    /// Give stock servos back the mode and the return delay they were found with,
+    /// and leave the bus to the transparent port.
+    Release,
     /// Leave [`Mode::Fault`] for [`Mode::Idle`].
     ClearFault,
     /// Replace the set-up. While torque is on it is taken over without a step in
@@ -96,8 +143,18 @@ pub enum Refusal {
     Faulted,
     /// Servos are still being brought up, or do not answer.
     NotReady,
-    /// The period can only be replaced when idle.
+    /// The period can only be replaced, and servos released, when idle.
     NotIdle,
+    /// Stock servos as they come take no torque: send [`Command::Prepare`] first.
+    Unprepared,
+    /// A client on the transparent port has the bus; [`Command::Idle`] takes it
+    /// back.
+    Passthrough,
+    /// The servos cannot be asked so often: the shortest period in µs.
+    TooFast {
+        /// At the bus's speed and with this firmware.
+        least_us: u32,
+    },
     /// A motion would go beyond what the arm is allowed.
     Beyond {
         /// This joint, counting from 0.
@@ -138,6 +195,8 @@ pub enum Mode {
     Regulate,
     /// Following a motion or a stream.
     Track,
+    /// The bus belongs to the client of the transparent port: no ticks.
+    Passthrough,
     /// Torque off and latched.
     Fault(Fault),
 }
@@ -156,6 +215,9 @@ pub enum Fault {
     Overrun,
     /// The control law produced something that is not a number.
     NotFinite,
+    /// A stock servo reported that it is too hot or overloaded: it lets go of
+    /// its shaft by itself.
+    ServoAlarm,
 }
 
 /// One tick: inputs, outputs, and what it took.
@@ -169,6 +231,9 @@ pub struct Record {
     pub mode: Mode,
     /// What each servo answered.
     pub samples: [Sample; JOINTS],
+    /// The error byte that came with it, from a stock servo; its bits are
+    /// [`Alarms`](crate::servo::protocol1::Alarms).
+    pub alarms: [u8; JOINTS],
     /// PWM sent at the start of this tick; in force from here on.
     pub pwm_in_force: [u16; JOINTS],
     /// PWM decided in this tick, to be sent in the next.

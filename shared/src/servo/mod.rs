@@ -14,15 +14,17 @@
 
 pub mod master;
 pub mod morpheus;
+pub mod port;
 pub mod protocol1;
 pub mod stop;
 pub mod table;
 
-mod collect;
-mod echo;
 mod firmware;
 
 pub use firmware::Firmware;
 
 /// Time of one byte on the wire: ten bits at 1 Mbaud.
 pub const BYTE_US: u64 = 10;
+
+/// A packet of the bridge's own as it goes on the wire.
+pub type Packet = heapless::Vec<u8, { morpheus::REQUEST_MAX }>;

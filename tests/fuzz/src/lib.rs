@@ -6,6 +6,7 @@
 //!
 //! | module        | fed                                | what must hold          |
 //! |---------------|------------------------------------|-------------------------|
+//! | [`gateway`]   | the transparent port's framer, and who judges its packets | bytes come out once, in order, cut where packets end; nothing that harms goes on the bus, and nothing that takes longer than there is time |
 //! | [`protocol1`] | the parser of stock servos' packets, in four sizes, and what its packets mean | intact packets are found, exactly, and nothing else; the longest packet's worth of zeros brings it back into step |
 //! | [`morpheus`]  | the parser of Morpheus packets, in four sizes, to anybody and to one address | the same, with 0xFF |
 //! | [`link`]      | the decoder of the link's frames, either direction; and its messages, in intact frames | only a zero ends a frame, and brings it back into step; what is understood can be said again |
@@ -14,6 +15,7 @@
 //! Used twice: by the fuzz targets, which look for new paths through the code,
 //! and by `streams`, which feeds ten million streams to each parser.
 
+pub mod gateway;
 pub mod link;
 pub mod master;
 pub mod morpheus;

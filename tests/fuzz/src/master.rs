@@ -3,28 +3,41 @@
 //! The input is a script: what is asked of the master, and before each poll,
 //! what the port hears, how much it takes and how late it is.
 //!
-//! | first byte, modulo 8 | then          | what happens                           |
-//! |----------------------|---------------|----------------------------------------|
-//! | 0, 1                 | n             | n µs pass, or n times 64 µs            |
-//! | 2                    |               | time passes until the master wants it  |
+//! | first byte, modulo 8 | then            | what happens                         |
+//! |----------------------|-----------------|--------------------------------------|
+//! | 0, 1                 | n               | n µs pass, or n times 64 µs          |
+//! | 2                    |                 | time passes until the master wants it |
 //! | 3, 4                 | n, n % 32 bytes | these are heard                      |
-//! | 5                    |               | all that was sent and not yet heard is |
-//! | 6                    | n             | framing, noise or overrun is reported  |
-//! | 7                    | n             | the transmitter takes n % 32 bytes and no more; it has sent the last bit if n is even; it fails if n is 224 or more |
+//! | 5                    |                 | all that was sent and not yet heard is |
+//! | 6                    | n               | framing, noise or overrun is reported |
+//! | 7                    | n               | the transmitter takes n % 32 bytes and no more; it has sent the last bit if n is even; it fails if n is 224 or more |
 //!
-//! An idle master is asked for something by one byte, modulo 4: stop, ping (n:
-//! which joint), START, or drive (four bytes: a PWM for each joint).
+//! An idle master is asked for something by one byte, modulo 8:
+//!
+//! | byte | then                        | what is asked                           |
+//! |------|-----------------------------|-----------------------------------------|
+//! | 0    |                             | stop                                    |
+//! | 1    | n                           | a ping of joint n % 3                   |
+//! | 2    |                             | START                                   |
+//! | 3, 4 | four bytes                  | drive, with a PWM for each joint        |
+//! | 5    | id, m, n, n % 32 bytes      | these, answered with m bytes by this id |
+//! | 6, 7 | n                           | nothing: Morpheus or stock servos from now on, at the n-th baud rate, prepared if n is 128 or more |
 
 mod line;
 
 use armbridge_shared::actuator::Pwm;
-use armbridge_shared::servo::master::{Busy, Master, Transaction};
+use armbridge_shared::servo::master::{Asked, Busy, Master, Transaction};
 use armbridge_shared::servo::morpheus::{Request, ServoId};
-use armbridge_shared::servo::stop::{StopStep, stop_steps};
+use armbridge_shared::servo::port::BAUD_RATES;
+use armbridge_shared::servo::protocol1::{BROADCAST, Instruction, register};
+use armbridge_shared::servo::stop::{StopStep, stop_step_for};
+use armbridge_shared::servo::{Firmware, Packet};
 use embedded_hal_nb::serial::ErrorKind;
 use line::{Line, Port, Transmitter};
 
 const ERRORS: [ErrorKind; 3] = [ErrorKind::FrameFormat, ErrorKind::Noise, ErrorKind::Overrun];
+/// How long a servo may take to answer somebody else, in µs.
+const LATENCY_US: u32 = 100;
 /// A poll for each step, for each transmission's end, and some to spare: once
 /// nothing happens any more, no transaction takes longer.
 const POLLS_MAX: usize = 40;
@@ -67,8 +80,8 @@ struct Run {
     port: Port,
     master: Master<Port, Port>,
     now_us: u64,
-    /// The transaction under way, and when it was asked for.
-    asked: Option<(Transaction, u64)>,
+    /// What is under way, what it sends, and when it was asked for.
+    asked: Option<(Transaction, Vec<u8>, u64)>,
     /// Answers so far.
     believed: usize,
 }
@@ -77,10 +90,8 @@ impl Run {
     /// Does what the script says next; `None` at its end.
     fn step(&mut self, script: &mut impl Iterator<Item = u8>) -> Option<()> {
         if self.master.is_idle() {
-            let transaction = transaction(script)?;
-            self.port.edit(Line::forget);
-            assert_eq!(self.master.begin(transaction, self.now_us), Ok(()));
-            self.asked = Some((transaction, self.now_us));
+            self.ask(script)?;
+            return Some(());
         }
         assert_eq!(self.master.begin(Transaction::Stop, self.now_us), Err(Busy));
         match script.next()? % 8 {
@@ -112,26 +123,56 @@ impl Run {
         Some(())
     }
 
+    /// Asks the master for what the script says.
+    fn ask(&mut self, script: &mut impl Iterator<Item = u8>) -> Option<()> {
+        self.port.edit(Line::forget);
+        let transaction = match script.next()? % 8 {
+            0 => Transaction::Stop,
+            1 => Transaction::Ping {
+                joint: usize::from(script.next()? % 3),
+            },
+            2 => Transaction::Start,
+            3 | 4 => Transaction::Drive([pwm(script)?, pwm(script)?]),
+            5 => {
+                let asked = Asked {
+                    id: script.next()?,
+                    reply_bytes: script.next()?,
+                    latency_us: LATENCY_US,
+                };
+                let count = usize::from(script.next()? % 32);
+                let packet: Vec<u8> = script.take(count).collect();
+                assert_eq!(self.master.ask(&packet, asked, self.now_us), Ok(()));
+                self.asked = Some((Transaction::Ask(asked), packet, self.now_us));
+                return Some(());
+            }
+            kind => {
+                let firmware = Firmware::ALL[usize::from(kind - 6)];
+                let state = script.next()?;
+                let baud = BAUD_RATES[usize::from(state) % BAUD_RATES.len()];
+                assert_eq!(self.master.set_line(firmware, baud), Ok(()));
+                self.master.set_prepared(state >= 128);
+                return Some(());
+            }
+        };
+        assert_eq!(self.master.begin(transaction, self.now_us), Ok(()));
+        let (firmware, is_prepared) = (self.master.firmware(), self.master.is_prepared());
+        let sent = expected(transaction, firmware, is_prepared);
+        self.asked = Some((transaction, sent, self.now_us));
+        Some(())
+    }
+
     fn poll(&mut self) {
         let result = self.master.poll(self.now_us);
         assert_eq!(result.is_ok(), self.master.is_idle());
-        if let (Ok(outcome), Some((transaction, begun_us))) = (result, self.asked) {
-            assert_eq!(outcome.transaction, transaction);
+        if let (Ok(outcome), Some((transaction, sent, begun_us))) = (result, &self.asked) {
+            assert_eq!(outcome.transaction, *transaction);
             assert!(u64::from(outcome.bus_us) <= self.now_us - begun_us);
-            self.believed += self.port.edit(|line| line.check(&outcome));
+            let (firmware, reply) = (self.master.firmware(), self.master.reply());
+            self.believed += self
+                .port
+                .edit(|line| line.check(&outcome, sent, firmware, reply));
         }
     }
-}
-
-fn transaction(script: &mut impl Iterator<Item = u8>) -> Option<Transaction> {
-    Some(match script.next()? % 4 {
-        0 => Transaction::Stop,
-        1 => Transaction::Ping {
-            joint: usize::from(script.next()? % 3),
-        },
-        2 => Transaction::Start,
-        _ => Transaction::Drive([pwm(script)?, pwm(script)?]),
-    })
 }
 
 fn pwm(script: &mut impl Iterator<Item = u8>) -> Option<Pwm> {
@@ -140,25 +181,59 @@ fn pwm(script: &mut impl Iterator<Item = u8>) -> Option<Pwm> {
 }
 
 /// What goes out for a transaction.
-fn expected(transaction: Transaction) -> Vec<u8> {
-    match transaction {
-        Transaction::Stop => stop_steps(ids())
-            .flat_map(|step| match step {
+fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> Vec<u8> {
+    let packets: Vec<Packet> = match (transaction, firmware) {
+        (Transaction::Stop, _) => {
+            let steps = (0..).map_while(|index| stop_step_for(index, firmware, ids()));
+            let sent = steps.flat_map(|step| match step {
                 StopStep::Send(packet) => packet.to_vec(),
                 StopStep::Repeat(byte, count) => vec![byte; count.into()],
                 StopStep::Pause { .. } => Vec::new(),
-            })
-            .collect(),
-        Transaction::Ping { joint } => {
-            let id = ids().get(joint).copied();
-            id.map_or_else(Vec::new, |id| Request::Ping(id).encode().to_vec())
+            });
+            return sent.collect();
         }
-        Transaction::Start => Request::Start.encode().to_vec(),
-        Transaction::Drive([a, b]) => {
+        (Transaction::Ping { joint }, _) => {
+            let packet = |id: &ServoId| match firmware {
+                Firmware::Morpheus => Request::Ping(*id).encode(),
+                Firmware::Stock => stock(Instruction::Ping, id.get()),
+            };
+            ids().get(joint).map(packet).into_iter().collect()
+        }
+        (Transaction::Start, _) => vec![Request::Start.encode()],
+        (Transaction::Drive([a, b]), Firmware::Morpheus) => {
             let [first, second] = ids();
-            let mut sent = Request::Drive([(first, a), (second, b)]).encode().to_vec();
-            sent.extend(Request::Cycle.encode());
-            sent
+            let drive = Request::Drive([(first, a), (second, b)]);
+            vec![drive.encode(), Request::Cycle.encode()]
         }
-    }
+        (Transaction::Drive(pwm), Firmware::Stock) => {
+            let [[a, b], [c, d]] = pwm.map(|pwm| duty(pwm).to_le_bytes());
+            let duties = Instruction::SyncWrite {
+                address: register::MOVING_SPEED,
+                count: 2,
+                blocks: &[1, a, b, 2, c, d],
+            };
+            let position = Instruction::Read {
+                address: register::PRESENT_POSITION,
+                count: 2,
+            };
+            // To servos in another mode a duty would be something else.
+            let duties = is_prepared.then(|| stock(duties, BROADCAST));
+            let positions = [1, 2].map(|id| stock(position, id));
+            duties.into_iter().chain(positions).collect()
+        }
+        // Known where it is asked for.
+        (Transaction::Ask(_), _) => Vec::new(),
+    };
+    packets.concat()
+}
+
+fn stock(instruction: Instruction, id: u8) -> Packet {
+    instruction.encode(id).expect("a short packet")
+}
+
+/// Thousandths of full drive as 1023rds, and the sign in bit 10.
+fn duty(pwm: Pwm) -> u16 {
+    let thousandths = f64::from(pwm.counts()) - 1000.0;
+    let magnitude = (thousandths.abs() * 1023.0 / 1000.0).round() as u16;
+    magnitude | u16::from(thousandths < 0.0) << 10
 }

@@ -1,12 +1,14 @@
 //! Ten million streams of bytes into each parser.
 //!
 //! Half of them are random, 8 to 64 bytes; the other half are seeds of the fuzz
-//! targets, one after another, with up to four damages. What must hold is the fuzz targets'
-//! business: see `../src`.
+//! targets, one after another, with up to four damages. What must hold is the
+//! fuzz targets' business: see `../src`.
 
 #[path = "../src/lib.rs"]
 #[expect(unreachable_pub, reason = "public to the fuzz targets")]
 mod checks;
+mod messages;
+mod packets;
 mod seeds;
 
 use armbridge_tests::random::Random;
@@ -44,6 +46,13 @@ fn feed(target: &str, seed: u64, check: fn(&[u8]) -> usize) -> usize {
 
 fn one_of<'a>(random: &mut Random, seeds: &'a [Vec<u8>]) -> &'a [u8] {
     &seeds[random.below(seeds.len() as u64) as usize]
+}
+
+#[test]
+#[ignore = "takes a minute: run `cargo verify`"]
+fn gateway() {
+    let found = feed("gateway", 0x5EED_0105, checks::gateway::check);
+    assert!(found > STREAMS / 2, "{found}");
 }
 
 #[test]

@@ -7,7 +7,9 @@
 use super::CORE_MHZ;
 use crate::port::{Buffers, Line, LineError};
 use crate::stop::PolledLine;
+use armbridge_shared::servo::port::{BAUD_RATES, bytes_us};
 use core::convert::Infallible;
+use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::gpio::vals::{Moder, Ospeedr, Pupdr};
 use embassy_stm32::pac::rcc::vals::Sw;
@@ -30,6 +32,9 @@ const PCLK1_MHZ: u32 = 42;
 const RESET_MHZ: u32 = 16;
 
 static BUFFERS: Buffers = Buffers::new();
+
+/// Bits per second; a fresh start begins with what servos have ex works.
+static BAUD: AtomicU32 = AtomicU32::new(BAUD_RATES[0]);
 
 /// A byte has come, or a transmission has ended.
 pub static ACTIVITY: Signal<CriticalSectionRawMutex, ()> = Signal::new();
@@ -55,15 +60,8 @@ fn set_up() {
         .moder()
         .modify(|w| w.set_moder(DIRECTION_PIN, Moder::OUTPUT));
 
-    // Section 30.3.4, 16 samples a bit: the register holds clock over baud
-    // rate. At 42 and at 16 MHz that is exact for 1 Mbaud.
-    let divider = if runs_at_full_speed() {
-        PCLK1_MHZ
-    } else {
-        RESET_MHZ
-    };
     USART3.cr1().write(|w| w.set_ue(false));
-    USART3.brr().write(|w| w.0 = divider);
+    set_divider(BAUD.load(Ordering::Relaxed));
     // 8N1 is what zero stands for in CR1 and CR2. TE sends an idle frame first.
     USART3.cr1().write(|w| {
         w.set_ue(true);
@@ -83,6 +81,20 @@ fn set_up() {
         GPIOB.pupdr().modify(|w| w.set_pupdr(pin, Pupdr::PULL_UP));
         GPIOB.moder().modify(|w| w.set_moder(pin, Moder::ALTERNATE));
     }
+}
+
+/// Section 30.3.4, 16 samples a bit: the register holds clock over baud rate. At
+/// 42 and at 16 MHz that is exact for 1 Mbaud.
+fn set_divider(baud: u32) {
+    let clock_mhz = if runs_at_full_speed() {
+        PCLK1_MHZ
+    } else {
+        RESET_MHZ
+    };
+    let baud = baud.max(1);
+    let divider = (clock_mhz * 1_000_000 + baud / 2) / baud;
+    // From 16, one sample each, to what the register holds.
+    USART3.brr().write(|w| w.0 = divider.clamp(16, 0xFFFF));
 }
 
 fn runs_at_full_speed() -> bool {
@@ -145,6 +157,11 @@ impl Line for BusLine {
         // from then on TC tells.
         !BUFFERS.is_sending() && !USART3.cr1().read().txeie() && USART3.sr().read().tc()
     }
+
+    fn set_baud(&self, baud: u32) {
+        BAUD.store(baud, Ordering::Relaxed);
+        set_divider(baud);
+    }
 }
 
 /// The direction pin: high to send.
@@ -186,10 +203,10 @@ impl LastLine {
         Self { core_mhz }
     }
 
-    /// A byte takes 10 µs; a port that is not done after ten times that is
-    /// dead.
+    /// A port that is not done after ten times a byte is dead.
     fn wait(&self, mut done: impl FnMut() -> bool) {
-        for _ in 0..100 {
+        let byte_us = bytes_us(1, BAUD.load(Ordering::Relaxed));
+        for _ in 0..10 * byte_us {
             if done() {
                 return;
             }

@@ -1,10 +1,24 @@
-//! The control link: USB, full speed, one CDC ACM port.
+//! Control link and transparent port: USB, full speed.
+//!
+//! | port             | as                  | endpoints beside control          |
+//! |------------------|---------------------|-----------------------------------|
+//! | transparent port | CDC ACM, a serial port | interrupt IN, bulk IN, bulk OUT |
+//! | control link     | vendor's own, two pipes | bulk IN, bulk OUT              |
+//!
+//! The controller has three IN endpoints beside control (reference manual,
+//! section 34.1), and two CDC ACM functions would need four. The port that other
+//! people's programs open must be a serial port; the link is spoken by our own
+//! host program alone, so it goes without. Windows finds its driver for it
+//! (`WinUSB`) by the descriptors of Microsoft's that come with it.
 
-use crate::run::{FromHost, ToHost};
+use crate::run::{FromClient, FromHost, LineChanges, ToHost};
+use armbridge_shared::bridge::gateway::ClientLine;
 use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
 use embassy_stm32::usb::{self, Driver, InterruptHandler};
 use embassy_stm32::{Peri, bind_interrupts};
-use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
+use embassy_usb::class::cdc_acm::{CdcAcmClass, ControlChanged, Receiver, Sender, State};
+use embassy_usb::driver::{Endpoint as _, EndpointIn as _, EndpointOut as _};
+use embassy_usb::msos::{CompatibleIdFeatureDescriptor, windows_version};
 use embassy_usb::{Builder, Config, UsbDevice};
 use static_cell::StaticCell;
 
@@ -14,17 +28,29 @@ bind_interrupts!(struct Irqs {
 
 /// Longest packet of a full-speed bulk endpoint.
 const PACKET_MAX: usize = 64;
+/// A class of nobody's but the vendor's.
+const VENDOR: u8 = 0xFF;
+/// Request by which Windows asks for Microsoft's descriptors; any will do.
+const MICROSOFT: u8 = 0x20;
 
 type Otg = Driver<'static, USB_OTG_FS>;
+type Out = <Otg as embassy_usb::driver::Driver<'static>>::EndpointOut;
+type In = <Otg as embassy_usb::driver::Driver<'static>>::EndpointIn;
 
 /// What [`start`] gives.
-pub struct Link {
+pub struct Ports {
     /// To be run for ever.
     pub device: UsbDevice<'static, Otg>,
     /// Bytes from the host.
     pub from_host: FromUsb,
     /// Bytes to the host.
     pub to_host: ToUsb,
+    /// Bytes from the client of the transparent port.
+    pub from_client: FromSerial,
+    /// Bytes to that client.
+    pub to_client: ToSerial,
+    /// When it sets its port to something else.
+    pub changes: Changes,
 }
 
 /// Makes the device; once.
@@ -32,12 +58,13 @@ pub fn start(
     otg: Peri<'static, USB_OTG_FS>,
     plus: Peri<'static, PA12>,
     minus: Peri<'static, PA11>,
-) -> Link {
-    // Room for one packet of each OUT endpoint: control and data.
+) -> Ports {
+    // Room for one packet of each OUT endpoint: control, link, port.
     static OUT: StaticCell<[u8; 4 * PACKET_MAX]> = StaticCell::new();
-    static CONFIGURATION: StaticCell<[u8; 128]> = StaticCell::new();
-    // Five bytes of header and seven of the only capability, as USB 2.1 asks.
-    static CAPABILITIES: StaticCell<[u8; 12]> = StaticCell::new();
+    static CONFIGURATION: StaticCell<[u8; 192]> = StaticCell::new();
+    // Header, the capability that USB 2.1 asks for, Microsoft's.
+    static CAPABILITIES: StaticCell<[u8; 48]> = StaticCell::new();
+    static MICROSOFTS: StaticCell<[u8; 128]> = StaticCell::new();
     static CONTROL: StaticCell<[u8; PACKET_MAX]> = StaticCell::new();
     static STATE: StaticCell<State<'static>> = StaticCell::new();
 
@@ -51,30 +78,80 @@ pub fn start(
     // The vendor and product that pid.codes keeps for tests.
     let mut config = Config::new(0x1209, 0x0001);
     config.manufacturer = Some("Armbridge");
-    config.product = Some("Armbridge control link");
+    config.product = Some("Armbridge");
     let mut builder = Builder::new(
         driver,
         config,
-        CONFIGURATION.init([0; 128]),
-        CAPABILITIES.init([0; 12]),
-        // No descriptors of Microsoft's own.
-        &mut [],
+        CONFIGURATION.init([0; 192]),
+        CAPABILITIES.init([0; 48]),
+        MICROSOFTS.init([0; 128]),
         CONTROL.init([0; PACKET_MAX]),
     );
+    builder.msos_descriptor(windows_version::WIN8_1, MICROSOFT);
     let state = STATE.init(State::new());
-    let port = CdcAcmClass::new(&mut builder, state, PACKET_MAX as u16);
-    let (sender, receiver) = port.split();
-    Link {
+    let serial = CdcAcmClass::new(&mut builder, state, PACKET_MAX as u16);
+    let (to_client, from_client, changes) = serial.split_with_control();
+
+    let mut function = builder.function(VENDOR, 0, 0);
+    function.msos_feature(CompatibleIdFeatureDescriptor::new("WINUSB", ""));
+    let mut interface = function.interface();
+    let mut pipes = interface.alt_setting(VENDOR, 0, 0, None);
+    let from_host = pipes.endpoint_bulk_out(None, PACKET_MAX as u16);
+    let to_host = pipes.endpoint_bulk_in(None, PACKET_MAX as u16);
+    drop(function);
+    Ports {
         device: builder.build(),
-        from_host: FromUsb(receiver),
-        to_host: ToUsb(sender),
+        from_host: FromUsb(from_host),
+        to_host: ToUsb(to_host),
+        from_client: FromSerial(from_client),
+        to_client: ToSerial(to_client),
+        changes: Changes(changes),
     }
 }
 
+/// What of `bytes` goes into one packet. A full one says that more is to come:
+/// never end on one.
+fn packet(bytes: &[u8]) -> &[u8] {
+    let len = match bytes.len() {
+        PACKET_MAX => PACKET_MAX - 1,
+        len => len.min(PACKET_MAX),
+    };
+    bytes.get(..len).unwrap_or_default()
+}
+
 /// Bytes from the host.
-pub struct FromUsb(Receiver<'static, Otg>);
+pub struct FromUsb(Out);
 
 impl FromHost for FromUsb {
+    async fn read(&mut self, buffer: &mut [u8]) -> usize {
+        loop {
+            match self.0.read(buffer).await {
+                Ok(0) => {}
+                Ok(len) => return len,
+                Err(_) => self.0.wait_enabled().await,
+            }
+        }
+    }
+}
+
+/// Bytes to the host.
+pub struct ToUsb(In);
+
+impl ToHost for ToUsb {
+    async fn write(&mut self, bytes: &[u8]) -> usize {
+        let packet = packet(bytes);
+        if self.0.write(packet).await.is_ok() {
+            return packet.len();
+        }
+        self.0.wait_enabled().await;
+        0
+    }
+}
+
+/// Bytes from the client of the transparent port.
+pub struct FromSerial(Receiver<'static, Otg>);
+
+impl FromHost for FromSerial {
     async fn read(&mut self, buffer: &mut [u8]) -> usize {
         loop {
             match self.0.read_packet(buffer).await {
@@ -86,22 +163,34 @@ impl FromHost for FromUsb {
     }
 }
 
-/// Bytes to the host.
-pub struct ToUsb(Sender<'static, Otg>);
+impl FromClient for FromSerial {
+    fn line(&self) -> ClientLine {
+        ClientLine {
+            is_open: self.0.dtr(),
+            baud: self.0.line_coding().data_rate(),
+        }
+    }
+}
 
-impl ToHost for ToUsb {
+/// Bytes to that client.
+pub struct ToSerial(Sender<'static, Otg>);
+
+impl ToHost for ToSerial {
     async fn write(&mut self, bytes: &[u8]) -> usize {
-        // A full packet says that more is to come: never end a frame on one.
-        let len = if bytes.len() == PACKET_MAX {
-            PACKET_MAX - 1
-        } else {
-            bytes.len().min(PACKET_MAX)
-        };
-        let packet = bytes.get(..len).unwrap_or_default();
+        let packet = packet(bytes);
         if self.0.write_packet(packet).await.is_ok() {
-            return len;
+            return packet.len();
         }
         self.0.wait_connection().await;
         0
+    }
+}
+
+/// When that client sets its port to something else.
+pub struct Changes(ControlChanged<'static>);
+
+impl LineChanges for Changes {
+    async fn changed(&mut self) {
+        self.0.control_changed().await;
     }
 }

@@ -1,25 +1,33 @@
-//! The servo bus on UART1, paced as a line of 1 Mbaud would be.
+//! The servo bus on UART1, paced as a real line would be.
 //!
 //! QEMU sends in no time. `flush` therefore reports the end of a transmission
-//! when its bytes would have left at 10 µs each, so that the bus master's
+//! when its bytes would have left at ten bits each, so that the bus master's
 //! timing is what it is on a real line. Whoever is at the other end takes the
 //! bytes of a burst as sent back to back from the moment the first arrived.
 
 use super::{BUS, time};
 use crate::port::{Buffers, Line};
 use crate::stop::PolledLine;
-use armbridge_shared::servo::BYTE_US;
+use armbridge_shared::servo::port::{BAUD_RATES, bytes_us};
 use core::cell::Cell;
 use core::convert::Infallible;
+use core::sync::atomic::{AtomicU32, Ordering};
 use critical_section::Mutex;
 use embedded_hal::digital::{ErrorType, OutputPin};
 
-/// When the last stop bit leaves, in µs.
-static SENT_US: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
+/// When the last stop bit leaves, in ns.
+static SENT_NS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
+/// Bits per second.
+static BAUD: AtomicU32 = AtomicU32::new(BAUD_RATES[0]);
+
+/// Bits per second.
+pub fn baud() -> u32 {
+    BAUD.load(Ordering::Relaxed).max(1)
+}
 
 /// When the transmission under way ends; `None` if there is none.
 pub fn sent_at_us(now_us: u64) -> Option<u64> {
-    let sent_us = critical_section::with(|cs| SENT_US.borrow(cs).get());
+    let sent_us = critical_section::with(|cs| SENT_NS.borrow(cs).get()).div_ceil(1_000);
     (sent_us > now_us).then_some(sent_us)
 }
 
@@ -34,16 +42,21 @@ impl Line for BusLine {
 
     /// Called for every byte written.
     fn start_sending(&self) {
-        let now_us = time::now_us();
+        let now_ns = time::now_us() * 1_000;
+        let byte_ns = 10_000_000_000 / u64::from(baud());
         critical_section::with(|cs| {
-            let sent_us = SENT_US.borrow(cs);
-            sent_us.set(sent_us.get().max(now_us) + BYTE_US);
+            let sent_ns = SENT_NS.borrow(cs);
+            sent_ns.set(sent_ns.get().max(now_ns) + byte_ns);
         });
         BUS.send();
     }
 
     fn is_sent(&self) -> bool {
         !BUS.buffers().is_sending() && sent_at_us(time::now_us()).is_none()
+    }
+
+    fn set_baud(&self, baud: u32) {
+        BAUD.store(baud, Ordering::Relaxed);
     }
 }
 
@@ -74,7 +87,7 @@ impl PolledLine for LastLine {
 
     fn send(&mut self, byte: u8) {
         BUS.send_polled(byte);
-        self.pause_us(BYTE_US as u32);
+        self.pause_us(bytes_us(1, baud()) as u32);
     }
 
     fn flush(&mut self) {}

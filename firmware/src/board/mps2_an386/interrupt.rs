@@ -4,7 +4,7 @@
 //! |----------|-----------------------------------------------------------|
 //! | 0        | bus bytes and alarm: a few instructions each              |
 //! | 1        | the tick                                                  |
-//! | 2        | link bytes                                                |
+//! | 2        | bytes of link and transparent port                        |
 //! | 3        | link, log: what is thread mode on a real board            |
 //! | thread   | sleep                                                     |
 //!
@@ -13,7 +13,7 @@
 //! executed after the interrupt it is to wait for; an interrupt executor of the
 //! lowest priority leaves nothing to wait for but interrupts.
 
-use super::{BUS, LINK, time};
+use super::{BUS, CLIENT, LINK, time};
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
 use embassy_executor::InterruptExecutor;
@@ -30,6 +30,10 @@ pub enum Irq {
     BusRx = 2,
     /// Bus, transmitter free.
     BusTx = 3,
+    /// Transparent port, byte received.
+    ClientRx = 4,
+    /// Transparent port, transmitter free.
+    ClientTx = 5,
     /// TIMER1.
     Alarm = 9,
     /// No device has this one; the executor of everything else pends it.
@@ -63,6 +67,8 @@ pub fn enable(nvic: &mut NVIC) {
         (Irq::Tick, 1),
         (Irq::LinkRx, 2),
         (Irq::LinkTx, 2),
+        (Irq::ClientRx, 2),
+        (Irq::ClientTx, 2),
         (Irq::Rest, 3),
     ];
     for (irq, priority) in priorities {
@@ -91,6 +97,14 @@ extern "C" fn bus_rx() {
 
 extern "C" fn bus_tx() {
     BUS.on_transmit();
+}
+
+extern "C" fn client_rx() {
+    CLIENT.on_receive();
+}
+
+extern "C" fn client_tx() {
+    CLIENT.on_transmit();
 }
 
 extern "C" fn alarm() {
@@ -124,6 +138,8 @@ static __INTERRUPTS: [unsafe extern "C" fn(); COUNT] = {
     vectors[Irq::LinkTx as usize] = link_tx;
     vectors[Irq::BusRx as usize] = bus_rx;
     vectors[Irq::BusTx as usize] = bus_tx;
+    vectors[Irq::ClientRx as usize] = client_rx;
+    vectors[Irq::ClientTx as usize] = client_tx;
     vectors[Irq::Alarm as usize] = alarm;
     vectors[Irq::Rest as usize] = rest;
     vectors[Irq::Tick as usize] = tick;

@@ -1,20 +1,21 @@
-//! The control link on UART0, as the link loop wants it.
+//! Control link and transparent port on their UARTs, as the loops want them.
 
-use super::LINK;
+use super::uart::Uart;
 use crate::port::Buffers;
-use crate::run::{FromHost, ToHost};
+use crate::run::{FromClient, FromHost, LineChanges, ToHost};
+use armbridge_shared::bridge::gateway::ClientLine;
 
-/// Either direction of the control link.
-#[derive(Debug)]
-pub struct LinkStream;
+/// Either direction of a UART.
+#[derive(Clone, Copy)]
+pub struct Stream(pub &'static Uart);
 
-impl FromHost for LinkStream {
+impl FromHost for Stream {
     async fn read(&mut self, buffer: &mut [u8]) -> usize {
-        LINK.until(Buffers::has_received).await;
+        self.0.until(Buffers::has_received).await;
         let mut len = 0;
         for (slot, byte) in buffer
             .iter_mut()
-            .zip(core::iter::from_fn(|| LINK.buffers().read()))
+            .zip(core::iter::from_fn(|| self.0.buffers().read()))
         {
             *slot = byte;
             len += 1;
@@ -23,12 +24,33 @@ impl FromHost for LinkStream {
     }
 }
 
-impl ToHost for LinkStream {
+impl ToHost for Stream {
     async fn write(&mut self, bytes: &[u8]) -> usize {
-        LINK.until(Buffers::has_room).await;
-        let sent = bytes.iter().take_while(|byte| LINK.buffers().write(**byte));
+        self.0.until(Buffers::has_room).await;
+        let buffers = self.0.buffers();
+        let sent = bytes.iter().take_while(|byte| buffers.write(**byte));
         let len = sent.count();
-        LINK.send();
+        self.0.send();
         len
+    }
+}
+
+impl FromClient for Stream {
+    /// A UART has no modem lines, and QEMU's no speed.
+    fn line(&self) -> ClientLine {
+        ClientLine {
+            is_open: true,
+            baud: 0,
+        }
+    }
+}
+
+/// Nor does any of that change.
+#[derive(Clone, Copy, Debug)]
+pub struct NoChanges;
+
+impl LineChanges for NoChanges {
+    async fn changed(&mut self) {
+        core::future::pending::<()>().await;
     }
 }

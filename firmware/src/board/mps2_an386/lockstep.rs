@@ -3,11 +3,11 @@
 //! ```text
 //! board                                    bench
 //!   everything is done, the tick waits
-//!   link: take what has come, send all
+//!   other ports: take what has come, send all
 //!   Idle { until, bytes sent so far } ---->  fetches the announced bytes,
 //!                                            moves the arm, feeds the ports,
 //!   waits for the announced bytes    <-----  Grant { now, bytes sent so far }
-//!   link: take what has come, send all
+//!   other ports: take what has come, send all
 //!   time becomes `now`, the tick runs at once, until it waits again
 //! ```
 //!
@@ -22,27 +22,32 @@
 //! one.
 
 use super::semihosting::{self, EXIT_NO_BENCH, Stdio};
-use super::{BUS, LINK, time};
+use super::{BUS, CLIENT, LINK, bus, time};
 use armbridge_shared::bridge::LinkPort;
+use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::lockstep::{Grant, Idle, MESSAGE_LEN};
 
 /// Runs the bridge by grants, for ever, in thread mode and in place of
 /// [`crate::run::link`]. The real-time loop must be waiting.
-pub async fn run(mut port: LinkPort<'_>) -> ! {
+pub async fn run(mut port: LinkPort<'_>, mut client: PortEnd<'_>) -> ! {
     let Some(mut bench) = Stdio::open() else {
         semihosting::exit(EXIT_NO_BENCH);
     };
     loop {
         serve_link(&mut port).await;
+        serve_client(&mut client).await;
         let (until_us, bus_wanted) = time::waits_for();
         let idle = Idle {
             until_us,
             bus_wanted,
             bus_tx: BUS.buffers().written_total() as u16,
             link_tx: LINK.buffers().written_total(),
+            client_tx: CLIENT.buffers().written_total(),
+            bus_baud: bus::baud(),
         };
-        BUS.until_sent().await;
-        LINK.until_sent().await;
+        for port in [&BUS, &LINK, &CLIENT] {
+            port.until_sent().await;
+        }
         let mut answer = [0; MESSAGE_LEN];
         if !(bench.write(&idle.to_bytes()) && bench.read(&mut answer)) {
             semihosting::exit(EXIT_NO_BENCH);
@@ -62,6 +67,19 @@ pub async fn run(mut port: LinkPort<'_>) -> ! {
             .await;
         }
         serve_link(&mut port).await;
+        loop {
+            serve_client(&mut client).await;
+            if has_come(CLIENT.buffers().received_total(), grant.client_rx) {
+                break;
+            }
+            CLIENT
+                .until(|port| {
+                    port.has_received() || has_come(port.received_total(), grant.client_rx)
+                })
+                .await;
+        }
+        serve_client(&mut client).await;
+        client.set_line(grant.client_line);
         time::grant(grant.now_us);
     }
 }
@@ -82,4 +100,18 @@ async fn serve_link(port: &mut LinkPort<'_>) {
         }
         LINK.send();
     }
+}
+
+/// Takes what the client has sent, as far as there is room, and sends it all
+/// there is.
+async fn serve_client(client: &mut PortEnd<'_>) {
+    while client.room() > 0
+        && let Some(byte) = CLIENT.buffers().read()
+    {
+        client.receive(&[byte]);
+    }
+    while let Some(byte) = client.transmit() {
+        CLIENT.until(|port| port.write(byte)).await;
+    }
+    CLIENT.send();
 }

@@ -4,6 +4,7 @@
 //! |----------------|------------------------------|----------------|
 //! | control link   | CMSDK UART0                  | 0 RX, 1 TX     |
 //! | servo bus      | CMSDK UART1                  | 2 RX, 3 TX     |
+//! | transparent port | CMSDK UART2                | 4 RX, 5 TX     |
 //! | clock          | CMSDK TIMER0                 | not used       |
 //! | alarm, stopwatch (QEMU has no DWT counter) | CMSDK TIMER1 | 9  |
 //! | tick           | no device                    | 31, by software |
@@ -18,11 +19,12 @@
 //!
 //! ```text
 //! qemu-system-arm -machine mps2-an386 -nographic -monitor none \
-//!     -kernel <image> -serial <link> -serial <bus> -chardev file,id=log,path=<log> \
+//!     -kernel <image> -serial <link> -serial <bus> -serial <client> \
+//!     -chardev file,id=log,path=<log> \
 //!     -semihosting-config enable=on,target=native,chardev=log,arg=armbridge[,arg=lockstep]
 //! ```
 //!
-//! Link and bus are chardevs such as `unix:PATH` or `tcp:127.0.0.1:PORT`, to
+//! Link, bus and client are chardevs such as `unix:PATH` or `tcp:127.0.0.1:PORT`, to
 //! which QEMU connects. The log is a stream of defmt frames in rzCOBS encoding,
 //! to be decoded with the image's ELF file. Without `arg=lockstep` time is real,
 //! or with `arg=slow=N` N times slower, for a bus whose bytes take their time;
@@ -56,3 +58,5 @@ pub const CLOCK_MHZ: u32 = 25;
 pub static LINK: Uart = Uart::new(0x4000_4000);
 /// Servo bus.
 pub static BUS: Uart = Uart::new(0x4000_5000);
+/// Transparent port.
+pub static CLIENT: Uart = Uart::new(0x4000_6000);

@@ -106,6 +106,11 @@ pub fn on_bus_activity() {
     }
 }
 
+/// The client has said something.
+pub fn wake() {
+    WAKE.signal(());
+}
+
 /// The alarm interrupt's handler.
 pub fn on_alarm() {
     stop_alarm();

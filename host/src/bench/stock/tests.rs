@@ -6,9 +6,10 @@ mod motion;
 mod timing;
 
 use crate::bench::Bench;
-use crate::bench::kind::{Firmware, ServoKind};
+use crate::bench::kind::ServoKind;
 use crate::bench::plant::{Plant, PlantConfig};
 use crate::bench::wire::Heard;
+use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Instruction};
 
 /// Longer than any answer with the return delay of a servo ex works, at 1 Mbaud.

@@ -149,6 +149,11 @@ impl Job {
         }
     }
 
+    /// The id of the servo that is asked.
+    pub fn servo(&self) -> u8 {
+        self.voice.id()
+    }
+
     /// "I will not", in the servo's name.
     pub fn refusal(&self) -> Bytes {
         self.voice.refuses()

@@ -1,27 +1,80 @@
-//! The transparent port: raw servo-bus traffic, as through a `USB2Dynamixel`.
+//! The transparent port: raw bus traffic for another program, as through a
+//! `USB2Dynamixel`.
 //!
-//! A client of this port says what it would say to the bus. While nothing is
-//! driven, that goes there as it is, but for what [`is_deafening`]. While a
-//! control loop runs, it is judged, and what is harmless is asked by the board
-//! itself, in what is left of the tick; the client can tell the difference only
-//! by the time it takes.
+//! | what the bridge does     | what the client gets                              |
+//! |--------------------------|---------------------------------------------------|
+//! | torque off, bus released | its packets on the bus as they are, every byte heard |
+//! | ticks, torque on or not  | what is harmless, asked in the slack of a tick    |
 //!
-//! | part       | what                                                       |
-//! |------------|------------------------------------------------------------|
-//! | [`Framer`] | the client's bytes into whole packets                      |
-//! | [`judge`]  | what may be done with one while a loop runs                |
-//! | [`Job`]    | the board's own requests for it, each as long as time is   |
+//! While ticks run, nothing of the client's goes on the bus as it came: each
+//! request is one of ours, made for what the client wants to know, and what
+//! would move, re-address or reset a servo under control is refused in the
+//! servo's own words.
 //!
-//! Nothing here touches the bus or the port.
+//! | part       | what                                                            |
+//! |------------|-----------------------------------------------------------------|
+//! | [`Framer`] | the client's bytes as whole packets; half a packet times out    |
+//! | [`judge`]  | what may be done with a packet while ticks run                  |
+//! | [`Job`]    | the board's own requests for it, each as long as time is        |
+//! | `voice`    | answers in the servo's protocol                                 |
+//! | [`PortEnd`]| the queues between the tick and the board's second port         |
+//! | `serve`    | how the tick serves the client                                  |
 
+mod ends;
 mod framer;
 mod job;
 #[cfg(test)]
 mod packets;
 mod policy;
+mod serve;
 mod voice;
 
+pub(super) use ends::BusSide;
+pub use ends::{ClientLine, PortEnd};
 pub use framer::{Framer, Item};
 pub use job::{Ask, Job, Progress, Slack};
 pub use policy::{Verdict, is_deafening, judge};
 pub use voice::{BYTES_MAX, Bytes};
+
+use super::limits::CLAIM_US;
+use crate::link::message::PortCounters;
+
+/// Shortest time between two reports of the counters, in µs.
+const REPORT_US: u64 = 100_000;
+
+/// The client's affairs, as the tick keeps them.
+#[derive(Debug, Default)]
+pub(super) struct Gateway {
+    framer: Framer,
+    /// A whole packet that waits; its bytes are the framer's.
+    item: Option<Item>,
+    /// A question under way.
+    job: Option<Job>,
+    /// Since when it waits, in µs.
+    since_us: u64,
+    /// How often the servo has been asked.
+    tries: u8,
+    /// The question or packet at hand had to wait for a later tick.
+    has_waited: bool,
+    counters: PortCounters,
+    reported: PortCounters,
+    reported_us: u64,
+    /// The client has opened its port since the bus was released.
+    was_open: bool,
+    /// The host has asked for the bus: no client takes it before this time.
+    claimed_until_us: u64,
+    /// The bus is listened to for the client.
+    relays: bool,
+}
+
+impl Gateway {
+    /// A client's question waits for the slack of a tick.
+    pub(super) fn is_waiting(&self) -> bool {
+        self.job.is_some()
+    }
+
+    /// The host has given an order: for a while the bus stays where it is.
+    pub(super) fn claim(&mut self, now_us: u64) {
+        self.claimed_until_us = now_us.saturating_add(CLAIM_US);
+    }
+}

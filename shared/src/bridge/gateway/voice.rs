@@ -33,6 +33,13 @@ pub(super) enum Voice {
 }
 
 impl Voice {
+    /// Whom the client spoke to.
+    pub(super) const fn id(self) -> u8 {
+        match self {
+            Self::Stock { id } | Self::Morpheus { id, .. } => id,
+        }
+    }
+
     /// An answer. Morpheus has no word for alarms.
     pub(super) fn says(self, alarms: Alarms, data: &[u8]) -> Bytes {
         let packet = match self {

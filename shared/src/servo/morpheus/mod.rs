@@ -26,6 +26,7 @@
 pub mod frame;
 pub mod safe_read;
 
+use super::Packet;
 use crate::JOINTS;
 use crate::actuator::Pwm;
 pub use frame::{BROADCAST, Damage, Frame, HEADER, checksum};
@@ -42,9 +43,6 @@ const REPLY_DATA_MAX: usize = 2;
 const REPLY_MAX: usize = frame::OVERHEAD + REPLY_DATA_MAX;
 /// Finds such replies.
 pub type Parser = frame::Parser<REPLY_MAX>;
-
-/// A packet as it goes on the wire.
-pub type Packet = heapless::Vec<u8, REQUEST_MAX>;
 
 /// Address of a servo: 1..=253.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,11 +2,12 @@
 //!
 //! Servos take each other's replies for requests. One whose first byte is 0x83
 //! looks like SYNC_WR, and whoever hears it is deaf for 200 bytes: a READ must
-//! begin at a register that never holds 0x83. There are three:
+//! begin at a register that never holds 0x83. There are four:
 //!
 //! | from | what                  | holds | reaches    |
 //! |------|-----------------------|-------|------------|
 //! | 0x00 | marker                | 0xAA  | 0x00..0x0A |
+//! | 0x0A | baud rate             | 0, 1, 3, 16, 34, 207 | 0x0A |
 //! | 0x0C | position, high byte   | 0..=3 | 0x0C..0x11 |
 //! | 0x0F | temperature, high byte| 0..=3 | 0x0F..0x11 |
 //!
@@ -21,6 +22,9 @@ use core::ops::Range;
 const READ: u8 = 0x02;
 const MARKER: u8 = 0x00;
 const MARKER_VALID: u8 = 0xAA;
+const BAUD: u8 = 0x0A;
+/// All that the firmware accepts there.
+const BAUDS: [u8; 6] = [0, 1, 3, 16, 34, 207];
 const POSITION_LOW: u8 = 0x0B;
 const POSITION_HIGH: u8 = 0x0C;
 const TEMPERATURE_HIGH: u8 = 0x0F;
@@ -33,7 +37,7 @@ const HIGH_MAX: u8 = 3;
 /// How to read some registers safely.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// First register to ask for: 0x00, 0x0C or 0x0F.
+    /// First register to ask for: 0x00, 0x0A, 0x0C or 0x0F.
     address: u8,
     /// Bytes to ask for.
     count: u8,
@@ -66,6 +70,7 @@ pub const fn plan(address: u8, count: u8) -> Result<Plan, Unreadable> {
         _ if count == 0 => return Err(Unreadable::Empty),
         _ if end > END => return Err(Unreadable::Beyond),
         ..POSITION_LOW if end > POSITION_LOW => return Err(Unreadable::Across),
+        BAUD => BAUD,
         ..POSITION_LOW => MARKER,
         POSITION_LOW => return Err(Unreadable::Position),
         POSITION_HIGH..TEMPERATURE_HIGH => POSITION_HIGH,
@@ -92,9 +97,10 @@ impl Plan {
     /// What was wanted of a reply's payload; `None` if it does not answer this
     /// READ, as the one byte of NOK does not.
     pub fn wanted<'a>(&self, payload: &'a [u8]) -> Option<&'a [u8]> {
-        let is_expected = match payload.first()? {
-            first if self.address == MARKER => *first == MARKER_VALID,
-            first => *first <= HIGH_MAX,
+        let is_expected = match (self.address, payload.first()?) {
+            (MARKER, first) => *first == MARKER_VALID,
+            (BAUD, first) => BAUDS.contains(first),
+            (_, first) => *first <= HIGH_MAX,
         };
         let is_whole = payload.len() == usize::from(self.count);
         payload
@@ -130,13 +136,17 @@ mod tests {
                 assert_eq!(planned.err(), expected_error, "{address} {count}");
                 let Ok(plan) = planned else { continue };
                 let asked = plan.asked();
-                assert!([0x00, 0x0C, 0x0F].contains(&asked.start), "{plan:?}");
+                assert!([0x00, 0x0A, 0x0C, 0x0F].contains(&asked.start), "{plan:?}");
                 assert!(asked.contains(&address), "{plan:?}");
                 assert_eq!(u16::from(asked.end), end);
                 assert_eq!(plan.has_pwm_high(), end == 0x12);
                 // The payload in which each byte but the first is its address.
                 let mut payload: heapless::Vec<u8, 18> = asked.collect();
-                payload[0] = if plan.address == MARKER { 0xAA } else { 3 };
+                payload[0] = match plan.address {
+                    MARKER => 0xAA,
+                    BAUD => 34,
+                    _ => 3,
+                };
                 let wanted = plan.wanted(&payload).unwrap();
                 assert_eq!(wanted.len(), usize::from(count));
                 assert_eq!(wanted.first() == Some(&address), plan.skip > 0);
@@ -150,7 +160,7 @@ mod tests {
         let request = |address, count| plan(address, count).unwrap().request(servo);
         let whole_rom = [0xAA, 5, 1, 0xFE, 2, 0x00, 0x0B, 0xE9];
         assert_eq!(request(0x00, 11), whole_rom);
-        assert_eq!(request(0x0A, 1), whole_rom);
+        assert_eq!(request(0x0A, 1), [0xAA, 5, 1, 0xFE, 2, 0x0A, 1, 0xE9]);
         assert_eq!(request(0x0E, 2), [0xAA, 5, 1, 0xFE, 2, 0x0C, 4, 0xE4]);
     }
 
@@ -165,6 +175,7 @@ mod tests {
         assert_eq!(temperature.wanted(&[0x83, 0, 0x2C, 1]), None);
         // NOK has the length of the shortest reading.
         assert_eq!(plan(0x0F, 1).unwrap().wanted(&[0x08]), None);
+        assert_eq!(plan(0x0A, 1).unwrap().wanted(&[0x08]), None);
         assert_eq!(plan(0x00, 1).unwrap().wanted(&[0x08]), None);
         assert_eq!(plan(0x0F, 1).unwrap().wanted(&[]), None);
     }

@@ -67,6 +67,12 @@ impl Alarms {
         Self(self.0 | alarms.0)
     }
 
+    /// The one of this name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        let bit = NAMES.iter().position(|known| *known == name)?;
+        Some(Self(1 << bit))
+    }
+
     /// Their names, from bit 0 on.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         let Self(bits) = self;

@@ -36,11 +36,13 @@ pub mod register {
     /// Angle limits, clockwise then counter-clockwise, two bytes each: all 0
     /// for wheel mode, in which the moving speed is the motor's duty.
     pub const ANGLE_LIMITS: u8 = 6;
+    /// What the torque limit is at power-up, two bytes.
+    pub const MAX_TORQUE: u8 = 14;
     /// When a status packet is sent: 0 after PING, 1 after READ too, 2 always.
     pub const STATUS_RETURN_LEVEL: u8 = 16;
     /// Torque on or off.
     pub const TORQUE_ENABLE: u8 = 24;
-    /// Wheel mode: duty 0..=1023, bit 10 for clockwise.
+    /// Wheel mode: duty 0..=1023, bit 10 for clockwise. The torque limit follows.
     pub const MOVING_SPEED: u8 = 32;
     /// Position 0..=1023, two bytes.
     pub const PRESENT_POSITION: u8 = 36;

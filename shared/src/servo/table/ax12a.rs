@@ -4,31 +4,7 @@
 use super::Access::{Read, ReadWrite};
 use super::Size::{Byte, Word};
 use super::Storage::{Eeprom, Ram};
-use super::{Access, Register, Size, Storage, Table, Unit};
-use core::ops::RangeInclusive;
-
-#[expect(clippy::too_many_arguments, reason = "a row of a table")]
-const fn row(
-    address: u8,
-    size: Size,
-    name: &'static str,
-    access: Access,
-    storage: Storage,
-    range: RangeInclusive<u16>,
-    initial: Option<u16>,
-    unit: Unit,
-) -> Register {
-    Register {
-        address,
-        size,
-        name,
-        access,
-        storage,
-        range,
-        initial,
-        unit,
-    }
-}
+use super::{Table, Unit, row};
 
 /// Registers of a stock AX-12A.
 #[rustfmt::skip]

@@ -161,6 +161,30 @@ impl Register {
     }
 }
 
+/// A row of a table.
+#[expect(clippy::too_many_arguments, reason = "a row of a table")]
+const fn row(
+    address: u8,
+    size: Size,
+    name: &'static str,
+    access: Access,
+    storage: Storage,
+    range: RangeInclusive<u16>,
+    initial: Option<u16>,
+    unit: Unit,
+) -> Register {
+    Register {
+        address,
+        size,
+        name,
+        access,
+        storage,
+        range,
+        initial,
+        unit,
+    }
+}
+
 /// A raw value with its unit, for people.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shown {

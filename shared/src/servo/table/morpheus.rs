@@ -5,34 +5,10 @@
 //! byte happens to be 0x83 deafens the other servos
 //! ([`super::super::morpheus`]).
 
-use super::Access::{self, Read, ReadWrite};
-use super::Size::{self, Byte, Word};
-use super::Storage::{self, Eeprom, Ram};
-use super::{Register, Table, Unit};
-use core::ops::RangeInclusive;
-
-#[expect(clippy::too_many_arguments, reason = "a row of a table")]
-const fn row(
-    address: u8,
-    size: Size,
-    name: &'static str,
-    access: Access,
-    storage: Storage,
-    range: RangeInclusive<u16>,
-    initial: Option<u16>,
-    unit: Unit,
-) -> Register {
-    Register {
-        address,
-        size,
-        name,
-        access,
-        storage,
-        range,
-        initial,
-        unit,
-    }
-}
+use super::Access::{Read, ReadWrite};
+use super::Size::{Byte, Word};
+use super::Storage::{Eeprom, Ram};
+use super::{Table, Unit, row};
 
 /// Registers of a servo that runs Morpheus.
 #[rustfmt::skip]

@@ -6,8 +6,12 @@ use std::convert::Infallible;
 use std::rc::Rc;
 
 use armbridge_shared::link::message::Sample;
-use armbridge_shared::servo::master::{Outcome, Transaction};
+use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::master::{Asked, Outcome, Payload, Transaction};
 use armbridge_shared::servo::morpheus::{HEADER, MASTER, checksum};
+use armbridge_shared::servo::port::SetBaud;
+use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
+use armbridge_shared::servo::protocol1::{Alarms, Status};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_nb::serial::{self, ErrorKind};
 
@@ -62,40 +66,78 @@ impl Line {
         self.echoed = self.sent.len();
     }
 
-    /// All was sent, the line is released, and what is believed was said.
-    pub(super) fn check(&self, outcome: &Outcome) -> usize {
+    /// All was sent, the line is released, and what is believed was said; counts
+    /// that.
+    pub(super) fn check(
+        &self,
+        outcome: &Outcome,
+        sent: &[u8],
+        firmware: Firmware,
+        reply: Option<&Payload>,
+    ) -> usize {
         let transaction = outcome.transaction;
-        let mut believed = 0;
         assert!(!self.is_driven, "{transaction:?}");
-        assert_eq!(self.sent, super::expected(transaction), "{transaction:?}");
-        for (id, sample) in (1..).zip(outcome.samples) {
+        assert_eq!(self.sent, sent, "{transaction:?}");
+        let mut believed = 0;
+        let samples = outcome.samples.into_iter().zip(outcome.alarms);
+        for (id, (sample, alarms)) in (1..).zip(samples) {
             let Sample::Counts(counts) = sample else {
                 continue;
             };
-            let answer = match transaction {
-                Transaction::Drive(_) => reply(id, &counts.to_be_bytes()),
-                Transaction::Ping { joint } if joint + 1 == usize::from(id) => reply(id, &[1]),
-                Transaction::Start => reply(id, &[1]),
-                _ => panic!("{outcome:?} was believed"),
-            };
             assert!(counts <= 1023, "{outcome:?}");
-            assert!(
-                self.read.windows(answer.len()).any(|part| part == answer),
-                "{outcome:?} from {:02x?}",
-                self.read
-            );
+            let [low, high] = counts.to_le_bytes();
+            let said = match (transaction, firmware) {
+                (Transaction::Ping { joint }, _) if joint + 1 != usize::from(id) => {
+                    panic!("{outcome:?} was not asked")
+                }
+                (Transaction::Drive(_), Firmware::Morpheus) => morpheus(id, &[high, low]),
+                (Transaction::Drive(_), Firmware::Stock) => stock(id, alarms, &[low, high]),
+                (Transaction::Start, _) | (Transaction::Ping { .. }, Firmware::Morpheus) => {
+                    morpheus(id, &[1])
+                }
+                // Whatever it says beyond its alarms.
+                (Transaction::Ping { .. }, Firmware::Stock) => continue,
+                (Transaction::Stop | Transaction::Ask(_), _) => panic!("{outcome:?} was believed"),
+            };
+            assert!(self.has_read(&said), "{outcome:?} from {:02x?}", self.read);
+            believed += 1;
+        }
+        if let (Transaction::Ask(Asked { id, .. }), Some(Payload { alarms, data })) =
+            (transaction, reply)
+        {
+            // A Morpheus servo's answer is to whom the packet came from.
+            let said = match firmware {
+                Firmware::Morpheus => [&[id], data.as_slice()].concat(),
+                Firmware::Stock => stock(id, *alarms, data),
+            };
+            assert!(self.has_read(&said), "{reply:?} from {:02x?}", self.read);
             believed += 1;
         }
         believed
     }
+
+    fn has_read(&self, said: &[u8]) -> bool {
+        self.read.windows(said.len()).any(|part| part == said)
+    }
 }
 
-/// A servo's answer.
-fn reply(id: u8, data: &[u8]) -> Vec<u8> {
+/// A Morpheus servo's answer to the master.
+fn morpheus(id: u8, data: &[u8]) -> Vec<u8> {
     let mut packet = vec![HEADER, data.len() as u8 + 2, MASTER, id];
     packet.extend(data);
     packet.push(checksum(&packet[1..]));
     packet
+}
+
+/// A stock servo's answer.
+fn stock(id: u8, alarms: Alarms, parameters: &[u8]) -> Vec<u8> {
+    let status = Status {
+        id,
+        alarms,
+        parameters,
+    };
+    let packet = status.encode::<FRAME_MAX>().expect("a short packet");
+    packet.to_vec()
 }
 
 /// Serial port and direction pin.
@@ -148,6 +190,11 @@ impl serial::Write for Port {
             Transmitter { .. } => Ok(()),
         })
     }
+}
+
+impl SetBaud for Port {
+    /// A script does not know of speeds: bytes are there when it says.
+    fn set_baud(&mut self, _baud: u32) {}
 }
 
 impl digital::ErrorType for Port {

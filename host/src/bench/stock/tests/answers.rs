@@ -1,8 +1,8 @@
 //! What is answered, and what is written.
 
 use super::{NOTHING, Rig};
-use crate::bench::kind::Firmware;
 use crate::bench::stock::at;
+use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::{Alarms, Instruction};
 use armbridge_shared::servo::table::{AX12A, Access};
 

@@ -1,8 +1,8 @@
 //! What the servos do to the arm, and when they give up.
 
 use super::Rig;
-use crate::bench::kind::Firmware;
 use crate::bench::stock::{at, pwm};
+use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::{Alarms, Instruction};
 
 const SECOND_US: u64 = 1_000_000;

@@ -2,11 +2,12 @@
 
 use super::{NOTHING, Rig};
 use crate::bench::Bench;
-use crate::bench::kind::{Firmware, ServoKind};
+use crate::bench::kind::ServoKind;
 use crate::bench::plant::{Plant, PlantConfig};
 use crate::bench::servo::Reading;
 use crate::bench::stock::{Ax12a, INTERRUPT_NS, at};
 use crate::bench::wire::{Heard, Mechanics, Record, Wire};
+use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Instruction;
 
 const BIT_NS: u64 = 1_000;

@@ -112,11 +112,14 @@ fn memory() -> impl Strategy<Value = Memory> {
     });
     let morpheus = (
         prop::collection::vec(any::<u8>(), 18),
+        // All that the firmware accepts.
+        prop::sample::select(&[0, 1, 3, 16, 34, 207][..]),
         0..1024_u16,
         0..1024_u16,
     )
-        .prop_map(|(mut bytes, position, temperature)| {
+        .prop_map(|(mut bytes, baud, position, temperature)| {
             bytes[0x00] = 0xAA;
+            bytes[0x0A] = baud;
             bytes[0x0B..0x0D].copy_from_slice(&position.to_le_bytes());
             bytes[0x0E..0x10].copy_from_slice(&temperature.to_le_bytes());
             bytes[0x11] = 0;

@@ -1,0 +1,131 @@
+//! The queues between the tick and the board's second port.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+use heapless::spsc::{Consumer, Producer};
+
+/// What a client has set its serial port to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct ClientLine {
+    /// Its port is open (on USB: DTR is on).
+    pub is_open: bool,
+    /// Bits per second; 0 if it has none to set.
+    pub baud: u32,
+}
+
+impl ClientLine {
+    /// In one word.
+    pub const fn to_bits(self) -> u32 {
+        // No serial port goes beyond 2³¹ bits a second.
+        self.baud << 1 | self.is_open as u32
+    }
+
+    /// From such a word.
+    pub const fn from_bits(bits: u32) -> Self {
+        Self {
+            is_open: bits & 1 == 1,
+            baud: bits >> 1,
+        }
+    }
+}
+
+/// The tick's side.
+pub(crate) struct BusSide<'a> {
+    from_client: Consumer<'a, u8>,
+    to_client: Producer<'a, u8>,
+    line: &'a AtomicU32,
+}
+
+impl<'a> BusSide<'a> {
+    pub(in crate::bridge) fn new(
+        from_client: Consumer<'a, u8>,
+        to_client: Producer<'a, u8>,
+        line: &'a AtomicU32,
+    ) -> Self {
+        Self {
+            from_client,
+            to_client,
+            line,
+        }
+    }
+
+    pub(super) fn take(&mut self) -> Option<u8> {
+        self.from_client.dequeue()
+    }
+
+    /// `false` if the client is so far behind that there is no room.
+    pub(super) fn give(&mut self, byte: u8) -> bool {
+        self.to_client.enqueue(byte).is_ok()
+    }
+
+    pub(super) fn line(&self) -> ClientLine {
+        ClientLine::from_bits(self.line.load(Ordering::Relaxed))
+    }
+}
+
+/// The board's side: what the second port's driver fills and empties.
+pub struct PortEnd<'a> {
+    from_client: Producer<'a, u8>,
+    to_client: Consumer<'a, u8>,
+    line: &'a AtomicU32,
+}
+
+impl<'a> PortEnd<'a> {
+    pub(in crate::bridge) fn new(
+        from_client: Producer<'a, u8>,
+        to_client: Consumer<'a, u8>,
+        line: &'a AtomicU32,
+    ) -> Self {
+        Self {
+            from_client,
+            to_client,
+            line,
+        }
+    }
+
+    /// How many bytes from the client there is room for.
+    pub fn room(&self) -> usize {
+        self.from_client.capacity() - self.from_client.len()
+    }
+
+    /// Takes bytes from the client, and returns how many there was room for. The
+    /// tick is to be woken then.
+    pub fn receive(&mut self, bytes: &[u8]) -> usize {
+        bytes
+            .iter()
+            .take_while(|byte| self.from_client.enqueue(**byte).is_ok())
+            .count()
+    }
+
+    /// Whether there are bytes for the client.
+    pub fn has_bytes(&self) -> bool {
+        self.to_client.ready()
+    }
+
+    /// The next byte for the client.
+    pub fn transmit(&mut self) -> Option<u8> {
+        self.to_client.dequeue()
+    }
+
+    /// What the client has set its port to.
+    pub fn set_line(&mut self, line: ClientLine) {
+        self.line.store(line.to_bits(), Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_fits_a_word() {
+        for line in [
+            ClientLine::default(),
+            ClientLine {
+                is_open: true,
+                baud: 2_000_000,
+            },
+        ] {
+            assert_eq!(ClientLine::from_bits(line.to_bits()), line);
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! What the bus master needs of a serial port, beside `embedded-hal-nb`'s
+//! traits: another speed.
+
+/// Baud rates at which servos are looked for, the likeliest first: what a servo
+/// really does at its registers 1, 3, 16 and 34 (2 000 000 / (n + 1)), which
+/// are called 1 M, 500 k, 115200 and 57600.
+pub const BAUD_RATES: [u32; 4] = [1_000_000, 500_000, 117_647, 57_142];
+
+/// A serial port whose speed can be changed.
+pub trait SetBaud {
+    /// Sends and receives at this many bits per second from now on. Called only
+    /// while nothing is being sent.
+    fn set_baud(&mut self, baud: u32);
+}
+
+/// Time of so many bytes on the wire in µs, rounded up: ten bits each.
+pub const fn bytes_us(bytes: u32, baud: u32) -> u64 {
+    (bytes as u64 * 10_000_000).div_ceil(if baud == 0 { 1 } else { baud as u64 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_byte_takes_ten_bits() {
+        assert_eq!(bytes_us(1, 1_000_000), 10);
+        assert_eq!(bytes_us(14, 57_142), 2_451);
+    }
+}

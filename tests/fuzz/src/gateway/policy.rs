@@ -1,0 +1,197 @@
+//! What becomes of a packet while servos 1 and 2 are under control.
+
+use armbridge_shared::bridge::gateway::{Ask, Job, Progress, Slack, Verdict, is_deafening, judge};
+use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::morpheus::{self, MASTER, ServoId};
+use armbridge_shared::servo::protocol1::{self, BROADCAST, Frame, Instruction, Status, SyncBlocks};
+
+const CONTROLLED: [u8; 2] = [1, 2];
+/// What the loop has read: of the second servo nothing.
+const SAMPLES: [Option<u16>; 2] = [Some(643), None];
+/// Time for the shortest requests, and for most of them.
+const BUDGETS_US: [u32; 2] = [300, 760];
+const BYTE_NS: u32 = 10_000;
+const LATENCY_US: u32 = 100;
+/// A whole table, in pieces of one byte.
+const PIECES_MAX: usize = 60;
+/// Where a stock servo's id is.
+const ID: u16 = 3;
+const LED: u8 = 25;
+/// The same in both protocols, and in the same place of a packet.
+const READ: u8 = 2;
+/// First byte of a Morpheus servo's memory.
+const MARKER: u8 = 0xAA;
+
+/// Has a packet judged on a bus of either firmware.
+///
+/// # Panics
+/// If something goes on the bus that moves, renames or deafens a servo under
+/// control or that takes longer than there is time, or if the client is told
+/// something that no servo would say.
+pub(super) fn check(protocol: Firmware, packet: &[u8]) {
+    let is_long = protocol == Firmware::Morpheus && packet[1] >= 128;
+    assert_eq!(is_deafening(packet), is_long, "{packet:02x?}");
+    let controlled = CONTROLLED.map(|id| ServoId::new(id).expect("an id"));
+    for bus in Firmware::ALL {
+        match judge(bus, controlled, SAMPLES, packet) {
+            Verdict::Ask(job) => {
+                assert_eq!(bus, protocol, "{packet:02x?}");
+                for budget_us in BUDGETS_US {
+                    pursue(bus, packet, job.clone(), budget_us);
+                }
+            }
+            Verdict::Answer(bytes) | Verdict::Refuse(bytes) => {
+                assert!(bytes.is_empty() || bus == protocol, "{packet:02x?}");
+                answer(bus, packet, &bytes);
+            }
+        }
+    }
+}
+
+/// Does a job with servos all of whose registers are 0 but the marker.
+fn pursue(bus: Firmware, packet: &[u8], mut job: Job, budget_us: u32) {
+    let slack = Slack {
+        budget_us,
+        byte_ns: BYTE_NS,
+        latency_us: LATENCY_US,
+    };
+    if !job.can_ever_fit(slack) {
+        answer(bus, packet, &job.refusal());
+        return;
+    }
+    for _ in 0..PIECES_MAX {
+        let ask = job.next(slack).expect("it can fit");
+        harms_nobody(bus, &ask);
+        let bytes = ask.packet.len() as u32 + u32::from(ask.reply_bytes);
+        assert!(LATENCY_US + bytes * BYTE_NS / 1_000 <= budget_us, "{ask:?}");
+        let overhead = match bus {
+            Firmware::Morpheus => morpheus::frame::OVERHEAD,
+            Firmware::Stock => protocol1::frame::OVERHEAD,
+        };
+        let data = usize::from(ask.reply_bytes).checked_sub(overhead);
+        let mut data = data.map(|count| vec![0; count]);
+        if let (Firmware::Morpheus, [_, _, _, _, READ, 0, ..], Some([first, ..])) =
+            (bus, ask.packet.as_slice(), data.as_deref_mut())
+        {
+            *first = MARKER;
+        }
+        match job.took(data.as_deref().map(|data| (0, data))) {
+            Progress::More => {}
+            Progress::Done(bytes) => {
+                // All that was asked for, however many pieces it took.
+                if let [_, _, _, _, READ, _, count, _] = packet {
+                    assert_eq!(bytes.len(), usize::from(*count) + overhead);
+                }
+                answer(bus, packet, &bytes);
+                return;
+            }
+            Progress::Silent => panic!("{packet:02x?}: silence after {ask:?}"),
+        }
+    }
+    panic!("{packet:02x?} does not end");
+}
+
+/// What the client is told: nothing, or packets in the name of whom it asked.
+fn answer(bus: Firmware, packet: &[u8], bytes: &[u8]) {
+    if bytes.is_empty() {
+        return;
+    }
+    match bus {
+        Firmware::Stock => {
+            let frame = stock(bytes);
+            let status = Status::decode(&frame).expect("a status packet");
+            assert_eq!(status.id, packet[2], "{bytes:02x?}");
+        }
+        Firmware::Morpheus => {
+            let mut parser = morpheus::frame::Parser::<130>::any();
+            for byte in bytes {
+                let frame = parser
+                    .push(*byte)
+                    .map(|found| found.expect("an intact packet"));
+                if let Some(frame) = frame {
+                    assert_eq!(frame.destination, packet[3], "{bytes:02x?}");
+                    let is_cycle = packet[2] == morpheus::BROADCAST;
+                    let asked = frame.source == packet[2];
+                    assert!(asked || is_cycle && CONTROLLED.contains(&frame.source));
+                }
+            }
+            assert_eq!(parser.bytes_held(), 0, "{bytes:02x?}");
+        }
+    }
+}
+
+/// What the board itself sends for it.
+fn harms_nobody(bus: Firmware, ask: &Ask) {
+    let is_harmless = match bus {
+        Firmware::Stock => stock_is_harmless(&ask.packet),
+        Firmware::Morpheus => morpheus_is_harmless(&ask.packet),
+    };
+    assert!(is_harmless, "{ask:02x?}");
+}
+
+fn is_free(id: u8) -> bool {
+    id < BROADCAST && !CONTROLLED.contains(&id)
+}
+
+fn stock_is_harmless(packet: &[u8]) -> bool {
+    let frame = stock(packet);
+    let keeps_ids = |address: u8, data: &[u8]| {
+        (u16::from(address)..)
+            .zip(data)
+            .all(|(at, byte)| at != ID || is_free(*byte))
+    };
+    match Instruction::decode(&frame).expect("an instruction") {
+        Instruction::Ping
+        | Instruction::Read { .. }
+        | Instruction::Write {
+            address: LED,
+            data: [_],
+        } => frame.id < BROADCAST,
+        Instruction::Write { address, data } | Instruction::RegWrite { address, data } => {
+            is_free(frame.id) && keeps_ids(address, data)
+        }
+        Instruction::SyncWrite {
+            address,
+            count,
+            blocks,
+        } => {
+            SyncBlocks::new(count, blocks).all(|(id, data)| is_free(id) && keeps_ids(address, data))
+        }
+        Instruction::Action | Instruction::FactoryReset => false,
+    }
+}
+
+/// A PING, or a READ whose answer cannot begin with 0x83, which deafens.
+fn morpheus_is_harmless(packet: &[u8]) -> bool {
+    let mut parser = morpheus::frame::Parser::<130>::any();
+    let (last, before) = packet.split_last().expect("a packet has bytes");
+    assert!(before.iter().all(|byte| parser.push(*byte).is_none()));
+    let Some(Ok(frame)) = parser.push(*last) else {
+        return false;
+    };
+    let is_safe = match *frame.data {
+        // A PING, or the baud rate: of the few that there are none is 0x83.
+        [1] | [2, 0x0A, 1] => true,
+        [2, 0x00, count] => (1..=0x0B).contains(&count),
+        [2, address @ (0x0C | 0x0F), count] => (1..=0x12 - address).contains(&count),
+        _ => false,
+    };
+    is_safe && frame.source == MASTER && ServoId::new(frame.destination).is_some()
+}
+
+/// One intact packet.
+fn stock(packet: &[u8]) -> Frame<'_> {
+    let [0xFF, 0xFF, body @ .., sum] = packet else {
+        panic!("{packet:02x?}");
+    };
+    assert_eq!(protocol1::frame::checksum(body), *sum, "{packet:02x?}");
+    let [id, length, code, parameters @ ..] = body else {
+        panic!("{packet:02x?}");
+    };
+    assert_eq!(usize::from(*length), parameters.len() + 2, "{packet:02x?}");
+    Frame {
+        id: *id,
+        code: *code,
+        parameters,
+    }
+}

@@ -1,0 +1,128 @@
+//! Seeds that are messages of the link, as the encoder writes them.
+
+use armbridge_shared::link::frame::{Encoder, Message};
+use armbridge_shared::link::message::{
+    Command, Hello, Missing, Mode, PortCounters, Record, Refusal, Sample, Setup, Timing, ToBoard,
+    ToHost,
+};
+use armbridge_shared::link::motion::{Motion, Via};
+use armbridge_shared::servo::Firmware;
+
+use super::seeds::Seeds;
+
+/// One message of each kind.
+pub(crate) fn seeds() -> Seeds {
+    let hello = Hello {
+        schema: *b"a schema",
+        version: [1, 2, 3],
+    };
+    let mut vias = [None; _];
+    vias[0] = Some(Via {
+        at_s: 0.5,
+        angle_rad: [0.25, -0.25],
+    });
+    let wave = Motion::Sinusoid {
+        centre_rad: [0.0; 2],
+        amplitude_rad: [0.25, 0.125],
+        frequency_hz: [1.0, 0.5],
+        phase_rad: [0.0; 2],
+        ramp_s: 0.75,
+        duration_s: 2.0,
+    };
+    let there = Motion::MinimumJerk {
+        to_rad: [0.25, -0.25],
+        duration_s: Some(1.5),
+    };
+    let stream = Command::Stream {
+        at_us: 1_234_567,
+        angle_rad: [0.25, -0.25],
+        speed_rad_s: Some([0.5, -0.5]),
+    };
+    let to_board = [
+        ("hello", ToBoard::Hello(hello)),
+        ("heartbeat", ToBoard::Heartbeat),
+        ("idle", ToBoard::Command(Command::Idle)),
+        ("torque", ToBoard::Command(Command::Torque([0.125, -0.25]))),
+        (
+            "regulate",
+            ToBoard::Command(Command::Regulate([0.25, -0.5])),
+        ),
+        ("minimum-jerk", ToBoard::Command(Command::Follow(there))),
+        (
+            "waypoints",
+            ToBoard::Command(Command::Follow(Motion::Waypoints(vias))),
+        ),
+        ("wave", ToBoard::Command(Command::Follow(wave))),
+        ("stream", ToBoard::Command(stream)),
+        ("release", ToBoard::Command(Command::Release)),
+        ("clear-fault", ToBoard::Command(Command::ClearFault)),
+        (
+            "configure",
+            ToBoard::Command(Command::Configure(Setup::default())),
+        ),
+    ];
+    let refused = ToHost::Ack {
+        sequence: 7,
+        result: Err(Refusal::Unstable { re: 1.5, im: 0.25 }),
+    };
+    let accepted = ToHost::Ack {
+        sequence: 300,
+        result: Ok(()),
+    };
+    let absent = ToHost::Absent {
+        joint: 1,
+        missing: Missing::Silence,
+    };
+    let found = ToHost::Found {
+        firmware: Firmware::Stock,
+        baud: 1_000_000,
+        is_ready: true,
+    };
+    let counters = PortCounters {
+        passed: 300,
+        delayed: 20,
+        refused: 1,
+        halves: 0,
+        lost: 0,
+    };
+    let to_host = [
+        ("hello-answer", ToHost::Hello(hello)),
+        ("accepted", accepted),
+        ("refused", refused),
+        ("absent", absent),
+        ("found", found),
+        ("mixed", ToHost::Mixed(Firmware::ALL)),
+        ("unprepared", ToHost::Unprepared { joint: 0 }),
+        ("passthrough", ToHost::Passthrough),
+        ("port", ToHost::Port(counters)),
+        ("record", ToHost::Record(record())),
+    ];
+    let mut seeds = Seeds::new();
+    seeds.extend(to_board.map(|(name, message)| (name.to_owned(), frame(&message))));
+    seeds.extend(to_host.map(|(name, message)| (name.to_owned(), frame(&message))));
+    seeds
+}
+
+fn record() -> Record {
+    Record {
+        tick: 1_000,
+        start_us: 1_000_000,
+        mode: Mode::Regulate,
+        samples: [Sample::Counts(500), Sample::Missing(Missing::BadChecksum)],
+        alarms: [0, 36],
+        pwm_in_force: [1_500, 900],
+        pwm_next: [1_501, 899],
+        reference_rad: [0.25, -0.25],
+        reference_speed_rad_s: [0.0; 2],
+        angle_rad: [0.25, -0.25],
+        speed_rad_s: [0.5, -0.5],
+        torque_nm: [0.125, -0.125],
+        disturbance_nm: [0.0; 2],
+        timing: Timing::default(),
+        dropped: 3,
+    }
+}
+
+fn frame<M: Message>(message: &M) -> Vec<u8> {
+    Encoder::default().encode(message).1.to_vec()
+}

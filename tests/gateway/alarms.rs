@@ -1,0 +1,51 @@
+//! A stock servo that lets go of its shaft says why, and the board believes it.
+
+use armbridge::bench::board::VirtualBoard;
+use armbridge::bench::cosim::Cosim;
+use armbridge::operator::{Operator, Script};
+use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::link::message::{Fault, Mode, Setup};
+use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_tests::plant;
+
+use super::bench;
+
+#[test]
+fn a_servo_that_is_too_hot_ends_the_run_with_its_name_in_the_log() {
+    let mut mailboxes = Mailboxes::new();
+    let board = VirtualBoard::new(mailboxes.split()).unwrap();
+    let bench = bench(&plant([0.1, -0.1], true), [Firmware::Stock; 2], 1_000_000);
+    let script = Script::upright(Setup::best(), 2_000_000);
+    let mut cosim = Cosim::new(board, bench, Operator::new(script));
+    while cosim.now_us() < 1_000_000 {
+        cosim.step().unwrap();
+    }
+    assert_eq!(cosim.board.mode(), Mode::Regulate);
+    let hot = cosim.bench.servo_mut(1).stock_mut().expect("a stock servo");
+    hot.set_temperature(90.0);
+    while cosim.board.mode() == Mode::Regulate {
+        cosim.step().unwrap();
+    }
+    let tripped_us = cosim.now_us();
+    while [0, 1].map(|servo| cosim.bench.applied_pwm(servo)) != [1000; 2] {
+        cosim.step().unwrap();
+    }
+    let off_us = cosim.now_us();
+    assert!(
+        off_us - tripped_us < 2_000,
+        "off after {} us",
+        off_us - tripped_us
+    );
+    cosim.run().unwrap();
+
+    let records = cosim.host.into_parts().0;
+    let first = records.iter().position(|record| record.alarms != [0; 2]);
+    let first = first.expect("an alarm");
+    let alarms = records[first].alarms.map(Alarms::from_bits);
+    assert_eq!(alarms, [Alarms::NONE, Alarms::OVERHEATING]);
+    // In the same tick, for both motors.
+    assert_eq!(records[first].mode, Mode::Fault(Fault::ServoAlarm));
+    let after = &records[first..];
+    assert!(after.iter().all(|record| record.pwm_next == [1000; 2]));
+}

@@ -1,0 +1,19 @@
+//! The servo bus as two programs share it: the control loop and a client of the
+//! transparent port, on both servo firmwares.
+
+mod alarms;
+mod bring_up;
+mod client;
+mod loops;
+mod passthrough;
+
+use armbridge::bench::Bench;
+use armbridge::bench::kind::ServoKind;
+use armbridge::bench::plant::{Plant, PlantConfig};
+use armbridge_shared::servo::Firmware;
+
+/// An arm with these servos, ids 1 and 2.
+fn bench(config: &PlantConfig, firmware: [Firmware; 2], baud: u32) -> Bench {
+    let kinds = [0, 1].map(|joint| ServoKind::new(firmware[joint], joint as u8 + 1, baud).unwrap());
+    Bench::with_servos(Plant::new(*config, 1), &kinds)
+}
