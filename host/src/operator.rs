@@ -4,17 +4,19 @@
 //! Clockless: told what the time is, it says what to send and when to be asked
 //! again. So the same operator works in virtual time and over a socket.
 
+mod error;
+
+pub use error::OperatorError;
+
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{
-    Command, Hello, Missing, Mode, PortCounters, Record, Refusal, Setup,
+    Command, Missing, Mode, PortCounters, Record, Refusal, Setup,
 };
-use armbridge_shared::link::schema;
 use armbridge_shared::servo::Firmware;
 
 use crate::bench::cosim::Host;
 use crate::link::{Client, Said};
 use crate::log::names;
-use crate::refusal;
 use crate::summary::LinkStats;
 
 /// How long a board may take to answer the first hello.
@@ -59,95 +61,6 @@ impl Script {
                 .into(),
             duration_us,
         }
-    }
-}
-
-/// Why a run came to nothing.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum OperatorError {
-    /// Nothing that can be read came from the board.
-    #[error("{}", no_board(*.damaged))]
-    NoBoard {
-        /// Frames that came but could not be read.
-        damaged: u64,
-    },
-    /// The board was built from other message types.
-    #[error(
-        "the board speaks another schema ({}; this host {}): build and flash both from the \
-         same source", build(*.0), build(schema::HELLO)
-    )]
-    OtherSchema(Hello),
-    /// The board looks for its servos in vain.
-    #[error("{}", no_servos(*.last))]
-    NoServos {
-        /// Joint that was missed last, and what was heard; `None` if the board
-        /// says nothing about it.
-        last: Option<(u8, Missing)>,
-    },
-    /// The servos run different firmwares.
-    #[error(
-        "servo 1 runs {0} and servo 2 {1}: they disturb each other on one bus; flash both with \
-         the same firmware"
-    )]
-    Mixed(Firmware, Firmware),
-    /// A stock servo does not take its settings.
-    #[error(
-        "servo {servo} answers, but cannot be set to wheel mode: is its EEPROM locked? \
-         Switch its power off and on",
-        servo = u32::from(*.0) + 1
-    )]
-    Unprepared(u8),
-    /// The board refused a command.
-    #[error("the board refused `{command}`: {}", refusal::in_words(*.refusal))]
-    Refused {
-        /// Its name.
-        command: &'static str,
-        /// Why.
-        refusal: Refusal,
-    },
-    /// The board stopped answering commands.
-    #[error("the board stopped answering: was it reset or unplugged?")]
-    Silent,
-}
-
-fn no_board(damaged: u64) -> String {
-    match damaged {
-        0 => "no answer from the board: is it running, and is this its link?".into(),
-        _ => format!(
-            "{damaged} frames came that are no Armbridge frames of this version: \
-             is this the board's link? Flash board and build host from the same version"
-        ),
-    }
-}
-
-fn build(hello: Hello) -> String {
-    let schema = u64::from_be_bytes(hello.schema);
-    let [major, minor, patch] = hello.version;
-    format!("{schema:016x}, version {major}.{minor}.{patch}")
-}
-
-fn no_servos(last: Option<(u8, Missing)>) -> String {
-    match last {
-        None => "the board does not find its servos: check their power and wiring".into(),
-        Some((joint, missing)) => {
-            let servo = u32::from(joint) + 1;
-            format!("servo {servo} does not answer: {}", likely_cause(missing))
-        }
-    }
-}
-
-fn likely_cause(missing: Missing) -> &'static str {
-    match missing {
-        Missing::NotAsked | Missing::Silence => {
-            "nothing was heard; check its power, its id and the data wire"
-        }
-        Missing::EchoOnly => "only our own bytes were heard; check its power and its id",
-        Missing::BadChecksum => {
-            "a damaged reply was heard; two servos with one id, or a poor ground?"
-        }
-        Missing::WrongId => "another servo answered; check the ids",
-        Missing::Short => "its reply broke off; check the supply voltage under load",
-        Missing::Line => "the line was disturbed; wrong baud rate, or direction pin not connected?",
     }
 }
 
@@ -304,7 +217,9 @@ impl Operator {
                 },
                 phase,
             ) => {
-                self.trouble = None;
+                if is_ready {
+                    self.trouble = None;
+                }
                 self.found = Some((firmware, baud));
                 self.is_ready = is_ready;
                 if !is_ready && matches!(phase, Phase::WaitingForServos) {

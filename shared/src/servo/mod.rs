@@ -2,15 +2,17 @@
 //!
 //! | module       | what                                                     |
 //! |--------------|----------------------------------------------------------|
-//! | [`Firmware`] | which program runs on a servo                           |
+//! | [`Firmware`] | which program runs on a servo                            |
 //! | [`morpheus`] | packets of the Morpheus firmware, only the harmless ones |
-//! | [`protocol1`]| Dynamixel Protocol 1.0, what a stock AX-12A speaks       |
+//! | [`protocol1`] | Dynamixel Protocol 1.0, what a stock AX-12A speaks      |
 //! | [`table`]    | the registers of either firmware                         |
 //! | [`master`]   | one transaction at a time, advanced by `poll(now_us)`    |
+//! | [`port`]     | a serial port whose speed can be changed                 |
 //! | [`stop`]     | the sequence that ends with every motor off              |
 //!
-//! The bus is one wire at 1 Mbaud, 8N1: a byte takes 10 µs. A servo never
-//! speaks unasked, never times out, and obeys its last command for ever.
+//! The bus is one wire, 8N1, at 1 Mbaud unless the servos are set to less: there a
+//! byte takes 10 µs. A servo never speaks unasked; a Morpheus servo never times
+//! out, and obeys its last command for ever.
 
 pub mod master;
 pub mod morpheus;

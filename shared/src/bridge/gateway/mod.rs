@@ -18,7 +18,8 @@
 //! | [`Job`]    | the board's own requests for it, each as long as time is        |
 //! | `voice`    | answers in the servo's protocol                                 |
 //! | [`PortEnd`]| the queues between the tick and the board's second port         |
-//! | `serve`    | how the tick serves the client                                  |
+//! | `relay`    | the bus while it is the client's                                |
+//! | `serve`    | how the tick serves the client beside its own work              |
 
 mod ends;
 mod framer;
@@ -26,6 +27,7 @@ mod job;
 #[cfg(test)]
 mod packets;
 mod policy;
+mod relay;
 mod serve;
 mod voice;
 

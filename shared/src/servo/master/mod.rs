@@ -25,9 +25,11 @@
 //! | [`timing`]      | how long servos may take, how long the wire must rest |
 //! | `collect`       | what was heard, sorted; why something is missing      |
 //! | `echo`          | telling our own echo from a reply                     |
+//! | `step`          | what a step does to port and pin                      |
 
 mod collect;
 mod echo;
+mod step;
 pub mod timing;
 mod transaction;
 
@@ -43,10 +45,10 @@ use crate::link::message::{Missing, Sample};
 use collect::Collect;
 use core::convert::Infallible;
 use echo::Echo;
-use embedded_hal::digital::{OutputPin, PinState};
+use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 use timing::GUARD_US;
-use transaction::{Line, Step};
+use transaction::Line;
 
 /// Reads from the port in one poll: the longest transmission's echo and more.
 const DRAIN_MAX: usize = 256;
@@ -359,86 +361,5 @@ where
             | Phase::Writing { .. }
             | Phase::Flushing { .. } => None,
         }
-    }
-
-    /// Enters the next step, or ends the transaction.
-    fn take_step(&mut self, now_us: u64) {
-        let step = self.transaction.step(self.next_step, &self.line);
-        self.next_step += 1;
-        let before = core::mem::replace(&mut self.phase, Phase::Idle);
-        if let Phase::Listening { collect, .. } = before {
-            self.reply = collect.into_reply();
-        }
-        self.phase = match step {
-            Some(Step::Send(packet)) => self.send(&packet, 1, now_us),
-            Some(Step::SendAsked) => self.send_outgoing(1, now_us),
-            Some(Step::Repeat(byte, count)) => self.send(&[byte], count, now_us),
-            Some(Step::Pause { us }) => Phase::Pausing {
-                until_us: now_us + u64::from(us),
-            },
-            Some(Step::Listen(awaited, window_us)) => {
-                self.drive_line(false);
-                Phase::Listening {
-                    collect: Collect::new(awaited, self.line.firmware),
-                    until_us: now_us + window_us,
-                }
-            }
-            None => {
-                self.drive_line(false);
-                self.echo.settle();
-                Phase::Idle
-            }
-        };
-    }
-
-    fn send(&mut self, bytes: &[u8], repeats: u16, now_us: u64) -> Phase {
-        // Every packet of ours is shorter than the longest.
-        self.outgoing = heapless::Vec::from_slice(bytes).unwrap_or_default();
-        self.send_outgoing(repeats, now_us)
-    }
-
-    fn send_outgoing(&mut self, repeats: u16, now_us: u64) -> Phase {
-        self.drive_line(true);
-        self.echo.begin();
-        let bytes = self.outgoing.len() as u32 * u32::from(repeats);
-        self.active_us = now_us + bytes_us(bytes, self.line.baud);
-        Phase::Writing {
-            cursor: 0,
-            repeats,
-            retry_us: now_us,
-        }
-    }
-
-    /// Takes what the receiver has, but no more than a receive buffer's worth:
-    /// a port that reports errors for ever must not hold up the tick.
-    fn drain(&mut self, now_us: u64) {
-        for _ in 0..DRAIN_MAX {
-            match self.serial.read() {
-                Err(nb::Error::WouldBlock) => return,
-                Ok(byte) if self.echo.claims(byte) => {}
-                Ok(byte) => {
-                    if self.listens_in {
-                        // Somebody who does not fetch them loses the newest.
-                        let _ = self.overheard.push_back(byte);
-                        self.active_us = self.active_us.max(now_us);
-                    }
-                    // Outside a window: nobody was asked, nothing is believed.
-                    if let Phase::Listening { collect, .. } = &mut self.phase {
-                        collect.byte(byte, self.line.ids);
-                    }
-                }
-                Err(nb::Error::Other(_)) => {
-                    if let Phase::Listening { collect, .. } = &mut self.phase {
-                        collect.line_error();
-                    }
-                }
-            }
-        }
-    }
-
-    /// Turns the line driver on or off. A pin that fails has no remedy here;
-    /// the missing replies show it.
-    fn drive_line(&mut self, on: bool) {
-        let _ = self.direction.set_state(PinState::from(on));
     }
 }
