@@ -8,17 +8,17 @@
 //!  interrupt executor, highest priority          thread mode
 //!  +-----------------------------------+         +-----------------------+
 //!  | run::real_time: the tick          |  mail-  | run::link: the host   |
-//!  | poll -> decide -> publish -> feed | boxes   | log, light            |
+//!  | poll -> decide -> publish -> feed | boxes   | run::client, log      |
 //!  +-----------------------------------+ <-----> +-----------------------+
 //!     |  woken by bus bytes and alarm                 |  USB or UART
-//!   servo bus                                       host
+//!   servo bus                        host, and whoever uses the transparent port
 //! ```
 //!
 //! | module    | what                                                     |
 //! |-----------|----------------------------------------------------------|
 //! | [`ring`]  | bytes from an interrupt to a task, without locks         |
 //! | [`port`]  | a buffered serial port as the bus master wants it        |
-//! | [`run`]   | the two loops, the same on every board                   |
+//! | [`run`]   | the loops, the same on every board                       |
 //! | [`stop`]  | the stop sequence by polling, for when all else has failed |
 //! | [`board`] | what differs: one module and one binary per board        |
 //!

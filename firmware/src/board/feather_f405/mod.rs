@@ -5,11 +5,11 @@
 //!
 //! | pin  | Feather | is                | wired to                               |
 //! |------|---------|-------------------|----------------------------------------|
-//! | PB10 | TX      | USART3 TX, 1 Mbaud | input of the buffer that drives DATA  |
+//! | PB10 | TX      | USART3 TX         | input of the buffer that drives DATA   |
 //! | PB11 | RX      | USART3 RX         | output of the buffer that listens to DATA |
 //! | PC6  | D6      | direction, high to send | enables of both buffers, 10 kΩ to ground |
 //! | PC1  | D13     | red LED           | on the board                           |
-//! | PA11, PA12 | USB | control link (CDC ACM) | on the board                      |
+//! | PA11, PA12 | USB | link and port ([`usb`]) | on the board                      |
 //!
 //! The buffer is a 74HC126 with an inverter or a 74HC241, as in the servo's
 //! manual. While the processor is in reset all its pins float: the resistor at
