@@ -13,15 +13,14 @@ use armbridge_shared::link::message::{
 };
 use armbridge_shared::link::schema;
 use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::morpheus::Frame;
 use armbridge_tests::random::Random;
 
+use super::client;
 use super::commands::{is_acceptable, message};
 use super::frames::frame;
-use super::line::{Heard, Port, back_to_back, position, reply};
+use super::line::Port;
+use super::servos::Servos;
 
-/// Address of the transparent port's client.
-const CLIENT: u8 = 0x21;
 const STREAMS: usize = 200_000;
 /// Instants after each stream at which the board runs: about a tick.
 const RUNS_PER_STREAM: usize = 25;
@@ -29,41 +28,6 @@ const RUNS_PER_STREAM: usize = 25;
 const MOST_FRAMES: usize = 100;
 /// Times that the bridge may ask to be polled again at one instant.
 const MOST_POLLS: usize = 16;
-
-/// Two servos that answer what they are asked, as well as they are told to.
-struct Servos {
-    counts: [u64; 2],
-    /// Answers are lost or damaged once in this many; there are none at 1.
-    fail_once_in: u64,
-}
-
-impl Servos {
-    /// Answers the request that was sent last.
-    fn answer(&mut self, sent: &[u8], random: &mut Random) -> Vec<(u64, Heard)> {
-        if self.fail_once_in == 1 {
-            return Vec::new();
-        }
-        let mut packets = match sent {
-            [.., 0xAA, 3, id @ 1..=2, 0xFE, 1, _] => vec![reply(*id, &[1])],
-            [.., 0xAA, 3, 0xFF, 0xFE, 6, _] => vec![reply(1, &[1]), reply(2, &[1])],
-            [.., 0xAA, 3, 0xFF, 0xFE, 7, _] => {
-                for counts in &mut self.counts {
-                    // About upright mostly, else anywhere: an arm that is shaken.
-                    let step = if random.once_in(50) { 1024 } else { 9 };
-                    *counts = (*counts + random.below(step) + 1020 - step / 2) % 1024;
-                }
-                let [a, b] = self.counts.map(|counts| counts as u16);
-                vec![position(1, a), position(2, b)]
-            }
-            _ => return Vec::new(),
-        };
-        if random.once_in(self.fail_once_in) {
-            let at = random.below(packets.len() as u64) as usize;
-            random.damage(&mut packets[at]);
-        }
-        back_to_back(60, &packets.concat())
-    }
-}
 
 /// What the test has seen of the board.
 #[derive(Default)]
@@ -161,23 +125,8 @@ impl<'a> Test<'a> {
         if !torque_is_on(self.bridge.mode()) && !random.once_in(2_000) {
             return;
         }
-        let request = |destination, data: &[u8]| {
-            let frame = Frame {
-                destination,
-                source: CLIENT,
-                data,
-            };
-            frame.encode::<64>().unwrap().to_vec()
-        };
-        let mut bytes = match random.below(20) {
-            0 => request(1, &[1]),
-            1 => request(2, &[2, random.byte() % 18, 1 + random.byte() % 4]),
-            2 => request(0xFF, &[7]),
-            3 => request(1, &[3, 0x10, 0, 0]),
-            4 => request(0xFF, &[0x83, 0x10, 2, 1, 0, 0]),
-            5 => vec![0xFF, 0xFF, 1, 2, 1, 0xFB],
-            6 => random.bytes(40, &[0xAA, 0xFF, 3, 1, 2]),
-            _ => return,
+        let Some(mut bytes) = client::says(random) else {
+            return;
         };
         if random.once_in(5) {
             random.damage(&mut bytes);
@@ -224,7 +173,7 @@ impl<'a> Test<'a> {
         if torque_is_on(before) && torque_is_on(mode) {
             let line = self.port.line();
             let mut packets = line.sent[sent_before..].windows(4);
-            let is_from_client = |head: &[u8]| head[0] == 0xAA && head[3] == CLIENT;
+            let is_from_client = |head: &[u8]| head[0] == 0xAA && head[3] == client::ADDRESS;
             assert!(!packets.any(is_from_client), "{:02x?}", line.sent);
         }
         self.fetch();

@@ -10,8 +10,10 @@
 //! The virtual servos have a million of their own in `fuzz_servo`.
 
 mod board;
+mod client;
 mod commands;
 mod decoder;
 mod frames;
 mod line;
 mod master;
+mod servos;
