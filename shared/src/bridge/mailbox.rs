@@ -111,14 +111,22 @@ impl Mailboxes {
                 orders: orders_out,
                 notices: notices_in,
                 records: records_in,
-                client: BusSide::new(client_out, answers_in, &self.client_line),
+                client: BusSide {
+                    from_client: client_out,
+                    to_client: answers_in,
+                    line: &self.client_line,
+                },
             },
             LinkEnd {
                 orders: orders_in,
                 notices: notices_out,
                 records: records_out,
             },
-            PortEnd::new(client_in, answers_out, &self.client_line),
+            PortEnd {
+                from_client: client_in,
+                to_client: answers_out,
+                line: &self.client_line,
+            },
         )
     }
 }

@@ -30,24 +30,12 @@ impl ClientLine {
 
 /// The tick's side.
 pub(crate) struct BusSide<'a> {
-    from_client: Consumer<'a, u8>,
-    to_client: Producer<'a, u8>,
-    line: &'a AtomicU32,
+    pub(in crate::bridge) from_client: Consumer<'a, u8>,
+    pub(in crate::bridge) to_client: Producer<'a, u8>,
+    pub(in crate::bridge) line: &'a AtomicU32,
 }
 
-impl<'a> BusSide<'a> {
-    pub(in crate::bridge) fn new(
-        from_client: Consumer<'a, u8>,
-        to_client: Producer<'a, u8>,
-        line: &'a AtomicU32,
-    ) -> Self {
-        Self {
-            from_client,
-            to_client,
-            line,
-        }
-    }
-
+impl BusSide<'_> {
     pub(super) fn take(&mut self) -> Option<u8> {
         self.from_client.dequeue()
     }
@@ -64,24 +52,12 @@ impl<'a> BusSide<'a> {
 
 /// The board's side: what the second port's driver fills and empties.
 pub struct PortEnd<'a> {
-    from_client: Producer<'a, u8>,
-    to_client: Consumer<'a, u8>,
-    line: &'a AtomicU32,
+    pub(in crate::bridge) from_client: Producer<'a, u8>,
+    pub(in crate::bridge) to_client: Consumer<'a, u8>,
+    pub(in crate::bridge) line: &'a AtomicU32,
 }
 
-impl<'a> PortEnd<'a> {
-    pub(in crate::bridge) fn new(
-        from_client: Producer<'a, u8>,
-        to_client: Consumer<'a, u8>,
-        line: &'a AtomicU32,
-    ) -> Self {
-        Self {
-            from_client,
-            to_client,
-            line,
-        }
-    }
-
+impl PortEnd<'_> {
     /// How many bytes from the client there is room for.
     pub fn room(&self) -> usize {
         self.from_client.capacity() - self.from_client.len()
@@ -94,11 +70,6 @@ impl<'a> PortEnd<'a> {
             .iter()
             .take_while(|byte| self.from_client.enqueue(**byte).is_ok())
             .count()
-    }
-
-    /// Whether there are bytes for the client.
-    pub fn has_bytes(&self) -> bool {
-        self.to_client.ready()
     }
 
     /// The next byte for the client.
