@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::rc::Rc;
 
-use armbridge_shared::servo::port::{BAUD_RATES, SetBaud};
+use armbridge_shared::servo::port::{BAUD_RATES, SetBaud, byte_ns};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_nb::serial;
 
@@ -94,7 +94,7 @@ impl serial::Write<u8> for Uart {
     fn write(&mut self, byte: u8) -> nb::Result<(), Infallible> {
         let mut state = self.0.borrow_mut();
         state.sent.push(byte);
-        let byte_ns = 10_000_000_000 / u64::from(state.baud);
+        let byte_ns = u64::from(byte_ns(state.baud));
         state.sent_until_ns = state.sent_until_ns.max(state.now_us * 1_000) + byte_ns;
         Ok(())
     }

@@ -13,9 +13,17 @@ pub trait SetBaud {
     fn set_baud(&mut self, baud: u32);
 }
 
-/// Time of so many bytes on the wire in µs, rounded up: ten bits each.
+/// Time of a byte on the wire in ns: ten bits, each rounded up. The tick computes
+/// with it, so it is 32 bits wide: a processor divides those by itself.
+pub const fn byte_ns(baud: u32) -> u32 {
+    1_000_000_000_u32
+        .div_ceil(if baud == 0 { 1 } else { baud })
+        .saturating_mul(10)
+}
+
+/// Time of so many bytes on the wire in µs, rounded up.
 pub const fn bytes_us(bytes: u32, baud: u32) -> u64 {
-    (bytes as u64 * 10_000_000).div_ceil(if baud == 0 { 1 } else { baud as u64 })
+    bytes.saturating_mul(byte_ns(baud)).div_ceil(1_000) as u64
 }
 
 #[cfg(test)]

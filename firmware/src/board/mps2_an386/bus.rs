@@ -8,7 +8,7 @@
 use super::{BUS, time};
 use crate::port::{Buffers, Line};
 use crate::stop::PolledLine;
-use armbridge_shared::servo::port::{BAUD_RATES, bytes_us};
+use armbridge_shared::servo::port::{BAUD_RATES, byte_ns, bytes_us};
 use core::cell::Cell;
 use core::convert::Infallible;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -43,7 +43,7 @@ impl Line for BusLine {
     /// Called for every byte written.
     fn start_sending(&self) {
         let now_ns = time::now_us() * 1_000;
-        let byte_ns = 10_000_000_000 / u64::from(baud());
+        let byte_ns = u64::from(byte_ns(baud()));
         critical_section::with(|cs| {
             let sent_ns = SENT_NS.borrow(cs);
             sent_ns.set(sent_ns.get().max(now_ns) + byte_ns);

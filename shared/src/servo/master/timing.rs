@@ -143,7 +143,8 @@ fn position_status_us(baud: u32, is_prepared: bool) -> u64 {
 /// By how much the control steps of a stock servo stretch a packet that takes so
 /// long, beside the one that may precede it.
 const fn control_steps_us(packet_us: u64) -> u64 {
-    packet_us / (1_000 - CONTROL_STEP_US) * CONTROL_STEP_US
+    const SENDS_US: u32 = 1_000 - CONTROL_STEP_US as u32;
+    (packet_us as u32 / SENDS_US * CONTROL_STEP_US as u32) as u64
 }
 
 /// How much longer than its bytes the answer of a servo takes that bring-up has
