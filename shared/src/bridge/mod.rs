@@ -74,6 +74,8 @@ pub struct Bridge<'a, S, D> {
     course: Course,
     mode: Mode,
     stage: Stage,
+    /// What is asked of the bus is the chore at hand, not a client's question.
+    is_chore_asked: bool,
     search: Search,
     stock: [Stock; JOINTS],
     gateway: Gateway,
@@ -111,6 +113,7 @@ where
             course: Course::hold(Vector2::zeros()),
             mode,
             stage: Stage::Stop,
+            is_chore_asked: false,
             search: Search::default(),
             stock: [Stock::default(); JOINTS],
             gateway: Gateway::default(),

@@ -73,6 +73,7 @@ where
     /// Begins what the bus is used for next. A pause between attempts is over
     /// when this is called.
     pub(super) fn begin_next(&mut self) {
+        self.is_chore_asked = false;
         let transaction = match self.stage {
             _ if core::mem::take(&mut self.stop_due) => {
                 // Stock servos let go of their shafts.
@@ -125,7 +126,9 @@ where
                 self.record.timing.bus_us = outcome.bus_us;
                 return Progress::Sampled;
             }
-            (Transaction::Ask(_), Stage::Settle(chore)) => self.finish_chore(chore),
+            (Transaction::Ask(_), Stage::Settle(chore)) if self.is_chore_asked => {
+                self.finish_chore(chore);
+            }
             (Transaction::Ask(_), _) => {
                 self.finish_client();
                 return Progress::Served;

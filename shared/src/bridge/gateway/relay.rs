@@ -36,6 +36,8 @@ where
     pub(super) fn relay(&mut self) {
         if !self.gateway.relays {
             self.gateway.relays = true;
+            // What was asked in the slack of ticks is answered there or never.
+            self.gateway.job = None;
             self.master.listen_in(true);
         }
         if self.stop_due {

@@ -7,11 +7,11 @@ use super::super::mailbox::Notice;
 use super::super::schedule::Stage;
 use super::super::supervisor::Event;
 use super::super::{Bridge, SERVO_IDS};
-use super::{ClientLine, Item, Progress as Answered, REPORT_US, Slack, Verdict, judge};
+use super::{ClientLine, Item, Job, Progress as Answered, REPORT_US, Slack, Verdict, judge};
 use crate::link::message::{Mode, Sample};
 use crate::servo::master::Asked;
 use crate::servo::master::timing::{GUARD_US, latency_us, prepared_latency_us};
-use crate::servo::port::{SetBaud, bytes_us};
+use crate::servo::port::{SetBaud, byte_ns};
 
 /// What a tick may begin late because of the client before it is an error: none;
 /// this much is kept free for the board to get from one to the other.
@@ -88,23 +88,22 @@ where
         if self.gateway.job.is_none() {
             self.judge();
         }
+        let Some(servo) = self.gateway.job.as_ref().map(Job::servo) else {
+            return;
+        };
+        if self.now_us.saturating_sub(self.gateway.since_us) > PATIENCE_US {
+            self.gateway.job = None;
+            self.count(false);
+            return;
+        }
         let begins_us = self.now_us.max(self.master.ready_at_us());
         let budget_us = self
             .next_start_us
             .saturating_sub(begins_us + GUARD_US + RESERVE_US);
-        let Some(job) = &self.gateway.job else {
-            return;
-        };
-        let slack = self.slack(job.servo(), budget_us as u32);
-        let Some(job) = &mut self.gateway.job else {
-            return;
-        };
-        let Some(ask) = job.next(slack) else {
+        let slack = self.slack(servo, budget_us as u32);
+        let next = self.gateway.job.as_mut().and_then(|job| job.next(slack));
+        let Some(ask) = next else {
             self.gateway.has_waited = true;
-            if self.now_us.saturating_sub(self.gateway.since_us) > PATIENCE_US {
-                self.gateway.job = None;
-                self.count(false);
-            }
             return;
         };
         let asked = Asked {
@@ -124,7 +123,7 @@ where
         let (firmware, baud) = (self.master.firmware(), self.master.baud());
         Slack {
             budget_us,
-            byte_ns: bytes_us(1_000, baud) as u32,
+            byte_ns: byte_ns(baud),
             latency_us: if is_ours(id) {
                 prepared_latency_us(firmware, baud)
             } else {
@@ -176,9 +175,6 @@ where
 
     /// The servo has answered the client's question, or not.
     pub(in crate::bridge) fn finish_client(&mut self) {
-        if self.stage == Stage::Released {
-            return;
-        }
         let Some(job) = &mut self.gateway.job else {
             return;
         };

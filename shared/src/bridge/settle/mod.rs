@@ -56,6 +56,7 @@ where
                     latency_us: latency_us(Firmware::Stock),
                 };
                 self.stage = Stage::Settle(chore);
+                self.is_chore_asked = true;
                 // Idle was just seen, and our own packets are short.
                 let _ = self.master.ask(&packet, asked, self.now_us);
                 return;
