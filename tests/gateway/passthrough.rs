@@ -212,3 +212,30 @@ fn packets_stay_whole_and_half_a_packet_never_reaches_the_bus() {
     let expected = [Mode::Idle, Mode::Passthrough, Mode::BringUp, Mode::Idle];
     assert_eq!(seen.modes[last - 4..], expected, "{:?}", seen.modes);
 }
+
+#[test]
+fn what_a_client_has_set_moving_is_stopped_at_its_own_speed() {
+    const FROM_US: u64 = 1_000_000;
+    let words = vec![
+        (FROM_US, morpheus_request(1, &[3, 0x10, 0xDC, 5])),
+        (FROM_US + 100_000, Vec::new()),
+    ];
+    let mut mailboxes = Mailboxes::new();
+    let board = VirtualBoard::new(mailboxes.split()).unwrap();
+    let bench = bench(&plant([0.0; 2], true), [Firmware::Morpheus; 2], 57_600);
+    let host = Nobody {
+        ends_us: 2 * FROM_US,
+        now_us: 0,
+    };
+    let speaker = Speaker { words, now_us: 0 };
+    let mut cosim = Cosim::new(board, bench, host).with_client(speaker);
+    let mut pwm_at = |at_us| {
+        while cosim.now_us() < at_us {
+            cosim.step().unwrap();
+        }
+        cosim.bench.applied_pwm(0)
+    };
+    assert_eq!(pwm_at(FROM_US + 95_000), 1500);
+    // The port was closed 10 ms ago. The search begins with other speeds.
+    assert_eq!(pwm_at(FROM_US + 110_000), 1000);
+}

@@ -88,7 +88,12 @@ where
             }
             Mode::BringUp => {
                 self.search.rewind();
-                self.stage = Stage::Stop;
+                // What a client has set moving hears it at that client's speed.
+                self.stage = if before == Mode::Passthrough {
+                    Stage::StopHere
+                } else {
+                    Stage::Stop
+                };
                 self.next_start_us = self.now_us;
             }
             // Whatever the arm did with torque off, the estimator's model did

@@ -34,7 +34,9 @@ const FIRST_PING: Stage = Stage::Ping {
 /// What the bus is used for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stage {
-    /// The stop sequence, then bring-up.
+    /// The stop sequence at the speed that was in use, then [`Stage::Stop`].
+    StopHere,
+    /// The stop sequence at the speed of the search, then bring-up.
     Stop,
     /// Is this joint's servo there, and does it run this firmware?
     Ping { joint: usize, firmware: Firmware },
@@ -80,6 +82,7 @@ where
                 self.master.set_prepared(false);
                 Transaction::Stop
             }
+            Stage::StopHere => Transaction::Stop,
             Stage::Stop => {
                 self.master.set_prepared(false);
                 self.search.found = [None; JOINTS];
@@ -133,6 +136,7 @@ where
                 self.finish_client();
                 return Progress::Served;
             }
+            (Transaction::Stop, Stage::StopHere) => self.stage = Stage::Stop,
             (Transaction::Stop, Stage::Stop) => self.stage = FIRST_PING,
             // A fault's stop: ticks go on with torque off, from now.
             (Transaction::Stop, _) => self.next_start_us = self.now_us,
@@ -249,7 +253,11 @@ where
                 Notice::Found(master.firmware(), master.baud(), master.is_prepared())
             }
             Stage::Released => Notice::Passthrough,
-            Stage::Stop | Stage::Ping { .. } | Stage::Start | Stage::Settle(_) => return,
+            Stage::StopHere
+            | Stage::Stop
+            | Stage::Ping { .. }
+            | Stage::Start
+            | Stage::Settle(_) => return,
         };
         let _ = self.end.notices.enqueue(notice);
     }

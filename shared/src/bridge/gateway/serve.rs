@@ -55,7 +55,7 @@ where
         } else if is_waiting
             && self.now_us >= gateway.claimed_until_us
             // The stop sequence comes before anything of a client's.
-            && self.stage != Stage::Stop
+            && !matches!(self.stage, Stage::Stop | Stage::StopHere)
         {
             let _ = self.apply(Event::ClientCame);
         }
@@ -72,7 +72,11 @@ where
         match self.stage {
             Stage::Released => self.relay(),
             Stage::Ticking => self.serve_in_slack(),
-            Stage::Stop | Stage::Ping { .. } | Stage::Start | Stage::Settle(_) => {}
+            Stage::StopHere
+            | Stage::Stop
+            | Stage::Ping { .. }
+            | Stage::Start
+            | Stage::Settle(_) => {}
         }
     }
 
