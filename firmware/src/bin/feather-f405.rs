@@ -87,6 +87,8 @@ fn UART5() {
 #[embassy_executor::task]
 async fn tick(end: BridgeEnd<'static>, board: Board) -> ! {
     let Ok(bridge) = Bridge::new(Port(BusLine), Direction, end, time::now_us()) else {
+        // Nothing from bus or link has been looked at yet, and what is built here
+        // is a constant: every test of the bench builds the same.
         panic!("the default set-up has no controller");
     };
     run::real_time(bridge, board, &NEWS).await
