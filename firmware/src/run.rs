@@ -10,7 +10,9 @@ use armbridge_shared::bridge::{Bridge, LinkPort, Progress};
 use armbridge_shared::link::frame;
 use armbridge_shared::link::message::Mode;
 use armbridge_shared::servo::port::SetBaud;
-use core::future::Future;
+use core::future::{Future, poll_fn};
+use core::pin::{Pin, pin};
+use core::task::Poll;
 use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -142,28 +144,24 @@ pub async fn client(
             // There is room.
             let _ = answer.push(byte);
         }
-        let input = async {
-            // A USB packet comes whole or not at all: the client waits until
-            // there is room for the longest.
-            if port.room() < CHUNK {
-                core::future::pending::<()>().await;
-            }
-            from_client.read(&mut received).await
+        // A USB packet comes whole or not at all: the client waits until there is
+        // room for the longest.
+        let has_room = port.room() >= CHUNK;
+        let is_silent = answer.is_empty();
+        let happened = {
+            let input = pin!(from_client.read(&mut received));
+            let served = pin!(news.served.wait());
+            let output = pin!(to_client.write(&answer));
+            let output = select(when(is_silent, served), when(!is_silent, output));
+            select3(when(has_room, input), output, changes.changed()).await
         };
-        let output = async {
-            if answer.is_empty() {
-                news.served.wait().await;
-                0
-            } else {
-                to_client.write(&answer).await
-            }
-        };
-        match select3(input, output, changes.changed()).await {
+        match happened {
             Either3::First(len) => {
                 port.receive(received.get(..len).unwrap_or(&received));
                 wake();
             }
-            Either3::Second(len) => {
+            Either3::Second(Either::First(())) => {}
+            Either3::Second(Either::Second(len)) => {
                 let left = answer.len().saturating_sub(len);
                 answer.rotate_right(left);
                 answer.truncate(left);
@@ -195,18 +193,34 @@ pub async fn link(
             frame[..len].copy_from_slice(&next[..len]);
             pending = 0..len;
         }
-        let output = async {
-            match frame.get(pending.clone()) {
-                Some(bytes) if !bytes.is_empty() => to_host.write(bytes).await,
-                _ => {
-                    news.ran.wait().await;
-                    0
-                }
-            }
+        let bytes = frame.get(pending.clone()).unwrap_or_default();
+        let is_silent = bytes.is_empty();
+        let happened = {
+            let ran = pin!(news.ran.wait());
+            let output = pin!(to_host.write(bytes));
+            let output = select(when(is_silent, ran), when(!is_silent, output));
+            select(from_host.read(&mut received), output).await
         };
-        match select(from_host.read(&mut received), output).await {
+        match happened {
             Either::First(len) => port.receive(received.get(..len).unwrap_or(&received)),
-            Either::Second(len) => pending.start += len,
+            Either::Second(Either::First(())) => {}
+            Either::Second(Either::Second(len)) => pending.start += len,
         }
     }
+}
+
+/// `future` if `condition` holds; never otherwise. No `async` block does as well:
+/// it panics when it is asked once more after its end, and the compiler cannot
+/// see that nobody does.
+fn when<F: Future>(
+    condition: bool,
+    mut future: Pin<&mut F>,
+) -> impl Future<Output = F::Output> {
+    poll_fn(move |context| {
+        if condition {
+            future.as_mut().poll(context)
+        } else {
+            Poll::Pending
+        }
+    })
 }

@@ -25,8 +25,8 @@ pub fn send(line: &mut impl PolledLine) {
     for step in stop_steps(SERVO_IDS) {
         match step {
             StopStep::Send(packet) => {
-                for byte in packet {
-                    line.send(byte);
+                for byte in &packet {
+                    line.send(*byte);
                 }
             }
             StopStep::Repeat(byte, count) => {

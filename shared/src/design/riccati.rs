@@ -19,7 +19,9 @@
 //! Ten to fifteen iterations are usual, more for shorter periods.
 
 use crate::real::Real;
-use nalgebra::{ComplexField, Const, DimMin, SMatrix};
+use nalgebra::{ComplexField, SMatrix};
+
+use super::elimination;
 
 /// What the equation gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,22 +59,17 @@ pub fn solve<T: Real, const N: usize, const M: usize>(
     b: &SMatrix<T, N, M>,
     q: &SMatrix<T, N, N>,
     r: &SMatrix<T, M, M>,
-) -> Result<Solution<T, N, M>, Error>
-where
-    Const<N>: DimMin<Const<N>, Output = Const<N>>,
-    Const<M>: DimMin<Const<M>, Output = Const<M>>,
-{
+) -> Result<Solution<T, N, M>, Error> {
     if !(is_finite(a) && is_finite(b) && is_finite(q) && is_finite(r)) {
         return Err(Error::NotFinite);
     }
-    let weighted = r.lu().solve(&b.transpose()).ok_or(Error::Singular)?;
+    let [weighted] = elimination::solve(r, [&b.transpose()]).ok_or(Error::Singular)?;
     let mut power = *a;
     let mut g = symmetric(b * weighted);
     let mut h = *q;
     for _ in 0..MOST_ITERATIONS {
-        let w = (SMatrix::identity() + g * h).lu();
-        let w_a = w.solve(&power).ok_or(Error::Singular)?;
-        let w_g = w.solve(&g).ok_or(Error::Singular)?;
+        let w = SMatrix::identity() + g * h;
+        let [w_a, w_g] = elimination::solve(&w, [&power, &g]).ok_or(Error::Singular)?;
         g = symmetric(g + power * w_g * power.transpose());
         h = symmetric(h + power.transpose() * h * w_a);
         power *= w_a;
@@ -92,16 +89,10 @@ fn gain<T: Real, const N: usize, const M: usize>(
     b: &SMatrix<T, N, M>,
     r: &SMatrix<T, M, M>,
     cost: SMatrix<T, N, N>,
-) -> Result<Solution<T, N, M>, Error>
-where
-    Const<N>: DimMin<Const<N>, Output = Const<N>>,
-    Const<M>: DimMin<Const<M>, Output = Const<M>>,
-{
+) -> Result<Solution<T, N, M>, Error> {
     let b_cost = b.transpose() * cost;
-    let gain = (r + b_cost * b)
-        .lu()
-        .solve(&(b_cost * a))
-        .ok_or(Error::Singular)?;
+    let [gain] =
+        elimination::solve(&(r + b_cost * b), [&(b_cost * a)]).ok_or(Error::Singular)?;
     if is_finite(&gain) {
         Ok(Solution { gain, cost })
     } else {

@@ -9,6 +9,7 @@
 //! next zero. A frame whose sequence number is not the one after its
 //! predecessor's says how many were lost.
 
+use cobs::{DecodeResult, DecoderState};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use postcard::experimental::max_size::MaxSize;
 use serde::{Serialize, de::DeserializeOwned};
@@ -112,10 +113,15 @@ pub struct Received<M> {
     pub lost: u16,
 }
 
+/// What a frame of [`MAX`] bytes can hold at the most: COBS adds at least one, and
+/// then there is the terminator.
+const PLAIN_MAX: usize = MAX - 2;
+
 /// Finds frames in a stream, one byte at a time.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Decoder {
-    bytes: [u8; MAX],
+    cobs: DecoderState,
+    plain: [u8; PLAIN_MAX],
     len: usize,
     next: Option<u16>,
 }
@@ -123,7 +129,8 @@ pub struct Decoder {
 impl Default for Decoder {
     fn default() -> Self {
         Self {
-            bytes: [0; MAX],
+            cobs: DecoderState::default(),
+            plain: [0; PLAIN_MAX],
             len: 0,
             next: None,
         }
@@ -133,23 +140,29 @@ impl Default for Decoder {
 impl Decoder {
     /// Takes one byte; `Some` when it ends a frame.
     pub fn push<M: Message>(&mut self, byte: u8) -> Option<Result<Received<M>, FrameError>> {
-        if byte != 0 {
-            if let Some(slot) = self.bytes.get_mut(self.len) {
-                *slot = byte;
+        match self.cobs.feed(byte) {
+            // Two terminators in a row are no frame, but sent to get into step.
+            Ok(DecodeResult::NoData) => None,
+            Ok(DecodeResult::DataStart) => {
+                self.len = 0;
+                None
             }
-            // Past the end: remember that it was too long, never wrap.
-            self.len = (self.len + 1).min(MAX + 1);
-            return None;
+            Ok(DecodeResult::DataContinue(byte)) => {
+                if let Some(slot) = self.plain.get_mut(self.len) {
+                    *slot = byte;
+                }
+                // Past the end: remember that it was too long, never wrap.
+                self.len = (self.len + 1).min(PLAIN_MAX + 1);
+                None
+            }
+            Ok(DecodeResult::DataComplete) => Some(self.finish()),
+            // Ended too soon.
+            Err(_) => Some(Err(FrameError::Damaged)),
         }
-        let len = core::mem::take(&mut self.len);
-        // Two terminators in a row are an empty frame, sent to get into step.
-        (len > 0).then(|| self.finish(len))
     }
 
-    fn finish<M: Message>(&mut self, len: usize) -> Result<Received<M>, FrameError> {
-        let coded = self.bytes.get_mut(..len).ok_or(FrameError::Damaged)?;
-        let len = cobs::decode_in_place(coded).map_err(|_| FrameError::Damaged)?;
-        let plain = coded.get(..len).ok_or(FrameError::Damaged)?;
+    fn finish<M: Message>(&mut self) -> Result<Received<M>, FrameError> {
+        let plain = self.plain.get(..self.len).ok_or(FrameError::Damaged)?;
         let (plain, crc) = plain
             .split_last_chunk::<CRC_LEN>()
             .ok_or(FrameError::Damaged)?;

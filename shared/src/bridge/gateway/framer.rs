@@ -149,7 +149,7 @@ impl Framer {
     }
 
     fn forget_taken(&mut self) {
-        let taken = core::mem::take(&mut self.taken);
+        let taken = core::mem::take(&mut self.taken).min(self.bytes.len());
         self.bytes.rotate_left(taken);
         self.bytes.truncate(self.bytes.len() - taken);
         self.start = self.start.saturating_sub(taken);
