@@ -88,7 +88,7 @@ fn cycle(controlled: [ServoId; JOINTS], samples: [Option<u16>; JOINTS], client: 
     let mut servos: Vec<_, JOINTS> = controlled.into_iter().zip(samples).collect();
     servos.sort_unstable_by_key(|(servo, _)| servo.get());
     let mut answers = Bytes::new();
-    for (servo, counts) in servos {
+    for (servo, counts) in &servos {
         let id = servo.get();
         if let Some(counts) = counts {
             let answer = Voice::Morpheus { id, client }.says(Alarms::NONE, &counts.to_be_bytes());
