@@ -17,6 +17,7 @@
 
 mod course;
 pub mod gateway;
+mod guard;
 mod judge;
 mod law;
 pub mod limits;

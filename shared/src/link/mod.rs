@@ -8,7 +8,9 @@
 //! | [`frame`]   | how it is put on a wire                                  |
 
 pub mod frame;
+pub mod limits;
 pub mod message;
+pub mod mode;
 pub mod motion;
 pub mod schema;
 mod setup;

@@ -1,0 +1,275 @@
+//! Samples that did not come.
+//!
+//! Three doubts, joint by joint: a servo is no longer heard; what comes of it is
+//! damaged, again and again; or too many samples are missing, though never too
+//! many in a row. The estimator predicts through the ones before.
+
+use super::Violation;
+use super::ticks::ticks;
+use crate::JOINTS;
+use crate::link::limits::Limits;
+use crate::link::message::Missing;
+use crate::link::mode::Fault;
+
+/// Ticks without a sample that make a row, however slow they are: on a line that
+/// damages one reply in five, five in a row are one in 3000.
+const ROW_TICKS: u32 = 5;
+
+/// A share is counted over so many parts, the last of them growing: nothing has
+/// to be kept tick by tick.
+const PARTS: usize = 10;
+
+/// Length of a part in µs: a second in all.
+const PART_US: u32 = 100_000;
+
+/// Ticks of a part, however slow they are. Fifty tell one lost reply in five from
+/// one in two; ten do not.
+const PART_TICKS: u32 = 5;
+
+/// What there must be before a share is one, in µs and in ticks.
+const SHARE_US: u32 = 500_000;
+const SHARE_TICKS: u32 = 40;
+
+/// The monitor.
+#[derive(Clone, Debug)]
+pub(super) struct Losses {
+    row_ticks: u32,
+    part_ticks: u32,
+    share_ticks: u32,
+    period_ms: f32,
+    limit_ms: f32,
+    limit_percent: u32,
+    rows: [Row; JOINTS],
+    shares: [Share; JOINTS],
+    /// Index of the growing part, and its ticks.
+    part: usize,
+    part_age: u32,
+    /// Ticks of all parts.
+    age: u32,
+}
+
+/// Samples of one joint missing in a row.
+#[derive(Clone, Copy, Debug, Default)]
+struct Row {
+    missing: u32,
+    /// Something was heard all the same.
+    is_heard: bool,
+}
+
+/// Samples of one joint missing in the window.
+#[derive(Clone, Copy, Debug, Default)]
+struct Share {
+    parts: [u32; PARTS],
+    missing: u32,
+}
+
+impl Losses {
+    pub(super) fn new(limits: &Limits, period_us: u32) -> Self {
+        let row_us = u32::from(limits.lost_ms) * 1_000;
+        Self {
+            row_ticks: ticks(row_us, period_us, ROW_TICKS),
+            part_ticks: ticks(PART_US, period_us, PART_TICKS),
+            share_ticks: ticks(SHARE_US, period_us, SHARE_TICKS),
+            period_ms: period_us as f32 * 1e-3,
+            limit_ms: limits.lost_ms.into(),
+            limit_percent: limits.lost_percent.into(),
+            rows: Default::default(),
+            shares: Default::default(),
+            part: 0,
+            part_age: 0,
+            age: 0,
+        }
+    }
+
+    pub(super) fn restart(&mut self) {
+        self.rows = Default::default();
+        self.shares = Default::default();
+        (self.part, self.part_age, self.age) = (0, 0, 0);
+    }
+
+    pub(super) fn judge(&mut self, missing: [Option<Missing>; JOINTS]) -> Result<(), Violation> {
+        self.begin_tick();
+        let counted = self.rows.iter_mut().zip(&mut self.shares);
+        for ((joint, missing), (row, share)) in (0..).zip(missing).zip(counted) {
+            let Some(missing) = missing else {
+                *row = Row::default();
+                continue;
+            };
+            row.add(missing);
+            if row.missing >= self.row_ticks {
+                return Err(Violation {
+                    fault: row.fault(),
+                    joint: Some(joint),
+                    value: row.missing as f32 * self.period_ms,
+                    limit: self.limit_ms,
+                });
+            }
+            share.add(self.part);
+            if self.age >= self.share_ticks && share.missing * 100 > self.limit_percent * self.age {
+                return Err(Violation {
+                    fault: Fault::SamplesRare,
+                    joint: Some(joint),
+                    value: (share.missing * 100) as f32 / self.age as f32,
+                    limit: self.limit_percent as f32,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves the window on by a part when one is full.
+    fn begin_tick(&mut self) {
+        if self.part_age == self.part_ticks {
+            self.part = if self.part + 1 < PARTS {
+                self.part + 1
+            } else {
+                0
+            };
+            self.part_age = 0;
+            if self.age == self.part_ticks * PARTS as u32 {
+                self.age -= self.part_ticks;
+            }
+            for share in &mut self.shares {
+                share.forget(self.part);
+            }
+        }
+        self.part_age += 1;
+        self.age += 1;
+    }
+}
+
+impl Row {
+    fn add(&mut self, missing: Missing) {
+        // A servo that goes may be cut off in the middle of its reply, so the
+        // first of the row says nothing of it.
+        self.is_heard |= self.missing > 0 && is_heard(missing);
+        self.missing = self.missing.saturating_add(1);
+    }
+
+    fn fault(&self) -> Fault {
+        if self.is_heard {
+            Fault::SamplesLost
+        } else {
+            Fault::ServoSilent
+        }
+    }
+}
+
+impl Share {
+    fn add(&mut self, part: usize) {
+        if let Some(part) = self.parts.get_mut(part) {
+            *part += 1;
+        }
+        self.missing += 1;
+    }
+
+    fn forget(&mut self, part: usize) {
+        if let Some(part) = self.parts.get_mut(part) {
+            self.missing -= *part;
+            *part = 0;
+        }
+    }
+}
+
+/// Whether somebody may have answered. A servo that is not asked is not silent.
+const fn is_heard(missing: Missing) -> bool {
+    match missing {
+        Missing::Silence | Missing::EchoOnly => false,
+        Missing::NotAsked
+        | Missing::BadChecksum
+        | Missing::WrongId
+        | Missing::Short
+        | Missing::Line => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ticks until a violation, with what is missing of joint 1 in each.
+    fn until(
+        period_us: u32,
+        mut missing: impl FnMut(u32) -> Option<Missing>,
+    ) -> Option<(u32, Fault)> {
+        let mut losses = Losses::new(&Limits::default(), period_us);
+        (1..10_000).find_map(|tick| {
+            let violation = losses.judge([None, missing(tick)]).err()?;
+            assert_eq!(violation.joint, Some(1));
+            assert!(violation.value >= violation.limit, "{violation:?}");
+            Some((tick, violation.fault))
+        })
+    }
+
+    #[test]
+    fn a_row_is_20_ms_and_five_ticks() {
+        let rows = [1_000, 1_500, 4_000, 5_000, 100_000]
+            .map(|period| until(period, |_| Some(Missing::EchoOnly)));
+        let silent = |ticks| Some((ticks, Fault::ServoSilent));
+        assert_eq!(rows, [20, 14, 5, 5, 5].map(silent));
+        // One sample in 20 ends every row.
+        let almost = |tick| (tick % 20 > 0).then_some(Missing::Silence);
+        let (tick, fault) = until(1_000, almost).unwrap();
+        // Half a second, at the end of which that one came.
+        assert_eq!((tick, fault), (501, Fault::SamplesRare));
+    }
+
+    #[test]
+    fn a_servo_is_silent_if_nothing_was_heard_once_it_was_gone() {
+        let cut = |tick| {
+            Some(match tick {
+                1 => Missing::Short,
+                _ => Missing::Silence,
+            })
+        };
+        assert_eq!(until(1_000, cut), Some((20, Fault::ServoSilent)));
+        let damaged = |tick| {
+            Some(match tick {
+                7 => Missing::BadChecksum,
+                _ => Missing::Silence,
+            })
+        };
+        assert_eq!(until(1_000, damaged), Some((20, Fault::SamplesLost)));
+    }
+
+    /// Four in nine may be lost, two in three may not.
+    #[test]
+    fn a_share_is_that_of_the_last_second_whatever_the_period() {
+        for period_us in [600, 1_000, 10_000, 100_000] {
+            let many = |tick| (tick % 9 < 4).then_some(Missing::Line);
+            assert_eq!(until(period_us, many), None, "{period_us}");
+            // Two thirds, after a long time without any loss.
+            let clean = ticks(3_000_000, period_us, 150);
+            let turning = |tick| (tick > clean && tick % 3 > 0).then_some(Missing::Line);
+            let (tick, fault) = until(period_us, turning).unwrap();
+            assert_eq!(fault, Fault::SamplesRare);
+            let window = ticks(1_000_000, period_us, 50);
+            // Half of the window missing, at two thirds, takes three quarters of
+            // it, give or take the part that it moves on by.
+            let taken = f64::from(tick - clean) / f64::from(window);
+            assert!((0.6..0.85).contains(&taken), "{period_us}: {taken}");
+        }
+    }
+
+    /// One reply in five, at random: seen on real lines, and bearable.
+    #[test]
+    fn a_fifth_of_all_samples_may_be_missing() {
+        for period_us in [1_000, 45_000] {
+            let mut seed = 1_u32;
+            let mut random = move || {
+                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                seed >> 16
+            };
+            let mut losses = Losses::new(&Limits::default(), period_us);
+            let mut longest = 0;
+            for _ in 0..20_000 {
+                let missing = (random() % 5 == 0).then_some(Missing::BadChecksum);
+                // Rows of five do come, and are the other rule's.
+                let missing = missing.filter(|_| losses.rows[0].missing < 4);
+                assert_eq!(losses.judge([missing, None]), Ok(()));
+                longest = longest.max(losses.shares[0].missing);
+            }
+            assert!(longest > losses.age / 5, "{longest} of {}", losses.age);
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! What every tick is held against, and what the torque is held to.
+//!
+//! ```text
+//! samples, estimate -> judge -> control law -> shape -> PWM
+//!                        |                       |
+//!                        +------ Violation ------+--> torque off
+//! ```
+//!
+//! [`Guard::judge`] doubts: it says when samples, estimate or arm are not what
+//! they would be if all were well. [`Guard::shape`] prevents: it brakes a joint
+//! before its angle limit and holds torque and its rate to their limits, and
+//! doubts only when it has to go on doing so. The first violation wins: what
+//! follows is often its consequence.
+//!
+//! Nothing here reads a clock, looks at a mode or switches anything: ticks are
+//! counted, and what follows from a violation is the supervisor's.
+//!
+//! | module      | what                                                        |
+//! |-------------|-------------------------------------------------------------|
+//! | `losses`    | a servo is silent, samples are lost in a row or too often   |
+//! | `samples`   | an encoder is in its gap, the samples leave the estimator   |
+//! | `motion`    | a state is not a number, or beyond angle or speed           |
+//! | `stuck`     | a joint or its encoder does not move                        |
+//! | `soft_stop` | bounds of the torque within which the arm stays inside      |
+//! | `torque`    | torque within all limits; braked or limited for too long    |
+//! | `ticks`     | times as numbers of ticks                                   |
+
+#![cfg_attr(
+    not(test),
+    expect(dead_code, reason = "the supervisor does not call it yet")
+)]
+
+mod losses;
+mod motion;
+mod samples;
+mod soft_stop;
+mod stuck;
+#[cfg(test)]
+mod tests;
+mod ticks;
+mod torque;
+
+use crate::JOINTS;
+use crate::arm::{Parameters, State};
+use crate::link::limits::Limits;
+use crate::link::message::Missing;
+use crate::link::mode::{Fault, Guards};
+use losses::Losses;
+use motion::Motion;
+use nalgebra::Vector2;
+use samples::Samples;
+use soft_stop::SoftStop;
+use stuck::Stuck;
+use torque::Torque;
+
+/// What is wrong, and by how much.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Violation {
+    pub(super) fault: Fault,
+    /// Which joint, counting from 0, if it is one.
+    pub(super) joint: Option<u8>,
+    /// What was seen, in the unit of the limit.
+    pub(super) value: f32,
+    /// What would have been allowed.
+    pub(super) limit: f32,
+}
+
+/// What one tick brought.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen<'a> {
+    /// The samples.
+    pub(super) counts: [Option<u16>; JOINTS],
+    /// Why there is none; `None` where there is one.
+    pub(super) missing: [Option<Missing>; JOINTS],
+    /// The samples as angles.
+    pub(super) measured_rad: [Option<f32>; JOINTS],
+    /// Where the estimator expected them: its state before they were put in.
+    pub(super) predicted_rad: [f32; JOINTS],
+    /// The estimator begins with these samples: it expected nothing.
+    pub(super) is_fresh: bool,
+    /// Its state since.
+    pub(super) state: &'a State<f32>,
+    /// Torque that acted until these samples, in N m.
+    pub(super) torque_nm: [f32; JOINTS],
+    /// What of it gravity takes at these angles, in N m.
+    pub(super) gravity_nm: [f32; JOINTS],
+    /// The motors may be driven.
+    pub(super) is_armed: bool,
+}
+
+/// A torque within all limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Shaped {
+    /// In N m.
+    pub(super) torque_nm: Vector2<f32>,
+    /// What was changed of the one that was wanted.
+    pub(super) guards: Guards,
+}
+
+/// All monitors, for one set of limits and one period.
+#[derive(Clone, Debug)]
+pub(super) struct Guard {
+    limits: Limits,
+    losses: Losses,
+    joints: [Joint; JOINTS],
+    soft_stop: SoftStop,
+    torque: Torque,
+}
+
+/// The monitors of one joint.
+#[derive(Clone, Debug)]
+struct Joint {
+    samples: Samples,
+    motion: Motion,
+    stuck: Stuck,
+}
+
+impl Guard {
+    /// For [valid](Limits::is_valid) limits and ticks of `period_us`.
+    pub(super) fn new(limits: Limits, period_us: u32) -> Self {
+        // Whoever asks: nothing is divided by zero.
+        let period_us = period_us.max(1);
+        let ([angle_a, angle_b], [speed_a, speed_b]) = (limits.angle_rad, limits.speed_rad_s);
+        let joint = |angle_rad, speed_rad_s| Joint {
+            samples: Samples::new(&limits),
+            motion: Motion::new(angle_rad, speed_rad_s, period_us),
+            stuck: Stuck::new(&limits, period_us),
+        };
+        Self {
+            limits,
+            losses: Losses::new(&limits, period_us),
+            joints: [joint(angle_a, speed_a), joint(angle_b, speed_b)],
+            soft_stop: SoftStop::new(limits.angle_rad, period_us),
+            torque: Torque::new(&limits, period_us),
+        }
+    }
+
+    pub(super) fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Torque comes on, or ticks begin anew: nothing has been seen yet.
+    pub(super) fn restart(&mut self) {
+        self.losses.restart();
+        for joint in &mut self.joints {
+            joint.samples.restart();
+            joint.motion.restart();
+            joint.stuck.restart();
+        }
+        self.torque.restart();
+    }
+
+    /// Judges what this tick brought, before the control law runs. With torque
+    /// off the arm may be anywhere and be moved by anybody: all that is judged
+    /// then is whether it is heard.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub(super) fn judge(&mut self, seen: &Seen<'_>) -> Result<(), Violation> {
+        self.losses.judge(seen.missing)?;
+        if !seen.is_armed {
+            return Ok(());
+        }
+        let [angle, speed] = [seen.state.q, seen.state.dq].map(<[f32; JOINTS]>::from);
+        for values in [angle, speed, seen.torque_nm, seen.gravity_nm] {
+            finite(values)?;
+        }
+        let samples = seen.counts.into_iter().zip(seen.measured_rad);
+        let states = angle.into_iter().zip(speed);
+        let torques = seen.torque_nm.into_iter().zip(seen.gravity_nm);
+        let rest = states.zip(torques).zip(seen.predicted_rad);
+        for (((id, joint), (counts, measured)), (((q, dq), (torque, gravity)), predicted)) in
+            (0..).zip(&mut self.joints).zip(samples).zip(rest)
+        {
+            if let Some(counts) = counts {
+                joint.samples.place(id, counts)?;
+                joint.stuck.judge(id, counts, torque - gravity)?;
+            }
+            if let (Some(measured), false) = (measured, seen.is_fresh) {
+                joint.samples.innovation(id, measured - predicted)?;
+            }
+            joint.motion.judge(id, q, dq)?;
+        }
+        Ok(())
+    }
+
+    /// Makes of `wanted_nm` a torque within all limits, for an arm that will be at
+    /// `state` when it begins to act, after `before_nm`.
+    ///
+    /// # Errors
+    /// Something is not finite, or has been limited for too long.
+    pub(super) fn shape(
+        &mut self,
+        arm: &Parameters<f32>,
+        state: &State<f32>,
+        wanted_nm: Vector2<f32>,
+        before_nm: Vector2<f32>,
+    ) -> Result<Shaped, Violation> {
+        for values in [wanted_nm, before_nm, state.q, state.dq] {
+            finite(values.into())?;
+        }
+        let bounds = self.soft_stop.bounds(arm, state);
+        self.torque
+            .shape(wanted_nm.into(), before_nm.into(), bounds)
+    }
+
+    /// Notes whether this tick's torque was more than the PWM's limit gives.
+    ///
+    /// # Errors
+    /// It has been for too long.
+    pub(super) fn pwm(&mut self, is_limited: bool) -> Result<(), Violation> {
+        self.torque.pwm(is_limited)
+    }
+}
+
+/// One value a joint.
+fn finite(values: [f32; JOINTS]) -> Result<(), Violation> {
+    for (joint, value) in (0..).zip(values) {
+        if !value.is_finite() {
+            return Err(Violation {
+                fault: Fault::NotFinite,
+                joint: Some(joint),
+                value,
+                limit: f32::MAX,
+            });
+        }
+    }
+    Ok(())
+}

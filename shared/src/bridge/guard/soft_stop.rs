@@ -1,0 +1,163 @@
+//! Bounds of the torque within which no joint reaches its angle limit.
+//!
+//! Each joint may go as fast towards a limit as it can still be stopped from,
+//! [`MARGIN_RAD`] before it. With `d` the way that is left to there and `v` the
+//! speed that way, that is
+//!
+//! ```text
+//! v <= near d                          slowly: as a first-order lag ends
+//! v^2 <= 2 a (d - a/(2 near^2))        faster than a/near: braked by a
+//! ```
+//!
+//! two curves that touch where they meet. A control barrier keeps below them: the
+//! acceleration that way is at most
+//!
+//! ```text
+//! A = near back d - (near + back) v                          slow
+//! A = -a + back (2 a d - (a/near)^2 - v^2) / (2 v)           fast
+//! ```
+//!
+//! with which what is left below the curve shrinks by the rate `back` at most,
+//! and what is above it by that rate at least. A is continuous in d and v, so the
+//! torque is; close to the end it is that of a spring and a damper with the real
+//! poles `near` and `back`. So a joint that is pushed against the end comes to
+//! rest there and is held.
+//!
+//! Equation (1) makes torques of accelerations. The bounds say nothing of what
+//! the servos can do: faster than full torque can brake, a joint goes beyond.
+
+use crate::JOINTS;
+use crate::arm::{Parameters, Posture, State};
+use crate::bridge::limits::MOTION;
+use nalgebra::Vector2;
+
+/// How far before the limit a joint is stopped: 20 encoder counts, and half of
+/// what 2 rad/s cover in 100 ms.
+const MARGIN_RAD: f32 = 0.1;
+
+/// Largest share of an angle limit that this margin takes: something must be left
+/// of a narrow one.
+const MARGIN_SHARE: f32 = 0.25;
+
+/// Deceleration in rad/s^2: what any motion may ask of the arm, so none is braked
+/// that stays where it may.
+const BRAKE_RAD_S2: f32 = MOTION.acceleration_rad_s2;
+
+/// Rates in 1/s: slower than the estimate of a speed, which takes 15 ms, and fast
+/// enough that nothing that is allowed is braked.
+const NEAR_1_S: f32 = 10.0;
+const BACK_1_S: f32 = 20.0;
+
+/// The most that `back` may decay within a period, and `near` half of it: beyond
+/// 1 it would overshoot in every tick. Met at periods above 40 ms.
+const DECAY_MAX: f32 = 0.8;
+
+/// Acceleration in rad/s^2 that is no bound any more: three times what full
+/// torque gives the lightest joint, so that the arm's equations are not worked
+/// out where they cannot matter.
+const FREE_RAD_S2: f32 = 150.0;
+
+/// Least and most torque of one joint in N m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    pub(super) low_nm: f32,
+    pub(super) high_nm: f32,
+    /// Where the joint is, without sign, and where it is stopped.
+    pub(super) angle_rad: f32,
+    pub(super) stop_rad: f32,
+}
+
+/// The numbers of the curves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SoftStop {
+    stop_rad: [f32; JOINTS],
+    /// `near back`, in 1/s^2.
+    stiffness: f32,
+    /// `near + back`, in 1/s.
+    damping: f32,
+    /// `a/near`, in rad/s, and its square.
+    slow_rad_s: f32,
+    slow_squared: f32,
+    /// Half of `back`.
+    half_back: f32,
+}
+
+impl SoftStop {
+    pub(super) fn new(angle_rad: [f32; JOINTS], period_us: u32) -> Self {
+        let back = BACK_1_S.min(DECAY_MAX / (period_us as f32 * 1e-6));
+        let near = NEAR_1_S.min(back * 0.5);
+        let slow_rad_s = BRAKE_RAD_S2 / near;
+        Self {
+            stop_rad: angle_rad.map(|angle| angle - MARGIN_RAD.min(angle * MARGIN_SHARE)),
+            stiffness: near * back,
+            damping: near + back,
+            slow_rad_s,
+            slow_squared: slow_rad_s * slow_rad_s,
+            half_back: back * 0.5,
+        }
+    }
+
+    /// Bounds for an arm that is at `state` when the torque begins to act.
+    pub(super) fn bounds(&self, arm: &Parameters<f32>, state: &State<f32>) -> [Bounds; JOINTS] {
+        let [stop_a, stop_b] = self.stop_rad;
+        let ([q_a, q_b], [dq_a, dq_b]) = (state.q.into(), state.dq.into());
+        let up = Vector2::new(self.most(stop_a - q_a, dq_a), self.most(stop_b - q_b, dq_b));
+        let down = Vector2::new(
+            self.most(stop_a + q_a, -dq_a),
+            self.most(stop_b + q_b, -dq_b),
+        );
+        let free = up.x.min(up.y).min(down.x).min(down.y) > FREE_RAD_S2;
+        let bounds = |stop_rad: f32, angle: f32, low_nm, high_nm| Bounds {
+            low_nm,
+            high_nm,
+            angle_rad: angle.abs(),
+            stop_rad,
+        };
+        if free {
+            let (low, high) = (f32::NEG_INFINITY, f32::INFINITY);
+            return [
+                bounds(stop_a, q_a, low, high),
+                bounds(stop_b, q_b, low, high),
+            ];
+        }
+        let posture = Posture::of(state.q);
+        let mass = posture.mass_diagonal(arm);
+        let steady = posture.inverse_dynamics(arm, state.dq, Vector2::zeros());
+        let high = steady + mass.component_mul(&up);
+        let low = steady - mass.component_mul(&down);
+        [
+            bounds(stop_a, q_a, low.x, high.x),
+            bounds(stop_b, q_b, low.y, high.y),
+        ]
+    }
+
+    /// The most that a joint may accelerate, in rad/s^2, towards a stop that is
+    /// `left_rad` away, at a speed that way.
+    fn most(&self, left_rad: f32, speed_rad_s: f32) -> f32 {
+        if speed_rad_s <= self.slow_rad_s {
+            self.stiffness * left_rad - self.damping * speed_rad_s
+        } else {
+            let below =
+                2.0 * BRAKE_RAD_S2 * left_rad - self.slow_squared - speed_rad_s * speed_rad_s;
+            self.half_back * below / speed_rad_s - BRAKE_RAD_S2
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_two_curves_are_one() {
+        for period_us in [600, 1_000, 45_000, 100_000] {
+            let stop = SoftStop::new([1.5; JOINTS], period_us);
+            for step in -20..=40_i16 {
+                let left = f32::from(step) * 0.05;
+                let slow = stop.most(left, stop.slow_rad_s);
+                let fast = stop.most(left, stop.slow_rad_s * 1.0001);
+                assert!((slow - fast).abs() < 0.05, "{left}: {slow} {fast}");
+            }
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! A joint that does not move though it is driven, or an encoder that has
+//! stopped.
+//!
+//! A joint is stuck if it stays where it is under a torque that is sure to move
+//! it: well beyond gravity and friction, one way, for long enough. A count of
+//! noise is no motion, and 1.3 counts of it (1 rms, and rounding) come in every
+//! other sample: so it is the mean over some samples that must stay.
+//!
+//! An encoder whose noise is known to show has stopped when it says the very same
+//! count for long. That is watched only if asked for.
+
+use super::Violation;
+use super::ticks::{InRow, ticks};
+use crate::link::limits::Limits;
+use crate::link::mode::Fault;
+
+/// How long a joint must be driven against, in µs and in ticks. By then even
+/// 0.4 N m turn the paper's arm by 20 counts; one that such a torque turns round
+/// is near its turning point for 100 ms.
+const STUCK_US: u32 = 150_000;
+const STUCK_TICKS: u32 = 5;
+
+/// Time constant of the mean in µs. At 1 kHz it leaves 0.2 counts of noise.
+const MEAN_US: f32 = 20_000.0;
+
+/// How far the mean may go: a count, and noise.
+const STILL_COUNTS: f32 = 1.5;
+
+/// Ticks of the very same count at least, however slow they are.
+const QUIET_TICKS: u32 = 5;
+
+/// The monitor of one joint. Ticks without a sample do not come here.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stuck {
+    push_nm: f32,
+    stuck_ticks: u32,
+    quiet_ms: u16,
+    quiet_ticks: u32,
+    /// Share of a sample in the mean.
+    share: f32,
+    /// What has been seen since restart.
+    seen: Option<Still>,
+}
+
+/// What stands still.
+#[derive(Clone, Copy, Debug)]
+struct Still {
+    counts: u16,
+    same: InRow,
+    mean: f32,
+    /// Where the mean was when the push began.
+    from: f32,
+    is_up: bool,
+    pushed: InRow,
+}
+
+impl Stuck {
+    pub(super) fn new(limits: &Limits, period_us: u32) -> Self {
+        let quiet_us = u32::from(limits.quiet_ms) * 1_000;
+        let period = period_us as f32;
+        Self {
+            push_nm: limits.stuck_nm,
+            stuck_ticks: ticks(STUCK_US, period_us, STUCK_TICKS),
+            quiet_ms: limits.quiet_ms,
+            quiet_ticks: match quiet_us {
+                0 => u32::MAX,
+                _ => ticks(quiet_us, period_us, QUIET_TICKS),
+            },
+            share: period / (period + MEAN_US),
+            seen: None,
+        }
+    }
+
+    pub(super) fn restart(&mut self) {
+        self.seen = None;
+    }
+
+    /// For a sample, and the torque in N m beyond gravity that acted before it.
+    pub(super) fn judge(&mut self, joint: u8, counts: u16, push_nm: f32) -> Result<(), Violation> {
+        let (mean, is_up) = (f32::from(counts), push_nm > 0.0);
+        let still = self.seen.get_or_insert(Still {
+            counts,
+            same: InRow::default(),
+            mean,
+            from: mean,
+            is_up,
+            pushed: InRow::default(),
+        });
+        still.mean += (mean - still.mean) * self.share;
+        let is_same_push = push_nm.abs() > self.push_nm && is_up == still.is_up;
+        let is_still = (still.mean - still.from).abs() <= STILL_COUNTS;
+        if !(is_same_push && is_still) {
+            (still.from, still.is_up) = (still.mean, is_up);
+        }
+        let is_stuck = still
+            .pushed
+            .note(is_same_push && is_still, self.stuck_ticks);
+        let is_quiet = still.same.note(counts == still.counts, self.quiet_ticks);
+        still.counts = counts;
+        let (value, limit) = if is_stuck {
+            (push_nm.abs(), self.push_nm)
+        } else if is_quiet {
+            (self.quiet_ms.into(), self.quiet_ms.into())
+        } else {
+            return Ok(());
+        };
+        Err(Violation {
+            fault: Fault::Stuck,
+            joint: Some(joint),
+            value,
+            limit,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ticks until a violation, of up to 2 s.
+    fn until(
+        limits: &Limits,
+        period_us: u32,
+        mut seen: impl FnMut(u32) -> (u16, f32),
+    ) -> Option<u32> {
+        let mut stuck = Stuck::new(limits, period_us);
+        (1..2_000_000 / period_us).find(|tick| {
+            let (counts, push_nm) = seen(*tick);
+            stuck
+                .judge(1, counts, push_nm)
+                .is_err_and(|violation| violation.fault == Fault::Stuck)
+        })
+    }
+
+    /// A count of noise, near enough: -2 to 2, 1.2 rms.
+    fn noise(tick: u32) -> u16 {
+        let random = tick.wrapping_mul(2_654_435_761) >> 16;
+        [510, 511, 511, 512, 512, 512, 513, 513, 514, 512][random as usize % 10]
+    }
+
+    #[test]
+    fn a_joint_that_is_driven_and_stays_is_stuck() {
+        let limits = Limits::default();
+        for push in [0.41, -0.41] {
+            let still =
+                [600, 1_000, 45_000, 100_000].map(|period| until(&limits, period, |_| (512, push)));
+            assert_eq!(still, [250, 150, 5, 5].map(Some));
+            let noisy = until(&limits, 1_000, |tick| (noise(tick), push)).unwrap();
+            assert!((150..300).contains(&noisy), "{noisy}");
+        }
+    }
+
+    #[test]
+    fn a_joint_that_need_not_move_is_not_stuck() {
+        let limits = Limits::default();
+        // Held by dry friction, gravity misjudged by a good deal.
+        assert_eq!(until(&limits, 1_000, |tick| (noise(tick), 0.39)), None);
+        // Shaken.
+        let shaken = |tick: u32| (512, if tick / 100 % 2 == 0 { 0.6 } else { -0.6 });
+        assert_eq!(until(&limits, 1_000, shaken), None);
+        // Driven along, at 0.3 rad/s: a tenth of what such a torque leads to.
+        let driven = |tick: u32| (300 + (tick * 58 / 1_000) as u16, 0.41);
+        assert_eq!(until(&limits, 1_000, driven), None);
+        // Turned round: a parabola, at 0.4 N m on 0.031 kg m^2.
+        let turned = |tick: u32| {
+            let t = tick as f32 * 1e-3 - 1.0;
+            ((0.5 * 13.0 * t * t / 0.005118) as u16, 0.41)
+        };
+        assert_eq!(until(&limits, 1_000, turned), None);
+    }
+
+    #[test]
+    fn an_encoder_that_says_the_very_same_count_has_stopped_if_that_is_asked() {
+        let watched = Limits {
+            quiet_ms: 300,
+            ..Limits::default()
+        };
+        assert_eq!(until(&Limits::default(), 1_000, |_| (512, 0.1)), None);
+        assert_eq!(until(&watched, 1_000, |_| (512, 0.1)), Some(300));
+        assert_eq!(until(&watched, 100_000, |_| (512, 0.1)), Some(5));
+        let rare_noise = |tick| (512 + u16::from(tick % 299 == 0), 0.1);
+        assert_eq!(until(&watched, 1_000, rare_noise), None);
+    }
+}

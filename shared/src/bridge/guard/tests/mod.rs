@@ -1,0 +1,6 @@
+//! The guard as a whole.
+
+extern crate std;
+
+mod plant;
+mod soft_stop;

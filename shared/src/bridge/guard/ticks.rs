@@ -1,0 +1,42 @@
+//! Times as numbers of ticks.
+//!
+//! Periods reach from 600 µs to 100 ms, where some times are shorter than a
+//! tick. So every rule also says of how many ticks it needs at least, to be more
+//! than a coincidence.
+
+/// Ticks in which a time has passed, and `least` of them.
+pub(super) const fn ticks(time_us: u32, period_us: u32, least: u32) -> u32 {
+    let passed = time_us.div_ceil(period_us);
+    if passed > least { passed } else { least }
+}
+
+/// How many ticks in a row something has been so.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct InRow(u32);
+
+impl InRow {
+    /// Counts a tick in which it is so, or begins anew. True from the tick on
+    /// that makes it `most` in a row.
+    pub(super) fn note(&mut self, is_so: bool, most: u32) -> bool {
+        self.0 = if is_so { self.0.saturating_add(1) } else { 0 };
+        self.0 >= most
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_is_never_fewer_ticks_than_it_takes() {
+        let of_10_ms = [600, 1_000, 1_500, 45_000, 100_000].map(|period| ticks(10_000, period, 2));
+        assert_eq!(of_10_ms, [17, 10, 7, 2, 2]);
+    }
+
+    #[test]
+    fn a_break_begins_anew() {
+        let mut row = InRow::default();
+        let noted = [true, true, false, true, true, true, true].map(|is_so| row.note(is_so, 3));
+        assert_eq!(noted, [false, false, false, false, false, true, true]);
+    }
+}

@@ -1,0 +1,162 @@
+//! What the supervisor allows, as the host may set it.
+//!
+//! Every number has a hard bound that no host can move
+//! ([`hard`]); [`Limits::is_valid`] says whether all are within.
+
+use crate::JOINTS;
+use postcard::experimental::max_size::MaxSize;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Bounds that no host can move.
+pub mod hard {
+    /// Joint angle in rad: short of ±π/2, where the table stops the first joint,
+    /// so that no motor is left pushing against it.
+    pub const ANGLE_RAD: f32 = 1.5;
+    /// Joint speed in rad/s: three times what an AX-12A reaches without load (59
+    /// rpm, its e-Manual).
+    pub const SPEED_RAD_S: f32 = 20.0;
+    /// Torque in N m: what a servo gives at full PWM by equation (5), rounded up.
+    pub const TORQUE_NM: f32 = 1.25;
+    /// Rate of the torque in N m/s: from one end to the other within a tick of 1 ms.
+    pub const TORQUE_RATE_NM_S: f32 = 2_500.0;
+    /// PWM counts away from off.
+    pub const PWM_COUNTS: u16 = 1_000;
+    /// Temperature of a stock servo in °C: the most that its own limit can be set
+    /// to is 150, its default 70.
+    pub const TEMPERATURE_C: u8 = 80;
+    /// The converter's largest count.
+    pub const COUNTS: u16 = 1_023;
+    /// Samples missing for so long, in ms.
+    pub const LOST_MS: u16 = 100;
+    /// Samples missing within a second, in percent.
+    pub const LOST_PERCENT: u8 = 90;
+    /// Ticks in a row that began a whole period late.
+    pub const OVERRUNS: u8 = 10;
+    /// Distance between sample and prediction, in rad.
+    pub const INNOVATION_RAD: f32 = 0.5;
+    /// Torque that moves nothing, in N m.
+    pub const STUCK_NM: f32 = 1.0;
+    /// Silence of the host, in ms.
+    pub const SILENCE_MS: u16 = 2_000;
+}
+
+/// What the supervisor allows; replaced as one group while the board is idle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+pub struct Limits {
+    /// Joint angles in rad beyond which torque goes off. The arm is braked before.
+    pub angle_rad: [f32; JOINTS],
+    /// Estimated joint speeds in rad/s.
+    pub speed_rad_s: [f32; JOINTS],
+    /// Torque in N m that a joint is given at most.
+    pub torque_nm: [f32; JOINTS],
+    /// Change of that torque in N m/s.
+    pub torque_rate_nm_s: f32,
+    /// PWM counts away from off that a servo is given at most.
+    pub pwm_counts: u16,
+    /// Temperature of a stock servo in °C.
+    pub temperature_c: u8,
+    /// Temperatures between which a Morpheus servo may be, in counts of its
+    /// converter, which nobody has calibrated.
+    pub temperature_counts: [u16; 2],
+    /// How far that may change since the first reading after a start, either way.
+    pub temperature_drift_counts: u16,
+    /// Encoder counts from either end that are taken for the gap of the track.
+    pub dead_zone_counts: u16,
+    /// How long samples of one joint may be missing, in ms; five ticks at least.
+    pub lost_ms: u16,
+    /// Share of a joint's samples that may be missing within a second, in percent.
+    pub lost_percent: u8,
+    /// Ticks in a row that may begin a whole period late, and one less.
+    pub overruns: u8,
+    /// Distance between sample and prediction in rad, for three samples in a row.
+    pub innovation_rad: f32,
+    /// Torque in N m, beyond gravity, that is sure to move a joint.
+    pub stuck_nm: f32,
+    /// How long an encoder may say the very same count with torque on, in ms; 0:
+    /// for ever. Only for encoders whose noise is known to show.
+    pub quiet_ms: u16,
+    /// Silence of the host after which the arm is braked and held, in ms.
+    pub hold_ms: u16,
+    /// Silence of the host after which torque goes off, in ms.
+    pub silence_ms: u16,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            angle_rad: [hard::ANGLE_RAD; JOINTS],
+            // Beyond what an AX-12A reaches: the estimate or the arm runs away.
+            speed_rad_s: [10.0; JOINTS],
+            torque_nm: [hard::TORQUE_NM; JOINTS],
+            torque_rate_nm_s: 1_000.0,
+            pwm_counts: hard::PWM_COUNTS,
+            // Where a stock servo switches itself off.
+            temperature_c: 70,
+            temperature_counts: [0, hard::COUNTS],
+            temperature_drift_counts: 250,
+            dead_zone_counts: 8,
+            lost_ms: 20,
+            lost_percent: 50,
+            overruns: 3,
+            innovation_rad: 0.1,
+            stuck_nm: 0.4,
+            quiet_ms: 0,
+            hold_ms: 100,
+            silence_ms: 500,
+        }
+    }
+}
+
+impl Limits {
+    /// Whether every number is within its hard bound, and none is NaN.
+    pub fn is_valid(&self) -> bool {
+        let within = |values: &[f32], most: f32| {
+            // A NaN is within nothing.
+            values.iter().all(|value| *value > 0.0 && *value <= most)
+        };
+        let [coldest, hottest] = self.temperature_counts;
+        within(&self.angle_rad, hard::ANGLE_RAD)
+            && within(&self.speed_rad_s, hard::SPEED_RAD_S)
+            && within(&self.torque_nm, hard::TORQUE_NM)
+            && within(&[self.torque_rate_nm_s], hard::TORQUE_RATE_NM_S)
+            && within(&[self.innovation_rad], hard::INNOVATION_RAD)
+            && within(&[self.stuck_nm], hard::STUCK_NM)
+            && (1..=hard::PWM_COUNTS).contains(&self.pwm_counts)
+            && self.temperature_c <= hard::TEMPERATURE_C
+            && coldest < hottest
+            && hottest <= hard::COUNTS
+            && self.temperature_drift_counts <= hard::COUNTS
+            && self.dead_zone_counts <= hard::COUNTS / 4
+            && (1..=hard::LOST_MS).contains(&self.lost_ms)
+            && (1..=hard::LOST_PERCENT).contains(&self.lost_percent)
+            && (1..=hard::OVERRUNS).contains(&self.overruns)
+            && self.hold_ms <= self.silence_ms
+            && (1..=hard::SILENCE_MS).contains(&self.silence_ms)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_within_and_nothing_beyond_is() {
+        assert!(Limits::default().is_valid());
+        let beyond: [fn(&mut Limits); 8] = [
+            |limits| limits.angle_rad[1] = hard::ANGLE_RAD * 1.01,
+            |limits| limits.speed_rad_s[0] = f32::NAN,
+            |limits| limits.torque_nm[0] = 0.0,
+            |limits| limits.torque_rate_nm_s = f32::INFINITY,
+            |limits| limits.pwm_counts = 1_001,
+            |limits| limits.temperature_counts = [5, 5],
+            |limits| limits.silence_ms = limits.hold_ms - 1,
+            |limits| limits.lost_ms = 0,
+        ];
+        for change in beyond {
+            let mut limits = Limits::default();
+            change(&mut limits);
+            assert!(!limits.is_valid(), "{limits:?}");
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! What the board is doing, and why it stopped.
+
+use postcard::experimental::max_size::MaxSize;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// What the application is doing.
+///
+/// Torque is on in [`Mode::Armed`], [`Mode::Running`] and [`Mode::Degraded`], and
+/// in no other mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Mode {
+    /// Stop sequence, then START: servos are being found.
+    Boot,
+    /// Disarmed: motors off, angles read.
+    Idle,
+    /// Ready to move: zero torque.
+    Armed,
+    /// The motors are driven.
+    Running(Drive),
+    /// The same, with a sample missing: the estimator predicts.
+    Degraded(Drive),
+    /// The bus belongs to the client of the transparent port: no ticks.
+    Passthrough,
+    /// Motors off, latched until the host clears it.
+    Fault(Fault),
+}
+
+impl Mode {
+    /// What the motors are driven by, if they are.
+    pub const fn drive(self) -> Option<Drive> {
+        match self {
+            Self::Running(drive) | Self::Degraded(drive) => Some(drive),
+            Self::Boot | Self::Idle | Self::Armed | Self::Passthrough | Self::Fault(_) => None,
+        }
+    }
+
+    /// Whether the motors may be driven.
+    pub const fn is_armed(self) -> bool {
+        match self {
+            Self::Armed | Self::Running(_) | Self::Degraded(_) => true,
+            Self::Boot | Self::Idle | Self::Passthrough | Self::Fault(_) => false,
+        }
+    }
+}
+
+/// What the motors are driven by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Drive {
+    /// Constant torque.
+    Torque,
+    /// Holding a reference that only the host changes.
+    Regulate,
+    /// Following a motion or a stream.
+    Track,
+    /// Braked to rest and holding, because the host went silent.
+    Hold,
+}
+
+/// Why the supervisor switched torque off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Fault {
+    /// Somebody asked for it.
+    EmergencyStop(StopSource),
+    /// No valid frame from the host for too long.
+    HostSilent,
+    /// A joint left its angle limit.
+    AngleLimit,
+    /// A joint is faster than its limit.
+    SpeedLimit,
+    /// More torque than the limit was wanted for too long.
+    TorqueLimit,
+    /// The wanted torque changed faster than its limit for too long.
+    TorqueRate,
+    /// More PWM than the limit was wanted for too long.
+    PwmLimit,
+    /// A servo is too hot, or its temperature has changed too much.
+    Temperature,
+    /// A joint is where its potentiometer has no track.
+    DeadZone,
+    /// A servo no longer answers.
+    ServoSilent,
+    /// A servo answers, but has been off and on again.
+    ServoReset,
+    /// Too many samples in a row came damaged.
+    SamplesLost,
+    /// Too many samples were missing within a second.
+    SamplesRare,
+    /// A tick took longer than its period.
+    Overrun,
+    /// The board's clock went back.
+    Clock,
+    /// The arm is not where the estimator says, again and again.
+    Diverged,
+    /// A joint does not move though it is driven, or its encoder has stopped.
+    Stuck,
+    /// The control law produced something that is not a number.
+    NotFinite,
+    /// A stock servo reported that it is too hot or overloaded: it lets go of
+    /// its shaft by itself.
+    ServoAlarm,
+    /// The servos run another firmware than before.
+    FirmwareChanged,
+    /// A parameter in memory is not what it was set to.
+    Corrupted,
+}
+
+/// Who asked for an emergency stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum StopSource {
+    /// [`ToBoard::Stop`](super::message::ToBoard::Stop).
+    Host,
+    /// The switch at the board's stop input, or a wire of it that broke.
+    Pin,
+    /// More garbage than frames came over the link.
+    Flood,
+}
+
+/// What tripped the supervisor: the first cause, with the values.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+pub struct Trip {
+    /// Why.
+    pub fault: Fault,
+    /// Which joint, counting from 0, if it was one.
+    pub joint: Option<u8>,
+    /// In which tick.
+    pub tick: u32,
+    /// When, on the board's clock in µs.
+    pub at_us: u64,
+    /// What was seen, in the unit of the limit.
+    pub value: f32,
+    /// What would have been allowed.
+    pub limit: f32,
+}
+
+/// What became of the stop sequence after a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+pub struct Halt {
+    /// How often it was sent.
+    pub stops: u16,
+    /// What each joint's servo did then.
+    pub joints: [Standstill; crate::JOINTS],
+}
+
+/// What a servo does after the stop sequence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+pub enum Standstill {
+    /// It stands still.
+    Still,
+    /// It does not answer: whether it stands is not known.
+    Silent,
+    /// It still moves, pushed by its motor or by something else.
+    Moving,
+}
+
+/// What the supervisor changed of the torque that was wanted, as bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
+pub struct Guards(u8);
+
+impl Guards {
+    /// Nothing.
+    pub const NONE: Self = Self(0);
+    /// A joint was braked before its angle limit.
+    pub const BRAKED: Self = Self(1 << 0);
+    /// The torque was more than its limit.
+    pub const TORQUE: Self = Self(1 << 1);
+    /// It changed faster than its limit.
+    pub const RATE: Self = Self(1 << 2);
+    /// The PWM was more than its limit.
+    pub const PWM: Self = Self(1 << 3);
+
+    /// The byte that a record carries.
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Whether all of these are among them.
+    pub const fn contains(self, guards: Self) -> bool {
+        self.0 & guards.0 == guards.0
+    }
+
+    /// Those that are in either.
+    #[must_use]
+    pub const fn or(self, guards: Self) -> Self {
+        Self(self.0 | guards.0)
+    }
+}
