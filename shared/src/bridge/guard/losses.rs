@@ -146,7 +146,7 @@ impl Row {
         self.missing = self.missing.saturating_add(1);
     }
 
-    fn fault(&self) -> Fault {
+    fn fault(self) -> Fault {
         if self.is_heard {
             Fault::SamplesLost
         } else {

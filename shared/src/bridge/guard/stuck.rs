@@ -33,9 +33,9 @@ const QUIET_TICKS: u32 = 5;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stuck {
     push_nm: f32,
-    stuck_ticks: u32,
+    pushed_ticks: u32,
     quiet_ms: u16,
-    quiet_ticks: u32,
+    same_ticks: u32,
     /// Share of a sample in the mean.
     share: f32,
     /// What has been seen since restart.
@@ -60,9 +60,9 @@ impl Stuck {
         let period = period_us as f32;
         Self {
             push_nm: limits.stuck_nm,
-            stuck_ticks: ticks(STUCK_US, period_us, STUCK_TICKS),
+            pushed_ticks: ticks(STUCK_US, period_us, STUCK_TICKS),
             quiet_ms: limits.quiet_ms,
-            quiet_ticks: match quiet_us {
+            same_ticks: match quiet_us {
                 0 => u32::MAX,
                 _ => ticks(quiet_us, period_us, QUIET_TICKS),
             },
@@ -94,8 +94,8 @@ impl Stuck {
         }
         let is_stuck = still
             .pushed
-            .note(is_same_push && is_still, self.stuck_ticks);
-        let is_quiet = still.same.note(counts == still.counts, self.quiet_ticks);
+            .note(is_same_push && is_still, self.pushed_ticks);
+        let is_quiet = still.same.note(counts == still.counts, self.same_ticks);
         still.counts = counts;
         let (value, limit) = if is_stuck {
             (push_nm.abs(), self.push_nm)
@@ -156,7 +156,7 @@ mod tests {
         // Held by dry friction, gravity misjudged by a good deal.
         assert_eq!(until(&limits, 1_000, |tick| (noise(tick), 0.39)), None);
         // Shaken.
-        let shaken = |tick: u32| (512, if tick / 100 % 2 == 0 { 0.6 } else { -0.6 });
+        let shaken = |tick: u32| (512, if tick % 200 < 100 { 0.6 } else { -0.6 });
         assert_eq!(until(&limits, 1_000, shaken), None);
         // Driven along, at 0.3 rad/s: a tenth of what such a torque leads to.
         let driven = |tick: u32| (300 + (tick * 58 / 1_000) as u16, 0.41);

@@ -1,6 +1,6 @@
 //! The guard as a whole.
 
-extern crate std;
-
+mod judge;
 mod plant;
+mod shape;
 mod soft_stop;

@@ -1,6 +1,5 @@
 //! The arm thrown and pushed against its limits.
 
-extern crate std;
 use super::plant::Plant;
 use crate::actuator::Joint;
 use crate::arm::{Parameters, Posture, State};
@@ -78,77 +77,75 @@ fn farthest_possible(joint: usize, angle: f64, speed: f64) -> f64 {
 
 #[test]
 fn a_joint_that_can_be_stopped_inside_is_and_rests_there() {
-    let (mut stopped, mut hopeless) = (0, 0);
+    let (mut stopped, mut hopeless, mut held) = (0, 0, 0);
     for joint in 0..2 {
         for angle in [-1.2, -0.5, 0.0, 0.5, 0.9, 1.2, 1.35] {
             for speed in [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0] {
                 let possible = farthest_possible(joint, angle, speed);
-                for push in [0.1, 0.5, FULL_NM] {
-                    let course = thrown(joint, angle, speed, push, 1_000);
+                for push in [0.0, 0.5, FULL_NM] {
                     let case = (joint, angle, speed, push);
+                    let course = thrown(joint, angle, speed, push, 1_000);
                     let farthest = course.farthest_rad;
                     if possible < LIMIT_RAD {
                         assert!(farthest < LIMIT_RAD, "{case:?}: {farthest}");
                         stopped += 1;
                     } else {
-                        // No way is left that full torque could have saved.
+                        // No way is lost that full torque could have saved.
                         assert!(farthest < possible + 2e-3, "{case:?}: {farthest}");
                         hopeless += 1;
                     }
-                    let (q, dq) = (course.end.state.q[joint], course.end.state.dq[joint]);
-                    assert!(q < STOP_RAD + 1e-3, "{case:?}: at {q}");
-                    assert!(dq.abs() < 1e-3, "{case:?}: still {dq}");
-                    assert!(course.ripple_nm < 1e-4, "{case:?}: {}", course.ripple_nm);
+                    // The few that gravity and motor leave in between swing on.
+                    let [q, dq] = [course.end.state.q[joint], course.end.state.dq[joint]];
+                    assert!(q.abs() < STOP_RAD + 1e-3, "{case:?}: at {q}");
+                    if q.abs() > STOP_RAD - 1e-3 {
+                        assert!(dq.abs() < 0.02, "{case:?}: still {dq}");
+                        assert!(course.ripple_nm < 1e-3, "{case:?}: {}", course.ripple_nm);
+                        held += 1;
+                    }
                 }
             }
         }
     }
-    std::println!("{stopped} {hopeless}");
-    assert!(stopped > 200 && hopeless > 10, "{stopped} {hopeless}");
+    // 294 in all.
+    assert!(
+        stopped > 240 && hopeless > 15 && held > 250,
+        "{stopped} {hopeless} {held}"
+    );
 }
 
 #[test]
-fn slow_ticks_stop_it_too() {
-    for period_us in [600, 5_000, 10_000, 20_000, 45_000, 100_000] {
+fn ticks_of_any_length_stop_it() {
+    for period_us in [600, 5_000, 20_000, 45_000, 100_000] {
         for (angle, speed, push) in [(1.2, 0.0, FULL_NM), (0.0, 4.0, 0.5), (0.9, 2.0, 0.8)] {
             for joint in 0..2 {
+                let case = (period_us, joint, angle, speed, push);
                 let course = thrown(joint, angle, speed, push, period_us);
-                std::println!(
-                    "{period_us} {joint} {angle} {speed} {push}: {} {} {}",
-                    course.farthest_rad,
-                    course.end.state.q,
-                    course.ripple_nm
-                );
+                let farthest = course.farthest_rad;
+                assert!((farthest - STOP_RAD).abs() < 1e-3, "{case:?}: {farthest}");
+                assert!(course.ripple_nm < 1e-3, "{case:?}: {}", course.ripple_nm);
             }
         }
     }
 }
 
-/// As the board does it: rounded samples with a count of noise, an estimated
-/// speed, a torque that acts a tick later.
+/// As a board does it: rounded samples with noise, estimated speeds, torques that
+/// act a tick later.
 #[test]
-fn estimates_do_for_it() {
+fn estimates_are_good_enough_for_it() {
+    /// In counts, 1 rms.
+    const NOISE: [f32; 8] = [0.0, 1.0, -1.0, 1.5, 0.0, -1.5, -1.0, 1.0];
     let (arm, servo) = (Parameters::<f32>::paper(), Joint::<f32>::paper());
-    for (config, push) in [
-        (Config::standing(), 0.5),
-        (Config::kalman(), 0.5),
-        (Config::standing(), 1.0),
-        (Config::kalman(), 1.0),
-    ] {
-        for joint in 0..2 {
+    for config in [Config::standing(), Config::kalman()] {
+        for (joint, push) in [(0, 0.5), (1, 0.5), (0, FULL_NM), (1, FULL_NM)] {
             let mut guard = guard(1_000);
             let mut estimator = config.build(&arm, 1e-3).unwrap();
-            estimator.reset(Vector2::zeros());
             let mut plant = Plant::new(joint, 0.0, 0.0);
             let mut in_force = Vector2::zeros();
-            let (mut farthest, mut ripple, mut ripple_n) = (0.0_f64, 0.0_f32, 0.0_f32);
+            let (mut farthest, mut ripple) = (0.0_f64, 0.0_f32);
             for tick in 0..3_000_u32 {
-                let measured = plant.seen().q.map(|q| {
-                    let noise = [0.0, 1.0, -1.0, 2.0, 0.0, -2.0, -1.0, 1.0]
-                        [(tick.wrapping_mul(2_654_435_761) >> 29) as usize];
-                    servo.angle((servo.position(q) + 0.5 + noise * 0.8) as u16)
-                });
-                let [a, b] = measured.into();
+                let noise = NOISE[(tick.wrapping_mul(2_654_435_761) >> 29) as usize];
+                let sample = |q| servo.angle((servo.position(q) + noise + 0.5) as u16);
+                let [a, b] = plant.seen().q.map(sample).into();
                 estimator.correct([Some(a), Some(b)]);
                 let ahead = estimator.advance(in_force);
                 let mut wanted = Vector2::repeat(push);
@@ -157,16 +154,56 @@ fn estimates_do_for_it() {
                 let shaped = guard.shape(&arm, &ahead, wanted, in_force).unwrap();
                 plant.step(in_force.cast(), 1_000);
                 if tick > 2_000 {
-                    ripple = ripple.max((shaped.torque_nm[joint] - in_force[joint]).abs());
-                    ripple_n = ripple_n.max(plant.state.dq[joint].abs() as f32);
+                    ripple = ripple.max((shaped.torque_nm - in_force)[joint].abs());
                 }
                 in_force = shaped.torque_nm;
                 farthest = farthest.max(plant.state.q[joint]);
             }
-            std::println!(
-                "est {joint} {push}: far {farthest} ripple {ripple} speed {ripple_n} at {}",
-                plant.state.q
-            );
+            let case = (joint, push, farthest, ripple);
+            assert!((1.39..1.41).contains(&farthest), "{case:?}");
+            // What the noise of the speed makes of it: 30 PWM counts of a thousand.
+            assert!(ripple < 0.036, "{case:?}");
         }
     }
+}
+
+#[test]
+fn what_a_motion_may_ask_is_not_braked() {
+    let arm = Parameters::<f32>::paper();
+    for period_us in [600, 1_000, 20_000] {
+        let mut guard = guard(period_us);
+        for step in -12..=12_i16 {
+            for other in [-1.2, 0.0, 1.2] {
+                // Braked as late as that allows, or already there.
+                let q = f32::from(step) * 0.1;
+                let left = MOTION.angle_rad - q;
+                let fastest = (2.0 * MOTION.acceleration_rad_s2 * left).max(0.0).sqrt();
+                let state = State {
+                    q: Vector2::new(q, other),
+                    dq: Vector2::new(fastest.min(MOTION.speed_rad_s), 0.0),
+                };
+                let brake = Vector2::new(-MOTION.acceleration_rad_s2, 0.0);
+                let wanted = Posture::of(state.q).inverse_dynamics(&arm, state.dq, brake);
+                let shaped = guard.shape(&arm, &state, wanted, wanted).unwrap();
+                assert!(!shaped.guards.contains(Guards::BRAKED), "{state:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_joint_that_has_to_be_held_for_long_is_a_violation() {
+    let mut guard = guard(1_000);
+    let arm = Parameters::paper();
+    let state = State::at_rest(Vector2::new(0.0, 1.4));
+    let wanted = Vector2::new(0.0, 0.2);
+    for _ in 1..500 {
+        let shaped = guard.shape(&arm, &state, wanted, wanted).unwrap();
+        assert_eq!(shaped.guards, Guards::BRAKED);
+    }
+    let violation = guard.shape(&arm, &state, wanted, wanted).unwrap_err();
+    assert_eq!(
+        (violation.fault, violation.joint),
+        (Fault::AngleLimit, Some(1))
+    );
 }

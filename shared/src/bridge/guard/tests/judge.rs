@@ -1,0 +1,111 @@
+//! Every monitor is fed, and only while it should be.
+
+use crate::arm::State;
+use crate::bridge::guard::{Guard, Seen, Violation};
+use crate::link::limits::Limits;
+use crate::link::message::Missing;
+use crate::link::mode::Fault;
+use nalgebra::Vector2;
+
+/// A standing arm, seen.
+fn seen(state: &State<f32>) -> Seen<'_> {
+    Seen {
+        counts: [Some(512); 2],
+        missing: [None; 2],
+        measured_rad: [Some(0.0); 2],
+        predicted_rad: [0.0; 2],
+        is_fresh: false,
+        state,
+        torque_nm: [0.05; 2],
+        gravity_nm: [0.0; 2],
+        is_armed: true,
+    }
+}
+
+/// The tick in which the same thing, seen again and again, is a violation.
+fn until(guard: &mut Guard, seen: &Seen<'_>) -> Option<(u32, Violation)> {
+    (1..2_000).find_map(|tick| Some((tick, guard.judge(seen).err()?)))
+}
+
+/// The second joint somewhere, with a speed.
+fn at(q: f32, dq: f32) -> State<f32> {
+    State {
+        q: Vector2::new(0.0, q),
+        dq: Vector2::new(0.0, dq),
+    }
+}
+
+#[test]
+fn each_doubt_has_its_own_fault() {
+    let (still, out, fast, endless) = (at(0., 0.), at(-1.51, 0.), at(0., -10.1), at(0., f32::NAN));
+    let base = seen(&still);
+    #[rustfmt::skip]
+    let table = [
+        (Seen { counts: [Some(512), Some(7)], ..base }, Fault::DeadZone, 2),
+        (Seen { predicted_rad: [0.0, 0.11], ..base }, Fault::Diverged, 3),
+        (seen(&out), Fault::AngleLimit, 1),
+        (seen(&fast), Fault::SpeedLimit, 10),
+        (seen(&endless), Fault::NotFinite, 1),
+        (Seen { torque_nm: [0.0, f32::NAN], ..base }, Fault::NotFinite, 1),
+        (Seen { torque_nm: [0.0, 0.7], gravity_nm: [0.0, 0.2], ..base }, Fault::Stuck, 150),
+    ];
+    for (seen, fault, tick) in table {
+        let mut guard = Guard::new(Limits::default(), 1_000);
+        let (taken, violation) = until(&mut guard, &seen).unwrap();
+        assert_eq!((violation.fault, taken), (fault, tick));
+        assert_eq!(violation.joint, Some(1));
+        // With torque off none of it is anybody's business.
+        let off = Seen {
+            is_armed: false,
+            ..seen
+        };
+        assert_eq!(until(&mut guard, &off), None);
+    }
+    let silent = Seen {
+        counts: [Some(512), None],
+        missing: [None, Some(Missing::Silence)],
+        measured_rad: [Some(0.0), None],
+        is_armed: false,
+        ..base
+    };
+    let mut guard = Guard::new(Limits::default(), 1_000);
+    let (taken, violation) = until(&mut guard, &silent).unwrap();
+    assert_eq!((violation.fault, taken), (Fault::ServoSilent, 20));
+}
+
+#[test]
+fn what_is_below_a_limit_is_no_violation() {
+    let (still, near) = (at(0.0, 0.0), at(1.49, 9.9));
+    let base = seen(&still);
+    #[rustfmt::skip]
+    let table = [
+        Seen { counts: [Some(8), Some(1_015)], ..base },
+        Seen { predicted_rad: [-0.099, 0.099], ..base },
+        Seen { predicted_rad: [0.0, 5.0], is_fresh: true, ..base },
+        seen(&near),
+        Seen { torque_nm: [0.0, 0.95], gravity_nm: [0.0, 0.56], ..base },
+    ];
+    for seen in table {
+        let mut guard = Guard::new(Limits::default(), 1_000);
+        assert_eq!(until(&mut guard, &seen), None, "{seen:?}");
+    }
+}
+
+#[test]
+fn a_restart_forgets() {
+    let mut guard = Guard::new(Limits::default(), 1_000);
+    assert_eq!(*guard.limits(), Limits::default());
+    let still = at(0.0, 0.0);
+    let silent = Seen {
+        counts: [None; 2],
+        missing: [Some(Missing::EchoOnly); 2],
+        measured_rad: [None; 2],
+        ..seen(&still)
+    };
+    for _ in 0..100 {
+        for _ in 0..19 {
+            assert_eq!(guard.judge(&silent), Ok(()));
+        }
+        guard.restart();
+    }
+}
