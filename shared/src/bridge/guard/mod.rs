@@ -162,9 +162,7 @@ impl Guard {
             return Ok(());
         }
         let [angle, speed] = [seen.state.q, seen.state.dq].map(<[f32; JOINTS]>::from);
-        for values in [angle, speed, seen.torque_nm, seen.gravity_nm] {
-            finite(values)?;
-        }
+        finite([angle, speed, seen.torque_nm, seen.gravity_nm])?;
         let samples = seen.counts.into_iter().zip(seen.measured_rad);
         let states = angle.into_iter().zip(speed);
         let torques = seen.torque_nm.into_iter().zip(seen.gravity_nm);
@@ -196,9 +194,7 @@ impl Guard {
         wanted_nm: Vector2<f32>,
         before_nm: Vector2<f32>,
     ) -> Result<Shaped, Violation> {
-        for values in [wanted_nm, before_nm, state.q, state.dq] {
-            finite(values.into())?;
-        }
+        finite([wanted_nm, before_nm, state.q, state.dq].map(<[f32; JOINTS]>::from))?;
         let bounds = self.soft_stop.bounds(arm, state);
         self.torque
             .shape(wanted_nm.into(), before_nm.into(), bounds)
@@ -213,9 +209,15 @@ impl Guard {
     }
 }
 
-/// One value a joint.
-fn finite(values: [f32; JOINTS]) -> Result<(), Violation> {
-    for (joint, value) in (0..).zip(values) {
+/// Whether all are, joint by joint.
+fn finite(values: [[f32; JOINTS]; 4]) -> Result<(), Violation> {
+    // Infinite if any of them is, NaN if any of them is; and if all are finite it
+    // is so too, or they are so large that a closer look is worth it.
+    let sum: f32 = values.iter().flatten().map(|value| value.abs()).sum();
+    if sum.is_finite() {
+        return Ok(());
+    }
+    for (joint, value) in values.into_iter().flat_map(|values| (0..).zip(values)) {
         if !value.is_finite() {
             return Err(Violation {
                 fault: Fault::NotFinite,

@@ -17,7 +17,8 @@ const OFF_SAMPLES: u32 = 3;
 /// The monitor. Ticks without a sample do not come here, and break no row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Samples {
-    gap_counts: u16,
+    /// First and last count on the track.
+    track: [u16; 2],
     innovation_rad: f32,
     in_gap: InRow,
     off: InRow,
@@ -26,7 +27,10 @@ pub(super) struct Samples {
 impl Samples {
     pub(super) fn new(limits: &Limits) -> Self {
         Self {
-            gap_counts: limits.dead_zone_counts,
+            track: [
+                limits.dead_zone_counts,
+                hard::COUNTS.saturating_sub(limits.dead_zone_counts),
+            ],
             innovation_rad: limits.innovation_rad,
             in_gap: InRow::default(),
             off: InRow::default(),
@@ -40,11 +44,8 @@ impl Samples {
 
     /// Where the encoder is.
     pub(super) fn place(&mut self, joint: u8, counts: u16) -> Result<(), Violation> {
-        let (low, high) = (
-            self.gap_counts,
-            hard::COUNTS.saturating_sub(self.gap_counts),
-        );
-        let is_in_gap = counts < low || counts > high;
+        let [low, high] = self.track;
+        let is_in_gap = !(low..=high).contains(&counts);
         if self.in_gap.note(is_in_gap, GAP_SAMPLES) {
             return Err(Violation {
                 fault: Fault::DeadZone,

@@ -58,13 +58,24 @@ const DECAY_MAX: f32 = 0.8;
 const FREE_RAD_S2: f32 = 150.0;
 
 /// Least and most torque of one joint in N m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     pub(super) low_nm: f32,
     pub(super) high_nm: f32,
-    /// Where the joint is, without sign, and where it is stopped.
+    /// Where the joint is, without sign.
     pub(super) angle_rad: f32,
+    /// Where it is stopped.
     pub(super) stop_rad: f32,
+}
+
+impl Bounds {
+    /// None.
+    pub(super) const FREE: Self = Self {
+        low_nm: f32::NEG_INFINITY,
+        high_nm: f32::INFINITY,
+        angle_rad: 0.0,
+        stop_rad: 0.0,
+    };
 }
 
 /// The numbers of the curves.
@@ -97,38 +108,41 @@ impl SoftStop {
         }
     }
 
-    /// Bounds for an arm that is at `state` when the torque begins to act.
-    pub(super) fn bounds(&self, arm: &Parameters<f32>, state: &State<f32>) -> [Bounds; JOINTS] {
+    /// Bounds for an arm that is at `state` when the torque begins to act; `None`
+    /// where no torque is beyond them.
+    pub(super) fn bounds(
+        &self,
+        arm: &Parameters<f32>,
+        state: &State<f32>,
+    ) -> Option<[Bounds; JOINTS]> {
         let [stop_a, stop_b] = self.stop_rad;
         let ([q_a, q_b], [dq_a, dq_b]) = (state.q.into(), state.dq.into());
+        // Towards the nearer stop at that speed: no joint has less room.
+        let room_a = self.most(stop_a - q_a.abs(), dq_a.abs());
+        let room_b = self.most(stop_b - q_b.abs(), dq_b.abs());
+        if room_a > FREE_RAD_S2 && room_b > FREE_RAD_S2 {
+            return None;
+        }
         let up = Vector2::new(self.most(stop_a - q_a, dq_a), self.most(stop_b - q_b, dq_b));
         let down = Vector2::new(
             self.most(stop_a + q_a, -dq_a),
             self.most(stop_b + q_b, -dq_b),
         );
-        let free = up.x.min(up.y).min(down.x).min(down.y) > FREE_RAD_S2;
-        let bounds = |stop_rad: f32, angle: f32, low_nm, high_nm| Bounds {
-            low_nm,
-            high_nm,
-            angle_rad: angle.abs(),
-            stop_rad,
-        };
-        if free {
-            let (low, high) = (f32::NEG_INFINITY, f32::INFINITY);
-            return [
-                bounds(stop_a, q_a, low, high),
-                bounds(stop_b, q_b, low, high),
-            ];
-        }
         let posture = Posture::of(state.q);
         let mass = posture.mass_diagonal(arm);
         let steady = posture.inverse_dynamics(arm, state.dq, Vector2::zeros());
         let high = steady + mass.component_mul(&up);
         let low = steady - mass.component_mul(&down);
-        [
+        let bounds = |stop_rad: f32, angle_rad: f32, low_nm: f32, high_nm: f32| Bounds {
+            low_nm,
+            high_nm,
+            angle_rad: angle_rad.abs(),
+            stop_rad,
+        };
+        Some([
             bounds(stop_a, q_a, low.x, high.x),
             bounds(stop_b, q_b, low.y, high.y),
-        ]
+        ])
     }
 
     /// The most that a joint may accelerate, in rad/s^2, towards a stop that is

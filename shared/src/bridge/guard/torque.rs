@@ -71,13 +71,23 @@ impl Torque {
         &mut self,
         wanted_nm: [f32; JOINTS],
         before_nm: [f32; JOINTS],
-        bounds: [Bounds; JOINTS],
+        bounds: Option<[Bounds; JOINTS]>,
     ) -> Result<Shaped, Violation> {
+        if bounds.is_none() && self.is_within(wanted_nm, before_nm) {
+            self.joints = Default::default();
+            return Ok(Shaped {
+                torque_nm: wanted_nm.into(),
+                guards: Guards::NONE,
+            });
+        }
         let mut torque_nm = Vector2::zeros();
         let mut guards = Guards::NONE;
         let (step, beyond_ticks, rate_ticks) = (self.step_nm, self.beyond_ticks, self.rate_ticks);
         let asked = wanted_nm.into_iter().zip(before_nm);
-        let limits = self.limit_nm.into_iter().zip(bounds);
+        let limits = self
+            .limit_nm
+            .into_iter()
+            .zip(bounds.unwrap_or([Bounds::FREE; JOINTS]));
         for ((((joint, shaped), counters), (wanted, before)), (limit, bounds)) in (0..)
             .zip(torque_nm.iter_mut())
             .zip(&mut self.joints)
@@ -127,6 +137,14 @@ impl Torque {
             });
         }
         Ok(Shaped { torque_nm, guards })
+    }
+
+    /// Whether nothing is to be changed, as is so in nearly every tick.
+    fn is_within(&self, wanted_nm: [f32; JOINTS], before_nm: [f32; JOINTS]) -> bool {
+        let steps = wanted_nm.iter().zip(before_nm);
+        steps.zip(self.limit_nm).all(|((wanted, before), limit)| {
+            wanted.abs() <= limit && (wanted - before).abs() <= self.step_nm
+        })
     }
 
     /// Whether more PWM than its limit was wanted in this tick.
