@@ -19,7 +19,7 @@
 //! |-------------|-------------------------------------------------------------|
 //! | `losses`    | a servo is silent, samples are lost in a row or too often   |
 //! | `samples`   | an encoder is in its gap, the samples leave the estimator   |
-//! | `motion`    | a state is not a number, or beyond angle or speed           |
+//! | `motion`    | a joint is beyond its angle or its speed                    |
 //! | `stuck`     | a joint or its encoder does not move                        |
 //! | `soft_stop` | bounds of the torque within which the arm stays inside      |
 //! | `torque`    | torque within all limits; braked or limited for too long    |
@@ -196,8 +196,8 @@ impl Guard {
     ) -> Result<Shaped, Violation> {
         finite([wanted_nm, before_nm, state.q, state.dq].map(<[f32; JOINTS]>::from))?;
         let bounds = self.soft_stop.bounds(arm, state);
-        self.torque
-            .shape(wanted_nm.into(), before_nm.into(), bounds)
+        let (wanted_nm, before_nm) = (wanted_nm.into(), before_nm.into());
+        self.torque.shape(wanted_nm, before_nm, bounds)
     }
 
     /// Notes whether this tick's torque was more than the PWM's limit gives.
@@ -211,8 +211,8 @@ impl Guard {
 
 /// Whether all are, joint by joint.
 fn finite(values: [[f32; JOINTS]; 4]) -> Result<(), Violation> {
-    // Infinite if any of them is, NaN if any of them is; and if all are finite it
-    // is so too, or they are so large that a closer look is worth it.
+    // Not finite if any of them is not, or if they are so large that a closer look
+    // costs nobody anything.
     let sum: f32 = values.iter().flatten().map(|value| value.abs()).sum();
     if sum.is_finite() {
         return Ok(());

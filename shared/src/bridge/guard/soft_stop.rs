@@ -24,15 +24,15 @@
 //! rest there and is held.
 //!
 //! Equation (1) makes torques of accelerations. The bounds say nothing of what
-//! the servos can do: faster than full torque can brake, a joint goes beyond.
+//! the servos can do: a joint that is too fast for full torque goes beyond.
 
 use crate::JOINTS;
 use crate::arm::{Parameters, Posture, State};
 use crate::bridge::limits::MOTION;
 use nalgebra::Vector2;
 
-/// How far before the limit a joint is stopped: 20 encoder counts, and half of
-/// what 2 rad/s cover in 100 ms.
+/// How far before the limit a joint is stopped: 20 encoder counts, for estimates
+/// that lag and speeds that full torque is slow to brake.
 const MARGIN_RAD: f32 = 0.1;
 
 /// Largest share of an angle limit that this margin takes: something must be left
@@ -43,8 +43,8 @@ const MARGIN_SHARE: f32 = 0.25;
 /// that stays where it may.
 const BRAKE_RAD_S2: f32 = MOTION.acceleration_rad_s2;
 
-/// Rates in 1/s: slower than the estimate of a speed, which takes 15 ms, and fast
-/// enough that nothing that is allowed is braked.
+/// Rates in 1/s: slower than the estimate of a speed, which takes 15 ms, and so
+/// fast that no motion is braked that may be asked for.
 const NEAR_1_S: f32 = 10.0;
 const BACK_1_S: f32 = 20.0;
 
@@ -52,9 +52,9 @@ const BACK_1_S: f32 = 20.0;
 /// 1 it would overshoot in every tick. Met at periods above 40 ms.
 const DECAY_MAX: f32 = 0.8;
 
-/// Acceleration in rad/s^2 that is no bound any more: three times what full
-/// torque gives the lightest joint, so that the arm's equations are not worked
-/// out where they cannot matter.
+/// Acceleration in rad/s^2 that is no bound any more, three times what full torque
+/// gives the lighter joint: the arm's equations are not worked out where they
+/// cannot matter.
 const FREE_RAD_S2: f32 = 150.0;
 
 /// Least and most torque of one joint in N m.

@@ -2,9 +2,9 @@
 //! stopped.
 //!
 //! A joint is stuck if it stays where it is under a torque that is sure to move
-//! it: well beyond gravity and friction, one way, for long enough. A count of
-//! noise is no motion, and 1.3 counts of it (1 rms, and rounding) come in every
-//! other sample: so it is the mean over some samples that must stay.
+//! it: well beyond gravity and friction, one way, for long enough. Noise is no
+//! motion, and shows in every other sample where it is one count rms: so it is the
+//! mean over some samples that must stay.
 //!
 //! An encoder whose noise is known to show has stopped when it says the very same
 //! count for long. That is watched only if asked for.
