@@ -16,6 +16,7 @@
 //! | [`design`]   | gains from models: Riccati, pole placement, stability     |
 //! | [`servo`]    | wire formats, register maps, the half-duplex bus master   |
 //! | [`link`]     | messages between board and host, and their frames         |
+//! | [`store`]    | settings in flash                                         |
 //! | [`bridge`]   | the application: modes, supervisor, the tick, telemetry   |
 //! | [`lockstep`] | virtual time for an emulated board                        |
 //!
@@ -36,6 +37,7 @@ pub mod link;
 pub mod lockstep;
 pub mod real;
 pub mod servo;
+pub mod store;
 mod trig;
 
 /// Number of joints of the arm, and of servos on the bus.

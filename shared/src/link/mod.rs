@@ -7,10 +7,11 @@
 //! | [`schema`]  | the hash by which two builds know that they agree on it  |
 //! | [`frame`]   | how it is put on a wire                                  |
 
+pub mod board;
 pub mod frame;
 pub mod limits;
 pub mod message;
 pub mod mode;
 pub mod motion;
 pub mod schema;
-mod setup;
+pub mod setup;

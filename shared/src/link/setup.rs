@@ -1,5 +1,6 @@
 //! What the application computes with, as the link carries it.
 
+use super::limits::Limits;
 use crate::JOINTS;
 use crate::actuator::Joint;
 use crate::arm::Parameters;
@@ -7,6 +8,15 @@ use crate::estimate::Config;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
+
+/// All that is kept across power-off.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize, Default)]
+pub struct Settings {
+    /// What the application computes with.
+    pub setup: Setup,
+    /// What the supervisor allows.
+    pub limits: Limits,
+}
 
 /// What the application computes with, replaced as one atomic group.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]

@@ -1,4 +1,4 @@
-//! What must hold whatever is fed to that which parses bytes.
+//! What must hold whatever is fed to that which parses bytes, or keeps them.
 //!
 //! Each module has a function `check` that takes any bytes at all and panics if
 //! something is wrong; more than the absence of panics is asserted. What it counts
@@ -11,6 +11,7 @@
 //! | [`morpheus`]  | the parser of Morpheus packets, in four sizes, to anybody and to one address | the same, with 0xFF |
 //! | [`link`]      | the decoder of the link's frames, either direction; and its messages, in intact frames | only a zero ends a frame, and brings it back into step; what is understood can be said again |
 //! | [`master`]    | the bus master, whose port answers as the bytes say | a transaction ends; it sends what it should and believes nothing that was not said |
+//! | [`store`]     | settings in flash: saves, boots, power cuts and damage | what is in force was saved, and only damage loses it; a save never erases, and has the room that was made for it |
 //!
 //! Used twice: by the fuzz targets, which look for new paths through the code,
 //! and by `streams`, which feeds ten million streams to each parser.
@@ -21,3 +22,4 @@ pub mod master;
 pub mod morpheus;
 mod packets;
 pub mod protocol1;
+pub mod store;

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::packets::{GATEWAY, MASTER, MORPHEUS, PROTOCOL1};
+use super::packets::{GATEWAY, MASTER, MORPHEUS, PROTOCOL1, STORE};
 use super::{checks, messages};
 
 /// Names and bytes.
@@ -26,13 +26,14 @@ fn written(table: &[(&str, &str)]) -> Seeds {
 }
 
 /// What the folder of each target holds.
-fn all() -> [(&'static str, Seeds); 5] {
+fn all() -> [(&'static str, Seeds); 6] {
     [
         ("gateway", written(&GATEWAY)),
         ("link", messages::seeds()),
         ("master", written(&MASTER)),
         ("morpheus", written(&MORPHEUS)),
         ("protocol1", written(&PROTOCOL1)),
+        ("store", written(&STORE)),
     ]
 }
 
@@ -92,6 +93,7 @@ fn every_seed_is_understood() {
         checks::master::check,
         checks::morpheus::check,
         checks::protocol1::check,
+        checks::store::check,
     ];
     for ((target, seeds), check) in all().into_iter().zip(checks) {
         for (name, bytes) in seeds {

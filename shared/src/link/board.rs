@@ -1,0 +1,89 @@
+//! What a board says of itself: how its program last ended, where its settings
+//! come from, how much stack it has used.
+
+use postcard::experimental::max_size::MaxSize;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Bytes of a source file's name that are kept: its end tells most.
+pub const PLACE_LEN: usize = 24;
+
+/// Sent after the board's hello, and again when something of it changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
+pub struct BoardReport {
+    /// Changes with every reset: what was meant for the board before it is not
+    /// obeyed after. See [`Command::Arm`](super::message::Command::Arm).
+    pub session: u32,
+    /// How the program before this one ended.
+    pub last_end: LastEnd,
+    /// Where its settings come from.
+    pub settings: SettingsFrom,
+    /// Stack, in bytes, if it is watched.
+    pub stack: Option<Stack>,
+}
+
+/// How a program ended: kept across the reset that followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
+pub struct LastEnd {
+    /// Why.
+    pub cause: End,
+    /// Where the processor was; 0 if that is not known.
+    pub pc: u32,
+    /// Line of the source file that panicked; 0 otherwise.
+    pub line: u32,
+    /// The end of that file's name, filled up with zeros.
+    pub place: [u8; PLACE_LEN],
+    /// The last tick that began.
+    pub tick: u32,
+}
+
+/// Why a program ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum End {
+    /// It did not: power was switched on.
+    #[default]
+    PowerUp,
+    /// The supply sagged.
+    BrownOut,
+    /// Somebody pressed the button, or a debugger did.
+    ResetPin,
+    /// A reset that the program asked for, for no reason that was kept.
+    Software,
+    /// No good tick for too long.
+    Watchdog,
+    /// A panic.
+    Panic,
+    /// A fault of the processor.
+    HardFault,
+    /// The stack grew beyond its end.
+    StackOverflow,
+}
+
+/// Where a board's settings come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SettingsFrom {
+    /// They are the defaults: none were ever saved.
+    #[default]
+    Default,
+    /// As saved.
+    Saved,
+    /// The defaults, because what was saved is damaged.
+    Damaged,
+    /// The defaults, because what was saved is of another version.
+    OtherVersion,
+    /// The defaults, because what was saved is beyond the hard bounds.
+    Refused,
+    /// The defaults, because the memory cannot be read.
+    Unreadable,
+}
+
+/// Use of the stack since reset, in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+pub struct Stack {
+    /// Most that was ever in use.
+    pub used: u32,
+    /// All there is.
+    pub size: u32,
+}

@@ -1,0 +1,245 @@
+//! Settings in flash: kept across power-off, whenever that comes.
+//!
+//! Flash is two pages ([`NorFlash::ERASE_SIZE`] each). One is a log to which each
+//! save appends the settings and then, when they have been read back, a receipt;
+//! the other is erased. `slot` keeps a log, `record` says what is in it, and
+//! [`memory`] is flash for those who have none.
+//!
+//! # When pages are erased
+//!
+//! Only in [`Store::prepare`], which a board calls at boot, before its watchdog
+//! runs: on an STM32F405 erasing a page of 128 kB stops the processor for 1 to 2 s
+//! (its data sheet, flash memory characteristics), and programming a word for
+//! 16 µs. It makes room for a number of saves, and [`Store::save`] never erases: a
+//! board that is saved to more often says so, until it is reset.
+//!
+//! # When power goes
+//!
+//! A word that was being written may hold anything, and so may a page that was
+//! being erased.
+//!
+//! * While saving: the settings are there as a whole or not at all, and those
+//!   before them are untouched.
+//! * While moving to the other page, when one is full: settings are written there
+//!   as a new generation, before the old page is erased. A page is erased only
+//!   while the other holds all that counts.
+//!
+//! # What is in force after it
+//!
+//! The newest intact settings, unless there is a receipt for newer ones: those
+//! were damaged later, and going back to older ones unnoticed could mean limits
+//! that somebody has since made tighter. Then, and whenever nothing intact is
+//! found in pages that are not blank, the defaults are in force, and
+//! [`SettingsFrom`] says so until settings are saved again.
+
+pub mod memory;
+mod record;
+mod slot;
+#[cfg(test)]
+mod tests;
+
+use crate::link::board::SettingsFrom;
+use crate::link::setup::Settings;
+use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind};
+use record::{RECEIPT_LEN, Record, SETTINGS_MAX, Unusable};
+use slot::{Slot, Survey, Trouble};
+
+/// Settings in the first two pages of this flash.
+#[derive(Debug)]
+pub struct Store<F> {
+    flash: F,
+}
+
+/// Why there is no room for saves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PrepareError {
+    /// Two pages, or so many saves in one, are more than there is.
+    TooSmall,
+    /// The flash reports an error.
+    Flash(NorFlashErrorKind),
+    /// The flash does not keep what is written, or does not get erased.
+    Worn,
+}
+
+/// Why settings were not saved. Those before are still in force after a reset,
+/// except that an error of the flash may come after the new ones are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SaveError {
+    /// There is no room without erasing: reset the board.
+    Full,
+    /// The flash reports an error.
+    Flash(NorFlashErrorKind),
+    /// What was written does not read back.
+    Mismatch,
+}
+
+impl From<Trouble> for PrepareError {
+    fn from(trouble: Trouble) -> Self {
+        match trouble {
+            Trouble::Flash(kind) => Self::Flash(kind),
+            Trouble::Full => Self::TooSmall,
+            Trouble::Mismatch => Self::Worn,
+        }
+    }
+}
+
+impl From<Trouble> for SaveError {
+    fn from(trouble: Trouble) -> Self {
+        match trouble {
+            Trouble::Flash(kind) => Self::Flash(kind),
+            Trouble::Full => Self::Full,
+            Trouble::Mismatch => Self::Mismatch,
+        }
+    }
+}
+
+impl<F: NorFlash> Store<F> {
+    /// Bytes of a page that one save takes at most.
+    const COST: u32 = Slot::<F>::cost(SETTINGS_MAX) + Slot::<F>::cost(RECEIPT_LEN);
+
+    /// Settings in this flash, which is not touched yet.
+    pub const fn new(flash: F) -> Self {
+        Self { flash }
+    }
+
+    /// The flash.
+    pub fn flash(&mut self) -> &mut F {
+        &mut self.flash
+    }
+
+    /// Makes room for so many saves, and completes what power-off interrupted. May
+    /// erase both pages. Does not change what [`Store::load`] finds.
+    ///
+    /// # Errors
+    /// [`PrepareError`]; settings can be loaded all the same.
+    pub fn prepare(&mut self, saves: u32) -> Result<(), PrepareError> {
+        let mut needed = saves.saturating_mul(Self::COST);
+        // Beside them there are the settings in force.
+        let most = Slot::<F>::ROOM.saturating_sub(Self::COST);
+        if self.flash.capacity() < 2 * F::ERASE_SIZE || most < needed {
+            return Err(PrepareError::TooSmall);
+        }
+        let Some(log) = self.log()? else {
+            return Ok(());
+        };
+        let spare = 1 - log.slot;
+        if !log.is_alone {
+            self.slot(spare).erase()?;
+        }
+        let survey = &log.survey;
+        let unreceipted = survey.newest.as_ref().map(|newest| newest.0);
+        let unreceipted = unreceipted.filter(|_| survey.receipt < unreceipted);
+        if unreceipted.is_some() {
+            needed += Slot::<F>::cost(RECEIPT_LEN);
+        }
+        if survey.room >= needed {
+            return match unreceipted {
+                Some(generation) => Ok(self.append_receipt(log.slot, generation)?),
+                None => Ok(()),
+            };
+        }
+        let generation = log.next_generation();
+        if let Some(record) = survey.settings() {
+            let record = record.renumbered(generation).bytes();
+            self.append_settings(spare, &record.ok_or(Trouble::Full)?)?;
+        }
+        self.append_receipt(spare, generation)?;
+        self.slot(log.slot).erase()?;
+        Ok(())
+    }
+
+    /// The settings to begin with, and where they come from. Changes nothing.
+    ///
+    /// `accept` says whether a program can be built of them; that all limits are
+    /// within their hard bounds is seen to here.
+    pub fn load(&mut self, accept: impl FnOnce(&Settings) -> bool) -> (Settings, SettingsFrom) {
+        let from = match self.log() {
+            Err(_) => SettingsFrom::Unreadable,
+            Ok(None) => SettingsFrom::Default,
+            Ok(Some(log)) => match log.survey.settings().map(|record| record.settings()) {
+                Some(Ok(settings)) => {
+                    if settings.limits.is_valid() && accept(&settings) {
+                        return (settings, SettingsFrom::Saved);
+                    }
+                    SettingsFrom::Refused
+                }
+                Some(Err(Unusable::OtherVersion)) => SettingsFrom::OtherVersion,
+                Some(Err(Unusable::Nonsense)) | None => SettingsFrom::Damaged,
+            },
+        };
+        (Settings::default(), from)
+    }
+
+    /// Keeps these settings. Takes some milliseconds, and never erases.
+    ///
+    /// # Errors
+    /// [`SaveError`].
+    pub fn save(&mut self, settings: &Settings) -> Result<(), SaveError> {
+        let (slot, room, generation) = match self.log()? {
+            Some(log) => (log.slot, log.survey.room, log.next_generation()),
+            None => (0, Slot::<F>::ROOM, 1),
+        };
+        if room < Self::COST {
+            return Err(SaveError::Full);
+        }
+        let record = record::of_settings(settings, generation).ok_or(SaveError::Full)?;
+        self.append_settings(slot, &record)?;
+        self.append_receipt(slot, generation)?;
+        Ok(())
+    }
+
+    /// The page in use: the one with the highest generation or, where there is
+    /// none, one that is not blank.
+    fn log(&mut self) -> Result<Option<Log>, Trouble> {
+        let (first, second) = (self.slot(0).survey()?, self.slot(1).survey()?);
+        if first.is_blank && second.is_blank {
+            return Ok(None);
+        }
+        let is_alone = first.is_blank || second.is_blank;
+        let is_second = first.is_blank || first.generation() < second.generation();
+        Ok(Some(Log {
+            slot: u32::from(is_second),
+            survey: if is_second { second } else { first },
+            is_alone,
+        }))
+    }
+
+    fn slot(&mut self, number: u32) -> Slot<'_, F> {
+        Slot::new(&mut self.flash, number)
+    }
+
+    /// Appends settings, and reads them back.
+    fn append_settings(&mut self, slot: u32, record: &[u8]) -> Result<(), Trouble> {
+        self.slot(slot).append(record)?;
+        match self.slot(slot).survey()?.newest {
+            Some((_, bytes)) if bytes == *record => Ok(()),
+            _ => Err(Trouble::Mismatch),
+        }
+    }
+
+    fn append_receipt(&mut self, slot: u32, generation: u32) -> Result<(), Trouble> {
+        let receipt = Record::receipt(generation).bytes().ok_or(Trouble::Full)?;
+        self.slot(slot).append(&receipt)?;
+        if self.slot(slot).survey()?.receipt == Some(generation) {
+            Ok(())
+        } else {
+            Err(Trouble::Mismatch)
+        }
+    }
+}
+
+/// The page in use.
+struct Log {
+    /// Its number.
+    slot: u32,
+    survey: Survey,
+    /// The other page is blank.
+    is_alone: bool,
+}
+
+impl Log {
+    fn next_generation(&self) -> u32 {
+        let last = self.survey.generation();
+        last.map_or(1, |generation| generation.saturating_add(1))
+    }
+}
