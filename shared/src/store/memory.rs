@@ -23,11 +23,9 @@ impl<M: AsMut<[u8]> + AsRef<[u8]>, const PAGE: usize> ReadNorFlash for Memory<M,
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
         check_read(self, offset, bytes.len())?;
-        let from = self.0.as_ref().iter().skip(offset as usize);
-        bytes
-            .iter_mut()
-            .zip(from)
-            .for_each(|(to, from)| *to = *from);
+        let from = self.0.as_ref().get(offset as usize..);
+        let from = from.and_then(|from| from.get(..bytes.len()));
+        bytes.copy_from_slice(from.ok_or(NorFlashErrorKind::OutOfBounds)?);
         Ok(())
     }
 

@@ -192,7 +192,7 @@ fn a_cut_leaves_the_old_or_the_new() {
     for (taken, step) in steps.iter().enumerate() {
         let done = spans.iter().filter(|(_, end)| *end <= taken).count() as u32;
         let begun = spans.iter().filter(|(begin, _)| *begin <= taken).count() as u32;
-        if taken % STRIDE == 0 || matches!(step, Step::Erase(_)) {
+        if taken.is_multiple_of(STRIDE) || matches!(step, Step::Erase(_)) {
             for after in cut(&flash, *step, &mut random) {
                 tried += 1;
                 let found = load(&after);
@@ -319,7 +319,7 @@ fn damaged_settings_do_not_bring_back_older_ones() {
 #[test]
 fn as_many_saves_as_prepared_for_and_no_erasing() {
     let mut store = Store::new(Traced::new(blank()));
-    let most = (1..).find(|saves| store.prepare(*saves) == Err(PrepareError::TooSmall));
+    let most = (1..PAGE as u32).find(|saves| store.prepare(*saves) == Err(PrepareError::TooSmall));
     let most = most.unwrap() - 1;
     for _ in 0..3 {
         store.prepare(most).unwrap();

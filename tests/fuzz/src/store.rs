@@ -245,8 +245,9 @@ impl NorFlash for Flash {
         let Some(mask) = self.next() else {
             return self.memory.erase(from, to);
         };
-        let cells = &mut self.memory.0[from as usize..to as usize];
-        cells.iter_mut().for_each(|cell| *cell |= mask);
+        for cell in &mut self.memory.0[from as usize..to as usize] {
+            *cell |= mask;
+        }
         Err(NorFlashErrorKind::Other)
     }
 
