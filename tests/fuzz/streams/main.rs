@@ -1,4 +1,4 @@
-//! Ten million streams of bytes into each parser.
+//! Ten million streams of bytes into each parser, and some scripts for the store.
 //!
 //! Half of them are random, 8 to 64 bytes; the other half are seeds of the fuzz
 //! targets, one after another, with up to four damages. What must hold is the
@@ -14,16 +14,22 @@ mod seeds;
 use armbridge_tests::random::Random;
 
 const STREAMS: usize = 10_000_000;
+/// Each takes a thousand times as long as a stream does.
+const SCRIPTS: usize = STREAMS / 100;
 const SHORTEST: usize = 8;
 const LONGEST: usize = 64;
 
 /// Feeds all streams, and counts what came of the damaged ones.
 fn feed(target: &str, seed: u64, check: fn(&[u8]) -> usize) -> usize {
+    feed_some(STREAMS, target, seed, check)
+}
+
+fn feed_some(streams: usize, target: &str, seed: u64, check: fn(&[u8]) -> usize) -> usize {
     let seeds = seeds::read(target);
     let mut random = Random::new(seed);
     let mut stream = Vec::with_capacity(2 * LONGEST);
     let mut found = 0;
-    for _ in 0..STREAMS / 2 {
+    for _ in 0..streams / 2 {
         stream.clear();
         let length = SHORTEST as u64 + random.below((LONGEST - SHORTEST + 1) as u64);
         stream.extend((0..length).map(|_| random.byte()));
@@ -82,4 +88,11 @@ fn link_to_board() {
 fn link_to_host() {
     let found = feed("link", 0x5EED_0104, checks::link::to_host);
     assert!(found > STREAMS / 20, "{found}");
+}
+
+#[test]
+#[ignore = "takes half a minute: run `cargo verify`"]
+fn store() {
+    let found = feed_some(SCRIPTS, "store", 0x5EED_0106, checks::store::check);
+    assert!(found > SCRIPTS / 2, "{found}");
 }
