@@ -69,6 +69,8 @@ pub struct VirtualBoard<'a> {
     link: LinkPort<'a>,
     client: PortEnd<'a>,
     from_client: VecDeque<u8>,
+    /// How far the board's clock has jumped so far.
+    skew_us: i64,
 }
 
 impl<'a> VirtualBoard<'a> {
@@ -85,8 +87,20 @@ impl<'a> VirtualBoard<'a> {
             link: LinkPort::new(link),
             client,
             from_client: VecDeque::new(),
+            skew_us: 0,
             uart,
         })
+    }
+
+    /// The board's clock jumps, ahead or back. Its serial port has a clock of its
+    /// own, which does not.
+    pub fn shift_clock(&mut self, by_us: i64) {
+        self.skew_us += by_us;
+    }
+
+    /// The time on the board's clock.
+    pub fn clock_us(&self, now_us: u64) -> u64 {
+        now_us.saturating_add_signed(self.skew_us)
     }
 
     /// What the bridge is doing.
@@ -111,7 +125,8 @@ impl Board for VirtualBoard<'_> {
         self.from_client.extend(input.client);
         let taken = self.client.receive(self.from_client.make_contiguous());
         self.from_client.drain(..taken);
-        while let Ok(progress) = self.bridge.poll(now_us) {
+        let clock_us = self.clock_us(now_us);
+        while let Ok(progress) = self.bridge.poll(clock_us) {
             if progress == Progress::Sampled {
                 self.bridge.decide();
                 self.bridge.publish(0);
@@ -125,7 +140,10 @@ impl Board for VirtualBoard<'_> {
             .extend(std::iter::from_fn(|| self.client.transmit()));
         self.uart.take_sent(&mut output.bus);
         output.bus_baud = self.uart.baud();
-        let wake_us = self.bridge.wake_at_us();
+        let wake_us = self
+            .bridge
+            .wake_at_us()
+            .saturating_add_signed(-self.skew_us);
         let sent_us = self.uart.transmit_complete_us();
         Ok(Wake {
             at_us: sent_us.map_or(wake_us, |sent_us| wake_us.min(sent_us)),

@@ -164,6 +164,15 @@ impl<B: Board, H: Host> Cosim<B, H> {
     /// # Errors
     /// If the board is gone, or the host gives up.
     pub fn step(&mut self) -> Result<(), CosimError<B::Error, H::Error>> {
+        self.step_until(u64::MAX)
+    }
+
+    /// The same, but no farther than to `latest_us`: whoever wants something to
+    /// happen then is there in time.
+    ///
+    /// # Errors
+    /// If the board is gone, or the host gives up.
+    pub fn step_until(&mut self, latest_us: u64) -> Result<(), CosimError<B::Error, H::Error>> {
         let Self {
             board,
             bench,
@@ -174,7 +183,8 @@ impl<B: Board, H: Host> Cosim<B, H> {
             ..
         } = self;
         let others_us = host.wake_at_us().min(client.wake_at_us());
-        let until_us = self.wake.at_us.min(others_us).max(self.now_us);
+        let until_us = self.wake.at_us.min(others_us).min(latest_us);
+        let until_us = until_us.max(self.now_us);
         heard.clear();
         let now_us = bench.advance(until_us, self.wake.bus_bytes, heard);
 

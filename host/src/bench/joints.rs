@@ -1,6 +1,7 @@
 //! What the servos of the bench turn: the arm, and for those beyond its two
 //! joints a shaft with nothing on it.
 
+use super::faults::sensor::Sensors;
 use super::plant::Plant;
 use super::servo::Reading;
 use super::wire::Mechanics;
@@ -21,7 +22,21 @@ const OFF: u16 = 1000;
 #[derive(Debug)]
 pub(super) struct Joints {
     pub(super) arm: Plant,
+    pub(super) sensors: [Sensors; JOINTS],
+    /// Each of the arm's servos is where the other was.
+    is_swapped: bool,
+    motors: [Motor; JOINTS],
     shafts: Vec<Shaft>,
+}
+
+/// What the motor of one of the arm's servos gets, and got.
+#[derive(Clone, Copy, Debug)]
+struct Motor {
+    pwm: u16,
+    /// Since when.
+    since_ns: u64,
+    /// Farthest from off so far, in counts.
+    most: u16,
 }
 
 /// A motor without load: its speed follows its duty at once.
@@ -63,30 +78,85 @@ impl Joints {
     pub(super) fn new(arm: Plant, servos: usize) -> Self {
         Self {
             arm,
+            sensors: Default::default(),
+            is_swapped: false,
+            motors: [Motor::OFF; JOINTS],
             shafts: vec![Shaft::START; servos.saturating_sub(JOINTS)],
+        }
+    }
+
+    /// The arm's servos change places, as they are. The next change changes them
+    /// back.
+    pub(super) fn swap(&mut self, at_ns: u64) {
+        self.is_swapped = !self.is_swapped;
+        for servo in 0..JOINTS {
+            self.arm
+                .drive(self.joint(servo), at_ns, self.motors[servo].pwm);
+        }
+    }
+
+    /// Which joint this servo of the arm's turns.
+    fn joint(&self, servo: usize) -> usize {
+        if self.is_swapped {
+            JOINTS - 1 - servo
+        } else {
+            servo
+        }
+    }
+
+    /// Since when this servo's motor is off, if it is.
+    pub(super) fn off_since_ns(&self, servo: usize) -> Option<u64> {
+        let Motor { pwm, since_ns, .. } = self.motors[servo];
+        (pwm == OFF).then_some(since_ns)
+    }
+
+    /// The farthest from off that this servo's motor ever was, in counts.
+    pub(super) fn most_counts(&self, servo: usize) -> u16 {
+        self.motors[servo].most
+    }
+}
+
+impl Motor {
+    const OFF: Self = Self {
+        pwm: OFF,
+        since_ns: 0,
+        most: 0,
+    };
+
+    fn set(&mut self, at_ns: u64, pwm: u16) {
+        if self.pwm != pwm {
+            self.pwm = pwm;
+            self.since_ns = at_ns;
+            self.most = self.most.max(pwm.abs_diff(OFF));
         }
     }
 }
 
 impl Mechanics for Joints {
     fn convert(&mut self, servo: usize, at_ns: u64) -> Reading {
-        let position = match servo.checked_sub(JOINTS) {
-            None => self.arm.read(servo, at_ns),
+        let reading = |position| Reading {
+            position,
+            temperature: TEMPERATURE,
+        };
+        match servo.checked_sub(JOINTS) {
+            None => {
+                let truth = reading(self.arm.read(self.joint(servo), at_ns));
+                self.sensors[servo].read(truth, at_ns)
+            }
             Some(shaft) => {
                 let shaft = &mut self.shafts[shaft];
                 shaft.advance(at_ns);
-                shaft.position()
+                reading(shaft.position())
             }
-        };
-        Reading {
-            position,
-            temperature: TEMPERATURE,
         }
     }
 
     fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
         match servo.checked_sub(JOINTS) {
-            None => self.arm.drive(servo, at_ns, pwm),
+            None => {
+                self.motors[servo].set(at_ns, pwm);
+                self.arm.drive(self.joint(servo), at_ns, pwm);
+            }
             Some(shaft) => {
                 let shaft = &mut self.shafts[shaft];
                 shaft.advance(at_ns);

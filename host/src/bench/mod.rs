@@ -1,20 +1,22 @@
 //! The virtual bench: servos, wire, arm and clock.
 //!
-//! | module    | what                                                         |
-//! |-----------|--------------------------------------------------------------|
-//! | [`servo`] | the Morpheus firmware, byte for byte                         |
-//! | [`stock`] | the firmware that an AX-12A comes with, by its documents     |
-//! | [`wire`]  | the half-duplex bus between master and servos                |
-//! | [`kind`]  | which servos there are: firmware, id, rate                   |
-//! | [`plant`] | the arm: dynamics, friction, encoders, motors                |
-//! | [`uart`]  | the virtual board's serial port                              |
-//! | [`board`] | what the bench drives; the application core in this process  |
-//! | [`cosim`] | board, bus, arm and operator in one virtual time             |
+//! | module     | what                                                        |
+//! |------------|-------------------------------------------------------------|
+//! | [`servo`]  | the Morpheus firmware, byte for byte                        |
+//! | [`stock`]  | the firmware that an AX-12A comes with, by its documents    |
+//! | [`wire`]   | the half-duplex bus between master and servos               |
+//! | [`kind`]   | which servos there are: firmware, id, rate                  |
+//! | [`plant`]  | the arm: dynamics, friction, encoders, motors               |
+//! | [`faults`] | what can go wrong with sensors and host                     |
+//! | [`uart`]   | the virtual board's serial port                             |
+//! | [`board`]  | what the bench drives; the application core in this process |
+//! | [`cosim`]  | board, bus, arm and operator in one virtual time            |
 //!
 //! Everything here is simulated.
 
 pub mod board;
 pub mod cosim;
+pub mod faults;
 mod joints;
 pub mod kind;
 pub mod plant;
@@ -25,11 +27,12 @@ pub mod wire;
 
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
+use faults::sensor::SensorFault;
 use joints::Joints;
 use kind::ServoKind;
 use plant::{Plant, Push};
 use servo::Servo;
-use wire::{Device, Disturbance, Heard, Wire, bit_ns};
+use wire::{ByteFault, Device, Disturbance, Heard, Wire, bit_ns};
 
 /// The servos' default.
 const DEFAULT_BAUD: u32 = 1_000_000;
@@ -173,6 +176,61 @@ impl Bench {
     /// Lets something spoil the servos' replies from now on.
     pub fn disturb(&mut self, disturbance: Disturbance) {
         self.wire.disturb(disturbance);
+    }
+
+    /// Does harm to bytes between the master and the bus.
+    pub fn harm(&mut self, fault: ByteFault) {
+        self.wire.harm(fault);
+    }
+
+    /// Something pulls the line down from now on, for so long.
+    pub fn hold_low(&mut self, duration_us: u64) {
+        self.wire.hold_low(duration_us * 1_000);
+    }
+
+    /// Something keeps the line from going down, for so long from now on.
+    pub fn hold_high(&mut self, duration_us: u64) {
+        self.wire.hold_high(duration_us * 1_000);
+    }
+
+    /// Whether the master hears what it sends; at first it does not.
+    pub fn echo(&mut self, on: bool) {
+        self.wire.echo(on);
+    }
+
+    /// Whether servo `servo` says nothing, though it hears and obeys.
+    pub fn mute(&mut self, servo: usize, is_mute: bool) {
+        self.wire.mute(servo, is_mute);
+    }
+
+    /// Whether servo `servo` hears nothing, and so goes on as it was told last.
+    pub fn deafen(&mut self, servo: usize, is_deaf: bool) {
+        self.wire.deafen(servo, is_deaf);
+    }
+
+    /// Something goes wrong with the sensors of the arm's servo `servo`.
+    pub fn fail_sensor(&mut self, servo: usize, fault: SensorFault) {
+        self.joints.sensors[servo].fail(fault);
+    }
+
+    /// The sensors of the arm's servo `servo` are well again.
+    pub fn mend_sensors(&mut self, servo: usize) {
+        self.joints.sensors[servo].mend();
+    }
+
+    /// The arm's servos change places, ids and all they do; or back.
+    pub fn swap_servos(&mut self) {
+        self.joints.swap(self.wire.now_ns());
+    }
+
+    /// Since when the motor of the arm's servo `servo` is off, if it is, in ns.
+    pub fn off_since_ns(&self, servo: usize) -> Option<u64> {
+        self.joints.off_since_ns(servo)
+    }
+
+    /// The farthest from off that the PWM of the arm's servo `servo` ever was.
+    pub fn most_counts(&self, servo: usize) -> u16 {
+        self.joints.most_counts(servo)
     }
 
     /// Somebody pushes the arm. A push that should have begun begins now.

@@ -1,7 +1,7 @@
 //! What happens on the wire, one event at a time, in the order of cause: a byte
 //! begins, somebody hears one, a servo acts.
 
-use super::line::{Ears, Frame, MASTER};
+use super::line::{Ears, Frame};
 use super::{Heard, Mechanics, Record, Wire};
 use crate::bench::servo::Action;
 
@@ -18,12 +18,16 @@ impl Wire {
                 self.master.look(now, &self.frames);
             } else if let Some(decoded) = self.master.finish(now, &self.frames) {
                 let byte = self.spoiled(decoded.byte, now);
-                self.heard.push_back(Heard {
+                self.plug_out(Heard {
                     byte,
                     end_ns: now,
                     framing_error: decoded.framing_error,
                 });
             }
+            return;
+        }
+        if self.faults.next_ns() <= now {
+            self.late_byte();
             return;
         }
         if let Some(monitor) = &mut self.monitor
@@ -55,7 +59,9 @@ impl Wire {
         let Some(disturbance) = &mut self.disturbance else {
             return byte;
         };
-        let under_way = |f: &&Frame| f.sender != MASTER && f.start_ns <= now && now < f.end_ns();
+        let servos = 0..self.servos.len();
+        let under_way =
+            |f: &&Frame| servos.contains(&f.sender) && f.start_ns <= now && now < f.end_ns();
         match self.frames.iter().find(under_way) {
             Some(frame) => disturbance.byte(frame.sender, byte),
             None => byte,
@@ -66,14 +72,18 @@ impl Wire {
         let Some(frame) = self.due.pop_front() else {
             return;
         };
-        if frame.sender != MASTER {
+        if self.faults.keep_off(frame.sender, now) {
+            return;
+        }
+        if let Some(servo) = self.servos.get(frame.sender) {
+            let connected = servo.connected();
             self.records_push(Record::Sent {
                 servo: frame.sender,
                 byte: frame.byte,
                 start_ns: frame.start_ns,
                 end_ns: frame.end_ns(),
             });
-            if !self.servos[frame.sender].connected() {
+            if !connected {
                 return;
             }
         }
@@ -175,7 +185,8 @@ impl Wire {
 
     /// A servo hears the line while it is connected and not driving it.
     pub(super) fn refresh_ears(&mut self, servo: usize) {
-        let listens = self.servos[servo].connected() && !self.servos[servo].driving();
+        let device = &self.servos[servo];
+        let listens = device.connected() && !device.driving() && !self.faults.is_deaf(servo);
         let ears = if listens { Ears::All } else { Ears::None };
         if self.receivers[servo].set_ears(ears, self.now_ns, &self.frames) {
             self.servos[servo].start_bit();

@@ -113,6 +113,11 @@ impl Receiver {
         self.start_ns.or(self.doubtful_ns).unwrap_or(now_ns)
     }
 
+    /// Length of a bit at its rate.
+    pub(super) fn bit_ns(&self) -> u64 {
+        self.bit_ns
+    }
+
     /// Sets the rate for the bytes to come.
     pub(super) fn set_bit(&mut self, bit_ns: u64) {
         self.bit_ns = bit_ns;

@@ -5,8 +5,9 @@
 //! program is done. [`Wire::advance`] makes all events up to a moment happen in
 //! order. Nothing depends on how that is cut into steps, so the same servos
 //! serve a simulation that jumps from event to event and a program that
-//! follows the wall clock. There is no randomness unless [`Wire::disturb`] asks
-//! for it, and that is seeded: equal inputs give equal outputs.
+//! follows the wall clock. There is no randomness unless [`Wire::disturb`] or
+//! [`Wire::harm`] asks for it, and that is seeded: equal inputs give equal
+//! outputs.
 //!
 //! Bytes are placed bit by bit. When two senders overlap, low wins, and every
 //! receiver decodes what it sees. A servo whose bus driver is on hears
@@ -18,12 +19,15 @@
 mod device;
 mod disturbance;
 mod events;
+mod faults;
 mod line;
 
 pub use device::Device;
 pub use disturbance::Disturbance;
+pub use faults::{ByteFault, Damage, Way};
 
 use super::servo::{Reading, Servo};
+use faults::Faults;
 use line::{Ears, Frame, MASTER, Receiver};
 use std::collections::VecDeque;
 
@@ -95,6 +99,7 @@ pub struct Wire {
     frames: Vec<Frame>,
     heard: VecDeque<Heard>,
     disturbance: Option<Disturbance>,
+    faults: Faults,
     /// Next event of each servo, as last asked.
     servo_next_ns: Vec<u64>,
 }
@@ -119,6 +124,7 @@ impl Wire {
             frames: Vec::new(),
             heard: VecDeque::new(),
             disturbance: None,
+            faults: Faults::default(),
             servo_next_ns,
         }
     }
@@ -167,7 +173,7 @@ impl Wire {
     /// not before now nor before the end of its previous byte.
     pub fn send(&mut self, start_ns: u64, byte: u8, baud: u32) {
         self.listen_at(baud);
-        self.enqueue(Frame {
+        self.plug_in(Frame {
             sender: MASTER,
             byte,
             start_ns: start_ns.max(self.now_ns),
@@ -209,7 +215,7 @@ impl Wire {
     /// When the next event is due; `u64::MAX` if none is.
     pub fn next_event_ns(&self) -> u64 {
         let due = self.due.front().map_or(u64::MAX, |frame| frame.start_ns);
-        let mut next = due.min(self.master.next_ns());
+        let mut next = due.min(self.master.next_ns()).min(self.faults.next_ns());
         if let Some(monitor) = &self.monitor {
             next = next.min(monitor.next_ns());
         }
