@@ -188,7 +188,7 @@ fn at_45_ms_no_worse_than_the_best_reference() {
     let filter = Tuning {
         // Samples 45 ms apart want a calmer filter, and friction left to its
         // disturbance: a period is as long as friction takes to stop the arm.
-        acceleration: 0.1,
+        acceleration: 0.3,
         disturbance: 0.1,
         coulomb_nm: 0.0,
         ..Tuning::standing()
@@ -197,14 +197,20 @@ fn at_45_ms_no_worse_than_the_best_reference() {
         period_us: 45_000,
         controller: Controller::StateFeedback(Gains::Paper),
         estimator: Config::Kalman(filter),
+        // What holds the arm at rest, not what brakes it: it moves by whole periods.
+        friction_nm: [0.06; JOINTS],
         ..Setup::best()
     };
-    let config = PlantConfig {
-        noise_lsb_rms: 0.0,
-        ..plant([0.49, 0.0], true)
-    };
-    for outcome in outcomes(&trial(&config, standing, "upright", 8.0), 1..=3) {
-        at_most(5.60, outcome.mean_error_mrad, &outcome);
+    // Where friction catches the arm is a matter of where it came from: the paper's
+    // 0.49 rad, and starts around it.
+    for hundredth in 42..=56 {
+        let config = PlantConfig {
+            noise_lsb_rms: 0.0,
+            ..plant([0.01 * f64::from(hundredth), 0.0], true)
+        };
+        for outcome in outcomes(&trial(&config, standing, "upright", 8.0), 1..=1) {
+            at_most(5.60, outcome.mean_error_mrad, &outcome);
+        }
     }
 
     for (friction_on, nm, limit) in [(false, 0.0, 2.42), (true, 0.04, 9.07)] {
@@ -218,7 +224,6 @@ fn at_45_ms_no_worse_than_the_best_reference() {
             damping: [1.0; JOINTS],
         };
         tracking.estimator = Config::Kalman(Tuning {
-            acceleration: 0.3,
             coulomb_nm: nm,
             ..filter
         });

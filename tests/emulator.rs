@@ -11,8 +11,11 @@ use armbridge::endpoint::Endpoint;
 use armbridge::operator::{Operator, Script};
 use armbridge::remote::RemoteHost;
 use armbridge::wall;
+use armbridge_shared::actuator::Pwm;
 use armbridge_shared::estimate::Config;
-use armbridge_shared::link::message::{Command, Controller, Mode, Record, Setup};
+use armbridge_shared::link::message::{
+    Command, Controller, Drive, Fault, Mode, Record, Setup, StopSource,
+};
 use armbridge_shared::link::motion::Motion;
 use armbridge_tests::{plant, records, settling_s};
 
@@ -90,6 +93,7 @@ fn board(icount: bool) -> EmulatedBoard {
         image,
         time: Time::Lockstep,
         icount,
+        provoke: None,
     };
     EmulatedBoard::new(Qemu::start(&options).unwrap()).unwrap()
 }
@@ -112,10 +116,14 @@ fn all_controllers_and_motions_agree_with_the_bench() {
     }
     assert_eq!(emulated.len(), bench.len());
 
-    let in_mode = |mode| bench.iter().filter(move |record| record.mode == mode);
-    assert!(in_mode(Mode::Regulate).count() > 700 && in_mode(Mode::Track).count() > 3_000);
+    let in_mode = |mode| {
+        bench
+            .iter()
+            .filter(move |record| record.mode.drive() == Some(mode))
+    };
+    assert!(in_mode(Drive::Regulate).count() > 700 && in_mode(Drive::Track).count() > 3_000);
     let furthest = |joint: usize| {
-        let angles = in_mode(Mode::Track).map(|record| record.angle_rad[joint]);
+        let angles = in_mode(Drive::Track).map(|record| record.angle_rad[joint]);
         angles.fold(0.0_f32, |most, angle| most.max(angle.abs()))
     };
     assert!(furthest(0) > 0.29 && furthest(1) > 0.29, "it moved");
@@ -173,6 +181,27 @@ fn with_icount_measured_times_repeat_too() {
     assert_eq!(emulate(true), emulate(true));
 }
 
+/// Presses the stop switch while the arm is held, and watches the servos for the
+/// 20 ms after it.
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn the_stop_switch_is_heeded() {
+    let mut run = Cosim::new(board(false), bench(false), Operator::new(script()));
+    while run.now_us() < 500_000 {
+        run.step().unwrap();
+    }
+    let pwm = |run: &Cosim<_, _>| [0, 1].map(|joint| run.bench.applied_pwm(joint));
+    assert_ne!(pwm(&run), [Pwm::OFF.counts(); 2], "the arm is held");
+    run.is_stop_pressed = true;
+    let pressed_us = run.now_us();
+    // An operator gives up when it hears of the fault.
+    while run.now_us() < pressed_us + 20_000 && run.step().is_ok() {}
+    assert_eq!(pwm(&run), [Pwm::OFF.counts(); 2]);
+    let fault = Fault::EmergencyStop(StopSource::Pin);
+    let last = run.host.into_parts().0.pop();
+    assert_eq!(last.map(|record| record.mode), Some(Mode::Fault(fault)));
+}
+
 /// Another program at the control link, over TCP: the board's time is held back
 /// to the wall clock, and runs slower than it where the machine is busy, so the
 /// time-outs of neither side depend on the machine.
@@ -214,7 +243,7 @@ fn another_program_can_have_the_link() {
     let (records, _, link) = operator.into_parts();
     let mut regulated = records
         .iter()
-        .filter(|record| record.mode == Mode::Regulate);
+        .filter(|record| record.mode.drive() == Some(Drive::Regulate));
     let last = regulated.next_back().unwrap();
     assert!(
         last.angle_rad.iter().all(|angle| angle.abs() < 0.15),

@@ -20,16 +20,23 @@
 //! | [`port`]  | a buffered serial port as the bus master wants it        |
 //! | [`run`]   | the loops, the same on every board                       |
 //! | [`stop`]  | the stop sequence by polling, for when all else has failed |
+//! | [`end`]   | how the program ends when it fails, and what is kept of it |
+//! | [`settings`] | settings across resets                                |
+//! | [`stack`] | how much of the stack was ever used                      |
 //! | [`board`] | what differs: one module and one binary per board        |
 //!
-//! There is no heap. Bytes from bus or link never lead to a panic; should one
-//! happen all the same, the motors are stopped first (see [`stop`]).
+//! There is no heap. Bytes from bus or link never lead to a panic: `bin/no-panic.rs`
+//! shows it by linking. Should one happen all the same, the motors are stopped first
+//! (see [`end`]).
 #![no_std]
 // Wakers and signals cannot be shown, nor what holds them.
 #![allow(missing_debug_implementations)]
 
 pub mod board;
+pub mod end;
 pub mod port;
 pub mod ring;
 pub mod run;
+pub mod settings;
+pub mod stack;
 pub mod stop;

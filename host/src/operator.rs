@@ -1,16 +1,17 @@
-//! The one who works with the arm: connects, sets up, regulates about one
+//! The one who works with the arm: connects, sets up, arms, regulates about one
 //! setpoint after the other, switches off, and keeps every record.
 //!
 //! Clockless: told what the time is, it says what to send and when to be asked
 //! again. So the same operator works in virtual time and over a socket.
 
 mod error;
+mod news;
 
 pub use error::OperatorError;
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{
-    Command, Missing, Mode, PortCounters, Record, Refusal, Setup,
+    BoardReport, Command, Halt, Mode, PortCounters, Record, Refusal, Setup, Trip,
 };
 use armbridge_shared::servo::Firmware;
 
@@ -18,6 +19,7 @@ use crate::bench::cosim::Host;
 use crate::link::{Client, Said};
 use crate::log::names;
 use crate::summary::LinkStats;
+use news::News;
 
 /// How long a board may take to answer the first hello.
 const HELLO_TIMEOUT_US: u64 = 3_000_000;
@@ -69,6 +71,7 @@ enum Phase {
     Connecting,
     SettingUp,
     WaitingForServos,
+    Arming,
     Running { since_us: u64, next: usize },
     SwitchingOff,
     Over,
@@ -81,15 +84,9 @@ pub struct Operator {
     script: Script,
     phase: Phase,
     entered_us: u64,
-    absent: Option<(u8, Missing)>,
-    /// Why the servos are of no use though they answer.
-    trouble: Option<OperatorError>,
-    found: Option<(Firmware, u32)>,
-    /// Servos that were found take torque.
-    is_ready: bool,
+    news: News,
     /// Servos are still to be given back.
     is_releasing: bool,
-    port: PortCounters,
     records: Vec<Record>,
     commands: Vec<(u64, Command)>,
 }
@@ -102,12 +99,8 @@ impl Operator {
             script,
             phase: Phase::Connecting,
             entered_us: 0,
-            absent: None,
-            trouble: None,
-            found: None,
-            is_ready: false,
+            news: News::default(),
             is_releasing: false,
-            port: PortCounters::default(),
             records: Vec::new(),
             commands: Vec::new(),
         }
@@ -126,7 +119,7 @@ impl Operator {
     /// How much of the run is over, 0 to 1.
     pub fn fraction(&self, now_us: u64) -> f64 {
         match self.phase {
-            Phase::Connecting | Phase::SettingUp | Phase::WaitingForServos => 0.0,
+            Phase::Connecting | Phase::SettingUp | Phase::WaitingForServos | Phase::Arming => 0.0,
             Phase::Running { since_us, .. } => {
                 let elapsed_us = now_us.saturating_sub(since_us);
                 (elapsed_us as f64 / self.script.duration_us as f64).min(1.0)
@@ -145,12 +138,27 @@ impl Operator {
 
     /// What the servos run, and the speed of their bus, once they are found.
     pub fn found(&self) -> Option<(Firmware, u32)> {
-        self.found
+        self.news.found
     }
 
     /// What became of the transparent port's packets, as last reported.
     pub fn port(&self) -> PortCounters {
-        self.port
+        self.news.port
+    }
+
+    /// What the board said of itself, once it has.
+    pub fn report(&self) -> Option<BoardReport> {
+        self.news.report
+    }
+
+    /// Why the board switched torque off, each time.
+    pub fn trips(&self) -> &[Trip] {
+        &self.news.trips
+    }
+
+    /// What the servos did after each of its stop sequences.
+    pub fn halts(&self) -> &[Halt] {
+        &self.news.halts
     }
 
     /// The records so far.
@@ -171,17 +179,32 @@ impl Operator {
     }
 
     fn take(&mut self, now_us: u64, said: Said) -> Result<(), OperatorError> {
+        self.news.take(&said)?;
         match (said, &self.phase) {
             (Said::Hello, Phase::Connecting) => {
                 self.command(now_us, Command::Configure(self.script.setup));
                 self.enter(Phase::SettingUp, now_us);
             }
-            (Said::OtherSchema(hello), _) => return Err(OperatorError::OtherSchema(hello)),
             (Said::Done, Phase::SettingUp) => {
                 self.enter(Phase::WaitingForServos, now_us);
-                if let (Some(_), false) = (self.found, self.is_ready) {
+                if let (Some(_), false) = (self.news.found, self.news.is_ready) {
                     self.command(now_us, Command::Prepare);
                 }
+            }
+            (Said::Done, Phase::Arming) => self.enter(
+                Phase::Running {
+                    since_us: now_us,
+                    next: 0,
+                },
+                now_us,
+            ),
+            // It has heard a second hello, and says so.
+            (Said::Refused(Refusal::OtherSession), Phase::Arming) => self.arm(now_us),
+            (Said::Refused(refusal), Phase::Arming) => {
+                return Err(OperatorError::Refused {
+                    command: "arm",
+                    refusal,
+                });
             }
             (Said::Done, Phase::SwitchingOff) if self.is_releasing => {
                 self.is_releasing = false;
@@ -201,45 +224,20 @@ impl Operator {
                 let command = given.map_or("idle", |(_, command)| names::command(command));
                 return Err(OperatorError::Refused { command, refusal });
             }
-            (Said::Absent { joint, missing }, _) => {
-                self.absent = Some((joint, missing));
-                self.trouble = None;
-            }
-            (Said::Mixed([a, b]), _) => self.trouble = Some(OperatorError::Mixed(a, b)),
-            (Said::Unprepared { joint }, _) => {
-                self.trouble = Some(OperatorError::Unprepared(joint));
-            }
             (
                 Said::Found {
-                    firmware,
-                    baud,
-                    is_ready,
+                    is_ready: false, ..
                 },
-                phase,
-            ) => {
-                if is_ready {
-                    self.trouble = None;
-                }
-                self.found = Some((firmware, baud));
-                self.is_ready = is_ready;
-                if !is_ready && matches!(phase, Phase::WaitingForServos) {
-                    self.command(now_us, Command::Prepare);
-                }
-            }
-            (Said::Port(counters), _) => self.port = counters,
+                Phase::WaitingForServos,
+            ) => self.command(now_us, Command::Prepare),
             // Back from whoever has the bus.
             (Said::Passthrough, Phase::WaitingForServos) => self.command(now_us, Command::Idle),
             (Said::Record(record), Phase::WaitingForServos)
-                if record.mode == Mode::Idle && self.is_ready =>
+                if record.mode == Mode::Idle && self.news.is_ready =>
             {
-                self.absent = None;
-                self.enter(
-                    Phase::Running {
-                        since_us: now_us,
-                        next: 0,
-                    },
-                    now_us,
-                );
+                self.news.absent = None;
+                self.enter(Phase::Arming, now_us);
+                self.arm(now_us);
             }
             (Said::Record(record), Phase::Running { .. } | Phase::SwitchingOff) => {
                 self.records.push(record);
@@ -247,12 +245,14 @@ impl Operator {
                     self.switch_off(now_us);
                 }
             }
-            (
-                Said::Hello | Said::Done | Said::Refused(_) | Said::Record(_) | Said::Passthrough,
-                _,
-            ) => {}
+            _ => {}
         }
         Ok(())
+    }
+
+    fn arm(&mut self, now_us: u64) {
+        let session = self.news.report.map_or(0, |report| report.session);
+        self.command(now_us, Command::Arm { session });
     }
 
     fn run(&mut self, now_us: u64, since_us: u64, next: usize) {
@@ -295,17 +295,22 @@ impl Host for Operator {
                 let damaged = self.client.stats().damaged;
                 return Err(OperatorError::NoBoard { damaged });
             }
-            Phase::SettingUp | Phase::SwitchingOff if waited_us > ACK_TIMEOUT_US => {
+            Phase::SettingUp | Phase::Arming | Phase::SwitchingOff
+                if waited_us > ACK_TIMEOUT_US =>
+            {
                 return Err(OperatorError::Silent);
             }
             Phase::WaitingForServos if waited_us > SERVO_TIMEOUT_US => {
-                let absent = OperatorError::NoServos { last: self.absent };
-                return Err(self.trouble.take().unwrap_or(absent));
+                let absent = OperatorError::NoServos {
+                    last: self.news.absent,
+                };
+                return Err(self.news.trouble.take().unwrap_or(absent));
             }
             Phase::Running { since_us, next } => self.run(now_us, since_us, next),
             Phase::Connecting
             | Phase::SettingUp
             | Phase::WaitingForServos
+            | Phase::Arming
             | Phase::SwitchingOff
             | Phase::Over => {}
         }
@@ -321,6 +326,7 @@ impl Host for Operator {
             Phase::Connecting
             | Phase::SettingUp
             | Phase::WaitingForServos
+            | Phase::Arming
             | Phase::SwitchingOff
             | Phase::Over => u64::MAX,
         };

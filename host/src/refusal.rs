@@ -8,6 +8,13 @@ pub fn in_words(refusal: Refusal) -> String {
     match refusal {
         Refusal::Faulted => "a fault is latched; clear it first".into(),
         Refusal::NotReady => "its servos are not ready; check their power and ids".into(),
+        Refusal::Disarmed => "it is not armed; arm it first".into(),
+        Refusal::OtherSession => "it has been reset since; say hello and arm it again".into(),
+        Refusal::Stale => "it is older than one that was obeyed; send it again".into(),
+        Refusal::NotSaved => {
+            "the settings could not be kept; reset the board, which makes room, and save again"
+                .into()
+        }
         Refusal::NotIdle => {
             "the period can only change, and servos be released, with torque off; switch off first"
                 .into()

@@ -59,6 +59,13 @@ impl Pwm {
         Self(counts.min(Self::MAX.0))
     }
 
+    /// The nearest command at most so many counts away from off.
+    #[must_use]
+    pub fn within(self, most: u16) -> Self {
+        let least = Self::OFF.0.saturating_sub(most);
+        Self(self.0.clamp(least, Self::OFF.0.saturating_add(most)))
+    }
+
     /// The number on the wire.
     pub const fn counts(self) -> u16 {
         self.0
@@ -91,6 +98,8 @@ pub struct Command<T> {
     pub pwm: Pwm,
     /// For the estimator: the joint torque in N m that this PWM stands for.
     pub torque_nm: T,
+    /// More was wanted than the servo may be given.
+    pub is_limited: bool,
 }
 
 /// A torque that is not a number, or infinite: nothing to send to a servo.
@@ -147,17 +156,21 @@ impl<T: Real> Joint<T> {
         self.zero_count + self.direction.apply(angle_rad) / self.rad_per_count
     }
 
-    /// The command for a joint torque in N m.
+    /// The command for a joint torque in N m, at most `pwm_max` counts, but one,
+    /// away from off.
     ///
     /// # Errors
     ///
     /// [`NotFinite`] for NaN and infinities. A caller that must send something
     /// sends [`Pwm::OFF`].
-    pub fn command(&self, torque_nm: T) -> Result<Command<T>, NotFinite> {
-        let pwm = self.pwm(torque_nm)?;
+    pub fn command(&self, torque_nm: T, pwm_max: u16) -> Result<Command<T>, NotFinite> {
+        let wanted = self.pwm(torque_nm)?;
+        // Zero counts would be off, and torque is on.
+        let pwm = wanted.within(pwm_max.max(1));
         Ok(Command {
             pwm,
             torque_nm: self.torque(pwm),
+            is_limited: wanted != pwm || wanted == Pwm::MIN || wanted == Pwm::MAX,
         })
     }
 
@@ -213,7 +226,7 @@ mod tests {
         for joint in joints() {
             for torque in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
                 assert_eq!(joint.pwm(torque), Err(NotFinite), "{torque}");
-                assert_eq!(joint.command(torque), Err(NotFinite), "{torque}");
+                assert_eq!(joint.command(torque, 1_000), Err(NotFinite), "{torque}");
             }
         }
         let joint = Joint::paper();
@@ -242,7 +255,7 @@ mod tests {
     #[test]
     fn a_command_tells_the_torque_left_after_rounding_and_clamp() {
         for joint in joints() {
-            let told = |torque| joint.command(torque).unwrap().torque_nm;
+            let told = |torque| joint.command(torque, 1_000).unwrap().torque_nm;
             for step in -110..=110_i16 {
                 let torque = f32::from(step) * 0.01;
                 let lost = (told(torque) - torque).abs();
@@ -260,7 +273,7 @@ mod tests {
     fn a_torque_is_never_sent_as_off() {
         for joint in joints() {
             for step in -2000..=2000_i16 {
-                let command = joint.command(f32::from(step) * 1e-4).unwrap();
+                let command = joint.command(f32::from(step) * 1e-4, 1_000).unwrap();
                 assert_ne!(command.pwm, Pwm::OFF, "{step}");
             }
         }

@@ -45,7 +45,12 @@ pub struct Grant {
     pub client_rx: u32,
     /// What that client has set its port to.
     pub client_line: ClientLine,
+    /// The emergency stop's switch is open.
+    pub is_stop_pressed: bool,
 }
+
+/// Set in the time of a [`Grant`] if the switch is open: no clock gets there.
+const STOP_PRESSED: u64 = 1 << 63;
 
 /// Length of either message.
 pub const MESSAGE_LEN: usize = 24;
@@ -79,20 +84,26 @@ impl Grant {
     /// As sent.
     pub fn to_bytes(self) -> [u8; MESSAGE_LEN] {
         let line = self.client_line.to_bits();
+        let stop = if self.is_stop_pressed {
+            STOP_PRESSED
+        } else {
+            0
+        };
         to_bytes(
-            self.now_us,
+            self.now_us & !STOP_PRESSED | stop,
             [self.bus_rx, self.link_rx, self.client_rx, line],
         )
     }
 
     /// As received.
     pub fn from_bytes(bytes: [u8; MESSAGE_LEN]) -> Self {
-        let (now_us, [bus_rx, link_rx, client_rx, line]) = from_bytes(bytes);
+        let (time, [bus_rx, link_rx, client_rx, line]) = from_bytes(bytes);
         Self {
-            now_us,
+            now_us: time & !STOP_PRESSED,
             bus_rx,
             link_rx,
             client_rx,
+            is_stop_pressed: time & STOP_PRESSED != 0,
             client_line: ClientLine::from_bits(line),
         }
     }
@@ -149,7 +160,13 @@ mod tests {
                 is_open: true,
                 baud: 1_000_000,
             },
+            is_stop_pressed: true,
         };
         assert_eq!(Grant::from_bytes(grant.to_bytes()), grant);
+        let released = Grant {
+            is_stop_pressed: false,
+            ..grant
+        };
+        assert_eq!(Grant::from_bytes(released.to_bytes()), released);
     }
 }

@@ -4,7 +4,7 @@ use armbridge::bench::board::VirtualBoard;
 use armbridge::bench::cosim::Cosim;
 use armbridge::operator::{Operator, Script};
 use armbridge_shared::bridge::Mailboxes;
-use armbridge_shared::link::message::{Fault, Mode, Setup};
+use armbridge_shared::link::message::{Drive, Fault, Mode, Setup};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Alarms;
 use armbridge_tests::plant;
@@ -21,10 +21,10 @@ fn a_servo_that_is_too_hot_ends_the_run_with_its_name_in_the_log() {
     while cosim.now_us() < 1_000_000 {
         cosim.step().unwrap();
     }
-    assert_eq!(cosim.board.mode(), Mode::Regulate);
+    assert_eq!(cosim.board.mode(), Mode::Running(Drive::Regulate));
     let hot = cosim.bench.servo_mut(1).stock_mut().expect("a stock servo");
     hot.set_temperature(90.0);
-    while cosim.board.mode() == Mode::Regulate {
+    while cosim.board.mode() == Mode::Running(Drive::Regulate) {
         cosim.step().unwrap();
     }
     let tripped_us = cosim.now_us();

@@ -60,6 +60,7 @@ fn in_emulator(firmware: Firmware, client: Option<Hammer>) -> (Vec<Record>, Port
         image: qemu::default_image(),
         time: Time::Lockstep,
         icount: false,
+        provoke: None,
     };
     let board = EmulatedBoard::new(Qemu::start(&options).unwrap()).unwrap();
     run(board, firmware, client)

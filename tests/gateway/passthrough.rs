@@ -209,7 +209,7 @@ fn packets_stay_whole_and_half_a_packet_never_reaches_the_bus() {
     assert_eq!(sent, [ping.clone(), ping, flush]);
     // The port is closed: the board takes the bus back, from the stop on.
     let last = seen.modes.len();
-    let expected = [Mode::Idle, Mode::Passthrough, Mode::BringUp, Mode::Idle];
+    let expected = [Mode::Idle, Mode::Passthrough, Mode::Boot, Mode::Idle];
     assert_eq!(seen.modes[last - 4..], expected, "{:?}", seen.modes);
 }
 

@@ -7,6 +7,7 @@ use armbridge_shared::actuator::{Command, Joint, Pwm};
 use armbridge_shared::arm::{Parameters, State};
 use armbridge_shared::control::{DryFriction, Lqr, Setpoint, Weights};
 use armbridge_shared::estimate::Config;
+use armbridge_shared::link::limits::hard;
 use nalgebra::Vector2;
 
 /// What to run.
@@ -69,6 +70,7 @@ impl Loop {
         let off = Command {
             pwm: Pwm::OFF,
             torque_nm: 0.0,
+            is_limited: false,
         };
         let mut next = [off; JOINTS];
         let ticks = (6_000_000 / self.period_us) as usize;
@@ -90,7 +92,9 @@ impl Loop {
             let torque = lqr.torque(&ahead, &target);
             let added = friction.feed_forward(torque - target.torque(), Vector2::zeros());
             next = [0, 1].map(|j| {
-                let command = joint.command(torque[j] + added[j]).expect("finite");
+                let command = joint
+                    .command(torque[j] + added[j], hard::PWM_COUNTS)
+                    .expect("finite");
                 Command {
                     torque_nm: command.torque_nm - added[j],
                     ..command

@@ -4,12 +4,11 @@
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
 use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
-use armbridge_shared::bridge::supervisor::torque_is_on;
 use armbridge_shared::bridge::{Bridge, LinkPort, Mailboxes, Progress};
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::frame::{Decoder, Encoder, MAX, Received};
 use armbridge_shared::link::message::{
-    Command, Fault, Mode, PortCounters, Record, Setup, ToBoard, ToHost,
+    BoardReport, Command, Fault, Mode, PortCounters, Record, Settings, Setup, ToBoard, ToHost,
 };
 use armbridge_shared::link::schema;
 use armbridge_shared::servo::Firmware;
@@ -54,15 +53,21 @@ struct Test<'a> {
     told: Vec<Received<ToBoard>>,
     records: Decoder,
     seen: Seen,
+    /// As the board has told last.
+    session: u32,
 }
 
 impl<'a> Test<'a> {
     fn new(mailboxes: &'a mut Mailboxes, seed: u64) -> Self {
         let (end, link, client) = mailboxes.split();
         let port = Port::new(false, 1000);
+        let report = BoardReport {
+            session: 7,
+            ..BoardReport::default()
+        };
         Self {
-            bridge: Bridge::new(port.clone(), port.clone(), end, 0).unwrap(),
-            link: LinkPort::new(link),
+            bridge: Bridge::new(port.clone(), port.clone(), end, 0, &Settings::default()).unwrap(),
+            link: LinkPort::new(link, report, Settings::default()),
             client,
             port,
             servos: Servos {
@@ -75,6 +80,7 @@ impl<'a> Test<'a> {
             told: Vec::new(),
             records: Decoder::default(),
             seen: Seen::default(),
+            session: 0,
         }
     }
 
@@ -92,7 +98,7 @@ impl<'a> Test<'a> {
                 frame(1, b'B', sequence, &body)
             }
             3 => {
-                let message = message(&mut self.random);
+                let message = message(&mut self.random, self.session);
                 let mut frame = self.frame(&message);
                 self.random.damage(&mut frame);
                 frame
@@ -102,7 +108,7 @@ impl<'a> Test<'a> {
                 let count = 1 + self.random.below(3);
                 (0..count)
                     .flat_map(|_| {
-                        let message = message(&mut self.random);
+                        let message = message(&mut self.random, self.session);
                         self.frame(&message)
                     })
                     .collect()
@@ -122,7 +128,7 @@ impl<'a> Test<'a> {
     fn client_speaks(&mut self) {
         // With torque off it would be given the bus, and most commands refused.
         let random = &mut self.random;
-        if !torque_is_on(self.bridge.mode()) && !random.once_in(2_000) {
+        if !self.bridge.mode().is_armed() && !random.once_in(2_000) {
             return;
         }
         let Some(mut bytes) = client::says(random) else {
@@ -153,12 +159,14 @@ impl<'a> Test<'a> {
             assert!(polls < MOST_POLLS, "the bridge does not come to rest");
         }
         let mode = self.bridge.mode();
-        if torque_is_on(mode) && !torque_is_on(before) {
-            let commands = self.told.iter().filter_map(|told| match told.message {
-                ToBoard::Command(command) => Some(command),
-                ToBoard::Hello(_) | ToBoard::Heartbeat => None,
-            });
-            let mut on = commands.filter(|command| {
+        let drives = |mode: Mode| mode.drive().is_some();
+        if mode.is_armed() && !before.is_armed() {
+            // Only with the word of the session, which a hello changes.
+            let is_arm = |command: &Command| matches!(command, Command::Arm { session } if *session == self.session);
+            assert!(self.was_told(is_arm), "{mode:?}: {:?}", self.told);
+        }
+        if drives(mode) && !drives(before) {
+            let is_on = |command: &Command| {
                 matches!(
                     command,
                     Command::Torque(_)
@@ -166,11 +174,11 @@ impl<'a> Test<'a> {
                         | Command::Follow(_)
                         | Command::Stream { .. }
                 )
-            });
-            assert!(on.any(|on| is_acceptable(&on)), "{mode:?}: {:?}", self.told);
+            };
+            assert!(self.was_told(is_on), "{mode:?}: {:?}", self.told);
         }
-        self.check_wire(sent_before, torque_is_on(before) || torque_is_on(mode));
-        if torque_is_on(before) && torque_is_on(mode) {
+        self.check_wire(sent_before, before.is_armed() || mode.is_armed());
+        if before.is_armed() && mode.is_armed() {
             let line = self.port.line();
             let mut packets = line.sent[sent_before..].windows(4);
             let is_from_client = |head: &[u8]| head[0] == 0xAA && head[3] == client::ADDRESS;
@@ -193,6 +201,14 @@ impl<'a> Test<'a> {
                 .now_us
                 .max(next_us.map_or(wake_us, |us| us.min(wake_us)));
         });
+    }
+
+    /// Whether such a command came that may be accepted.
+    fn was_told(&self, what: impl Fn(&Command) -> bool) -> bool {
+        self.told.iter().any(|told| match told.message {
+            ToBoard::Command(command) => what(&command) && is_acceptable(&command),
+            ToBoard::Hello(_) | ToBoard::Heartbeat | ToBoard::Stop | ToBoard::Goodbye => false,
+        })
     }
 
     /// PWM on the wire, new there, are what servos obey, and off unless torque was on.
@@ -229,6 +245,9 @@ impl<'a> Test<'a> {
 
     /// Fetches what the board says, and checks it.
     fn fetch(&mut self) {
+        if let Some((sequence, _)) = self.link.take_save() {
+            self.link.saved(sequence, true);
+        }
         for frames in 0.. {
             assert!(frames < MOST_FRAMES, "the board does not stop talking");
             let Some(frame) = self.link.transmit() else {
@@ -250,7 +269,12 @@ impl<'a> Test<'a> {
                     let found = (firmware, baud, is_ready);
                     assert_eq!(found, (Firmware::Morpheus, 1_000_000, true));
                 }
-                ToHost::Mixed(_) | ToHost::Passthrough => {}
+                ToHost::Mixed(_)
+                | ToHost::Passthrough
+                | ToHost::Tripped(_)
+                | ToHost::Halted(_)
+                | ToHost::Temperature { .. } => {}
+                ToHost::Board(report) => self.session = report.session,
                 ToHost::Port(counters) => self.seen.port = counters,
                 ToHost::Ack { sequence, result } => self.check_ack(sequence, result.is_ok()),
                 ToHost::Record(record) => self.check_record(&record),
@@ -270,7 +294,7 @@ impl<'a> Test<'a> {
                 self.seen.installed += usize::from(is_setup);
                 is_acceptable(&command)
             }
-            ToBoard::Hello(_) | ToBoard::Heartbeat => false,
+            ToBoard::Hello(_) | ToBoard::Heartbeat | ToBoard::Stop | ToBoard::Goodbye => false,
         });
         assert!(is_possible, "{sequence} accepted of {:?}", self.told);
     }
@@ -294,7 +318,7 @@ impl<'a> Test<'a> {
         for pwm in record.pwm_in_force.iter().chain(&record.pwm_next) {
             assert!(*pwm <= Pwm::MAX.counts(), "{record:?}");
         }
-        if torque_is_on(record.mode) {
+        if record.mode.is_armed() {
             *torque_on += 1;
         } else {
             assert_eq!(record.pwm_next, [Pwm::OFF.counts(); 2], "{record:?}");
@@ -335,7 +359,7 @@ fn a_host_cannot_make_the_board_unsafe() {
     let least = [STREAMS / 2, STREAMS / 20, 100, STREAMS / 20, 300, 300];
     let is_enough = figures.iter().zip(least).all(|(seen, least)| *seen > least);
     assert!(is_enough, "{figures:?}, expected more than {least:?}");
-    for fault in [Fault::AngleLimit, Fault::SamplesLost] {
+    for fault in [Fault::AngleLimit, Fault::ServoSilent] {
         assert!(faults.contains(&fault), "never {fault:?}: {faults:?}");
     }
 }
@@ -374,6 +398,6 @@ fn a_long_fault_without_servos_stays_finite() {
         while test.seen.records < 50_000 {
             test.run();
         }
-        assert_eq!(test.seen.faults, [Fault::SamplesLost]);
+        assert_eq!(test.seen.faults, [Fault::ServoSilent]);
     }
 }

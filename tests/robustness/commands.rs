@@ -1,11 +1,10 @@
 //! What a host may come up with: mostly sense, with numbers in it that are none.
 
 use armbridge_shared::actuator::Joint;
-use armbridge_shared::bridge::limits::{
-    PERIOD_MAX_US, PERIOD_MIN_US, REFERENCE_MAX_RAD, TORQUE_MAX_NM,
-};
+use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US, REFERENCE_MAX_RAD};
 use armbridge_shared::estimate::{Config, Form, Tuning};
-use armbridge_shared::link::message::{Command, Controller, Gains, Hello, Setup, ToBoard};
+use armbridge_shared::link::limits::hard;
+use armbridge_shared::link::message::{Command, Controller, Gains, Hello, Limits, Setup, ToBoard};
 use armbridge_shared::link::motion::{Motion, Via};
 use armbridge_shared::link::schema;
 use armbridge_tests::random::Random;
@@ -136,8 +135,9 @@ fn motion(random: &mut Random) -> Motion {
     }
 }
 
-pub(super) fn message(random: &mut Random) -> ToBoard {
-    ToBoard::Command(match random.below(24) {
+/// `session` is that of the board that is spoken to.
+pub(super) fn message(random: &mut Random, session: u32) -> ToBoard {
+    ToBoard::Command(match random.below(40) {
         0 => return ToBoard::Hello(schema::HELLO),
         1 => {
             let schema = [0; 8].map(|_| random.byte());
@@ -146,7 +146,7 @@ pub(super) fn message(random: &mut Random) -> ToBoard {
         }
         2..=5 => return ToBoard::Heartbeat,
         6 => Command::Idle,
-        7..=9 => Command::ClearFault,
+        7..=9 | 38..=39 => Command::ClearFault,
         10 => Command::Configure(setup(random)),
         11..=13 => Command::Torque(nasty(random)),
         14..=16 => Command::Regulate(nasty(random)),
@@ -161,8 +161,27 @@ pub(super) fn message(random: &mut Random) -> ToBoard {
                 speed_rad_s: at_us.is_multiple_of(2).then_some(speed),
             }
         }
+        20..=25 | 30..=37 => Command::Arm { session },
+        26 => match random.below(6) {
+            0 => return ToBoard::Stop,
+            1 => return ToBoard::Goodbye,
+            2 => Command::Arm {
+                session: random.below(1 << 32) as u32,
+            },
+            3 => Command::Save,
+            _ => Command::Limit(limits(random)),
+        },
         _ => Command::Regulate([0.1, -1.0]),
     })
+}
+
+/// Mostly limits that are allowed.
+fn limits(random: &mut Random) -> Limits {
+    let mut limits = Limits::default();
+    if random.once_in(2) {
+        [limits.speed_rad_s, limits.torque_nm] = [nasty(random), nasty(random)];
+    }
+    limits
 }
 
 /// Whether a command may be accepted at all.
@@ -170,8 +189,14 @@ pub(super) fn is_acceptable(command: &Command) -> bool {
     let within = |values: &[f32], limit: f32| values.iter().all(|value| value.abs() <= limit);
     let finite = |values: &[f32]| values.iter().all(|value| value.is_finite());
     match command {
-        Command::Idle | Command::Prepare | Command::Release | Command::ClearFault => true,
-        Command::Torque(torque_nm) => within(torque_nm, TORQUE_MAX_NM),
+        Command::Idle
+        | Command::Prepare
+        | Command::Release
+        | Command::ClearFault
+        | Command::Arm { .. }
+        | Command::Save => true,
+        Command::Limit(limits) => limits.is_valid(),
+        Command::Torque(torque_nm) => within(torque_nm, hard::TORQUE_NM),
         Command::Regulate(reference_rad) => within(reference_rad, REFERENCE_MAX_RAD),
         Command::Configure(setup) => {
             let estimator_is_stable = match setup.estimator {

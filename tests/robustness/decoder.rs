@@ -3,7 +3,9 @@
 use std::fmt::Debug;
 
 use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, MAX, Message};
-use armbridge_shared::link::message::{Command, Mode, Record, Sample, Timing, ToBoard, ToHost};
+use armbridge_shared::link::message::{
+    Command, Drive, Guards, Mode, Record, Sample, Timing, ToBoard, ToHost,
+};
 use armbridge_shared::link::schema;
 use armbridge_tests::random::Random;
 
@@ -46,7 +48,8 @@ fn record(random: &mut Random) -> Record {
         disturbance_nm: pair(),
         tick: random.below(1 << 32) as u32,
         start_us: random.below(u64::MAX),
-        mode: Mode::Regulate,
+        mode: Mode::Running(Drive::Regulate),
+        guards: Guards::NONE,
         samples: [0; 2].map(|_| Sample::Counts(random.below(1024) as u16)),
         alarms: [0; 2].map(|_| random.below(128) as u8),
         pwm_in_force: [1000; 2],

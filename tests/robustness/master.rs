@@ -60,6 +60,17 @@ fn expected(transaction: Transaction) -> (Vec<u8>, u64) {
             sent.extend(Request::Cycle.encode());
             (sent, 160 + 80 + 60 + 450)
         }
+        Transaction::Quell { joint, aside } => {
+            let off = if aside {
+                Request::SideStep([ids()[joint]; 2])
+            } else {
+                Request::Release([ids()[joint]; 2])
+            };
+            let mut sent = off.encode().to_vec();
+            sent.extend([0xFF; 2]);
+            sent.extend(Request::Cycle.encode());
+            (sent, 160 + 80 + 60 + 450)
+        }
         Transaction::Ask(_) => (QUESTION.to_vec(), 80 + 90 + 110),
     }
 }
@@ -71,7 +82,7 @@ fn answers(random: &mut Random, transaction: Transaction) -> ([u16; 2], Vec<Vec<
         Transaction::Stop => ([0; 2], Vec::new()),
         Transaction::Ping { joint } => ([0; 2], vec![ping(joint as u8 + 1)]),
         Transaction::Start => ([0; 2], vec![ping(1), ping(2)]),
-        Transaction::Drive(_) => {
+        Transaction::Drive(_) | Transaction::Quell { .. } => {
             let counts = [0; 2].map(|_| random.below(1024) as u16);
             let [a, b] = counts;
             (counts, vec![position(1, a), position(2, b)])
@@ -104,6 +115,10 @@ impl Test {
             },
             3 => Transaction::Start,
             4 => Transaction::Ask(ASKED),
+            5 => Transaction::Quell {
+                joint: random.below(2) as usize,
+                aside: random.once_in(2),
+            },
             _ => Transaction::Drive([0; 2].map(|_| Pwm::saturating(random.below(2100) as u16))),
         }
     }
@@ -215,7 +230,7 @@ impl Test {
                 continue;
             };
             let answer = match transaction {
-                Transaction::Drive(_) => position(id, counts),
+                Transaction::Drive(_) | Transaction::Quell { .. } => position(id, counts),
                 Transaction::Ping { joint } if joint + 1 == usize::from(id) => reply(id, &[1]),
                 Transaction::Start => reply(id, &[1]),
                 _ => panic!("{outcome:?} was believed"),
@@ -280,7 +295,9 @@ fn the_master_ends_in_time_and_believes_only_answers() {
                         let is_asked = match transaction {
                             Transaction::Stop | Transaction::Ask(_) => false,
                             Transaction::Ping { joint: asked } => asked == joint,
-                            Transaction::Start | Transaction::Drive(_) => true,
+                            Transaction::Start
+                            | Transaction::Drive(_)
+                            | Transaction::Quell { .. } => true,
                         };
                         let sample = outcome.samples[joint];
                         assert_eq!(

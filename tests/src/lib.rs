@@ -14,7 +14,7 @@ use armbridge::operator::{Operator, Script};
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::Mailboxes;
-use armbridge_shared::link::message::{Mode, Record};
+use armbridge_shared::link::message::{Drive, Record};
 use nalgebra::Vector2;
 
 /// A virtual arm held at these angles, with or without dry friction.
@@ -59,13 +59,13 @@ pub fn records(config: PlantConfig, seed: u64, script: Script) -> Vec<Record> {
     run.host.into_parts().0
 }
 
-/// Time in s from the first record in [`Mode::Regulate`] after which joint
+/// Time in s from the first record in [`Drive::Regulate`] after which joint
 /// `joint` stays within `band_rad` of its reference; `None` if it never does.
 pub fn settling_s(records: &[Record], joint: usize, band_rad: f32) -> Option<f64> {
     let regulated = || {
         records
             .iter()
-            .filter(|record| record.mode == Mode::Regulate)
+            .filter(|record| record.mode.drive() == Some(Drive::Regulate))
     };
     let outside = |record: &&Record| {
         (record.angle_rad[joint] - record.reference_rad[joint]).abs() >= band_rad

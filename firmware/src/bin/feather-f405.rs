@@ -5,20 +5,26 @@
 #![no_main]
 
 use armbridge_firmware::board::feather_f405::bus::{BusLine, Direction};
+use armbridge_firmware::board::feather_f405::end::reset_cause;
+use armbridge_firmware::board::feather_f405::flash::Sectors;
 use armbridge_firmware::board::feather_f405::time::{self, Board};
 use armbridge_firmware::board::feather_f405::usb::{
     Changes, FromSerial, FromUsb, Ports, ToSerial, ToUsb,
 };
-use armbridge_firmware::board::feather_f405::{WATCHDOG_US, bus, config, end, usb};
+use armbridge_firmware::board::feather_f405::{bus, config, usb};
+use armbridge_firmware::end::{self, WATCHDOG_US, memory};
 use armbridge_firmware::port::Port;
 use armbridge_firmware::run::{self, News};
+use armbridge_firmware::settings;
+use armbridge_firmware::stack;
 use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
-use armbridge_shared::link::message::Mode;
+use armbridge_shared::link::message::{BoardReport, Mode, Settings};
+use armbridge_shared::store::Store;
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
 use embassy_futures::select::{Either, select};
-use embassy_stm32::gpio::{Level, Output, Speed};
+use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::peripherals::USB_OTG_FS;
 use embassy_stm32::wdg::IndependentWatchdog;
@@ -36,6 +42,8 @@ defmt::timestamp!("{=u64:us}", time::now_us());
 #[cortex_m_rt::entry]
 fn main() -> ! {
     end::stop_first();
+    stack::paint();
+    let report = memory::begin(reset_cause());
 
     let chip = embassy_stm32::init(config());
     if let Some(mut core) = cortex_m::Peripherals::take() {
@@ -43,7 +51,13 @@ fn main() -> ! {
         core.DWT.enable_cycle_counter();
     }
     defmt::info!("feather-f405, version {=str}", env!("CARGO_PKG_VERSION"));
-    end::report();
+    memory::log(&report);
+    let mut store = Store::new(Sectors::new(chip.FLASH));
+    let (settings, from) = settings::open(&mut store);
+    let report = BoardReport {
+        settings: from,
+        ..report
+    };
 
     bus::enable();
     interrupt::USART3.set_priority(Priority::P0);
@@ -58,7 +72,8 @@ fn main() -> ! {
     let (bridge, link, client) = MAILBOXES.init(Mailboxes::new()).split();
     // Each of the tasks is spawned once, so there is always room for it.
     let spawner = TICK.start(interrupt::UART5);
-    spawner.spawn(tick(bridge, Board::new(watchdog)).expect("spawned once"));
+    let board = Board::new(watchdog, Input::new(chip.PB8, Pull::Up));
+    spawner.spawn(tick(bridge, board, settings).expect("spawned once"));
 
     let Ports {
         device,
@@ -71,9 +86,17 @@ fn main() -> ! {
     let light = Output::new(chip.PC1, Level::Low, Speed::Low);
     THREAD.init(Executor::new()).run(|thread| {
         thread.spawn(run_usb(device).expect("spawned once"));
-        thread.spawn(talk(LinkPort::new(link), from_host, to_host).expect("spawned once"));
+        thread.spawn(
+            talk(
+                LinkPort::new(link, report, settings),
+                from_host,
+                to_host,
+                store,
+            )
+            .expect("spawned once"),
+        );
         thread.spawn(pass(client, from_client, to_client, changes).expect("spawned once"));
-        thread.spawn(report(light).expect("spawned once"));
+        thread.spawn(show_mode(light).expect("spawned once"));
     })
 }
 
@@ -85,11 +108,11 @@ fn UART5() {
 }
 
 #[embassy_executor::task]
-async fn tick(end: BridgeEnd<'static>, board: Board) -> ! {
-    let Ok(bridge) = Bridge::new(Port(BusLine), Direction, end, time::now_us()) else {
-        // Nothing from bus or link has been looked at yet, and what is built here
-        // is a constant: every test of the bench builds the same.
-        panic!("the default set-up has no controller");
+async fn tick(end: BridgeEnd<'static>, board: Board, settings: Settings) -> ! {
+    let Ok(bridge) = Bridge::new(Port(BusLine), Direction, end, time::now_us(), &settings) else {
+        // Saved settings have been tried before, and the defaults are a constant:
+        // every test of the bench builds the same.
+        panic!("the settings have no controller");
     };
     run::real_time(bridge, board, &NEWS).await
 }
@@ -100,8 +123,15 @@ async fn run_usb(mut device: UsbDevice<'static, embassy_stm32::usb::Driver<'stat
 }
 
 #[embassy_executor::task]
-async fn talk(port: LinkPort<'static>, from_host: FromUsb, to_host: ToUsb) -> ! {
-    run::link(port, from_host, to_host, &NEWS).await
+async fn talk(
+    port: LinkPort<'static>,
+    from_host: FromUsb,
+    to_host: ToUsb,
+    store: Store<Sectors>,
+) -> ! {
+    let mut watch = stack::Watch::default();
+    let watch = || watch.look(time::now_us(), stack::measure);
+    run::link(port, from_host, to_host, watch, store, &NEWS).await
 }
 
 #[embassy_executor::task]
@@ -118,15 +148,17 @@ async fn pass(
 /// Logs the mode and shows it: quick while searching, slow when idle or when the
 /// bus is somebody else's, steady with torque on, in between after a fault.
 #[embassy_executor::task]
-async fn report(mut light: Output<'static>) -> ! {
-    let mut mode = Mode::BringUp;
+async fn show_mode(mut light: Output<'static>) -> ! {
+    let mut mode = Mode::Boot;
     loop {
         let half_period_ms = match mode {
-            Mode::BringUp => 50,
+            Mode::Boot => 50,
             Mode::Fault(_) => 150,
-            Mode::Idle | Mode::Passthrough | Mode::Torque | Mode::Regulate | Mode::Track => 500,
+            Mode::Idle | Mode::Passthrough | Mode::Armed | Mode::Running(_) | Mode::Degraded(_) => {
+                500
+            }
         };
-        if matches!(mode, Mode::Torque | Mode::Regulate | Mode::Track) {
+        if mode.is_armed() {
             light.set_high();
         } else {
             light.toggle();

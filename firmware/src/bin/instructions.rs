@@ -31,7 +31,9 @@ const PERIOD_S: f32 = 0.001;
 fn main() -> ! {
     time::start(false, 1);
     if measure().is_none() {
-        panic!("a controller or an estimator could not be built");
+        // A panic would reset the machine, and begin again.
+        hprintln!("a controller or an estimator could not be built");
+        semihosting::exit(semihosting::EXIT_PANIC)
     }
     semihosting::exit(0)
 }

@@ -4,15 +4,24 @@
 #![no_main]
 
 use armbridge_firmware::board::mps2_an386::bus::{BusLine, NoPin};
+use armbridge_firmware::board::mps2_an386::end::reset_cause;
+use armbridge_firmware::board::mps2_an386::flash::{self, Flash};
 use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, REST, TICK};
 use armbridge_firmware::board::mps2_an386::link::{NoChanges, Stream};
 use armbridge_firmware::board::mps2_an386::semihosting::Arguments;
 use armbridge_firmware::board::mps2_an386::time::{self, Board};
-use armbridge_firmware::board::mps2_an386::{BUS, CLIENT, LINK, guard, lockstep};
+use armbridge_firmware::board::mps2_an386::{
+    BUS, CLIENT, LINK, guard, lockstep, provoke, watchdog,
+};
+use armbridge_firmware::end::{self, memory};
 use armbridge_firmware::port::Port;
 use armbridge_firmware::run::{self, News};
+use armbridge_firmware::settings;
+use armbridge_firmware::stack;
 use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
+use armbridge_shared::link::message::{BoardReport, Settings};
+use armbridge_shared::store::Store;
 use static_cell::StaticCell;
 
 static MAILBOXES: StaticCell<Mailboxes> = StaticCell::new();
@@ -25,6 +34,12 @@ fn main() -> ! {
     let arguments = Arguments::get();
     let in_lockstep = arguments.has("lockstep");
     time::start(in_lockstep, arguments.number("slow=").unwrap_or(1));
+    if !in_lockstep {
+        end::stop_first();
+    }
+    stack::paint();
+    let report = memory::begin(reset_cause());
+    provoke::prepare(&arguments, report.last_end.cause);
     for uart in [&LINK, &BUS, &CLIENT] {
         uart.enable();
     }
@@ -37,19 +52,30 @@ fn main() -> ! {
         env!("CARGO_PKG_VERSION"),
         if in_lockstep { "granted" } else { "real" }
     );
+    memory::log(&report);
+    // Taken once, here.
+    let mut store = Store::new(flash::take().expect("taken once"));
+    let (settings, from) = settings::open(&mut store);
+    let report = BoardReport {
+        settings: from,
+        ..report
+    };
+    if !in_lockstep {
+        watchdog::start();
+    }
 
     let (bridge, link, client) = MAILBOXES.init(Mailboxes::new()).split();
     // Each of the tasks is spawned once, so there is always room for it. The
     // tick first: it must be waiting when lockstep begins.
     let spawner = TICK.start(Irq::Tick);
-    spawner.spawn(tick(bridge).expect("spawned once"));
+    spawner.spawn(tick(bridge, settings).expect("spawned once"));
     let spawner = REST.start(Irq::Rest);
-    spawner.spawn(report().expect("spawned once"));
-    let port = LinkPort::new(link);
+    spawner.spawn(tell_mode().expect("spawned once"));
+    let port = LinkPort::new(link, report, settings);
     if in_lockstep {
-        spawner.spawn(granted(port, client).expect("spawned once"));
+        spawner.spawn(granted(port, client, store).expect("spawned once"));
     } else {
-        spawner.spawn(talk(port).expect("spawned once"));
+        spawner.spawn(talk(port, store).expect("spawned once"));
         spawner.spawn(pass(client).expect("spawned once"));
     }
     loop {
@@ -58,18 +84,20 @@ fn main() -> ! {
 }
 
 #[embassy_executor::task]
-async fn tick(end: BridgeEnd<'static>) -> ! {
-    let Ok(bridge) = Bridge::new(Port(BusLine), NoPin, end, time::now_us()) else {
-        // Nothing from bus or link has been looked at yet, and what is built here
-        // is a constant: every test of the bench builds the same.
-        panic!("the default set-up has no controller");
+async fn tick(end: BridgeEnd<'static>, settings: Settings) -> ! {
+    let Ok(bridge) = Bridge::new(Port(BusLine), NoPin, end, time::now_us(), &settings) else {
+        // Saved settings have been tried before, and the defaults are a constant:
+        // every test of the bench builds the same.
+        panic!("the settings have no controller");
     };
     run::real_time(bridge, Board, &NEWS).await
 }
 
 #[embassy_executor::task]
-async fn talk(port: LinkPort<'static>) -> ! {
-    run::link(port, Stream(&LINK), Stream(&LINK), &NEWS).await
+async fn talk(port: LinkPort<'static>, store: Store<Flash>) -> ! {
+    let mut watch = stack::Watch::default();
+    let watch = || watch.look(time::now_us(), stack::measure);
+    run::link(port, Stream(&LINK), Stream(&LINK), watch, store, &NEWS).await
 }
 
 #[embassy_executor::task]
@@ -79,12 +107,12 @@ async fn pass(client: PortEnd<'static>) -> ! {
 }
 
 #[embassy_executor::task]
-async fn granted(port: LinkPort<'static>, client: PortEnd<'static>) -> ! {
-    lockstep::run(port, client).await
+async fn granted(port: LinkPort<'static>, client: PortEnd<'static>, store: Store<Flash>) -> ! {
+    lockstep::run(port, client, store).await
 }
 
 #[embassy_executor::task]
-async fn report() -> ! {
+async fn tell_mode() -> ! {
     loop {
         defmt::info!("mode: {}", NEWS.mode.wait().await);
     }

@@ -1,11 +1,17 @@
 //! What the bench drives: a board that runs when it is told to.
 
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
-use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkEnd, LinkPort, Progress};
-use armbridge_shared::link::message::{Mode, Refusal};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkEnd, LinkPort, Progress, can_run};
+use armbridge_shared::link::message::{BoardReport, Mode, Refusal, StopSource};
+use armbridge_shared::store::Store;
+use armbridge_shared::store::memory::Memory;
 
 use super::uart::{Direction, Uart};
 use std::collections::VecDeque;
+
+/// More than a bridge can have to do at one instant: an exchange that ends, and
+/// a few steps of bring-up that take no time.
+const MOST_POLLS: usize = 1_000;
 
 /// What has arrived at a board's ports.
 #[derive(Clone, Copy, Debug, Default)]
@@ -18,6 +24,8 @@ pub struct Input<'a> {
     pub client: &'a [u8],
     /// What that client has set its port to.
     pub line: ClientLine,
+    /// The emergency stop's switch is pressed.
+    pub is_stop_pressed: bool,
 }
 
 /// What a board wrote while it ran.
@@ -61,9 +69,23 @@ pub trait Board {
     ) -> Result<Wake, Self::Error>;
 }
 
+/// Bytes of a page of a virtual board's flash.
+const FLASH_PAGE: usize = 8 * 1_024;
+/// For how many saves a boot makes room.
+const SAVES: u32 = 16;
+
+/// Where a virtual board keeps its settings.
+pub type Flash = Memory<Vec<u8>, FLASH_PAGE>;
+
+/// Flash as it comes.
+pub fn blank_flash() -> Flash {
+    Memory(vec![0xFF; 2 * FLASH_PAGE])
+}
+
 /// The application core in this process: the same code as on a board, in the
 /// order in which a board's priorities run it.
 pub struct VirtualBoard<'a> {
+    store: Store<Flash>,
     uart: Uart,
     bridge: Bridge<'a, Uart, Direction>,
     link: LinkPort<'a>,
@@ -74,22 +96,47 @@ pub struct VirtualBoard<'a> {
 }
 
 impl<'a> VirtualBoard<'a> {
-    /// A board just out of reset, with all ends of its mailboxes.
+    /// A board just out of reset, with all ends of its mailboxes, to which nothing
+    /// was ever saved.
     ///
     /// # Errors
     /// If the default set-up has no controller.
-    pub fn new(
+    pub fn new(ends: (BridgeEnd<'a>, LinkEnd<'a>, PortEnd<'a>)) -> Result<Self, Refusal> {
+        Self::with_flash(ends, blank_flash())
+    }
+
+    /// The same, with the flash of a board before it.
+    ///
+    /// # Errors
+    /// If the default set-up has no controller.
+    pub fn with_flash(
         (bridge, link, client): (BridgeEnd<'a>, LinkEnd<'a>, PortEnd<'a>),
+        flash: Flash,
     ) -> Result<Self, Refusal> {
         let uart = Uart::default();
+        let mut store = Store::new(flash);
+        // What is there can be loaded all the same; saving will fail.
+        let _ = store.prepare(SAVES);
+        let (settings, from) = store.load(can_run);
+        let report = BoardReport {
+            session: 1,
+            settings: from,
+            ..BoardReport::default()
+        };
         Ok(Self {
-            bridge: Bridge::new(uart.clone(), Direction, bridge, 0)?,
-            link: LinkPort::new(link),
+            bridge: Bridge::new(uart.clone(), Direction, bridge, 0, &settings)?,
+            link: LinkPort::new(link, report, settings),
             client,
             from_client: VecDeque::new(),
             skew_us: 0,
             uart,
+            store,
         })
+    }
+
+    /// What is left when power goes.
+    pub fn flash(&mut self) -> &mut Flash {
+        self.store.flash()
     }
 
     /// The board's clock jumps, ahead or back. Its serial port has a clock of its
@@ -99,8 +146,14 @@ impl<'a> VirtualBoard<'a> {
     }
 
     /// The time on the board's clock.
-    pub fn clock_us(&self, now_us: u64) -> u64 {
+    fn clock_us(&self, now_us: u64) -> u64 {
         now_us.saturating_add_signed(self.skew_us)
+    }
+
+    /// Turns a bit of a number in the board's memory that the tick computes with,
+    /// which one by `draw`.
+    pub fn corrupt(&mut self, draw: u32) {
+        self.bridge.corrupt(draw);
     }
 
     /// What the bridge is doing.
@@ -125,15 +178,28 @@ impl Board for VirtualBoard<'_> {
         self.from_client.extend(input.client);
         let taken = self.client.receive(self.from_client.make_contiguous());
         self.from_client.drain(..taken);
+        if input.is_stop_pressed {
+            self.bridge.emergency_stop(StopSource::Pin);
+        }
         let clock_us = self.clock_us(now_us);
+        let mut polls = 0;
         while let Ok(progress) = self.bridge.poll(clock_us) {
+            polls += 1;
+            assert!(polls < MOST_POLLS, "the bridge does not come to rest");
             if progress == Progress::Sampled {
                 self.bridge.decide();
                 self.bridge.publish(0);
             }
         }
-        while let Some(frame) = self.link.transmit() {
-            output.link.extend_from_slice(frame);
+        loop {
+            while let Some(frame) = self.link.transmit() {
+                output.link.extend_from_slice(frame);
+            }
+            let Some((sequence, settings)) = self.link.take_save() else {
+                break;
+            };
+            let result = self.store.save(&settings);
+            self.link.saved(sequence, result.is_ok());
         }
         output
             .client

@@ -89,6 +89,8 @@ pub struct Cosim<B, H> {
     /// At the other end of the link.
     pub host: H,
     client: Box<dyn Client>,
+    /// The emergency stop's switch.
+    pub is_stop_pressed: bool,
     now_us: u64,
     wake: Wake,
     heard: Vec<u8>,
@@ -103,6 +105,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
             bench,
             host,
             client: Box::new(NoClient),
+            is_stop_pressed: false,
             now_us: 0,
             wake: Wake::default(),
             heard: Vec::new(),
@@ -125,6 +128,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
             board,
             bench,
             client,
+            is_stop_pressed,
             now_us,
             wake,
             heard,
@@ -136,6 +140,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
             bench,
             host,
             client,
+            is_stop_pressed,
             now_us,
             wake,
             heard,
@@ -180,6 +185,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
             client,
             heard,
             output,
+            is_stop_pressed,
             ..
         } = self;
         let others_us = host.wake_at_us().min(client.wake_at_us());
@@ -198,6 +204,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
             link: from_host,
             line: client.line(),
             client: &from_client,
+            is_stop_pressed: *is_stop_pressed,
         };
         self.wake = board
             .run(now_us, input, output)

@@ -17,6 +17,9 @@ const NO_LOAD_COUNTS_PER_S: f64 = 59.0 / 60.0 * 360.0 / (300.0 / 1023.0);
 const TURN_COUNTS: f64 = 360.0 / (300.0 / 1023.0);
 /// The PWM that switches a motor off.
 const OFF: u16 = 1000;
+/// A motor so near to that is off: a part of the stop sequence steps aside by one
+/// count, which is 1.2 mN m, before it says 1000.
+const STEP_ASIDE: u16 = 1;
 
 /// The arm and the shafts.
 #[derive(Debug)]
@@ -33,9 +36,11 @@ pub(super) struct Joints {
 #[derive(Clone, Copy, Debug)]
 struct Motor {
     pwm: u16,
-    /// Since when.
-    since_ns: u64,
-    /// Farthest from off so far, in counts.
+    /// Since when it is on, or when it was switched on last.
+    on_ns: u64,
+    /// Since when it is off, or when it was switched off last.
+    off_ns: u64,
+    /// Farthest from off since that was asked last, in counts.
     most: u16,
 }
 
@@ -104,31 +109,41 @@ impl Joints {
         }
     }
 
-    /// Since when this servo's motor is off, if it is.
-    pub(super) fn off_since_ns(&self, servo: usize) -> Option<u64> {
-        let Motor { pwm, since_ns, .. } = self.motors[servo];
-        (pwm == OFF).then_some(since_ns)
+    /// When this servo's motor was on last; the end is `None` while it is.
+    pub(super) fn last_on_ns(&self, servo: usize) -> (u64, Option<u64>) {
+        let motor = self.motors[servo];
+        (motor.on_ns, motor.is_off().then_some(motor.off_ns))
     }
 
-    /// The farthest from off that this servo's motor ever was, in counts.
-    pub(super) fn most_counts(&self, servo: usize) -> u16 {
-        self.motors[servo].most
+    /// The farthest from off that this servo's motor was since this was asked last,
+    /// in counts.
+    pub(super) fn take_most_counts(&mut self, servo: usize) -> u16 {
+        let motor = &mut self.motors[servo];
+        std::mem::replace(&mut motor.most, motor.pwm.abs_diff(OFF))
     }
 }
 
 impl Motor {
     const OFF: Self = Self {
         pwm: OFF,
-        since_ns: 0,
+        on_ns: 0,
+        off_ns: 0,
         most: 0,
     };
 
     fn set(&mut self, at_ns: u64, pwm: u16) {
-        if self.pwm != pwm {
-            self.pwm = pwm;
-            self.since_ns = at_ns;
-            self.most = self.most.max(pwm.abs_diff(OFF));
+        let was_off = self.is_off();
+        self.pwm = pwm;
+        match (was_off, self.is_off()) {
+            (true, false) => self.on_ns = at_ns,
+            (false, true) => self.off_ns = at_ns,
+            (true, true) | (false, false) => {}
         }
+        self.most = self.most.max(pwm.abs_diff(OFF));
+    }
+
+    fn is_off(&self) -> bool {
+        self.pwm.abs_diff(OFF) <= STEP_ASIDE
     }
 }
 

@@ -183,6 +183,11 @@ impl Bench {
         self.wire.harm(fault);
     }
 
+    /// No byte comes to harm any more.
+    pub fn unharm(&mut self) {
+        self.wire.unharm();
+    }
+
     /// Something pulls the line down from now on, for so long.
     pub fn hold_low(&mut self, duration_us: u64) {
         self.wire.hold_low(duration_us * 1_000);
@@ -223,14 +228,16 @@ impl Bench {
         self.joints.swap(self.wire.now_ns());
     }
 
-    /// Since when the motor of the arm's servo `servo` is off, if it is, in ns.
-    pub fn off_since_ns(&self, servo: usize) -> Option<u64> {
-        self.joints.off_since_ns(servo)
+    /// From when to when the motor of the arm's servo `servo` was on last, in ns; the
+    /// end is `None` while it is.
+    pub fn last_on_ns(&self, servo: usize) -> (u64, Option<u64>) {
+        self.joints.last_on_ns(servo)
     }
 
-    /// The farthest from off that the PWM of the arm's servo `servo` ever was.
-    pub fn most_counts(&self, servo: usize) -> u16 {
-        self.joints.most_counts(servo)
+    /// The farthest from off that the PWM of the arm's servo `servo` was since this
+    /// was asked last.
+    pub fn take_most_counts(&mut self, servo: usize) -> u16 {
+        self.joints.take_most_counts(servo)
     }
 
     /// Somebody pushes the arm. A push that should have begun begins now.

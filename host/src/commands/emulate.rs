@@ -35,6 +35,7 @@ pub(crate) fn run(args: &EmulateArgs) -> Outcome {
         image,
         time,
         icount: args.icount,
+        provoke: None,
     };
     match (&args.bus, &args.link_listen) {
         (None, None) => demo(args, &options),

@@ -169,6 +169,7 @@ impl Job {
             baud,
         });
         let port = operator.port();
+        let trips = operator.trips().to_vec();
         let (records, commands, link) = operator.into_parts();
 
         let mut mcap = McapWriter::create(&folder.file("run.mcap"), &facts)?;
@@ -184,7 +185,8 @@ impl Job {
         csv.finish()?;
         plot::draw_all(folder.path(), &facts, &records)?;
 
-        let mut summary = Summary::of(&records, &facts, link, duration_s, wall.as_secs_f64());
+        let mut summary =
+            Summary::of(&records, &facts, link, duration_s, wall.as_secs_f64()).with_causes(&trips);
         summary.servos = servos;
         summary.port = (port != PortCounters::default()).then_some(port);
         let path = folder.path().display();

@@ -83,6 +83,7 @@ impl EmulatedBoard {
             link_rx: self.link_rx,
             client_rx: self.client_rx,
             client_line: input.line,
+            is_stop_pressed: input.is_stop_pressed,
         };
         self.qemu.clock.write_all(&grant.to_bytes())?;
         let idle = self.read_idle()?;

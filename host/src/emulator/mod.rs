@@ -21,4 +21,4 @@ pub mod log;
 pub mod qemu;
 
 pub use board::EmulatedBoard;
-pub use qemu::{Qemu, QemuError, QemuOptions, Time};
+pub use qemu::{Failure, Provocation, Qemu, QemuError, QemuOptions, Time};

@@ -1,5 +1,6 @@
 //! The QEMU process: its command line, its sockets, its end.
 
+use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
@@ -24,6 +25,41 @@ pub enum Time {
     Slow(u32),
 }
 
+/// A failure of the firmware's own, on demand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Provocation {
+    /// What fails.
+    pub failure: Failure,
+    /// When, in ms of the board's time since boot.
+    pub at_ms: u32,
+}
+
+/// What can be made to fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// A panic.
+    Panic,
+    /// A fault of the processor.
+    Fault,
+    /// The stack grows beyond its end.
+    Overflow,
+    /// The tick never ends.
+    Hang,
+}
+
+impl fmt::Display for Provocation {
+    /// As the firmware has it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let failure = match self.failure {
+            Failure::Panic => "panic",
+            Failure::Fault => "fault",
+            Failure::Overflow => "overflow",
+            Failure::Hang => "hang",
+        };
+        write!(f, "provoke={failure}@{}", self.at_ms)
+    }
+}
+
 /// What to run, and how time passes for it.
 #[derive(Clone, Debug)]
 pub struct QemuOptions {
@@ -34,6 +70,8 @@ pub struct QemuOptions {
     /// Instructions take a fixed virtual time, so that measured compute times
     /// repeat from run to run.
     pub icount: bool,
+    /// How the firmware is made to fail, once.
+    pub provoke: Option<Provocation>,
 }
 
 /// Why the emulator does not run.
@@ -156,6 +194,9 @@ fn arguments(options: &QemuOptions) -> Vec<String> {
         Time::Lockstep => "lockstep".into(),
         Time::Slow(times) => format!("slow={times}"),
     };
+    let provoke = options
+        .provoke
+        .map_or_else(String::new, |provocation| format!(",arg={provocation}"));
     let mut arguments = vec![
         "-machine".into(),
         "mps2-an386".into(),
@@ -164,7 +205,7 @@ fn arguments(options: &QemuOptions) -> Vec<String> {
         "-monitor".into(),
         "none".into(),
         "-semihosting-config".into(),
-        format!("enable=on,target=native,chardev=log,arg=armbridge,arg={time}"),
+        format!("enable=on,target=native,chardev=log,arg=armbridge,arg={time}{provoke}"),
         "-kernel".into(),
         options.image.display().to_string(),
     ];

@@ -7,16 +7,17 @@
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, Received};
 use armbridge_shared::link::message::{
-    Command, Hello, Missing, PortCounters, Record, Refusal, ToBoard, ToHost,
+    BoardReport, Command, Halt, Hello, Missing, PortCounters, Record, Refusal, ToBoard, ToHost,
+    Trip,
 };
 use armbridge_shared::link::schema;
 use armbridge_shared::servo::Firmware;
 
 use crate::summary::LinkStats;
 
-/// Interval of heartbeats, and of repeating what was not answered: a fifth of
-/// the silence after which the board switches torque off.
-const HEARTBEAT_US: u64 = 50_000;
+/// Interval of heartbeats, and of repeating what was not answered: a quarter of
+/// the silence after which the board brakes the arm and holds it.
+const HEARTBEAT_US: u64 = 25_000;
 
 /// What the board said.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +57,19 @@ pub enum Said {
     Passthrough,
     /// What became of that client's packets so far.
     Port(PortCounters),
+    /// What it says of itself.
+    Board(BoardReport),
+    /// Why it switched torque off.
+    Tripped(Trip),
+    /// What the servos did after the stop sequence.
+    Halted(Halt),
+    /// A servo's temperature: in °C from a stock servo, in counts from Morpheus.
+    Temperature {
+        /// Index of the joint.
+        joint: u8,
+        /// In the unit of its firmware.
+        value: u16,
+    },
     /// One tick.
     Record(Record),
 }
@@ -69,6 +83,8 @@ pub struct Client {
     is_greeted: bool,
     /// Latest command, until it is acknowledged, and its last frame's number.
     pending: Option<(Command, Option<u16>)>,
+    /// To be said once.
+    asides: Vec<ToBoard>,
     next_us: u64,
     stats: LinkStats,
 }
@@ -77,6 +93,12 @@ impl Client {
     /// Wants `command` done; replaces one that is not acknowledged yet.
     pub fn command(&mut self, command: Command) {
         self.pending = Some((command, None));
+        self.next_us = 0;
+    }
+
+    /// Says this once, before anything else, without waiting for an answer.
+    pub fn say(&mut self, message: ToBoard) {
+        self.asides.push(message);
         self.next_us = 0;
     }
 
@@ -97,6 +119,10 @@ impl Client {
             return &self.outgoing;
         }
         self.next_us = now_us + HEARTBEAT_US;
+        for aside in self.asides.drain(..) {
+            self.outgoing
+                .extend_from_slice(self.encoder.encode(&aside).1);
+        }
         let message = match (self.is_greeted, &self.pending) {
             (false, _) => {
                 // An empty frame ends whatever half frame the board is in.
@@ -146,6 +172,12 @@ impl Client {
         self.stats.lost += lost;
         self.stats.sent += lost + 1;
         match received.message {
+            ToHost::Hello(hello) if hello.schema == schema::HASH && self.is_greeted => {
+                // It has forgotten us, after a reset or somebody else's hello.
+                self.is_greeted = false;
+                self.next_us = 0;
+                None
+            }
             ToHost::Hello(hello) if hello.schema == schema::HASH => {
                 self.is_greeted = true;
                 self.next_us = 0;
@@ -178,6 +210,10 @@ impl Client {
             ToHost::Unprepared { joint } => Some(Said::Unprepared { joint }),
             ToHost::Passthrough => Some(Said::Passthrough),
             ToHost::Port(counters) => Some(Said::Port(counters)),
+            ToHost::Board(report) => Some(Said::Board(report)),
+            ToHost::Tripped(trip) => Some(Said::Tripped(trip)),
+            ToHost::Halted(halt) => Some(Said::Halted(halt)),
+            ToHost::Temperature { joint, value } => Some(Said::Temperature { joint, value }),
             ToHost::Record(record) => {
                 self.stats.dropped = u64::from(record.dropped);
                 Some(Said::Record(record))

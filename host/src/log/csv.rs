@@ -3,7 +3,8 @@
 //! Column names carry units; `1` and `2` are the joints. `time_s` is the
 //! board's clock. A missing sample leaves `count` empty and says why in
 //! `missing`; `alarms` are a stock servo's, with `+` between them; `fault` is
-//! empty but in mode `fault`. Rows end in a line feed.
+//! empty but in mode `fault`; `guards` says what the supervisor changed of the
+//! wanted torque. Rows end in a line feed.
 
 use super::{LogError, names};
 use armbridge_shared::link::message::{Record, Sample, Timing};
@@ -19,6 +20,7 @@ pub struct Row<'a> {
     tick: u32,
     mode: Cow<'a, str>,
     fault: Cow<'a, str>,
+    guards: Cow<'a, str>,
     q1_ref_rad: f32,
     dq1_ref_rad_s: f32,
     q1_rad: f32,
@@ -130,6 +132,7 @@ impl From<&Record> for Row<'static> {
             tick: record.tick,
             mode: names::mode(record.mode).into(),
             fault: names::fault_of(record.mode).map_or("", names::fault).into(),
+            guards: names::guards(record.guards).into(),
             q1_ref_rad: record.reference_rad[0],
             dq1_ref_rad_s: record.reference_speed_rad_s[0],
             q1_rad: record.angle_rad[0],
@@ -168,6 +171,7 @@ impl Row<'_> {
             tick: self.tick,
             start_us: (self.time_s * 1e6).round() as u64,
             mode: names::mode_from(&self.mode, &self.fault)?,
+            guards: names::guards_from(&self.guards)?,
             samples: [
                 sample(self.count1, &self.missing1)?,
                 sample(self.count2, &self.missing2)?,

@@ -8,7 +8,7 @@
 
 use super::names;
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Command, Record, Sample, Setup, Timing};
+use armbridge_shared::link::message::{Command, Limits, Record, Sample, Setup, Timing};
 use armbridge_shared::link::motion::Motion;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::borrow::Cow;
@@ -27,6 +27,7 @@ pub struct TickMessage<'a> {
     mode: Cow<'a, str>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     fault: Option<Cow<'a, str>>,
+    guards: Cow<'a, str>,
     samples: [SampleMessage<'a>; JOINTS],
     alarms: [Cow<'a, str>; JOINTS],
     pwm_in_force: [u16; JOINTS],
@@ -62,8 +63,8 @@ struct SampleMessage<'a> {
 /// A command of the host, at the time it was sent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CommandMessage<'a> {
-    /// `idle`, `torque`, `regulate`, `follow`, `stream`, `prepare`,
-    /// `release`, `clear_fault` or `configure`.
+    /// `idle`, `arm`, `torque`, `regulate`, `follow`, `stream`, `prepare`,
+    /// `release`, `clear_fault`, `configure`, `limit` or `save`.
     pub kind: Cow<'a, str>,
     /// Torques of a `torque` command in N m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -80,6 +81,9 @@ pub struct CommandMessage<'a> {
     /// Set-up of a `configure` command.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<Setup>,
+    /// Limits of a `limit` command.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Limits>,
 }
 
 /// Serde hook: reads `null` as NaN, as which a number that is not finite was
@@ -96,6 +100,7 @@ impl From<&Record> for TickMessage<'static> {
             start_us: record.start_us,
             mode: names::mode(record.mode).into(),
             fault: fault.map(|fault| names::fault(fault).into()),
+            guards: names::guards(record.guards).into(),
             samples: record.samples.map(|sample| match sample {
                 Sample::Counts(counts) => SampleMessage {
                     counts: Some(counts),
@@ -132,6 +137,7 @@ impl TickMessage<'_> {
             tick: self.tick,
             start_us: self.start_us,
             mode: names::mode_from(&self.mode, self.fault.as_deref().unwrap_or_default())?,
+            guards: names::guards_from(&self.guards)?,
             samples: [first.sample()?, second.sample()?],
             alarms: [
                 names::alarms_from(&self.alarms[0])?,
@@ -175,9 +181,15 @@ impl From<&Command> for CommandMessage<'static> {
             at_us: None,
             motion: None,
             setup: None,
+            limits: None,
         };
         match *command {
-            Command::Idle | Command::Prepare | Command::Release | Command::ClearFault => {}
+            Command::Idle
+            | Command::Arm { .. }
+            | Command::Prepare
+            | Command::Release
+            | Command::ClearFault
+            | Command::Save => {}
             Command::Torque(torque_nm) => message.torque_nm = Some(torque_nm),
             Command::Regulate(reference_rad) => message.reference_rad = Some(reference_rad),
             Command::Follow(motion) => message.motion = Some(motion),
@@ -188,6 +200,7 @@ impl From<&Command> for CommandMessage<'static> {
                 message.reference_rad = Some(angle_rad);
             }
             Command::Configure(setup) => message.setup = Some(setup),
+            Command::Limit(limits) => message.limits = Some(limits),
         }
         message
     }

@@ -3,17 +3,34 @@
 //! Log files, tables and plots all use these, so that a word found in one can
 //! be searched for in the others.
 
-use armbridge_shared::link::message::{Command, Fault, Missing, Mode};
+use armbridge_shared::link::message::{Command, Drive, Fault, Guards, Missing, Mode, StopSource};
 use armbridge_shared::servo::protocol1::Alarms;
 
 /// Every fault.
-pub const FAULTS: [Fault; 6] = [
+pub const FAULTS: [Fault; 23] = [
+    Fault::EmergencyStop(StopSource::Host),
+    Fault::EmergencyStop(StopSource::Pin),
+    Fault::EmergencyStop(StopSource::Flood),
     Fault::HostSilent,
-    Fault::SamplesLost,
     Fault::AngleLimit,
+    Fault::SpeedLimit,
+    Fault::TorqueLimit,
+    Fault::TorqueRate,
+    Fault::PwmLimit,
+    Fault::Temperature,
+    Fault::DeadZone,
+    Fault::ServoSilent,
+    Fault::ServoReset,
+    Fault::SamplesLost,
+    Fault::SamplesRare,
     Fault::Overrun,
+    Fault::Clock,
+    Fault::Diverged,
+    Fault::Stuck,
     Fault::NotFinite,
     Fault::ServoAlarm,
+    Fault::FirmwareChanged,
+    Fault::Corrupted,
 ];
 
 /// Every kind of missing sample.
@@ -28,23 +45,35 @@ pub const MISSING: [Missing; 7] = [
 ];
 
 /// Every mode but the faults.
-pub const MODES: [Mode; 6] = [
-    Mode::BringUp,
+pub const MODES: [Mode; 12] = [
+    Mode::Boot,
     Mode::Idle,
-    Mode::Torque,
-    Mode::Regulate,
-    Mode::Track,
+    Mode::Armed,
+    Mode::Running(Drive::Torque),
+    Mode::Running(Drive::Regulate),
+    Mode::Running(Drive::Track),
+    Mode::Running(Drive::Hold),
+    Mode::Degraded(Drive::Torque),
+    Mode::Degraded(Drive::Regulate),
+    Mode::Degraded(Drive::Track),
+    Mode::Degraded(Drive::Hold),
     Mode::Passthrough,
 ];
 
 /// Name of a mode; faults all are `fault`, see [`fault`].
 pub fn mode(mode: Mode) -> &'static str {
     match mode {
-        Mode::BringUp => "bring_up",
+        Mode::Boot => "boot",
         Mode::Idle => "idle",
-        Mode::Torque => "torque",
-        Mode::Regulate => "regulate",
-        Mode::Track => "track",
+        Mode::Armed => "armed",
+        Mode::Running(Drive::Torque) => "torque",
+        Mode::Running(Drive::Regulate) => "regulate",
+        Mode::Running(Drive::Track) => "track",
+        Mode::Running(Drive::Hold) => "hold",
+        Mode::Degraded(Drive::Torque) => "torque_degraded",
+        Mode::Degraded(Drive::Regulate) => "regulate_degraded",
+        Mode::Degraded(Drive::Track) => "track_degraded",
+        Mode::Degraded(Drive::Hold) => "hold_degraded",
         Mode::Passthrough => "passthrough",
         Mode::Fault(_) => "fault",
     }
@@ -54,6 +83,7 @@ pub fn mode(mode: Mode) -> &'static str {
 pub fn command(command: &Command) -> &'static str {
     match command {
         Command::Idle => "idle",
+        Command::Arm { .. } => "arm",
         Command::Torque(_) => "torque",
         Command::Regulate(_) => "regulate",
         Command::Follow(_) => "follow",
@@ -62,12 +92,14 @@ pub fn command(command: &Command) -> &'static str {
         Command::Release => "release",
         Command::ClearFault => "clear_fault",
         Command::Configure(_) => "configure",
+        Command::Limit(_) => "limit",
+        Command::Save => "save",
     }
 }
 
 /// Whether servos have been found.
 pub fn is_up(mode: Mode) -> bool {
-    !matches!(mode, Mode::BringUp | Mode::Passthrough)
+    !matches!(mode, Mode::Boot | Mode::Passthrough)
 }
 
 /// The fault of a mode, if it is one.
@@ -81,12 +113,29 @@ pub fn fault_of(mode: Mode) -> Option<Fault> {
 /// Name of a fault.
 pub fn fault(fault: Fault) -> &'static str {
     match fault {
+        Fault::EmergencyStop(StopSource::Host) => "emergency_stop_host",
+        Fault::EmergencyStop(StopSource::Pin) => "emergency_stop_pin",
+        Fault::EmergencyStop(StopSource::Flood) => "emergency_stop_flood",
         Fault::HostSilent => "host_silent",
-        Fault::SamplesLost => "samples_lost",
         Fault::AngleLimit => "angle_limit",
+        Fault::SpeedLimit => "speed_limit",
+        Fault::TorqueLimit => "torque_limit",
+        Fault::TorqueRate => "torque_rate",
+        Fault::PwmLimit => "pwm_limit",
+        Fault::Temperature => "temperature",
+        Fault::DeadZone => "dead_zone",
+        Fault::ServoSilent => "servo_silent",
+        Fault::ServoReset => "servo_reset",
+        Fault::SamplesLost => "samples_lost",
+        Fault::SamplesRare => "samples_rare",
         Fault::Overrun => "overrun",
+        Fault::Clock => "clock",
+        Fault::Diverged => "diverged",
+        Fault::Stuck => "stuck",
         Fault::NotFinite => "not_finite",
         Fault::ServoAlarm => "servo_alarm",
+        Fault::FirmwareChanged => "firmware_changed",
+        Fault::Corrupted => "corrupted",
     }
 }
 
@@ -106,6 +155,29 @@ pub fn alarms_from(names: &str) -> Option<u8> {
         Alarms::by_name(name).map(|alarm| all.or(alarm))
     });
     all.map(Alarms::bits)
+}
+
+/// What the supervisor changed of a torque, and its name.
+const GUARDS: [(Guards, &str); 4] = [
+    (Guards::BRAKED, "braked"),
+    (Guards::TORQUE, "torque"),
+    (Guards::RATE, "rate"),
+    (Guards::PWM, "pwm"),
+];
+
+/// Names of what the supervisor changed of a torque; empty for nothing.
+pub fn guards(guards: Guards) -> String {
+    let named = GUARDS.iter().filter(|(guard, _)| guards.contains(*guard));
+    named.map(|(_, name)| *name).collect::<Vec<_>>().join(AND)
+}
+
+/// What has these names.
+pub fn guards_from(names: &str) -> Option<Guards> {
+    let mut names = names.split(AND).filter(|name| !name.is_empty());
+    names.try_fold(Guards::NONE, |all, name| {
+        let (guard, _) = GUARDS.iter().find(|(_, known)| *known == name)?;
+        Some(all.or(*guard))
+    })
 }
 
 /// Name of a kind of missing sample.

@@ -1,6 +1,6 @@
 //! Why a run came to nothing, and what to do about it.
 
-use armbridge_shared::link::message::{Hello, Missing, Refusal};
+use armbridge_shared::link::message::{End, Hello, LastEnd, Missing, Refusal};
 use armbridge_shared::link::schema;
 use armbridge_shared::servo::Firmware;
 
@@ -49,9 +49,34 @@ pub enum OperatorError {
         /// Why.
         refusal: Refusal,
     },
+    /// The board has begun anew, with its motors off.
+    #[error("the board has been reset: {}", in_words(.0))]
+    Reset(LastEnd),
     /// The board stopped answering commands.
     #[error("the board stopped answering: was it reset or unplugged?")]
     Silent,
+}
+
+fn in_words(end: &LastEnd) -> String {
+    let at = |what: &str| format!("{what} in tick {}, at address {:#010x}", end.tick, end.pc);
+    match end.cause {
+        End::PowerUp => "its power was off; check the cable".into(),
+        End::BrownOut => "its supply sagged; check it under load".into(),
+        End::ResetPin => "its reset button was pressed, or a debugger did it".into(),
+        End::Software => "its program asked for it".into(),
+        End::Watchdog => at("its watchdog found no good tick for too long;"),
+        End::HardFault => at("a fault of its processor"),
+        End::StackOverflow => at("its stack overflowed"),
+        End::Panic => {
+            let place = end
+                .place
+                .split(|byte| *byte == 0)
+                .next()
+                .unwrap_or_default();
+            let place = String::from_utf8_lossy(place);
+            format!("a panic in tick {}, at {place}:{}", end.tick, end.line)
+        }
+    }
 }
 
 fn no_board(damaged: u64) -> String {

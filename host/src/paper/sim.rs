@@ -14,9 +14,9 @@ use crate::bench::plant::{Friction, Plant, PlantConfig};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Command, Joint, Pwm};
 use armbridge_shared::arm::State;
-use armbridge_shared::bridge::limits::ANGLE_MAX_RAD;
 use armbridge_shared::control::DryFriction;
 use armbridge_shared::estimate::Estimator;
+use armbridge_shared::link::limits::hard;
 use nalgebra::Vector2;
 
 /// The paper's dead zone as a torque: half of PWM 950..1050, by equation (5).
@@ -115,6 +115,7 @@ impl Loop {
         let off = Command {
             pwm: Pwm::OFF,
             torque_nm: 0.0,
+            is_limited: false,
         };
         // The torque that the estimator is told acts from now on.
         let mut told = Vector2::zeros();
@@ -147,7 +148,11 @@ impl Loop {
                 torque,
             });
             let added = friction.feed_forward(torque, Vector2::zeros());
-            let commands = [0, 1].map(|j| joint.command(torque[j] + added[j]).unwrap_or(off));
+            let commands = [0, 1].map(|j| {
+                joint
+                    .command(torque[j] + added[j], hard::PWM_COUNTS)
+                    .unwrap_or(off)
+            });
             for (servo, command) in commands.iter().enumerate() {
                 plant.drive(servo, now_ns, command.pwm.counts());
             }
@@ -156,7 +161,7 @@ impl Loop {
                 Told::Sent => Vector2::from(commands.map(|command| command.torque_nm)) - added,
             };
             told = commanded;
-            if truth.amax() > f64::from(ANGLE_MAX_RAD) || !torque.iter().all(|t| t.is_finite()) {
+            if truth.amax() > f64::from(hard::ANGLE_RAD) || !torque.iter().all(|t| t.is_finite()) {
                 run.fell = true;
                 break;
             }

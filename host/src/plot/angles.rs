@@ -8,7 +8,7 @@ use crate::facts::RunFacts;
 use crate::log::names;
 use crate::summary::{JointSummary, SETTLED_RAD, SegmentSummary, segments};
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Mode, Record, Sample};
+use armbridge_shared::link::message::{Drive, Record, Sample};
 
 /// Estimates.
 const ESTIMATE_WIDTH: f64 = 1.7;
@@ -112,8 +112,8 @@ fn draw_joint(svg: &mut Svg, panel: &Panel, facts: &RunFacts, records: &[Record]
 
 /// The reference while it moves.
 fn draw_motion(svg: &mut Svg, panel: &Panel, records: &[Record], joint: usize) {
-    let reference = |r: &Record| match r.mode {
-        Mode::Track => f64::from(r.reference_rad[joint]),
+    let reference = |r: &Record| match r.mode.drive() {
+        Some(Drive::Track | Drive::Hold) => f64::from(r.reference_rad[joint]),
         _ => f64::NAN,
     };
     panel.curve(svg, over_time(records, reference), SETPOINT);

@@ -15,7 +15,7 @@ pub use segments::{JointSummary, SETTLED_RAD, STEADY_S, Segment, SegmentSummary,
 use crate::facts::{PWM_OFF, RunFacts};
 use crate::log::names;
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{PortCounters, Record, Sample};
+use armbridge_shared::link::message::{PortCounters, Record, Sample, Trip};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -92,6 +92,21 @@ pub struct FaultSummary {
     pub time_s: f64,
     /// Its name.
     pub fault: &'static str,
+    /// What tripped it; none if the board has not told.
+    pub cause: Option<Cause>,
+}
+
+/// What tripped a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Cause {
+    /// In this tick.
+    pub tick: u32,
+    /// At this joint, counting from 1, if it was one.
+    pub joint: Option<u8>,
+    /// What was seen, in the unit of the limit.
+    pub value: f32,
+    /// What would have been allowed.
+    pub limit: f32,
 }
 
 /// How a quantity spreads over the ticks of a run.
@@ -186,6 +201,23 @@ impl Summary {
 }
 
 /// Largest value of each joint.
+impl Summary {
+    /// The same, with what the board told of its faults, in their order.
+    #[must_use]
+    pub fn with_causes(mut self, trips: &[Trip]) -> Self {
+        for (fault, trip) in self.faults.iter_mut().zip(trips) {
+            fault.cause = Some(Cause {
+                tick: trip.tick,
+                joint: trip.joint.map(|joint| joint + 1),
+                value: trip.value,
+                limit: trip.limit,
+            });
+        }
+        self.remarks = remarks::remarks(&self);
+        self
+    }
+}
+
 fn peak<T: Copy + Default>(
     records: &[Record],
     value: impl Fn(&Record, usize) -> T,
@@ -219,6 +251,7 @@ fn faults(records: &[Record]) -> Vec<FaultSummary> {
             faults.push(FaultSummary {
                 time_s,
                 fault: names::fault(fault),
+                cause: None,
             });
         }
         before = now;

@@ -1,6 +1,6 @@
 //! What the numbers of a summary mean, in words.
 
-use super::Summary;
+use super::{Cause, Summary};
 use armbridge_shared::JOINTS;
 
 /// The remarks that these numbers call for.
@@ -9,8 +9,9 @@ pub(super) fn remarks(summary: &Summary) -> Vec<String> {
         .filter_map(|joint| resting_error(summary, joint))
         .collect();
     for fault in &summary.faults {
+        let cause = fault.cause.as_ref().map_or_else(String::new, in_words);
         remarks.push(format!(
-            "FAULT {} at {:.3} s: torque off",
+            "FAULT {} at {:.3} s: torque off{cause}",
             fault.fault, fault.time_s
         ));
     }
@@ -35,6 +36,22 @@ pub(super) fn remarks(summary: &Summary) -> Vec<String> {
         ));
     }
     remarks
+}
+
+fn in_words(cause: &Cause) -> String {
+    let Cause {
+        tick,
+        joint,
+        value,
+        limit,
+    } = *cause;
+    let joint = joint.map_or_else(String::new, |joint| format!(" of joint {joint}"));
+    let values = if value == 0.0 && limit == 0.0 {
+        String::new()
+    } else {
+        format!(", {value:.3} where {limit:.3} is allowed")
+    };
+    format!("; tick {tick}{joint}{values}")
 }
 
 /// How far from its setpoints a joint rests, and what explains that.

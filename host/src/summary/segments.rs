@@ -2,7 +2,7 @@
 
 use crate::facts::RunFacts;
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Mode, Record};
+use armbridge_shared::link::message::{Drive, Record};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -27,7 +27,7 @@ pub fn segments(records: &[Record]) -> Vec<Segment> {
     let same = |a: [f32; JOINTS], b: [f32; JOINTS]| a.map(f32::to_bits) == b.map(f32::to_bits);
     let mut segments: Vec<Segment> = Vec::new();
     for (i, record) in records.iter().enumerate() {
-        if record.mode != Mode::Regulate {
+        if record.mode.drive() != Some(Drive::Regulate) {
             continue;
         }
         match segments.last_mut() {

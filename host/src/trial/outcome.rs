@@ -2,7 +2,7 @@
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
-use armbridge_shared::link::message::{Mode, Record, Sample};
+use armbridge_shared::link::message::{Record, Sample};
 use serde::Serialize;
 
 use super::{Run, Trial, Truth};
@@ -114,11 +114,10 @@ impl Outcome {
 fn ticks(run: &Run) -> Vec<Tick<'_>> {
     let pairs = run.records.iter().zip(&run.truth);
     let befores = run.truth.iter();
-    let is_on = |mode| matches!(mode, Mode::Torque | Mode::Regulate | Mode::Track);
     pairs
         .skip(1)
         .zip(befores)
-        .filter(|((record, _), _)| is_on(record.mode))
+        .filter(|((record, _), _)| record.mode.drive().is_some())
         .map(|((record, after), before)| Tick {
             record,
             before,

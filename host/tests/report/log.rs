@@ -3,7 +3,7 @@
 use crate::{folder, synthetic};
 use armbridge::log::message::{CommandMessage, TickMessage};
 use armbridge::log::{CsvWriter, McapWriter, csv::Row, mcap, names};
-use armbridge_shared::link::message::{Command, Mode, Record, Sample};
+use armbridge_shared::link::message::{Command, Drive, Mode, Record, Sample};
 
 /// The synthetic run, then one record for each fault and kind of missing
 /// sample, with numbers at the ends of their ranges.
@@ -13,7 +13,7 @@ fn every_kind_of_record() -> Vec<Record> {
     let modes = names::FAULTS
         .into_iter()
         .map(Mode::Fault)
-        .chain([Mode::Idle, Mode::Torque]);
+        .chain([Mode::Idle, Mode::Running(Drive::Torque)]);
     let samples = names::MISSING
         .into_iter()
         .map(Sample::Missing)
@@ -126,12 +126,13 @@ fn csv_gives_back_every_field() {
         .map(str::to_owned)
         .collect();
     assert_eq!(
-        header[..8],
+        header[..9],
         [
             "time_s",
             "tick",
             "mode",
             "fault",
+            "guards",
             "q1_ref_rad",
             "dq1_ref_rad_s",
             "q1_rad",

@@ -3,7 +3,7 @@
 use crate::synthetic;
 use armbridge::facts::RunFacts;
 use armbridge::summary::{LinkStats, Spread, Summary, segments};
-use armbridge_shared::link::message::{Fault, Missing, Mode, Record, Sample, Timing};
+use armbridge_shared::link::message::{Drive, Fault, Missing, Mode, Record, Sample, Timing};
 
 const LINK: LinkStats = LinkStats {
     sent: 4000,
@@ -17,7 +17,7 @@ const LINK: LinkStats = LinkStats {
 /// joint 1 steps after 2 s.
 fn decay() -> Vec<Record> {
     let mut record = synthetic::run(0.0)[100];
-    record.mode = Mode::Regulate;
+    record.mode = Mode::Running(Drive::Regulate);
     record.samples = [Sample::Counts(512); 2];
     record.pwm_in_force = [1000, 1000];
     record.torque_nm = [0.1, -0.4];

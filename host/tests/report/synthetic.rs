@@ -7,7 +7,7 @@
 use armbridge::facts::RunFacts;
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{
-    Controller, Gains, Missing, Mode, Record, Sample, Setup, Timing,
+    Controller, Drive, Gains, Guards, Missing, Mode, Record, Sample, Setup, Timing,
 };
 
 /// Angle of one encoder count: 300 degrees over 1023 counts.
@@ -131,7 +131,12 @@ pub(crate) fn run(friction_nm: f64) -> Vec<Record> {
         Record {
             tick: k,
             start_us: u64::from(k) * 1000 + u64::from(start_error_us),
-            mode: if up { Mode::Regulate } else { Mode::BringUp },
+            mode: if up {
+                Mode::Running(Drive::Regulate)
+            } else {
+                Mode::Boot
+            },
+            guards: Guards::NONE,
             samples,
             alarms: [0, 0],
             pwm_in_force,

@@ -104,6 +104,17 @@ impl Course {
         Ok(())
     }
 
+    /// Comes to rest as soon as the bounds allow, and stays there.
+    pub(super) fn brake(&mut self, at_us: u64) {
+        let from = self.at(at_us);
+        self.way = match Stream::new(&from, at_us, &MOTION) {
+            Ok(stream) => Way::Streamed(stream),
+            // From beyond the bounds, where no course leads: at once.
+            Err(_) => Self::hold(from.q).way,
+        };
+        self.then = None;
+    }
+
     /// Takes a streamed point, and leaves whatever motion there was for it.
     pub(super) fn push(&mut self, now_us: u64, point: Point<f32>) -> Result<(), Refusal> {
         if let Way::Streamed(stream) = &mut self.way {

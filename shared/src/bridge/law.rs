@@ -23,14 +23,20 @@ use crate::control::{
 };
 use crate::design::stability;
 use crate::estimate::{Config, Estimator};
-use crate::link::message::{self, Gains, Refusal, Setup};
+use crate::link::message::{self, Gains, Refusal, Settings, Setup};
 
 /// Time constant in s with which a bump fades: slow beside the loop's own 50 ms,
 /// so that it is no disturbance to speak of, and over within half a second.
 const FADE_S: f32 = 0.1;
 
+/// Whether a board can run with these settings: every limit is within its hard
+/// bound, and there is a controller for the set-up.
+pub fn can_run(settings: &Settings) -> bool {
+    settings.limits.is_valid() && Law::build(&settings.setup).is_ok()
+}
+
 /// What a tick computes with.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Law {
     period_us: NonZeroU64,
     arm: Parameters<f32>,
@@ -133,24 +139,9 @@ impl Law {
         self.estimator.disturbance().into()
     }
 
-    /// Commands that make the arm follow, for the state and the reference of one
-    /// instant. `None` if anything is not finite.
-    pub(super) fn follow(
-        &self,
-        state: &State<f32>,
-        reference: &Reference<f32>,
-    ) -> Option<Decision> {
-        let (torque_nm, friction_nm) = self.demand(state, reference);
-        self.commands(torque_nm, friction_nm)
-    }
-
-    /// Commands for a constant torque; `None` if it is not finite.
-    pub(super) fn constant(&self, torque_nm: [f32; JOINTS]) -> Option<Decision> {
-        self.commands(torque_nm.into(), Vector2::zeros())
-    }
-
-    /// The whole torque, and the share of it that is meant for dry friction.
-    fn demand(
+    /// The whole torque that makes the arm follow, for the state and the reference of
+    /// one instant, and the share of it that is meant for dry friction.
+    pub(super) fn demand(
         &self,
         state: &State<f32>,
         reference: &Reference<f32>,
@@ -162,15 +153,61 @@ impl Law {
         (torque_nm, friction_nm)
     }
 
-    fn commands(&self, torque_nm: Vector2<f32>, friction_nm: Vector2<f32>) -> Option<Decision> {
+    /// Commands for a torque, at most `pwm_max` counts away from off; and whether
+    /// that made a difference. `None` if the torque is not finite.
+    pub(super) fn commands(
+        &self,
+        torque_nm: Vector2<f32>,
+        friction_nm: Vector2<f32>,
+        pwm_max: u16,
+    ) -> Option<(Decision, bool)> {
         let [joint_a, joint_b] = &self.joints;
-        let a = joint_a.command(torque_nm.x).ok()?;
-        let b = joint_b.command(torque_nm.y).ok()?;
-        Some(Decision {
+        let a = joint_a.command(torque_nm.x, pwm_max).ok()?;
+        let b = joint_b.command(torque_nm.y, pwm_max).ok()?;
+        let decision = Decision {
             pwm: [a.pwm, b.pwm],
             torque_nm: Vector2::new(a.torque_nm, b.torque_nm) - friction_nm,
             friction_nm,
-        })
+        };
+        Some((decision, a.is_limited || b.is_limited))
+    }
+
+    /// The same without what it has come to know of the arm since it was built.
+    pub(super) fn as_built(&self) -> Self {
+        let mut law = self.clone();
+        law.estimator.reset(Vector2::zeros());
+        law.bump_nm = Vector2::zeros();
+        law
+    }
+
+    /// Numbers that a tick computes with, to be spoiled.
+    pub(super) fn numbers(&mut self) -> [&mut f32; 8] {
+        let [a, b] = &mut self.joints;
+        [
+            &mut self.arm.i1x,
+            &mut self.arm.l1,
+            &mut self.arm.m2,
+            &mut self.fade,
+            &mut a.zero_count,
+            &mut a.gain_counts_per_nm,
+            &mut b.rad_per_count,
+            &mut b.offset_counts,
+        ]
+    }
+
+    /// The arm that is believed in.
+    pub(super) fn arm(&self) -> &Parameters<f32> {
+        &self.arm
+    }
+
+    /// Where the next samples are expected.
+    pub(super) fn prior(&self) -> State<f32> {
+        self.estimator.prior()
+    }
+
+    /// Torque in N m that holds the arm against gravity in this state.
+    pub(super) fn gravity_nm(&self, state: &State<f32>) -> Vector2<f32> {
+        self.arm.gravity(state.q)
     }
 }
 

@@ -3,19 +3,30 @@
 //! Runs in thread mode, beside the tick. It answers hellos, checks commands and
 //! designs the gains they ask for, so that the tick is handed only what it can
 //! use at once. Nothing but a hello is answered before the host has shown that
-//! it speaks the same schema.
+//! it speaks the same schema, and nothing but an emergency stop is obeyed. A frame
+//! that is older than one already heard is not obeyed either, and garbage that
+//! outweighs the frames is an emergency stop: see [`SPOILED_MAX`].
 
+use super::check;
 use super::course::{self, Departure, Leg};
-use super::law::Law;
-use super::limits::{MOTION, REFERENCE_MAX_RAD, TORQUE_MAX_NM};
+use super::limits::MOTION;
 use super::mailbox::{LinkEnd, Notice, Order, Task};
-use crate::JOINTS;
 use crate::control::Trajectory;
-use crate::control::trajectory::stream::Point;
+use crate::link::board::HELLO_BITS;
 use crate::link::frame::{Decoder, Encoder, FrameError, Received};
-use crate::link::message::{Command, Refusal, ToBoard, ToHost};
+use crate::link::message::{
+    BoardReport, Command, Refusal, Settings, Stack, StopSource, ToBoard, ToHost,
+};
 use crate::link::motion::Motion;
 use crate::link::schema;
+
+/// Bytes of garbage that are an emergency stop. A frame of the host that arrives
+/// whole outweighs [`FRAME_WEIGHT`] of them. At 12 Mbaud of USB a flood is told
+/// within 4 ms, at 115200 baud within 400; a host that loses every other frame on
+/// a poor line is not taken for one.
+const SPOILED_MAX: u32 = 4_096;
+/// See [`SPOILED_MAX`].
+const FRAME_WEIGHT: u32 = 512;
 
 /// The board's end of the link.
 pub struct LinkPort<'a> {
@@ -28,13 +39,35 @@ pub struct LinkPort<'a> {
     hello_due: bool,
     /// A motion that waits to be told where it begins.
     waiting: Option<(u16, Motion)>,
-    /// A command refused here, not by the tick.
-    refused: Option<(u16, Refusal)>,
+    /// The answer to a command that does not come from the tick.
+    answered: Option<(u16, Result<(), Refusal>)>,
+    report: BoardReport,
+    /// The report is owed.
+    report_due: bool,
+    /// Number of the newest frame heard since the hello.
+    newest: Option<u16>,
+    /// Bytes that made no sense, less what made some.
+    spoiled: u32,
+    /// What the tick computes with, and what it has been offered.
+    settings: Settings,
+    offered: Option<(u16, Settings)>,
+    /// The tick is asked whether settings may be written, or has said yes.
+    saving: Option<(u16, Saving)>,
+}
+
+/// Where a save stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Saving {
+    Asked,
+    Allowed,
+    Begun,
 }
 
 impl<'a> LinkPort<'a> {
-    /// A port that has not been spoken to.
-    pub fn new(end: LinkEnd<'a>) -> Self {
+    /// A port that has not been spoken to, of a board that says this of itself and
+    /// begins with these settings. The report's session counts resets.
+    pub fn new(end: LinkEnd<'a>, mut report: BoardReport, settings: Settings) -> Self {
+        report.session <<= HELLO_BITS;
         Self {
             end,
             decoder: Decoder::default(),
@@ -42,38 +75,110 @@ impl<'a> LinkPort<'a> {
             is_greeted: false,
             hello_due: false,
             waiting: None,
-            refused: None,
+            answered: None,
+            report,
+            report_due: false,
+            newest: None,
+            spoiled: 0,
+            settings,
+            offered: None,
+            saving: None,
+        }
+    }
+
+    /// How much stack has been used; the host is told when that grows.
+    pub fn set_stack(&mut self, stack: Stack) {
+        let stack = Some(stack);
+        self.report_due |= self.is_greeted && self.report.stack != stack;
+        self.report.stack = stack;
+    }
+
+    /// Settings that are to be written now, with what to call them in
+    /// [`LinkPort::saved`]: torque is off and stays off meanwhile.
+    pub fn take_save(&mut self) -> Option<(u16, Settings)> {
+        let (sequence, saving) = self.saving.as_mut()?;
+        if *saving != Saving::Allowed {
+            return None;
+        }
+        *saving = Saving::Begun;
+        Some((*sequence, self.settings))
+    }
+
+    /// Settings have been written, or not.
+    pub fn saved(&mut self, sequence: u16, is_saved: bool) {
+        if self
+            .saving
+            .take_if(|(saving, _)| *saving == sequence)
+            .is_some()
+        {
+            let result = if is_saved {
+                Ok(())
+            } else {
+                Err(Refusal::NotSaved)
+            };
+            self.answered = Some((sequence, result));
         }
     }
 
     /// Takes bytes from the host.
     pub fn receive(&mut self, bytes: &[u8]) {
         for byte in bytes {
+            self.spoiled = self.spoiled.saturating_add(1);
             match self.decoder.push::<ToBoard>(*byte) {
-                Some(Ok(received)) => self.message(received),
+                Some(Ok(received)) => {
+                    self.spoiled = self.spoiled.saturating_sub(FRAME_WEIGHT);
+                    self.message(received);
+                }
                 // Intact but strange: a host of another build. Our hello lets
                 // it tell its user so.
                 Some(Err(FrameError::Version(_) | FrameError::Schema)) => self.hello_due = true,
                 Some(Err(FrameError::Damaged | FrameError::Direction)) | None => {}
             }
         }
+        if self.spoiled > SPOILED_MAX {
+            self.spoiled = 0;
+            self.end.emergency(StopSource::Flood);
+        }
     }
 
     fn message(&mut self, received: Received<ToBoard>) {
+        let sequence = received.sequence;
         match received.message {
             ToBoard::Hello(hello) => {
                 self.is_greeted = hello.schema == schema::HASH;
                 self.hello_due = true;
+                self.report_due = true;
+                if self.is_greeted {
+                    self.report.session = self.report.session.wrapping_add(1);
+                }
+                self.newest = Some(sequence);
                 // What was said to nobody, or to a host before this one, is not
                 // for it: an old acknowledgement might be taken for its own.
                 self.forget_records();
                 while self.end.notices.dequeue().is_some() {}
-                // The tick tells it what the servos are.
-                let _ = self.end.orders.enqueue(Order::Greeted);
-                self.refused = None;
+                if self.is_greeted {
+                    // The tick tells it what the servos are.
+                    let _ = self.end.orders.enqueue(Order::Greeted);
+                }
+                self.answered = None;
                 self.waiting = None;
+                self.offered = None;
+                self.saving = None;
             }
+            // Whoever says so, and however late.
+            ToBoard::Stop => self.end.emergency(StopSource::Host),
             _ if !self.is_greeted => self.hello_due = true,
+            _ if !self.is_newer(sequence) => {
+                self.answered = Some((sequence, Err(Refusal::Stale)));
+            }
+            ToBoard::Goodbye => {
+                self.waiting = None;
+                if self.end.orders.enqueue(Order::Goodbye).is_err() {
+                    // No room to say it politely.
+                    self.end.emergency(StopSource::Host);
+                }
+                self.is_greeted = false;
+            }
             ToBoard::Heartbeat => {
                 // A full queue holds orders, which say the same.
                 let _ = self.end.orders.enqueue(Order::Heartbeat);
@@ -82,12 +187,61 @@ impl<'a> LinkPort<'a> {
                 // The latest wins: whatever comes after a motion that is not yet
                 // planned is instead of it, switching off above all.
                 self.waiting = match command {
-                    Command::Follow(motion) => Some((received.sequence, motion)),
+                    Command::Follow(motion) => Some((sequence, motion)),
                     _ => None,
                 };
-                self.order(received.sequence, task(command));
+                let task = check::task(command, self.report.session, self.saving.is_some());
+                if task.is_ok() {
+                    self.offer(sequence, command);
+                }
+                self.order(sequence, task);
             }
         }
+    }
+
+    /// Whether a frame is newer than all before it since the hello.
+    fn is_newer(&mut self, sequence: u16) -> bool {
+        let is_newer = self
+            .newest
+            .is_none_or(|newest| (sequence.wrapping_sub(newest) as i16) > 0);
+        if is_newer {
+            self.newest = Some(sequence);
+        }
+        is_newer
+    }
+
+    /// Remembers what the settings will be if the tick agrees.
+    fn offer(&mut self, sequence: u16, command: Command) {
+        let settings = self.settings;
+        match command {
+            Command::Configure(setup) => {
+                self.offered = Some((sequence, Settings { setup, ..settings }));
+            }
+            Command::Limit(limits) => {
+                self.offered = Some((sequence, Settings { limits, ..settings }));
+            }
+            Command::Save => self.saving = Some((sequence, Saving::Asked)),
+            _ => {}
+        }
+    }
+
+    /// What the tick says to a command, as the host is told; `None` if that is not
+    /// all there is to say.
+    fn ack(&mut self, sequence: u16, result: Result<(), Refusal>) -> Option<ToHost> {
+        if let Some((_, settings)) = self.offered.take_if(|(offered, _)| *offered == sequence)
+            && result.is_ok()
+        {
+            self.settings = settings;
+        }
+        let is_save = matches!(self.saving, Some((saving, Saving::Asked)) if saving == sequence);
+        if is_save {
+            self.saving = result.ok().map(|()| (sequence, Saving::Allowed));
+            // The answer follows when it is written.
+            if result.is_ok() {
+                return None;
+            }
+        }
+        Some(ToHost::Ack { sequence, result })
     }
 
     fn order(&mut self, sequence: u16, task: Result<Task, Refusal>) {
@@ -97,7 +251,7 @@ impl<'a> LinkPort<'a> {
             queued.map_err(|_| Refusal::Busy)
         });
         if let Err(refusal) = sent {
-            self.refused = Some((sequence, refusal));
+            self.answered = Some((sequence, Err(refusal)));
         }
     }
 
@@ -127,27 +281,23 @@ impl<'a> LinkPort<'a> {
     }
 
     fn next_message(&mut self) -> Option<ToHost> {
-        while let Some(Notice::Departure(sequence, departure)) = self.end.notices.peek().copied() {
-            let _ = self.end.notices.dequeue();
-            self.plan(sequence, departure);
-        }
         if core::mem::take(&mut self.hello_due) {
             return Some(ToHost::Hello(schema::HELLO));
         }
-        if let Some((sequence, refusal)) = self.refused.take() {
-            return Some(ToHost::Ack {
-                sequence,
-                result: Err(refusal),
-            });
+        if let Some((sequence, result)) = self.answered.take() {
+            return Some(ToHost::Ack { sequence, result });
         }
         if !self.is_greeted {
             // Nobody is there to miss them: they do not count as dropped.
             self.forget_records();
             return None;
         }
-        if let Some(notice) = self.end.notices.dequeue() {
-            return match notice {
-                Notice::Ack(sequence, result) => Some(ToHost::Ack { sequence, result }),
+        if core::mem::take(&mut self.report_due) {
+            return Some(ToHost::Board(self.report));
+        }
+        while let Some(notice) = self.end.notices.dequeue() {
+            let message = match notice {
+                Notice::Ack(sequence, result) => self.ack(sequence, result),
                 Notice::Absent(joint, missing) => Some(ToHost::Absent { joint, missing }),
                 Notice::Found(firmware, baud, is_ready) => Some(ToHost::Found {
                     firmware,
@@ -158,44 +308,18 @@ impl<'a> LinkPort<'a> {
                 Notice::Passthrough => Some(ToHost::Passthrough),
                 Notice::Unprepared(joint) => Some(ToHost::Unprepared { joint }),
                 Notice::Port(counters) => Some(ToHost::Port(counters)),
-                // Taken above.
-                Notice::Departure(..) => None,
+                Notice::Tripped(trip) => Some(ToHost::Tripped(trip)),
+                Notice::Halted(halt) => Some(ToHost::Halted(halt)),
+                Notice::Temperature(joint, value) => Some(ToHost::Temperature { joint, value }),
+                Notice::Departure(sequence, departure) => {
+                    self.plan(sequence, departure);
+                    None
+                }
             };
+            if message.is_some() {
+                return message;
+            }
         }
         self.end.records.dequeue().map(ToHost::Record)
-    }
-}
-
-/// Checks a command and does the work that has no place in the tick.
-fn task(command: Command) -> Result<Task, Refusal> {
-    let within = |values: [f32; JOINTS], limit: f32| {
-        // A NaN is within nothing.
-        values
-            .iter()
-            .all(|value| value.abs() <= limit)
-            .then_some(values)
-    };
-    match command {
-        Command::Idle => Ok(Task::Idle),
-        Command::Torque(torque) => within(torque, TORQUE_MAX_NM)
-            .map(Task::Torque)
-            .ok_or(Refusal::OutOfRange),
-        Command::Regulate(reference) => within(reference, REFERENCE_MAX_RAD)
-            .map(Task::Regulate)
-            .ok_or(Refusal::OutOfRange),
-        Command::Follow(_) => Ok(Task::Depart),
-        Command::Stream {
-            at_us,
-            angle_rad,
-            speed_rad_s,
-        } => Ok(Task::Stream(Point {
-            at_us,
-            q: angle_rad.into(),
-            dq: speed_rad_s.map(Into::into),
-        })),
-        Command::Prepare => Ok(Task::Prepare),
-        Command::Release => Ok(Task::Release),
-        Command::ClearFault => Ok(Task::ClearFault),
-        Command::Configure(setup) => Law::build(&setup).map(Task::Install),
     }
 }

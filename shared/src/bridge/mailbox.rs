@@ -3,17 +3,21 @@
 //! Lock-free single-producer single-consumer queues, split once at boot. The
 //! tick never waits for them: orders are states, of which the latest of a kind
 //! wins; records and notices are dropped and counted when nobody fetches them.
-//! The client of the transparent port has queues of bytes, one each way.
+//! The client of the transparent port has queues of bytes, one each way. An
+//! emergency stop has a place of its own, so that no full queue holds it up.
 
-use core::sync::atomic::AtomicU32;
-use heapless::spsc::{Consumer, Producer, Queue};
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+use heapless::spsc::Queue;
 
 use super::course::{Departure, Leg};
 use super::gateway::{BusSide, PortEnd};
 use super::law::Law;
+use super::queue::{Receiver, Sender, split};
 use crate::JOINTS;
 use crate::control::trajectory::stream::Point;
-use crate::link::message::{Missing, PortCounters, Record, Refusal};
+use crate::link::message::{
+    Halt, Limits, Missing, PortCounters, Record, Refusal, StopSource, Trip,
+};
 use crate::servo::Firmware;
 
 /// Orders that fit between two ticks. A spsc queue holds one less than this.
@@ -24,7 +28,12 @@ const NOTICES: usize = 16;
 const RECORDS: usize = 64;
 
 /// Bytes of the transparent port in either direction: two of the longest packet.
-const CLIENT_BYTES: usize = 1024;
+pub(super) const CLIENT_BYTES: usize = 1024;
+
+/// Nobody has asked for an emergency stop.
+const NO_EMERGENCY: u8 = 0;
+const FROM_HOST: u8 = 1;
+const FROM_FLOOD: u8 = 2;
 
 /// From the link to the tick.
 #[derive(Clone, Debug)]
@@ -34,6 +43,8 @@ pub(super) enum Order {
     Heartbeat,
     /// The host has said hello.
     Greeted,
+    /// The host leaves.
+    Goodbye,
     /// A command, with the sequence number to acknowledge.
     Do(u16, Task),
 }
@@ -42,6 +53,8 @@ pub(super) enum Order {
 #[derive(Clone, Debug)]
 pub(super) enum Task {
     Idle,
+    /// The session has been checked.
+    Arm,
     Torque([f32; JOINTS]),
     Regulate([f32; JOINTS]),
     /// Where would a motion begin? Answered by [`Notice::Departure`].
@@ -52,6 +65,9 @@ pub(super) enum Task {
     Release,
     ClearFault,
     Install(Law),
+    Limit(Limits),
+    /// May the settings be written now?
+    Save,
 }
 
 /// From the tick to the link, besides records.
@@ -73,6 +89,12 @@ pub(super) enum Notice {
     Unprepared(u8),
     /// What became of the client's packets so far.
     Port(PortCounters),
+    /// Why there is a fault.
+    Tripped(Trip),
+    /// What the servos did after the stop sequence.
+    Halted(Halt),
+    /// The temperature of this joint's servo.
+    Temperature(u8, u16),
 }
 
 /// The queues themselves; a `static` on the board.
@@ -84,6 +106,7 @@ pub struct Mailboxes {
     from_client: Queue<u8, CLIENT_BYTES>,
     to_client: Queue<u8, CLIENT_BYTES>,
     client_line: AtomicU32,
+    emergency: AtomicU8,
 }
 
 impl Mailboxes {
@@ -96,21 +119,23 @@ impl Mailboxes {
             from_client: Queue::new(),
             to_client: Queue::new(),
             client_line: AtomicU32::new(0),
+            emergency: AtomicU8::new(NO_EMERGENCY),
         }
     }
 
     /// The three ends: for the tick, for the link, for the transparent port.
     pub fn split(&mut self) -> (BridgeEnd<'_>, LinkEnd<'_>, PortEnd<'_>) {
-        let (orders_in, orders_out) = self.orders.split();
-        let (notices_in, notices_out) = self.notices.split();
-        let (records_in, records_out) = self.records.split();
-        let (client_in, client_out) = self.from_client.split();
-        let (answers_in, answers_out) = self.to_client.split();
+        let (orders_in, orders_out) = split(&mut self.orders);
+        let (notices_in, notices_out) = split(&mut self.notices);
+        let (records_in, records_out) = split(&mut self.records);
+        let (client_in, client_out) = split(&mut self.from_client);
+        let (answers_in, answers_out) = split(&mut self.to_client);
         (
             BridgeEnd {
                 orders: orders_out,
                 notices: notices_in,
                 records: records_in,
+                emergency: &self.emergency,
                 client: BusSide {
                     from_client: client_out,
                     to_client: answers_in,
@@ -121,6 +146,7 @@ impl Mailboxes {
                 orders: orders_in,
                 notices: notices_out,
                 records: records_out,
+                emergency: &self.emergency,
             },
             PortEnd {
                 from_client: client_in,
@@ -133,15 +159,46 @@ impl Mailboxes {
 
 /// The tick's end.
 pub struct BridgeEnd<'a> {
-    pub(super) orders: Consumer<'a, Order>,
-    pub(super) notices: Producer<'a, Notice>,
-    pub(super) records: Producer<'a, Record>,
+    pub(super) orders: Receiver<'a, Order, ORDERS>,
+    pub(super) notices: Sender<'a, Notice, NOTICES>,
+    pub(super) records: Sender<'a, Record, RECORDS>,
+    emergency: &'a AtomicU8,
     pub(super) client: BusSide<'a>,
 }
 
 /// The link's end.
 pub struct LinkEnd<'a> {
-    pub(super) orders: Producer<'a, Order>,
-    pub(super) notices: Consumer<'a, Notice>,
-    pub(super) records: Consumer<'a, Record>,
+    pub(super) orders: Sender<'a, Order, ORDERS>,
+    pub(super) notices: Receiver<'a, Notice, NOTICES>,
+    pub(super) records: Receiver<'a, Record, RECORDS>,
+    emergency: &'a AtomicU8,
+}
+
+impl BridgeEnd<'_> {
+    /// The emergency stop that the link has asked for, once.
+    pub(super) fn take_emergency(&self) -> Option<StopSource> {
+        match self.emergency.load(Ordering::Acquire) {
+            NO_EMERGENCY => None,
+            code => {
+                // Whoever asks between the two asks for what is done anyway.
+                self.emergency.store(NO_EMERGENCY, Ordering::Release);
+                Some(if code == FROM_HOST {
+                    StopSource::Host
+                } else {
+                    StopSource::Flood
+                })
+            }
+        }
+    }
+}
+
+impl LinkEnd<'_> {
+    /// Asks for an emergency stop.
+    pub(super) fn emergency(&self, source: StopSource) {
+        let code = match source {
+            StopSource::Host | StopSource::Pin => FROM_HOST,
+            StopSource::Flood => FROM_FLOOD,
+        };
+        self.emergency.store(code, Ordering::Release);
+    }
 }

@@ -12,22 +12,44 @@
 //! the delay from sample to torque is one period, always, and the prediction
 //! accounts for it.
 //!
+//! | module         | what                                                    |
+//! |----------------|---------------------------------------------------------|
+//! | [`supervisor`] | states, events, and what follows from them: a table     |
+//! | `judge`        | what is in doubt, and the way to torque off             |
+//! | `guard`        | limits, tick by tick; the brake before the angle limit  |
+//! | `integrity`    | whether the numbers in memory are those that were set   |
+//! | `halt`         | the stop sequence until the servos stand                |
+//! | `care`         | temperatures, and pings of servos that fall silent      |
+//! | `schedule`     | what the bus is used for, and when                      |
+//! | `settle`       | stock servos made ready, and given back                 |
+//! | `tick`, `law`, `course` | what a tick decides; set-ups; references       |
+//! | `orders`, `check` | what the host wants, and whether it may              |
+//! | [`gateway`]    | the transparent port                                    |
+//! | [`limits`]     | numbers that nobody can set                             |
+//!
 //! [`Bridge`] belongs in the highest-priority interrupt; [`LinkPort`] in thread
 //! mode. They share [`Mailboxes`] and nothing else.
 
+mod care;
+mod check;
 mod course;
 pub mod gateway;
 mod guard;
+mod halt;
+mod integrity;
 mod judge;
 mod law;
 pub mod limits;
 mod link_port;
 mod mailbox;
 mod orders;
+mod queue;
 mod schedule;
 mod settle;
 pub mod supervisor;
+mod tick;
 
+pub use law::can_run;
 pub use link_port::LinkPort;
 pub use mailbox::{BridgeEnd, LinkEnd, Mailboxes};
 
@@ -38,15 +60,23 @@ use embedded_hal_nb::serial::{Read, Write};
 
 use crate::JOINTS;
 use crate::actuator::Pwm;
-use crate::link::message::{Fault, Missing, Mode, Record, Refusal, Sample, Setup, Timing};
+use crate::link::message::{
+    Drive, Fault, Guards, Missing, Mode, Record, Refusal, Sample, Settings, Timing, Trip,
+};
+use crate::servo::Firmware;
 use crate::servo::master::Master;
 use crate::servo::morpheus::ServoId;
+use care::Care;
 use course::Course;
 use gateway::Gateway;
+use guard::{Guard, Violation};
+use halt::Halting;
+use integrity::Originals;
 use law::{Decision, Law};
 use nalgebra::Vector2;
 use schedule::{Search, Stage};
 use settle::Stock;
+use supervisor::State;
 
 /// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.
 pub const SERVO_IDS: [ServoId; JOINTS] = match (ServoId::new(1), ServoId::new(2)) {
@@ -73,25 +103,37 @@ pub struct Bridge<'a, S, D> {
     end: BridgeEnd<'a>,
     law: Law,
     course: Course,
-    mode: Mode,
+    guard: Guard,
+    originals: Originals,
+    care: Care,
+    state: State,
+    /// What the motors are driven by in [`State::Running`] and [`State::Degraded`].
+    drive: Drive,
+    /// The cause of [`State::Fault`].
+    trip: Option<Trip>,
+    /// The watch over servos that were told to stop.
+    halting: Option<Halting>,
     stage: Stage,
     /// What is asked of the bus is the chore at hand, not a client's question.
     is_chore_asked: bool,
     search: Search,
+    /// What the servos ran when they were found last.
+    firmware: Option<Firmware>,
     stock: [Stock; JOINTS],
     gateway: Gateway,
     /// The stop sequence is owed to a fault.
     stop_due: bool,
-    /// Constant torque of [`Mode::Torque`].
+    /// Constant torque of [`Drive::Torque`].
     torque_nm: [f32; JOINTS],
     in_force: Decision,
     next: Decision,
     next_start_us: u64,
     now_us: u64,
+    /// By how much the clock has gone back so far.
+    set_back_us: u64,
     heard_us: u64,
     /// The estimator has not seen a sample since it was last in doubt.
     is_fresh: bool,
-    lost_in_row: [u8; JOINTS],
     overruns_in_row: u8,
     record: Record,
 }
@@ -104,18 +146,33 @@ where
     /// A bridge that will begin with the stop sequence.
     ///
     /// # Errors
-    /// [`Refusal::NoGains`] if no controller exists for the default set-up.
-    pub fn new(serial: S, direction: D, end: BridgeEnd<'a>, now_us: u64) -> Result<Self, Refusal> {
-        let mode = Mode::BringUp;
+    /// A [`Refusal`] if no controller exists for the set-up; one does for the
+    /// default.
+    pub fn new(
+        serial: S,
+        direction: D,
+        end: BridgeEnd<'a>,
+        now_us: u64,
+        settings: &Settings,
+    ) -> Result<Self, Refusal> {
+        let law = Law::build(&settings.setup)?;
+        let guard = Guard::new(settings.limits, law.period_us().get() as u32);
         Ok(Self {
+            originals: Originals::of(&law, &guard),
+            guard,
+            care: Care::default(),
             master: Master::new(serial, direction, SERVO_IDS),
             end,
-            law: Law::build(&Setup::default())?,
+            law,
             course: Course::hold(Vector2::zeros()),
-            mode,
+            state: State::Boot,
+            drive: Drive::Hold,
+            trip: None,
+            halting: None,
             stage: Stage::Stop,
             is_chore_asked: false,
             search: Search::default(),
+            firmware: None,
             stock: [Stock::default(); JOINTS],
             gateway: Gateway::default(),
             stop_due: false,
@@ -124,11 +181,11 @@ where
             next: Decision::off(),
             next_start_us: now_us,
             now_us,
+            set_back_us: 0,
             heard_us: now_us,
             is_fresh: true,
-            lost_in_row: [0; JOINTS],
             overruns_in_row: 0,
-            record: blank_record(mode),
+            record: blank_record(),
         })
     }
 
@@ -138,7 +195,7 @@ where
     /// `WouldBlock` when there is nothing to do before [`Bridge::wake_at_us`]
     /// or until the serial port has something to say.
     pub fn poll(&mut self, now_us: u64) -> nb::Result<Progress, Infallible> {
-        self.now_us = now_us;
+        let now_us = self.tell_time(now_us);
         self.take_orders();
         self.heed_client();
         let finished = self.master.poll(now_us);
@@ -153,7 +210,7 @@ where
                 if self.stage == Stage::Released {
                     return Ok(Progress::Searching);
                 }
-            } else {
+            } else if !self.take_care() {
                 self.serve_client();
             }
         }
@@ -162,11 +219,28 @@ where
 
     /// When to poll again at the latest.
     pub fn wake_at_us(&self) -> u64 {
-        if self.master.is_idle() {
+        let wake_us = if self.master.is_idle() {
             self.next_start_us.min(self.client_wake_us())
         } else {
             self.master.wake_at_us()
+        };
+        wake_us.saturating_sub(self.set_back_us)
+    }
+
+    /// The bridge's own time, which never goes back and never stands still: a clock
+    /// that jumps back is a fault, and does not hold up the stop.
+    fn tell_time(&mut self, clock_us: u64) -> u64 {
+        let now_us = clock_us.saturating_add(self.set_back_us);
+        let back_us = self.now_us.saturating_sub(now_us);
+        self.now_us = now_us.max(self.now_us);
+        if back_us > 0 {
+            self.set_back_us += back_us;
+            self.trip(Violation {
+                value: back_us as f32 * 1e-6,
+                ..Violation::plain(Fault::Clock)
+            });
         }
+        self.now_us
     }
 
     /// How many bytes on the bus make it worth to poll before that, if any.
@@ -176,62 +250,30 @@ where
 
     /// What the bridge is doing.
     pub fn mode(&self) -> Mode {
-        self.mode
+        match self.state {
+            State::Boot => Mode::Boot,
+            State::Idle => Mode::Idle,
+            State::Armed => Mode::Armed,
+            State::Running => Mode::Running(self.drive),
+            State::Degraded => Mode::Degraded(self.drive),
+            State::Passthrough => Mode::Passthrough,
+            // A fault without a cause is one of the memory.
+            State::Fault => Mode::Fault(self.trip.map_or(Fault::Corrupted, |trip| trip.fault)),
+        }
     }
 
-    /// Estimates, controls and supervises: everything that is decided in a
-    /// tick. Bracket it with a stopwatch for [`Bridge::publish`].
-    pub fn decide(&mut self) {
-        self.supervise();
-        let measured = self.law.angles(self.record.samples.map(Sample::counts));
-        self.count_lost(&measured);
-        if let ([Some(a), Some(b)], true) = (measured, self.is_fresh) {
-            self.law.reset([a, b]);
-            self.is_fresh = false;
-        }
-        let state = self.law.correct(measured);
-        self.check(&state);
-        // What is decided now acts from the next samples on.
-        let ahead = self.law.advance(&self.in_force);
-        let reference = self.course.at(self.next_start_us);
-        let decided = match self.mode {
-            Mode::BringUp | Mode::Idle | Mode::Passthrough | Mode::Fault(_) => {
-                Some(Decision::off())
-            }
-            Mode::Torque => self.law.constant(self.torque_nm),
-            Mode::Regulate | Mode::Track => self.law.follow(&ahead, &reference),
-        };
-        self.next = decided.unwrap_or_else(|| {
-            self.trip(Fault::NotFinite);
-            Decision::off()
-        });
-        let record = &mut self.record;
-        record.mode = self.mode;
-        record.pwm_next = self.next.pwm.map(Pwm::counts);
-        record.reference_rad = reference.q.into();
-        record.reference_speed_rad_s = reference.dq.into();
-        record.angle_rad = state.q.into();
-        record.speed_rad_s = state.dq.into();
-        record.torque_nm = self.next.torque_nm.into();
-        record.disturbance_nm = self.law.disturbance_nm();
-    }
-
-    /// Publishes the tick's record. True if the tick began and ended in time:
-    /// feed the watchdog then.
-    pub fn publish(&mut self, compute_ns: u32) -> bool {
-        self.record.timing.compute_ns = compute_ns;
-        if self.end.records.enqueue(self.record).is_err() {
-            self.record.dropped = self.record.dropped.wrapping_add(1);
-        }
-        self.overruns_in_row == 0
+    /// Number of the tick under way, as in its record.
+    pub fn tick(&self) -> u32 {
+        self.record.tick
     }
 }
 
-fn blank_record(mode: Mode) -> Record {
+fn blank_record() -> Record {
     Record {
         tick: 0,
         start_us: 0,
-        mode,
+        mode: Mode::Boot,
+        guards: Guards::NONE,
         samples: [Sample::Missing(Missing::NotAsked); JOINTS],
         alarms: [0; JOINTS],
         pwm_in_force: [Pwm::OFF.counts(); JOINTS],

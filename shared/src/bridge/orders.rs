@@ -6,12 +6,13 @@ use embedded_hal_nb::serial::{Read, Write};
 
 use super::Bridge;
 use super::course::{Course, Departure};
+use super::guard::Guard;
 use super::law::{Decision, Law};
 use super::mailbox::{Notice, Order, Task};
 use super::schedule::Stage;
 use super::settle::Chore;
-use super::supervisor::{self, Event, Request, torque_is_on};
-use crate::link::message::{Mode, Refusal};
+use super::supervisor::{self, Event};
+use crate::link::message::{Drive, Refusal};
 use crate::servo::Firmware;
 
 impl<S, D> Bridge<'_, S, D>
@@ -20,30 +21,48 @@ where
     D: OutputPin,
 {
     pub(super) fn take_orders(&mut self) {
+        if let Some(source) = self.end.take_emergency() {
+            self.emergency_stop(source);
+        }
         while let Some(order) = self.end.orders.dequeue() {
-            self.heard_us = self.now_us;
-            if matches!(order, Order::Greeted) {
-                self.announce();
-            }
-            if let Order::Do(sequence, task) = order {
-                self.gateway.claim(self.now_us);
-                let notice = if matches!(task, Task::Depart) {
-                    self.departure().map_or_else(
-                        |refusal| Notice::Ack(sequence, Err(refusal)),
-                        |departure| Notice::Departure(sequence, departure),
-                    )
-                } else {
-                    Notice::Ack(sequence, self.perform(task))
-                };
-                // Lost if the host does not fetch them: it will ask again.
-                let _ = self.end.notices.enqueue(notice);
+            match order {
+                Order::Heartbeat => self.heard_us = self.now_us,
+                Order::Greeted => {
+                    // What another host has armed is not for this one.
+                    if self.state.is_armed() {
+                        let _ = self.apply(Event::Disarm);
+                    }
+                    self.announce();
+                    self.report_trip();
+                }
+                Order::Goodbye => {
+                    // Never refused.
+                    let _ = self.apply(Event::Disarm);
+                }
+                Order::Do(sequence, task) => {
+                    self.heard_us = self.now_us;
+                    self.take_task(sequence, task);
+                }
             }
         }
     }
 
-    /// Torque comes on: not faster than the bus allows.
-    fn allow(&mut self, request: Request) -> Result<(), Refusal> {
-        supervisor::next(self.mode, Event::Asked(request))?;
+    fn take_task(&mut self, sequence: u16, task: Task) {
+        self.gateway.claim(self.now_us);
+        let notice = if matches!(task, Task::Depart) {
+            self.departure().map_or_else(
+                |refusal| Notice::Ack(sequence, Err(refusal)),
+                |departure| Notice::Departure(sequence, departure),
+            )
+        } else {
+            Notice::Ack(sequence, self.perform(task))
+        };
+        // Lost if the host does not fetch them: it will ask again.
+        let _ = self.end.notices.enqueue(notice);
+    }
+
+    /// The servos can be given torque as often as the set-up wants.
+    fn check_bus(&self) -> Result<(), Refusal> {
         if !self.master.is_prepared() {
             return Err(Refusal::Unprepared);
         }
@@ -54,28 +73,46 @@ where
         Ok(())
     }
 
+    fn arm(&mut self) -> Result<(), Refusal> {
+        supervisor::next(self.state, Event::Arm)?;
+        self.check_bus()?;
+        self.apply(Event::Arm)
+    }
+
+    /// Drives the motors from now on.
+    fn drive(&mut self, drive: Drive) -> Result<(), Refusal> {
+        self.apply(Event::Drive)?;
+        self.drive = drive;
+        Ok(())
+    }
+
     /// Replaces the set-up, without a step in the torque if that is on.
     fn install(&mut self, mut law: Law) -> Result<(), Refusal> {
-        self.apply(Event::Asked(Request::Configure))?;
-        if torque_is_on(self.mode) {
-            if law.period_us() != self.law.period_us() {
-                return Err(Refusal::NotIdle);
-            }
+        self.apply(Event::Configure)?;
+        if self.state.is_armed() && law.period_us() != self.law.period_us() {
+            return Err(Refusal::NotIdle);
+        }
+        if self.state.is_driven() {
             let reference = self.course.at(self.next_start_us);
             law.take_over(&self.law, &reference);
         } else {
             self.is_fresh = true;
         }
+        if law.period_us() != self.law.period_us() {
+            let period_us = law.period_us().get() as u32;
+            self.guard = Guard::new(*self.guard.limits(), period_us);
+        }
         self.law = law;
+        self.keep_originals();
         Ok(())
     }
 
     /// Makes the arm follow a course, from a constant torque without a step.
-    fn follow(&mut self, request: Request, course: Course) -> Result<(), Refusal> {
-        let before = self.mode;
+    fn follow(&mut self, drive: Drive, course: Course) -> Result<(), Refusal> {
+        let was_constant = self.state.is_driven() && self.drive == Drive::Torque;
+        self.drive(drive)?;
         self.course = course;
-        self.apply(Event::Asked(request))?;
-        if before == Mode::Torque {
+        if was_constant {
             let reference = self.course.at(self.next_start_us);
             let Decision {
                 torque_nm,
@@ -88,64 +125,71 @@ where
     }
 
     fn departure(&self) -> Result<Departure, Refusal> {
-        supervisor::next(self.mode, Event::Asked(Request::Track))?;
+        supervisor::next(self.state, Event::Drive)?;
         Ok(self.present_course().departure(self.now_us))
     }
 
     /// The course, or, if the arm follows none, rest where it is.
     fn present_course(&self) -> Course {
-        match self.mode {
-            Mode::Regulate | Mode::Track => self.course.clone(),
-            Mode::BringUp | Mode::Idle | Mode::Torque | Mode::Passthrough | Mode::Fault(_) => {
-                Course::hold(self.record.angle_rad.into())
+        match self.drive {
+            Drive::Regulate | Drive::Track | Drive::Hold if self.state.is_driven() => {
+                self.course.clone()
             }
+            Drive::Torque | Drive::Regulate | Drive::Track | Drive::Hold => self.hold_here(),
         }
     }
 
     pub(super) fn perform(&mut self, task: Task) -> Result<(), Refusal> {
         match task {
-            Task::Idle => self.apply(Event::Asked(Request::Idle)),
-            Task::ClearFault => self.apply(Event::Asked(Request::ClearFault)),
+            Task::Idle => self.apply(Event::Disarm),
+            Task::Arm => self.arm(),
+            Task::ClearFault => self.apply(Event::ClearFault),
             Task::Torque(torque_nm) => {
-                self.allow(Request::Torque)?;
-                self.apply(Event::Asked(Request::Torque))?;
+                self.drive(Drive::Torque)?;
                 self.torque_nm = torque_nm;
                 Ok(())
             }
             Task::Regulate(reference_rad) => {
-                self.allow(Request::Regulate)?;
                 let course = Course::hold(reference_rad.into());
-                self.follow(Request::Regulate, course)
+                self.follow(Drive::Regulate, course)
             }
             Task::Depart => Ok(()),
             Task::Follow(leg) => {
-                self.allow(Request::Track)?;
+                supervisor::next(self.state, Event::Drive)?;
                 let mut course = self.present_course();
                 course.change_to(leg, self.now_us)?;
-                self.follow(Request::Track, course)
+                self.follow(Drive::Track, course)
             }
             Task::Stream(point) => {
-                self.allow(Request::Track)?;
+                supervisor::next(self.state, Event::Drive)?;
                 let mut course = self.present_course();
                 course.push(self.now_us, point)?;
-                self.follow(Request::Track, course)
+                self.follow(Drive::Track, course)
             }
             Task::Prepare if self.master.is_prepared() => {
-                supervisor::next(self.mode, Event::Asked(Request::Prepare)).map(|_| ())
+                supervisor::next(self.state, Event::Prepare).map(|_| ())
             }
             Task::Prepare => {
-                self.apply(Event::Asked(Request::Prepare))?;
+                self.apply(Event::Prepare)?;
                 self.stage = Stage::Settle(Chore::PREPARE);
                 Ok(())
             }
             Task::Release => {
-                self.apply(Event::Asked(Request::Release))?;
+                self.apply(Event::Release)?;
                 if self.master.firmware() == Firmware::Stock {
                     self.stage = Stage::Settle(Chore::RESTORE);
                 }
                 Ok(())
             }
             Task::Install(law) => self.install(law),
+            Task::Limit(limits) => {
+                self.apply(Event::Keep)?;
+                let period_us = self.law.period_us().get() as u32;
+                self.guard = Guard::new(limits, period_us);
+                self.keep_originals();
+                Ok(())
+            }
+            Task::Save => self.apply(Event::Keep),
         }
     }
 }

@@ -5,10 +5,11 @@ use core::num::NonZeroU64;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
+use super::guard::Violation;
 use super::law::Decision;
 use super::mailbox::Notice;
 use super::settle::Chore;
-use super::supervisor::{Event, torque_is_on};
+use super::supervisor::Event;
 use super::{Bridge, Progress, limits};
 use crate::JOINTS;
 use crate::actuator::Pwm;
@@ -98,7 +99,8 @@ where
             Stage::Settle(chore) => return self.do_chore(chore),
             Stage::Ticking => {
                 self.begin_tick();
-                Transaction::Drive(self.in_force.pwm)
+                self.quell()
+                    .unwrap_or(Transaction::Drive(self.in_force.pwm))
             }
             Stage::Released => {
                 self.next_start_us = self.now_us + LOOK_US;
@@ -123,7 +125,7 @@ where
         match (outcome.transaction, self.stage) {
             // The bus was released meanwhile: whatever came is nobody's.
             (_, Stage::Released) => {}
-            (Transaction::Drive(_), _) => {
+            (Transaction::Drive(_) | Transaction::Quell { .. }, _) => {
                 self.record.samples = outcome.samples;
                 self.record.alarms = outcome.alarms.map(Alarms::bits);
                 self.record.timing.bus_us = outcome.bus_us;
@@ -133,7 +135,9 @@ where
                 self.finish_chore(chore);
             }
             (Transaction::Ask(_), _) => {
-                self.finish_client();
+                if !self.finish_care() {
+                    self.finish_client();
+                }
                 return Progress::Served;
             }
             (Transaction::Stop, Stage::StopHere) => self.stage = Stage::Stop,
@@ -193,6 +197,9 @@ where
         let absent = found.iter().position(Option::is_none);
         match (found, absent) {
             ([Some(a), Some(b)], _) if a == b => {
+                if self.firmware.replace(a).is_some_and(|before| before != a) {
+                    self.trip(Violation::plain(Fault::FirmwareChanged));
+                }
                 self.speak(a);
                 self.stage = match a {
                     Firmware::Morpheus => Stage::Start,
@@ -237,7 +244,8 @@ where
     pub(super) fn begin_ticking(&mut self) {
         self.stage = Stage::Ticking;
         self.next_start_us = self.now_us;
-        self.lost_in_row = [0; JOINTS];
+        self.guard.restart();
+        self.care.restart(self.now_us);
         self.overruns_in_row = 0;
         self.is_fresh = true;
         self.announce();
@@ -289,15 +297,20 @@ where
         let late_us = self.now_us.saturating_sub(self.next_start_us);
         let missed = late_us / period_us;
         self.next_start_us += (missed + 1) * period_us.get();
-        if missed > 0 && torque_is_on(self.mode) {
+        if missed > 0 && self.state.is_armed() {
             self.overruns_in_row = self.overruns_in_row.saturating_add(1);
-            if self.overruns_in_row >= limits::OVERRUNS {
-                self.trip(Fault::Overrun);
+            if self.overruns_in_row >= self.guard.limits().overruns || late_us > limits::LATE_MAX_US
+            {
+                self.trip(Violation {
+                    value: late_us as f32 * 1e-6,
+                    limit: period_us.get() as f32 * 1e-6,
+                    ..Violation::plain(Fault::Overrun)
+                });
             }
         } else {
             self.overruns_in_row = 0;
         }
-        if !torque_is_on(self.mode) {
+        if !self.state.is_driven() {
             self.next = Decision::off();
         }
         self.in_force = self.next;

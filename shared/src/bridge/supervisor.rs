@@ -1,189 +1,334 @@
-//! Which mode follows which event: the whole of it, as one table.
+//! Which state follows which event: the whole of it, as one table.
 //!
 //! ```text
-//!            BusReady          Torque, Regulate, Track
-//! BringUp ------------> Idle <-------------------------> Torque, Regulate, Track
-//!  ^ ^ |  <-- Prepare -- | |                                | (and each other)
-//!  | | | ClientCame      | | ClientCame, Release            |
-//!  | | +----> Passthrough <+                                |
-//!  | +------------+ ClientLeft, Idle                        |
-//!  | ClearFault          |                                  |
-//!  +--------- Fault <----+----------------------------------+  (Tripped, from anywhere)
+//! Boot         --BusReady-->    Idle          Keep
+//! Boot         --Tripped-->     Fault         Halt
+//! Boot         --ClientCame-->  Passthrough   HandOver
+//! Idle         --Arm-->         Armed         Energise
+//! Idle         --Tripped-->     Fault         Halt
+//! Idle         --ClientCame-->  Passthrough   HandOver
+//! Idle         --Prepare-->     Boot          Search
+//! Idle         --Release-->     Passthrough   HandOver
+//! Armed        --Drive-->       Running       Energise
+//! Armed        --Disarm-->      Idle          SwitchOff
+//! Armed        --Tripped-->     Fault         Halt
+//! Running      --SampleLost-->  Degraded      Keep
+//! Running      --Slacken-->     Armed         SwitchOff
+//! Running      --Disarm-->      Idle          SwitchOff
+//! Running      --Tripped-->     Fault         Halt
+//! Degraded     --SamplesBack--> Running       Keep
+//! Degraded     --Slacken-->     Armed         SwitchOff
+//! Degraded     --Disarm-->      Idle          SwitchOff
+//! Degraded     --Tripped-->     Fault         Halt
+//! Passthrough  --ClientLeft-->  Boot          SearchHere
+//! Passthrough  --Disarm-->      Boot          SearchHere
+//! Passthrough  --Tripped-->     Fault         Halt
+//! Fault        --ClearFault-->  Boot          Search
 //! ```
+//!
+//! A test compares these lines with the table. What is not among them leaves the
+//! state as it is, or is refused.
+//!
+//! Motors are driven in [`State::Running`] and [`State::Degraded`] alone; the way
+//! there leads through [`State::Armed`], and there only by the host's word. A
+//! fault leads back through bring-up, which begins with the stop sequence.
 //!
 //! A client of the transparent port is given the bus only while torque is off
 //! and no fault is latched; with torque on, its packets are served in the slack
 //! of the ticks. What it did to the servos is not known, so the way back leads
 //! through bring-up.
-//!
-//! Torque is on in [`Mode::Torque`], [`Mode::Regulate`] and [`Mode::Track`] and
-//! in no other mode. A fault is latched with its first cause, and leads back through
-//! bring-up, which begins with the stop sequence.
 
-use crate::link::message::{Fault, Mode, Refusal};
+use crate::link::message::Refusal;
 
-/// What can happen to a mode.
+/// What the bridge is in, apart from what drives the motors and which fault it
+/// is: see [`Mode`](crate::link::message::Mode).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// Servos are being found.
+    Boot,
+    /// Disarmed, reading.
+    Idle,
+    /// Ready, with zero torque.
+    Armed,
+    /// The motors are driven.
+    Running,
+    /// The same, with a sample missing.
+    Degraded,
+    /// The bus is the client's of the transparent port.
+    Passthrough,
+    /// Motors off, latched.
+    Fault,
+}
+
+/// What can happen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// All servos answer and are lined up.
     BusReady,
     /// Something is in doubt.
-    Tripped(Fault),
+    Tripped,
+    /// A joint's sample is missing.
+    SampleLost,
+    /// All samples have come.
+    SamplesBack,
+    /// The host is quiet while the arm follows: brake and hold.
+    Brake,
+    /// The host is quiet while torque is constant: none from now on.
+    Slacken,
     /// A client speaks on the transparent port.
     ClientCame,
     /// It has closed that port.
     ClientLeft,
-    /// The host asks for this.
-    Asked(Request),
-}
-
-/// What the host can ask for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Request {
-    /// Torque off.
-    Idle,
-    /// Constant torque.
-    Torque,
-    /// Hold a reference.
-    Regulate,
-    /// Follow a moving one.
-    Track,
-    /// Another set-up.
+    /// The host wants torque off, or leaves.
+    Disarm,
+    /// The host wants to move the arm soon.
+    Arm,
+    /// The host wants a torque, a setpoint or a motion.
+    Drive,
+    /// The host replaces the set-up.
     Configure,
-    /// Stock servos ready for torque.
+    /// The host replaces limits, or has settings saved.
+    Keep,
+    /// The host wants stock servos ready for torque.
     Prepare,
-    /// Servos as they were found, the bus to the transparent port.
+    /// The host leaves the bus to the transparent port.
     Release,
-    /// Leave the fault.
+    /// The host has seen to the fault.
     ClearFault,
 }
 
-/// The mode after `event`.
+/// What a transition does beside changing the state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Nothing.
+    Keep,
+    /// Motors off with the next tick.
+    SwitchOff,
+    /// The estimator begins at rest where the arm is, and the guard anew.
+    Energise,
+    /// The reference comes to rest.
+    Hold,
+    /// The stop sequence, again and again until the servos stand.
+    Halt,
+    /// The stop sequence, then bring-up.
+    Search,
+    /// The same, at the speed of the bus that a client used first.
+    SearchHere,
+    /// The stop sequence; the bus is the client's then.
+    HandOver,
+}
+
+/// A cell of the table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Cell {
+    /// To this state, by this action.
+    Go(State, Action),
+    /// Nothing changes.
+    Stay,
+    /// Nothing changes, and the host is told why.
+    No(Refusal),
+}
+
+const STATES: [State; 7] = [
+    State::Boot,
+    State::Idle,
+    State::Armed,
+    State::Running,
+    State::Degraded,
+    State::Passthrough,
+    State::Fault,
+];
+
+const EVENTS: usize = Event::ClearFault as usize + 1;
+
+/// A row an event, a column a state, both in the order in which they are declared.
+const TABLE: [[Cell; STATES.len()]; EVENTS] = {
+    use Action::{
+        Energise, Halt, HandOver, Hold, Keep, Search as Find, SearchHere as FindHere,
+        SwitchOff as Off,
+    };
+    use Cell::{Go, No, Stay};
+    use Refusal::{Disarmed, Faulted, NotIdle, NotReady};
+    use State::{Armed, Boot, Degraded, Fault, Idle, Passthrough as Pass, Running};
+    const BUS: Refusal = Refusal::Passthrough;
+    #[rustfmt::skip]
+    let table = [
+        // Boot             Idle                Armed            Running             Degraded             Passthrough          Fault
+        [Go(Idle, Keep),     Stay,               Stay,            Stay,               Stay,                Stay,                Stay],             // BusReady
+        // The first cause stays: what follows it is often its consequence.
+        [Go(Fault, Halt),    Go(Fault, Halt),    Go(Fault, Halt), Go(Fault, Halt),    Go(Fault, Halt),     Go(Fault, Halt),     Stay],             // Tripped
+        [Stay,               Stay,               Stay,            Go(Degraded, Keep), Stay,                Stay,                Stay],             // SampleLost
+        [Stay,               Stay,               Stay,            Stay,               Go(Running, Keep),   Stay,                Stay],             // SamplesBack
+        [Stay,               Stay,               Stay,            Go(Running, Hold),  Go(Degraded, Hold),  Stay,                Stay],             // Brake
+        [Stay,               Stay,               Stay,            Go(Armed, Off),     Go(Armed, Off),      Stay,                Stay],             // Slacken
+        [Go(Pass, HandOver), Go(Pass, HandOver), Stay,            Stay,               Stay,                Stay,                Stay],             // ClientCame
+        [Stay,               Stay,               Stay,            Stay,               Stay,                Go(Boot, FindHere),  Stay],             // ClientLeft
+        // Where torque is off already there is nothing to refuse, nothing to leave.
+        [Stay,               Stay,               Go(Idle, Off),   Go(Idle, Off),      Go(Idle, Off),       Go(Boot, FindHere),  Stay],             // Disarm
+        [No(NotReady),       Go(Armed, Energise),Stay,            Stay,               Stay,                No(BUS),             No(Faulted)],      // Arm
+        [No(NotReady),       No(Disarmed),       Go(Running, Energise), Stay,         Stay,                No(BUS),             No(Faulted)],      // Drive
+        [Stay,               Stay,               Stay,            Stay,               Stay,                Stay,                No(Faulted)],      // Configure
+        [Stay,               Stay,               No(NotIdle),     No(NotIdle),        No(NotIdle),         Stay,                No(Faulted)],      // Keep
+        [No(NotReady),       Go(Boot, Find),     No(NotIdle),     No(NotIdle),        No(NotIdle),         No(BUS),             No(Faulted)],      // Prepare
+        [No(NotReady),       Go(Pass, HandOver), No(NotIdle),     No(NotIdle),        No(NotIdle),         Stay,                No(Faulted)],      // Release
+        [Stay,               Stay,               Stay,            Stay,               Stay,                Stay,                Go(Boot, Find)],   // ClearFault
+    ];
+    table
+};
+
+/// The state after `event`, and what is to be done.
 ///
 /// # Errors
-/// The refusal that the host is told; the mode stays as it is.
-#[expect(
-    clippy::match_same_arms,
-    reason = "a table: every row stands for itself"
-)]
-pub const fn next(mode: Mode, event: Event) -> Result<Mode, Refusal> {
-    use Event::{Asked, BusReady, ClientCame, ClientLeft, Tripped};
-    use Mode::{BringUp, Idle, Passthrough, Regulate, Torque, Track};
-    match (mode, event) {
-        // The first cause stays: what follows it is often its consequence.
-        (Mode::Fault(first), Tripped(_)) => Ok(Mode::Fault(first)),
-        (_, Tripped(fault)) => Ok(Mode::Fault(fault)),
-
-        (BringUp, BusReady) => Ok(Idle),
-        (_, BusReady) => Ok(mode),
-
-        (BringUp | Idle | Passthrough, ClientCame) => Ok(Passthrough),
-        // Served between the ticks.
-        (Torque | Regulate | Track | Mode::Fault(_), ClientCame) => Ok(mode),
-        (Passthrough, ClientLeft) => Ok(BringUp),
-        (BringUp | Idle | Torque | Regulate | Track | Mode::Fault(_), ClientLeft) => Ok(mode),
-
-        (Passthrough, Asked(Request::Idle)) => Ok(BringUp),
-        // Torque is off already: nothing to refuse, nothing to leave.
-        (BringUp | Mode::Fault(_), Asked(Request::Idle)) => Ok(mode),
-        (Idle | Torque | Regulate | Track, Asked(Request::Idle)) => Ok(Idle),
-
-        (BringUp, Asked(Request::Torque | Request::Regulate | Request::Track)) => {
-            Err(Refusal::NotReady)
-        }
-        (Passthrough, Asked(Request::Torque | Request::Regulate | Request::Track)) => {
-            Err(Refusal::Passthrough)
-        }
-        (Idle | Torque | Regulate | Track, Asked(Request::Torque)) => Ok(Torque),
-        (Idle | Torque | Regulate | Track, Asked(Request::Regulate)) => Ok(Regulate),
-        (Idle | Torque | Regulate | Track, Asked(Request::Track)) => Ok(Track),
-
-        (BringUp | Idle | Torque | Regulate | Track | Passthrough, Asked(Request::Configure)) => {
-            Ok(mode)
-        }
-
-        (Idle, Asked(Request::Prepare)) => Ok(BringUp),
-        (Passthrough, Asked(Request::Prepare)) => Err(Refusal::Passthrough),
-        (Idle | Passthrough, Asked(Request::Release)) => Ok(Passthrough),
-        (BringUp, Asked(Request::Prepare | Request::Release)) => Err(Refusal::NotReady),
-        (Torque | Regulate | Track, Asked(Request::Prepare | Request::Release)) => {
-            Err(Refusal::NotIdle)
-        }
-
-        (Mode::Fault(_), Asked(Request::ClearFault)) => Ok(BringUp),
-        (BringUp | Idle | Torque | Regulate | Track | Passthrough, Asked(Request::ClearFault)) => {
-            Ok(mode)
-        }
-
-        (
-            Mode::Fault(_),
-            Asked(
-                Request::Torque
-                | Request::Regulate
-                | Request::Track
-                | Request::Configure
-                | Request::Prepare
-                | Request::Release,
-            ),
-        ) => Err(Refusal::Faulted),
+/// The refusal that the host is told; the state stays as it is.
+pub fn next(state: State, event: Event) -> Result<(State, Action), Refusal> {
+    let row = TABLE.get(event as usize);
+    match row.and_then(|row| row.get(state as usize)) {
+        Some(Cell::Go(state, action)) => Ok((*state, *action)),
+        Some(Cell::No(refusal)) => Err(*refusal),
+        // Every pair is in the table.
+        Some(Cell::Stay) | None => Ok((state, Action::Keep)),
     }
 }
 
-/// Whether motors may be driven in this mode.
-pub const fn torque_is_on(mode: Mode) -> bool {
-    match mode {
-        Mode::Torque | Mode::Regulate | Mode::Track => true,
-        Mode::BringUp | Mode::Idle | Mode::Passthrough | Mode::Fault(_) => false,
+impl State {
+    /// Whether the motors may be driven, or soon will be.
+    pub const fn is_armed(self) -> bool {
+        match self {
+            Self::Armed | Self::Running | Self::Degraded => true,
+            Self::Boot | Self::Idle | Self::Passthrough | Self::Fault => false,
+        }
+    }
+
+    /// Whether the motors are driven.
+    pub const fn is_driven(self) -> bool {
+        matches!(self, Self::Running | Self::Degraded)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Mode::{BringUp, Idle, Passthrough, Regulate, Torque, Track};
+    extern crate std;
+    use std::string::{String, ToString};
+    use std::vec::Vec;
+    use std::{format, vec};
 
-    /// Every mode against every event, written out independently of `next`.
+    const EVENTS: [Event; super::EVENTS] = [
+        Event::BusReady,
+        Event::Tripped,
+        Event::SampleLost,
+        Event::SamplesBack,
+        Event::Brake,
+        Event::Slacken,
+        Event::ClientCame,
+        Event::ClientLeft,
+        Event::Disarm,
+        Event::Arm,
+        Event::Drive,
+        Event::Configure,
+        Event::Keep,
+        Event::Prepare,
+        Event::Release,
+        Event::ClearFault,
+    ];
+
+    fn pairs() -> impl Iterator<Item = (State, Event)> {
+        STATES
+            .into_iter()
+            .flat_map(|state| EVENTS.into_iter().map(move |event| (state, event)))
+    }
+
+    /// The diagram has every change of state, and nothing else.
     #[test]
-    fn every_pair() {
-        const HELD: Mode = Mode::Fault(Fault::HostSilent);
-        const TRIPPED: Mode = Mode::Fault(Fault::Overrun);
-        use Refusal::{Faulted, NotIdle, NotReady};
-        const BUS: Refusal = Refusal::Passthrough;
-        let events = [
-            Event::BusReady,
-            Event::Tripped(Fault::Overrun),
-            Event::ClientCame,
-            Event::ClientLeft,
-            Event::Asked(Request::Idle),
-            Event::Asked(Request::Torque),
-            Event::Asked(Request::Regulate),
-            Event::Asked(Request::Track),
-            Event::Asked(Request::Configure),
-            Event::Asked(Request::Prepare),
-            Event::Asked(Request::Release),
-            Event::Asked(Request::ClearFault),
-        ];
-        let modes = [BringUp, Idle, Torque, Regulate, Track, Passthrough, HELD];
-        // A row an event, a column a mode.
-        #[rustfmt::skip]
-        let table = [
-            [Ok(Idle),        Ok(Idle),        Ok(Torque),    Ok(Regulate),  Ok(Track),    Ok(Passthrough), Ok(HELD)],
-            [Ok(TRIPPED),     Ok(TRIPPED),     Ok(TRIPPED),   Ok(TRIPPED),   Ok(TRIPPED),  Ok(TRIPPED),     Ok(HELD)],
-            [Ok(Passthrough), Ok(Passthrough), Ok(Torque),    Ok(Regulate),  Ok(Track),    Ok(Passthrough), Ok(HELD)],
-            [Ok(BringUp),     Ok(Idle),        Ok(Torque),    Ok(Regulate),  Ok(Track),    Ok(BringUp),     Ok(HELD)],
-            [Ok(BringUp),     Ok(Idle),        Ok(Idle),      Ok(Idle),      Ok(Idle),     Ok(BringUp),     Ok(HELD)],
-            [Err(NotReady),   Ok(Torque),      Ok(Torque),    Ok(Torque),    Ok(Torque),   Err(BUS),        Err(Faulted)],
-            [Err(NotReady),   Ok(Regulate),    Ok(Regulate),  Ok(Regulate),  Ok(Regulate), Err(BUS),        Err(Faulted)],
-            [Err(NotReady),   Ok(Track),       Ok(Track),     Ok(Track),     Ok(Track),    Err(BUS),        Err(Faulted)],
-            [Ok(BringUp),     Ok(Idle),        Ok(Torque),    Ok(Regulate),  Ok(Track),    Ok(Passthrough), Err(Faulted)],
-            [Err(NotReady),   Ok(BringUp),     Err(NotIdle),  Err(NotIdle),  Err(NotIdle), Err(BUS),        Err(Faulted)],
-            [Err(NotReady),   Ok(Passthrough), Err(NotIdle),  Err(NotIdle),  Err(NotIdle), Ok(Passthrough), Err(Faulted)],
-            [Ok(BringUp),     Ok(Idle),        Ok(Torque),    Ok(Regulate),  Ok(Track),    Ok(Passthrough), Ok(BringUp)],
-        ];
-        for (event, row) in events.into_iter().zip(table) {
-            for (mode, expected) in modes.into_iter().zip(row) {
-                assert_eq!(next(mode, event), expected, "{mode:?} on {event:?}");
+    fn the_diagram_is_the_table() {
+        let of_table = pairs().filter_map(|(state, event)| match next(state, event) {
+            Ok((then, action)) if then != state => {
+                Some(format!("{state:?} --{event:?}--> {then:?} {action:?}"))
+            }
+            _ => None,
+        });
+        let mut of_table: Vec<String> = of_table.collect();
+        let lines = include_str!("supervisor.rs").lines();
+        let lines = lines.filter_map(|line| line.strip_prefix("//! "));
+        let mut of_diagram: Vec<String> = lines
+            .filter(|line| line.contains("-->"))
+            .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "))
+            .collect();
+        of_table.sort();
+        of_diagram.sort();
+        assert_eq!(of_diagram, of_table);
+    }
+
+    /// What must hold whatever else the table says, pair by pair.
+    #[test]
+    fn every_pair_is_safe() {
+        for (state, event) in pairs() {
+            let pair = format!("{state:?} on {event:?}");
+            let result = next(state, event);
+            let (then, action) = result.unwrap_or((state, Action::Keep));
+            if event == Event::Tripped {
+                assert_eq!(then, State::Fault, "{pair}");
+            }
+            if event == Event::Disarm {
+                assert!(!then.is_armed(), "{pair}");
+            }
+            if then.is_armed() && !state.is_armed() {
+                assert_eq!((state, event), (State::Idle, Event::Arm), "{pair}");
+                assert_eq!(action, Action::Energise, "{pair}");
+            }
+            if then.is_driven() && !state.is_driven() {
+                assert_eq!((state, event), (State::Armed, Event::Drive), "{pair}");
+                assert_eq!(action, Action::Energise, "{pair}");
+            }
+            if state == State::Fault && then != State::Fault {
+                assert_eq!((then, event), (State::Boot, Event::ClearFault), "{pair}");
+            }
+            if state.is_driven() && !then.is_driven() {
+                assert!(matches!(action, Action::SwitchOff | Action::Halt), "{pair}");
+            }
+            // Bring-up begins with the stop sequence, and so does a client's turn.
+            if then != state && matches!(then, State::Boot | State::Passthrough) {
+                let stops = [Action::Search, Action::SearchHere, Action::HandOver];
+                assert!(stops.contains(&action), "{pair}");
+            }
+            if result.is_err() {
+                assert!(event as usize >= Event::Disarm as usize, "{pair}");
             }
         }
+    }
+
+    /// What the host is told, written out independently of the table.
+    #[test]
+    fn refusals_name_what_is_missing() {
+        let asks = [
+            Event::Arm,
+            Event::Drive,
+            Event::Configure,
+            Event::Keep,
+            Event::Prepare,
+            Event::Release,
+        ];
+        let told = |state| {
+            let letters = asks.map(|event| match next(state, event) {
+                Ok(_) => '.',
+                Err(Refusal::NotReady) => 'r',
+                Err(Refusal::Disarmed) => 'd',
+                Err(Refusal::NotIdle) => 'i',
+                Err(Refusal::Passthrough) => 'p',
+                Err(Refusal::Faulted) => 'f',
+                Err(_) => '?',
+            });
+            letters.iter().collect::<String>()
+        };
+        let expected = vec![
+            "rr..rr".to_string(), // Boot
+            ".d....".to_string(), // Idle
+            "...iii".to_string(), // Armed
+            "...iii".to_string(), // Running
+            "...iii".to_string(), // Degraded
+            "pp..p.".to_string(), // Passthrough
+            "ffffff".to_string(), // Fault
+        ];
+        assert_eq!(STATES.map(told).to_vec(), expected);
     }
 }

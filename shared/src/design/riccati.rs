@@ -91,8 +91,7 @@ fn gain<T: Real, const N: usize, const M: usize>(
     cost: SMatrix<T, N, N>,
 ) -> Result<Solution<T, N, M>, Error> {
     let b_cost = b.transpose() * cost;
-    let [gain] =
-        elimination::solve(&(r + b_cost * b), [&(b_cost * a)]).ok_or(Error::Singular)?;
+    let [gain] = elimination::solve(&(r + b_cost * b), [&(b_cost * a)]).ok_or(Error::Singular)?;
     if is_finite(&gain) {
         Ok(Solution { gain, cost })
     } else {

@@ -11,8 +11,8 @@ pub const PLACE_LEN: usize = 24;
 /// Sent after the board's hello, and again when something of it changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
 pub struct BoardReport {
-    /// Changes with every reset: what was meant for the board before it is not
-    /// obeyed after. See [`Command::Arm`](super::message::Command::Arm).
+    /// Changes with every reset and with every hello: what was meant for the board
+    /// before is not obeyed after. See [`Command::Arm`](super::message::Command::Arm).
     pub session: u32,
     /// How the program before this one ended.
     pub last_end: LastEnd,
@@ -20,6 +20,17 @@ pub struct BoardReport {
     pub settings: SettingsFrom,
     /// Stack, in bytes, if it is watched.
     pub stack: Option<Stack>,
+}
+
+/// Low bits of a session's number that count the hellos since the last reset; the
+/// others count the resets.
+pub const HELLO_BITS: u32 = 16;
+
+impl BoardReport {
+    /// Whether the board has been reset between this report and a later one.
+    pub fn is_before_reset(&self, later: &Self) -> bool {
+        self.session >> HELLO_BITS != later.session >> HELLO_BITS
+    }
 }
 
 /// How a program ended: kept across the reset that followed.

@@ -8,8 +8,11 @@
 //! repeated, lost and repeated again without harm. Each is acknowledged by the
 //! sequence number of the frame that carried it.
 
+pub use super::board::{BoardReport, End, LastEnd, SettingsFrom, Stack};
+pub use super::limits::Limits;
+pub use super::mode::{Drive, Fault, Guards, Halt, Mode, Standstill, StopSource, Trip};
 use super::motion::Motion;
-pub use super::setup::{Controller, Gains, Setup};
+pub use super::setup::{Controller, Gains, Settings, Setup};
 
 use crate::JOINTS;
 use crate::control::trajectory::Quantity;
@@ -25,6 +28,10 @@ pub enum ToBoard {
     Hello(Hello),
     /// The host is alive. Any accepted message counts as one.
     Heartbeat,
+    /// Emergency stop, with or without a session.
+    Stop,
+    /// The host leaves: disarm, which is no fault.
+    Goodbye,
     /// A state the host wants the board to be in.
     Command(Command),
 }
@@ -71,6 +78,19 @@ pub enum ToHost {
     Passthrough,
     /// What became of a client's packets on the transparent port, so far.
     Port(PortCounters),
+    /// What the board says of itself.
+    Board(BoardReport),
+    /// Why there is a fault; after a hello too, while it is latched.
+    Tripped(Trip),
+    /// What the servos did after the stop sequence.
+    Halted(Halt),
+    /// A servo's temperature, as polled with torque on or off.
+    Temperature {
+        /// Index of the joint.
+        joint: u8,
+        /// In °C from a stock servo, in counts of its converter from Morpheus.
+        value: u16,
+    },
     /// One tick.
     Record(Record),
 }
@@ -102,9 +122,15 @@ pub struct Hello {
 /// A state the board shall be in.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Command {
-    /// Torque off; the bus is still read. Takes the bus back from the transparent
-    /// port.
+    /// Disarm: torque off; the bus is still read. Takes the bus back from the
+    /// transparent port.
     Idle,
+    /// From idle, be ready to move, with zero torque. Whoever asks shows that it
+    /// knows which life of the board it speaks to.
+    Arm {
+        /// Of [`BoardReport`].
+        session: u32,
+    },
     /// Constant joint torques in N m, clamped to what the servos can do.
     Torque([f32; JOINTS]),
     /// Hold the arm at these joint angles in rad: a step, if it is elsewhere.
@@ -129,11 +155,15 @@ pub enum Command {
     /// Give stock servos back the mode and the return delay they were found with,
     /// and leave the bus to the transparent port.
     Release,
-    /// Leave [`Mode::Fault`] for [`Mode::Idle`].
+    /// Leave [`Mode::Fault`]: bring-up, then [`Mode::Idle`].
     ClearFault,
     /// Replace the set-up. While torque is on it is taken over without a step in
     /// the torque, and only the period must stay.
     Configure(Setup),
+    /// Replace the limits, while idle.
+    Limit(Limits),
+    /// Keep set-up and limits across power-off, while idle.
+    Save,
 }
 
 /// Why a command was refused.
@@ -143,8 +173,18 @@ pub enum Refusal {
     Faulted,
     /// Servos are still being brought up, or do not answer.
     NotReady,
-    /// The period can only be replaced, and servos released, when idle.
+    /// The board is not armed; send [`Command::Arm`] first.
+    Disarmed,
+    /// The board has been reset since; its report tells the session.
+    OtherSession,
+    /// An older frame than one that was obeyed.
+    Stale,
+    /// The period and the limits can only be replaced, settings saved and servos
+    /// released, when idle.
     NotIdle,
+    /// The settings could not be kept: the memory is full until the next reset, or
+    /// does not work.
+    NotSaved,
     /// Stock servos as they come take no torque: send [`Command::Prepare`] first.
     Unprepared,
     /// A client on the transparent port has the bus; [`Command::Idle`] takes it
@@ -181,45 +221,6 @@ pub enum Refusal {
     Busy,
 }
 
-/// What the application is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Mode {
-    /// Stop sequence, then START: servos are being found.
-    BringUp,
-    /// Torque off, reading.
-    Idle,
-    /// Constant torque.
-    Torque,
-    /// Holding a reference that only the host changes.
-    Regulate,
-    /// Following a motion or a stream.
-    Track,
-    /// The bus belongs to the client of the transparent port: no ticks.
-    Passthrough,
-    /// Torque off and latched.
-    Fault(Fault),
-}
-
-/// Why the supervisor switched torque off.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Fault {
-    /// No valid frame from the host for too long.
-    HostSilent,
-    /// Too many samples in a row were missing.
-    SamplesLost,
-    /// A joint left its angle limit.
-    AngleLimit,
-    /// A tick took longer than its period.
-    Overrun,
-    /// The control law produced something that is not a number.
-    NotFinite,
-    /// A stock servo reported that it is too hot or overloaded: it lets go of
-    /// its shaft by itself.
-    ServoAlarm,
-}
-
 /// One tick: inputs, outputs, and what it took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Record {
@@ -229,6 +230,8 @@ pub struct Record {
     pub start_us: u64,
     /// Mode in which the tick was decided.
     pub mode: Mode,
+    /// What the supervisor changed of the torque that was wanted; see [`Guards`].
+    pub guards: Guards,
     /// What each servo answered.
     pub samples: [Sample; JOINTS],
     /// The error byte that came with it, from a stock servo; its bits are
@@ -286,6 +289,16 @@ impl Sample {
         match self {
             Self::Counts(counts) => Some(counts),
             Self::Missing(_) => None,
+        }
+    }
+}
+
+impl Sample {
+    /// Why there are none.
+    pub fn missing(self) -> Option<Missing> {
+        match self {
+            Self::Counts(_) => None,
+            Self::Missing(missing) => Some(missing),
         }
     }
 }

@@ -2,7 +2,11 @@
 //!
 //! | module      | what                                                     |
 //! |-------------|----------------------------------------------------------|
-//! | [`message`] | what is said, set-ups included                           |
+//! | [`message`] | what is said                                             |
+//! | [`mode`]    | what the board is doing, and why it stopped              |
+//! | [`limits`]  | what the supervisor allows                               |
+//! | [`board`]   | what a board says of itself                              |
+//! | `setup`     | what the application computes with                       |
 //! | [`motion`]  | motions, as they are asked for                           |
 //! | [`schema`]  | the hash by which two builds know that they agree on it  |
 //! | [`frame`]   | how it is put on a wire                                  |
@@ -14,4 +18,4 @@ pub mod message;
 pub mod mode;
 pub mod motion;
 pub mod schema;
-pub mod setup;
+mod setup;

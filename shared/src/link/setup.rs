@@ -9,15 +9,6 @@ use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// All that is kept across power-off.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize, Default)]
-pub struct Settings {
-    /// What the application computes with.
-    pub setup: Setup,
-    /// What the supervisor allows.
-    pub limits: Limits,
-}
-
 /// What the application computes with, replaced as one atomic group.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Setup {
@@ -33,6 +24,15 @@ pub struct Setup {
     pub arm: Parameters<f32>,
     /// Its servos.
     pub joints: [Joint<f32>; JOINTS],
+}
+
+/// What a board keeps across power-off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+pub struct Settings {
+    /// What the application computes with.
+    pub setup: Setup,
+    /// What the supervisor allows.
+    pub limits: Limits,
 }
 
 impl Default for Setup {

@@ -8,15 +8,17 @@
 //! # When pages are erased
 //!
 //! Only in [`Store::prepare`], which a board calls at boot, before its watchdog
-//! runs: on an STM32F405 erasing a page of 128 kB stops the processor for 1 to 2 s
-//! (its data sheet, flash memory characteristics), and programming a word for
-//! 16 µs. It makes room for a number of saves, and [`Store::save`] never erases: a
-//! board that is saved to more often says so, until it is reset.
+//! runs: on an STM32F405 erasing a page of 128 kB stops the processor for 1 to 2 s,
+//! programming a word for 16 µs (its data sheet, flash memory programming). It makes
+//! room for a number of saves, and [`Store::save`] never erases: a board that is
+//! saved to more often says so, until it is reset.
 //!
 //! # When power goes
 //!
-//! A word that was being written may hold anything, and so may a page that was
-//! being erased.
+//! A word that was being written may hold anything after it, and so may a page that
+//! was being erased. The storage crate alone would not do: as a map over two pages
+//! it looks for the place of a page in the order by marks in it, and one that was
+//! half erased may still have them.
 //!
 //! * While saving: the settings are there as a whole or not at all, and those
 //!   before them are untouched.
@@ -38,8 +40,7 @@ mod slot;
 #[cfg(test)]
 mod tests;
 
-use crate::link::board::SettingsFrom;
-use crate::link::setup::Settings;
+use crate::link::message::{Settings, SettingsFrom};
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind};
 use record::{RECEIPT_LEN, Record, SETTINGS_MAX, Unusable};
 use slot::{Slot, Survey, Trouble};
@@ -126,20 +127,19 @@ impl<F: NorFlash> Store<F> {
         if !log.is_alone {
             self.slot(spare).erase()?;
         }
-        let survey = &log.survey;
-        let unreceipted = survey.newest.as_ref().map(|newest| newest.0);
-        let unreceipted = unreceipted.filter(|_| survey.receipt < unreceipted);
+        let settings = log.survey.settings();
+        let unreceipted = settings.filter(|record| log.survey.receipt < Some(record.generation));
         if unreceipted.is_some() {
             needed += Slot::<F>::cost(RECEIPT_LEN);
         }
-        if survey.room >= needed {
+        if log.survey.room >= needed {
             return match unreceipted {
-                Some(generation) => Ok(self.append_receipt(log.slot, generation)?),
+                Some(record) => Ok(self.append_receipt(log.slot, record.generation)?),
                 None => Ok(()),
             };
         }
         let generation = log.next_generation();
-        if let Some(record) = survey.settings() {
+        if let Some(record) = settings {
             let record = record.renumbered(generation).bytes();
             self.append_settings(spare, &record.ok_or(Trouble::Full)?)?;
         }
@@ -150,15 +150,14 @@ impl<F: NorFlash> Store<F> {
 
     /// The settings to begin with, and where they come from. Changes nothing.
     ///
-    /// `accept` says whether a program can be built of them; that all limits are
-    /// within their hard bounds is seen to here.
+    /// `accept` says whether a program can run with them.
     pub fn load(&mut self, accept: impl FnOnce(&Settings) -> bool) -> (Settings, SettingsFrom) {
         let from = match self.log() {
             Err(_) => SettingsFrom::Unreadable,
             Ok(None) => SettingsFrom::Default,
             Ok(Some(log)) => match log.survey.settings().map(|record| record.settings()) {
                 Some(Ok(settings)) => {
-                    if settings.limits.is_valid() && accept(&settings) {
+                    if accept(&settings) {
                         return (settings, SettingsFrom::Saved);
                     }
                     SettingsFrom::Refused
@@ -170,12 +169,14 @@ impl<F: NorFlash> Store<F> {
         (Settings::default(), from)
     }
 
-    /// Keeps these settings. Takes some milliseconds, and never erases.
+    /// Keeps these settings. Programs some sixty words, and never erases. What is
+    /// there already is not written again: a command to save may be repeated.
     ///
     /// # Errors
     /// [`SaveError`].
     pub fn save(&mut self, settings: &Settings) -> Result<(), SaveError> {
         let (slot, room, generation) = match self.log()? {
+            Some(log) if log.survey.has_receipt_for(settings) => return Ok(()),
             Some(log) => (log.slot, log.survey.room, log.next_generation()),
             None => (0, Slot::<F>::ROOM, 1),
         };

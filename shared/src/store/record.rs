@@ -20,7 +20,7 @@
 //! CRC covers the rest of the way, encoder to decoder, RAM included, and makes a
 //! forged record as unlikely as 64 bits do.
 
-use crate::link::setup::Settings;
+use crate::link::message::Settings;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::key::Key;

@@ -6,6 +6,7 @@
 //! [`NoErase`] refuses that.
 
 use super::record::{Bytes, Kind, MAX, Record};
+use crate::link::message::Settings;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind};
@@ -81,6 +82,10 @@ impl<F: NorFlash> by_future::NorFlash for NoErase<'_, F> {
     }
 }
 
+/// Bytes of a page that are used at most: a save looks at all of them four times,
+/// and a host that waits for its answer asks again after 25 ms.
+const LOG_MAX: u32 = 16 * 1_024;
+
 type Queue<'a, F> = QueueStorage<NoErase<'a, F>, Cache<Uncached, Uncached, Uncached>>;
 
 impl From<Error<Self>> for Trouble {
@@ -108,7 +113,7 @@ fn at_once<T>(
 /// What a page holds.
 #[derive(Debug, Default)]
 pub(super) struct Survey {
-    /// All of it is erased.
+    /// Nothing is written in it.
     pub(super) is_blank: bool,
     /// Bytes left for records, framing included; 0 if nothing can be appended.
     pub(super) room: u32,
@@ -129,6 +134,13 @@ impl Survey {
     pub(super) fn settings(&self) -> Option<Record<'_>> {
         let (generation, bytes) = self.newest.as_ref()?;
         (Some(*generation) >= self.receipt).then(|| Record::read(bytes))?
+    }
+
+    /// Whether these are the settings in force, as far as this page says.
+    pub(super) fn has_receipt_for(&self, settings: &Settings) -> bool {
+        self.settings().is_some_and(|record| {
+            self.receipt == Some(record.generation) && record.settings() == Ok(*settings)
+        })
     }
 
     fn take(&mut self, bytes: &[u8]) {
@@ -164,8 +176,14 @@ impl<'a, F: NorFlash> Slot<'a, F> {
     } else {
         F::READ_SIZE as u32
     };
+    /// How much of a page is used, from its start.
+    const USED: u32 = if Self::SIZE > LOG_MAX {
+        LOG_MAX
+    } else {
+        Self::SIZE
+    };
     /// Bytes for records in an erased page.
-    pub(super) const ROOM: u32 = Self::SIZE.saturating_sub(2 * Self::WORD);
+    pub(super) const ROOM: u32 = Self::USED.saturating_sub(2 * Self::WORD);
 
     /// The page with this number, counting from 0.
     pub(super) fn new(flash: &'a mut F, number: u32) -> Self {
@@ -177,12 +195,9 @@ impl<'a, F: NorFlash> Slot<'a, F> {
         self.start + Self::SIZE
     }
 
-    fn last_word(&self) -> u32 {
-        self.end().saturating_sub(Self::WORD)
-    }
-
     fn queue(&mut self) -> Result<Queue<'_, F>, Trouble> {
-        let (range, last_word) = (self.start..self.end(), self.last_word());
+        let range = self.start..self.end();
+        let last_word = range.end.saturating_sub(Self::WORD);
         if self.flash.capacity() < range.end as usize {
             return Err(Trouble::Flash(NorFlashErrorKind::OutOfBounds));
         }
@@ -223,8 +238,10 @@ impl<'a, F: NorFlash> Slot<'a, F> {
                 Err(_) => return Ok(survey),
             }
         }
-        let room = at_once(queue.space_left())?.min(Self::ROOM);
-        if self.is_erased_from(self.last_word().saturating_sub(room))? {
+        let left = at_once(queue.space_left())?;
+        let room = left.saturating_sub(Self::SIZE - Self::USED).min(Self::ROOM);
+        let used = Self::USED.saturating_sub(room + Self::WORD);
+        if self.is_erased_from(self.start + used)? {
             survey.room = room;
         }
         Ok(survey)
@@ -247,11 +264,13 @@ impl<'a, F: NorFlash> Slot<'a, F> {
         }
     }
 
+    /// Whether nothing is written in what is used of the page, from here on.
     fn is_erased_from(&mut self, mut at: u32) -> Result<bool, Trouble> {
         // A multiple of every word size the crate supports.
         let mut chunk = [0; 32];
-        while at < self.end() {
-            let len = chunk.len().min((self.end() - at) as usize);
+        let end = self.start + Self::USED;
+        while at < end {
+            let len = chunk.len().min((end - at) as usize);
             let bytes = chunk.get_mut(..len).unwrap_or_default();
             self.flash
                 .read(at, bytes)

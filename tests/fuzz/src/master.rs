@@ -132,7 +132,11 @@ impl Run {
                 joint: usize::from(script.next()? % 3),
             },
             2 => Transaction::Start,
-            3 | 4 => Transaction::Drive([pwm(script)?, pwm(script)?]),
+            3 => Transaction::Drive([pwm(script)?, pwm(script)?]),
+            4 => Transaction::Quell {
+                joint: usize::from(script.next()? % 2),
+                aside: script.next()? % 2 == 0,
+            },
             5 => {
                 let asked = Asked {
                     id: script.next()?,
@@ -220,6 +224,19 @@ fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> 
             let duties = is_prepared.then(|| stock(duties, BROADCAST));
             let positions = [1, 2].map(|id| stock(position, id));
             duties.into_iter().chain(positions).collect()
+        }
+        (Transaction::Quell { joint, aside }, Firmware::Morpheus) => {
+            let off = if aside {
+                Request::SideStep([ids()[joint]; 2])
+            } else {
+                Request::Release([ids()[joint]; 2])
+            };
+            let rest = Packet::from_slice(&[0xFF; 2]).expect("two bytes");
+            vec![off.encode(), rest, Request::Cycle.encode()]
+        }
+        (Transaction::Quell { .. }, Firmware::Stock) => {
+            let off = Transaction::Drive([Pwm::OFF; 2]);
+            return expected(off, firmware, is_prepared);
         }
         // Known where it is asked for.
         (Transaction::Ask(_), _) => Vec::new(),

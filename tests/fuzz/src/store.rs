@@ -12,8 +12,7 @@
 //! A step is a word programmed or a page erased. In the one in which power goes,
 //! the mask says which bits stay unprogrammed, or are erased already.
 
-use armbridge_shared::link::board::SettingsFrom;
-use armbridge_shared::link::setup::Settings;
+use armbridge_shared::link::message::{Settings, SettingsFrom};
 use armbridge_shared::store::memory::Memory;
 use armbridge_shared::store::{PrepareError, SaveError, Store};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};

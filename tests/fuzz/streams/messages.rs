@@ -2,8 +2,8 @@
 
 use armbridge_shared::link::frame::{Encoder, Message};
 use armbridge_shared::link::message::{
-    Command, Hello, Missing, Mode, PortCounters, Record, Refusal, Sample, Setup, Timing, ToBoard,
-    ToHost,
+    Command, Drive, Guards, Hello, Missing, Mode, PortCounters, Record, Refusal, Sample, Setup,
+    Timing, ToBoard, ToHost,
 };
 use armbridge_shared::link::motion::{Motion, Via};
 use armbridge_shared::servo::Firmware;
@@ -107,7 +107,8 @@ fn record() -> Record {
     Record {
         tick: 1_000,
         start_us: 1_000_000,
-        mode: Mode::Regulate,
+        mode: Mode::Degraded(Drive::Regulate),
+        guards: Guards::RATE,
         samples: [Sample::Counts(500), Sample::Missing(Missing::BadChecksum)],
         alarms: [0, 36],
         pwm_in_force: [1_500, 900],

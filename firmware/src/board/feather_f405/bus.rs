@@ -5,11 +5,11 @@
 //! which lowers the direction pin; a servo may speak 45 µs later.
 
 use super::CORE_MHZ;
+use crate::end::memory;
 use crate::port::{Buffers, Line, LineError};
 use crate::stop::PolledLine;
-use armbridge_shared::servo::port::{BAUD_RATES, bytes_us};
+use armbridge_shared::servo::port::bytes_us;
 use core::convert::Infallible;
-use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::gpio::vals::{Moder, Ospeedr, Pupdr};
 use embassy_stm32::pac::rcc::vals::Sw;
@@ -32,9 +32,6 @@ const PCLK1_MHZ: u32 = 42;
 const RESET_MHZ: u32 = 16;
 
 static BUFFERS: Buffers = Buffers::new();
-
-/// Bits per second; a fresh start begins with what servos have ex works.
-static BAUD: AtomicU32 = AtomicU32::new(BAUD_RATES[0]);
 
 /// A byte has come, or a transmission has ended.
 pub static ACTIVITY: Signal<CriticalSectionRawMutex, ()> = Signal::new();
@@ -61,7 +58,7 @@ fn set_up() {
         .modify(|w| w.set_moder(DIRECTION_PIN, Moder::OUTPUT));
 
     USART3.cr1().write(|w| w.set_ue(false));
-    set_divider(BAUD.load(Ordering::Relaxed));
+    set_divider(memory::baud());
     // 8N1 is what zero stands for in CR1 and CR2. TE sends an idle frame first.
     USART3.cr1().write(|w| {
         w.set_ue(true);
@@ -159,7 +156,7 @@ impl Line for BusLine {
     }
 
     fn set_baud(&self, baud: u32) {
-        BAUD.store(baud, Ordering::Relaxed);
+        memory::set_baud(baud);
         set_divider(baud);
     }
 }
@@ -189,6 +186,7 @@ impl OutputPin for Direction {
 #[derive(Debug)]
 pub struct LastLine {
     core_mhz: u32,
+    byte_us: u64,
 }
 
 impl LastLine {
@@ -200,13 +198,15 @@ impl LastLine {
         } else {
             RESET_MHZ
         };
-        Self { core_mhz }
+        Self {
+            core_mhz,
+            byte_us: bytes_us(1, memory::baud()),
+        }
     }
 
     /// A port that is not done after ten times a byte is dead.
     fn wait(&self, mut done: impl FnMut() -> bool) {
-        let byte_us = bytes_us(1, BAUD.load(Ordering::Relaxed));
-        for _ in 0..10 * byte_us {
+        for _ in 0..10 * self.byte_us {
             if done() {
                 return;
             }
@@ -216,6 +216,11 @@ impl LastLine {
 }
 
 impl PolledLine for LastLine {
+    fn set_baud(&mut self, baud: u32) {
+        self.byte_us = bytes_us(1, baud);
+        set_divider(baud);
+    }
+
     fn drive(&mut self, on: bool) {
         // It cannot fail.
         let _ = Direction.set_state(on.into());

@@ -8,6 +8,7 @@
 //! | PB10 | TX      | USART3 TX         | input of the buffer that drives DATA   |
 //! | PB11 | RX      | USART3 RX         | output of the buffer that listens to DATA |
 //! | PC6  | D6      | direction, high to send | enables of both buffers, 10 kΩ to ground |
+//! | PB8  | D9      | emergency stop, pulled up | normally closed switch to ground |
 //! | PC1  | D13     | red LED           | on the board                           |
 //! | PA11, PA12 | USB | link and port ([`usb`]) | on the board                      |
 //!
@@ -22,25 +23,38 @@
 //! | 3        | USB                                                       |
 //! | thread   | link, log over RTT, LED                                   |
 //!
+//! # Settings
+//!
+//! They are kept in the last two sectors of the chip's flash; see [`flash`]. Boot
+//! prepares them after the stop sequence and before the watchdog runs, since
+//! erasing a sector takes 1 to 2 s.
+//!
 //! # Stop
 //!
 //! Every way down ends in the stop sequence on the bus, sent by polling: a
 //! panic and a hard fault send it and reset; after any reset, the watchdog's
-//! included, it is the first thing the program does. See [`end`].
+//! included, it is the first thing the program does. [`crate::end`] says within
+//! which time.
+//!
+//! The emergency stop is a switch between D9 and ground that is closed in normal
+//! use: pressed, or with a wire broken or unplugged, it is open and the pin is
+//! pulled up, by 30 to 50 kΩ in the chip (data sheet, section 5.3.16). It is looked
+//! at at least every [`time::STOP_LOOK_US`]. No switch: a wire from D9 to GND.
 //!
 //! # Watchdog
 //!
 //! The independent watchdog runs on its own oscillator, 32 kHz nominally and 17
 //! to 47 kHz in fact. It is started before the bridge and fed by the tick alone,
 //! at the end of each good tick and of each step of bring-up. It cannot be
-//! stopped; a program halted by a debugger is reset by it. See [`WATCHDOG_US`].
+//! stopped; a program halted by a debugger is reset by it. See
+//! [`WATCHDOG_US`](crate::end::WATCHDOG_US).
 
 pub mod bus;
 pub mod end;
+pub mod flash;
 pub mod time;
 pub mod usb;
 
-use armbridge_shared::bridge::limits::PERIOD_MAX_US;
 use embassy_stm32::Config;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource,
@@ -50,17 +64,6 @@ use embassy_stm32::time::Hertz;
 
 /// Clock of the core in MHz, once [`config`] is in force.
 pub const CORE_MHZ: u32 = 168;
-
-/// The watchdog's period in µs, nominally: at 47 kHz it must outlast the longest
-/// tick by 10 ms. Steps of bring-up are at most 60 ms apart.
-pub const WATCHDOG_US: u32 = {
-    let longest_us = if PERIOD_MAX_US > 60_000 {
-        PERIOD_MAX_US
-    } else {
-        60_000
-    };
-    (longest_us + 10_000) / 32 * 47
-};
 
 /// Clocks: the greatest the chip allows (section 7.2), 48 MHz for USB exactly.
 pub fn config() -> Config {

@@ -4,20 +4,30 @@ use super::{CORE_MHZ, bus};
 use crate::run::RealTime;
 use cortex_m::peripheral::DWT;
 use embassy_futures::select::select;
+use embassy_stm32::gpio::Input;
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Instant, Timer};
 
+/// How often the emergency stop is looked at, at least: in µs.
+pub const STOP_LOOK_US: u64 = 1_000;
+
 /// The board as the real-time loop sees it.
 pub struct Board {
+    stop: Input<'static>,
     watchdog: IndependentWatchdog<'static, IWDG>,
     begun: u32,
 }
 
 impl Board {
-    /// A board whose watchdog is running, and its cycle counter too.
-    pub fn new(watchdog: IndependentWatchdog<'static, IWDG>) -> Self {
-        Self { watchdog, begun: 0 }
+    /// A board whose watchdog is running, and its cycle counter too. `stop` is
+    /// the emergency stop's input, pulled up.
+    pub fn new(watchdog: IndependentWatchdog<'static, IWDG>, stop: Input<'static>) -> Self {
+        Self {
+            stop,
+            watchdog,
+            begun: 0,
+        }
     }
 }
 
@@ -42,6 +52,7 @@ impl RealTime for Board {
     }
 
     async fn wait(&mut self, until_us: u64, _bytes_wanted: Option<usize>) {
+        let until_us = until_us.min(now_us() + STOP_LOOK_US);
         select(
             Timer::at(Instant::from_micros(until_us)),
             bus::ACTIVITY.wait(),
@@ -51,5 +62,9 @@ impl RealTime for Board {
 
     fn tick_was_good(&mut self) {
         self.watchdog.pet();
+    }
+
+    fn is_stop_pressed(&mut self) -> bool {
+        self.stop.is_high()
     }
 }

@@ -6,25 +6,17 @@
 //! bytes of a burst as sent back to back from the moment the first arrived.
 
 use super::{BUS, time};
+use crate::end::memory;
 use crate::port::{Buffers, Line};
 use crate::stop::PolledLine;
-use armbridge_shared::servo::port::{BAUD_RATES, byte_ns, bytes_us};
+use armbridge_shared::servo::port::{byte_ns, bytes_us};
 use core::cell::Cell;
 use core::convert::Infallible;
-use core::sync::atomic::{AtomicU32, Ordering};
 use critical_section::Mutex;
 use embedded_hal::digital::{ErrorType, OutputPin};
 
 /// When the last stop bit leaves, in ns.
 static SENT_NS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
-/// Bits per second.
-static BAUD: AtomicU32 = AtomicU32::new(BAUD_RATES[0]);
-
-/// Bits per second.
-pub fn baud() -> u32 {
-    BAUD.load(Ordering::Relaxed).max(1)
-}
-
 /// When the transmission under way ends; `None` if there is none.
 pub fn sent_at_us(now_us: u64) -> Option<u64> {
     let sent_us = critical_section::with(|cs| SENT_NS.borrow(cs).get()).div_ceil(1_000);
@@ -43,7 +35,7 @@ impl Line for BusLine {
     /// Called for every byte written.
     fn start_sending(&self) {
         let now_ns = time::now_us() * 1_000;
-        let byte_ns = u64::from(byte_ns(baud()));
+        let byte_ns = u64::from(byte_ns(memory::baud()));
         critical_section::with(|cs| {
             let sent_ns = SENT_NS.borrow(cs);
             sent_ns.set(sent_ns.get().max(now_ns) + byte_ns);
@@ -56,7 +48,7 @@ impl Line for BusLine {
     }
 
     fn set_baud(&self, baud: u32) {
-        BAUD.store(baud, Ordering::Relaxed);
+        memory::set_baud(baud);
     }
 }
 
@@ -80,20 +72,36 @@ impl OutputPin for NoPin {
 
 /// The bus for the stop sequence, timed by the cycle counter alone.
 #[derive(Debug)]
-pub struct LastLine;
+pub struct LastLine {
+    byte_us: u32,
+}
+
+impl LastLine {
+    /// Takes the port over from whoever has it.
+    pub fn take() -> Self {
+        time::count();
+        BUS.enable();
+        Self { byte_us: 0 }
+    }
+}
 
 impl PolledLine for LastLine {
+    fn set_baud(&mut self, baud: u32) {
+        self.byte_us = bytes_us(1, baud) as u32;
+    }
+
     fn drive(&mut self, _on: bool) {}
 
     fn send(&mut self, byte: u8) {
         BUS.send_polled(byte);
-        self.pause_us(bytes_us(1, baud()) as u32);
+        self.pause_us(self.byte_us);
     }
 
     fn flush(&mut self) {}
 
     fn pause_us(&mut self, us: u32) {
+        let cycles = us.saturating_mul(time::cycles_per_us());
         let begun = time::cycles();
-        while time::cycles().wrapping_sub(begun) < us * super::CLOCK_MHZ {}
+        while time::cycles().wrapping_sub(begun) < cycles {}
     }
 }

@@ -1,27 +1,38 @@
-//! How the program ends: motors off, a line in the log, an exit code.
+//! What the emulator adds to how the program ends, and begins again.
 
 use super::bus::LastLine;
 use super::semihosting::{self, EXIT_FAULT, EXIT_PANIC};
-use crate::stop;
-use core::panic::PanicInfo;
+use super::{time, watchdog};
+use crate::end::memory;
+use armbridge_shared::link::message::End;
+use cortex_m::peripheral::SCB;
 
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    cortex_m::interrupt::disable();
-    stop::send(&mut LastLine);
-    defmt::error!("{}", defmt::Display2Format(info));
-    semihosting::exit(EXIT_PANIC)
+/// The servo bus, by polling, whatever state it is in.
+pub(crate) fn line() -> LastLine {
+    LastLine::take()
 }
 
-/// A hard fault, on a fresh stack.
-pub(in crate::board) extern "C" fn fault() -> ! {
-    stop::send(&mut LastLine);
-    defmt::error!("hard fault");
-    semihosting::exit(EXIT_FAULT)
+/// Why there was a reset: the machine does not say. If memory was kept, it was
+/// QEMU's monitor or the watchdog's second expiry; otherwise QEMU has just begun.
+pub fn reset_cause() -> End {
+    if memory::is_kept() {
+        End::ResetPin
+    } else {
+        End::PowerUp
+    }
 }
 
-/// An exception that nobody expects is a bug.
-#[cortex_m_rt::exception]
-unsafe fn DefaultHandler(number: i16) -> ! {
-    panic!("unexpected exception {number}")
+/// One period more for ending.
+pub(crate) fn feed_watchdog() {
+    watchdog::feed();
+}
+
+/// Resets the machine; in lockstep leaves QEMU, because the bench could not
+/// follow.
+pub(crate) fn leave(cause: End) -> ! {
+    if time::is_lockstep() {
+        let is_panic = cause == End::Panic;
+        semihosting::exit(if is_panic { EXIT_PANIC } else { EXIT_FAULT });
+    }
+    SCB::sys_reset()
 }

@@ -8,6 +8,10 @@
 //! | 3        | link, log: what is thread mode on a real board            |
 //! | thread   | sleep                                                     |
 //!
+//! Link, port and log cannot keep the tick waiting, for the reasons given for the
+//! real board in [`crate::run`], but for one: a line of the log stops the core, in
+//! a critical section, until the host has written it.
+//!
 //! QEMU takes WFE, by which embassy's thread-mode executor sleeps, for a no-op
 //! and would use a whole core of the host. WFI does sleep, but must not be
 //! executed after the interrupt it is to wait for; an interrupt executor of the

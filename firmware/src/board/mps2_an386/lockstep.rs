@@ -22,19 +22,27 @@
 //! one.
 
 use super::semihosting::{self, EXIT_NO_BENCH, Stdio};
-use super::{BUS, CLIENT, LINK, bus, time};
+use super::{BUS, CLIENT, LINK, time};
+use crate::end::memory;
+use crate::settings;
 use armbridge_shared::bridge::LinkPort;
 use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::lockstep::{Grant, Idle, MESSAGE_LEN};
+use armbridge_shared::store::Store;
+use embedded_storage::nor_flash::NorFlash;
 
 /// Runs the bridge by grants, for ever, in thread mode and in place of
 /// [`crate::run::link`]. The real-time loop must be waiting.
-pub async fn run(mut port: LinkPort<'_>, mut client: PortEnd<'_>) -> ! {
+pub async fn run(
+    mut port: LinkPort<'_>,
+    mut client: PortEnd<'_>,
+    mut store: Store<impl NorFlash>,
+) -> ! {
     let Some(mut bench) = Stdio::open() else {
         semihosting::exit(EXIT_NO_BENCH);
     };
     loop {
-        serve_link(&mut port).await;
+        serve_link(&mut port, &mut store).await;
         serve_client(&mut client).await;
         let (until_us, bus_wanted) = time::waits_for();
         let idle = Idle {
@@ -43,7 +51,7 @@ pub async fn run(mut port: LinkPort<'_>, mut client: PortEnd<'_>) -> ! {
             bus_tx: BUS.buffers().written_total() as u16,
             link_tx: LINK.buffers().written_total(),
             client_tx: CLIENT.buffers().written_total(),
-            bus_baud: bus::baud(),
+            bus_baud: memory::baud(),
         };
         for port in [&BUS, &LINK, &CLIENT] {
             port.until_sent().await;
@@ -57,7 +65,7 @@ pub async fn run(mut port: LinkPort<'_>, mut client: PortEnd<'_>) -> ! {
         BUS.until(|bus| has_come(bus.received_total(), grant.bus_rx))
             .await;
         loop {
-            serve_link(&mut port).await;
+            serve_link(&mut port, &mut store).await;
             if has_come(LINK.buffers().received_total(), grant.link_rx) {
                 break;
             }
@@ -66,7 +74,7 @@ pub async fn run(mut port: LinkPort<'_>, mut client: PortEnd<'_>) -> ! {
             })
             .await;
         }
-        serve_link(&mut port).await;
+        serve_link(&mut port, &mut store).await;
         loop {
             serve_client(&mut client).await;
             if has_come(CLIENT.buffers().received_total(), grant.client_rx) {
@@ -80,7 +88,7 @@ pub async fn run(mut port: LinkPort<'_>, mut client: PortEnd<'_>) -> ! {
         }
         serve_client(&mut client).await;
         client.set_line(grant.client_line);
-        time::grant(grant.now_us);
+        time::grant(grant.now_us, grant.is_stop_pressed);
     }
 }
 
@@ -90,15 +98,20 @@ fn has_come(count: u32, target: u32) -> bool {
 }
 
 /// Takes all that the host has sent and sends it all there is.
-async fn serve_link(port: &mut LinkPort<'_>) {
+async fn serve_link(port: &mut LinkPort<'_>, store: &mut Store<impl NorFlash>) {
     while let Some(byte) = LINK.buffers().read() {
         port.receive(&[byte]);
     }
-    while let Some(frame) = port.transmit() {
-        for byte in frame {
-            LINK.until(|link| link.write(*byte)).await;
+    loop {
+        while let Some(frame) = port.transmit() {
+            for byte in frame {
+                LINK.until(|link| link.write(*byte)).await;
+            }
+            LINK.send();
         }
-        LINK.send();
+        if !settings::keep(port, store) {
+            break;
+        }
     }
 }
 

@@ -9,8 +9,10 @@
 //! | alarm, stopwatch (QEMU has no DWT counter) | CMSDK TIMER1 | 9  |
 //! | tick           | no device                    | 31, by software |
 //! | link, log      | no device                    | 30, by software |
+//! | watchdog       | CMSDK APB watchdog           | the non-maskable one |
 //! | lockstep       | standard input and output, by semihosting |   |
 //! | log            | semihosting console          |                |
+//! | settings       | memory ([`flash`])           |                |
 //!
 //! QEMU has no GPIO here, so the direction pin of the servo bus only exists in
 //! the program; the virtual bus keeps the directions apart by itself.
@@ -33,21 +35,31 @@
 //!
 //! # How it ends
 //!
-//! The program never ends by itself. A panic or a fault sends the stop
-//! sequence on the bus, logs why, and leaves QEMU with exit code
-//! [`semihosting::EXIT_PANIC`] or [`semihosting::EXIT_FAULT`]; a bench that goes
-//! away in lockstep gives [`semihosting::EXIT_NO_BENCH`].
+//! As a real board does: see [`crate::end`]. Its sockets stay open through the
+//! reset. In lockstep the bench could not follow a reset, so a panic or a fault
+//! leaves QEMU, after the stop sequence, with exit code
+//! [`semihosting::EXIT_PANIC`] or [`semihosting::EXIT_FAULT`]. Neither is there a
+//! stop sequence at boot, which would come at no time of the bench's, nor a
+//! [`watchdog`]. A bench that goes away gives [`semihosting::EXIT_NO_BENCH`].
+//!
+//! A fault in the hard fault's own handler locks the processor up, which is the end
+//! of QEMU: it aborts.
+//!
+//! `arg=provoke=KIND@MS` makes it fail; see [`provoke`].
 
 pub mod bus;
 pub mod end;
+pub mod flash;
 pub mod guard;
 pub mod interrupt;
 pub mod link;
 pub mod lockstep;
 pub mod log;
+pub mod provoke;
 pub mod semihosting;
 pub mod time;
 pub mod uart;
+pub mod watchdog;
 
 use uart::Uart;
 

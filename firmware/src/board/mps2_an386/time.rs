@@ -10,7 +10,7 @@
 //! In lockstep neither matters: the time is what the last grant said, and the
 //! real-time loop is woken by the next one (see [`super::lockstep`]).
 
-use super::{CLOCK_MHZ, bus};
+use super::{CLOCK_MHZ, bus, provoke, watchdog};
 use crate::run::RealTime;
 use core::cell::Cell;
 use core::ptr;
@@ -42,6 +42,8 @@ static GRANTED: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 /// bytes.
 static WAITS_FOR: Mutex<Cell<(u64, Option<u16>)>> = Mutex::new(Cell::new((0, None)));
 static LOCKSTEP: AtomicBool = AtomicBool::new(false);
+/// In lockstep: the stop switch, as the bench has it.
+static STOP_PRESSED: AtomicBool = AtomicBool::new(false);
 /// Wakes the real-time loop.
 static WAKE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
@@ -53,10 +55,22 @@ static CYCLES_PER_US: AtomicU32 = AtomicU32::new(CLOCK_MHZ);
 /// otherwise it runs `slow` times slower than QEMU's.
 pub fn start(lockstep: bool, slow: u32) {
     CYCLES_PER_US.store(CLOCK_MHZ.saturating_mul(slow.max(1)), Ordering::Relaxed);
-    write(TIMER0, register::RELOAD, u32::MAX);
-    write(TIMER0, register::VALUE, u32::MAX);
-    write(TIMER0, register::CTRL, CTRL_ENABLE);
+    count();
     LOCKSTEP.store(lockstep, Ordering::Relaxed);
+}
+
+/// Lets the counter of cycles run, if it does not.
+pub fn count() {
+    if read(TIMER0, register::CTRL) & CTRL_ENABLE == 0 {
+        write(TIMER0, register::RELOAD, u32::MAX);
+        write(TIMER0, register::VALUE, u32::MAX);
+        write(TIMER0, register::CTRL, CTRL_ENABLE);
+    }
+}
+
+/// Whether the bench grants the time.
+pub fn is_lockstep() -> bool {
+    LOCKSTEP.load(Ordering::Relaxed)
 }
 
 /// Cycles, modulo 2³².
@@ -64,7 +78,8 @@ pub fn cycles() -> u32 {
     u32::MAX - read(TIMER0, register::VALUE)
 }
 
-fn cycles_per_us() -> u32 {
+/// Cycles of that counter in a µs of the board's time.
+pub fn cycles_per_us() -> u32 {
     CYCLES_PER_US.load(Ordering::Relaxed).max(1)
 }
 
@@ -88,8 +103,9 @@ pub fn waits_for() -> (u64, Option<u16>) {
     critical_section::with(|cs| WAITS_FOR.borrow(cs).get())
 }
 
-/// In lockstep: sets the time and lets the real-time loop run.
-pub fn grant(now_us: u64) {
+/// In lockstep: sets the time and the stop switch, and lets the real-time loop run.
+pub fn grant(now_us: u64, is_stop_pressed: bool) {
+    STOP_PRESSED.store(is_stop_pressed, Ordering::Relaxed);
     critical_section::with(|cs| {
         let granted = GRANTED.borrow(cs);
         // Time never goes back, whatever the bench says.
@@ -164,8 +180,16 @@ impl RealTime for Board {
         WAKE.wait().await;
     }
 
-    /// There is no watchdog: nothing here can hang that a person does not see.
-    fn tick_was_good(&mut self) {}
+    fn tick_was_good(&mut self) {
+        watchdog::feed();
+    }
+
+    /// There is no pin: only the bench can press it. Provoked failures happen
+    /// here, because the real-time loop comes here in each of its turns.
+    fn is_stop_pressed(&mut self) -> bool {
+        provoke::if_due(now_us());
+        STOP_PRESSED.load(Ordering::Relaxed)
+    }
 }
 
 fn read(timer: usize, offset: usize) -> u32 {

@@ -1,7 +1,9 @@
 //! The queues between the tick and the board's second port.
 
 use core::sync::atomic::{AtomicU32, Ordering};
-use heapless::spsc::{Consumer, Producer};
+
+use crate::bridge::mailbox::CLIENT_BYTES;
+use crate::bridge::queue::{Receiver, Sender};
 
 /// What a client has set its serial port to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -30,8 +32,8 @@ impl ClientLine {
 
 /// The tick's side.
 pub(crate) struct BusSide<'a> {
-    pub(in crate::bridge) from_client: Consumer<'a, u8>,
-    pub(in crate::bridge) to_client: Producer<'a, u8>,
+    pub(in crate::bridge) from_client: Receiver<'a, u8, CLIENT_BYTES>,
+    pub(in crate::bridge) to_client: Sender<'a, u8, CLIENT_BYTES>,
     pub(in crate::bridge) line: &'a AtomicU32,
 }
 
@@ -52,15 +54,15 @@ impl BusSide<'_> {
 
 /// The board's side: what the second port's driver fills and empties.
 pub struct PortEnd<'a> {
-    pub(in crate::bridge) from_client: Producer<'a, u8>,
-    pub(in crate::bridge) to_client: Consumer<'a, u8>,
+    pub(in crate::bridge) from_client: Sender<'a, u8, CLIENT_BYTES>,
+    pub(in crate::bridge) to_client: Receiver<'a, u8, CLIENT_BYTES>,
     pub(in crate::bridge) line: &'a AtomicU32,
 }
 
 impl PortEnd<'_> {
     /// How many bytes from the client there is room for.
     pub fn room(&self) -> usize {
-        self.from_client.capacity() - self.from_client.len()
+        self.from_client.room()
     }
 
     /// Takes bytes from the client, and returns how many there was room for. The

@@ -65,7 +65,8 @@ impl Slack {
         usize::try_from(bytes).unwrap_or(usize::MAX)
     }
 
-    fn has_time_for(self, ask: &Ask) -> bool {
+    /// Whether a request and its answer are sure to be over.
+    pub(in crate::bridge) fn has_time_for(self, ask: &Ask) -> bool {
         ask.packet.len() + usize::from(ask.reply_bytes) <= self.bytes()
     }
 }

@@ -5,10 +5,10 @@ use embedded_hal_nb::serial::{Read, Write};
 
 use super::super::mailbox::Notice;
 use super::super::schedule::Stage;
-use super::super::supervisor::Event;
+use super::super::supervisor::{Event, State};
 use super::super::{Bridge, SERVO_IDS};
 use super::{ClientLine, Item, Job, Progress as Answered, REPORT_US, Slack, Verdict, judge};
-use crate::link::message::{Mode, Sample};
+use crate::link::message::Sample;
 use crate::servo::master::Asked;
 use crate::servo::master::timing::{GUARD_US, latency_us, prepared_latency_us};
 use crate::servo::port::{SetBaud, byte_ns};
@@ -46,7 +46,7 @@ where
         gateway.counters.halves = gateway.framer.halves();
         let ClientLine { is_open, .. } = self.end.client.line();
         let is_waiting = gateway.item.is_some();
-        if self.mode == Mode::Passthrough {
+        if self.state == State::Passthrough {
             gateway.was_open |= is_open;
             if gateway.was_open && !is_open && !is_waiting {
                 // Never refused.
@@ -100,11 +100,7 @@ where
             self.count(false);
             return;
         }
-        let begins_us = self.now_us.max(self.master.ready_at_us());
-        let budget_us = self
-            .next_start_us
-            .saturating_sub(begins_us + GUARD_US + RESERVE_US);
-        let slack = self.slack(servo, budget_us as u32);
+        let slack = self.slack_now(servo);
         let next = self.gateway.job.as_mut().and_then(|job| job.next(slack));
         let Some(ask) = next else {
             self.gateway.has_waited = true;
@@ -120,6 +116,15 @@ where
         // Idle was just seen, and our own requests are short.
         let _ = self.master.ask(&ask.packet, asked, self.now_us);
         let _ = self.master.poll(self.now_us);
+    }
+
+    /// Until the next tick.
+    pub(in crate::bridge) fn slack_now(&self, id: u8) -> Slack {
+        let begins_us = self.now_us.max(self.master.ready_at_us());
+        let budget_us = self
+            .next_start_us
+            .saturating_sub(begins_us + GUARD_US + RESERVE_US);
+        self.slack(id, budget_us as u32)
     }
 
     /// A servo that bring-up has not set may take as long as any.

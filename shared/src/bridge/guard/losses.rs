@@ -31,7 +31,7 @@ const SHARE_US: u32 = 500_000;
 const SHARE_TICKS: u32 = 40;
 
 /// The monitor.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Losses {
     row_ticks: u32,
     part_ticks: u32,
@@ -49,7 +49,7 @@ pub(super) struct Losses {
 }
 
 /// Samples of one joint missing in a row.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Row {
     missing: u32,
     /// Something was heard all the same.
@@ -57,7 +57,7 @@ struct Row {
 }
 
 /// Samples of one joint missing in the window.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Share {
     parts: [u32; PARTS],
     missing: u32,
@@ -85,6 +85,11 @@ impl Losses {
         self.rows = Default::default();
         self.shares = Default::default();
         (self.part, self.part_age, self.age) = (0, 0, 0);
+    }
+
+    pub(super) fn in_row(&self, joint: usize) -> (u32, u32) {
+        let missing = self.rows.get(joint).map_or(0, |row| row.missing);
+        (missing, self.row_ticks)
     }
 
     pub(super) fn judge(&mut self, missing: [Option<Missing>; JOINTS]) -> Result<(), Violation> {

@@ -25,11 +25,6 @@
 //! | `torque`    | torque within all limits; braked or limited for too long    |
 //! | `ticks`     | times as numbers of ticks                                   |
 
-#![cfg_attr(
-    not(test),
-    expect(dead_code, reason = "the supervisor does not call it yet")
-)]
-
 mod losses;
 mod motion;
 mod samples;
@@ -65,8 +60,20 @@ pub(super) struct Violation {
     pub(super) limit: f32,
 }
 
+impl Violation {
+    /// Of no joint, and without numbers.
+    pub(super) fn plain(fault: Fault) -> Self {
+        Self {
+            fault,
+            joint: None,
+            value: 0.0,
+            limit: 0.0,
+        }
+    }
+}
+
 /// What one tick brought.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Seen<'a> {
     /// The samples.
     pub(super) counts: [Option<u16>; JOINTS],
@@ -98,7 +105,7 @@ pub(super) struct Shaped {
 }
 
 /// All monitors, for one set of limits and one period.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Guard {
     limits: Limits,
     losses: Losses,
@@ -108,7 +115,7 @@ pub(super) struct Guard {
 }
 
 /// The monitors of one joint.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 struct Joint {
     samples: Samples,
     motion: Motion,
@@ -139,6 +146,18 @@ impl Guard {
         &self.limits
     }
 
+    /// The same as it was before it had seen anything.
+    pub(super) fn as_built(&self) -> Self {
+        let mut guard = self.clone();
+        guard.restart();
+        guard
+    }
+
+    /// Samples of this joint that are missing in a row, and how many may be.
+    pub(super) fn lost_in_row(&self, joint: usize) -> (u32, u32) {
+        self.losses.in_row(joint)
+    }
+
     /// Torque comes on, or ticks begin anew: nothing has been seen yet.
     pub(super) fn restart(&mut self) {
         self.losses.restart();
@@ -148,6 +167,24 @@ impl Guard {
             joint.stuck.restart();
         }
         self.torque.restart();
+    }
+
+    /// The samples that the estimator is given. One that is farther from where it is
+    /// expected than the limit is not: a single one that is wrong and whose checksum
+    /// is right, as one in 256 is on a bad line, moves no motor. Several are an
+    /// estimator that has lost the arm, which [`Guard::judge`] says.
+    pub(super) fn believe(
+        &self,
+        measured_rad: [Option<f32>; JOINTS],
+        predicted_rad: [f32; JOINTS],
+    ) -> [Option<f32>; JOINTS] {
+        let mut believed = measured_rad;
+        for (measured, predicted) in believed.iter_mut().zip(predicted_rad) {
+            // A prediction that is not a number refuses none: it is judged later.
+            let is_far = |rad: &f32| (rad - predicted).abs() > self.limits.innovation_rad;
+            *measured = measured.filter(|rad| !is_far(rad));
+        }
+        believed
     }
 
     /// Judges what this tick brought, before the control law runs. With torque

@@ -10,7 +10,7 @@ const FAST_US: u32 = 10_000;
 const FAST_TICKS: u32 = 2;
 
 /// The monitor.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Motion {
     angle_rad: f32,
     speed_rad_s: f32,

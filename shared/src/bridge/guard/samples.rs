@@ -15,7 +15,7 @@ const GAP_SAMPLES: u32 = 2;
 const OFF_SAMPLES: u32 = 3;
 
 /// The monitor. Ticks without a sample do not come here, and break no row.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Samples {
     /// First and last count on the track.
     track: [u16; 2],

@@ -58,7 +58,7 @@ const DECAY_MAX: f32 = 0.8;
 const FREE_RAD_S2: f32 = 150.0;
 
 /// Least and most torque of one joint in N m.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
     pub(super) low_nm: f32,
     pub(super) high_nm: f32,
@@ -79,7 +79,7 @@ impl Bounds {
 }
 
 /// The numbers of the curves.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SoftStop {
     stop_rad: [f32; JOINTS],
     /// `near back`, in 1/s^2.

@@ -30,7 +30,7 @@ const STILL_COUNTS: f32 = 1.5;
 const QUIET_TICKS: u32 = 5;
 
 /// The monitor of one joint. Ticks without a sample do not come here.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stuck {
     push_nm: f32,
     pushed_ticks: u32,
@@ -43,7 +43,7 @@ pub(super) struct Stuck {
 }
 
 /// What stands still.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Still {
     counts: u16,
     same: InRow,

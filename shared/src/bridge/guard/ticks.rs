@@ -11,7 +11,7 @@ pub(super) const fn ticks(time_us: u32, period_us: u32, least: u32) -> u32 {
 }
 
 /// How many ticks in a row something has been so.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct InRow(u32);
 
 impl InRow {

@@ -27,7 +27,7 @@ const RATE_US: u32 = 100_000;
 const TICKS: u32 = 5;
 
 /// The monitor.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Torque {
     limit_nm: [f32; JOINTS],
     /// Largest change within a tick, in N m.
@@ -40,7 +40,7 @@ pub(super) struct Torque {
     pwm: InRow,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Counters {
     limited: InRow,
     braked: InRow,

@@ -27,6 +27,16 @@ pub enum Transaction {
     Start,
     /// Give each servo its PWM and collect all positions: the control tick.
     Drive([Pwm; JOINTS]),
+    /// Collect all positions, and tell one servo that its motor is off in the way
+    /// that a servo hears which hears nothing else. It listens to what changes only,
+    /// so that first it is told a thousandth of the torque. Stock servos know no such
+    /// state: to them the same as [`Transaction::Drive`] with motors off.
+    Quell {
+        /// Index of the servo's joint.
+        joint: usize,
+        /// The thousandth, not off.
+        aside: bool,
+    },
     /// A packet that was handed to [`Master::ask`](super::Master::ask).
     Ask(Asked),
 }
@@ -106,11 +116,31 @@ impl Transaction {
                 let last = line.ids.iter().map(|id| id.get()).max().unwrap_or(0);
                 Step::Listen(Awaited::Pings, windows.start_us(last))
             }
-            (Self::Drive(pwm), Firmware::Morpheus, _) => {
-                return drive_morpheus(index, pwm, line, windows);
+            (Self::Drive([a, b]), Firmware::Morpheus, _) => {
+                let [id_a, id_b] = line.ids;
+                let drive = Request::Drive([(id_a, a), (id_b, b)]);
+                return drive_morpheus(index, drive, line, windows);
+            }
+            (Self::Quell { joint, aside }, Firmware::Morpheus, _) => {
+                let servo = [*line.ids.get(joint)?; JOINTS];
+                let off = if aside {
+                    Request::SideStep(servo)
+                } else {
+                    Request::Release(servo)
+                };
+                // Cut short on a bad line, it takes the next two bytes for its PWM:
+                // these are none.
+                return match index {
+                    0 => Some(Step::Send(off.encode())),
+                    1 => Some(Step::Repeat(0xFF, 2)),
+                    _ => drive_morpheus(index - 1, off, line, windows),
+                };
             }
             (Self::Drive(pwm), Firmware::Stock, _) => {
                 return drive_stock(index, pwm, line, windows);
+            }
+            (Self::Quell { .. }, Firmware::Stock, _) => {
+                return drive_stock(index, [Pwm::OFF; JOINTS], line, windows);
             }
             (Self::Ask(_), _, 0) => Step::SendAsked,
             (Self::Ask(asked), _, 1) if asked.reply_bytes > 0 => Step::Listen(
@@ -122,10 +152,9 @@ impl Transaction {
     }
 }
 
-fn drive_morpheus(index: u8, [a, b]: [Pwm; JOINTS], line: &Line, windows: Windows) -> Option<Step> {
-    let [id_a, id_b] = line.ids;
+fn drive_morpheus(index: u8, drive: Request, line: &Line, windows: Windows) -> Option<Step> {
     Some(match index {
-        0 => Step::Send(Request::Drive([(id_a, a), (id_b, b)]).encode()),
+        0 => Step::Send(drive.encode()),
         1 => Step::Pause {
             us: gap_us(line.available_us, line.baud),
         },

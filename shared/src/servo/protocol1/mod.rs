@@ -46,4 +46,6 @@ pub mod register {
     pub const MOVING_SPEED: u8 = 32;
     /// Position 0..=1023, two bytes.
     pub const PRESENT_POSITION: u8 = 36;
+    /// One byte, in °C.
+    pub const PRESENT_TEMPERATURE: u8 = 43;
 }

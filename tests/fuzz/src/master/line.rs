@@ -90,8 +90,12 @@ impl Line {
                 (Transaction::Ping { joint }, _) if joint + 1 != usize::from(id) => {
                     panic!("{outcome:?} was not asked")
                 }
-                (Transaction::Drive(_), Firmware::Morpheus) => morpheus(id, &[high, low]),
-                (Transaction::Drive(_), Firmware::Stock) => stock(id, alarms, &[low, high]),
+                (Transaction::Drive(_) | Transaction::Quell { .. }, Firmware::Morpheus) => {
+                    morpheus(id, &[high, low])
+                }
+                (Transaction::Drive(_) | Transaction::Quell { .. }, Firmware::Stock) => {
+                    stock(id, alarms, &[low, high])
+                }
                 (Transaction::Start, _) | (Transaction::Ping { .. }, Firmware::Morpheus) => {
                     morpheus(id, &[1])
                 }

@@ -13,7 +13,7 @@ use rand_pcg::Pcg32;
 const PAUSE_NS: u64 = 20_000;
 
 /// Which way a byte goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Way {
     /// From the master to the servos.
     ToServos,
@@ -26,7 +26,8 @@ pub enum Way {
 pub enum Damage {
     /// It never arrives; those after it arrive when they should.
     Lost,
-    /// It arrives later, and with it all of its packet that comes after it.
+    /// It arrives later, and with it all of its packet that comes after it. Of a
+    /// packet one byte at most is hit, and nothing overtakes it.
     Late {
         /// By so much.
         ns: u64,
@@ -64,6 +65,8 @@ pub(super) struct Channel {
     last_ns: u64,
     /// How late the packet under way is.
     late_ns: u64,
+    /// When the next byte can arrive at the earliest.
+    free_ns: u64,
     /// The rest of the packet under way is lost.
     is_cut: bool,
 }
@@ -82,6 +85,11 @@ impl Channel {
             let draw = Pcg32::new(fault.seed, STREAM);
             self.faults.push((fault, hits, draw));
         }
+    }
+
+    /// All is well again.
+    pub(super) fn clear(&mut self) {
+        self.faults.clear();
     }
 
     /// Whether bytes pass as they come.
@@ -106,7 +114,7 @@ impl Channel {
             }
             match fault.damage {
                 Damage::Lost => count = 0,
-                Damage::Late { ns } => self.late_ns += ns,
+                Damage::Late { ns } => self.late_ns = self.late_ns.max(ns),
                 Damage::Doubled => {
                     count *= 2;
                     more_ns = byte_ns;
@@ -121,8 +129,9 @@ impl Channel {
                 }
             }
         }
-        let first_ns = at_ns + self.late_ns;
+        let first_ns = self.free_ns.max(at_ns + self.late_ns);
         self.late_ns += more_ns;
+        self.free_ns = first_ns + byte_ns * count as u64;
         [
             (count > 0).then_some((byte, first_ns)),
             (count > 1).then_some((byte, first_ns + byte_ns)),

@@ -61,6 +61,12 @@ impl Wire {
         }
     }
 
+    /// No byte comes to harm any more; those that are late still come.
+    pub fn unharm(&mut self) {
+        self.faults.to_servos.clear();
+        self.faults.to_master.clear();
+    }
+
     /// Something pulls the line down from now on, for so long.
     pub fn hold_low(&mut self, duration_ns: u64) {
         // A byte of zeros is low for nine bits.

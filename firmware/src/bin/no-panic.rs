@@ -1,0 +1,358 @@
+//! An image that links only if no panic can be reached from what the bus, the
+//! host or the client of the transparent port sends.
+//!
+//! It is never run. It holds the loops of [`armbridge_firmware::run`] with
+//! everything below them (the tick and its master, the link with the design of
+//! gains, the transparent port), the interrupt's side of the buffers, the stop
+//! sequence, and all codecs. Bytes, times and readiness come from
+//! [`black_box`], so that the optimiser must take them for anything, and what is
+//! kept between two calls goes through it too. The panic handler calls a function
+//! that does not exist: if the optimiser leaves a single path to it, the linker
+//! fails.
+//!
+//! `cargo verify --only no-panic` builds it, says where the panics are if there
+//! are any, and sees to it that planted ones are found. Features:
+//!
+//! | feature            | what                                                 |
+//! |--------------------|------------------------------------------------------|
+//! | `no-panic`         | as above                                             |
+//! | `no-panic-locate`  | with a handler, so that it links and can be looked at |
+//! | `no-panic-planted` | with a panic in each of the three loops              |
+//!
+//! The profile is that of the boards' images, in which sums wrap: that none
+//! overflows is for the tests, which check it. Not in here are the drivers of a
+//! board, the panics of its start (executors, clocks), which come before the first
+//! byte, and what the storage library does with a flash that can be read.
+#![no_std]
+#![no_main]
+
+use core::convert::Infallible;
+use core::future::{Future, poll_fn};
+use core::hint::black_box;
+use core::panic::PanicInfo;
+use core::pin::pin;
+use core::task::{Context, Poll, Waker};
+
+use armbridge_firmware::end::memory;
+use armbridge_firmware::end::record::Kept;
+use armbridge_firmware::port::{Buffers, Line, LineError, Port};
+use armbridge_firmware::run::{self, FromClient, FromHost, LineChanges, News, RealTime, ToHost};
+use armbridge_firmware::stop::{self, PolledLine};
+use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkEnd, LinkPort, Mailboxes};
+use armbridge_shared::link::frame::{Decoder, Encoder, Message};
+use armbridge_shared::link::message::{self, End, Stack};
+use armbridge_shared::lockstep::{Grant, Idle};
+use armbridge_shared::servo::{morpheus, protocol1};
+use armbridge_shared::store::Store;
+// Its critical section is what `News` needs.
+use cortex_m as _;
+use embedded_hal::digital::{ErrorType, OutputPin};
+use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    unsafe extern "C" {
+        /// Nowhere.
+        safe fn a_panic_can_be_reached() -> !;
+    }
+    if cfg!(feature = "no-panic-locate") {
+        loop {
+            black_box(info);
+        }
+    }
+    a_panic_can_be_reached()
+}
+
+/// Any value that such a thing can have.
+fn any<T: Default>() -> T {
+    black_box(T::default())
+}
+
+/// Panics if the feature asks for that, which depends on an input.
+fn planted() {
+    if cfg!(feature = "no-panic-planted") {
+        black_box([0_u8; 4][any::<usize>()]);
+    }
+}
+
+static BUS: Buffers = Buffers::new();
+static NEWS: News = News::new();
+
+/// A servo bus.
+struct Bus;
+
+impl Line for Bus {
+    fn buffers(&self) -> &Buffers {
+        black_box(&BUS)
+    }
+
+    fn start_sending(&self) {
+        black_box(());
+    }
+
+    fn is_sent(&self) -> bool {
+        any()
+    }
+
+    fn set_baud(&self, baud: u32) {
+        black_box(baud);
+    }
+}
+
+/// Its direction.
+struct Direction;
+
+impl ErrorType for Direction {
+    type Error = Infallible;
+}
+
+impl OutputPin for Direction {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        black_box(false);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        black_box(true);
+        Ok(())
+    }
+}
+
+/// A flash that fails. The storage library makes of what it reads more than the
+/// compiler can follow; that no content of a flash makes it panic is for the fuzz
+/// target `store`.
+struct Flash;
+
+impl nor_flash::ErrorType for Flash {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, _offset: u32, _bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        Err(NorFlashErrorKind::Other)
+    }
+
+    fn capacity(&self) -> usize {
+        2 * Self::ERASE_SIZE
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = 1 << 17;
+
+    fn erase(&mut self, _from: u32, _to: u32) -> Result<(), NorFlashErrorKind> {
+        Err(NorFlashErrorKind::Other)
+    }
+
+    fn write(&mut self, _offset: u32, _bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        Err(NorFlashErrorKind::Other)
+    }
+}
+
+/// Does something with `what`, now or later, and gives back anything. Not an
+/// `async` block: that panics when it is asked once more after its end.
+fn sometime<W, T: Default>(mut what: W) -> impl Future<Output = T> {
+    poll_fn(move |_| {
+        black_box(&mut what);
+        planted();
+        if any() {
+            Poll::Ready(any())
+        } else {
+            Poll::Pending
+        }
+    })
+}
+
+/// Board, host and client.
+struct Outside;
+
+impl RealTime for Outside {
+    fn now_us(&self) -> u64 {
+        any()
+    }
+
+    fn start_stopwatch(&mut self) {
+        black_box(());
+    }
+
+    fn stopwatch_ns(&self) -> u32 {
+        any()
+    }
+
+    fn wait(&mut self, until_us: u64, bytes_wanted: Option<usize>) -> impl Future<Output = ()> {
+        sometime((until_us, bytes_wanted))
+    }
+
+    fn tick_was_good(&mut self) {
+        black_box(());
+    }
+
+    fn is_stop_pressed(&mut self) -> bool {
+        any()
+    }
+}
+
+impl FromHost for Outside {
+    fn read(&mut self, buffer: &mut [u8]) -> impl Future<Output = usize> {
+        sometime(buffer)
+    }
+}
+
+impl ToHost for Outside {
+    fn write(&mut self, bytes: &[u8]) -> impl Future<Output = usize> {
+        sometime(bytes)
+    }
+}
+
+impl FromClient for Outside {
+    fn line(&self) -> ClientLine {
+        any()
+    }
+}
+
+impl LineChanges for Outside {
+    fn changed(&mut self) -> impl Future<Output = ()> {
+        sometime(())
+    }
+}
+
+impl PolledLine for Outside {
+    fn set_baud(&mut self, baud: u32) {
+        black_box(baud);
+    }
+
+    fn drive(&mut self, on: bool) {
+        black_box(on);
+    }
+
+    fn send(&mut self, byte: u8) {
+        black_box(byte);
+    }
+
+    fn flush(&mut self) {
+        black_box(());
+    }
+
+    fn pause_us(&mut self, us: u32) {
+        black_box(us);
+    }
+}
+
+/// Messages of one direction, there and back again.
+fn messages<M: Message>() {
+    let (mut decoder, mut encoder) = (Decoder::default(), Encoder::default());
+    while any() {
+        if let Some(Ok(received)) = black_box(&mut decoder).push::<M>(any()) {
+            black_box(black_box(&mut encoder).encode(&received.message));
+        }
+    }
+}
+
+/// Servo packets of both protocols, there and back again.
+fn packets() {
+    use morpheus::frame as m;
+    use protocol1::frame as p;
+    let mut parsers = (
+        m::Parser::<{ m::FRAME_MAX }>::any(),
+        p::Parser::<{ p::FRAME_MAX }>::new(),
+    );
+    while any() {
+        let (morpheus, protocol1) = black_box(&mut parsers);
+        if let Some(Ok(frame)) = morpheus.push(any()) {
+            black_box(frame.encode::<{ m::FRAME_MAX }>());
+        }
+        if let Some(Ok(frame)) = protocol1.push(any()) {
+            black_box(frame.encode::<{ p::FRAME_MAX }>());
+        }
+    }
+}
+
+/// What an emulated board and its bench say.
+fn grants() {
+    black_box(Grant::from_bytes(any()).to_bytes());
+    black_box(Idle::from_bytes(any()).to_bytes());
+}
+
+/// What is kept through a reset, whatever memory holds.
+fn kept() {
+    black_box(memory::begin(black_box(End::PowerUp)));
+    memory::keep(any());
+    black_box((memory::baud(), memory::is_kept(), memory::tick()));
+    black_box(Kept::from_words(&any()).map(Kept::to_words));
+}
+
+/// What a UART's handlers do.
+fn interrupts() {
+    while any() {
+        let bus = black_box(&BUS);
+        bus.received(any());
+        bus.complain(black_box(LineError::Noise));
+        black_box(bus.next_to_send());
+    }
+}
+
+/// Polls `future` again and again; what it holds may be anything each time.
+fn ask<T>(future: impl Future<Output = T>) {
+    let mut future = pin!(future);
+    let mut context = Context::from_waker(Waker::noop());
+    while any() {
+        let _ = black_box(&mut future).as_mut().poll(&mut context);
+    }
+}
+
+// Each loop is a function of its own, so that a panic in it can be told from one
+// in another.
+
+#[inline(never)]
+fn tick(end: BridgeEnd<'_>) {
+    if let Ok(bridge) = Bridge::new(Port(Bus), Direction, end, any(), &any()) {
+        ask(run::real_time(bridge, Outside, &NEWS));
+    }
+}
+
+#[inline(never)]
+fn link(end: LinkEnd<'_>) {
+    let port = LinkPort::new(end, any(), any());
+    let watch = || {
+        any::<bool>().then(|| Stack {
+            used: any(),
+            size: any(),
+        })
+    };
+    ask(run::link(
+        port,
+        Outside,
+        Outside,
+        watch,
+        Store::new(Flash),
+        &NEWS,
+    ));
+}
+
+#[inline(never)]
+fn client(end: PortEnd<'_>) {
+    ask(run::client(end, Outside, Outside, Outside, || (), &NEWS));
+}
+
+/// Where the linker begins to look for what is used.
+// SAFETY: the name is the one by which the linker finds an entry; nothing else in
+// this image has it, and nothing runs it.
+#[unsafe(no_mangle)]
+extern "C" fn _start() {
+    stop::send(&mut Outside, any());
+    interrupts();
+    packets();
+    messages::<message::ToBoard>();
+    messages::<message::ToHost>();
+    grants();
+    kept();
+    let mut mailboxes = Mailboxes::new();
+    let (tick_end, link_end, client_end) = black_box(&mut mailboxes).split();
+    tick(tick_end);
+    link(link_end);
+    client(client_end);
+}

@@ -1,0 +1,69 @@
+//! Where settings are kept: the last two sectors of the chip's flash.
+//!
+//! Section 3.3 of the reference manual: sectors 10 and 11, of 128 kB each, begin at
+//! `0x080C_0000`. `memory.x` keeps the program out of them. Words of 32 bits are
+//! programmed at once, which needs 2.7 V at least (section 3.6.2); the board has
+//! 3.3 V.
+//!
+//! While a sector is erased or a word programmed, whoever fetches from flash waits,
+//! interrupt handlers included: 1 to 2 s and 16 µs (data sheet, flash memory
+//! programming). The chip's caches are off, so that none need be emptied after it.
+
+use embassy_stm32::Peri;
+use embassy_stm32::flash::{Blocking, Flash, MAX_ERASE_SIZE, READ_SIZE, WRITE_SIZE};
+use embassy_stm32::peripherals::FLASH;
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
+    check_write,
+};
+
+/// Where sector 10 begins, from the beginning of the flash.
+const OFFSET: u32 = 768 * 1_024;
+/// Length of both sectors.
+const LEN: usize = 256 * 1_024;
+const _: () = assert!(MAX_ERASE_SIZE == LEN / 2);
+
+/// Sectors 10 and 11.
+pub struct Sectors(Flash<'static, Blocking>);
+
+impl Sectors {
+    /// Takes the flash.
+    pub fn new(flash: Peri<'static, FLASH>) -> Self {
+        Self(Flash::new_blocking(flash))
+    }
+}
+
+impl ErrorType for Sectors {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Sectors {
+    const READ_SIZE: usize = READ_SIZE;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        check_read(self, offset, bytes.len())?;
+        let result = self.0.blocking_read(OFFSET + offset, bytes);
+        result.map_err(|error| error.kind())
+    }
+
+    fn capacity(&self) -> usize {
+        LEN
+    }
+}
+
+impl NorFlash for Sectors {
+    const WRITE_SIZE: usize = WRITE_SIZE;
+    const ERASE_SIZE: usize = MAX_ERASE_SIZE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        check_erase(self, from, to)?;
+        let result = self.0.blocking_erase(OFFSET + from, OFFSET + to);
+        result.map_err(|error| error.kind())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        check_write(self, offset, bytes.len())?;
+        let result = self.0.blocking_write(OFFSET + offset, bytes);
+        result.map_err(|error| error.kind())
+    }
+}

@@ -1,0 +1,49 @@
+//! Where settings are kept: the machine has no flash that a program could write, so
+//! a region of its memory stands in for it.
+//!
+//! Nobody initialises that region. Settings outlive a reset of the emulated
+//! machine, not the end of QEMU.
+
+use armbridge_shared::store::memory::Memory;
+use core::cell::UnsafeCell;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+/// Bytes of a page.
+const PAGE: usize = 8 * 1_024;
+const LEN: usize = 2 * PAGE;
+/// Says that the region holds what a program has written. QEMU's memory begins with
+/// zeros.
+const WRITTEN: u32 = 0x5E77_1465;
+
+/// The region as flash.
+pub type Flash = Memory<&'static mut [u8; LEN], PAGE>;
+
+struct Region {
+    mark: AtomicU32,
+    bytes: UnsafeCell<[u8; LEN]>,
+}
+
+// SAFETY: `bytes` is only ever touched by the one whom `take` gave it to.
+unsafe impl Sync for Region {}
+
+// SAFETY: `.uninit` is placed in RAM by cortex-m-rt's linker script, and any bits
+// are a `Region`.
+#[unsafe(link_section = ".uninit.FLASH")]
+static REGION: Region = Region {
+    mark: AtomicU32::new(0),
+    bytes: UnsafeCell::new([0; LEN]),
+};
+
+/// The flash, once; blank after power-up.
+pub fn take() -> Option<Flash> {
+    static IS_TAKEN: AtomicBool = AtomicBool::new(false);
+    if IS_TAKEN.swap(true, Ordering::Relaxed) {
+        return None;
+    }
+    // SAFETY: this is reached once, so that there is no other reference.
+    let bytes = unsafe { &mut *REGION.bytes.get() };
+    if REGION.mark.swap(WRITTEN, Ordering::Relaxed) != WRITTEN {
+        bytes.fill(0xFF);
+    }
+    Some(Memory(bytes))
+}

@@ -1,0 +1,144 @@
+//! The handlers that end the program: panic, hard fault, and a watchdog that
+//! tells before it bites.
+
+use super::frame::{FRAME_LEN, is_overflow, pc_address};
+use super::{memory, record};
+use crate::board::chosen::end as board;
+use crate::{stack, stop};
+use armbridge_shared::link::message::{End, LastEnd};
+use core::panic::{Location, PanicInfo};
+use core::ptr;
+use core::sync::atomic::{AtomicU32, Ordering};
+use cortex_m::peripheral::SCB;
+
+/// How often the program has begun to end.
+static ENDINGS: AtomicU32 = AtomicU32::new(0);
+
+/// Of the stack, in bytes: three times what ending takes. If there is less left,
+/// the stack begins anew.
+const ROOM: u32 = 2_048;
+
+/// The number of the non-maskable interrupt among the exceptions.
+const NMI: u32 = 2;
+
+/// The first act after any reset: motors off, also at the speed that the bus had, if
+/// there was a life before.
+pub fn stop_first() {
+    let before = memory::is_kept().then(memory::baud);
+    stop::send_first(&mut board::line(), before);
+}
+
+/// Motors off, before anything else; then a record, a line in the log, and a reset.
+/// Whoever comes here again has failed in ending: the next life stops the motors,
+/// and what failed first is told, if it got as far as its record.
+fn end(what: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) -> ! {
+    cortex_m::interrupt::disable();
+    let earlier = ENDINGS.fetch_add(1, Ordering::Relaxed);
+    if earlier == 0 {
+        board::feed_watchdog();
+        stop::send(&mut board::line(), memory::baud());
+    }
+    if earlier < 2 {
+        let end = what();
+        memory::keep(end);
+        if earlier == 0 {
+            log(end);
+        }
+        board::leave(end.cause)
+    }
+    board::leave(End::Software)
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    let what = || {
+        let place = info.location();
+        LastEnd {
+            cause: End::Panic,
+            pc: 0,
+            line: place.map_or(0, Location::line),
+            place: record::tail(place.map_or("", Location::file)),
+            tick: memory::tick(),
+        }
+    };
+    end(what, |_| {
+        defmt::error!("{}", defmt::Display2Format(info));
+    })
+}
+
+/// An exception that nobody expects is a bug.
+#[cortex_m_rt::exception]
+unsafe fn DefaultHandler(number: i16) -> ! {
+    panic!("unexpected exception {number}")
+}
+
+/// Looks at the stack pointer before anything else uses the stack: if it points
+/// anywhere but into the stack, or too near its end, the stack begins anew.
+/// Registers of the floating-point unit that are still to be saved (LSPACT in
+/// FPCCR) would be saved to where there may be no stack: they are given up.
+// SAFETY: the name is the one by which cortex-m-rt's vector table calls it, as an
+// exception handler. It never returns, so what it does to the stack is nobody's
+// loss; the eight words of the exception are above the pointer that is kept, or
+// more than `ROOM` bytes below the one that is set, if they are in the stack.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn HardFault() -> ! {
+    core::arch::naked_asm!(
+        // FPCCR.
+        "ldr r1, =0xE000EF34",
+        "ldr r2, [r1]",
+        "bic r2, r2, #1",
+        "str r2, [r1]",
+        "mrs r0, msp",
+        "ldr r1, =_stack_end + {room}",
+        "cmp r0, r1",
+        "blo 2f",
+        "ldr r1, =_stack_start - {frame}",
+        "cmp r0, r1",
+        "bls 3f",
+        "2:",
+        "ldr r1, =_stack_start",
+        "mov sp, r1",
+        "3:",
+        "mrs r1, ipsr",
+        "b {fault}",
+        room = const ROOM,
+        frame = const FRAME_LEN,
+        fault = sym fault,
+    )
+}
+
+/// The emulated board's watchdog, a whole period before it resets.
+// SAFETY: as for the hard fault.
+#[cfg(feature = "mps2-an386")]
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn NonMaskableInt() -> ! {
+    core::arch::naked_asm!("b {fault}", fault = sym HardFault)
+}
+
+/// A fault, or the watchdog's interrupt. `frame` is where the stack pointer was.
+extern "C" fn fault(frame: u32, exception: u32) -> ! {
+    let what = || {
+        let stack = stack::bounds();
+        // SAFETY: reading the fault status register changes nothing.
+        let status = unsafe { (*SCB::PTR).cfsr.read() };
+        let pc = pc_address(frame, status, &stack).map(|address| {
+            // SAFETY: this is within the stack's memory, and aligned.
+            unsafe { ptr::read_volatile(address as *const u32) }
+        });
+        LastEnd {
+            cause: match exception {
+                NMI => End::Watchdog,
+                _ if is_overflow(frame, status, &stack) => End::StackOverflow,
+                _ => End::HardFault,
+            },
+            pc: pc.unwrap_or(0),
+            tick: memory::tick(),
+            ..LastEnd::default()
+        }
+    };
+    end(what, |end| {
+        defmt::error!("{} at {=u32:#x}", end.cause, end.pc);
+    })
+}

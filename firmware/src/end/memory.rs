@@ -1,0 +1,148 @@
+//! Memory that a reset leaves alone: how the program ended, which life it is,
+//! the tick, and the speed of the servo bus.
+//!
+//! It lies in a section that nobody initialises, so that it holds noise after
+//! power-up. Every cell is atomic: an exception handler may come between any two
+//! accesses, and then it is the handler's that count.
+
+use super::record::{Kept, WORDS, judge};
+use armbridge_shared::link::message::{BoardReport, End, LastEnd};
+use armbridge_shared::servo::port::BAUD_RATES;
+use core::sync::atomic::{AtomicU32, Ordering};
+
+/// Bits per second that an AX-12A can be set to.
+const SERVO_BAUD: core::ops::RangeInclusive<u32> = 7_800..=2_000_000;
+
+struct Memory {
+    record: [AtomicU32; WORDS],
+    life: AtomicU32,
+    tick: AtomicU32,
+    baud: AtomicU32,
+}
+
+// SAFETY: `.uninit` is placed in RAM by cortex-m-rt's linker script, and any bits
+// are an `AtomicU32`.
+#[cfg_attr(target_os = "none", unsafe(link_section = ".uninit.END"))]
+static MEMORY: Memory = Memory {
+    record: [const { AtomicU32::new(0) }; WORDS],
+    life: AtomicU32::new(0),
+    tick: AtomicU32::new(0),
+    baud: AtomicU32::new(0),
+};
+
+/// Tells the log how the program before ended.
+#[cfg(feature = "board")]
+pub fn log(report: &BoardReport) {
+    let end = &report.last_end;
+    let place = end.place.split(|byte| *byte == 0).next();
+    defmt::info!(
+        "session {=u32}; the one before ended by {}, pc {=u32:#x}, {=[u8]:a}:{=u32}, tick {=u32}",
+        report.session,
+        end.cause,
+        end.pc,
+        place.unwrap_or_default(),
+        end.line,
+        end.tick
+    );
+}
+
+fn kept() -> Option<Kept> {
+    let mut words = [0; WORDS];
+    for (word, cell) in words.iter_mut().zip(&MEMORY.record) {
+        *word = cell.load(Ordering::Relaxed);
+    }
+    Kept::from_words(&words)
+}
+
+fn keep_record(kept: Kept) {
+    for (cell, word) in MEMORY.record.iter().zip(kept.to_words()) {
+        cell.store(word, Ordering::Relaxed);
+    }
+}
+
+/// Begins a new life, once after each reset. `chip` is what the chip says of the
+/// reset. The session is counted up from whatever power-up left there.
+pub fn begin(chip: End) -> BoardReport {
+    let session = MEMORY.life.load(Ordering::Relaxed).wrapping_add(1);
+    MEMORY.life.store(session, Ordering::Relaxed);
+    let last_end = judge(kept(), chip, tick());
+    MEMORY.tick.store(0, Ordering::Relaxed);
+    MEMORY.baud.store(BAUD_RATES[0], Ordering::Relaxed);
+    keep_record(Kept::Running);
+    BoardReport {
+        session,
+        last_end,
+        ..BoardReport::default()
+    }
+}
+
+/// Whether this memory was kept through the reset, or had no power before it.
+pub fn is_kept() -> bool {
+    kept().is_some()
+}
+
+/// Keeps how the program ends, unless it is ending already.
+pub fn keep(end: LastEnd) {
+    if !matches!(kept(), Some(Kept::Ended(_))) {
+        keep_record(Kept::Ended(end));
+    }
+}
+
+/// This tick has begun.
+pub fn set_tick(tick: u32) {
+    MEMORY.tick.store(tick, Ordering::Relaxed);
+}
+
+/// The last tick that began.
+pub fn tick() -> u32 {
+    MEMORY.tick.load(Ordering::Relaxed)
+}
+
+/// The servo bus runs at so many bits per second from now on.
+pub fn set_baud(baud: u32) {
+    MEMORY.baud.store(baud, Ordering::Relaxed);
+}
+
+/// Bits per second on the servo bus; before [`begin`], those of the life before.
+pub fn baud() -> u32 {
+    let baud = MEMORY.baud.load(Ordering::Relaxed);
+    // Anything else is noise from power-up.
+    if SERVO_BAUD.contains(&baud) {
+        baud
+    } else {
+        BAUD_RATES[0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_kept_is_told_once() {
+        assert_eq!(baud(), BAUD_RATES[0]);
+        let first = begin(End::PowerUp);
+        assert_eq!(first.last_end.cause, End::PowerUp);
+        set_tick(41);
+        set_baud(57_142);
+        let end = LastEnd {
+            cause: End::HardFault,
+            pc: 0x1234,
+            tick: tick(),
+            ..LastEnd::default()
+        };
+        keep(end);
+        // Ending has failed too.
+        keep(LastEnd {
+            cause: End::Panic,
+            ..end
+        });
+        // Servos that are driven listen at this speed, whatever has happened.
+        assert_eq!(baud(), 57_142);
+        let second = begin(End::Software);
+        assert_eq!(baud(), BAUD_RATES[0]);
+        assert_eq!(second.last_end, end);
+        assert_eq!(second.session, first.session.wrapping_add(1));
+        assert_eq!(begin(End::Software).last_end.cause, End::Software);
+    }
+}

@@ -1,0 +1,82 @@
+//! Where the program itself fails: motors off, a record why, a new beginning.
+//!
+//! A servo obeys its last PWM for ever, so a program that fails has one duty left:
+//! the [stop sequence](crate::stop), by polling. Only then is kept how it came to
+//! that ([`memory`]), and then the processor is reset. Whatever fails on that way
+//! is a reset too, and the first act of the program after any reset is the
+//! stop sequence again.
+//!
+//! ```text
+//!  panic ---------+
+//!  hard fault ----+--> stop sequence --> record --> log --> reset --+
+//!  watchdog's NMI-+     |                                           |
+//!    (emulator)         | anything fails: reset at once, or         |
+//!  watchdog (board) --+ | the watchdog's                            |
+//!  brown-out ---------+-+-------------------------------------------+
+//!  reset pin ---------+                                             v
+//!        stop sequence --> record read and told --> watchdog on --> bridge
+//! ```
+//!
+//! # Bounds
+//!
+//! From the event to the last bit of the stop sequence at 1 Mbaud, in ms of the
+//! board's time. Those of the real board are computed, not measured.
+//!
+//! | event                         | emulated board    | real board              |
+//! |-------------------------------|-------------------|-------------------------|
+//! | panic, hard fault, overflow   | 8: sequence       | 12: sequence            |
+//! | the same, and ending fails    | 16: twice         | 27: sequence, boot, sequence |
+//! | the same, and locks up        | QEMU gives up     | 319: watchdog, boot, sequence |
+//! | hang: no good tick            | 170: watchdog, sequence | 319: watchdog, boot, sequence |
+//! | brown-out, reset pin          |                   | 18 from its end: chip, boot, sequence |
+//!
+//! | part      | takes                                                        |
+//! |-----------|--------------------------------------------------------------|
+//! | sequence  | 7.1 ([`SEQUENCE_US`](crate::stop::SEQUENCE_US)) and what polling adds; on the real board up to 12, because its pauses are counted loops that last up to twice as long |
+//! | watchdog  | 161.5 ([`WATCHDOG_US`]); on the real board 110 to 304, with its oscillator |
+//! | boot      | 3: 26 kB of variables are cleared and copied at 16 MHz       |
+//! | chip      | 3 until it lets go of its own reset (data sheet, section 5.3.5) |
+//!
+//! On a slower bus the sequence takes longer, [`crate::stop`] says how long, and
+//! after a reset it is sent both at the speed before and at 1 Mbaud. Ending feeds
+//! the watchdog once, so that at any speed at which servos are found it is not cut
+//! off.
+//!
+//! While the supply is too low and while a reset lasts nothing can be sent, and a
+//! servo that still has power does what it was told last. No program can help
+//! that; a switch in the servos' supply can.
+//!
+//! | module     | what                                                     |
+//! |------------|----------------------------------------------------------|
+//! | [`memory`] | what outlasts a reset                                    |
+//! | [`record`] | how the program ended, as words in that memory           |
+//! | [`frame`]  | what an exception leaves on the stack                    |
+//!
+//! A board adds a line that can be polled, its watchdog, what its chip knows of the
+//! reset, and a way to reset it.
+
+pub mod frame;
+#[cfg(feature = "board")]
+mod handlers;
+pub mod memory;
+pub mod record;
+
+use armbridge_shared::bridge::limits::PERIOD_MAX_US;
+
+#[cfg(feature = "board")]
+pub use handlers::stop_first;
+
+/// The watchdog's period in µs: without a good tick for so long, the program is
+/// taken for dead.
+///
+/// Steps of bring-up are at most 60 ms apart. The real board's watchdog counts
+/// with an oscillator of nominally 32 kHz, 17 to 47 kHz in fact, and must outlast
+/// the longest tick by 10 ms at 47 kHz. The emulated board's has the same period.
+pub const WATCHDOG_US: u32 = {
+    let longest_us = if PERIOD_MAX_US > 60_000 {
+        PERIOD_MAX_US
+    } else {
+        60_000
+    };
+    (longest_us + 10_000) / 32 * 47
+};

@@ -1,0 +1,213 @@
+//! What is remembered of how the program ended, as words in memory.
+//!
+//! | word   | what                                                           |
+//! |--------|----------------------------------------------------------------|
+//! | 0      | [`MAGIC`]                                                       |
+//! | 1      | cause, as a number of [`CAUSES`]; [`RUNNING`] until there is one |
+//! | 2      | where the processor was                                        |
+//! | 3      | line that panicked                                             |
+//! | 4..10  | end of its file's name                                         |
+//! | 10     | tick                                                           |
+//! | 11     | CRC-32 of all that                                             |
+//!
+//! Memory that has just got its power holds noise, which the magic word and the
+//! CRC tell apart. So words that are in order say more than what is in them: the
+//! memory has not been without power since they were written.
+
+use armbridge_shared::link::board::PLACE_LEN;
+use armbridge_shared::link::message::{End, LastEnd};
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+
+/// Words of a record.
+pub const WORDS: usize = 12;
+
+/// As words in memory.
+pub type Words = [u32; WORDS];
+
+const MAGIC: u32 = u32::from_le_bytes(*b"ARMb");
+const RUNNING: u32 = 0xFF;
+
+/// Causes by their number in a record.
+const CAUSES: [End; 8] = [
+    End::PowerUp,
+    End::BrownOut,
+    End::ResetPin,
+    End::Software,
+    End::Watchdog,
+    End::Panic,
+    End::HardFault,
+    End::StackOverflow,
+];
+
+/// Computed rarely, by a processor that has better use for a kilobyte.
+const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// What a record says of the program that wrote it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// It did not see its end coming.
+    Running,
+    /// It ended so.
+    Ended(LastEnd),
+}
+
+impl Kept {
+    /// As it is kept.
+    pub fn to_words(self) -> Words {
+        let (code, end) = match self {
+            Self::Running => (RUNNING, LastEnd::default()),
+            Self::Ended(end) => {
+                let is_it = |cause: &End| *cause == end.cause;
+                let code = CAUSES.iter().position(is_it).unwrap_or_default();
+                (code as u32, end)
+            }
+        };
+        let mut place = end.place.chunks_exact(4).map(little);
+        let mut place_word = || place.next().unwrap_or_default();
+        let mut words = [
+            MAGIC,
+            code,
+            end.pc,
+            end.line,
+            place_word(),
+            place_word(),
+            place_word(),
+            place_word(),
+            place_word(),
+            place_word(),
+            end.tick,
+            0,
+        ];
+        let [content @ .., crc] = &mut words;
+        *crc = checksum(content);
+        words
+    }
+
+    /// What was kept; `None` if it is noise.
+    pub fn from_words(words: &Words) -> Option<Self> {
+        let [content @ .., crc] = words;
+        let [magic, code, pc, line, place @ .., tick] = content;
+        if *magic != MAGIC || *crc != checksum(content) {
+            return None;
+        }
+        if *code == RUNNING {
+            return Some(Self::Running);
+        }
+        let mut bytes = [0; PLACE_LEN];
+        for (slot, byte) in bytes
+            .iter_mut()
+            .zip(place.iter().flat_map(|word| word.to_le_bytes()))
+        {
+            *slot = byte;
+        }
+        Some(Self::Ended(LastEnd {
+            cause: *CAUSES.get(*code as usize)?,
+            pc: *pc,
+            line: *line,
+            place: bytes,
+            tick: *tick,
+        }))
+    }
+}
+
+fn checksum(words: &[u32]) -> u32 {
+    let mut digest = CRC.digest();
+    for word in words {
+        digest.update(&word.to_le_bytes());
+    }
+    digest.finalize()
+}
+
+fn little(bytes: &[u8]) -> u32 {
+    bytes
+        .iter()
+        .rev()
+        .fold(0, |word, byte| word << 8 | u32::from(*byte))
+}
+
+/// The last characters of a file's name, filled up with zeros.
+pub fn tail(file: &str) -> [u8; PLACE_LEN] {
+    let bytes = file.as_bytes();
+    let begin = bytes.len().saturating_sub(PLACE_LEN);
+    let mut place = [0; PLACE_LEN];
+    for (slot, byte) in place.iter_mut().zip(bytes.iter().skip(begin)) {
+        *slot = *byte;
+    }
+    place
+}
+
+/// How the last program ended: by its own account, or else by what the chip says
+/// of the reset. `tick` is the last one that began, if memory was kept.
+pub fn judge(kept: Option<Kept>, chip: End, tick: u32) -> LastEnd {
+    let cause = match (kept, chip) {
+        (Some(Kept::Ended(end)), _) => return end,
+        // The chip was reset by its supply, and memory outlasted it.
+        (Some(Kept::Running), End::PowerUp) => End::BrownOut,
+        (_, chip) => chip,
+    };
+    LastEnd {
+        cause,
+        tick: if kept.is_some() { tick } else { 0 },
+        ..LastEnd::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn panicked() -> LastEnd {
+        LastEnd {
+            cause: End::Panic,
+            pc: 0,
+            line: 321,
+            place: tail("firmware/src/board/mps2_an386/provoke.rs"),
+            tick: 0xFFFF_FFF0,
+        }
+    }
+
+    #[test]
+    fn a_record_is_read_back_and_no_flipped_bit_is_taken_for_one() {
+        assert_eq!(&panicked().place, b"rd/mps2_an386/provoke.rs" as &[u8; 24]);
+        let mut all = [Kept::Running; CAUSES.len() + 1];
+        for (kept, cause) in all.iter_mut().zip(CAUSES) {
+            *kept = Kept::Ended(LastEnd {
+                cause,
+                ..panicked()
+            });
+        }
+        for kept in all {
+            let words = kept.to_words();
+            assert_eq!(Kept::from_words(&words), Some(kept));
+            for bit in 0..32 * WORDS {
+                let mut damaged = words;
+                damaged[bit / 32] ^= 1 << (bit % 32);
+                assert_eq!(Kept::from_words(&damaged), None, "bit {bit} of {kept:?}");
+            }
+        }
+        assert_eq!(Kept::from_words(&[0; WORDS]), None);
+        assert_eq!(Kept::from_words(&[u32::MAX; WORDS]), None);
+    }
+
+    #[test]
+    fn the_end_of_a_name_is_kept() {
+        assert_eq!(tail("run.rs")[..7], *b"run.rs\0");
+        assert_eq!(tail(""), [0; PLACE_LEN]);
+    }
+
+    #[test]
+    fn a_programs_own_account_counts_more_than_the_chips() {
+        let ended = Some(Kept::Ended(panicked()));
+        assert_eq!(judge(ended, End::Software, 7), panicked());
+        let cause = |kept, chip| {
+            let end = judge(kept, chip, 7);
+            (end.cause, end.tick)
+        };
+        let running = Some(Kept::Running);
+        assert_eq!(cause(running, End::Watchdog), (End::Watchdog, 7));
+        // Memory that was kept has had power all the time.
+        assert_eq!(cause(running, End::PowerUp), (End::BrownOut, 7));
+        assert_eq!(cause(None, End::PowerUp), (End::PowerUp, 0));
+        assert_eq!(cause(None, End::BrownOut), (End::BrownOut, 0));
+    }
+}

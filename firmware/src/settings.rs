@@ -1,0 +1,44 @@
+//! Settings across resets: found at boot, kept when the host says so.
+
+use armbridge_shared::bridge::{LinkPort, can_run};
+use armbridge_shared::link::message::{Settings, SettingsFrom};
+use armbridge_shared::store::Store;
+use embedded_storage::nor_flash::NorFlash;
+
+/// For how many saves a boot makes room: more than anybody needs who tries
+/// settings and keeps those that are good.
+const SAVES: u32 = 16;
+
+/// Prepares the store, and finds the settings to begin with. Call it after the
+/// stop sequence and before the watchdog runs: it may erase both pages.
+pub fn open(store: &mut Store<impl NorFlash>) -> (Settings, SettingsFrom) {
+    // What is there can be loaded all the same; saving will fail, and say so.
+    let prepared = store.prepare(SAVES);
+    let (settings, from) = store.load(can_run);
+    #[cfg(feature = "board")]
+    {
+        if let Err(error) = prepared {
+            defmt::warn!("settings cannot be kept: {}", defmt::Debug2Format(&error));
+        }
+        defmt::info!("settings: {}", from);
+    }
+    #[cfg(not(feature = "board"))]
+    let _ = prepared;
+    (settings, from)
+}
+
+/// Keeps the settings, if the host wants that and the tick has said that torque is
+/// off; returns whether it did. The tick goes on meanwhile, but may miss bytes from
+/// the bus while a word is programmed.
+pub fn keep(port: &mut LinkPort<'_>, store: &mut Store<impl NorFlash>) -> bool {
+    let Some((sequence, settings)) = port.take_save() else {
+        return false;
+    };
+    let result = store.save(&settings);
+    #[cfg(feature = "board")]
+    if let Err(error) = result {
+        defmt::warn!("settings not saved: {}", defmt::Debug2Format(&error));
+    }
+    port.saved(sequence, result.is_ok());
+    true
+}

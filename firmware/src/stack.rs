@@ -1,0 +1,128 @@
+//! How much of the stack was ever used.
+//!
+//! [`paint`] fills what is free with a pattern at boot; what is still painted has
+//! never been used. A call that leaves a large buffer unwritten at its deepest
+//! point hides that much of it, so this is what was seen, not what is possible.
+
+use armbridge_shared::link::message::Stack;
+
+/// Unlikely in memory: no small number, no address of this program.
+pub const PAINT: u32 = 0xC5C5_A3A3;
+
+/// How often [`Watch`] looks: it reads all that is free, up to 32 kB.
+const INTERVAL_US: u64 = 100_000;
+
+/// Bytes of a stack, given from its end upwards, that are no longer painted.
+pub fn used(words: impl ExactSizeIterator<Item = u32>) -> Stack {
+    let size = words.len();
+    let free = words.take_while(|word| *word == PAINT).count();
+    Stack {
+        used: 4 * (size - free) as u32,
+        size: 4 * size as u32,
+    }
+}
+
+/// Looks at the stack now and then.
+#[derive(Debug, Default)]
+pub struct Watch {
+    next_us: u64,
+    used: u32,
+}
+
+impl Watch {
+    /// How much was used, if that is more than was told before.
+    pub fn look(&mut self, now_us: u64, measure: impl FnOnce() -> Stack) -> Option<Stack> {
+        if now_us < self.next_us {
+            return None;
+        }
+        self.next_us = now_us + INTERVAL_US;
+        let stack = measure();
+        let has_grown = stack.used > self.used;
+        self.used = self.used.max(stack.used);
+        has_grown.then_some(stack)
+    }
+}
+
+#[cfg(feature = "board")]
+pub use on_board::{bounds, measure, paint};
+
+#[cfg(feature = "board")]
+mod on_board {
+    use super::{PAINT, Stack, used};
+    use core::ops::Range;
+    use core::ptr;
+
+    unsafe extern "C" {
+        /// Where it ends; it grows downwards.
+        static _stack_end: u32;
+        /// Where it begins: the first word above it.
+        static _stack_start: u32;
+    }
+
+    /// Bytes below the stack pointer that [`paint`] leaves alone: more than its
+    /// own variables need.
+    const MARGIN: usize = 256;
+
+    /// Where the stack is.
+    pub fn bounds() -> Range<u32> {
+        (&raw const _stack_end) as u32..(&raw const _stack_start) as u32
+    }
+
+    /// Paints what is free: 3 ms at 16 MHz. Before any interrupt is let
+    /// through.
+    #[inline(never)]
+    pub fn paint() {
+        let mut word = (&raw const _stack_end).cast_mut();
+        let end = cortex_m::register::msp::read() as usize - MARGIN;
+        while (word as usize) < end {
+            // SAFETY: from the stack's end to `MARGIN` below its pointer nothing
+            // is in use: no caller has its variables there, this function's fit
+            // into the margin, and no interrupt comes.
+            unsafe { ptr::write_volatile(word, PAINT) };
+            word = word.wrapping_add(1);
+        }
+    }
+
+    /// How much was ever used.
+    pub fn measure() -> Stack {
+        let begin = &raw const _stack_end;
+        let words = bounds().len() / 4;
+        used((0..words).map(|index| {
+            // SAFETY: this is within the stack's memory, aligned, and volatile:
+            // what is read is compared with the paint and nothing else.
+            unsafe { ptr::read_volatile(begin.wrapping_add(index)) }
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_longer_painted_was_used() {
+        let mut words = [PAINT; 64];
+        words[60..].fill(0);
+        assert_eq!(
+            used(words.into_iter()),
+            Stack {
+                used: 16,
+                size: 256
+            }
+        );
+        // Below the deepest word all is painted, above it anything may be.
+        words[20] = 1;
+        assert_eq!(used(words.into_iter()).used, 176);
+        assert_eq!(used([0; 2].into_iter()), Stack { used: 8, size: 8 });
+    }
+
+    #[test]
+    fn only_growth_is_told_and_rarely() {
+        let mut watch = Watch::default();
+        let stack = |used| Stack { used, size: 256 };
+        assert_eq!(watch.look(5, || stack(80)), Some(stack(80)));
+        assert_eq!(watch.look(90_000, || stack(120)), None);
+        assert_eq!(watch.look(110_000, || stack(120)), Some(stack(120)));
+        assert_eq!(watch.look(900_000, || stack(120)), None);
+    }
+}
