@@ -8,8 +8,14 @@
 //! in it, dependencies included, so the tree is not built again, and overflow
 //! checks are on. Firmware is checked in release, the profile of its images.
 
+#[path = "verify/callers.rs"]
+mod callers;
 #[path = "verify/fuzz.rs"]
 mod fuzz;
+#[path = "verify/miri.rs"]
+mod miri;
+#[path = "verify/no_panic.rs"]
+mod no_panic;
 #[path = "verify/packages.rs"]
 mod packages;
 #[path = "verify/run.rs"]

@@ -1,6 +1,6 @@
 //! The steps of `cargo verify`, cheapest first.
 
-use crate::{fuzz, setup};
+use crate::{fuzz, miri, no_panic, setup};
 
 /// Something that must pass.
 pub(crate) struct Step {
@@ -85,6 +85,12 @@ pub(crate) const STEPS: &[Step] = &[
          --features feather-f405 --bin feather-f405 -- -D warnings",
     ),
     cargo(
+        "lint-no-panic",
+        "no warnings in the image that shows that there are no panics",
+        "clippy --release --package armbridge-firmware --target thumbv7em-none-eabihf \
+         --features no-panic --bin no-panic -- -D warnings",
+    ),
+    cargo(
         "shared",
         "shared code builds by itself for the board, without the standard library",
         "build --release --package armbridge-shared --target thumbv7em-none-eabihf",
@@ -95,11 +101,21 @@ pub(crate) const STEPS: &[Step] = &[
         "build-emulator",
     ),
     cargo("build-board", "the board's image builds", "build-board"),
+    Step {
+        name: "no-panic",
+        what: "no panic can be reached from what bus, host or client send",
+        work: Work::Do(no_panic::run, "cargo verify --only no-panic"),
+    },
     cargo(
         "test",
         "every test that needs Rust alone",
         "test --workspace",
     ),
+    Step {
+        name: "miri",
+        what: "what handles bytes does with memory only what it may",
+        work: Work::Do(miri::run, "cargo verify --only miri"),
+    },
     Step {
         name: "fuzz",
         what: "each fuzz target finds nothing in half a minute",
