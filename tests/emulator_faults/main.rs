@@ -1,0 +1,22 @@
+//! Whatever fails around the emulated firmware, or in it, the stop sequence is on
+//! the bus within its bound.
+//!
+//! | what fails              | time         | bound                               |
+//! |-------------------------|--------------|-------------------------------------|
+//! | the host's process dies | lockstep     | [`from_outside`]                    |
+//! | the bus falls silent    | lockstep     | [`from_outside`]                    |
+//! | garbage on the link     | both         | [`from_outside`], [`flood`]         |
+//! | panic, hard fault, stack overflow, hang | slow motion | [`from_inside`]      |
+//!
+//! In lockstep time is the bench's, so that bounds are kept to the µs however busy
+//! the machine is. A board that fails in itself is reset, which no bench can
+//! follow: there QEMU's clock counts instructions, and the bound is held against
+//! the board's own clock, as it stands in its log.
+
+mod flood;
+mod from_inside;
+mod from_outside;
+mod pilot;
+mod slow;
+mod stop;
+mod tap;

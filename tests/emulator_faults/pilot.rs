@@ -1,0 +1,139 @@
+//! A host that greets the board, arms it, drives the arm, and hears all there is.
+
+use std::convert::Infallible;
+
+use armbridge::bench::cosim::Host;
+use armbridge::link::{Client, Said};
+use armbridge_shared::link::message::{BoardReport, Command, Mode, Record, Refusal, Trip};
+use armbridge_tests::random::Random;
+
+/// Bytes of garbage in [`FLOOD_US`]: 12 Mbaud, the full rate of USB.
+const FLOOD_BYTES: usize = 120;
+/// How often they come.
+const FLOOD_US: u64 = 100;
+
+/// How far it has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    Waiting,
+    Arming,
+    Driving,
+}
+
+/// Whoever drives the arm.
+#[derive(Debug)]
+pub(crate) struct Pilot {
+    /// For what else is to be commanded.
+    pub(crate) client: Client,
+    drive: Command,
+    stage: Stage,
+    /// All that the board said, in order.
+    pub(crate) heard: Vec<Said>,
+    /// Speaks garbage and nothing else from now on.
+    pub(crate) is_flooding: bool,
+    random: Random,
+    garbage: Vec<u8>,
+    flood_due_us: u64,
+}
+
+impl Pilot {
+    /// Will drive the arm so.
+    pub(crate) fn new(drive: Command) -> Self {
+        Self {
+            client: Client::default(),
+            drive,
+            stage: Stage::Waiting,
+            heard: Vec::new(),
+            is_flooding: false,
+            random: Random::new(1),
+            garbage: Vec::new(),
+            flood_due_us: 0,
+        }
+    }
+
+    /// The latest record, if there is one.
+    pub(crate) fn last(&self) -> Option<Record> {
+        self.records().last()
+    }
+
+    /// All records.
+    pub(crate) fn records(&self) -> impl Iterator<Item = Record> {
+        self.heard.iter().filter_map(|said| match said {
+            Said::Record(record) => Some(*record),
+            _ => None,
+        })
+    }
+
+    /// What the board said of itself last.
+    pub(crate) fn report(&self) -> Option<BoardReport> {
+        self.heard.iter().rev().find_map(|said| match said {
+            Said::Board(report) => Some(*report),
+            _ => None,
+        })
+    }
+
+    /// Why the board switched torque off.
+    pub(crate) fn trip(&self) -> Option<Trip> {
+        self.heard.iter().find_map(|said| match said {
+            Said::Tripped(trip) => Some(*trip),
+            _ => None,
+        })
+    }
+
+    fn arm(&mut self) {
+        let session = self.report().map_or(0, |report| report.session);
+        self.client.command(Command::Arm { session });
+        self.stage = Stage::Arming;
+    }
+
+    fn take(&mut self, said: Said) {
+        self.heard.push(said);
+        match (said, self.stage) {
+            (Said::Record(record), Stage::Waiting) if record.mode == Mode::Idle => self.arm(),
+            (Said::Refused(Refusal::OtherSession), Stage::Arming) => self.arm(),
+            (Said::Done, Stage::Arming) => {
+                self.client.command(self.drive);
+                self.stage = Stage::Driving;
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Host for Pilot {
+    type Error = Infallible;
+
+    fn speak(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
+        if !self.is_flooding {
+            return Ok(self.client.transmit(now_us));
+        }
+        self.garbage.clear();
+        if now_us >= self.flood_due_us {
+            self.flood_due_us = now_us + FLOOD_US;
+            let random = &mut self.random;
+            self.garbage.extend((0..FLOOD_BYTES).map(|_| random.byte()));
+        }
+        Ok(&self.garbage)
+    }
+
+    fn hear(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
+        let mut said = Vec::new();
+        self.client.receive(bytes, |what| said.push(what));
+        for what in said {
+            self.take(what);
+        }
+        Ok(())
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        if self.is_flooding {
+            self.flood_due_us
+        } else {
+            self.client.wake_at_us()
+        }
+    }
+
+    fn is_done(&self) -> bool {
+        false
+    }
+}
