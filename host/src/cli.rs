@@ -4,11 +4,13 @@ mod bench;
 mod bus;
 mod servos;
 mod surroundings;
+mod torture;
 
 pub(crate) use bench::{BenchArgs, ControlArgs, ControllerName, EstimateArgs, EstimatorName};
 pub(crate) use bus::{LineArgs, ScanArgs, ServoAction, ServoArgs, value as register_value};
 pub(crate) use servos::ServosArgs;
 pub(crate) use surroundings::{TransparentArgs, VirtualServoArgs};
+pub(crate) use torture::TortureArgs;
 
 use std::path::PathBuf;
 
@@ -45,6 +47,10 @@ pub(crate) enum Command {
     /// Try any controller and estimator on any virtual arm, for many seeds.
     #[command(after_help = bench::EXAMPLES)]
     Bench(BenchArgs),
+    /// Inject every kind of fault on the bench, singly and in pairs, and judge what
+    /// the board makes of it.
+    #[command(after_help = torture::EXAMPLES)]
+    Torture(TortureArgs),
     /// Compute the paper's numbers and figures again, as a page with verdicts.
     Paper(OutputArgs),
 }

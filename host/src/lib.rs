@@ -20,6 +20,7 @@ pub mod remote;
 pub mod run_folder;
 pub mod serve;
 pub mod summary;
+pub mod torture;
 pub mod transparent;
 pub mod trial;
 pub mod wall;

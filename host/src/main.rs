@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use cli::{Cli, Command};
-use commands::{bench, demo, emulate, paper, scan, servo, servos};
+use commands::{bench, demo, emulate, paper, scan, servo, servos, torture};
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -31,6 +31,7 @@ fn main() -> ExitCode {
         Some(Command::Scan(args)) => scan::run(args),
         Some(Command::Servo(args)) => servo::run(args),
         Some(Command::Bench(args)) => bench::run(args),
+        Some(Command::Torture(args)) => torture::run(args),
         Some(Command::Paper(args)) => paper::run(args),
     };
     match result {

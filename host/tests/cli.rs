@@ -60,8 +60,34 @@ fn wrong_arguments_say_what_is_right() {
         (&["bench", "--loss", "1.5"], "share from 0 to 1"),
         (&["bench", "--reference", "sine:9,9,1"], "sine:A1,A2,HZ"),
         (&["bench", "--best", "--estimator", "kalman"], "--best"),
+        (&["torture", "--kinds", "gremlins"], "servo-deaf"),
     ] {
         assert_fails(&program.run(args), &[words, "--help"]);
+    }
+}
+
+#[test]
+fn a_campaign_repeats_and_a_seed_is_told() {
+    let program = Program::new("torture");
+    let args = ["torture", "--seeds", "80", "--kinds", "goodbye,stop-pin"];
+    let json = |args: &[&str]| program.run(&[args, &["--json"]].concat());
+    let [first, second] = [json(&args), json(&args)];
+    assert_eq!(first.status.code(), Some(0), "{}", text(&first.stdout));
+    assert_eq!(text(&first.stdout), text(&second.stdout));
+    let report: serde_json::Value = serde_json::from_slice(&first.stdout).unwrap();
+    let names: Vec<&str> = report["singles"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|row| row["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["goodbye", "stop-pin"]);
+
+    let story = program.run(&["torture", "--seed", "66"]);
+    assert_eq!(story.status.code(), Some(0));
+    let story = text(&story.stdout);
+    for words in ["stop-pin", "Fault(EmergencyStop(Pin))", "which is right"] {
+        assert!(story.contains(words), "{story}");
     }
 }
 

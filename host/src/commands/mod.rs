@@ -8,6 +8,7 @@ pub(crate) mod paper;
 pub(crate) mod scan;
 pub(crate) mod servo;
 pub(crate) mod servos;
+pub(crate) mod torture;
 
 mod bus;
 mod job;

@@ -1,0 +1,42 @@
+//! From a seed to what became of it.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use armbridge_shared::bridge::Mailboxes;
+
+use super::case::Case;
+use super::judge::Judge;
+use super::outcome::Outcome;
+use super::story::Story;
+use super::world::World;
+
+/// Runs the case of this seed.
+pub fn run(seed: u64) -> Outcome {
+    judge(&Case::new(seed), &mut Story::untold())
+}
+
+/// The same, told.
+pub fn tell(seed: u64) -> (Outcome, String) {
+    let mut story = Story::default();
+    let case = Case::new(seed);
+    story.begin(&case);
+    let outcome = judge(&case, &mut story);
+    story.end(&outcome);
+    (outcome, story.text())
+}
+
+/// A case that panics is one that failed.
+fn judge(case: &Case, story: &mut Story) -> Outcome {
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        let mut mailboxes = Mailboxes::new();
+        match World::new(case, mailboxes.split()) {
+            Ok(world) => Judge::new(case, world, story).run(),
+            Err(why) => Outcome::new(case).failed(why),
+        }
+    }));
+    outcome.unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+        Outcome::new(case).failed(format!("panicked: {}", text.unwrap_or("")))
+    })
+}

@@ -1,0 +1,42 @@
+//! The fault campaign, small: every kind of fault once in every scenario, and as
+//! many pairs.
+//!
+//! `armbridge torture --seeds 10000` is the same with more.
+
+use std::convert::Infallible;
+
+use armbridge::torture::{self, Case, Kind, Report};
+use armbridge::trial::for_seeds;
+
+/// 34 kinds in six scenarios, and as many pairs.
+const SEEDS: u64 = 2 * 34 * 6;
+
+#[test]
+fn whatever_goes_wrong_is_named_and_ends_with_motors_off() {
+    let seeds: Vec<u64> = (0..SEEDS).collect();
+    let run = |seed| Ok::<_, Infallible>(torture::run(seed));
+    let outcomes = for_seeds(&seeds, run, |_| ()).unwrap();
+    let report = Report::of(&outcomes);
+    let table = torture::table(&report);
+    assert!(report.holds(), "{table}");
+    assert_eq!(report.singles.len(), Kind::ALL.len());
+    assert!(report.singles.iter().all(|row| row.cases == 6), "{table}");
+    // It is a campaign: much has gone wrong, and the board has come back from it.
+    let faults = outcomes.iter().filter(|outcome| outcome.fault.is_some());
+    let (faults, cleared) = (faults.count() as u64, report.cleared as u64);
+    assert!(faults > SEEDS / 3 && cleared > SEEDS / 6, "{table}");
+}
+
+#[test]
+fn a_seed_is_the_same_case_whenever_it_is_run() {
+    // One of each kind of randomness: bytes, sensors, host, plant.
+    for seed in [1, 6, 38, 44, 60] {
+        let (outcome, story) = torture::tell(seed);
+        assert_eq!((outcome.clone(), story.clone()), torture::tell(seed));
+        assert_eq!(outcome, torture::run(seed));
+        for injection in Case::new(seed).injections {
+            let name = injection.kind.name();
+            assert!(story.matches(name).count() >= 2, "{name}: {story}");
+        }
+    }
+}
