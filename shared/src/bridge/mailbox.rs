@@ -32,8 +32,15 @@ pub(super) const CLIENT_BYTES: usize = 1024;
 
 /// Nobody has asked for an emergency stop.
 const NO_EMERGENCY: u8 = 0;
-const FROM_HOST: u8 = 1;
-const FROM_FLOOD: u8 = 2;
+
+/// Who has, as a code that fits an atomic.
+const fn emergency_code(source: StopSource) -> u8 {
+    match source {
+        StopSource::Host => 1,
+        StopSource::Pin => 2,
+        StopSource::Flood => 3,
+    }
+}
 
 /// From the link to the tick.
 #[derive(Clone, Debug)]
@@ -177,28 +184,22 @@ pub struct LinkEnd<'a> {
 impl BridgeEnd<'_> {
     /// The emergency stop that the link has asked for, once.
     pub(super) fn take_emergency(&self) -> Option<StopSource> {
-        match self.emergency.load(Ordering::Acquire) {
-            NO_EMERGENCY => None,
-            code => {
-                // Whoever asks between the two asks for what is done anyway.
-                self.emergency.store(NO_EMERGENCY, Ordering::Release);
-                Some(if code == FROM_HOST {
-                    StopSource::Host
-                } else {
-                    StopSource::Flood
-                })
-            }
+        let code = self.emergency.load(Ordering::Acquire);
+        if code == NO_EMERGENCY {
+            return None;
         }
+        // Whoever asks between the two asks for what is done anyway.
+        self.emergency.store(NO_EMERGENCY, Ordering::Release);
+        let sources = [StopSource::Pin, StopSource::Flood];
+        let known = sources.into_iter().find(|s| emergency_code(*s) == code);
+        Some(known.unwrap_or(StopSource::Host))
     }
 }
 
 impl LinkEnd<'_> {
     /// Asks for an emergency stop.
     pub(super) fn emergency(&self, source: StopSource) {
-        let code = match source {
-            StopSource::Host | StopSource::Pin => FROM_HOST,
-            StopSource::Flood => FROM_FLOOD,
-        };
+        let code = emergency_code(source);
         self.emergency.store(code, Ordering::Release);
     }
 }

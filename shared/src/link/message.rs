@@ -291,9 +291,7 @@ impl Sample {
             Self::Missing(_) => None,
         }
     }
-}
 
-impl Sample {
     /// Why there are none.
     pub fn missing(self) -> Option<Missing> {
         match self {
