@@ -245,7 +245,25 @@ impl Operator {
                     self.switch_off(now_us);
                 }
             }
-            _ => {}
+            // News, or nothing to do now.
+            (
+                Said::Hello
+                | Said::OtherSchema(_)
+                | Said::Done
+                | Said::Refused(_)
+                | Said::Absent { .. }
+                | Said::Found { .. }
+                | Said::Mixed(_)
+                | Said::Unprepared { .. }
+                | Said::Passthrough
+                | Said::Port(_)
+                | Said::Board(_)
+                | Said::Tripped(_)
+                | Said::Halted(_)
+                | Said::Temperature { .. }
+                | Said::Record(_),
+                _,
+            ) => {}
         }
         Ok(())
     }
