@@ -15,7 +15,7 @@ use armbridge::serve::LiveBench;
 use armbridge::wall;
 use armbridge_shared::bridge::Mailboxes;
 use armbridge_shared::link::message::{
-    Command, Guards, Limits, Mode, Record, Refusal, SettingsFrom, Setup,
+    Command, Guards, Limits, Mode, Record, Refusal, SettingsFrom, Setup, ToHost,
 };
 use armbridge_tests::plant;
 
@@ -49,13 +49,13 @@ struct Heard {
 impl Caller {
     fn take(&mut self, said: Said) {
         match said {
-            Said::Board(report) => {
+            Said::Told(ToHost::Board(report)) => {
                 self.heard.session = report.session;
                 self.heard.settings = Some(report.settings);
             }
             Said::Done => self.heard.answers.push(Ok(())),
             Said::Refused(refusal) => self.heard.answers.push(Err(refusal)),
-            Said::Record(record) => {
+            Said::Told(ToHost::Record(record)) => {
                 self.is_idle |= record.mode == Mode::Idle;
                 if self.has_said_all() {
                     self.ticks_left = self.ticks_left.saturating_sub(1);

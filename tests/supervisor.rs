@@ -11,7 +11,8 @@ use armbridge::bench::plant::Plant;
 use armbridge::link::{Client, Said};
 use armbridge_shared::bridge::Mailboxes;
 use armbridge_shared::link::message::{
-    Command, Drive, Fault, Limits, Mode, Refusal, Setup, Standstill, StopSource, ToBoard, Trip,
+    Command, Drive, Fault, Limits, Mode, Refusal, Setup, Standstill, StopSource, ToBoard, ToHost,
+    Trip,
 };
 use armbridge_shared::link::motion::Motion;
 use armbridge_shared::servo::Firmware;
@@ -116,7 +117,7 @@ impl<'a> Table<'a> {
     fn session(&self) -> u32 {
         let reports = self.run.host.said.iter().rev();
         let mut sessions = reports.filter_map(|(_, said)| match said {
-            Said::Board(report) => Some(report.session),
+            Said::Told(ToHost::Board(report)) => Some(report.session),
             _ => None,
         });
         sessions.next().expect("the board has told")
@@ -140,7 +141,7 @@ impl<'a> Table<'a> {
     fn trip(&self) -> Trip {
         let mut said = self.run.host.said.iter().rev();
         said.find_map(|(_, said)| match said {
-            Said::Tripped(trip) => Some(*trip),
+            Said::Told(ToHost::Tripped(trip)) => Some(*trip),
             _ => None,
         })
         .expect("the board has told why")
@@ -321,7 +322,7 @@ fn the_host_is_told_when_the_servos_stand() {
         .said
         .iter()
         .filter_map(|(_, said)| match said {
-            Said::Halted(halt) => Some(*halt),
+            Said::Told(ToHost::Halted(halt)) => Some(*halt),
             _ => None,
         });
     let halt = halts.next_back().expect("the board has told");

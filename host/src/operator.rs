@@ -11,7 +11,7 @@ pub use error::OperatorError;
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{
-    BoardReport, Command, Halt, Mode, PortCounters, Record, Refusal, Setup, Trip,
+    BoardReport, Command, Halt, Mode, PortCounters, Record, Refusal, Setup, ToHost, Trip,
 };
 use armbridge_shared::servo::Firmware;
 
@@ -225,21 +225,23 @@ impl Operator {
                 return Err(OperatorError::Refused { command, refusal });
             }
             (
-                Said::Found {
+                Said::Told(ToHost::Found {
                     is_ready: false, ..
-                },
+                }),
                 Phase::WaitingForServos,
             ) => self.command(now_us, Command::Prepare),
             // Back from whoever has the bus.
-            (Said::Passthrough, Phase::WaitingForServos) => self.command(now_us, Command::Idle),
-            (Said::Record(record), Phase::WaitingForServos)
+            (Said::Told(ToHost::Passthrough), Phase::WaitingForServos) => {
+                self.command(now_us, Command::Idle);
+            }
+            (Said::Told(ToHost::Record(record)), Phase::WaitingForServos)
                 if record.mode == Mode::Idle && self.news.is_ready =>
             {
                 self.news.absent = None;
                 self.enter(Phase::Arming, now_us);
                 self.arm(now_us);
             }
-            (Said::Record(record), Phase::Running { .. } | Phase::SwitchingOff) => {
+            (Said::Told(ToHost::Record(record)), Phase::Running { .. } | Phase::SwitchingOff) => {
                 self.records.push(record);
                 if matches!(record.mode, Mode::Fault(_)) && !self.is_switching_off() {
                     self.switch_off(now_us);
@@ -247,21 +249,7 @@ impl Operator {
             }
             // News, or nothing to do now.
             (
-                Said::Hello
-                | Said::OtherSchema(_)
-                | Said::Done
-                | Said::Refused(_)
-                | Said::Absent { .. }
-                | Said::Found { .. }
-                | Said::Mixed(_)
-                | Said::Unprepared { .. }
-                | Said::Passthrough
-                | Said::Port(_)
-                | Said::Board(_)
-                | Said::Tripped(_)
-                | Said::Halted(_)
-                | Said::Temperature { .. }
-                | Said::Record(_),
+                Said::Hello | Said::OtherSchema(_) | Said::Done | Said::Refused(_) | Said::Told(_),
                 _,
             ) => {}
         }

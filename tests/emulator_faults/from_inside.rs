@@ -8,7 +8,7 @@
 
 use armbridge::emulator::{Failure, Provocation, qemu};
 use armbridge::link::Said;
-use armbridge_shared::link::message::{Command, End, LastEnd, Mode, Refusal};
+use armbridge_shared::link::message::{Command, End, LastEnd, Mode, Refusal, ToHost};
 use object::{Object, ObjectSymbol};
 
 use crate::slow::Rig;
@@ -42,8 +42,7 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
     let driven_until = rig.until_driven();
     let first = rig.pilot.report().unwrap();
     assert_eq!(first.last_end.cause, End::PowerUp, "not driven in time");
-    let is_reset =
-        |said: &Said| matches!(said, Said::Board(report) if first.is_before_reset(report));
+    let is_reset = |said: &Said| matches!(said, Said::Told(ToHost::Board(report)) if first.is_before_reset(report));
     rig.until_said("a reset", is_reset);
     let end = rig.pilot.report().unwrap().last_end;
 

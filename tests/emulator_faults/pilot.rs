@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use armbridge::bench::cosim::Host;
 use armbridge::link::{Client, Said};
-use armbridge_shared::link::message::{BoardReport, Command, Mode, Record, Refusal, Trip};
+use armbridge_shared::link::message::{BoardReport, Command, Mode, Record, Refusal, ToHost, Trip};
 use armbridge_tests::random::Random;
 
 /// Bytes of garbage in [`FLOOD_US`]: 12 Mbaud, the full rate of USB.
@@ -59,7 +59,7 @@ impl Pilot {
     /// All records.
     pub(crate) fn records(&self) -> impl Iterator<Item = Record> {
         self.heard.iter().filter_map(|said| match said {
-            Said::Record(record) => Some(*record),
+            Said::Told(ToHost::Record(record)) => Some(*record),
             _ => None,
         })
     }
@@ -67,7 +67,7 @@ impl Pilot {
     /// What the board said of itself last.
     pub(crate) fn report(&self) -> Option<BoardReport> {
         self.heard.iter().rev().find_map(|said| match said {
-            Said::Board(report) => Some(*report),
+            Said::Told(ToHost::Board(report)) => Some(*report),
             _ => None,
         })
     }
@@ -75,7 +75,7 @@ impl Pilot {
     /// Why the board switched torque off.
     pub(crate) fn trip(&self) -> Option<Trip> {
         self.heard.iter().find_map(|said| match said {
-            Said::Tripped(trip) => Some(*trip),
+            Said::Told(ToHost::Tripped(trip)) => Some(*trip),
             _ => None,
         })
     }
@@ -89,7 +89,9 @@ impl Pilot {
     fn take(&mut self, said: Said) {
         self.heard.push(said);
         match (said, self.stage) {
-            (Said::Record(record), Stage::Waiting) if record.mode == Mode::Idle => self.arm(),
+            (Said::Told(ToHost::Record(record)), Stage::Waiting) if record.mode == Mode::Idle => {
+                self.arm();
+            }
             (Said::Refused(Refusal::OtherSession), Stage::Arming) => self.arm(),
             (Said::Done, Stage::Arming) => {
                 self.client.command(self.drive);

@@ -6,7 +6,7 @@ use armbridge::bench::cosim::{Cosim, CosimError, Host};
 use armbridge::link::{Client, Said};
 use armbridge::operator::{Operator, OperatorError, Script};
 use armbridge_shared::bridge::Mailboxes;
-use armbridge_shared::link::message::{Command, Missing, Setup};
+use armbridge_shared::link::message::{Command, Missing, Setup, ToHost};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::master::timing::tick_us;
 use armbridge_shared::servo::port::{BAUD_RATES, bytes_us};
@@ -134,8 +134,9 @@ impl Host for Commander {
 
     fn hear(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
         let mut is_found = false;
-        self.client
-            .receive(bytes, |said| is_found |= matches!(said, Said::Found { .. }));
+        self.client.receive(bytes, |said| {
+            is_found |= matches!(said, Said::Told(ToHost::Found { .. }));
+        });
         if is_found && !self.commands.is_empty() {
             self.client.command(self.commands.remove(0));
         }

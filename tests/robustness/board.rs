@@ -273,10 +273,15 @@ impl<'a> Test<'a> {
                 | ToHost::Passthrough
                 | ToHost::Tripped(_)
                 | ToHost::Halted(_)
+                | ToHost::Departs { .. }
+                | ToHost::Began(_)
+                | ToHost::Settings(_)
                 | ToHost::Temperature { .. } => {}
                 ToHost::Board(report) => self.session = report.session,
                 ToHost::Port(counters) => self.seen.port = counters,
-                ToHost::Ack { sequence, result } => self.check_ack(sequence, result.is_ok()),
+                ToHost::Ack {
+                    sequence, result, ..
+                } => self.check_ack(sequence, result.is_ok()),
                 ToHost::Record(record) => self.check_record(&record),
             }
         }

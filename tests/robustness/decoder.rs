@@ -32,6 +32,7 @@ fn to_host(random: &mut Random) -> ToHost {
         1 => ToHost::Ack {
             sequence: random.below(0x1_0000) as u16,
             result: Ok(()),
+            moment: None,
         },
         _ => ToHost::Record(record(random)),
     }

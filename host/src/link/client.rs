@@ -4,14 +4,9 @@
 //! Sans-io and clockless, like the board's end: the same client runs in the
 //! bench's virtual time and over a socket in wall-clock time.
 
-use armbridge_shared::JOINTS;
 use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, Received};
-use armbridge_shared::link::message::{
-    BoardReport, Command, Halt, Hello, Missing, PortCounters, Record, Refusal, ToBoard, ToHost,
-    Trip,
-};
+use armbridge_shared::link::message::{Command, Hello, Refusal, ToBoard, ToHost};
 use armbridge_shared::link::schema;
-use armbridge_shared::servo::Firmware;
 
 use crate::summary::LinkStats;
 
@@ -21,6 +16,7 @@ const HEARTBEAT_US: u64 = 25_000;
 
 /// What the board said.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "lives for one frame")]
 pub enum Said {
     /// Its hello, with a schema equal to ours.
     Hello,
@@ -30,48 +26,8 @@ pub enum Said {
     Done,
     /// It refused what was commanded last.
     Refused(Refusal),
-    /// A servo does not answer.
-    Absent {
-        /// Index of the joint.
-        joint: u8,
-        /// What was heard instead.
-        missing: Missing,
-    },
-    /// What the servos run, and the speed of their bus in bits per second.
-    Found {
-        /// Of all of them.
-        firmware: Firmware,
-        /// Of the bus.
-        baud: u32,
-        /// They take torque.
-        is_ready: bool,
-    },
-    /// They run different firmwares, joint by joint.
-    Mixed([Firmware; JOINTS]),
-    /// A stock servo does not take its settings.
-    Unprepared {
-        /// Index of the joint.
-        joint: u8,
-    },
-    /// A client of the transparent port has the bus.
-    Passthrough,
-    /// What became of that client's packets so far.
-    Port(PortCounters),
-    /// What it says of itself.
-    Board(BoardReport),
-    /// Why it switched torque off.
-    Tripped(Trip),
-    /// What the servos did after the stop sequence.
-    Halted(Halt),
-    /// A servo's temperature: in °C from a stock servo, in counts from Morpheus.
-    Temperature {
-        /// Index of the joint.
-        joint: u8,
-        /// In the unit of its firmware.
-        value: u16,
-    },
-    /// One tick.
-    Record(Record),
+    /// Anything else.
+    Told(ToHost),
 }
 
 /// The host's end of the link.
@@ -189,35 +145,32 @@ impl Client {
                 result: Err(Refusal::Busy),
                 ..
             } => None,
-            ToHost::Ack { sequence, result } => {
+            ToHost::Ack {
+                sequence, result, ..
+            } => {
                 let is_ours = matches!(self.pending, Some((_, Some(sent))) if sent == sequence);
                 is_ours.then(|| {
                     self.pending = None;
                     result.map_or_else(Said::Refused, |()| Said::Done)
                 })
             }
-            ToHost::Absent { joint, missing } => Some(Said::Absent { joint, missing }),
-            ToHost::Found {
-                firmware,
-                baud,
-                is_ready,
-            } => Some(Said::Found {
-                firmware,
-                baud,
-                is_ready,
-            }),
-            ToHost::Mixed(firmwares) => Some(Said::Mixed(firmwares)),
-            ToHost::Unprepared { joint } => Some(Said::Unprepared { joint }),
-            ToHost::Passthrough => Some(Said::Passthrough),
-            ToHost::Port(counters) => Some(Said::Port(counters)),
-            ToHost::Board(report) => Some(Said::Board(report)),
-            ToHost::Tripped(trip) => Some(Said::Tripped(trip)),
-            ToHost::Halted(halt) => Some(Said::Halted(halt)),
-            ToHost::Temperature { joint, value } => Some(Said::Temperature { joint, value }),
             ToHost::Record(record) => {
                 self.stats.dropped = u64::from(record.dropped);
-                Some(Said::Record(record))
+                Some(Said::Told(received.message))
             }
+            ToHost::Departs { .. }
+            | ToHost::Began(_)
+            | ToHost::Settings(_)
+            | ToHost::Absent { .. }
+            | ToHost::Found { .. }
+            | ToHost::Mixed(_)
+            | ToHost::Unprepared { .. }
+            | ToHost::Passthrough
+            | ToHost::Port(_)
+            | ToHost::Board(_)
+            | ToHost::Tripped(_)
+            | ToHost::Halted(_)
+            | ToHost::Temperature { .. } => Some(Said::Told(received.message)),
         }
     }
 }

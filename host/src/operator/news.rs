@@ -1,6 +1,6 @@
 //! What a board tells unasked: of itself, of its servos, of its faults.
 
-use armbridge_shared::link::message::{BoardReport, Halt, Missing, PortCounters, Trip};
+use armbridge_shared::link::message::{BoardReport, Halt, Missing, PortCounters, ToHost, Trip};
 use armbridge_shared::servo::Firmware;
 
 use super::OperatorError;
@@ -30,40 +30,49 @@ impl News {
     pub(super) fn take(&mut self, said: &Said) -> Result<(), OperatorError> {
         match *said {
             Said::OtherSchema(hello) => return Err(OperatorError::OtherSchema(hello)),
-            Said::Board(report) => {
+            Said::Told(ToHost::Board(report)) => {
                 let before = self.report.replace(report);
                 if before.is_some_and(|before| before.is_before_reset(&report)) {
                     return Err(OperatorError::Reset(report.last_end));
                 }
             }
             // Repeated after a hello.
-            Said::Tripped(trip) if self.trips.last() == Some(&trip) => {}
-            Said::Tripped(trip) => self.trips.push(trip),
-            Said::Halted(halt) => self.halts.push(halt),
-            Said::Absent { joint, missing } => {
+            Said::Told(ToHost::Tripped(trip)) if self.trips.last() == Some(&trip) => {}
+            Said::Told(ToHost::Tripped(trip)) => self.trips.push(trip),
+            Said::Told(ToHost::Halted(halt)) => self.halts.push(halt),
+            Said::Told(ToHost::Absent { joint, missing }) => {
                 self.absent = Some((joint, missing));
                 self.trouble = None;
             }
-            Said::Mixed([a, b]) => self.trouble = Some(OperatorError::Mixed(a, b)),
-            Said::Unprepared { joint } => self.trouble = Some(OperatorError::Unprepared(joint)),
-            Said::Found {
+            Said::Told(ToHost::Mixed([a, b])) => self.trouble = Some(OperatorError::Mixed(a, b)),
+            Said::Told(ToHost::Unprepared { joint }) => {
+                self.trouble = Some(OperatorError::Unprepared(joint));
+            }
+            Said::Told(ToHost::Found {
                 firmware,
                 baud,
                 is_ready,
-            } => {
+            }) => {
                 if is_ready {
                     self.trouble = None;
                 }
                 self.found = Some((firmware, baud));
                 self.is_ready = is_ready;
             }
-            Said::Port(counters) => self.port = counters,
+            Said::Told(ToHost::Port(counters)) => self.port = counters,
             Said::Hello
             | Said::Done
             | Said::Refused(_)
-            | Said::Passthrough
-            | Said::Temperature { .. }
-            | Said::Record(_) => {}
+            | Said::Told(
+                ToHost::Hello(_)
+                | ToHost::Ack { .. }
+                | ToHost::Departs { .. }
+                | ToHost::Began(_)
+                | ToHost::Settings(_)
+                | ToHost::Passthrough
+                | ToHost::Temperature { .. }
+                | ToHost::Record(_),
+            ) => {}
         }
         Ok(())
     }

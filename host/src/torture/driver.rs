@@ -9,7 +9,7 @@ use std::convert::Infallible;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{
-    Command, Halt, Hello, Limits, Mode, Record, Setup, ToBoard, Trip,
+    Command, Halt, Hello, Limits, Mode, Record, Setup, ToBoard, ToHost, Trip,
 };
 use armbridge_shared::link::schema;
 
@@ -147,11 +147,11 @@ impl Driver {
             },
             (Said::Done, Phase::Commanding) => self.phase = Phase::Working,
             (Said::Done, Phase::Working) if self.whim == Whim::OutOfRange => self.swallowed += 1,
-            (Said::Board(report), _) => self.session = report.session,
-            (Said::Tripped(trip), _) => self.trip = Some(trip),
-            (Said::Halted(halt), _) => self.halt = Some(halt),
-            (Said::Found { is_ready, .. }, _) => self.is_ready = is_ready,
-            (Said::Record(record), phase) => {
+            (Said::Told(ToHost::Board(report)), _) => self.session = report.session,
+            (Said::Told(ToHost::Tripped(trip)), _) => self.trip = Some(trip),
+            (Said::Told(ToHost::Halted(halt)), _) => self.halt = Some(halt),
+            (Said::Told(ToHost::Found { is_ready, .. }), _) => self.is_ready = is_ready,
+            (Said::Told(ToHost::Record(record)), phase) => {
                 self.record = Some(record);
                 let torques = record.torque_nm.iter();
                 self.most_nm = torques.fold(self.most_nm, |most, nm| most.max(nm.abs()));

@@ -15,7 +15,7 @@ use crate::control::Trajectory;
 use crate::link::board::HELLO_BITS;
 use crate::link::frame::{Decoder, Encoder, FrameError, Received};
 use crate::link::message::{
-    BoardReport, Command, Refusal, Settings, Stack, StopSource, ToBoard, ToHost,
+    BoardReport, Command, Moment, Refusal, Settings, Stack, StopSource, ToBoard, ToHost,
 };
 use crate::link::motion::Motion;
 use crate::link::schema;
@@ -35,15 +35,12 @@ pub struct LinkPort<'a> {
     encoder: Encoder,
     /// The host has said hello with our schema.
     is_greeted: bool,
-    /// Our hello is owed.
-    hello_due: bool,
+    owed: Owed,
     /// A motion that waits to be told where it begins.
     waiting: Option<(u16, Motion)>,
-    /// The answer to a command that does not come from the tick.
+    /// The answer to a command that never got to the tick.
     answered: Option<(u16, Result<(), Refusal>)>,
     report: BoardReport,
-    /// The report is owed.
-    report_due: bool,
     /// Number of the newest frame heard since the hello.
     newest: Option<u16>,
     /// Bytes that made no sense, less what made some.
@@ -53,6 +50,14 @@ pub struct LinkPort<'a> {
     offered: Option<(u16, Settings)>,
     /// The tick is asked whether settings may be written, or has said yes.
     saving: Option<(u16, Saving)>,
+}
+
+/// What the host is to be told of the board itself.
+#[derive(Clone, Copy, Debug, Default)]
+struct Owed {
+    hello: bool,
+    report: bool,
+    settings: bool,
 }
 
 /// Where a save stands.
@@ -73,11 +78,10 @@ impl<'a> LinkPort<'a> {
             decoder: Decoder::default(),
             encoder: Encoder::default(),
             is_greeted: false,
-            hello_due: false,
+            owed: Owed::default(),
             waiting: None,
             answered: None,
             report,
-            report_due: false,
             newest: None,
             spoiled: 0,
             settings,
@@ -89,7 +93,7 @@ impl<'a> LinkPort<'a> {
     /// How much stack has been used; the host is told when that grows.
     pub fn set_stack(&mut self, stack: Stack) {
         let stack = Some(stack);
-        self.report_due |= self.is_greeted && self.report.stack != stack;
+        self.owed.report |= self.is_greeted && self.report.stack != stack;
         self.report.stack = stack;
     }
 
@@ -131,7 +135,7 @@ impl<'a> LinkPort<'a> {
                 }
                 // Intact but strange: a host of another build. Our hello lets
                 // it tell its user so.
-                Some(Err(FrameError::Version(_) | FrameError::Schema)) => self.hello_due = true,
+                Some(Err(FrameError::Version(_) | FrameError::Schema)) => self.owed.hello = true,
                 Some(Err(FrameError::Damaged | FrameError::Direction)) | None => {}
             }
         }
@@ -146,8 +150,9 @@ impl<'a> LinkPort<'a> {
         match received.message {
             ToBoard::Hello(hello) => {
                 self.is_greeted = hello.schema == schema::HASH;
-                self.hello_due = true;
-                self.report_due = true;
+                self.owed.hello = true;
+                self.owed.report = true;
+                self.owed.settings = true;
                 if self.is_greeted {
                     self.report.session = self.report.session.wrapping_add(1);
                 }
@@ -167,7 +172,7 @@ impl<'a> LinkPort<'a> {
             }
             // Whoever says so, and however late.
             ToBoard::Stop => self.end.emergency(StopSource::Host),
-            _ if !self.is_greeted => self.hello_due = true,
+            _ if !self.is_greeted => self.owed.hello = true,
             _ if !self.is_newer(sequence) => {
                 self.answered = Some((sequence, Err(Refusal::Stale)));
             }
@@ -227,11 +232,17 @@ impl<'a> LinkPort<'a> {
 
     /// What the tick says to a command, as the host is told; `None` if that is not
     /// all there is to say.
-    fn ack(&mut self, sequence: u16, result: Result<(), Refusal>) -> Option<ToHost> {
+    fn ack(
+        &mut self,
+        sequence: u16,
+        result: Result<(), Refusal>,
+        moment: Moment,
+    ) -> Option<ToHost> {
         if let Some((_, settings)) = self.offered.take_if(|(offered, _)| *offered == sequence)
             && result.is_ok()
         {
             self.settings = settings;
+            self.owed.settings = true;
         }
         let is_save = matches!(self.saving, Some((saving, Saving::Asked)) if saving == sequence);
         if is_save {
@@ -241,7 +252,11 @@ impl<'a> LinkPort<'a> {
                 return None;
             }
         }
-        Some(ToHost::Ack { sequence, result })
+        Some(ToHost::Ack {
+            sequence,
+            result,
+            moment: Some(moment),
+        })
     }
 
     fn order(&mut self, sequence: u16, task: Result<Task, Refusal>) {
@@ -281,23 +296,31 @@ impl<'a> LinkPort<'a> {
     }
 
     fn next_message(&mut self) -> Option<ToHost> {
-        if core::mem::take(&mut self.hello_due) {
+        if core::mem::take(&mut self.owed.hello) {
             return Some(ToHost::Hello(schema::HELLO));
         }
         if let Some((sequence, result)) = self.answered.take() {
-            return Some(ToHost::Ack { sequence, result });
+            return Some(ToHost::Ack {
+                sequence,
+                result,
+                moment: None,
+            });
         }
         if !self.is_greeted {
             // Nobody is there to miss them: they do not count as dropped.
             self.forget_records();
             return None;
         }
-        if core::mem::take(&mut self.report_due) {
+        if core::mem::take(&mut self.owed.report) {
             return Some(ToHost::Board(self.report));
+        }
+        if core::mem::take(&mut self.owed.settings) {
+            return Some(ToHost::Settings(self.settings));
         }
         while let Some(notice) = self.end.notices.dequeue() {
             let message = match notice {
-                Notice::Ack(sequence, result) => self.ack(sequence, result),
+                Notice::Ack(sequence, result, moment) => self.ack(sequence, result, moment),
+                Notice::Began(moment) => Some(ToHost::Began(moment)),
                 Notice::Absent(joint, missing) => Some(ToHost::Absent { joint, missing }),
                 Notice::Found(firmware, baud, is_ready) => Some(ToHost::Found {
                     firmware,
@@ -311,9 +334,9 @@ impl<'a> LinkPort<'a> {
                 Notice::Tripped(trip) => Some(ToHost::Tripped(trip)),
                 Notice::Halted(halt) => Some(ToHost::Halted(halt)),
                 Notice::Temperature(joint, value) => Some(ToHost::Temperature { joint, value }),
-                Notice::Departure(sequence, departure) => {
+                Notice::Departure(sequence, departure, moment) => {
                     self.plan(sequence, departure);
-                    None
+                    Some(ToHost::Departs { sequence, moment })
                 }
             };
             if message.is_some() {

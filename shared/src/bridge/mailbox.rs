@@ -16,7 +16,7 @@ use super::queue::{Receiver, Sender, split};
 use crate::JOINTS;
 use crate::control::trajectory::stream::Point;
 use crate::link::message::{
-    Halt, Limits, Missing, PortCounters, Record, Refusal, StopSource, Trip,
+    Halt, Limits, Missing, Moment, PortCounters, Record, Refusal, StopSource, Trip,
 };
 use crate::servo::Firmware;
 
@@ -81,9 +81,11 @@ pub(super) enum Task {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Notice {
     /// What became of an order.
-    Ack(u16, Result<(), Refusal>),
+    Ack(u16, Result<(), Refusal>, Moment),
     /// Where the motion with this sequence number begins.
-    Departure(u16, Departure),
+    Departure(u16, Departure, Moment),
+    /// A hello was heard.
+    Began(Moment),
     /// The servo of this joint did not answer during bring-up.
     Absent(u8, Missing),
     /// What the servos run, the speed of the bus, and whether they take torque.

@@ -134,6 +134,8 @@ pub struct Bridge<'a, S, D> {
     heard_us: u64,
     /// The estimator has not seen a sample since it was last in doubt.
     is_fresh: bool,
+    /// The tick that was decided last.
+    decided: u32,
     overruns_in_row: u8,
     record: Record,
 }
@@ -184,6 +186,7 @@ where
             set_back_us: 0,
             heard_us: now_us,
             is_fresh: true,
+            decided: 0,
             overruns_in_row: 0,
             record: blank_record(),
         })

@@ -12,7 +12,7 @@ use super::mailbox::{Notice, Order, Task};
 use super::schedule::Stage;
 use super::settle::Chore;
 use super::supervisor::{self, Event};
-use crate::link::message::{Drive, Refusal};
+use crate::link::message::{Drive, Moment, Refusal};
 use crate::servo::Firmware;
 
 impl<S, D> Bridge<'_, S, D>
@@ -32,6 +32,9 @@ where
                     if self.state.is_armed() {
                         let _ = self.apply(Event::Disarm);
                     }
+                    // What it has come to know of the arm is in no log of this host.
+                    self.is_fresh = true;
+                    let _ = self.end.notices.enqueue(Notice::Began(self.moment()));
                     self.announce();
                     self.report_trip();
                 }
@@ -49,16 +52,26 @@ where
 
     fn take_task(&mut self, sequence: u16, task: Task) {
         self.gateway.claim(self.now_us);
+        let moment = self.moment();
         let notice = if matches!(task, Task::Depart) {
             self.departure().map_or_else(
-                |refusal| Notice::Ack(sequence, Err(refusal)),
-                |departure| Notice::Departure(sequence, departure),
+                |refusal| Notice::Ack(sequence, Err(refusal), moment),
+                |departure| Notice::Departure(sequence, departure, moment),
             )
         } else {
-            Notice::Ack(sequence, self.perform(task))
+            Notice::Ack(sequence, self.perform(task), moment)
         };
         // Lost if the host does not fetch them: it will ask again.
         let _ = self.end.notices.enqueue(notice);
+    }
+
+    /// Now, as an order is told it.
+    fn moment(&self) -> Moment {
+        Moment {
+            tick: self.record.tick,
+            is_decided: self.decided == self.record.tick,
+            at_us: self.now_us,
+        }
     }
 
     /// The servos can be given torque as often as the set-up wants.

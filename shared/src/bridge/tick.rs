@@ -74,6 +74,7 @@ where
         record.speed_rad_s = state.dq.into();
         record.torque_nm = self.next.torque_nm.into();
         record.disturbance_nm = self.law.disturbance_nm();
+        self.decided = record.tick;
     }
 
     /// What drives the motors from the next tick on, within all limits.

@@ -20,6 +20,8 @@ pub struct BoardReport {
     pub settings: SettingsFrom,
     /// Stack, in bytes, if it is watched.
     pub stack: Option<Stack>,
+    /// CRC-32/ISO-HDLC of the program in flash; `None` where there is no flash.
+    pub image: Option<u32>,
 }
 
 /// Low bits of a session's number that count the hellos since the last reset; the

@@ -47,7 +47,21 @@ pub enum ToHost {
         sequence: u16,
         /// Accepted, or why not.
         result: Result<(), Refusal>,
+        /// When the tick took it; `None` if it never got so far.
+        moment: Option<Moment>,
     },
+    /// The reference from which the motion with this frame sequence number is
+    /// planned was taken at this moment; its acknowledgement follows.
+    Departs {
+        /// Sequence number of the frame that carried the command.
+        sequence: u16,
+        /// When.
+        moment: Moment,
+    },
+    /// The tick has heard the hello: motors are off, the estimator begins anew.
+    Began(Moment),
+    /// What is in force: after a hello, and whenever it changes.
+    Settings(Settings),
     /// During bring-up: a servo was asked for and did not answer.
     Absent {
         /// Index of the joint.
@@ -93,6 +107,18 @@ pub enum ToHost {
     },
     /// One tick.
     Record(Record),
+}
+
+/// When the tick took an order, exactly enough to do the same again: see
+/// [`replay`](crate::bridge::replay).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+pub struct Moment {
+    /// The tick that had begun last.
+    pub tick: u32,
+    /// It was decided by then; otherwise it heeds the order.
+    pub is_decided: bool,
+    /// On the board's clock in µs.
+    pub at_us: u64,
 }
 
 /// Packets on the transparent port since boot.

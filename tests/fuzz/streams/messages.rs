@@ -2,13 +2,19 @@
 
 use armbridge_shared::link::frame::{Encoder, Message};
 use armbridge_shared::link::message::{
-    Command, Drive, Guards, Hello, Missing, Mode, PortCounters, Record, Refusal, Sample, Setup,
-    Timing, ToBoard, ToHost,
+    Command, Drive, Guards, Hello, Missing, Mode, Moment, PortCounters, Record, Refusal, Sample,
+    Settings, Setup, Timing, ToBoard, ToHost,
 };
 use armbridge_shared::link::motion::{Motion, Via};
 use armbridge_shared::servo::Firmware;
 
 use super::seeds::Seeds;
+
+const MOMENT: Moment = Moment {
+    tick: 1_000,
+    is_decided: true,
+    at_us: 1_000_700,
+};
 
 /// One message of each kind.
 pub(crate) fn seeds() -> Seeds {
@@ -64,11 +70,18 @@ pub(crate) fn seeds() -> Seeds {
     let refused = ToHost::Ack {
         sequence: 7,
         result: Err(Refusal::Unstable { re: 1.5, im: 0.25 }),
+        moment: None,
     };
     let accepted = ToHost::Ack {
         sequence: 300,
         result: Ok(()),
+        moment: Some(MOMENT),
     };
+    let departs = ToHost::Departs {
+        sequence: 301,
+        moment: MOMENT,
+    };
+    let settings = ToHost::Settings(Settings::default());
     let absent = ToHost::Absent {
         joint: 1,
         missing: Missing::Silence,
@@ -89,6 +102,9 @@ pub(crate) fn seeds() -> Seeds {
         ("hello-answer", ToHost::Hello(hello)),
         ("accepted", accepted),
         ("refused", refused),
+        ("departs", departs),
+        ("began", ToHost::Began(MOMENT)),
+        ("settings", settings),
         ("absent", absent),
         ("found", found),
         ("mixed", ToHost::Mixed(Firmware::ALL)),
