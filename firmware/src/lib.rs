@@ -22,6 +22,7 @@
 //! | [`stop`]  | the stop sequence by polling, for when all else has failed |
 //! | [`end`]   | how the program ends when it fails, and what is kept of it |
 //! | [`settings`] | settings across resets                                |
+//! | [`image`] | which program this is                                    |
 //! | [`stack`] | how much of the stack was ever used                      |
 //! | [`board`] | what differs: one module and one binary per board        |
 //!
@@ -34,6 +35,7 @@
 
 pub mod board;
 pub mod end;
+pub mod image;
 pub mod port;
 pub mod ring;
 pub mod run;

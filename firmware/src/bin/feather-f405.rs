@@ -13,6 +13,7 @@ use armbridge_firmware::board::feather_f405::usb::{
 };
 use armbridge_firmware::board::feather_f405::{bus, config, usb};
 use armbridge_firmware::end::{self, WATCHDOG_US, memory};
+use armbridge_firmware::image;
 use armbridge_firmware::port::Port;
 use armbridge_firmware::run::{self, News};
 use armbridge_firmware::settings;
@@ -56,6 +57,7 @@ fn main() -> ! {
     let (settings, from) = settings::open(&mut store);
     let report = BoardReport {
         settings: from,
+        image: Some(image::measure()),
         ..report
     };
 

@@ -14,6 +14,7 @@ use armbridge_firmware::board::mps2_an386::{
     BUS, CLIENT, LINK, guard, lockstep, provoke, watchdog,
 };
 use armbridge_firmware::end::{self, memory};
+use armbridge_firmware::image;
 use armbridge_firmware::port::Port;
 use armbridge_firmware::run::{self, News};
 use armbridge_firmware::settings;
@@ -58,6 +59,7 @@ fn main() -> ! {
     let (settings, from) = settings::open(&mut store);
     let report = BoardReport {
         settings: from,
+        image: Some(image::measure()),
         ..report
     };
     if !in_lockstep {

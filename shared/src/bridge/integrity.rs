@@ -64,6 +64,14 @@ impl Originals {
         }
     }
 
+    /// The next comparison finds a difference.
+    pub(super) fn spoil(&mut self) {
+        if let Some(number) = self.law.numbers().into_iter().next() {
+            *number = f32::NAN;
+        }
+        (self.wait, self.guard_is_next) = (0, false);
+    }
+
     fn are(&self, law: &Law, guard: &Guard) -> bool {
         law.as_built() == self.law && guard.as_built() == self.guard
     }

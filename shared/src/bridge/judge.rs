@@ -16,6 +16,7 @@ use crate::JOINTS;
 use crate::link::message::{Drive, Fault, Refusal, Sample, StopSource, Trip};
 use crate::servo::master::Transaction;
 use crate::servo::protocol1::Alarms;
+use nalgebra::Vector2;
 
 /// Alarms upon which a stock servo, as it comes, lets go of its shaft.
 const SHUTDOWN: Alarms = Alarms::OVERHEATING.or(Alarms::OVERLOAD);
@@ -174,12 +175,10 @@ where
         match action {
             Action::Keep => {}
             Action::SwitchOff => self.next = Decision::off(),
-            // Whatever the arm did with torque off, the estimator's model did not
-            // see it.
             Action::Energise => {
-                self.is_fresh = true;
                 self.next = Decision::off();
                 self.guard.restart();
+                self.begin_anew();
             }
             Action::Hold => {
                 self.drive = Drive::Hold;
@@ -210,6 +209,13 @@ where
         self.search.rewind();
         self.stage = from;
         self.next_start_us = self.now_us;
+    }
+
+    /// What is known of the arm, and what was asked of it, counts no more: with
+    /// torque off it did what the estimator's model did not see.
+    pub(super) fn begin_anew(&mut self) {
+        self.is_fresh = true;
+        self.course = Course::hold(Vector2::zeros());
     }
 
     /// Rest where the arm is.

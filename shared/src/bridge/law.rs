@@ -32,7 +32,16 @@ const FADE_S: f32 = 0.1;
 /// Whether a board can run with these settings: every limit is within its hard
 /// bound, and there is a controller for the set-up.
 pub fn can_run(settings: &Settings) -> bool {
-    settings.limits.is_valid() && Law::build(&settings.setup).is_ok()
+    why_not(settings).is_none()
+}
+
+/// Why a board would refuse these settings; `None` if it would not.
+pub fn why_not(settings: &Settings) -> Option<Refusal> {
+    if settings.limits.is_valid() {
+        Law::build(&settings.setup).err()
+    } else {
+        Some(Refusal::OutOfRange)
+    }
 }
 
 /// What a tick computes with.

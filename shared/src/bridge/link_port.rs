@@ -15,7 +15,8 @@ use crate::control::Trajectory;
 use crate::link::board::HELLO_BITS;
 use crate::link::frame::{Decoder, Encoder, FrameError, Received};
 use crate::link::message::{
-    BoardReport, Command, Moment, Refusal, Settings, Stack, StopSource, ToBoard, ToHost,
+    BoardReport, Command, Limits, Moment, Refusal, Settings, Setup, Stack, StopSource, ToBoard,
+    ToHost,
 };
 use crate::link::motion::Motion;
 use crate::link::schema;
@@ -47,7 +48,7 @@ pub struct LinkPort<'a> {
     spoiled: u32,
     /// What the tick computes with, and what it has been offered.
     settings: Settings,
-    offered: Option<(u16, Settings)>,
+    offered: Offered,
     /// The tick is asked whether settings may be written, or has said yes.
     saving: Option<(u16, Saving)>,
 }
@@ -58,6 +59,14 @@ struct Owed {
     hello: bool,
     report: bool,
     settings: bool,
+}
+
+/// What the settings will be if the tick agrees, with the sequence numbers of the
+/// commands.
+#[derive(Clone, Copy, Debug, Default)]
+struct Offered {
+    setup: Option<(u16, Setup)>,
+    limits: Option<(u16, Limits)>,
 }
 
 /// Where a save stands.
@@ -85,7 +94,7 @@ impl<'a> LinkPort<'a> {
             newest: None,
             spoiled: 0,
             settings,
-            offered: None,
+            offered: Offered::default(),
             saving: None,
         }
     }
@@ -160,14 +169,17 @@ impl<'a> LinkPort<'a> {
                 // What was said to nobody, or to a host before this one, is not
                 // for it: an old acknowledgement might be taken for its own.
                 self.forget_records();
-                while self.end.notices.dequeue().is_some() {}
+                while let Some(notice) = self.end.notices.dequeue() {
+                    if let Notice::Ack(sequence, result, _) = notice {
+                        self.settle(sequence, result);
+                    }
+                }
                 if self.is_greeted {
                     // The tick tells it what the servos are.
                     let _ = self.end.orders.enqueue(Order::Greeted);
                 }
                 self.answered = None;
                 self.waiting = None;
-                self.offered = None;
                 self.saving = None;
             }
             // Whoever says so, and however late.
@@ -217,16 +229,29 @@ impl<'a> LinkPort<'a> {
 
     /// Remembers what the settings will be if the tick agrees.
     fn offer(&mut self, sequence: u16, command: Command) {
-        let settings = self.settings;
         match command {
-            Command::Configure(setup) => {
-                self.offered = Some((sequence, Settings { setup, ..settings }));
-            }
-            Command::Limit(limits) => {
-                self.offered = Some((sequence, Settings { limits, ..settings }));
-            }
+            Command::Configure(setup) => self.offered.setup = Some((sequence, setup)),
+            Command::Limit(limits) => self.offered.limits = Some((sequence, limits)),
             Command::Save => self.saving = Some((sequence, Saving::Asked)),
             _ => {}
+        }
+    }
+
+    /// The tick has taken what it was offered, or not.
+    fn settle(&mut self, sequence: u16, result: Result<(), Refusal>) {
+        let Offered { setup, limits } = &mut self.offered;
+        let setup = setup.take_if(|(offered, _)| *offered == sequence);
+        let limits = limits.take_if(|(offered, _)| *offered == sequence);
+        if result.is_err() {
+            return;
+        }
+        if let Some((_, setup)) = setup {
+            self.settings.setup = setup;
+            self.owed.settings = true;
+        }
+        if let Some((_, limits)) = limits {
+            self.settings.limits = limits;
+            self.owed.settings = true;
         }
     }
 
@@ -238,12 +263,7 @@ impl<'a> LinkPort<'a> {
         result: Result<(), Refusal>,
         moment: Moment,
     ) -> Option<ToHost> {
-        if let Some((_, settings)) = self.offered.take_if(|(offered, _)| *offered == sequence)
-            && result.is_ok()
-        {
-            self.settings = settings;
-            self.owed.settings = true;
-        }
+        self.settle(sequence, result);
         let is_save = matches!(self.saving, Some((saving, Saving::Asked)) if saving == sequence);
         if is_save {
             self.saving = result.ok().map(|()| (sequence, Saving::Allowed));

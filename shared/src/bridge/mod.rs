@@ -26,6 +26,7 @@
 //! | `orders`, `check` | what the host wants, and whether it may              |
 //! | [`gateway`]    | the transparent port                                    |
 //! | [`limits`]     | numbers that nobody can set                             |
+//! | [`replay`]     | the same ticks again, from what was recorded            |
 //!
 //! [`Bridge`] belongs in the highest-priority interrupt; [`LinkPort`] in thread
 //! mode. They share [`Mailboxes`] and nothing else.
@@ -44,12 +45,13 @@ mod link_port;
 mod mailbox;
 mod orders;
 mod queue;
+pub mod replay;
 mod schedule;
 mod settle;
 pub mod supervisor;
 mod tick;
 
-pub use law::can_run;
+pub use law::{can_run, why_not};
 pub use link_port::LinkPort;
 pub use mailbox::{BridgeEnd, LinkEnd, Mailboxes};
 

@@ -11,7 +11,7 @@ use super::law::{Decision, Law};
 use super::mailbox::{Notice, Order, Task};
 use super::schedule::Stage;
 use super::settle::Chore;
-use super::supervisor::{self, Event};
+use super::supervisor::{self, Event, State};
 use crate::link::message::{Drive, Moment, Refusal};
 use crate::servo::Firmware;
 
@@ -27,17 +27,7 @@ where
         while let Some(order) = self.end.orders.dequeue() {
             match order {
                 Order::Heartbeat => self.heard_us = self.now_us,
-                Order::Greeted => {
-                    // What another host has armed is not for this one.
-                    if self.state.is_armed() {
-                        let _ = self.apply(Event::Disarm);
-                    }
-                    // What it has come to know of the arm is in no log of this host.
-                    self.is_fresh = true;
-                    let _ = self.end.notices.enqueue(Notice::Began(self.moment()));
-                    self.announce();
-                    self.report_trip();
-                }
+                Order::Greeted => self.greet(),
                 Order::Goodbye => {
                     // Never refused.
                     let _ = self.apply(Event::Disarm);
@@ -48,6 +38,23 @@ where
                 }
             }
         }
+    }
+
+    /// A host says hello.
+    pub(super) fn greet(&mut self) {
+        // What another host has armed is not for this one.
+        if self.state.is_armed() {
+            let _ = self.apply(Event::Disarm);
+        }
+        // What was before is in no log of this host.
+        self.begin_anew();
+        // After a fault the guard knows which servo may be deaf.
+        if self.state != State::Fault {
+            self.guard.restart();
+        }
+        let _ = self.end.notices.enqueue(Notice::Began(self.moment()));
+        self.announce();
+        self.report_trip();
     }
 
     fn take_task(&mut self, sequence: u16, task: Task) {
@@ -137,7 +144,7 @@ where
         Ok(())
     }
 
-    fn departure(&self) -> Result<Departure, Refusal> {
+    pub(super) fn departure(&self) -> Result<Departure, Refusal> {
         supervisor::next(self.state, Event::Drive)?;
         Ok(self.present_course().departure(self.now_us))
     }

@@ -245,9 +245,9 @@ where
         self.stage = Stage::Ticking;
         self.next_start_us = self.now_us;
         self.guard.restart();
+        self.begin_anew();
         self.care.restart(self.now_us);
         self.overruns_in_row = 0;
-        self.is_fresh = true;
         self.announce();
         // Never refused.
         let _ = self.apply(Event::BusReady);

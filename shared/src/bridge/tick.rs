@@ -21,6 +21,9 @@ where
     /// Estimates, controls and supervises: everything that is decided in a
     /// tick. Bracket it with a stopwatch for [`Bridge::publish`].
     pub fn decide(&mut self) {
+        // A stop that is ordered below does not wait until then; what is asked of
+        // the arm then is told all the same.
+        let acts_us = self.next_start_us;
         self.watch_host();
         let counts = self.record.samples.map(Sample::counts);
         let measured = self.law.angles(counts);
@@ -52,7 +55,7 @@ where
         self.watch_halt();
         // What is decided now acts from the next samples on.
         let ahead = self.law.advance(&self.in_force);
-        let reference = self.course.at(self.next_start_us);
+        let reference = self.course.at(acts_us);
         let mut guards = Guards::NONE;
         self.next = if self.state.is_driven() {
             self.control(&ahead, &reference, &mut guards)

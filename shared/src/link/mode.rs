@@ -178,6 +178,11 @@ impl Guards {
         self.0
     }
 
+    /// What such a byte means.
+    pub const fn from_bits(bits: u8) -> Self {
+        Self(bits)
+    }
+
     /// Whether all of these are among them.
     pub const fn contains(self, guards: Self) -> bool {
         self.0 & guards.0 == guards.0
