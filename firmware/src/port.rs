@@ -7,7 +7,7 @@
 
 use crate::ring::ByteRing;
 use armbridge_shared::servo::port::SetBaud;
-use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU8, Ordering};
 use embedded_hal_nb::serial::{ErrorKind, ErrorType, Read, Write};
 
 /// Bytes in either direction. The longest transmission, the stop sequence's
@@ -23,8 +23,6 @@ pub struct Buffers {
     tx: ByteRing<BUFFER_LEN>,
     /// The last complaint of the receiver, as a [`LineError`] code; 0 if none.
     error: AtomicU8,
-    /// Bytes that came off the line, dropped ones included.
-    received: AtomicU32,
 }
 
 /// What a receiver may complain about.
@@ -56,15 +54,11 @@ impl Buffers {
             rx: ByteRing::new(),
             tx: ByteRing::new(),
             error: AtomicU8::new(0),
-            received: AtomicU32::new(0),
         }
     }
 
     /// From the interrupt handler: a byte has come.
     pub fn received(&self, byte: u8) {
-        let received = self.received.load(Ordering::Relaxed);
-        self.received
-            .store(received.wrapping_add(1), Ordering::Release);
         if !self.rx.push(byte) {
             self.complain(LineError::Overrun);
         }
@@ -103,16 +97,6 @@ impl Buffers {
     /// Whether there are bytes to be sent.
     pub fn is_sending(&self) -> bool {
         !self.tx.is_empty()
-    }
-
-    /// Bytes that ever came off the line, modulo 2³².
-    pub fn received_total(&self) -> u32 {
-        self.received.load(Ordering::Acquire)
-    }
-
-    /// Bytes ever accepted for sending, modulo 2³².
-    pub fn written_total(&self) -> u32 {
-        self.tx.total()
     }
 
     fn take_error(&self) -> Option<LineError> {
@@ -215,7 +199,6 @@ mod tests {
         // One byte more than there is room for, and its loss is told first.
         assert_eq!(port.read(), Err(nb::Error::WouldBlock));
         (0..=BUFFER_LEN).for_each(|i| port.0.0.received(i as u8));
-        assert_eq!(port.0.0.received_total() as usize, BUFFER_LEN + 1);
         assert_eq!(port.read(), Err(nb::Error::Other(LineError::Overrun)));
         assert!((0..BUFFER_LEN).all(|i| port.read() == Ok(i as u8)));
         assert_eq!(port.read(), Err(nb::Error::WouldBlock));

@@ -3,17 +3,57 @@
 //! An emulator runs as fast as its host lets it, so a wall clock between board
 //! and virtual servos would make every run different. In lockstep the bench
 //! owns the time: a board with nothing left to do says [`Idle`], until when it
-//! would sleep and how many bytes it has sent; the bench advances servos and
-//! arm to the next instant that concerns the board and answers with a
-//! [`Grant`]: what the time is now and how many bytes have been sent to it.
-//! Each side waits for the bytes that were announced before it goes on, so
-//! that nothing depends on how busy the machine is.
+//! would sleep, with all that it has sent meanwhile; the bench advances servos
+//! and arm to the next instant that concerns the board and answers with a
+//! [`Grant`], what the time is now, with all that has arrived at the board's
+//! ports by then. While one side runs, the other waits, so that nothing depends
+//! on how busy the machine is.
 //!
-//! Both messages are 24 bytes, little endian, on a channel of their own. An
-//! emulated serial port has no speed and no modem lines, so they carry those of
-//! the servo bus and of the transparent port.
+//! # On the wire
+//!
+//! Both go over one stream, as a header of [`HEADER_LEN`] bytes, little endian,
+//! and the bytes that it [`Carries`]. Handing over a block costs the emulator some
+//! microseconds and a byte of an emulated serial port costs it tens, so everything
+//! that is due at an instant travels in one message. What does not fit
+//! [`MESSAGE_MAX`] is spread over several, all of one instant, of which only the
+//! last says that it is; the others' headers are about the same.
+//!
+//! | bytes | of an [`Idle`]                      | of a [`Grant`]                    |
+//! |-------|-------------------------------------|-----------------------------------|
+//! | 0–7   | time; bit 62: others follow         | the same, and bit 63: stop switch |
+//! | 8–13  | bytes of link, client, bus, 16 bits each | the same                     |
+//! | 14–15 | bytes wanted from the bus           | 0                                 |
+//! | 16–19 | speed of the bus                    | the client's line                 |
+//! | 20–23 | room for bytes of the client        | 0                                 |
+//!
+//! Nothing in here has the speed and the modem lines that serial ports have, so
+//! headers carry those of the servo bus and of the transparent port.
 
 use crate::bridge::gateway::ClientLine;
+
+/// Length of a header.
+pub const HEADER_LEN: usize = 24;
+
+/// Longest message, its header included: some ticks' records.
+pub const MESSAGE_MAX: usize = 2_048;
+
+/// Set in the time if other messages of the same instant follow.
+const MORE: u64 = 1 << 62;
+/// Set in the time of a [`Grant`] if the switch is open.
+const STOP_PRESSED: u64 = 1 << 63;
+/// Where no clock gets: the end of time.
+const LATEST_US: u64 = MORE - 1;
+
+/// How many bytes follow a header, in this order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Carries {
+    /// Of the control link.
+    pub link: u16,
+    /// Of the transparent port.
+    pub client: u16,
+    /// Of the servo bus.
+    pub bus: u16,
+}
 
 /// From board to bench: nothing to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,14 +62,14 @@ pub struct Idle {
     pub until_us: u64,
     /// How many bytes on the servo bus make it run before that, if any do.
     pub bus_wanted: Option<u16>,
-    /// Bytes sent on the servo bus since boot, modulo 2¹⁶.
-    pub bus_tx: u16,
-    /// Bytes sent on the link since boot, modulo 2³².
-    pub link_tx: u32,
-    /// Bytes sent to the client of the transparent port, modulo 2³².
-    pub client_tx: u32,
     /// Speed of the servo bus in bits per second.
     pub bus_baud: u32,
+    /// How many bytes from the client of the transparent port it has room for.
+    pub client_room: u32,
+    /// What it has sent since the last grant.
+    pub carries: Carries,
+    /// There is no more of that in another message.
+    pub is_last: bool,
 }
 
 /// From bench to board: run.
@@ -37,95 +77,138 @@ pub struct Idle {
 pub struct Grant {
     /// The time, in µs.
     pub now_us: u64,
-    /// Bytes put on the servo bus for the board since boot, modulo 2³².
-    pub bus_rx: u32,
-    /// Bytes put on the link for the board since boot, modulo 2³².
-    pub link_rx: u32,
-    /// Bytes from the client of the transparent port since boot, modulo 2³².
-    pub client_rx: u32,
-    /// What that client has set its port to.
+    /// What the client of the transparent port has set its port to.
     pub client_line: ClientLine,
     /// The emergency stop's switch is open.
     pub is_stop_pressed: bool,
+    /// What has arrived since the last grant.
+    pub carries: Carries,
+    /// There is no more of that in another message.
+    pub is_last: bool,
 }
 
-/// Set in the time of a [`Grant`] if the switch is open: no clock gets there.
-const STOP_PRESSED: u64 = 1 << 63;
+impl Carries {
+    /// All of them.
+    pub fn total(self) -> usize {
+        self.lengths().into_iter().sum()
+    }
 
-/// Length of either message.
-pub const MESSAGE_LEN: usize = 24;
+    /// What follows the header as bytes of link, client and bus; `None` if that is
+    /// not all.
+    pub fn split(self, bytes: &[u8]) -> Option<[&[u8]; 3]> {
+        let [link, client, bus] = self.lengths();
+        let (link, rest) = bytes.split_at_checked(link)?;
+        let (client, rest) = rest.split_at_checked(client)?;
+        Some([link, client, rest.get(..bus)?])
+    }
+
+    fn lengths(self) -> [usize; 3] {
+        [self.link, self.client, self.bus].map(usize::from)
+    }
+}
 
 impl Idle {
     /// As sent.
-    pub fn to_bytes(self) -> [u8; MESSAGE_LEN] {
-        let bus = u32::from(self.bus_wanted.unwrap_or(0)) << 16 | u32::from(self.bus_tx);
-        to_bytes(
-            self.until_us,
-            [bus, self.link_tx, self.client_tx, self.bus_baud],
-        )
+    pub fn to_bytes(self) -> [u8; HEADER_LEN] {
+        let more = if self.is_last { 0 } else { MORE };
+        Header {
+            time: self.until_us.min(LATEST_US) | more,
+            carries: self.carries,
+            short: self.bus_wanted.unwrap_or(0),
+            words: [self.bus_baud, self.client_room],
+        }
+        .to_bytes()
     }
 
     /// As received.
-    pub fn from_bytes(bytes: [u8; MESSAGE_LEN]) -> Self {
-        let (until_us, [bus, link_tx, client_tx, bus_baud]) = from_bytes(bytes);
-        let bus_wanted = Some((bus >> 16) as u16).filter(|wanted| *wanted > 0);
+    pub fn from_bytes(bytes: [u8; HEADER_LEN]) -> Self {
+        let header = Header::from_bytes(bytes);
+        let [bus_baud, client_room] = header.words;
         Self {
-            until_us,
-            bus_wanted,
-            bus_tx: bus as u16,
-            link_tx,
-            client_tx,
+            until_us: header.time & LATEST_US,
+            bus_wanted: Some(header.short).filter(|wanted| *wanted > 0),
             bus_baud,
+            client_room,
+            carries: header.carries,
+            is_last: header.time & MORE == 0,
         }
     }
 }
 
 impl Grant {
     /// As sent.
-    pub fn to_bytes(self) -> [u8; MESSAGE_LEN] {
-        let line = self.client_line.to_bits();
+    pub fn to_bytes(self) -> [u8; HEADER_LEN] {
+        let more = if self.is_last { 0 } else { MORE };
         let stop = if self.is_stop_pressed {
             STOP_PRESSED
         } else {
             0
         };
-        to_bytes(
-            self.now_us & !STOP_PRESSED | stop,
-            [self.bus_rx, self.link_rx, self.client_rx, line],
-        )
+        Header {
+            time: self.now_us.min(LATEST_US) | more | stop,
+            carries: self.carries,
+            short: 0,
+            words: [self.client_line.to_bits(), 0],
+        }
+        .to_bytes()
     }
 
     /// As received.
-    pub fn from_bytes(bytes: [u8; MESSAGE_LEN]) -> Self {
-        let (time, [bus_rx, link_rx, client_rx, line]) = from_bytes(bytes);
+    pub fn from_bytes(bytes: [u8; HEADER_LEN]) -> Self {
+        let header = Header::from_bytes(bytes);
+        let [line, _] = header.words;
         Self {
-            now_us: time & !STOP_PRESSED,
-            bus_rx,
-            link_rx,
-            client_rx,
-            is_stop_pressed: time & STOP_PRESSED != 0,
+            now_us: header.time & LATEST_US,
             client_line: ClientLine::from_bits(line),
+            is_stop_pressed: header.time & STOP_PRESSED != 0,
+            carries: header.carries,
+            is_last: header.time & MORE == 0,
         }
     }
 }
 
-fn to_bytes(time: u64, words: [u32; 4]) -> [u8; MESSAGE_LEN] {
-    let mut bytes = [0; MESSAGE_LEN];
-    let words = words.into_iter().flat_map(u32::to_le_bytes);
-    for (slot, byte) in bytes
-        .iter_mut()
-        .zip(time.to_le_bytes().into_iter().chain(words))
-    {
-        *slot = byte;
-    }
-    bytes
+/// What both have in common.
+struct Header {
+    time: u64,
+    carries: Carries,
+    short: u16,
+    words: [u32; 2],
 }
 
-fn from_bytes(bytes: [u8; MESSAGE_LEN]) -> (u64, [u32; 4]) {
-    let (time, words) = bytes.split_at(8);
-    let mut rest = words.chunks_exact(4).map(little);
-    let words = [0; 4].map(|_: u64| rest.next().unwrap_or_default() as u32);
-    (little(time), words)
+impl Header {
+    fn to_bytes(&self) -> [u8; HEADER_LEN] {
+        let Carries { link, client, bus } = self.carries;
+        let shorts = [link, client, bus, self.short].map(u16::to_le_bytes);
+        let words = self.words.map(u32::to_le_bytes);
+        let mut bytes = [0; HEADER_LEN];
+        let sent = self.time.to_le_bytes().into_iter();
+        let sent = sent.chain(shorts.into_iter().flatten());
+        for (slot, byte) in bytes
+            .iter_mut()
+            .zip(sent.chain(words.into_iter().flatten()))
+        {
+            *slot = byte;
+        }
+        bytes
+    }
+
+    fn from_bytes(bytes: [u8; HEADER_LEN]) -> Self {
+        let (time, rest) = bytes.split_at(8);
+        let (shorts, words) = rest.split_at(8);
+        let mut shorts = shorts.chunks_exact(2).map(little);
+        let mut short = || shorts.next().unwrap_or_default() as u16;
+        let mut words = words.chunks_exact(4).map(little);
+        Self {
+            time: little(time),
+            carries: Carries {
+                link: short(),
+                client: short(),
+                bus: short(),
+            },
+            short: short(),
+            words: [0; 2].map(|_: u64| words.next().unwrap_or_default() as u32),
+        }
+    }
 }
 
 fn little(bytes: &[u8]) -> u64 {
@@ -139,34 +222,57 @@ fn little(bytes: &[u8]) -> u64 {
 mod tests {
     use super::*;
 
+    const CARRIES: Carries = Carries {
+        link: 2,
+        client: 0,
+        bus: 1,
+    };
+
     #[test]
     fn fields_keep_their_places() {
         let idle = Idle {
             until_us: 0x0102_0304_0506_0708,
             bus_wanted: Some(14),
-            bus_tx: 9,
-            link_tx: u32::MAX,
-            client_tx: 5,
             bus_baud: 57_142,
-        };
-        assert_eq!(idle.to_bytes()[..12], [8, 7, 6, 5, 4, 3, 2, 1, 9, 0, 14, 0]);
-        assert_eq!(Idle::from_bytes(idle.to_bytes()), idle);
-        let grant = Grant {
-            now_us: 1 << 40,
-            bus_rx: 1,
-            link_rx: 2,
-            client_rx: 3,
-            client_line: ClientLine {
-                is_open: true,
-                baud: 1_000_000,
+            client_room: 256,
+            carries: Carries {
+                link: 0x0201,
+                client: 0x0403,
+                bus: 0x0605,
             },
-            is_stop_pressed: true,
+            is_last: true,
         };
-        assert_eq!(Grant::from_bytes(grant.to_bytes()), grant);
-        let released = Grant {
-            is_stop_pressed: false,
-            ..grant
-        };
-        assert_eq!(Grant::from_bytes(released.to_bytes()), released);
+        let bytes = [
+            8, 7, 6, 5, 4, 3, 2, 1, 1, 2, 3, 4, 5, 6, 14, 0, 0x36, 0xDF, 0, 0, 0, 1, 0, 0,
+        ];
+        assert_eq!(idle.to_bytes(), bytes);
+        for is_last in [false, true] {
+            let idle = Idle { is_last, ..idle };
+            assert_eq!(Idle::from_bytes(idle.to_bytes()), idle);
+        }
+        for (is_stop_pressed, is_last) in
+            [(false, false), (false, true), (true, false), (true, true)]
+        {
+            let grant = Grant {
+                now_us: 1 << 40,
+                client_line: ClientLine {
+                    is_open: true,
+                    baud: 1_000_000,
+                },
+                is_stop_pressed,
+                carries: CARRIES,
+                is_last,
+            };
+            assert_eq!(Grant::from_bytes(grant.to_bytes()), grant);
+        }
+    }
+
+    #[test]
+    fn bytes_are_told_apart_once_all_are_there() {
+        assert_eq!(CARRIES.total(), 3);
+        let parts: [&[u8]; 3] = [&[7, 8], &[], &[9]];
+        assert_eq!(CARRIES.split(&[7, 8, 9]), Some(parts));
+        assert_eq!(CARRIES.split(&[7, 8, 9, 10]), Some(parts), "the next one's");
+        assert_eq!(CARRIES.split(&[7, 8]), None);
     }
 }

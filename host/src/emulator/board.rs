@@ -1,14 +1,16 @@
 //! The emulated board in virtual time.
 //!
-//! Each run is one exchange: bytes that have arrived go to the board's serial
-//! ports, then the grant; the board answers, when it has nothing left to do,
-//! with until when and how much it has sent, and that much is waited for. No
-//! clock is involved, so a busy machine changes nothing but how long it takes.
+//! Each run is one exchange: the grant goes out with all bytes that have arrived;
+//! the board answers, when it has nothing left to do, with until when and with what
+//! it has sent. No clock is involved, so a busy machine changes nothing but how long
+//! it takes.
 
-use std::io::{self, Read, Write};
+use std::collections::VecDeque;
+use std::io::{self, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-use armbridge_shared::lockstep::{Grant, Idle, MESSAGE_LEN};
+use armbridge_shared::lockstep::{Carries, Grant, HEADER_LEN, Idle, MESSAGE_MAX};
 
 use super::qemu::{Qemu, QemuError};
 use crate::bench::board::{Board, Input, Output, Wake};
@@ -16,19 +18,16 @@ use crate::bench::board::{Board, Input, Output, Wake};
 /// A board that says nothing for so long is not busy but dead.
 const DEAD_AFTER: Duration = Duration::from_secs(30);
 
-/// More than a board can have sent in one run: its mailboxes hold 64 records.
-const RUN_MAX: u32 = 1 << 16;
-
 /// A board under QEMU that waits for grants.
 #[derive(Debug)]
 pub struct EmulatedBoard {
     qemu: Qemu,
-    bus_rx: u32,
-    link_rx: u32,
-    client_rx: u32,
-    bus_tx: u16,
-    link_tx: u32,
-    client_tx: u32,
+    heard: BufReader<UnixStream>,
+    /// A message on its way, kept for its memory.
+    said: Vec<u8>,
+    /// What the board had no room for, as it would wait in a USB host.
+    from_client: VecDeque<u8>,
+    client_room: usize,
 }
 
 impl EmulatedBoard {
@@ -38,79 +37,95 @@ impl EmulatedBoard {
     /// # Errors
     /// If the board does not come up.
     pub fn new(qemu: Qemu) -> Result<Self, QemuError> {
-        for socket in [&qemu.link, &qemu.bus, &qemu.client] {
-            socket.set_read_timeout(Some(DEAD_AFTER))?;
-        }
-        qemu.clock.set_read_timeout(Some(DEAD_AFTER))?;
+        qemu.from_board.set_read_timeout(Some(DEAD_AFTER))?;
+        let heard = BufReader::with_capacity(MESSAGE_MAX, qemu.from_board.try_clone()?);
         let mut board = Self {
             qemu,
-            bus_rx: 0,
-            link_rx: 0,
-            client_rx: 0,
-            bus_tx: 0,
-            link_tx: 0,
-            client_tx: 0,
+            heard,
+            said: Vec::with_capacity(MESSAGE_MAX),
+            from_client: VecDeque::new(),
+            client_room: 0,
         };
-        let idle = board
-            .read_idle()
+        let mut output = Output::default();
+        board
+            .hear(&mut output)
             .map_err(|error| board.qemu.explain(error))?;
-        let boot = (idle.bus_tx, idle.link_tx);
-        if boot == (0, 0) {
+        let count = output.bus.len() + output.link.len() + output.client.len();
+        if count == 0 {
             Ok(board)
         } else {
             Err(QemuError::Died(format!(
-                "the board sent {boot:?} bytes before its first grant"
+                "the board sent {count} bytes before its first grant"
             )))
         }
     }
 
-    fn read_idle(&mut self) -> io::Result<Idle> {
-        let mut bytes = [0; MESSAGE_LEN];
-        self.qemu.clock.read_exact(&mut bytes)?;
-        Ok(Idle::from_bytes(bytes))
+    /// Sends a grant with all that has arrived, in as many messages as that takes.
+    fn say(&mut self, now_us: u64, input: Input<'_>) -> io::Result<()> {
+        self.from_client.extend(input.client);
+        let room = self.client_room.min(self.from_client.len());
+        let client = &self.from_client.make_contiguous()[..room];
+        let mut rest = [input.link, client, input.bus];
+        loop {
+            let mut free = MESSAGE_MAX - HEADER_LEN;
+            let parts = rest.each_mut().map(|bytes| {
+                let (part, later) = bytes.split_at(free.min(bytes.len()));
+                free -= part.len();
+                *bytes = later;
+                part
+            });
+            // No part is longer than a message.
+            let [link, client, bus] = parts.map(|part| part.len() as u16);
+            let grant = Grant {
+                now_us,
+                client_line: input.line,
+                is_stop_pressed: input.is_stop_pressed,
+                carries: Carries { link, client, bus },
+                is_last: rest.iter().all(|bytes| bytes.is_empty()),
+            };
+            self.said.clear();
+            self.said.extend(grant.to_bytes());
+            self.said.extend(parts.into_iter().flatten());
+            self.qemu.to_board.write_all(&self.said)?;
+            if grant.is_last {
+                self.from_client.drain(..room);
+                return Ok(());
+            }
+        }
     }
 
-    fn exchange(&mut self, now_us: u64, input: Input<'_>, output: &mut Output) -> io::Result<Wake> {
-        self.qemu.bus.write_all(input.bus)?;
-        self.qemu.link.write_all(input.link)?;
-        self.qemu.client.write_all(input.client)?;
-        self.bus_rx = self.bus_rx.wrapping_add(input.bus.len() as u32);
-        self.link_rx = self.link_rx.wrapping_add(input.link.len() as u32);
-        self.client_rx = self.client_rx.wrapping_add(input.client.len() as u32);
-        let grant = Grant {
-            now_us,
-            bus_rx: self.bus_rx,
-            link_rx: self.link_rx,
-            client_rx: self.client_rx,
-            client_line: input.line,
-            is_stop_pressed: input.is_stop_pressed,
-        };
-        self.qemu.clock.write_all(&grant.to_bytes())?;
-        let idle = self.read_idle()?;
-        let bus = u32::from(idle.bus_tx.wrapping_sub(self.bus_tx));
-        let link = idle.link_tx.wrapping_sub(self.link_tx);
-        let client = idle.client_tx.wrapping_sub(self.client_tx);
-        (self.bus_tx, self.link_tx) = (idle.bus_tx, idle.link_tx);
-        self.client_tx = idle.client_tx;
-        output.bus_baud = idle.bus_baud;
-        read_announced(&mut self.qemu.bus, bus, &mut output.bus)?;
-        read_announced(&mut self.qemu.link, link, &mut output.link)?;
-        read_announced(&mut self.qemu.client, client, &mut output.client)?;
-        Ok(Wake {
-            at_us: idle.until_us,
-            bus_bytes: idle.bus_wanted.map(usize::from),
-        })
+    /// Waits until the board has nothing left to do, and takes what it has sent.
+    fn hear(&mut self, output: &mut Output) -> io::Result<Wake> {
+        loop {
+            let mut header = [0; HEADER_LEN];
+            self.heard.read_exact(&mut header)?;
+            let idle = Idle::from_bytes(header);
+            let len = idle.carries.total();
+            if HEADER_LEN + len > MESSAGE_MAX {
+                let said =
+                    format!("the board announced {len} bytes: is the image of this version?");
+                return Err(io::Error::new(io::ErrorKind::InvalidData, said));
+            }
+            let Carries { link, client, bus } = idle.carries;
+            for (count, into) in [
+                (link, &mut output.link),
+                (client, &mut output.client),
+                (bus, &mut output.bus),
+            ] {
+                let begin = into.len();
+                into.resize(begin + usize::from(count), 0);
+                self.heard.read_exact(&mut into[begin..])?;
+            }
+            if idle.is_last {
+                self.client_room = idle.client_room as usize;
+                output.bus_baud = idle.bus_baud;
+                return Ok(Wake {
+                    at_us: idle.until_us,
+                    bus_bytes: idle.bus_wanted.map(usize::from),
+                });
+            }
+        }
     }
-}
-
-fn read_announced(from: &mut impl Read, announced: u32, into: &mut Vec<u8>) -> io::Result<()> {
-    if announced > RUN_MAX {
-        let said = format!("the board announced {announced} bytes: is the image of this version?");
-        return Err(io::Error::new(io::ErrorKind::InvalidData, said));
-    }
-    let begin = into.len();
-    into.resize(begin + announced as usize, 0);
-    from.read_exact(&mut into[begin..])
 }
 
 impl Board for EmulatedBoard {
@@ -122,7 +137,8 @@ impl Board for EmulatedBoard {
         input: Input<'_>,
         output: &mut Output,
     ) -> Result<Wake, QemuError> {
-        self.exchange(now_us, input, output)
+        self.say(now_us, input)
+            .and_then(|()| self.hear(output))
             .map_err(|error| self.qemu.explain(error))
     }
 }

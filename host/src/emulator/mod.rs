@@ -1,14 +1,20 @@
 //! The firmware image under QEMU.
 //!
 //! The image is the one for QEMU's `mps2-an386`: a Cortex-M4F, the core of the
-//! real board, with two serial ports that are sockets here.
+//! real board. How bytes get in and out depends on who owns the time.
 //!
-//! | port               | carries                                              |
-//! |--------------------|------------------------------------------------------|
-//! | UART0              | control link                                         |
-//! | UART1              | servo bus                                            |
-//! | semihosting stdio  | lockstep messages, see [`armbridge_shared::lockstep`] |
-//! | semihosting console | log                                                 |
+//! | bytes            | time is the wall clock's, or slower | lockstep              |
+//! |------------------|-------------------------------------|-----------------------|
+//! | control link     | UART0, a socket                     | QEMU's standard input and output |
+//! | servo bus        | UART1, a socket                     | the same              |
+//! | transparent port | UART2, a socket                     | the same              |
+//! | lockstep         |                                     | the same, see [`armbridge_shared::lockstep`] |
+//! | log              | semihosting console, a socket       | semihosting console, a socket |
+//!
+//! In lockstep the firmware's drivers of those UARTs are passed by, because QEMU needs
+//! longer for a tick's bytes than the tick has; everything above them, the port of
+//! the bus master with its buffers and its pace included, is what runs in wall-clock
+//! time and on the board.
 //!
 //! | module     | what                                                    |
 //! |------------|---------------------------------------------------------|

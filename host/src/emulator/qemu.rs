@@ -6,8 +6,9 @@ use std::io::{self, Read};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The emulator. On the search path wherever it is installed.
@@ -110,8 +111,12 @@ pub struct Qemu {
     pub bus: TcpStream,
     /// The transparent port.
     pub client: TcpStream,
-    /// Lockstep messages: QEMU's standard input and output.
-    pub clock: UnixStream,
+    /// In lockstep, all to the board: QEMU's standard input. Not one socket for both
+    /// directions: whoever waits to read from one is also woken when what he wrote
+    /// has been read, twice a message for nothing.
+    pub to_board: ChildStdin,
+    /// In lockstep, all from the board: QEMU's standard output.
+    pub from_board: UnixStream,
     /// What the firmware logs.
     pub log: TcpStream,
 }
@@ -138,17 +143,23 @@ impl Qemu {
         for name in ["link", "bus", "client"] {
             command.args(["-serial", &format!("chardev:{name}")]);
         }
-        let (clock, theirs) = UnixStream::pair()?;
-        command
-            .stdin(OwnedFd::from(theirs.try_clone()?))
-            .stdout(OwnedFd::from(theirs));
+        let (from_board, theirs) = UnixStream::pair()?;
+        command.stdin(Stdio::piped());
+        command.stdout(OwnedFd::from(theirs));
         command.stderr(Stdio::piped());
+        if options.time == Time::Lockstep {
+            // Ctrl-C at the terminal is for us alone: the board is to be disarmed
+            // first. Without us it ends where its input does.
+            command.process_group(0);
+        }
         let mut process = command.spawn().map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => QemuError::NotInstalled,
             _ => QemuError::Start(error),
         })?;
-        // With it goes our hold on QEMU's end of `clock`.
+        // With it goes our hold on QEMU's end of `from_board`.
         drop(command);
+        let to_board = process.stdin.take();
+        let to_board = to_board.ok_or_else(|| QemuError::Died("it has no input".into()))?;
         let [link, bus, client, log] = &listeners;
         let mut accept = |listener| accept(listener, &mut process);
         let (link, bus) = (accept(link)?, accept(bus)?);
@@ -158,7 +169,8 @@ impl Qemu {
             link,
             bus,
             client,
-            clock,
+            to_board,
+            from_board,
             log,
         })
     }

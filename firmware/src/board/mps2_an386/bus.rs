@@ -4,6 +4,9 @@
 //! when its bytes would have left at ten bits each, so that the bus master's
 //! timing is what it is on a real line. Whoever is at the other end takes the
 //! bytes of a burst as sent back to back from the moment the first arrived.
+//!
+//! In lockstep the port's buffers are emptied and filled by [`super::lockstep`]
+//! instead of the UART's interrupt handlers; all else is the same.
 
 use super::{BUS, time};
 use crate::end::memory;
@@ -40,7 +43,9 @@ impl Line for BusLine {
             let sent_ns = SENT_NS.borrow(cs);
             sent_ns.set(sent_ns.get().max(now_ns) + byte_ns);
         });
-        BUS.send();
+        if !time::is_lockstep() {
+            BUS.send();
+        }
     }
 
     fn is_sent(&self) -> bool {

@@ -3,128 +3,173 @@
 //! ```text
 //! board                                    bench
 //!   everything is done, the tick waits
-//!   other ports: take what has come, send all
-//!   Idle { until, bytes sent so far } ---->  fetches the announced bytes,
-//!                                            moves the arm, feeds the ports,
-//!   waits for the announced bytes    <-----  Grant { now, bytes sent so far }
-//!   other ports: take what has come, send all
+//!   Idle { until } + all bytes sent  ---->  moves the arm to the next instant
+//!   takes the bytes                 <-----  Grant { now } + all bytes arrived
 //!   time becomes `now`, the tick runs at once, until it waits again
 //! ```
 //!
-//! The bench sends bus and link bytes only right before the grant that
-//! announces them. So the order of events is always the same, whatever either
-//! process does meanwhile; only measured computing times differ between runs.
+//! So the order of events is always the same, whatever either process does
+//! meanwhile; only measured computing times differ between runs.
 //!
 //! `Idle` goes to QEMU's standard output, `Grant` is read from its standard
-//! input. Waiting for a grant stops all of QEMU, so everything is on its way
-//! before; a bench that closes the pipe ends QEMU. A serial port would do the
-//! same at half the speed: QEMU takes about 25 µs for every byte it feeds to
-//! one.
+//! input. Waiting for a grant stops all of QEMU; a bench that closes the pipe
+//! ends it.
+//!
+//! The UARTs are idle meanwhile. QEMU takes some 40 µs and two changes of thread for
+//! every byte that it feeds to one, and a system call for every byte that one sends:
+//! the two hundred bytes of a tick took longer than its millisecond. So bytes travel
+//! with the messages, in and out of the same buffers that the UARTs' interrupt
+//! handlers fill and empty where time is real. A tick is five exchanges, of two system
+//! calls each.
 
 use super::semihosting::{self, EXIT_NO_BENCH, Stdio};
-use super::{BUS, CLIENT, LINK, time};
+use super::{BUS, time};
 use crate::end::memory;
 use crate::settings;
 use armbridge_shared::bridge::LinkPort;
 use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::lockstep::{Grant, Idle, MESSAGE_LEN};
+use armbridge_shared::lockstep::{Carries, Grant, HEADER_LEN, Idle, MESSAGE_MAX};
 use armbridge_shared::store::Store;
+use embassy_futures::yield_now;
 use embedded_storage::nor_flash::NorFlash;
 
-/// Runs the bridge by grants, for ever, in thread mode and in place of
-/// [`crate::run::link`]. The real-time loop must be waiting.
+/// Runs the bridge by grants, for ever, in place of [`crate::run::link`] and
+/// [`crate::run::client`]. The real-time loop must be waiting.
 pub async fn run(
     mut port: LinkPort<'_>,
     mut client: PortEnd<'_>,
     mut store: Store<impl NorFlash>,
 ) -> ! {
-    let Some(mut bench) = Stdio::open() else {
+    let Some(stdio) = Stdio::open() else {
         semihosting::exit(EXIT_NO_BENCH);
     };
+    let mut bench = Bench {
+        stdio,
+        message: [0; MESSAGE_MAX],
+        len: HEADER_LEN,
+        carries: Carries::default(),
+    };
     loop {
-        serve_link(&mut port, &mut store).await;
-        serve_client(&mut client).await;
+        loop {
+            while let Some(frame) = port.transmit() {
+                bench.carry(|carries| &mut carries.link, frame);
+            }
+            if !settings::keep(&mut port, &mut store) {
+                break;
+            }
+        }
+        while let Some(byte) = client.transmit() {
+            bench.carry(|carries| &mut carries.client, &[byte]);
+        }
+        while let Some(byte) = BUS.buffers().next_to_send() {
+            bench.carry(|carries| &mut carries.bus, &[byte]);
+        }
+        bench.rest(client.room());
+
+        let grant = bench.hear(|[from_host, from_client, from_bus]| {
+            port.receive(from_host);
+            // The bench knows how much room there is.
+            client.receive(from_client);
+            for byte in from_bus {
+                BUS.buffers().received(*byte);
+            }
+        });
+        client.set_line(grant.client_line);
+        time::grant(grant.now_us, grant.is_stop_pressed);
+        // To the tick, which has been woken, and to whoever tells the mode.
+        yield_now().await;
+    }
+}
+
+/// The way to the bench, and one message on it, in either direction.
+struct Bench {
+    stdio: Stdio,
+    message: [u8; MESSAGE_MAX],
+    /// How much of the message there is.
+    len: usize,
+    /// What is in it, on the way to the bench.
+    carries: Carries,
+}
+
+impl Bench {
+    /// Puts bytes of one kind into the message, after all of the kinds before it
+    /// in [`Carries`]; sends it when it is full, and begins another.
+    fn carry(&mut self, kind: fn(&mut Carries) -> &mut u16, mut bytes: &[u8]) {
+        while !bytes.is_empty() {
+            let free = self.message.get_mut(self.len..).unwrap_or_default();
+            let count = free.len().min(bytes.len());
+            if count == 0 {
+                self.send(0, false);
+                continue;
+            }
+            let (part, later) = bytes.split_at(count);
+            for (slot, byte) in free.iter_mut().zip(part) {
+                *slot = *byte;
+            }
+            self.len += count;
+            // Shorter than a message.
+            *kind(&mut self.carries) += count as u16;
+            bytes = later;
+        }
+    }
+
+    /// Sends what there is, and that there is nothing left to do.
+    fn rest(&mut self, client_room: usize) {
+        self.send(client_room, true);
+        self.len = 0;
+    }
+
+    fn send(&mut self, client_room: usize, is_last: bool) {
         let (until_us, bus_wanted) = time::waits_for();
         let idle = Idle {
             until_us,
             bus_wanted,
-            bus_tx: BUS.buffers().written_total() as u16,
-            link_tx: LINK.buffers().written_total(),
-            client_tx: CLIENT.buffers().written_total(),
             bus_baud: memory::baud(),
+            client_room: client_room as u32,
+            carries: core::mem::take(&mut self.carries),
+            is_last,
         };
-        for port in [&BUS, &LINK, &CLIENT] {
-            port.until_sent().await;
+        for (slot, byte) in self.message.iter_mut().zip(idle.to_bytes()) {
+            *slot = byte;
         }
-        let mut answer = [0; MESSAGE_LEN];
-        if !(bench.write(&idle.to_bytes()) && bench.read(&mut answer)) {
+        if !self
+            .stdio
+            .write(self.message.get(..self.len).unwrap_or_default())
+        {
             semihosting::exit(EXIT_NO_BENCH);
         }
+        self.len = HEADER_LEN;
+    }
 
-        let grant = Grant::from_bytes(answer);
-        BUS.until(|bus| has_come(bus.received_total(), grant.bus_rx))
-            .await;
+    /// Waits for a grant, and hands on what it carries: bytes of link, client and
+    /// bus. Makes room for the next message to the bench.
+    fn hear(&mut self, mut take: impl FnMut([&[u8]; 3])) -> Grant {
         loop {
-            serve_link(&mut port, &mut store).await;
-            if has_come(LINK.buffers().received_total(), grant.link_rx) {
-                break;
+            if let Some((header, rest)) = self.received().split_first_chunk() {
+                let grant = Grant::from_bytes(*header);
+                if let Some(parts) = grant.carries.split(rest) {
+                    take(parts);
+                    if grant.is_last {
+                        self.len = HEADER_LEN;
+                        return grant;
+                    }
+                    // What was read of the next one.
+                    let end = HEADER_LEN + grant.carries.total();
+                    self.message.copy_within(end..self.len, 0);
+                    self.len -= end;
+                    continue;
+                }
             }
-            LINK.until(|link| {
-                link.has_received() || has_come(link.received_total(), grant.link_rx)
-            })
-            .await;
-        }
-        serve_link(&mut port, &mut store).await;
-        loop {
-            serve_client(&mut client).await;
-            if has_come(CLIENT.buffers().received_total(), grant.client_rx) {
-                break;
+            let free = self.message.get_mut(self.len..).unwrap_or_default();
+            match self.stdio.read(free) {
+                Some(count) => self.len += count,
+                // It has gone, or talks nonsense.
+                None => semihosting::exit(EXIT_NO_BENCH),
             }
-            CLIENT
-                .until(|port| {
-                    port.has_received() || has_come(port.received_total(), grant.client_rx)
-                })
-                .await;
-        }
-        serve_client(&mut client).await;
-        client.set_line(grant.client_line);
-        time::grant(grant.now_us, grant.is_stop_pressed);
-    }
-}
-
-/// Whether a count modulo 2³² has reached `target`.
-fn has_come(count: u32, target: u32) -> bool {
-    target.wrapping_sub(count) as i32 <= 0
-}
-
-/// Takes all that the host has sent and sends it all there is.
-async fn serve_link(port: &mut LinkPort<'_>, store: &mut Store<impl NorFlash>) {
-    while let Some(byte) = LINK.buffers().read() {
-        port.receive(&[byte]);
-    }
-    loop {
-        while let Some(frame) = port.transmit() {
-            for byte in frame {
-                LINK.until(|link| link.write(*byte)).await;
-            }
-            LINK.send();
-        }
-        if !settings::keep(port, store) {
-            break;
         }
     }
-}
 
-/// Takes what the client has sent, as far as there is room, and sends it all
-/// there is.
-async fn serve_client(client: &mut PortEnd<'_>) {
-    while client.room() > 0
-        && let Some(byte) = CLIENT.buffers().read()
-    {
-        client.receive(&[byte]);
+    fn received(&self) -> &[u8] {
+        self.message.get(..self.len).unwrap_or_default()
     }
-    while let Some(byte) = client.transmit() {
-        CLIENT.until(|port| port.write(byte)).await;
-    }
-    CLIENT.send();
 }

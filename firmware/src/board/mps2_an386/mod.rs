@@ -10,9 +10,12 @@
 //! | tick           | no device                    | 31, by software |
 //! | link, log      | no device                    | 30, by software |
 //! | watchdog       | CMSDK APB watchdog           | the non-maskable one |
-//! | lockstep       | standard input and output, by semihosting |   |
+//! | lockstep, with the bytes of link, bus and port | standard input and output, by semihosting | |
 //! | log            | semihosting console          |                |
 //! | settings       | memory ([`flash`])           |                |
+//!
+//! The UARTs carry bytes where time is real, or slower than that; [`lockstep`] says what
+//! carries them there, and why.
 //!
 //! QEMU has no GPIO here, so the direction pin of the servo bus only exists in
 //! the program; the virtual bus keeps the directions apart by itself.

@@ -106,20 +106,14 @@ impl Stdio {
         })
     }
 
-    /// Fills `bytes`, stopping QEMU until they are there; `false` at the end
-    /// of the input.
-    pub fn read(&mut self, bytes: &mut [u8]) -> bool {
-        let mut rest = bytes;
-        while !rest.is_empty() {
-            let block = [self.input, rest.as_mut_ptr() as usize, rest.len()];
-            // SAFETY: SYS_READ takes a handle and a buffer's address and
-            // length, those of `rest`, and writes there.
-            let missing = unsafe { syscall(nr::READ, &block) };
-            let got = rest.len().checked_sub(missing).filter(|got| *got > 0);
-            let Some(got) = got else { return false };
-            rest = rest.get_mut(got..).unwrap_or_default();
-        }
-        true
+    /// Reads as much as there is, up to the length of `bytes`, stopping QEMU until
+    /// there is something; how much it was, `None` at the end of the input.
+    pub fn read(&mut self, bytes: &mut [u8]) -> Option<usize> {
+        let block = [self.input, bytes.as_mut_ptr() as usize, bytes.len()];
+        // SAFETY: SYS_READ takes a handle and a buffer's address and length, those
+        // of `bytes`, and writes there.
+        let missing = unsafe { syscall(nr::READ, &block) };
+        bytes.len().checked_sub(missing).filter(|got| *got > 0)
     }
 
     /// Writes `bytes`; `false` if they were not all taken.

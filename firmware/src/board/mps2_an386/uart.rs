@@ -126,15 +126,6 @@ impl Uart {
         .await;
     }
 
-    /// Waits until everything written is in the host's hands.
-    pub async fn until_sent(&self) {
-        self.until(|buffers| {
-            let busy = self.read_register(register::STATE) & STATE_TX_FULL != 0;
-            !buffers.is_sending() && !busy
-        })
-        .await;
-    }
-
     fn read_register(&self, offset: usize) -> u32 {
         // SAFETY: `base` is that of a UART of this machine and `offset` that of
         // one of its registers, which are 32 bits wide and always there.
