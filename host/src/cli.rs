@@ -2,21 +2,46 @@
 
 mod bench;
 mod bus;
+mod design;
+mod errand;
+mod examples;
+mod link;
+mod live;
+mod look;
+mod params;
+mod replay;
+mod root;
+mod run;
 mod servos;
+mod session;
+mod shell;
 mod surroundings;
 mod torture;
+mod watch;
 
 pub(crate) use bench::{BenchArgs, ControlArgs, ControllerName, EstimateArgs, EstimatorName};
 pub(crate) use bus::{LineArgs, ScanArgs, ServoAction, ServoArgs, value as register_value};
+pub(crate) use design::{DesignArgs, DesignControlArgs};
+pub(crate) use errand::{ArmedArgs, CalibrateArgs, ErrandArgs};
+pub(crate) use link::LinkArgs;
+pub(crate) use live::LiveArgs;
+pub(crate) use look::{DiffArgs, ExportArgs, FormatName, InfoArgs, Picture, PlotArgs, What};
+pub(crate) use params::{GetArgs, SetArgs};
+pub(crate) use replay::ReplayArgs;
+pub(crate) use run::RunArgs;
 pub(crate) use servos::ServosArgs;
+pub(crate) use session::SessionArgs;
+pub(crate) use shell::{CompletionsArgs, ConfigArgs, ManArgs};
 pub(crate) use surroundings::{TransparentArgs, VirtualServoArgs};
 pub(crate) use torture::TortureArgs;
+pub(crate) use watch::WatchArgs;
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use armbridge::endpoint::Endpoint;
+use armbridge::links::LinkUri;
 
 /// Deterministic control of a two-joint Dynamixel arm.
 #[derive(Debug, Parser)]
@@ -26,18 +51,52 @@ pub(crate) struct Cli {
     pub(crate) command: Option<Command>,
     /// Without a command: `demo`.
     #[command(flatten)]
-    pub(crate) demo: RunArgs,
+    pub(crate) demo: DemoArgs,
+}
+
+/// The program, with all its commands.
+pub(crate) fn command() -> clap::Command {
+    root::with_help(Cli::command())
+}
+
+/// What was typed.
+pub(crate) fn parse() -> Result<Cli, clap::Error> {
+    Cli::from_arg_matches(&command().try_get_matches()?)
 }
 
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Balance the virtual arm by the code of the board, run in this process.
-    Demo(RunArgs),
+    #[command(after_help = examples::DEMO)]
+    Demo(DemoArgs),
     /// The same by the firmware image, run under QEMU.
+    #[command(after_help = examples::EMULATE)]
     Emulate(EmulateArgs),
+    /// Play a scenario: setpoints, motions, gains and pushes on a timeline.
+    #[command(after_help = run::EXAMPLES)]
+    Run(RunArgs),
     /// Serve the virtual servos and arm to other programs, in wall-clock time.
+    #[command(after_help = examples::SERVOS)]
     Servos(ServosArgs),
+    /// Tell what the board says of itself, of its servos, and how the link does.
+    #[command(after_help = errand::STATUS_EXAMPLES)]
+    Status(ErrandArgs),
+    /// Make the arm ready to move, with zero torque, and stay until ctrl-c.
+    #[command(after_help = errand::ARM_EXAMPLES)]
+    Arm(ArmedArgs),
+    /// Switch the motors off.
+    #[command(after_help = errand::DISARM_EXAMPLES)]
+    Disarm(ErrandArgs),
+    /// Emergency stop.
+    #[command(after_help = errand::STOP_EXAMPLES)]
+    Stop(ErrandArgs),
+    /// Clear a latched fault.
+    #[command(after_help = errand::CLEAR_EXAMPLES)]
+    Clear(ErrandArgs),
+    /// Find each joint's zero and sign, guided, and save them on the board.
+    #[command(after_help = errand::CALIBRATE_EXAMPLES)]
+    Calibrate(CalibrateArgs),
     /// Find the servos on a bus.
     #[command(after_help = bus::SCAN_EXAMPLES)]
     Scan(ScanArgs),
@@ -47,11 +106,50 @@ pub(crate) enum Command {
     /// Try any controller and estimator on any virtual arm, for many seeds.
     #[command(after_help = bench::EXAMPLES)]
     Bench(BenchArgs),
-    /// Inject every kind of fault on the bench, singly and in pairs, and judge what
-    /// the board makes of it.
+    /// Inject every kind of fault on the bench, and judge what the board makes of it.
     #[command(after_help = torture::EXAMPLES)]
     Torture(TortureArgs),
+    /// Show the board's parameters: gains, limits, calibration, model.
+    #[command(after_help = params::GET_EXAMPLES)]
+    Get(GetArgs),
+    /// Change the board's parameters, as one group.
+    #[command(after_help = params::SET_EXAMPLES)]
+    Set(SetArgs),
+    /// Design gains, and see poles, margins and an answer to a step.
+    #[command(after_help = design::EXAMPLES)]
+    Design(Box<DesignArgs>),
+    /// Show what armbridge.toml and the environment say, and what they could.
+    #[command(after_help = shell::CONFIG_EXAMPLES)]
+    Config(ConfigArgs),
+    /// Print the completions of a shell.
+    #[command(after_help = shell::COMPLETIONS_EXAMPLES)]
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write those of all commands.
+    #[command(after_help = shell::MAN_EXAMPLES)]
+    Man(ManArgs),
+    /// Tell what a log holds: run, gaps, faults, commands, settings, clocks.
+    #[command(after_help = look::INFO_EXAMPLES)]
+    Info(InfoArgs),
+    /// Draw a log, or two logs on top of each other.
+    #[command(after_help = look::PLOT_EXAMPLES)]
+    Plot(PlotArgs),
+    /// Write a log as CSV, Parquet or .mat.
+    #[command(after_help = look::EXPORT_EXAMPLES)]
+    Export(ExportArgs),
+    /// Tell where two logs differ: settings, commands, outputs.
+    #[command(after_help = look::DIFF_EXAMPLES)]
+    Diff(DiffArgs),
+    /// Watch and steer a board on a dashboard in the terminal.
+    #[command(after_help = watch::EXAMPLES)]
+    Watch(WatchArgs),
+    /// Put a log's inputs through the board's code again, and compare bit for bit.
+    #[command(after_help = replay::EXAMPLES)]
+    Replay(ReplayArgs),
+    /// Serve the topics of a log to viewers such as Foxglove, as they happen.
+    #[command(after_help = live::EXAMPLES)]
+    Live(LiveArgs),
     /// Compute the paper's numbers and figures again, as a page with verdicts.
+    #[command(after_help = examples::PAPER)]
     Paper(OutputArgs),
 }
 
@@ -85,7 +183,7 @@ pub(crate) struct OutputArgs {
 
 /// A run of the demo's script.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct RunArgs {
+pub(crate) struct DemoArgs {
     /// Simulated time in s from the first setpoint on.
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = duration)]
     pub(crate) duration: f64,
@@ -114,7 +212,7 @@ pub(crate) struct RunArgs {
 #[derive(Args, Debug)]
 pub(crate) struct EmulateArgs {
     #[command(flatten)]
-    pub(crate) run: RunArgs,
+    pub(crate) run: DemoArgs,
     /// Firmware image; by default what `cargo build-emulator` made.
     #[arg(long, value_name = "ELF")]
     pub(crate) image: Option<PathBuf>,
@@ -132,13 +230,14 @@ pub(crate) struct EmulateArgs {
     #[arg(long, value_name = "TIMES", default_value_t = 50, requires = "bus",
           value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) slow: u32,
-    /// Offer the control link to another program instead of running the demo.
-    #[arg(long, value_name = "tcp://HOST:PORT")]
-    pub(crate) link_listen: Option<Endpoint>,
+    /// Offer the control link to another program instead of running the demo: on a
+    /// socket, or by `pty:` on a new pseudo-terminal.
+    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
+    pub(crate) link_listen: Option<LinkUri>,
 }
 
-/// Longest run: an hour of records is 0.3 GB of memory.
-const DURATION_MAX_S: f64 = 3_600.0;
+/// Longest run: a day.
+const DURATION_MAX_S: f64 = 86_400.0;
 
 fn duration(text: &str) -> Result<f64, String> {
     match text.parse() {
@@ -179,7 +278,6 @@ fn numbers<T: std::str::FromStr + Copy, const N: usize>(text: &str) -> Option<[T
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn arguments_are_consistent_and_mistakes_are_named() {

@@ -4,8 +4,14 @@
 //! MCAP file as metadata, into plot titles and into the summary.
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Setup;
-use serde::Serialize;
+use armbridge_shared::actuator::{Direction, Joint, Pwm};
+use armbridge_shared::arm::Parameters;
+use armbridge_shared::control::{Lqr, Weights};
+use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+use crate::bench::plant::PlantConfig;
 
 /// PWM value at which a servo is off; the register runs from 0 to
 /// [`PWM_MAX`] and turns the other way below this.
@@ -15,7 +21,7 @@ pub const PWM_OFF: u16 = 1000;
 pub const PWM_MAX: u16 = 2000;
 
 /// Facts of one run.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunFacts {
     /// Command that made the run: `demo`, `emulate`.
     pub name: String,
@@ -44,6 +50,57 @@ pub struct RunFacts {
 }
 
 impl RunFacts {
+    /// Of a run on a real board, or on any of which nothing but its settings is known.
+    pub fn of(name: &str, world: &str, settings: &Settings) -> Self {
+        let joints = settings.setup.joints;
+        Self {
+            name: name.into(),
+            world: world.into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            seed: None,
+            period_us: settings.setup.period_us,
+            setup: settings.setup,
+            rad_per_count: joints.map(|joint| signed_rad_per_count(&joint)),
+            zero_count: joints.map(|joint| joint.zero_count.into()),
+            torque_limits_nm: joints.map(|joint| {
+                let ends = [joint.torque(Pwm::MIN), joint.torque(Pwm::MAX)];
+                let [a, b] = ends.map(f64::from);
+                [a.min(b), a.max(b)]
+            }),
+            static_friction_nm: None,
+            stiction_offset_mrad: None,
+        }
+    }
+
+    /// The same, of a run that is simulated with this seed and arm.
+    #[must_use]
+    pub fn simulated(self, seed: u64, plant: &PlantConfig) -> Self {
+        let friction_nm = plant
+            .friction_on
+            .then(|| plant.friction.map(|f| f.static_nm));
+        Self {
+            seed: Some(seed),
+            static_friction_nm: friction_nm,
+            stiction_offset_mrad: friction_nm.and_then(|friction_nm| {
+                let stiffness = net_stiffness(&self.setup)?;
+                Some([0, 1].map(|j| 1e3 * friction_nm[j] / stiffness[j]))
+            }),
+            ..self
+        }
+    }
+
+    /// The same run with what follows from the settings replaced.
+    #[must_use]
+    pub fn with_settings(&self, settings: &Settings) -> Self {
+        Self {
+            version: self.version.clone(),
+            seed: self.seed,
+            static_friction_nm: self.static_friction_nm,
+            stiction_offset_mrad: self.stiction_offset_mrad,
+            ..Self::of(&self.name, &self.world, settings)
+        }
+    }
+
     /// Joint angle in rad that an encoder count stands for.
     pub fn angle_rad(&self, joint: usize, count: u16) -> f64 {
         (f64::from(count) - self.zero_count[joint]) * self.rad_per_count[joint]
@@ -61,4 +118,38 @@ impl RunFacts {
     pub fn count_mrad(&self, joint: usize) -> f64 {
         self.rad_per_count[joint].abs() * 1e3
     }
+}
+
+fn signed_rad_per_count(joint: &Joint<f32>) -> f64 {
+    let rad_per_count = f64::from(joint.rad_per_count);
+    match joint.direction {
+        Direction::Forward => rad_per_count,
+        Direction::Reverse => -rad_per_count,
+    }
+}
+
+/// Torque per angle in N m/rad with which state feedback pulls the arm upright: the gain
+/// on the angle, less what gravity pushes.
+fn net_stiffness(setup: &Setup) -> Option<[f64; JOINTS]> {
+    let arm = Parameters::<f64>::paper();
+    let upright = Vector2::zeros();
+    let gain = match setup.controller {
+        Controller::StateFeedback(Gains::Design { q, r }) => {
+            let model = arm
+                .linearise(upright)
+                .zero_order_hold(f64::from(setup.period_us) * 1e-6);
+            let weights = Weights {
+                q: q.map(f64::from),
+                r: r.map(f64::from),
+            };
+            Lqr::design(&model, &weights).ok()?.gain
+        }
+        Controller::StateFeedback(Gains::Paper) => Lqr::paper().gain,
+        Controller::StateFeedback(Gains::Given([first, second])) => {
+            Lqr::of_rows(first.map(f64::from), second.map(f64::from)).gain
+        }
+        Controller::ComputedTorque { .. } => return None,
+    };
+    let gravity = arm.gravity_slope(upright);
+    Some([0, 1].map(|j| gain[(j, j)] + gravity[(j, j)]))
 }

@@ -10,12 +10,14 @@ mod commands;
 use std::error::Error;
 use std::process::ExitCode;
 
-use clap::Parser;
-use cli::{Cli, Command};
-use commands::{bench, demo, emulate, paper, scan, servo, servos, torture};
+use cli::Command;
+use commands::{
+    arm, bench, calibrate, config, demo, design, diff, emulate, export, get, info, live, off,
+    paper, plot, replay, run, scan, servo, servos, set, shell, status, torture, watch,
+};
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match cli::parse() {
         Ok(cli) => cli,
         Err(help) if !help.use_stderr() => help.exit(),
         Err(error) => {
@@ -27,11 +29,31 @@ fn main() -> ExitCode {
         None => demo::run(&cli.demo),
         Some(Command::Demo(args)) => demo::run(args),
         Some(Command::Emulate(args)) => emulate::run(args),
+        Some(Command::Run(args)) => run::run(args),
         Some(Command::Servos(args)) => servos::run(args),
+        Some(Command::Status(args)) => status::run(args),
+        Some(Command::Arm(args)) => arm::run(args),
+        Some(Command::Disarm(args)) => off::disarm(args),
+        Some(Command::Stop(args)) => off::stop(args),
+        Some(Command::Clear(args)) => off::clear(args),
+        Some(Command::Calibrate(args)) => calibrate::run(args),
         Some(Command::Scan(args)) => scan::run(args),
         Some(Command::Servo(args)) => servo::run(args),
         Some(Command::Bench(args)) => bench::run(args),
         Some(Command::Torture(args)) => torture::run(args),
+        Some(Command::Get(args)) => get::run(args),
+        Some(Command::Set(args)) => set::run(args),
+        Some(Command::Design(args)) => design::run(args),
+        Some(Command::Config(args)) => config::run(args),
+        Some(Command::Completions(args)) => shell::completions(args),
+        Some(Command::Man(args)) => shell::man(args),
+        Some(Command::Info(args)) => info::run(args),
+        Some(Command::Plot(args)) => plot::run(args),
+        Some(Command::Export(args)) => export::run(args),
+        Some(Command::Diff(args)) => diff::run(args),
+        Some(Command::Watch(args)) => watch::run(args),
+        Some(Command::Replay(args)) => replay::run(args),
+        Some(Command::Live(args)) => live::run(args),
         Some(Command::Paper(args)) => paper::run(args),
     };
     match result {

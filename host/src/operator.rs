@@ -1,259 +1,164 @@
-//! The one who works with the arm: connects, sets up, arms, regulates about one
-//! setpoint after the other, switches off, and keeps every record.
+//! The one who works with the arm: connects, sets up, arms, plays a [`Plan`] step by
+//! step, switches off, and hands on every record.
 //!
 //! Clockless: told what the time is, it says what to send and when to be asked
 //! again. So the same operator works in virtual time and over a socket.
+//!
+//! However a run ends once the arm has been armed, the motors are switched off and
+//! the board has said so before the operator is done, or gives up. A link that breaks
+//! and a board that is reset end the run: the operator says hello again, so that the
+//! log goes on, and sees that torque is off. It never arms a second time by itself.
 
+mod answers;
+mod ending;
 mod error;
+mod keep;
 mod news;
+pub mod plan;
+mod taking;
+mod timeline;
 
+pub use ending::Ending;
 pub use error::OperatorError;
+pub use error::end_in_words;
+pub(crate) use error::likely_cause;
+pub use keep::{Everything, Keep};
+pub use plan::{Plan, Script};
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{
-    BoardReport, Command, Halt, Mode, PortCounters, Record, Refusal, Setup, ToHost, Trip,
-};
-use armbridge_shared::servo::Firmware;
+use std::collections::VecDeque;
+
+use armbridge_shared::link::message::{Command, Mode, Record, Settings};
 
 use crate::bench::cosim::Host;
-use crate::link::{Client, Said};
+use crate::bench::plant::Push;
+use crate::link::Client;
 use crate::log::names;
 use crate::summary::LinkStats;
+use ending::Watch;
 use news::News;
+use plan::{Act, Begin};
+use timeline::{Due, Offset, Timeline};
 
 /// How long a board may take to answer the first hello.
 const HELLO_TIMEOUT_US: u64 = 3_000_000;
 /// How long the servos may take to be found: bring-up takes 30 ms.
 const SERVO_TIMEOUT_US: u64 = 3_000_000;
-/// How long a command may take to be acknowledged.
+/// How long a command may take to be acknowledged, and how long a board that is armed
+/// may say nothing at all: it says something every tick.
 const ACK_TIMEOUT_US: u64 = 2_000_000;
-
-/// What is to be done.
-#[derive(Clone, Debug)]
-pub struct Script {
-    /// How the board shall work.
-    pub setup: Setup,
-    /// What to command when, in µs since the first, which is at 0.
-    pub commands: Vec<(u64, Command)>,
-    /// Length of the run in µs since the first command.
-    pub duration_us: u64,
-}
-
-impl Script {
-    /// To stand upright.
-    pub fn upright(setup: Setup, duration_us: u64) -> Self {
-        Self {
-            setup,
-            commands: vec![(0, Command::Regulate([0.0; JOINTS]))],
-            duration_us,
-        }
-    }
-
-    /// Upright, then two setpoints nearby: at 40 % and at 70 % of the run.
-    pub fn demo(setup: Setup, duration_us: u64) -> Self {
-        let setpoints = [
-            (0, [0.0, 0.0]),
-            (duration_us * 4 / 10, [0.15, 0.10]),
-            (duration_us * 7 / 10, [-0.10, -0.15]),
-        ];
-        Self {
-            setup,
-            commands: setpoints
-                .map(|(at_us, q)| (at_us, Command::Regulate(q)))
-                .into(),
-            duration_us,
-        }
-    }
-}
 
 #[derive(Debug)]
 enum Phase {
     Connecting,
+    /// The board is about to say how it works.
+    Learning,
     SettingUp,
     WaitingForServos,
     Arming,
-    Running { since_us: u64, next: usize },
+    Running(Timeline),
     SwitchingOff,
     Over,
 }
 
-/// Somebody who works through a [`Script`].
+/// Somebody who works through a [`Plan`].
 #[derive(Debug)]
-pub struct Operator {
+pub struct Operator<K = Everything> {
     client: Client,
-    script: Script,
+    plan: Plan,
     phase: Phase,
-    entered_us: u64,
+    /// `None` before the first word in this phase.
+    entered_us: Option<u64>,
     news: News,
-    /// Servos are still to be given back.
-    is_releasing: bool,
-    records: Vec<Record>,
-    commands: Vec<(u64, Command)>,
+    watch: Watch,
+    offset: Offset,
+    /// What is still to be told in this phase, one after the other.
+    queue: VecDeque<Command>,
+    /// As the board said first, and as it said last.
+    settings: Option<[Settings; 2]>,
+    begun_with: Option<Settings>,
+    /// Name of the last command.
+    asked: &'static str,
+    /// Torque is on, or may be: what an idle board is a surprise to.
+    is_armed: bool,
+    /// Since when the board is idle all the same.
+    idle_since_us: Option<u64>,
+    heard_us: u64,
+    begun_us: Option<u64>,
+    mode: Mode,
+    pushes: Vec<Push>,
+    ending: Option<Ending>,
+    /// Why to give up once the motors are off.
+    trouble: Option<OperatorError>,
+    interrupt: fn() -> bool,
+    keep: K,
 }
 
 impl Operator {
-    /// An operator who has not begun.
-    pub fn new(script: Script) -> Self {
-        Self {
-            client: Client::default(),
-            script,
-            phase: Phase::Connecting,
-            entered_us: 0,
-            news: News::default(),
-            is_releasing: false,
-            records: Vec::new(),
-            commands: Vec::new(),
-        }
-    }
-
-    /// The same, who in the end gives stock servos back the mode and return delay
-    /// they were found with, and leaves the bus to the transparent port.
-    #[must_use]
-    pub fn releasing(self) -> Self {
-        Self {
-            is_releasing: true,
-            ..self
-        }
-    }
-
-    /// How much of the run is over, 0 to 1.
-    pub fn fraction(&self, now_us: u64) -> f64 {
-        match self.phase {
-            Phase::Connecting | Phase::SettingUp | Phase::WaitingForServos | Phase::Arming => 0.0,
-            Phase::Running { since_us, .. } => {
-                let elapsed_us = now_us.saturating_sub(since_us);
-                (elapsed_us as f64 / self.script.duration_us as f64).min(1.0)
-            }
-            Phase::SwitchingOff | Phase::Over => 1.0,
-        }
-    }
-
-    /// When the first command was due, in µs; `None` before and after the run.
-    pub fn running_since_us(&self) -> Option<u64> {
-        match self.phase {
-            Phase::Running { since_us, .. } => Some(since_us),
-            _ => None,
-        }
-    }
-
-    /// What the servos run, and the speed of their bus, once they are found.
-    pub fn found(&self) -> Option<(Firmware, u32)> {
-        self.news.found
-    }
-
-    /// What became of the transparent port's packets, as last reported.
-    pub fn port(&self) -> PortCounters {
-        self.news.port
-    }
-
-    /// What the board said of itself, once it has.
-    pub fn report(&self) -> Option<BoardReport> {
-        self.news.report
-    }
-
-    /// Why the board switched torque off, each time.
-    pub fn trips(&self) -> &[Trip] {
-        &self.news.trips
-    }
-
-    /// What the servos did after each of its stop sequences.
-    pub fn halts(&self) -> &[Halt] {
-        &self.news.halts
+    /// An operator who has not begun and keeps everything in memory.
+    pub fn new(plan: impl Into<Plan>) -> Self {
+        Self::keeping(plan, Everything::default())
     }
 
     /// The records so far.
     pub fn records(&self) -> &[Record] {
-        &self.records
+        &self.keep.records
     }
 
     /// Records and commands, with the time in µs at which these were given, and
     /// what became of the link's frames.
     pub fn into_parts(self) -> (Vec<Record>, Vec<(u64, Command)>, LinkStats) {
         let stats = self.client.stats();
-        (self.records, self.commands, stats)
+        (self.keep.records, self.keep.commands, stats)
+    }
+}
+
+impl<K: Keep> Operator<K> {
+    /// An operator who has not begun, and hands what comes to `keep`.
+    pub fn keeping(plan: impl Into<Plan>, keep: K) -> Self {
+        Self {
+            client: Client::default(),
+            plan: plan.into(),
+            phase: Phase::Connecting,
+            entered_us: None,
+            news: News::default(),
+            watch: Watch::default(),
+            offset: Offset::default(),
+            queue: VecDeque::new(),
+            settings: None,
+            begun_with: None,
+            asked: "idle",
+            is_armed: false,
+            idle_since_us: None,
+            heard_us: 0,
+            begun_us: None,
+            mode: Mode::Boot,
+            pushes: Vec::new(),
+            ending: None,
+            trouble: None,
+            interrupt: || false,
+            keep,
+        }
+    }
+
+    /// The same, who in the end gives stock servos back the mode and return delay
+    /// they were found with, and leaves the bus to the transparent port.
+    #[must_use]
+    pub fn releasing(mut self) -> Self {
+        self.plan.is_releasing = true;
+        self
+    }
+
+    /// The same, who switches off and ends as soon as this says so.
+    #[must_use]
+    pub fn interrupted_by(mut self, interrupt: fn() -> bool) -> Self {
+        self.interrupt = interrupt;
+        self
     }
 
     fn command(&mut self, now_us: u64, command: Command) {
-        self.commands.push((now_us, command));
+        self.asked = names::command(&command);
+        self.keep.command(now_us, &command);
         self.client.command(command);
-    }
-
-    fn take(&mut self, now_us: u64, said: Said) -> Result<(), OperatorError> {
-        self.news.take(&said)?;
-        match (said, &self.phase) {
-            (Said::Hello, Phase::Connecting) => {
-                self.command(now_us, Command::Configure(self.script.setup));
-                self.enter(Phase::SettingUp, now_us);
-            }
-            (Said::Done, Phase::SettingUp) => {
-                self.enter(Phase::WaitingForServos, now_us);
-                if let (Some(_), false) = (self.news.found, self.news.is_ready) {
-                    self.command(now_us, Command::Prepare);
-                }
-            }
-            (Said::Done, Phase::Arming) => self.enter(
-                Phase::Running {
-                    since_us: now_us,
-                    next: 0,
-                },
-                now_us,
-            ),
-            // It has heard a second hello, and says so.
-            (Said::Refused(Refusal::OtherSession), Phase::Arming) => self.arm(now_us),
-            (Said::Refused(refusal), Phase::Arming) => {
-                return Err(OperatorError::Refused {
-                    command: "arm",
-                    refusal,
-                });
-            }
-            (Said::Done, Phase::SwitchingOff) if self.is_releasing => {
-                self.is_releasing = false;
-                self.command(now_us, Command::Release);
-            }
-            (Said::Done, Phase::SwitchingOff) => self.enter(Phase::Over, now_us),
-            (Said::Refused(refusal), Phase::SettingUp) => {
-                return Err(OperatorError::Refused {
-                    command: "configure",
-                    refusal,
-                });
-            }
-            // A fault came first: the records show it.
-            (Said::Refused(Refusal::Faulted), Phase::Running { .. }) => self.switch_off(now_us),
-            (Said::Refused(refusal), Phase::Running { next, .. }) => {
-                let given = self.script.commands.get(next.saturating_sub(1));
-                let command = given.map_or("idle", |(_, command)| names::command(command));
-                return Err(OperatorError::Refused { command, refusal });
-            }
-            (
-                Said::Told(ToHost::Found {
-                    is_ready: false, ..
-                }),
-                Phase::WaitingForServos,
-            ) => self.command(now_us, Command::Prepare),
-            // Back from whoever has the bus.
-            (Said::Told(ToHost::Passthrough), Phase::WaitingForServos) => {
-                self.command(now_us, Command::Idle);
-            }
-            (Said::Told(ToHost::Record(record)), Phase::WaitingForServos)
-                if record.mode == Mode::Idle && self.news.is_ready =>
-            {
-                self.news.absent = None;
-                self.enter(Phase::Arming, now_us);
-                self.arm(now_us);
-            }
-            (Said::Told(ToHost::Record(record)), Phase::Running { .. } | Phase::SwitchingOff) => {
-                self.records.push(record);
-                if matches!(record.mode, Mode::Fault(_)) && !self.is_switching_off() {
-                    self.switch_off(now_us);
-                }
-            }
-            // News, or nothing to do now.
-            (
-                Said::Hello | Said::OtherSchema(_) | Said::Done | Said::Refused(_) | Said::Told(_),
-                _,
-            ) => {}
-        }
-        Ok(())
     }
 
     fn arm(&mut self, now_us: u64) {
@@ -261,50 +166,112 @@ impl Operator {
         self.command(now_us, Command::Arm { session });
     }
 
-    fn run(&mut self, now_us: u64, since_us: u64, next: usize) {
+    fn run(&mut self, now_us: u64) {
+        let Phase::Running(timeline) = &mut self.phase else {
+            return;
+        };
+        let since_us = timeline.since_us;
         let elapsed_us = now_us.saturating_sub(since_us);
-        if elapsed_us >= self.script.duration_us {
-            self.switch_off(now_us);
-        } else if let Some((at_us, command)) = self.script.commands.get(next)
-            && elapsed_us >= *at_us
-        {
-            self.command(now_us, *command);
-            self.phase = Phase::Running {
-                since_us,
-                next: next + 1,
-            };
+        if elapsed_us >= self.plan.stop.after_us {
+            self.end(now_us, Ending::Time);
+        } else if now_us.saturating_sub(self.heard_us) > ACK_TIMEOUT_US {
+            self.give_up(now_us, OperatorError::Silent);
+        } else if self.client.is_settled() {
+            match timeline.take(elapsed_us, &self.plan.steps) {
+                None => {}
+                Some(Due::Point(point, begun_us)) => {
+                    let command = self.offset.stream(since_us, begun_us, &point);
+                    self.command(now_us, command);
+                }
+                Some(Due::Step(act)) => self.act(now_us, act),
+            }
         }
     }
 
-    fn is_switching_off(&self) -> bool {
-        matches!(self.phase, Phase::SwitchingOff)
+    fn act(&mut self, now_us: u64, act: Act) {
+        match act {
+            Act::Tell(command) => {
+                if *command == Command::Idle {
+                    self.is_armed = false;
+                }
+                self.command(now_us, *command);
+            }
+            Act::Arm => self.arm(now_us),
+            Act::Change(change) => {
+                let present = self
+                    .settings
+                    .map_or_else(Settings::default, |[_, last]| last);
+                match change.apply(&present) {
+                    Ok(settings) => self.command(now_us, Command::Configure(settings.setup)),
+                    Err(error) => self.give_up(now_us, error.into()),
+                }
+            }
+            // Its points are due one by one.
+            Act::Stream(_) => {}
+        }
+    }
+
+    /// Ends the run as planned, or by the board's word.
+    fn end(&mut self, now_us: u64, ending: Ending) {
+        self.ending.get_or_insert(ending);
+        self.switch_off(now_us);
+    }
+
+    /// Ends it otherwise: motors off first, whatever else.
+    fn give_up(&mut self, now_us: u64, trouble: OperatorError) {
+        self.trouble.get_or_insert(trouble);
+        self.switch_off(now_us);
     }
 
     fn switch_off(&mut self, now_us: u64) {
+        self.is_armed = false;
+        self.queue.clear();
+        // What it was asked to change for this run alone is changed back.
+        if let (Begin::Changed(_), Some([first, last])) = (&self.plan.begin, &self.settings) {
+            self.queue.extend(plan::differences(last, first));
+        }
+        if self.plan.is_releasing {
+            self.queue.push_back(Command::Release);
+        }
         self.command(now_us, Command::Idle);
         self.enter(Phase::SwitchingOff, now_us);
     }
 
     fn enter(&mut self, phase: Phase, now_us: u64) {
         self.phase = phase;
-        self.entered_us = now_us;
+        self.entered_us = Some(now_us);
+    }
+
+    /// Ctrl-C: off at once, or over if nothing was changed yet.
+    fn interrupt(&mut self, now_us: u64) {
+        self.ending.get_or_insert(Ending::Interrupted);
+        match self.phase {
+            Phase::Connecting | Phase::Learning => self.enter(Phase::Over, now_us),
+            Phase::SettingUp | Phase::WaitingForServos | Phase::Arming | Phase::Running(_) => {
+                self.switch_off(now_us);
+            }
+            Phase::SwitchingOff | Phase::Over => {}
+        }
     }
 }
 
-impl Host for Operator {
+impl<K: Keep> Host for Operator<K> {
     type Error = OperatorError;
 
     fn speak(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
-        let waited_us = now_us.saturating_sub(self.entered_us);
+        if (self.interrupt)() {
+            self.interrupt(now_us);
+        }
+        let waited_us = now_us.saturating_sub(*self.entered_us.get_or_insert(now_us));
         match self.phase {
             Phase::Connecting if waited_us > HELLO_TIMEOUT_US => {
                 let damaged = self.client.stats().damaged;
                 return Err(OperatorError::NoBoard { damaged });
             }
-            Phase::SettingUp | Phase::Arming | Phase::SwitchingOff
+            Phase::Learning | Phase::SettingUp | Phase::Arming | Phase::SwitchingOff
                 if waited_us > ACK_TIMEOUT_US =>
             {
-                return Err(OperatorError::Silent);
+                return Err(self.trouble.take().unwrap_or(OperatorError::Silent));
             }
             Phase::WaitingForServos if waited_us > SERVO_TIMEOUT_US => {
                 let absent = OperatorError::NoServos {
@@ -312,8 +279,9 @@ impl Host for Operator {
                 };
                 return Err(self.news.trouble.take().unwrap_or(absent));
             }
-            Phase::Running { since_us, next } => self.run(now_us, since_us, next),
+            Phase::Running(_) => self.run(now_us),
             Phase::Connecting
+            | Phase::Learning
             | Phase::SettingUp
             | Phase::WaitingForServos
             | Phase::Arming
@@ -324,12 +292,16 @@ impl Host for Operator {
     }
 
     fn wake_at_us(&self) -> u64 {
-        let due_us = match self.phase {
-            Phase::Running { since_us, next } => {
-                let next = self.script.commands.get(next);
-                since_us + next.map_or(self.script.duration_us, |(at_us, _)| *at_us)
+        let due_us = match &self.phase {
+            Phase::Running(timeline) => {
+                let over_us = self.plan.stop.after_us;
+                let next_us = timeline.due_us(&self.plan.steps);
+                // What is not acknowledged is waited for.
+                let next_us = next_us.filter(|_| self.client.is_settled());
+                timeline.since_us + next_us.map_or(over_us, |due_us| due_us.min(over_us))
             }
             Phase::Connecting
+            | Phase::Learning
             | Phase::SettingUp
             | Phase::WaitingForServos
             | Phase::Arming
@@ -348,5 +320,28 @@ impl Host for Operator {
 
     fn is_done(&self) -> bool {
         matches!(self.phase, Phase::Over)
+    }
+
+    fn parted(&mut self, now_us: u64) {
+        self.client.parted();
+        match self.phase {
+            Phase::Connecting
+            | Phase::Learning
+            | Phase::SettingUp
+            | Phase::WaitingForServos
+            | Phase::Arming => {
+                self.is_armed = false;
+                self.phase = Phase::Connecting;
+            }
+            Phase::Running(_) => self.give_up(now_us, OperatorError::Parted),
+            Phase::SwitchingOff => self.switch_off(now_us),
+            Phase::Over => {}
+        }
+        // Time without a link does not count.
+        self.entered_us = None;
+    }
+
+    fn take_pushes(&mut self) -> Vec<Push> {
+        std::mem::take(&mut self.pushes)
     }
 }

@@ -3,7 +3,9 @@
 use std::fs::File;
 use std::io;
 use std::os::fd::OwnedFd;
+use std::time::Duration;
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
@@ -11,13 +13,25 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 /// The rate that it has until somebody sets another: that of a servo ex works.
 const BAUD: u32 = 1_000_000;
 
+/// What is on a pseudo-terminal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ready {
+    /// Bytes.
+    Bytes,
+    /// Nothing, in the time that was waited.
+    Nothing,
+    /// Nobody has it open.
+    Nobody,
+}
+
 /// Both ends of a raw pseudo-terminal.
 #[derive(Debug)]
 pub struct Pty {
     controller: OwnedFd,
     name: String,
-    /// Kept open: a controller whose user end is closed reads errors.
-    _user: OwnedFd,
+    /// Kept open where nobody needs to know who has: a controller whose user end is
+    /// closed reads errors.
+    _user: Option<OwnedFd>,
 }
 
 impl Pty {
@@ -38,8 +52,17 @@ impl Pty {
         Ok(Self {
             controller,
             name: name.to_string_lossy().into_owned(),
-            _user: user,
+            _user: Some(user),
         })
+    }
+
+    /// The same, on which one can tell whether somebody has it open.
+    #[must_use]
+    pub fn for_one(self) -> Self {
+        Self {
+            _user: None,
+            ..self
+        }
     }
 
     /// What others open, for example `/dev/pts/3`.
@@ -60,5 +83,26 @@ impl Pty {
     /// If there are too many handles.
     pub fn controller(&self) -> io::Result<File> {
         self.controller.try_clone().map(File::from)
+    }
+
+    /// Waits for bytes, or for so long.
+    ///
+    /// # Errors
+    /// If the system does not tell.
+    pub fn wait(&self, longest: Duration) -> io::Result<Ready> {
+        let mut ends = [PollFd::new(&self.controller, PollFlags::IN)];
+        let longest = Timespec::try_from(longest).map_err(io::Error::other)?;
+        match poll(&mut ends, Some(&longest)) {
+            Ok(_) | Err(rustix::io::Errno::INTR) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let events = ends[0].revents();
+        Ok(if events.contains(PollFlags::IN) {
+            Ready::Bytes
+        } else if events.contains(PollFlags::HUP) {
+            Ready::Nobody
+        } else {
+            Ready::Nothing
+        })
     }
 }

@@ -110,8 +110,25 @@ impl<'a> VirtualBoard<'a> {
     /// # Errors
     /// If the default set-up has no controller.
     pub fn with_flash(
+        ends: (BridgeEnd<'a>, LinkEnd<'a>, PortEnd<'a>),
+        flash: Flash,
+    ) -> Result<Self, Refusal> {
+        let first = BoardReport {
+            session: 1,
+            ..BoardReport::default()
+        };
+        Self::after_reset(ends, flash, first)
+    }
+
+    /// The same, with what it says of the reset before and of how many there were: a
+    /// report's session counts them.
+    ///
+    /// # Errors
+    /// If the default set-up has no controller.
+    pub fn after_reset(
         (bridge, link, client): (BridgeEnd<'a>, LinkEnd<'a>, PortEnd<'a>),
         flash: Flash,
+        report: BoardReport,
     ) -> Result<Self, Refusal> {
         let uart = Uart::default();
         let mut store = Store::new(flash);
@@ -119,9 +136,8 @@ impl<'a> VirtualBoard<'a> {
         let _ = store.prepare(SAVES);
         let (settings, from) = store.load(can_run);
         let report = BoardReport {
-            session: 1,
             settings: from,
-            ..BoardReport::default()
+            ..report
         };
         Ok(Self {
             bridge: Bridge::new(uart.clone(), Direction, bridge, 0, &settings)?,

@@ -9,6 +9,8 @@ use std::fmt;
 
 use super::Bench;
 use super::board::{Board, Input, Output, Wake};
+use super::plant::Push;
+use crate::held::Lag;
 use armbridge_shared::bridge::gateway::ClientLine;
 
 /// Who is at the other end of the link.
@@ -33,6 +35,23 @@ pub trait Host {
 
     /// Whether there is nothing left to do.
     fn is_done(&self) -> bool;
+
+    /// The connection broke; what is heard from now on is said on another.
+    fn parted(&mut self, _now_us: u64) {}
+
+    /// The run is over, which was held back to the wall clock: how well it kept up.
+    fn kept_up(&mut self, _lag: Lag) {}
+
+    /// Pushes that the bench's arm is to get; nobody pushes a real one.
+    fn take_pushes(&mut self) -> Vec<Push> {
+        Vec::new()
+    }
+
+    /// Whether somebody takes the bench's arm in hand at this moment, see
+    /// [`Bench::lift`]; nobody takes a real one by a program.
+    fn lifts_arm(&mut self) -> bool {
+        false
+    }
 }
 
 /// Who uses the board's transparent port.
@@ -48,6 +67,24 @@ pub trait Client: fmt::Debug {
 
     /// When to be asked again, at the latest.
     fn wake_at_us(&self) -> u64;
+}
+
+impl Client for Box<dyn Client> {
+    fn line(&self) -> ClientLine {
+        (**self).line()
+    }
+
+    fn speak(&mut self, now_us: u64) -> Vec<u8> {
+        (**self).speak(now_us)
+    }
+
+    fn hear(&mut self, now_us: u64, bytes: &[u8]) {
+        (**self).hear(now_us, bytes);
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        (**self).wake_at_us()
+    }
 }
 
 /// Nobody.
@@ -194,6 +231,12 @@ impl<B: Board, H: Host> Cosim<B, H> {
         heard.clear();
         let now_us = bench.advance(until_us, self.wake.bus_bytes, heard);
 
+        if host.lifts_arm() {
+            bench.lift();
+        }
+        for push in host.take_pushes() {
+            bench.push(push);
+        }
         let from_host = host.speak(now_us).map_err(CosimError::Host)?;
         output.bus.clear();
         output.link.clear();

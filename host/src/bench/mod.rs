@@ -245,6 +245,12 @@ impl Bench {
         self.joints.arm.push(push);
     }
 
+    /// Somebody brings the arm back to where it began, and holds it until a motor drives
+    /// it.
+    pub fn lift(&mut self) {
+        self.joints.arm.lift();
+    }
+
     /// True angles and speeds at `at_us`, which is not before the time that
     /// [`Bench::advance`] has come to.
     pub fn state_at(&mut self, at_us: u64) -> State<f64> {

@@ -23,7 +23,7 @@ mod file;
 
 pub use body::{Body, Friction};
 pub use config::PlantConfig;
-pub use file::{PlantFile, PlantFileError};
+pub use file::PlantFile;
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
@@ -46,6 +46,8 @@ pub struct Plant {
     body: Body,
     now_ns: u64,
     held: bool,
+    /// Counts from off at which a hand does not let go.
+    slack: u16,
     motor_nm: Vector2<f64>,
     push_nm: Vector2<f64>,
     /// Changes of torque that are still to come, earliest first.
@@ -66,6 +68,16 @@ pub struct Push {
     pub duration_ns: u64,
 }
 
+/// The arm as it begins.
+fn at_first(config: &PlantConfig) -> Body {
+    Body::new(
+        config.true_arm(),
+        config.true_friction(),
+        config.stops_rad,
+        config.initial,
+    )
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Change {
     at_ns: u64,
@@ -83,17 +95,12 @@ enum What {
 impl Plant {
     /// At time zero, motors off. The seed is that of the encoders' noise.
     pub fn new(config: PlantConfig, seed: u64) -> Self {
-        let body = Body::new(
-            config.true_arm(),
-            config.true_friction(),
-            config.stops_rad,
-            config.initial,
-        );
         Self {
+            body: at_first(&config),
             config,
-            body,
             now_ns: 0,
             held: config.held,
+            slack: 0,
             motor_nm: Vector2::from_fn(|servo, _| config.torque(servo, OFF)),
             push_nm: Vector2::zeros(),
             due: VecDeque::new(),
@@ -133,6 +140,17 @@ impl Plant {
         self.change(start_ns, What::Push { joint, more_nm });
         let more_nm = -more_nm;
         self.change(start_ns + duration_ns, What::Push { joint, more_nm });
+    }
+
+    /// Somebody brings the arm back to where it began, and holds it until a motor drives
+    /// it. A stop sequence, which is one count from off for a moment, is not taken for
+    /// that.
+    pub fn lift(&mut self) {
+        self.body = at_first(&self.config);
+        self.body.hold(self.now_ns);
+        self.body
+            .set_torque(self.now_ns, self.motor_nm + self.push_nm);
+        (self.held, self.slack) = (true, 1);
     }
 
     /// A servo converts its position: encoder counts at `at_ns`.
@@ -194,7 +212,7 @@ impl Plant {
         }
         match what {
             What::Pwm { servo, pwm } => {
-                self.held &= pwm == OFF;
+                self.held &= pwm.abs_diff(OFF) <= self.slack;
                 self.motor_nm[servo] = self.config.torque(servo, pwm);
             }
             What::Push { joint, more_nm } => self.push_nm[joint] += more_nm,

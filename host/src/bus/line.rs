@@ -59,8 +59,8 @@ impl<L: Line + ?Sized> Line for Box<L> {
     }
 }
 
-/// Longest read: a whole packet of either protocol.
-const CHUNK: usize = 512;
+/// Longest read: more than comes of a control link in 20 ms.
+const CHUNK: usize = 4_096;
 
 /// A bus whose rate the other side of a socket decides.
 #[derive(Debug)]
@@ -161,7 +161,7 @@ impl Line for SerialLine {
 }
 
 /// The bytes that a read has left in `bytes`; none if it found nothing in time.
-fn taken(came: io::Result<usize>, mut bytes: Vec<u8>) -> io::Result<Vec<u8>> {
+pub(crate) fn taken(came: io::Result<usize>, mut bytes: Vec<u8>) -> io::Result<Vec<u8>> {
     let count = match came {
         Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
         Ok(count) => count,

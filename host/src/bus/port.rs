@@ -1,4 +1,5 @@
-//! The bus by its name: `tcp://HOST:PORT`, or a serial device's path.
+//! The bus by its name: a serial device, a pseudo-terminal or a socket, named as any
+//! link is ([`LinkUri`]).
 
 use std::fmt;
 use std::io;
@@ -9,37 +10,46 @@ use std::time::Duration;
 use serial2::SerialPort;
 
 use super::line::{Line, SerialLine, TcpLine};
-use crate::endpoint::{Endpoint, EndpointError, OpenError};
+use crate::endpoint::{Endpoint, OpenError};
+use crate::links::identity::{self, FindError};
+use crate::links::{LinkUri, LinkUriError};
 
 /// Where the bus is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Port {
     /// Behind a socket.
     Tcp(Endpoint),
-    /// Behind a serial device.
+    /// Behind a serial device, or a pseudo-terminal that somebody else has made.
     Serial(PathBuf),
+    /// Behind the transparent port of the only board that is plugged in.
+    Board,
 }
 
 /// Why a name is not a port.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PortError {
-    /// A scheme that there is not.
-    #[error("expected tcp://HOST:PORT or a serial device, for example /dev/ttyUSB0")]
-    Scheme,
-    /// What follows `tcp://` is not an address.
+    /// No link at all.
     #[error(transparent)]
-    Endpoint(#[from] EndpointError),
+    Link(#[from] LinkUriError),
+    /// A link that carries no bus.
+    #[error(
+        "`{0}` carries no servo bus: expected tcp://HOST:PORT, serial: for the board's transparent \
+         port, or a serial device such as /dev/ttyUSB0"
+    )]
+    NoBus(LinkUri),
 }
 
 impl FromStr for Port {
     type Err = PortError;
 
     fn from_str(name: &str) -> Result<Self, PortError> {
-        match name.split_once("://") {
-            Some(("tcp", _)) => Ok(Self::Tcp(name.parse()?)),
-            Some(("serial", path)) if !path.is_empty() => Ok(Self::Serial(path.into())),
-            None if !name.is_empty() => Ok(Self::Serial(name.into())),
-            _ => Err(PortError::Scheme),
+        match name.parse()? {
+            LinkUri::Tcp(endpoint) => Ok(Self::Tcp(endpoint)),
+            LinkUri::Serial(Some(path)) | LinkUri::Pty(Some(path)) => Ok(Self::Serial(path)),
+            LinkUri::Serial(None) => Ok(Self::Board),
+            other @ (LinkUri::Usb(_) | LinkUri::Pty(None) | LinkUri::Sim | LinkUri::Emulate(_)) => {
+                Err(PortError::NoBus(other))
+            }
         }
     }
 }
@@ -49,6 +59,7 @@ impl fmt::Display for Port {
         match self {
             Self::Tcp(endpoint) => endpoint.fmt(f),
             Self::Serial(path) => path.display().fmt(f),
+            Self::Board => write!(f, "serial:"),
         }
     }
 }
@@ -67,6 +78,12 @@ pub enum PortOpenError {
         /// What the system says.
         error: io::Error,
     },
+    /// Somebody has it.
+    #[error("{} is in use by another program; end that one first", .0.display())]
+    Busy(PathBuf),
+    /// There is no board, or more than one.
+    #[error(transparent)]
+    Find(#[from] FindError),
     /// It opens, but not at this rate.
     #[error("{} does not run at {baud} baud: {error}", path.display())]
     Baud {
@@ -90,36 +107,69 @@ fn advice(error: &io::Error) -> &'static str {
 }
 
 impl Port {
-    /// Opens it, a serial device at `baud`.
+    /// Opens it, a serial device at `baud` and for nobody else.
     ///
     /// # Errors
     /// If it does not open.
     pub fn open(&self, baud: u32) -> Result<Box<dyn Line>, PortOpenError> {
-        let path = match self {
-            Self::Tcp(endpoint) => return Ok(Box::new(TcpLine::new(endpoint.connect()?))),
-            Self::Serial(path) => path.clone(),
-        };
-        let device = match SerialPort::open(&path, serial2::KeepSettings) {
-            Ok(device) => device,
-            Err(error) => return Err(PortOpenError::Serial { path, error }),
-        };
-        let latency = self
-            .latency_timer()
-            .map_or(Duration::ZERO, |timer| timer.value);
-        let mut line = SerialLine::new(device, baud, latency);
-        match line.set_baud(baud) {
-            Ok(_) => Ok(Box::new(line)),
-            Err(error) => Err(PortOpenError::Baud { path, baud, error }),
+        match self {
+            Self::Tcp(endpoint) => Ok(Box::new(TcpLine::new(endpoint.connect()?))),
+            Self::Serial(path) => Ok(Box::new(open_device(path, baud)?)),
+            Self::Board => Ok(Box::new(open_device(&identity::find()?.terminal, baud)?)),
         }
     }
 
     /// The adapter's latency timer, if it has one that can be seen.
     pub fn latency_timer(&self) -> Option<LatencyTimer> {
         match self {
-            Self::Tcp(_) => None,
-            Self::Serial(path) => LatencyTimer::of(path, Path::new("/sys/class/tty")),
+            // A board hands on what it has at once.
+            Self::Tcp(_) | Self::Board => None,
+            Self::Serial(path) => LatencyTimer::of(path, Path::new(identity::TERMINALS)),
         }
     }
+}
+
+/// Opens a serial device for nobody else.
+///
+/// # Errors
+/// If it does not open, is in use, or does not run at this rate.
+pub fn open_device(path: &Path, baud: u32) -> Result<SerialLine, PortOpenError> {
+    let failed = |error: io::Error| match error.kind() {
+        io::ErrorKind::ResourceBusy | io::ErrorKind::WouldBlock => PortOpenError::Busy(path.into()),
+        _ => PortOpenError::Serial {
+            path: path.into(),
+            error,
+        },
+    };
+    let device = SerialPort::open(path, serial2::KeepSettings).map_err(failed)?;
+    take(&device).map_err(failed)?;
+    let latency = LatencyTimer::of(path, Path::new(identity::TERMINALS))
+        .map_or(Duration::ZERO, |timer| timer.value);
+    let mut line = SerialLine::new(device, baud, latency);
+    match line.set_baud(baud) {
+        Ok(_) => Ok(line),
+        Err(error) => Err(PortOpenError::Baud {
+            path: path.into(),
+            baud,
+            error,
+        }),
+    }
+}
+
+/// Keeps everybody else off: two hosts on one link undo each other's words.
+#[cfg(unix)]
+fn take(device: &SerialPort) -> io::Result<()> {
+    use rustix::fs::FlockOperation;
+
+    // For whoever asks, and for whoever asks nobody; the superuser needs the former.
+    rustix::fs::flock(device, FlockOperation::NonBlockingLockExclusive)?;
+    Ok(rustix::termios::ioctl_tiocexcl(device)?)
+}
+
+/// Other systems let a serial device be opened once.
+#[cfg(not(unix))]
+fn take(_: &SerialPort) -> io::Result<()> {
+    Ok(())
 }
 
 /// For how long an FTDI adapter collects bytes before it hands them on. Linux
@@ -170,9 +220,13 @@ mod tests {
         assert_eq!(serial.to_string(), "/dev/ttyACM1");
         let tcp: Port = "tcp://127.0.0.1:7000".parse().unwrap();
         assert_eq!(tcp.to_string(), "tcp://127.0.0.1:7000");
-        for wrong in ["", "udp://127.0.0.1:1", "serial://"] {
-            assert_eq!(wrong.parse::<Port>(), Err(PortError::Scheme), "{wrong}");
+        assert_eq!("serial:".parse(), Ok(Port::Board));
+        for wrong in ["", "udp://127.0.0.1:1", "serial://", "ttyUSB0"] {
+            let error = wrong.parse::<Port>().unwrap_err();
+            assert!(matches!(error, PortError::Link(_)), "{wrong}: {error}");
         }
+        let error = "sim:".parse::<Port>().unwrap_err().to_string();
+        assert!(error.contains("`sim:` carries no servo bus"), "{error}");
         assert!("tcp://127.0.0.1".parse::<Port>().is_err());
     }
 
@@ -184,6 +238,21 @@ mod tests {
             error.contains("/dev/no-such-device") && error.contains("plugged in"),
             "{error}"
         );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_opened_once() {
+        let pty = crate::pty::Pty::open().unwrap();
+        let path = Path::new(pty.name());
+        let held = open_device(path, 1_000_000).unwrap();
+        let error = open_device(path, 1_000_000).err().unwrap().to_string();
+        assert!(
+            error.contains(pty.name()) && error.contains("in use by another program"),
+            "{error}"
+        );
+        drop(held);
+        assert!(open_device(path, 1_000_000).is_ok());
     }
 
     #[test]

@@ -8,6 +8,7 @@ use clap::{Args, Subcommand};
 
 pub(crate) const SCAN_EXAMPLES: &str = "\
 Examples:
+  armbridge scan --port serial:
   armbridge scan --port /dev/ttyUSB0
   armbridge scan --port tcp://127.0.0.1:7000 --ids 0..253
   armbridge scan --port /dev/ttyACM1 --bauds 1000000 --json
@@ -29,8 +30,9 @@ Exit code 1: the servo did not answer, refused, or kept another value.";
 /// The port and how to use it.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct LineArgs {
-    /// The bus: a serial device such as /dev/ttyUSB0, or tcp://HOST:PORT.
-    #[arg(long, global = true)]
+    /// The bus: `serial:` for the transparent port of the board that is plugged in, a
+    /// serial device such as /dev/ttyUSB0, `tcp://HOST:PORT` or `pty:///dev/pts/3`.
+    #[arg(long, global = true, visible_alias = "link", value_name = "URI")]
     pub(crate) port: Option<Port>,
     /// How long an answer may take beyond its time on the wire, in ms.
     #[arg(long, global = true, value_name = "MS", default_value = "20", value_parser = patience)]
@@ -96,12 +98,12 @@ pub(crate) enum ServoAction {
     },
     /// Give it another id, if that is free.
     SetId {
-        /// Which.
+        /// Its id from then on.
         new: u8,
     },
     /// Give it another baud rate.
     SetBaud {
-        /// Which.
+        /// Its rate from then on, in baud.
         #[arg(value_parser = baud)]
         rate: u32,
         /// Also where the line's rate cannot follow, without reading back.

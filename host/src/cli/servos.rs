@@ -1,7 +1,7 @@
 //! The command line of `servos`.
 
 use armbridge::bench::kind::{self, KindError, ServoKind};
-use armbridge::endpoint::Endpoint;
+use armbridge::links::LinkUri;
 use armbridge_shared::servo::Firmware;
 use clap::Args;
 
@@ -62,10 +62,11 @@ pub(crate) struct ServosArgs {
 #[derive(Args, Debug)]
 #[group(required = true, multiple = false)]
 pub(crate) struct ServosAt {
-    /// On a TCP port, to one program at a time.
-    #[arg(long, value_name = "tcp://HOST:PORT")]
-    pub(crate) listen: Option<Endpoint>,
-    /// On a new pseudo-terminal, whose name is printed.
+    /// On a TCP port, to one program at a time, or as `pty:` on a new
+    /// pseudo-terminal, whose name is printed.
+    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
+    pub(crate) listen: Option<LinkUri>,
+    /// The same as `--listen pty:`.
     #[arg(long)]
     pub(crate) pty: bool,
 }

@@ -8,7 +8,8 @@ use std::process::ExitCode;
 
 use armbridge::bench::plant::{PlantConfig, PlantFile, Push};
 use armbridge::facts::RunFacts;
-use armbridge::log::{CsvWriter, McapWriter};
+use armbridge::log::CsvWriter;
+use armbridge::log::recorder::Recorder;
 use armbridge::plot;
 use armbridge::progress::Progress;
 use armbridge::trial::{self, Outcome as Trialled, Run, Task, Trial};
@@ -28,15 +29,18 @@ pub(crate) fn run(args: &BenchArgs) -> Outcome {
     let seeds = &args.seeds.0;
     let quiet = args.quiet || args.json;
     let progress = Progress::new(seeds.len() as f64, quiet);
+    let recorder = recorder(args, &trial)?;
     let one = |seed| {
-        let run = trial.run(seed)?;
-        let outcome = Trialled::of(&trial, seed, &run);
         // The log of the first seed alone is kept.
         let is_shown = args.plot.is_some() && seeds.first() == Some(&seed);
+        let tap = recorder.as_ref().filter(|_| is_shown).map(Recorder::tap);
+        let run = trial.run_heard(seed, tap)?;
+        let outcome = Trialled::of(&trial, seed, &run);
         Ok::<_, trial::TrialError>((outcome, is_shown.then_some(run)))
     };
     let results = trial::for_seeds(seeds, one, |done| progress.at(done as f64))?;
     progress.finish();
+    recorder.map(Recorder::finish).transpose()?;
     let (outcomes, mut runs): (Vec<_>, Vec<_>) = results.into_iter().unzip();
     if let (Some(folder), Some(run)) = (&args.plot, runs.first_mut().and_then(Option::take)) {
         write(folder, &facts(&trial, seeds[0]), &run)?;
@@ -132,23 +136,29 @@ fn heading(args: &BenchArgs, trial: &Trial) -> String {
     )
 }
 
-/// Plots and logs of a run.
+/// Plots of a run, and its records as a table; its log has been written.
 fn write(folder: &Path, facts: &RunFacts, run: &Run) -> Result<(), Box<dyn std::error::Error>> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
-    let mut mcap = McapWriter::create(&folder.join("run.mcap"), facts)?;
     let mut csv = CsvWriter::create(&folder.join("run.csv"))?;
-    for (at_us, command) in &run.commands {
-        mcap.command(*at_us, command)?;
-    }
     for record in &run.records {
-        mcap.record(record)?;
         csv.record(record)?;
     }
-    mcap.finish()?;
     csv.finish()?;
     plot::draw_all(folder, facts, &run.records)?;
     Ok(())
+}
+
+/// Who writes the log of the first seed, if it is asked for.
+fn recorder(
+    args: &BenchArgs,
+    trial: &Trial,
+) -> Result<Option<Recorder>, Box<dyn std::error::Error>> {
+    let (Some(folder), Some(seed)) = (&args.plot, args.seeds.0.first()) else {
+        return Ok(None);
+    };
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+    let path = folder.join("run.mcap");
+    Ok(Some(Recorder::create_waiting(&path, &facts(trial, *seed))?))
 }
 
 fn facts(trial: &Trial, seed: u64) -> RunFacts {

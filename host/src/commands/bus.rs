@@ -10,8 +10,8 @@ use crate::cli::LineArgs;
 /// A client on the port, which a serial device offers at `baud`.
 pub(super) fn open(args: &LineArgs, baud: u32) -> Result<Client<Box<dyn Line>>, Error> {
     let port = args.port.as_ref().ok_or(
-        "--port is missing: the serial device of the adapter or of the board's transparent port, \
-         for example /dev/ttyUSB0, or tcp://HOST:PORT",
+        "--port is missing: the serial device of the adapter, for example /dev/ttyUSB0, serial: for \
+         the board's transparent port, or tcp://HOST:PORT",
     )?;
     let line = port.open(baud)?;
     if let Some(hint) = port.latency_timer().and_then(|timer| timer.hint()) {
@@ -37,38 +37,5 @@ pub(super) fn confirm(what: &str, yes: bool) -> Result<(), Error> {
     match answer.trim() {
         "y" | "Y" | "yes" => Ok(()),
         _ => Err("nothing was changed".into()),
-    }
-}
-
-/// Columns as wide as what is in them, the first row being their heads; right
-/// of the last nothing.
-pub(super) fn table(rows: &[Vec<String>]) -> String {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or_default();
-    let width = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let mut text = String::new();
-    for row in rows {
-        let cells = row.iter().zip(&widths);
-        let line: Vec<String> = cells
-            .map(|(cell, width)| format!("{cell:<width$}"))
-            .collect();
-        text.push_str(line.join("  ").trim_end());
-        text.push('\n');
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_line_up() {
-        let rows = [["id", "name"], ["253", "x"]].map(|row| row.map(str::to_owned).to_vec());
-        assert_eq!(table(&rows), "id   name\n253  x\n");
-        assert_eq!(table(&[]), "");
     }
 }

@@ -8,16 +8,15 @@
 
 use std::path::Path;
 use std::process::ExitCode;
-use std::time::Instant;
 
-use armbridge::bench::cosim::{Cosim, CosimError, Host};
 use armbridge::emulator::{self, EmulatedBoard, Qemu, QemuOptions, Time};
 use armbridge::endpoint::Endpoint;
+use armbridge::links::{LinkError, LinkUri, drive_board};
 use armbridge::remote::RemoteHost;
 use armbridge::wall::{self, WallError};
 
 use super::Outcome;
-use super::job::{self, Job, Nobody};
+use super::job::{self, Nobody};
 use crate::cli::EmulateArgs;
 
 const WORLD: &str = "simulated: QEMU mps2-an386";
@@ -60,55 +59,46 @@ fn start(options: &QemuOptions, quiet: bool) -> Result<Qemu, Box<dyn std::error:
 fn demo(args: &EmulateArgs, options: &QemuOptions) -> Outcome {
     let is_silent = args.run.output.quiet || args.run.output.json;
     let board = EmulatedBoard::new(start(options, is_silent)?)?;
-    let bench = job::bench(&args.run)?;
+    let mut options = job::options(&args.run)?;
     if args.run.port.disarmed {
-        let cosim = Cosim::new(board, bench, Nobody);
-        return for_ever(job::with_port(cosim, &args.run.port)?);
+        return job::left_alone(drive_board(board, options, Nobody).1);
     }
-    let job = Job::new(&args.run, "emulate", WORLD)?;
-    let mut cosim = job::with_port(Cosim::new(board, bench, job), &args.run.port)?;
-    let begun = Instant::now();
-    match cosim.run() {
-        Ok(()) => cosim.host.finish(begun.elapsed()),
-        Err(CosimError::Host(error)) => Err(error.into()),
-        Err(CosimError::Board(error)) => Err(error.into()),
-    }
+    let player = job::player(&args.run, "emulate", WORLD, true)?;
+    options.taps.push(player.tap());
+    let (player, result) = drive_board(board, options, player);
+    job::finish(player, result, &args.run.output)
 }
 
-fn offer(args: &EmulateArgs, at: &Endpoint, options: &QemuOptions) -> Outcome {
-    let (listener, at) = at.listen()?;
+fn offer(args: &EmulateArgs, at: &LinkUri, options: &QemuOptions) -> Outcome {
+    let (host, at) = RemoteHost::offer(at)?;
     let board = EmulatedBoard::new(start(options, args.run.output.quiet)?)?;
     eprintln!("control link on {at}; end with ctrl-c");
-    let cosim = Cosim::new(board, job::bench(&args.run)?, RemoteHost::new(listener)?);
-    for_ever(job::with_port(cosim, &args.run.port)?)
-}
-
-/// Until the board is gone, or whoever is at its link.
-fn for_ever<H: Host>(mut cosim: Cosim<EmulatedBoard, H>) -> Outcome
-where
-    H::Error: std::error::Error + 'static,
-{
-    match cosim.run() {
-        Ok(()) => Ok(ExitCode::SUCCESS),
-        Err(CosimError::Host(error)) => Err(error.into()),
-        Err(CosimError::Board(error)) => Err(error.into()),
-    }
+    let options = job::options(&args.run)?;
+    // Until the board is gone, or whoever is at its link.
+    drive_board(board, options, host).1?;
+    Ok(ExitCode::SUCCESS)
 }
 
 fn demo_on(args: &EmulateArgs, bus: &Endpoint, options: &QemuOptions) -> Outcome {
     let bus = bus.connect()?;
     let mut qemu = start(options, args.run.output.quiet || args.run.output.json)?;
-    let mut job = Job::new(&args.run, "emulate", "QEMU mps2-an386, bus elsewhere")?;
+    let world = "QEMU mps2-an386, bus elsewhere";
+    let mut player = job::player(&args.run, "emulate", world, false)?.listening();
     let _copiers = wall::join(&bus, &qemu.bus)?;
-    let begun = Instant::now();
-    match wall::run(&mut qemu.link, &mut job, args.slow) {
-        Ok(()) => job.finish(begun.elapsed()),
-        Err(WallError::Host(error)) => Err(error.into()),
-        Err(WallError::Io(error)) => Err(qemu.explain(error).into()),
-    }
+    let result = match wall::run(&mut qemu.link, &mut player, args.slow) {
+        Ok(()) => Ok(()),
+        Err(WallError::Host(error)) => Err(LinkError::Host(error)),
+        Err(WallError::Io(error)) => Err(LinkError::Link(qemu.explain(error).to_string())),
+    };
+    job::finish(player, result, &args.run.output)
 }
 
-fn offer_on(bus: &Endpoint, at: &Endpoint, options: &QemuOptions) -> Outcome {
+fn offer_on(bus: &Endpoint, at: &LinkUri, options: &QemuOptions) -> Outcome {
+    let LinkUri::Tcp(at) = at else {
+        return Err(
+            format!("with --bus the link is offered on tcp://HOST:PORT, not on {at}").into(),
+        );
+    };
     let (listener, at) = at.listen()?;
     let bus = bus.connect()?;
     let qemu = start(options, false)?;

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use armbridge::bus::scan::{Area, Found, Report, Step, Trouble, scan};
 use armbridge::bus::{Diagnosis, Port};
 use armbridge::progress::Progress;
+use armbridge::table;
 use armbridge_shared::servo::Firmware;
 use serde_json::{Value, json};
 
@@ -60,7 +61,7 @@ fn as_text(report: &Report) -> String {
         ];
         let mut rows = vec![heads.map(str::to_owned).to_vec()];
         rows.extend(report.found.iter().map(row));
-        text.push_str(&bus::table(&rows));
+        text.push_str(&table::columns(&rows));
     }
     // What is the same at several ids is said once.
     let of_one_kind = report

@@ -104,7 +104,11 @@ fn read<L: Line>(
             ];
             let mut rows = vec![heads.map(str::to_owned).to_vec()];
             rows.extend(readings.iter().map(row));
-            format!("servo {}, {firmware}\n{}", servo.id(), bus::table(&rows))
+            format!(
+                "servo {}, {firmware}\n{}",
+                servo.id(),
+                armbridge::table::columns(&rows)
+            )
         }
     })
 }

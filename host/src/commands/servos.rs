@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use armbridge::bench::Bench;
 use armbridge::bench::kind::ServoKind;
 use armbridge::endpoint::Endpoint;
+use armbridge::links::LinkUri;
 use armbridge::serve::LiveBench;
 
 use super::{Outcome, job};
@@ -18,8 +19,17 @@ pub(crate) fn run(args: &ServosArgs) -> Outcome {
     let mut bench = LiveBench::new(bench, args.slow);
     let who = in_words(&kinds);
     match &args.at.listen {
-        Some(endpoint) => on_tcp(args, &who, endpoint, &mut bench),
-        None => on_pty(args, &who, &mut bench),
+        Some(LinkUri::Tcp(endpoint)) => on_tcp(args, &who, endpoint, &mut bench),
+        Some(LinkUri::Pty(None)) | None => on_pty(args, &who, &mut bench),
+        Some(
+            other @ (LinkUri::Usb(_)
+            | LinkUri::Serial(_)
+            | LinkUri::Pty(Some(_))
+            | LinkUri::Sim
+            | LinkUri::Emulate(_)),
+        ) => Err(
+            format!("servos cannot be offered on {other}: expected tcp://HOST:PORT or pty:").into(),
+        ),
     }
 }
 

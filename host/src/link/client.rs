@@ -58,6 +58,31 @@ impl Client {
         self.next_us = 0;
     }
 
+    /// The connection broke: what was on its way is forgotten, and the next one begins
+    /// with a hello.
+    pub fn parted(&mut self) {
+        self.decoder = Decoder::default();
+        self.is_greeted = false;
+        self.pending = None;
+        self.asides.clear();
+        self.next_us = 0;
+    }
+
+    /// The last words: the board disarms, and nothing is said any more.
+    pub fn farewell(&mut self) -> &[u8] {
+        self.parted();
+        self.next_us = u64::MAX;
+        self.outgoing.clear();
+        let (_, frame) = self.encoder.encode(&ToBoard::Goodbye);
+        self.outgoing.extend_from_slice(frame);
+        &self.outgoing
+    }
+
+    /// Whether the board has answered the hello.
+    pub fn is_greeted(&self) -> bool {
+        self.is_greeted
+    }
+
     /// Whether everything commanded has been acknowledged.
     pub fn is_settled(&self) -> bool {
         self.pending.is_none()

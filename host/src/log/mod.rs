@@ -1,21 +1,52 @@
-//! Log files of a run: every tick, in two forms.
+//! The log of a run: everything that was said on the link, and nothing else.
 //!
-//! | file       | writer        | for                                            |
-//! |------------|---------------|------------------------------------------------|
-//! | `run.mcap` | [`McapWriter`]| Foxglove, `PlotJuggler`, replay: nothing is lost |
-//! | `run.csv`  | [`CsvWriter`] | spreadsheets, pandas, Matlab                   |
+//! ```text
+//! link --bytes--> Tap --> queue --> Ear --events--> Encoder --messages--> run.mcap
+//!                                   |                                      |
+//!                                   watch, live                Reader --events--> plot,
+//!                                                                    export, replay
+//! ```
 //!
-//! Both hold each record completely: [`message::TickMessage`] and
-//! [`csv::Row`] convert to and from
-//! [`Record`](armbridge_shared::link::message::Record) without loss.
+//! | module        | what                                                          |
+//! |---------------|---------------------------------------------------------------|
+//! | [`event`]     | what is said on a link, heard from its bytes                  |
+//! | [`recorder`]  | writes it while the run goes on                               |
+//! | [`recording`] | reads it back, as far as it goes                              |
+//! | [`topics`]    | events as messages that viewers open                          |
+//! | [`proto`]     | those messages; `host/proto/armbridge.proto` describes them   |
+//! | [`clock`]     | the board's clock on the host's                               |
+//! | [`raw`]       | the bytes themselves, kept beside what was made of them       |
+//! | [`metadata`]  | what a log says about itself                                  |
+//! | [`csv`]       | ticks as a table                                              |
+//! | [`names`], [`words`] | one word for each thing, and sentences                 |
 
+pub mod clock;
+mod codes;
 pub mod csv;
-pub mod mcap;
-pub mod message;
+pub mod event;
+mod exact;
+mod file;
+pub mod find;
+pub mod metadata;
 pub mod names;
+pub mod overheard;
+mod parameters;
+mod pose;
+pub mod proto;
+mod queue;
+pub mod raw;
+mod reader;
+pub mod recorder;
+pub mod recording;
+mod records;
+mod said;
+mod scribe;
+mod statistics;
+mod telemetry;
+pub mod topics;
+pub mod words;
 
 pub use csv::CsvWriter;
-pub use mcap::McapWriter;
 
 use std::path::PathBuf;
 
@@ -38,6 +69,9 @@ pub enum LogError {
         /// What the library said.
         source: ::mcap::McapError,
     },
+    /// The file ends before the run did.
+    #[error("{0}")]
+    BrokenOff(String),
     /// The CSV library said no.
     #[error("cannot write {path}: {source}", path = path.display())]
     Csv {
@@ -45,13 +79,5 @@ pub enum LogError {
         path: PathBuf,
         /// What the library said.
         source: ::csv::Error,
-    },
-    /// A record could not be put into JSON.
-    #[error("cannot encode a record for {path}: {source}", path = path.display())]
-    Json {
-        /// File being written.
-        path: PathBuf,
-        /// What the library said.
-        source: serde_json::Error,
     },
 }

@@ -1,9 +1,10 @@
 //! Why a run came to nothing, and what to do about it.
 
-use armbridge_shared::link::message::{End, Hello, LastEnd, Missing, Refusal};
+use armbridge_shared::link::message::{End, Fault, Hello, LastEnd, Missing, Refusal};
 use armbridge_shared::link::schema;
 use armbridge_shared::servo::Firmware;
 
+use crate::log::names;
 use crate::refusal;
 
 /// Why a run came to nothing.
@@ -50,14 +51,39 @@ pub enum OperatorError {
         refusal: Refusal,
     },
     /// The board has begun anew, with its motors off.
-    #[error("the board has been reset: {}", in_words(.0))]
+    #[error("the board has been reset: {}", end_in_words(.0))]
     Reset(LastEnd),
+    /// Torque cannot come on.
+    #[error(
+        "a fault is latched on the board, `{}`: see to its cause, then clear it (`run --clear`)",
+        names::fault(*.0)
+    )]
+    Latched(Fault),
+    /// The link broke while the motors were on.
+    #[error(
+        "the link to the board broke in mid-run; the arm was braked by the board and let go of \
+         within half a second, and is not armed again: look at the cable, then run again"
+    )]
+    Parted,
+    /// Torque went off without a fault, and not by this host.
+    #[error(
+        "somebody else disarmed the board in mid-run: is another program on its link? End it, \
+         then run again"
+    )]
+    Disarmed,
+    /// A setting of the scenario does not go with the board's.
+    #[error("{0}")]
+    Setting(#[from] crate::params::ParameterError),
+    /// The settings that come of both.
+    #[error("with the board's own settings, the scenario's cannot be: {}", refusal::in_words(*.0))]
+    Settings(Refusal),
     /// The board stopped answering commands.
     #[error("the board stopped answering: was it reset or unplugged?")]
     Silent,
 }
 
-fn in_words(end: &LastEnd) -> String {
+/// How a program ended, as the cause of a reset.
+pub fn end_in_words(end: &LastEnd) -> String {
     let at = |what: &str| format!("{what} in tick {}, at address {:#010x}", end.tick, end.pc);
     match end.cause {
         End::PowerUp => "its power was off; check the cable".into(),
@@ -105,7 +131,8 @@ fn no_servos(last: Option<(u8, Missing)>) -> String {
     }
 }
 
-fn likely_cause(missing: Missing) -> &'static str {
+/// Why a servo that is asked for does not answer.
+pub(crate) fn likely_cause(missing: Missing) -> &'static str {
     match missing {
         Missing::NotAsked | Missing::Silence => {
             "nothing was heard; check its power, its id and the data wire"

@@ -20,6 +20,8 @@ pub(super) struct News {
     pub(super) trips: Vec<Trip>,
     pub(super) halts: Vec<Halt>,
     pub(super) port: PortCounters,
+    /// Points of a stream that came too late.
+    pub(super) late_points: u64,
 }
 
 impl News {

@@ -64,7 +64,7 @@ impl Axis {
     pub(crate) fn ticks(&self, most: f64) -> Vec<(f64, String)> {
         match self.scale {
             Scale::Linear => self.even_ticks(most),
-            Scale::Log | Scale::LogFromOne => self.decade_ticks(),
+            Scale::Log | Scale::LogFromOne => self.decade_ticks(most),
         }
     }
 
@@ -91,21 +91,32 @@ impl Axis {
             .collect()
     }
 
-    /// Zero where the scale has it, and powers of ten.
-    fn decade_ticks(&self) -> Vec<(f64, String)> {
+    /// Zero where the scale has it, powers of ten, and their doubles and halves where
+    /// there is room.
+    fn decade_ticks(&self, most: f64) -> Vec<(f64, String)> {
         let zero = (self.scale == Scale::LogFromOne).then(|| (0.0, "0".to_owned()));
-        let powers = (-3..=9).map(|power| 10f64.powi(power)).filter(|&value| {
+        let decades = (self.high / self.low.max(f64::MIN_POSITIVE)).log10();
+        let is_roomy = self.scale == Scale::Log && 3.0 * decades <= most + 1e-9;
+        let factors: &[f64] = if is_roomy { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let powers = (-15..=9).flat_map(|power| {
+            let power_of_ten = 10f64.powi(power);
+            let values = factors.iter().map(move |factor| factor * power_of_ten);
+            values.map(move |value| (value, power))
+        });
+        let shown = powers.filter(|&(value, _)| {
             let within = value >= self.low * 0.999 && value <= self.high * 1.001;
             within && (self.scale == Scale::Log || value >= 1.0)
         });
-        let label = |value: f64| match value {
-            v if v >= 1e6 => format!("{} M", v / 1e6),
-            v if v >= 1e4 => format!("{} k", v / 1e3),
-            v => v.to_string(),
+        let label = |(value, power): (f64, i32)| {
+            let text = match value {
+                v if v >= 1e6 => format!("{} M", v / 1e6),
+                v if v >= 1e4 => format!("{} k", v / 1e3),
+                v if v >= 0.999e-3 => format!("{:.*}", (-power).max(0) as usize, v),
+                _ => format!("1e−{}", -power),
+            };
+            (value, text)
         };
-        zero.into_iter()
-            .chain(powers.map(|value| (value, label(value))))
-            .collect()
+        zero.into_iter().chain(shown.map(label)).collect()
     }
 }
 
@@ -133,6 +144,14 @@ mod tests {
             ["0", "1", "10", "100"]
         );
         assert_eq!(labels(Scale::Log, 0.1, 100.0), ["0.1", "1", "10", "100"]);
+        assert_eq!(
+            labels(Scale::Log, 0.3, 30.0),
+            ["0.5", "1", "2", "5", "10", "20"]
+        );
+        assert_eq!(
+            labels(Scale::Log, 1e-6, 1e-3),
+            ["1e−6", "1e−5", "1e−4", "0.001"]
+        );
     }
 
     #[test]

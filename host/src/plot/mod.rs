@@ -1,29 +1,39 @@
-//! Plots of a run: three figures, each as SVG and PNG. The parts that they are
-//! drawn with serve the [`paper`](crate::paper)'s figures as well.
+//! Plots of a run, each as SVG and PNG. The parts that they are drawn with serve
+//! the [`paper`](crate::paper)'s figures as well.
 //!
-//! | file     | shows                                                         |
-//! |----------|---------------------------------------------------------------|
-//! | `angles` | samples, estimate and setpoint of both joints                 |
-//! | `torque` | torque and PWM of both joints, with what the servos can do    |
-//! | `timing` | start error, bus time and compute time of every tick          |
+//! | figure     | shows                                                         |
+//! |------------|---------------------------------------------------------------|
+//! | `angles`   | samples, estimate and setpoint of both joints                 |
+//! | `tracking` | estimate minus reference, with the band of what is settled    |
+//! | `torque`   | torque and PWM of both joints, with what the servos can do    |
+//! | `phase`    | speed over angle of both joints                               |
+//! | `timing`   | start error, bus time and compute time of every tick, counted |
+//! | `spectrum` | power of error, torque and innovation over frequency          |
 //!
-//! Time is in s after the first record, as in the summary.
+//! [`compare`] lays two runs on top of each other. Time is in s after the first
+//! record, as in the summary. Where records are missing, there is a gap.
 
 mod angles;
 pub(crate) mod axis;
+mod compare;
 mod decimate;
 pub(crate) mod panel;
+mod phase;
 mod png;
+mod run;
+mod spectrum;
 pub(crate) mod svg;
 mod timing;
 mod torque;
+mod tracking;
+mod welch;
+
+pub use compare::compare;
 
 use crate::facts::RunFacts;
-use crate::log::names;
-use crate::summary::seconds_since;
 use armbridge_shared::link::message::Record;
-use axis::{Axis, Scale};
-use panel::{ALARM, INK, MUTED, Panel};
+use panel::{INK, MUTED};
+use run::Run;
 use std::path::{Path, PathBuf};
 use svg::{Anchor, Font, Svg};
 
@@ -51,7 +61,76 @@ pub enum PlotError {
     },
 }
 
-/// Draws every figure into a folder; returns the files, SVG before PNG.
+/// Figures to choose from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Figure {
+    /// Did each joint go where it was told to?
+    Angles,
+    /// By how much did it miss?
+    Tracking,
+    /// What were the servos told?
+    Torque,
+    /// How did it move?
+    Phase,
+    /// Was there time enough?
+    Timing,
+    /// At which frequencies does it tremble?
+    Spectrum,
+}
+
+impl Figure {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Angles,
+        Self::Tracking,
+        Self::Torque,
+        Self::Phase,
+        Self::Timing,
+        Self::Spectrum,
+    ];
+
+    /// Name of its files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Angles => "angles",
+            Self::Tracking => "tracking",
+            Self::Torque => "torque",
+            Self::Phase => "phase",
+            Self::Timing => "timing",
+            Self::Spectrum => "spectrum",
+        }
+    }
+
+    fn draw(self, run: &Run) -> String {
+        match self {
+            Self::Angles => angles::draw(run),
+            Self::Tracking => tracking::draw(run),
+            Self::Torque => torque::draw(run),
+            Self::Phase => phase::draw(run),
+            Self::Timing => timing::draw(run),
+            Self::Spectrum => spectrum::draw(run),
+        }
+    }
+}
+
+/// What is written of each figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Formats {
+    /// For print and editing.
+    pub svg: bool,
+    /// For everything else.
+    pub png: bool,
+}
+
+impl Formats {
+    /// Both.
+    pub const ALL: Self = Self {
+        svg: true,
+        png: true,
+    };
+}
+
+/// Draws the figures that a run folder has; returns the files, SVG before PNG.
 ///
 /// # Errors
 /// When a file cannot be written or a drawing not be turned into pixels.
@@ -60,18 +139,55 @@ pub fn draw_all(
     facts: &RunFacts,
     records: &[Record],
 ) -> Result<Vec<PathBuf>, PlotError> {
-    let figures = [
-        ("angles", angles::draw(facts, records)),
-        ("torque", torque::draw(facts, records)),
-        ("timing", timing::draw(facts, records)),
-    ];
-    write_all(folder, figures)
+    let figures = [Figure::Angles, Figure::Torque, Figure::Timing];
+    draw(folder, &figures, Formats::ALL, facts, records, [None; 2])
+}
+
+/// Draws figures into a folder, of the whole run or of what lies between two times
+/// in s after its first record; returns the files, SVG before PNG.
+///
+/// # Errors
+/// When a file cannot be written or a drawing not be turned into pixels.
+pub fn draw(
+    folder: &Path,
+    figures: &[Figure],
+    formats: Formats,
+    facts: &RunFacts,
+    records: &[Record],
+    [from_s, to_s]: [Option<f64>; 2],
+) -> Result<Vec<PathBuf>, PlotError> {
+    let run = Run::new(facts, records, from_s, to_s);
+    let drawn: Vec<_> = std::thread::scope(|scope| {
+        let spawn = |figure: &Figure| {
+            let (figure, run) = (*figure, &run);
+            (figure.name(), scope.spawn(move || figure.draw(run)))
+        };
+        let threads: Vec<_> = figures.iter().map(spawn).collect();
+        let drawing = |(name, thread): (_, std::thread::ScopedJoinHandle<'_, String>)| {
+            let svg = thread.join();
+            (
+                name,
+                svg.unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+            )
+        };
+        threads.into_iter().map(drawing).collect()
+    });
+    write_as(folder, formats, drawn)
+}
+
+/// Writes drawings by these names into a folder, as SVG and PNG.
+pub(crate) fn write_all<'a>(
+    folder: &Path,
+    figures: impl IntoIterator<Item = (&'a str, String)>,
+) -> Result<Vec<PathBuf>, PlotError> {
+    write_as(folder, Formats::ALL, figures)
 }
 
 /// Writes drawings by these names into a folder; returns the files, SVG before
 /// PNG.
-pub(crate) fn write_all<'a>(
+fn write_as<'a>(
     folder: &Path,
+    formats: Formats,
     figures: impl IntoIterator<Item = (&'a str, String)>,
 ) -> Result<Vec<PathBuf>, PlotError> {
     let fonts = png::fonts();
@@ -83,13 +199,20 @@ pub(crate) fn write_all<'a>(
             scope.spawn(move || {
                 let svg_path = folder.join(format!("{name}.svg"));
                 let png_path = folder.join(format!("{name}.png"));
-                write(&svg_path, svg.as_bytes())?;
-                let pixels = png::png(&svg, fonts).map_err(|reason| PlotError::Raster {
-                    path: png_path.clone(),
-                    reason,
-                })?;
-                write(&png_path, &pixels)?;
-                Ok([svg_path, png_path])
+                let mut files = Vec::new();
+                if formats.svg {
+                    write(&svg_path, svg.as_bytes())?;
+                    files.push(svg_path);
+                }
+                if formats.png {
+                    let pixels = png::png(&svg, fonts).map_err(|reason| PlotError::Raster {
+                        path: png_path.clone(),
+                        reason,
+                    })?;
+                    write(&png_path, &pixels)?;
+                    files.push(png_path);
+                }
+                Ok(files)
             })
         };
         let threads: Vec<_> = figures.into_iter().map(spawn).collect();
@@ -113,6 +236,12 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), PlotError> {
 
 /// A figure with its title line.
 fn figure(height: f64, title: &str, facts: &RunFacts) -> Svg {
+    let title = format!("{title} · armbridge {}", facts.name);
+    titled(height, &title, &facts.describe())
+}
+
+/// A figure with a title, and what it is about beside it.
+fn titled(height: f64, title: &str, about: &str) -> Svg {
     let mut svg = Svg::new(WIDTH, height);
     let bold = Font {
         size: 17.0,
@@ -120,80 +249,13 @@ fn figure(height: f64, title: &str, facts: &RunFacts) -> Svg {
         colour: INK,
         anchor: Anchor::Start,
     };
-    svg.text(
-        (24.0, 32.0),
-        &format!("{title} · armbridge {}", facts.name),
-        bold,
-        false,
-    );
+    svg.text((24.0, 32.0), title, bold, false);
     let light = Font {
         size: 12.5,
         bold: false,
         colour: MUTED,
         anchor: Anchor::End,
     };
-    svg.text((WIDTH - 24.0, 32.0), &facts.describe(), light, false);
+    svg.text((WIDTH - 24.0, 32.0), about, light, false);
     svg
-}
-
-/// The time axis of a run.
-fn time_axis(facts: &RunFacts, records: &[Record]) -> Axis {
-    let period_s = f64::from(facts.period_us) * 1e-6;
-    let end_s = records
-        .last()
-        .map_or(1.0, |last| time_s(records, last) + period_s);
-    Axis {
-        scale: Scale::Linear,
-        low: 0.0,
-        high: end_s,
-    }
-}
-
-/// Time of a record in its run.
-fn time_s(records: &[Record], record: &Record) -> f64 {
-    seconds_since(records[0].start_us, record)
-}
-
-/// A quantity of each tick over time.
-fn over_time(
-    records: &[Record],
-    quantity: impl Fn(&Record) -> f64,
-) -> impl Iterator<Item = (f64, f64)> {
-    records
-        .iter()
-        .map(move |record| (time_s(records, record), quantity(record)))
-}
-
-/// Shades the time spent in faults and names each.
-fn draw_faults(svg: &mut Svg, panel: &Panel, records: &[Record]) {
-    let alike = |a: &Record, b: &Record| names::fault_of(a.mode) == names::fault_of(b.mode);
-    for chunk in records.chunk_by(alike) {
-        let Some(fault) = names::fault_of(chunk[0].mode) else {
-            continue;
-        };
-        let (from, to) = (
-            time_s(records, &chunk[0]),
-            time_s(records, &chunk[chunk.len() - 1]),
-        );
-        panel.area(svg, (from, panel.y.low), (to, panel.y.high), ALARM, 0.08);
-        let text = format!("fault: {}", names::fault(fault));
-        let mut font = Font {
-            size: 11.5,
-            bold: true,
-            colour: ALARM,
-            anchor: Anchor::Start,
-        };
-        let (x, bottom) = panel.at(from, panel.y.low);
-        svg.line(
-            (x, panel.frame.y),
-            (x, bottom),
-            svg::Stroke::solid(ALARM, 1.2),
-        );
-        // In the shade, unless the frame ends too soon.
-        let mut left = x + 7.0;
-        if left + font.width(&text) > panel.frame.right() {
-            (font.anchor, left) = (Anchor::End, x - 7.0);
-        }
-        svg.text((left, panel.frame.y + 34.0), &text, font, false);
-    }
 }

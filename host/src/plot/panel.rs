@@ -1,7 +1,7 @@
 //! A panel: a framed area with two axes, a title, a legend, and things in it.
 
 use super::axis::Axis;
-use super::decimate::{decimate, distinct};
+use super::decimate::{decimate, distinct, unvisited};
 use super::svg::{Anchor, Font, Rect, Stroke, Svg};
 
 /// Text and frames, from dark to light.
@@ -14,6 +14,8 @@ pub(crate) const JOINT: [&str; 2] = ["#1769aa", "#c8561b"];
 pub(crate) const JOINT_TINT: [&str; 2] = ["#9cc3e3", "#f0b996"];
 /// Limits, faults, what is missing.
 pub(crate) const ALARM: &str = "#b4232f";
+/// Where there are no records.
+pub(crate) const GAP: &str = "#dfe4e9";
 /// Where things are as they should be.
 pub(crate) const GOOD: &str = "#2a9d6a";
 
@@ -55,6 +57,9 @@ pub(crate) enum Key {
     Line(Stroke),
     Dots(&'static str),
     Band(&'static str),
+    Area(&'static str),
+    Cross(Stroke),
+    Ring(&'static str),
 }
 
 impl Panel {
@@ -130,21 +135,24 @@ impl Panel {
                 Key::Dots(colour) => {
                     svg.dots(&[-25.0, -17.0, -9.0].map(|dx| (left + dx, y)), 4.0, colour);
                 }
-                Key::Band(fill) => {
-                    svg.rect(
-                        Rect {
-                            x: left - 28.0,
-                            y: y - 5.0,
-                            w: 22.0,
-                            h: 10.0,
-                        },
-                        fill,
-                        0.18,
-                    );
-                }
+                Key::Band(fill) => svg.rect(swatch(left, y), fill, 0.18),
+                Key::Area(fill) => svg.rect(swatch(left, y), fill, 1.0),
+                Key::Cross(stroke) => svg.cross((left - 17.0, y), stroke),
+                Key::Ring(colour) => svg.ring((left - 17.0, y), colour),
             }
             right = left - 46.0;
         }
+    }
+
+    /// A curve over its own past, with a gap at each value that is not finite.
+    pub(crate) fn trace(
+        &self,
+        svg: &mut Svg,
+        points: impl Iterator<Item = (f64, f64)>,
+        stroke: Stroke,
+    ) {
+        let pieces = unvisited(points.map(|(x, y)| self.at(x, y)));
+        self.clipped(svg, |svg| svg.polyline(&pieces, stroke));
     }
 
     /// A curve, with a gap at each value that is not finite.
@@ -207,5 +215,15 @@ impl Panel {
         });
         draw(svg);
         svg.end_clip();
+    }
+}
+
+/// Where a legend's entry whose text begins at `left` shows an area.
+fn swatch(left: f64, y: f64) -> Rect {
+    Rect {
+        x: left - 28.0,
+        y: y - 5.0,
+        w: 22.0,
+        h: 10.0,
     }
 }

@@ -159,6 +159,24 @@ impl Svg {
         ));
     }
 
+    /// An upright cross.
+    pub(crate) fn cross(&mut self, (x, y): (f64, f64), stroke: Stroke) {
+        const ARM: f64 = 7.0;
+        let arms = [
+            vec![(x - ARM, y), (x + ARM, y)],
+            vec![(x, y - ARM), (x, y + ARM)],
+        ];
+        self.polyline(&arms, stroke);
+    }
+
+    /// A small ring, white inside.
+    pub(crate) fn ring(&mut self, (x, y): (f64, f64), colour: &str) {
+        self.put(format_args!(
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"#ffffff\" \
+             stroke=\"{colour}\" stroke-width=\"1.8\"/>"
+        ));
+    }
+
     /// A text; `turned` reads from bottom to top.
     pub(crate) fn text(&mut self, (x, y): (f64, f64), text: &str, font: Font, turned: bool) {
         let Font {
@@ -186,6 +204,18 @@ impl Svg {
             "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" fill=\"{colour}\" \
              text-anchor=\"{anchor}\"{weight}{turn}>{text}</text>"
         ));
+    }
+
+    /// A text that begins here, on a light ground that keeps it legible over curves.
+    pub(crate) fn note(&mut self, (x, y): (f64, f64), text: &str, font: Font) {
+        let ground = Rect {
+            x: x - 2.0,
+            y: y - 0.95 * font.size,
+            w: font.width(text) + 4.0,
+            h: 1.3 * font.size,
+        };
+        self.rect(ground, "#ffffff", 0.8);
+        self.text((x, y), text, font, false);
     }
 
     /// What is drawn next, up to [`end_clip`](Self::end_clip), shows only

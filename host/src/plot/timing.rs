@@ -6,9 +6,9 @@
 
 use super::axis::{Axis, Scale};
 use super::panel::{INK, Key, LIMIT, Panel};
+use super::run::Run;
 use super::svg::{Anchor, Font, Rect, Svg};
-use super::{WIDTH, draw_faults, figure, over_time, time_axis};
-use crate::facts::RunFacts;
+use super::{WIDTH, figure};
 use crate::log::names;
 use crate::summary::Spread;
 use armbridge_shared::link::message::Record;
@@ -72,8 +72,8 @@ const QUANTITIES: [Quantity; 3] = [
     },
 ];
 
-pub(super) fn draw(facts: &RunFacts, records: &[Record]) -> String {
-    let mut svg = figure(760.0, "Tick timing", facts);
+pub(super) fn draw(run: &Run) -> String {
+    let mut svg = figure(760.0, "Tick timing", run.facts);
     for (row, quantity) in QUANTITIES.iter().enumerate() {
         let y = 78.0 + 220.0 * row as f64;
         let frame = Rect {
@@ -83,28 +83,21 @@ pub(super) fn draw(facts: &RunFacts, records: &[Record]) -> String {
             h: 172.0,
         };
         let last = row + 1 == QUANTITIES.len();
-        draw_quantity(&mut svg, frame, quantity, last, facts, records);
+        draw_quantity(&mut svg, frame, quantity, last, run);
     }
     svg.finish()
 }
 
-fn draw_quantity(
-    svg: &mut Svg,
-    frame: Rect,
-    quantity: &Quantity,
-    last: bool,
-    facts: &RunFacts,
-    records: &[Record],
-) {
-    let period_us = f64::from(facts.period_us);
-    let values: Vec<u32> = records.iter().filter_map(quantity.of).collect();
+fn draw_quantity(svg: &mut Svg, frame: Rect, quantity: &Quantity, last: bool, run: &Run) {
+    let period_us = f64::from(run.facts.period_us);
+    let values: Vec<u32> = run.shown().iter().filter_map(quantity.of).collect();
     let in_us = |value: u32| f64::from(value) * quantity.us;
     let lowest = values.iter().min().map_or(f64::NAN, |&value| in_us(value));
     let highest = values.iter().max().map_or(f64::NAN, |&value| in_us(value));
     let y = (quantity.axis)(lowest, highest, period_us);
     let panel = Panel {
         frame,
-        x: time_axis(facts, records),
+        x: run.time_axis(),
         y,
     };
     panel.draw(
@@ -113,18 +106,19 @@ fn draw_quantity(
         last.then_some("time (s)"),
         Some(quantity.axis_title),
     );
+    run.draw_gaps(svg, &panel);
     if quantity.within_period {
         panel.level(svg, period_us, LIMIT);
         panel.legend(svg, &[(Key::Line(LIMIT), "period")]);
     }
-    let points = over_time(records, |r| (quantity.of)(r).map_or(f64::NAN, in_us));
+    let points = run.over_time(|r| (quantity.of)(r).map_or(f64::NAN, in_us));
     panel.dots(svg, points.filter(|(_, value)| value.is_finite()), DOT);
-    draw_faults(svg, &panel, records);
+    run.draw_faults(svg, &panel);
     draw_histogram(
         svg,
         &panel,
         values.iter().copied().map(in_us),
-        records.len(),
+        run.shown().len(),
         last,
     );
 

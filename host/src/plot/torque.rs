@@ -1,11 +1,11 @@
 //! `torque`: what the servos were told, and how near to their limits.
 
 use super::axis::{Axis, Scale};
+use super::figure;
 use super::panel::{JOINT, Key, LIMIT, Panel};
+use super::run::Run;
 use super::svg::{Rect, Stroke};
-use super::{draw_faults, figure, over_time, time_axis};
-use crate::facts::{PWM_MAX, PWM_OFF, RunFacts};
-use armbridge_shared::link::message::Record;
+use crate::facts::{PWM_MAX, PWM_OFF};
 
 /// Where a servo is off.
 const OFF: Stroke = Stroke {
@@ -14,7 +14,8 @@ const OFF: Stroke = Stroke {
     dash: "",
 };
 
-pub(super) fn draw(facts: &RunFacts, records: &[Record]) -> String {
+pub(super) fn draw(run: &Run) -> String {
+    let facts = run.facts;
     let mut svg = figure(640.0, "Joint torque and PWM", facts);
     let pwm = Axis {
         scale: Scale::Linear,
@@ -23,7 +24,7 @@ pub(super) fn draw(facts: &RunFacts, records: &[Record]) -> String {
     };
     // Both joints on one scale, so that they can be compared.
     let torque = Axis::around(facts.torque_limits_nm.into_iter().flatten(), 0.05);
-    let x = time_axis(facts, records);
+    let x = run.time_axis();
     for (joint, colour) in JOINT.into_iter().enumerate() {
         let left = 84.0 + 478.0 * joint as f64;
         let first = joint == 0;
@@ -42,16 +43,17 @@ pub(super) fn draw(facts: &RunFacts, records: &[Record]) -> String {
         };
         let title = format!("Joint {}: torque", joint + 1);
         panel.draw(&mut svg, &title, None, first.then_some("torque (N m)"));
+        run.draw_gaps(&mut svg, &panel);
         panel.level(&mut svg, 0.0, OFF);
         for limit in facts.torque_limits_nm[joint] {
             panel.level(&mut svg, limit, LIMIT);
         }
         panel.curve(
             &mut svg,
-            over_time(records, |r| f64::from(r.torque_nm[joint])),
+            run.over_time(|r| f64::from(r.torque_nm[joint])),
             line,
         );
-        draw_faults(&mut svg, &panel, records);
+        run.draw_faults(&mut svg, &panel);
         panel.legend(
             &mut svg,
             &[
@@ -69,16 +71,17 @@ pub(super) fn draw(facts: &RunFacts, records: &[Record]) -> String {
             Some("time (s)"),
             first.then_some("PWM (counts)"),
         );
+        run.draw_gaps(&mut svg, &panel);
         panel.level(&mut svg, f64::from(PWM_OFF), OFF);
         for limit in [0.0, f64::from(PWM_MAX)] {
             panel.level(&mut svg, limit, LIMIT);
         }
         panel.curve(
             &mut svg,
-            over_time(records, |r| f64::from(r.pwm_in_force[joint])),
+            run.over_time(|r| f64::from(r.pwm_in_force[joint])),
             line,
         );
-        draw_faults(&mut svg, &panel, records);
+        run.draw_faults(&mut svg, &panel);
         panel.legend(
             &mut svg,
             &[(Key::Line(line), "in force"), (Key::Line(OFF), "off")],

@@ -15,6 +15,9 @@ pub(super) fn remarks(summary: &Summary) -> Vec<String> {
             fault.fault, fault.time_s
         ));
     }
+    if let Some(ended) = &summary.ended {
+        remarks.push(format!("ended: {ended}"));
+    }
     let missing: u64 = summary.missing_samples.values().sum();
     if missing > 0 {
         let kinds: Vec<_> = summary
@@ -35,6 +38,18 @@ pub(super) fn remarks(summary: &Summary) -> Vec<String> {
             link.lost, link.damaged, link.dropped
         ));
     }
+    if let Some(log) = &summary.log {
+        if !log.is_complete() {
+            remarks.push(format!(
+                "the log is not complete: {} records never came, {} bytes of the link are not in \
+                 the file",
+                log.lost, log.unwritten
+            ));
+        }
+        remarks.extend(log.trouble.clone());
+    }
+    let missed = summary.missed_expectations.iter();
+    remarks.extend(missed.map(|missed| format!("MISSED {missed}")));
     remarks
 }
 

@@ -4,6 +4,7 @@ use crate::facts::RunFacts;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Record};
 use serde::Serialize;
+use std::collections::VecDeque;
 use std::ops::Range;
 
 /// A joint has settled when its error stays below this, in rad.
@@ -23,15 +24,13 @@ pub struct Segment {
 
 /// Cuts a run at each change of the reference and of the mode.
 pub fn segments(records: &[Record]) -> Vec<Segment> {
-    // To the bit: a reference is a command that is repeated, not computed.
-    let same = |a: [f32; JOINTS], b: [f32; JOINTS]| a.map(f32::to_bits) == b.map(f32::to_bits);
     let mut segments: Vec<Segment> = Vec::new();
     for (i, record) in records.iter().enumerate() {
         if record.mode.drive() != Some(Drive::Regulate) {
             continue;
         }
         match segments.last_mut() {
-            Some(last) if last.ticks.end == i && same(last.reference_rad, record.reference_rad) => {
+            Some(last) if last.ticks.end == i && is_at(last.reference_rad, record) => {
                 last.ticks.end = i + 1;
             }
             _ => segments.push(Segment {
@@ -41,6 +40,11 @@ pub fn segments(records: &[Record]) -> Vec<Segment> {
         }
     }
     segments
+}
+
+/// To the bit: a reference is a command that is repeated, not computed.
+fn is_at(reference_rad: [f32; JOINTS], record: &Record) -> bool {
+    reference_rad.map(f32::to_bits) == record.reference_rad.map(f32::to_bits)
 }
 
 /// How well the arm went to one setpoint.
@@ -72,41 +76,119 @@ impl SegmentSummary {
     /// Looks at one segment of a run.
     pub fn of(records: &[Record], segment: &Segment, facts: &RunFacts) -> Self {
         let ticks = &records[segment.ticks.clone()];
-        let origin_us = records[0].start_us;
-        let period_s = f64::from(facts.period_us) * 1e-6;
-        let start_s = seconds_since(origin_us, &ticks[0]);
-        let end_s = seconds_since(origin_us, &ticks[ticks.len() - 1]) + period_s;
-        let joints = std::array::from_fn(|j| {
-            let error_rad = |record: &Record| {
-                f64::from(record.angle_rad[j]) - f64::from(record.reference_rad[j])
-            };
-            // False for an estimate that is not a number, too.
-            let within = |record: &Record| error_rad(record).abs() < SETTLED_RAD;
-            let settled = ticks
-                .iter()
-                .rposition(|record| !within(record))
-                .map_or(0, |last| last + 1);
-            let steady_ticks = ((STEADY_S / period_s).round() as usize).clamp(1, ticks.len());
-            let tail = &ticks[ticks.len() - steady_ticks..];
-            let error_mrad = tail.iter().map(error_rad).sum::<f64>() / tail.len() as f64 * 1e3;
-            JointSummary {
-                reference_rad: segment.reference_rad[j],
-                settling_time_s: ticks
-                    .get(settled)
-                    .map(|record| seconds_since(origin_us, record) - start_s),
-                steady_state_error_mrad: error_mrad,
-                steady_state_error_counts: error_mrad / facts.count_mrad(j),
-            }
+        let mut tally = SegmentTally::begin(&ticks[0]);
+        ticks[1..].iter().for_each(|record| tally.see(record));
+        tally.passed().summary(records[0].start_us, facts)
+    }
+}
+
+/// Ticks of one segment, looked at one by one.
+#[derive(Clone, Debug)]
+pub(super) struct SegmentTally {
+    start_us: u64,
+    last_us: u64,
+    reference_rad: [f32; JOINTS],
+    /// Since when each joint is where it should be, if it is.
+    inside_us: [Option<u64>; JOINTS],
+    /// Errors of the last [`STEADY_S`], and when.
+    tail: VecDeque<(u64, [f64; JOINTS])>,
+}
+
+impl SegmentTally {
+    pub(super) fn begin(record: &Record) -> Self {
+        let mut tally = Self {
+            start_us: record.start_us,
+            last_us: record.start_us,
+            reference_rad: record.reference_rad,
+            inside_us: [None; JOINTS],
+            tail: VecDeque::new(),
+        };
+        tally.see(record);
+        tally
+    }
+
+    /// Whether this tick, which follows the last, belongs to it.
+    pub(super) fn takes(&self, record: &Record) -> bool {
+        is_at(self.reference_rad, record)
+    }
+
+    pub(super) fn see(&mut self, record: &Record) {
+        let now_us = record.start_us;
+        self.last_us = now_us;
+        let error_rad: [f64; JOINTS] = std::array::from_fn(|j| {
+            f64::from(record.angle_rad[j]) - f64::from(record.reference_rad[j])
         });
-        Self {
-            start_s,
-            end_s,
-            joints,
+        for (inside_us, error_rad) in self.inside_us.iter_mut().zip(error_rad) {
+            // False for an estimate that is not a number, too.
+            if error_rad.abs() < SETTLED_RAD {
+                inside_us.get_or_insert(now_us);
+            } else {
+                *inside_us = None;
+            }
+        }
+        self.tail.push_back((now_us, error_rad));
+        let steady_us = (STEADY_S * 1e6) as u64;
+        while let Some((at_us, _)) = self.tail.front()
+            && now_us.saturating_sub(*at_us) >= steady_us
+        {
+            self.tail.pop_front();
+        }
+    }
+
+    /// What stays of it when it is over.
+    pub(super) fn passed(&self) -> Passed {
+        let sum = |joint: usize| self.tail.iter().map(|(_, error)| error[joint]).sum::<f64>();
+        Passed {
+            start_us: self.start_us,
+            last_us: self.last_us,
+            reference_rad: self.reference_rad,
+            inside_us: self.inside_us,
+            rest_rad: std::array::from_fn(|j| sum(j) / self.tail.len().max(1) as f64),
         }
     }
 }
 
-/// Time of a record after the first of its run, in s.
-pub(crate) fn seconds_since(origin_us: u64, record: &Record) -> f64 {
-    record.start_us.saturating_sub(origin_us) as f64 * 1e-6
+/// A segment that is over.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passed {
+    start_us: u64,
+    last_us: u64,
+    reference_rad: [f32; JOINTS],
+    inside_us: [Option<u64>; JOINTS],
+    rest_rad: [f64; JOINTS],
+}
+
+impl Passed {
+    /// Of the slower joint, in s; infinite if one never settled.
+    pub(super) fn settling_s(&self) -> f64 {
+        let took = |inside_us: Option<u64>| {
+            inside_us.map_or(f64::INFINITY, |at_us| (at_us - self.start_us) as f64 * 1e-6)
+        };
+        self.inside_us.map(took).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Of the worse joint, in rad.
+    pub(super) fn rest_rad(&self) -> f64 {
+        self.rest_rad.map(f64::abs).into_iter().fold(0.0, f64::max)
+    }
+
+    /// With times after a run's first record.
+    pub(super) fn summary(&self, origin_us: u64, facts: &RunFacts) -> SegmentSummary {
+        let seconds = |at_us: u64| at_us.saturating_sub(origin_us) as f64 * 1e-6;
+        let start_s = seconds(self.start_us);
+        let joints = std::array::from_fn(|j| {
+            let error_mrad = self.rest_rad[j] * 1e3;
+            JointSummary {
+                reference_rad: self.reference_rad[j],
+                settling_time_s: self.inside_us[j].map(|at_us| seconds(at_us) - start_s),
+                steady_state_error_mrad: error_mrad,
+                steady_state_error_counts: error_mrad / facts.count_mrad(j),
+            }
+        });
+        SegmentSummary {
+            start_s,
+            end_s: seconds(self.last_us) + f64::from(facts.period_us) * 1e-6,
+            joints,
+        }
+    }
 }

@@ -3,6 +3,9 @@
 use super::{JointSummary, ServoSummary, Spread, Summary};
 use std::fmt::{Result, Write};
 
+/// Setpoints that fit on a screen.
+const SEGMENTS_SHOWN: usize = 8;
+
 /// Width of the rules, and the column at which remarks are broken.
 const WIDTH: usize = 84;
 
@@ -42,7 +45,8 @@ impl Summary {
             "{:<10}{:>6}{:>16}{:>14}{:>18}{:>20}",
             "from", "joint", "setpoint", "settled", "error at rest", "in encoder counts"
         )?;
-        for segment in &self.segments {
+        let shown = self.segments.len().min(SEGMENTS_SHOWN);
+        for segment in &self.segments[..shown] {
             for (j, joint) in segment.joints.iter().enumerate() {
                 let from = if j == 0 {
                     format!("{:.2} s", segment.start_s)
@@ -63,6 +67,13 @@ impl Summary {
                     joint.steady_state_error_counts,
                 )?;
             }
+        }
+        let left_out = (self.segments.len() - shown) as u64 + self.segments_left_out;
+        if left_out > 0 {
+            writeln!(out, "... and {left_out} setpoints more")?;
+        }
+        if let Some([first, second]) = self.tracking_rms_mrad {
+            writeln!(out, "in motion, error rms {first:.1} and {second:.1} mrad")?;
         }
         Ok(())
     }
@@ -118,6 +129,18 @@ impl Summary {
             let ServoSummary { firmware, baud } = servos;
             ("servos", format!("{firmware}, at {baud} baud"))
         });
+        let log = self.log.iter().map(|log| {
+            (
+                "log",
+                format!(
+                    "{} records written, {} lost, {} bytes unwritten, {:.1} MB",
+                    log.written,
+                    log.lost,
+                    log.unwritten,
+                    log.size as f64 * 1e-6
+                ),
+            )
+        });
         let port = self.port.iter().map(|port| {
             (
                 "port",
@@ -129,6 +152,7 @@ impl Summary {
         });
         servos
             .chain(rows)
+            .chain(log)
             .chain(port)
             .try_for_each(|(name, text)| writeln!(out, "{name:<16}{text}"))
     }

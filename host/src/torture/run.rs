@@ -9,10 +9,16 @@ use super::judge::Judge;
 use super::outcome::Outcome;
 use super::story::Story;
 use super::world::World;
+use crate::log::event::Event;
 
 /// Runs the case of this seed.
 pub fn run(seed: u64) -> Outcome {
-    judge(&Case::new(seed), &mut Story::untold())
+    judge(&Case::new(seed), &mut Story::untold(), None)
+}
+
+/// The same, with whatever is said on the link told to `hear`, as the board hears it.
+pub fn overhear(seed: u64, mut hear: impl FnMut(Event)) -> Outcome {
+    judge(&Case::new(seed), &mut Story::untold(), Some(&mut hear))
 }
 
 /// The same, told.
@@ -20,17 +26,22 @@ pub fn tell(seed: u64) -> (Outcome, String) {
     let mut story = Story::default();
     let case = Case::new(seed);
     story.begin(&case);
-    let outcome = judge(&case, &mut story);
+    let outcome = judge(&case, &mut story, None);
     story.end(&outcome);
     (outcome, story.text())
 }
 
 /// A case that panics is one that failed.
-fn judge(case: &Case, story: &mut Story) -> Outcome {
+fn judge(case: &Case, story: &mut Story, hear: Option<&mut dyn FnMut(Event)>) -> Outcome {
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         let mut mailboxes = Mailboxes::new();
         match World::new(case, mailboxes.split()) {
-            Ok(world) => Judge::new(case, world, story).run(),
+            Ok(mut world) => {
+                if let Some(hear) = hear {
+                    world.cosim.board.overhear(hear);
+                }
+                Judge::new(case, world, story).run()
+            }
             Err(why) => Outcome::new(case).failed(why),
         }
     }));

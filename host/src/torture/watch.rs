@@ -1,4 +1,4 @@
-//! Reads along what the board puts on the servo bus.
+//! Reads along what the board puts on the servo bus, and what is said on its link.
 
 use std::ops::Range;
 
@@ -6,6 +6,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 
 use crate::bench::board::{Board, Input, Output, VirtualBoard, Wake};
+use crate::log::event::{Direction, Ear, Event};
 
 /// The tick's order to both Morpheus servos: `SYNC_WR` from 0x0F on, three bytes
 /// each, of which the last two are the PWM.
@@ -21,6 +22,8 @@ pub(super) struct Watched<'a> {
     pub(super) allowed: u16,
     /// The first order that it should not have given: when in µs, and the PWM.
     pub(super) beyond: Option<(u64, u16)>,
+    /// Is told what is said on the link, as the board hears it.
+    ear: Option<(Ear, &'a mut dyn FnMut(Event))>,
 }
 
 impl<'a> Watched<'a> {
@@ -29,7 +32,13 @@ impl<'a> Watched<'a> {
             board,
             allowed,
             beyond: None,
+            ear: None,
         }
+    }
+
+    /// Tells what is said on the link from now on.
+    pub(super) fn overhear(&mut self, hear: &'a mut dyn FnMut(Event)) {
+        self.ear = Some((Ear::default(), hear));
     }
 
     fn is_driven(&self) -> bool {
@@ -47,7 +56,13 @@ impl Board for Watched<'_> {
         output: &mut Output,
     ) -> Result<Wake, Self::Error> {
         let was_driven = self.is_driven();
+        if let Some((ear, hear)) = &mut self.ear {
+            ear.take(Direction::ToBoard, now_us * 1_000, input.link, hear);
+        }
         let wake = self.board.run(now_us, input, output)?;
+        if let Some((ear, hear)) = &mut self.ear {
+            ear.take(Direction::ToHost, now_us * 1_000, &output.link, hear);
+        }
         let allowed = if was_driven || self.is_driven() {
             self.allowed
         } else {

@@ -26,6 +26,8 @@ use crate::bench::board::VirtualBoard;
 use crate::bench::cosim::{Cosim, CosimError, Host};
 use crate::bench::plant::{Plant, PlantConfig, Push};
 use crate::bench::wire::Disturbance;
+use crate::links::Tap;
+use crate::log::overheard::Overheard;
 use crate::operator::{Operator, OperatorError, Script};
 
 /// Everything but the seed.
@@ -94,6 +96,15 @@ impl Trial {
     ///
     /// If the board refuses what the script says, or `loss` is no share.
     pub fn run(&self, seed: u64) -> Result<Run, TrialError> {
+        self.run_heard(seed, None)
+    }
+
+    /// Runs it; somebody listens to the link.
+    ///
+    /// # Errors
+    ///
+    /// If the board refuses what the script says, or `loss` is no share.
+    pub fn run_heard(&self, seed: u64, tap: Option<Box<dyn Tap>>) -> Result<Run, TrialError> {
         let mut disturbance = match self.loss {
             0.0 => None,
             loss => Some(Disturbance::new(loss, seed).ok_or(TrialError::Loss(loss))?),
@@ -104,7 +115,8 @@ impl Trial {
             OperatorError::Refused { command, refusal }
         })?;
         let bench = Bench::new(Plant::new(self.plant, seed));
-        let mut cosim = Cosim::new(board, bench, Operator::new(self.script.clone()));
+        let host = Overheard::new(Operator::new(self.script.clone()), tap);
+        let mut cosim = Cosim::new(board, bench, host);
         let mut begun_us = None;
         let mut truth = Vec::new();
         while !cosim.host.is_done() {
@@ -113,7 +125,7 @@ impl Trial {
                 CosimError::Board(never) => match never {},
             })?;
             if begun_us.is_none()
-                && let Some(since_us) = cosim.host.running_since_us()
+                && let Some(since_us) = cosim.host.host.running_since_us()
             {
                 begun_us = Some(since_us);
                 self.push(&mut cosim.bench, since_us);
@@ -121,7 +133,7 @@ impl Trial {
                     cosim.bench.disturb(disturbance);
                 }
             }
-            let (records, now_us) = (cosim.host.records(), cosim.now_us());
+            let (records, now_us) = (cosim.host.host.records(), cosim.now_us());
             if let Some(last) = records.last()
                 && records.len() > truth.len()
                 && now_us >= self.next_start_us(last)
@@ -131,7 +143,7 @@ impl Trial {
                 truth.resize(count, look(&mut cosim.bench, now_us));
             }
         }
-        let (records, commands, _) = cosim.host.into_parts();
+        let (records, commands, _) = cosim.host.host.into_parts();
         Ok(Run {
             records,
             truth,

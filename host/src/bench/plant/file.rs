@@ -8,7 +8,7 @@ mod range;
 #[cfg(test)]
 mod tests;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint};
@@ -17,33 +17,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use super::{Friction, PlantConfig};
-
-/// Why a file describes no arm.
-#[derive(Debug, thiserror::Error)]
-pub enum PlantFileError {
-    /// It cannot be read.
-    #[error("cannot read {path}: {source}", path = path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// It is no TOML, or has a key or a value that it must not have.
-    #[error("{path}:{line}:{column}: {what}, in `{text}`", path = path.display())]
-    Wrong {
-        /// The file.
-        path: PathBuf,
-        /// From 1.
-        line: usize,
-        /// From 1, in characters.
-        column: usize,
-        /// What is wrong, and what is allowed.
-        what: String,
-        /// The line itself.
-        text: String,
-    },
-}
+use crate::document::{self, DocumentError};
 
 /// An arm as a file has it. The comments of `default.toml` say what each key is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -172,27 +146,13 @@ impl PlantFile {
     ///
     /// # Errors
     ///
-    /// See [`PlantFileError`].
-    pub fn read(path: &Path) -> Result<Self, PlantFileError> {
-        let text = std::fs::read_to_string(path).map_err(|source| PlantFileError::Read {
+    /// See [`DocumentError`].
+    pub fn read(path: &Path) -> Result<Self, DocumentError> {
+        let text = std::fs::read_to_string(path).map_err(|source| DocumentError::Read {
             path: path.into(),
             source,
         })?;
-        toml::from_str(&text).map_err(|error| {
-            let before = error.span().map_or(0, |span| span.start).min(text.len());
-            let (above, _) = text.split_at(before);
-            let start = above.rfind('\n').map_or(0, |at| at + 1);
-            PlantFileError::Wrong {
-                path: path.into(),
-                line: above.matches('\n').count() + 1,
-                column: text[start..before].chars().count() + 1,
-                what: error
-                    .message()
-                    .replace('\n', ", ")
-                    .replace("f64", "a number"),
-                text: text[start..].lines().next().unwrap_or("").trim().into(),
-            }
-        })
+        toml::from_str(&text).map_err(|error| document::not_toml(path, &text, &error))
     }
 
     /// What a file says about this arm, with every key.

@@ -1,3 +1,5 @@
+use std::path::PathBuf;
+
 use super::*;
 
 fn shipped(name: &str) -> PathBuf {
@@ -79,19 +81,16 @@ fn mistakes_are_named_with_their_place() {
         std::fs::write(&path, text).unwrap();
         let error = PlantFile::read(&path).unwrap_err();
         let line = error.to_string();
-        let PlantFileError::Wrong {
-            line: row, column, ..
-        } = error
-        else {
+        let DocumentError::Wrong { place, .. } = error else {
             panic!("{line}");
         };
-        assert_eq!((row, column), at, "{line}");
+        assert_eq!((place.line, place.column), at, "{line}");
         assert!(words.iter().all(|word| line.contains(word)), "{line}");
         assert!(!line.contains('\n'), "{line}");
     }
     std::fs::remove_file(&path).unwrap();
     assert!(matches!(
         PlantFile::read(&path),
-        Err(PlantFileError::Read { .. })
+        Err(DocumentError::Read { .. })
     ));
 }

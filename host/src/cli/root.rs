@@ -1,0 +1,161 @@
+//! The help of the program itself: its commands, by what one wants to do.
+
+use std::fmt::Write;
+
+use clap::Command;
+
+/// What one wants to do, and what there is for it.
+const GROUPS: [(&str, &[&str]); 6] = [
+    ("Run", &["demo", "run", "watch", "live", "emulate"]),
+    (
+        "Connect",
+        &[
+            "status",
+            "arm",
+            "disarm",
+            "stop",
+            "clear",
+            "scan",
+            "servo",
+            "calibrate",
+        ],
+    ),
+    ("Set up", &["get", "set", "design", "config"]),
+    ("Look", &["info", "plot", "export", "diff", "replay"]),
+    ("Try on the bench", &["bench", "torture", "paper", "servos"]),
+    ("Shell", &["completions", "man", "help"]),
+];
+
+/// The program with that help.
+pub(super) fn with_help(command: Command) -> Command {
+    let mut named = command.clone();
+    // Gives it its `help`.
+    named.build();
+    let help = help(&named);
+    command.override_help(help)
+}
+
+fn help(command: &Command) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_help(&mut text, command);
+    text
+}
+
+fn write_help(out: &mut String, command: &Command) -> std::fmt::Result {
+    if let Some(about) = command.get_about() {
+        writeln!(out, "{about}\n")?;
+    }
+    writeln!(
+        out,
+        "Usage: armbridge [COMMAND] [OPTIONS]\n       armbridge [OPTIONS OF demo]"
+    )?;
+    for (group, names) in GROUPS {
+        let found = names
+            .iter()
+            .filter_map(|name| command.find_subcommand(name));
+        write_group(out, group, found)?;
+    }
+    let is_grouped = |name: &str| GROUPS.iter().any(|(_, names)| names.contains(&name));
+    let others = command.get_subcommands();
+    write_group(
+        out,
+        "More",
+        others.filter(|other| !is_grouped(other.get_name())),
+    )?;
+    write!(
+        out,
+        "\nOptions:\n  -h, --help      Print this, or after a command what it does, its options and \
+         examples\n  -V, --version   Print the version\n\n\
+         Commands that speak to a board take --link, such as serial:, tcp://HOST:PORT, sim: or\n\
+         emulate:; `armbridge config` says which one is taken otherwise.\n"
+    )
+}
+
+fn write_group<'a>(
+    out: &mut String,
+    group: &str,
+    commands: impl Iterator<Item = &'a Command>,
+) -> std::fmt::Result {
+    let mut commands = commands.filter(|command| !command.is_hide_set()).peekable();
+    if commands.peek().is_some() {
+        writeln!(out, "\n{group}:")?;
+    }
+    commands.try_for_each(|command| {
+        let about = command.get_about().map(ToString::to_string);
+        let about = about.unwrap_or_default();
+        writeln!(out, "  {:<13}{about}", command.get_name())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{Arg, Command, CommandFactory};
+
+    use super::*;
+    use crate::cli::Cli;
+
+    fn built() -> Command {
+        let mut command = Cli::command();
+        command.build();
+        command
+    }
+
+    fn walk<'a>(command: &'a Command, path: &str, see: &mut impl FnMut(&str, &'a Command)) {
+        for inner in command.get_subcommands() {
+            if inner.get_name() != "help" {
+                let path = format!("{path} {}", inner.get_name());
+                see(&path, inner);
+                walk(inner, &path, see);
+            }
+        }
+    }
+
+    #[test]
+    fn the_help_fits_on_a_screen_and_has_every_command_once() {
+        let command = built();
+        let help = help(&command);
+        assert!(help.lines().count() <= 56, "{help}");
+        assert!(
+            help.lines().all(|line| line.chars().count() <= 96),
+            "{help}"
+        );
+        assert!(!help.contains("\nMore:"), "in no group: {help}");
+        for name in command.get_subcommands().map(Command::get_name) {
+            let line = format!("\n  {name:<13}");
+            assert_eq!(help.matches(&line).count(), 1, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_command_says_what_it_does_with_an_example() {
+        walk(&built(), "armbridge", &mut |path, command| {
+            let about = command.get_about().map(ToString::to_string);
+            let about = about.unwrap_or_default();
+            assert!(about.len() > 10, "{path} says nothing of itself");
+            assert!(about.chars().count() <= 80, "{path} says too much: {about}");
+            // A command of commands has its examples; they have their own or none.
+            let top = path.split(' ').count() == 2;
+            let after = command.get_after_long_help().or(command.get_after_help());
+            let after = after.map(ToString::to_string).unwrap_or_default();
+            let has_example = after.contains("Example") && after.contains(&format!("  {path}"));
+            assert!(has_example || !top, "{path} has no example of itself");
+        });
+    }
+
+    #[test]
+    fn every_option_says_what_it_is() {
+        let check = |path: &str, command: &Command| {
+            let ours = |arg: &&Arg| !["help", "version"].contains(&arg.get_id().as_str());
+            for arg in command.get_arguments().filter(ours) {
+                let said = arg.get_long_help().or(arg.get_help());
+                let said = said.map(ToString::to_string).unwrap_or_default();
+                assert!(said.len() > 5, "{path} {arg} says nothing of itself");
+            }
+        };
+        check("armbridge", &built());
+        walk(&built(), "armbridge", &mut |path, command| {
+            check(path, command);
+        });
+    }
+}

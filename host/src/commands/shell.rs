@@ -1,0 +1,63 @@
+//! `armbridge completions` and `armbridge man`: from the definitions that command lines
+//! are read with.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::Command;
+use clap_mangen::Man;
+
+use super::{Error, Outcome};
+use crate::cli::{self, CompletionsArgs, ManArgs};
+
+pub(crate) fn completions(args: &CompletionsArgs) -> Outcome {
+    let mut script = Vec::new();
+    let mut command = cli::command();
+    clap_complete::generate(args.shell, &mut command, "armbridge", &mut script);
+    std::io::stdout().write_all(&script)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub(crate) fn man(args: &ManArgs) -> Outcome {
+    let mut command = cli::command();
+    command.build();
+    let Some(folder) = &args.out else {
+        std::io::stdout().write_all(&page(&command)?)?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+    let written = write_all(folder, &command)?;
+    writeln!(
+        std::io::stdout(),
+        "{written} pages written to {}",
+        folder.display()
+    )?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The pages of a command and of those below it; how many.
+fn write_all(folder: &Path, command: &Command) -> Result<usize, Error> {
+    let path = folder.join(format!("{}.1", name(command)));
+    std::fs::write(&path, page(command)?)
+        .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    let inner = command.get_subcommands();
+    let mut written = 1;
+    for command in inner.filter(|inner| inner.get_name() != "help" && !inner.is_hide_set()) {
+        written += write_all(folder, command)?;
+    }
+    Ok(written)
+}
+
+/// As `armbridge-servo-read`.
+fn name(command: &Command) -> String {
+    let name = command.get_display_name();
+    name.unwrap_or_else(|| command.get_name()).to_owned()
+}
+
+fn page(command: &Command) -> Result<Vec<u8>, Error> {
+    let mut page = Vec::new();
+    Man::new(command.clone()).render(&mut page)?;
+    Ok(page)
+}

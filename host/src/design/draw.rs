@@ -1,0 +1,129 @@
+//! The figure of a step's answers.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::Setup;
+
+use super::step::{Answers, Point, SHOWN_S, STEP_RAD};
+use crate::plot::WIDTH;
+use crate::plot::axis::{Axis, Scale};
+use crate::plot::panel::{ALARM, INK, JOINT, Key, MUTED, Panel, SETPOINT};
+use crate::plot::svg::{Anchor, Font, Rect, Stroke, Svg};
+
+/// What is shown before the step, in s.
+const BEFORE_S: f64 = 0.1;
+/// Of the figure, in px.
+const HEIGHT: f64 = 620.0;
+/// The linear loop.
+const LINEAR: Stroke = Stroke {
+    colour: INK,
+    width: 1.2,
+    dash: "2 3",
+};
+
+type Quantity = fn(&Point) -> [f64; JOINTS];
+
+pub(super) fn figure(setup: &Setup, answers: &Answers) -> String {
+    let mut svg = Svg::new(WIDTH, HEIGHT);
+    let bold = Font {
+        size: 17.0,
+        bold: true,
+        colour: INK,
+        anchor: Anchor::Start,
+    };
+    let [first, second] = STEP_RAD;
+    let title = format!("Step to {first} and {second} rad");
+    svg.text((24.0, 32.0), &title, bold, false);
+    let light = Font {
+        size: 12.5,
+        bold: false,
+        colour: if answers.fault.is_some() {
+            ALARM
+        } else {
+            MUTED
+        },
+        anchor: Anchor::End,
+    };
+    let ended = answers.fault.map_or_else(String::new, |fault| {
+        format!(" · ended in the fault \"{fault}\"")
+    });
+    let world = format!(
+        "simulated: bench with dry friction and sensor noise · period {} µs{ended}",
+        setup.period_us
+    );
+    svg.text((WIDTH - 24.0, 32.0), &world, light, false);
+    let rows: [(&str, Quantity); 2] = [
+        ("angle (rad)", |point| point.angle_rad),
+        ("torque (N m)", |point| point.torque_nm),
+    ];
+    for (row, (title, quantity)) in rows.into_iter().enumerate() {
+        for joint in 0..JOINTS {
+            draw(&mut svg, answers, (row, joint), title, quantity);
+        }
+    }
+    svg.finish()
+}
+
+fn draw(
+    svg: &mut Svg,
+    answers: &Answers,
+    (row, joint): (usize, usize),
+    title: &str,
+    quantity: Quantity,
+) {
+    let shown = |points: &[Point]| {
+        let shown = points
+            .iter()
+            .filter(|point| (-BEFORE_S..=SHOWN_S).contains(&point.at_s));
+        shown
+            .map(|point| (point.at_s, quantity(point)[joint]))
+            .collect::<Vec<_>>()
+    };
+    let (linear, bench) = (shown(&answers.linear), shown(&answers.bench));
+    let values = linear.iter().chain(&bench).map(|(_, value)| *value);
+    let is_angle = row == 0;
+    let panel = Panel {
+        frame: Rect {
+            x: 84.0 + 482.0 * joint as f64,
+            y: 84.0 + 262.0 * row as f64,
+            w: 440.0,
+            h: 212.0,
+        },
+        x: Axis {
+            scale: Scale::Linear,
+            low: -BEFORE_S,
+            high: SHOWN_S,
+        },
+        y: Axis::around(values.chain([0.0]), 0.08),
+    };
+    let last = row == 1;
+    let head = if is_angle {
+        format!("Joint {}", joint + 1)
+    } else {
+        String::new()
+    };
+    let y_title = (joint == 0).then_some(title);
+    // The joints' scales differ, so both have their labels.
+    panel.draw(
+        svg,
+        &head,
+        last.then_some("time since the step (s)"),
+        Some(y_title.unwrap_or("")),
+    );
+    let arm = Stroke::solid(JOINT[joint], 1.7);
+    if is_angle {
+        let (begin, end) = (
+            panel.at(0.0, 0.0),
+            panel.at(SHOWN_S, STEP_RAD[joint].into()),
+        );
+        let corners = vec![panel.at(-BEFORE_S, 0.0), begin, (begin.0, end.1), end];
+        svg.polyline(&[corners], SETPOINT);
+        let entries = [
+            (Key::Line(SETPOINT), "setpoint"),
+            (Key::Line(arm), "true arm"),
+            (Key::Line(LINEAR), "linear loop"),
+        ];
+        panel.legend(svg, &entries);
+    }
+    panel.curve(svg, bench.into_iter(), arm);
+    panel.curve(svg, linear.into_iter(), LINEAR);
+}

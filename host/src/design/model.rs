@@ -1,0 +1,344 @@
+//! Arm, estimator and gain about upright as one linear system.
+//!
+//! The state s is the arm's [q1, q2, dq1, dq2], then up to four numbers of each joint's
+//! estimator. With v the torque that acts and u the one that was asked for,
+//!
+//! ```text
+//! s(k+1) = open s(k) + input v(k)        u(k) = -output s(k)
+//! ```
+//!
+//! u(k) is decided in tick k-1 from what the estimator then expects of tick k, which is
+//! the first half of its numbers. The estimator is told u; so `open` contains it, and the
+//! loop is broken at the torque alone. Closed, v = u.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::arm::{Discrete, Linear, Parameters};
+use armbridge_shared::control::{Lqr, Weights};
+use armbridge_shared::design::placement::{self, Poles};
+use armbridge_shared::estimate::{Config, Kalman, Tuning};
+use armbridge_shared::link::message::{Controller, Gains, Refusal, Setup};
+use nalgebra::{Matrix2, Matrix2x4, Matrix4, SMatrix, Vector2, Vector3, Vector4};
+
+/// Numbers of the state.
+pub(super) const STATES: usize = 4 + JOINTS * MEMORY;
+/// Numbers of one joint's estimator, at most.
+const MEMORY: usize = 4;
+
+pub(super) type Square = SMatrix<f64, STATES, STATES>;
+pub(super) type Input = SMatrix<f64, STATES, JOINTS>;
+pub(super) type Output = SMatrix<f64, JOINTS, STATES>;
+
+/// The loop, broken at the torque.
+#[derive(Clone, Debug)]
+pub(super) struct Loop {
+    pub(super) period_s: f64,
+    pub(super) arm: Linear<f64>,
+    pub(super) discrete: Discrete<f64>,
+    pub(super) gain: Matrix2x4<f64>,
+    pub(super) observers: [Observer; JOINTS],
+    pub(super) open: Square,
+    pub(super) input: Input,
+    pub(super) output: Output,
+}
+
+/// One joint's estimator: `m(k+1) = memory m(k) + sample y(k) + torque u(k)`. Its first
+/// numbers are the angle and the speed that it expects at the next sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Observer {
+    pub(super) memory: Matrix4<f64>,
+    pub(super) sample: Vector4<f64>,
+    pub(super) torque: Vector4<f64>,
+    /// It has a disturbance, its third number, which is taken off the torque.
+    pub(super) has_disturbance: bool,
+    /// The error of what it expects dies away by itself, whatever the gain.
+    pub(super) is_separate: bool,
+}
+
+impl Loop {
+    /// Of a set-up that a board runs with.
+    pub(super) fn of(setup: &Setup) -> Result<Self, Refusal> {
+        let period_s = f64::from(setup.period_us) * 1e-6;
+        let believed = in_double(&setup.arm);
+        let arm = believed.linearise(Vector2::zeros());
+        let discrete = arm.zero_order_hold(period_s);
+        let gain = gain(setup, &believed)?;
+        let joints = discrete.joints();
+        let inputs = [
+            Vector2::new(discrete.b.m11, discrete.b.m31),
+            Vector2::new(discrete.b.m22, discrete.b.m42),
+        ];
+        let observer = |joint: usize| {
+            Observer::of(
+                setup,
+                &believed,
+                period_s,
+                joint,
+                joints[joint],
+                inputs[joint],
+            )
+        };
+        let observers = [observer(0)?, observer(1)?];
+
+        let mut open = Square::zeros();
+        let mut input = Input::zeros();
+        let mut output = Output::zeros();
+        open.fixed_view_mut::<4, 4>(0, 0).copy_from(&discrete.a);
+        input
+            .fixed_view_mut::<4, JOINTS>(0, 0)
+            .copy_from(&discrete.b);
+        for (joint, observer) in observers.iter().enumerate() {
+            let at = 4 + joint * MEMORY;
+            for torque in 0..JOINTS {
+                output[(torque, at)] = gain[(torque, joint)];
+                output[(torque, at + 1)] = gain[(torque, 2 + joint)];
+            }
+            if observer.has_disturbance {
+                output[(joint, at + 2)] += 1.0;
+            }
+        }
+        for (joint, observer) in observers.iter().enumerate() {
+            let at = 4 + joint * MEMORY;
+            open.fixed_view_mut::<4, 4>(at, at)
+                .copy_from(&observer.memory);
+            open.fixed_view_mut::<4, 1>(at, joint)
+                .copy_from(&observer.sample);
+            let told = observer.torque * output.row(joint);
+            let mut rows = open.fixed_view_mut::<4, STATES>(at, 0);
+            rows -= told;
+        }
+        Ok(Self {
+            period_s,
+            arm,
+            discrete,
+            gain,
+            observers,
+            open,
+            input,
+            output,
+        })
+    }
+
+    /// With the torque that was asked for acting.
+    pub(super) fn closed(&self) -> Square {
+        self.with_torque_scaled([1.0; JOINTS])
+    }
+
+    /// With so many times the torque that was asked for, of which the estimator knows
+    /// nothing.
+    pub(super) fn with_torque_scaled(&self, scale: [f64; JOINTS]) -> Square {
+        let scale = Matrix2::from_diagonal(&scale.into());
+        self.open - self.input * scale * self.output
+    }
+
+    /// The state at rest at these angles, with an estimator that knows it.
+    pub(super) fn at_rest(&self, angle_rad: [f64; JOINTS]) -> SMatrix<f64, STATES, 1> {
+        let mut state = SMatrix::zeros();
+        for (joint, (angle, observer)) in angle_rad.iter().zip(&self.observers).enumerate() {
+            state[joint] = *angle;
+            let at = 4 + joint * MEMORY;
+            state[at] = *angle;
+            if !observer.is_separate {
+                // The last sample.
+                state[at + 3] = *angle;
+            }
+        }
+        state
+    }
+}
+
+impl Observer {
+    fn of(
+        setup: &Setup,
+        arm: &Parameters<f64>,
+        period_s: f64,
+        joint: usize,
+        a: Matrix2<f64>,
+        b: Vector2<f64>,
+    ) -> Result<Self, Refusal> {
+        match setup.estimator {
+            Config::Luenberger { poles_45ms, .. } => {
+                let [p1, p2] = poles_45ms[joint].map(f64::from);
+                let gain = Poles::Real(p1, p2)
+                    .at_period(0.045, period_s)
+                    .and_then(|poles| placement::current_gain(&a, poles))
+                    .map_err(|_| Refusal::OutOfRange)?;
+                let mut step = Matrix4::zeros();
+                step.fixed_view_mut::<2, 2>(0, 0).copy_from(&a);
+                let gain = Vector4::new(gain.x, gain.y, 0.0, 0.0);
+                Ok(Self::correcting(&step, gain, b, false))
+            }
+            Config::Kalman(tuning) => {
+                let gain = settled(arm, period_s, &tuning, joint).ok_or(Refusal::OutOfRange)?;
+                let mut step = Matrix4::zeros();
+                step.fixed_view_mut::<2, 2>(0, 0).copy_from(&a);
+                // A disturbance acts as torque does, and stays.
+                step.fixed_view_mut::<2, 1>(0, 2).copy_from(&b);
+                step[(2, 2)] = 1.0;
+                let gain = Vector4::new(gain.x, gain.y, gain.z, 0.0);
+                Ok(Self::correcting(&step, gain, b, true))
+            }
+            Config::FiniteDifference { filter_s } => {
+                Ok(Self::difference(&a, b, period_s, f64::from(filter_s)))
+            }
+        }
+    }
+
+    /// `m(k+1) = step (m + gain (y - m[0])) + b u`.
+    fn correcting(
+        step: &Matrix4<f64>,
+        gain: Vector4<f64>,
+        b: Vector2<f64>,
+        has_disturbance: bool,
+    ) -> Self {
+        let seen = Vector4::new(1.0, 0.0, 0.0, 0.0).transpose();
+        Self {
+            memory: step * (Matrix4::identity() - gain * seen),
+            sample: step * gain,
+            torque: Vector4::new(b.x, b.y, 0.0, 0.0),
+            has_disturbance,
+            is_separate: true,
+        }
+    }
+
+    /// What is expected, then the filtered speed v and the last sample.
+    fn difference(a: &Matrix2<f64>, b: Vector2<f64>, period_s: f64, filter_s: f64) -> Self {
+        let share = if filter_s > 0.0 {
+            1.0 - (-period_s / filter_s).exp()
+        } else {
+            1.0
+        };
+        // v' = (1 - share) v + rate (y - last); expected = A (y, v') + b u.
+        let rate = share / period_s;
+        let speed = Vector4::new(0.0, 0.0, 1.0 - share, -rate);
+        let mut memory = Matrix4::zeros();
+        memory.set_row(0, &(speed * a.m12).transpose());
+        memory.set_row(1, &(speed * a.m22).transpose());
+        memory.set_row(2, &speed.transpose());
+        Self {
+            memory,
+            sample: Vector4::new(a.m11 + a.m12 * rate, a.m21 + a.m22 * rate, rate, 1.0),
+            torque: Vector4::new(b.x, b.y, 0.0, 0.0),
+            has_disturbance: false,
+            is_separate: false,
+        }
+    }
+}
+
+/// The gain of the control law in force, as the board computes it.
+fn gain(setup: &Setup, arm: &Parameters<f64>) -> Result<Matrix2x4<f64>, Refusal> {
+    let lqr = match setup.controller {
+        Controller::StateFeedback(Gains::Paper) => Lqr::paper(),
+        Controller::StateFeedback(Gains::Given([first, second])) => Lqr::of_rows(first, second),
+        Controller::StateFeedback(Gains::Design { q, r }) => {
+            let period_s = setup.period_us as f32 * 1e-6;
+            let upright = setup.arm.linearise(Vector2::zeros());
+            let weights = Weights { q, r };
+            Lqr::design(&upright.zero_order_hold(period_s), &weights)
+                .map_err(|_| Refusal::NoGains)?
+        }
+        Controller::ComputedTorque {
+            natural_rad_s,
+            damping,
+        } => {
+            // M (-kd dq - kp q) + F dq + G(q), and G(q) is its slope times q.
+            let upright = Vector2::zeros();
+            let (mass, slope) = (arm.mass(upright).diagonal(), arm.gravity_slope(upright));
+            let mut gain = Matrix2x4::zeros();
+            for (joint, viscous) in [arm.b1, arm.b2].into_iter().enumerate() {
+                let natural = f64::from(natural_rad_s[joint]);
+                let (kp, kd) = (natural * natural, 2.0 * f64::from(damping[joint]) * natural);
+                gain[(joint, joint)] = mass[joint] * kp;
+                gain[(joint, 2 + joint)] = mass[joint] * kd - viscous;
+            }
+            let mut angles = gain.fixed_view_mut::<2, 2>(0, 0);
+            angles -= slope;
+            return Ok(gain);
+        }
+    };
+    Ok(lqr.gain.map(f64::from))
+}
+
+/// The gain on angle, speed and disturbance to which the filter of a joint that slides
+/// comes: what the filter itself does with a small surprise.
+fn settled(
+    arm: &Parameters<f64>,
+    period_s: f64,
+    tuning: &Tuning<f32>,
+    joint: usize,
+) -> Option<Vector3<f64>> {
+    /// Longer than any walk that is not absurdly slow takes to settle, in s.
+    const SETTLING_S: f64 = 30.0;
+    /// Too small for any limit, and exact in binary.
+    const SURPRISE_RAD: f64 = 1.0 / 1_048_576.0;
+
+    let tuning = Tuning {
+        angle_rad: f64::from(tuning.angle_rad),
+        acceleration: f64::from(tuning.acceleration),
+        disturbance: f64::from(tuning.disturbance),
+        coulomb_nm: 0.0,
+        slide_rad_s: f64::from(tuning.slide_rad_s),
+    };
+    let mut filter = Kalman::new(arm, period_s, &tuning)?;
+    for _ in 0..(SETTLING_S / period_s) as u32 {
+        filter.correct([Some(0.0); JOINTS]);
+        filter.advance(Vector2::zeros());
+    }
+    let state = filter.correct([Some(SURPRISE_RAD); JOINTS]);
+    let moved = Vector3::new(state.q[joint], state.dq[joint], filter.disturbance()[joint]);
+    Some(moved / SURPRISE_RAD)
+}
+
+/// By how much a state grows each period in the long run: the largest magnitude of an
+/// eigenvalue.
+pub(super) fn radius(a: &Square) -> f64 {
+    /// 2^40 periods: what a matrix does to begin with counts for nothing.
+    const SQUARINGS: i32 = 40;
+
+    // ln |A^n| / n for n = 1, 2, 4, ..., the norm taken out at each step.
+    let mut power = *a;
+    let (mut logarithm, mut share) = (0.0, 1.0);
+    for _ in 0..SQUARINGS {
+        let norm = power.norm();
+        if norm <= 0.0 || !norm.is_finite() {
+            return norm;
+        }
+        logarithm += share * norm.ln();
+        power /= norm;
+        power *= power;
+        share *= 0.5;
+    }
+    logarithm.exp()
+}
+
+pub(super) fn in_double(arm: &Parameters<f32>) -> Parameters<f64> {
+    let Parameters {
+        l1,
+        l2,
+        m1,
+        m2,
+        g,
+        i1x,
+        i1y,
+        i1z,
+        i2x,
+        i2y,
+        i2z,
+        b1,
+        b2,
+    } = *arm;
+    Parameters {
+        l1: l1.into(),
+        l2: l2.into(),
+        m1: m1.into(),
+        m2: m2.into(),
+        g: g.into(),
+        i1x: i1x.into(),
+        i1y: i1y.into(),
+        i1z: i1z.into(),
+        i2x: i2x.into(),
+        i2y: i2y.into(),
+        i2z: i2z.into(),
+        b1: b1.into(),
+        b2: b2.into(),
+    }
+}

@@ -1,0 +1,48 @@
+//! State feedback with chosen poles.
+//!
+//! About upright the joints do not couple, and the gain that gives a joint two poles is
+//! unique: `K = [0 1] [B AB]^-1 p(A)`, Ackermann's formula.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::Setup;
+use nalgebra::{Matrix2, RowVector2, Vector2};
+
+use super::model::in_double;
+
+/// Why there is no such gain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PlaceError {
+    /// The torque does not move the joint.
+    #[error("torque does not move joint {0}: no gain places its poles")]
+    Uncontrollable(usize),
+}
+
+/// The gain, one row a torque, with which each joint of the set-up's arm has two poles of
+/// this sum and product.
+///
+/// # Errors
+/// If a joint is not moved by its torque.
+pub fn place(
+    setup: &Setup,
+    sums_and_products: [(f64, f64); JOINTS],
+) -> Result<[[f32; 2 * JOINTS]; JOINTS], PlaceError> {
+    let period_s = f64::from(setup.period_us) * 1e-6;
+    let arm = in_double(&setup.arm).linearise(Vector2::zeros());
+    let model = arm.zero_order_hold(period_s);
+    let inputs = [
+        Vector2::new(model.b.m11, model.b.m31),
+        Vector2::new(model.b.m22, model.b.m42),
+    ];
+    let mut gain = [[0.0; 2 * JOINTS]; JOINTS];
+    for (joint, (a, b)) in model.joints().into_iter().zip(inputs).enumerate() {
+        let (sum, product) = sums_and_products[joint];
+        let reach = Matrix2::from_columns(&[b, a * b]);
+        let inverse = reach.try_inverse();
+        let inverse = inverse.ok_or(PlaceError::Uncontrollable(joint + 1))?;
+        let wanted = a * a - a * sum + Matrix2::identity() * product;
+        let row = RowVector2::new(0.0, 1.0) * inverse * wanted;
+        gain[joint][joint] = row.x as f32;
+        gain[joint][JOINTS + joint] = row.y as f32;
+    }
+    Ok(gain)
+}

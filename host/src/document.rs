@@ -1,0 +1,243 @@
+//! TOML files that people write, with the place of everything in them: a mistake is told
+//! with file, line, column and the line itself.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use toml::Value;
+use toml::de::{DeTable, DeValue};
+
+/// Where in a file something is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file.
+    pub path: PathBuf,
+    /// From 1.
+    pub line: usize,
+    /// From 1, in characters.
+    pub column: usize,
+    /// The line itself, without the white space around.
+    pub text: String,
+}
+
+impl Place {
+    /// The place of a byte of a text.
+    pub fn of(path: &Path, text: &str, byte: usize) -> Self {
+        let mut byte = byte.min(text.len());
+        while !text.is_char_boundary(byte) {
+            byte -= 1;
+        }
+        let above = &text[..byte];
+        let start = above.rfind('\n').map_or(0, |at| at + 1);
+        Self {
+            path: path.into(),
+            line: above.matches('\n').count() + 1,
+            column: text[start..byte].chars().count() + 1,
+            text: text[start..].lines().next().unwrap_or("").trim().into(),
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    /// As `armbridge.toml:3:5`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (path, line, column) = (self.path.display(), self.line, self.column);
+        write!(f, "{path}:{line}:{column}")
+    }
+}
+
+/// Why a file is not what it should be.
+#[derive(Debug, thiserror::Error)]
+pub enum DocumentError {
+    /// It cannot be read.
+    #[error("cannot read {path}: {source}", path = path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It is no TOML, or has a key or a value that it must not have.
+    #[error("{place}: {what}, in `{text}`", text = place.text)]
+    Wrong {
+        /// Where.
+        place: Place,
+        /// What is wrong, and what is allowed.
+        what: String,
+    },
+}
+
+/// A value, and where it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// What stands there.
+    pub value: Value,
+    /// Bytes of the key.
+    pub key_at: Range<usize>,
+    /// Bytes of the value.
+    pub value_at: Range<usize>,
+}
+
+/// A file, as dotted keys with values: `q` of the table `controller` is `controller.q`.
+/// Arrays are values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Document {
+    path: PathBuf,
+    text: String,
+    entries: BTreeMap<String, Entry>,
+}
+
+impl Document {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is no TOML.
+    pub fn read(path: &Path) -> Result<Self, DocumentError> {
+        let text = std::fs::read_to_string(path).map_err(|source| DocumentError::Read {
+            path: path.into(),
+            source,
+        })?;
+        Self::parse(path, text)
+    }
+
+    /// Takes a text for the contents of this file.
+    ///
+    /// # Errors
+    /// If it is no TOML.
+    pub fn parse(path: &Path, text: String) -> Result<Self, DocumentError> {
+        let parsed = || {
+            let table: toml::Table = toml::from_str(&text)?;
+            let places = DeTable::parse(&text)?;
+            let mut entries = BTreeMap::new();
+            collect("", &table, places.get_ref(), &mut entries);
+            Ok(entries)
+        };
+        match parsed() {
+            Ok(entries) => Ok(Self {
+                path: path.into(),
+                text,
+                entries,
+            }),
+            Err(error) => Err(not_toml(path, &text, &error)),
+        }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// All keys with their values.
+    pub fn entries(&self) -> impl Iterator<Item = (&str, &Entry)> {
+        self.entries
+            .iter()
+            .map(|(key, entry)| (key.as_str(), entry))
+    }
+
+    /// What a key is.
+    pub fn get(&self, key: &str) -> Option<&Entry> {
+        self.entries.get(key)
+    }
+
+    /// Where a byte of it is.
+    pub fn place(&self, byte: usize) -> Place {
+        Place::of(&self.path, &self.text, byte)
+    }
+
+    /// An error at the value of this key.
+    pub fn wrong_value(&self, key: &str, what: impl Into<String>) -> DocumentError {
+        self.wrong(self.get(key).map_or(0, |entry| entry.value_at.start), what)
+    }
+
+    /// An error at this key itself.
+    pub fn wrong_key(&self, key: &str, what: impl Into<String>) -> DocumentError {
+        self.wrong(self.get(key).map_or(0, |entry| entry.key_at.start), what)
+    }
+
+    /// An error at this byte.
+    pub fn wrong(&self, byte: usize, what: impl Into<String>) -> DocumentError {
+        DocumentError::Wrong {
+            place: self.place(byte),
+            what: what.into(),
+        }
+    }
+}
+
+/// What the TOML parser, or serde, has against a text.
+pub fn not_toml(path: &Path, text: &str, error: &toml::de::Error) -> DocumentError {
+    DocumentError::Wrong {
+        place: Place::of(path, text, error.span().map_or(0, |span| span.start)),
+        what: error
+            .message()
+            .replace('\n', ", ")
+            .replace("f64", "a number"),
+    }
+}
+
+fn collect(
+    prefix: &str,
+    table: &toml::Table,
+    places: &DeTable<'_>,
+    entries: &mut BTreeMap<String, Entry>,
+) {
+    for (name, at) in places {
+        let Some(value) = table.get(name.get_ref().as_ref()) else {
+            continue;
+        };
+        let key = format!("{prefix}{}", name.get_ref());
+        if let (Value::Table(table), DeValue::Table(places)) = (value, at.get_ref()) {
+            collect(&format!("{key}."), table, places, entries);
+        } else {
+            let entry = Entry {
+                value: value.clone(),
+                key_at: name.span(),
+                value_at: at.span(),
+            };
+            entries.insert(key, entry);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn everything_has_its_place() {
+        let text = "link = \"sim:\"\n\n# µ\n[controller]\n  q = [15, 15,\n 1, 1]\n'µ'.b = 2\n";
+        let path = Path::new("a.toml");
+        let document = Document::parse(path, text.into()).unwrap();
+        let at = |key: &str| {
+            let entry = document.get(key).unwrap();
+            let key = document.place(entry.key_at.start);
+            let value = document.place(entry.value_at.start);
+            (key.line, key.column, value.line, value.column)
+        };
+        assert_eq!(at("link"), (1, 1, 1, 8));
+        assert_eq!(at("controller.q"), (5, 3, 5, 7));
+        assert_eq!(at("controller.\u{b5}.b"), (7, 5, 7, 9));
+        assert_eq!(document.entries().count(), 3);
+        let error = document.wrong_value("controller.q", "not so");
+        assert_eq!(error.to_string(), "a.toml:5:7: not so, in `q = [15, 15,`");
+    }
+
+    #[test]
+    fn what_is_no_toml_is_told_in_one_line() {
+        for text in [
+            "a = 1\nb = = 2\n",
+            "a = 1\na = 2\n",
+            "[a\n",
+            "é",
+            "a.b = 1\na = 3",
+        ] {
+            let error = Document::parse(Path::new("a.toml"), text.into()).unwrap_err();
+            let said = error.to_string();
+            assert!(
+                said.starts_with("a.toml:") && !said.contains('\n'),
+                "{said}"
+            );
+        }
+    }
+}

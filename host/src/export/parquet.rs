@@ -1,0 +1,209 @@
+//! `.parquet` for pandas, polars, `DuckDB` and the like.
+//!
+//! Columns are those of `run.csv`. Words are texts kept once each; where there is
+//! nothing to say, and where a sample is missing, there is null. Units are in the
+//! columns' names, and in the file's metadata: `units` and `about` are JSON objects
+//! by column, `run` says which run it is, `settings` is the board's.
+//!
+//! Rows are written in groups, so memory does not grow with the run.
+
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+
+use armbridge_shared::link::message::Record;
+use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, FloatType, Int32Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::schema::types::{ColumnPath, Type};
+
+use super::column::{QUANTITIES, Quantity, Values};
+use super::{About, ExportError};
+
+/// Rows of a group: two minutes at 1 kHz.
+const ROWS: usize = 1 << 17;
+
+/// Writes the file; returns how many ticks it has.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write(
+    path: &Path,
+    about: &About<'_>,
+    mut records: impl Iterator<Item = Record>,
+) -> Result<u64, ExportError> {
+    let failed = |source| ExportError::Parquet {
+        path: path.to_path_buf(),
+        source,
+    };
+    let file = File::create(path).map_err(|source| ExportError::Write {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    let mut writer = schema()
+        .and_then(|schema| {
+            SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties(about)))
+        })
+        .map_err(failed)?;
+    let mut ticks = 0;
+    loop {
+        let rows: Vec<Record> = records.by_ref().take(ROWS).collect();
+        if rows.is_empty() {
+            break;
+        }
+        ticks += rows.len() as u64;
+        write_group(&mut writer, &rows).map_err(failed)?;
+    }
+    writer.close().map_err(failed)?;
+    Ok(ticks)
+}
+
+/// The columns in order.
+fn schema() -> Result<Type, ParquetError> {
+    let columns = QUANTITIES
+        .iter()
+        .flat_map(|quantity| {
+            quantity
+                .columns
+                .iter()
+                .map(|name| field(name, quantity.values))
+        })
+        .map(|field| field.map(Arc::new));
+    Type::group_type_builder("tick")
+        .with_fields(columns.collect::<Result<_, _>>()?)
+        .build()
+}
+
+fn field(name: &str, values: Values) -> Result<Type, ParquetError> {
+    let unsigned = |bits| Some(LogicalType::integer(bits, false));
+    let (physical, logical, optional) = match values {
+        Values::F64(_) => (Physical::DOUBLE, None, false),
+        Values::F32(_) => (Physical::FLOAT, None, false),
+        Values::U32(_) => (Physical::INT32, unsigned(32), false),
+        Values::U16(_) => (Physical::INT32, unsigned(16), false),
+        Values::Sample(_) => (Physical::INT32, unsigned(16), true),
+        Values::Word(words, _) => (
+            Physical::BYTE_ARRAY,
+            Some(LogicalType::String),
+            words.may_be_empty(),
+        ),
+    };
+    Type::primitive_type_builder(name, physical)
+        .with_logical_type(logical)
+        .with_repetition(if optional {
+            Repetition::OPTIONAL
+        } else {
+            Repetition::REQUIRED
+        })
+        .build()
+}
+
+fn properties(about: &About<'_>) -> WriterProperties {
+    let by_column = |text: fn(&Quantity) -> &'static str| {
+        let columns = QUANTITIES.iter();
+        let texts = columns.flat_map(|q| q.columns.iter().map(move |name| (*name, text(q).into())));
+        serde_json::Value::Object(texts.map(|(name, text)| (name.to_owned(), text)).collect())
+    };
+    let pairs = [
+        ("run", about.title()),
+        ("units", by_column(|q| q.unit).to_string()),
+        ("about", by_column(|q| q.about).to_string()),
+        ("settings", about.settings_json()),
+        ("damage", about.damage.join(" ")),
+    ];
+    let metadata = pairs.map(|(key, value)| KeyValue::new(key.to_owned(), value));
+    let mut properties = WriterProperties::builder()
+        .set_created_by(format!("armbridge {}", env!("CARGO_PKG_VERSION")))
+        .set_compression(Compression::SNAPPY)
+        .set_key_value_metadata(Some(metadata.into()));
+    for quantity in &QUANTITIES {
+        let encoding = match quantity.values {
+            // The bytes of reals compress when like ones are side by side.
+            Values::F64(_) | Values::F32(_) => Encoding::BYTE_STREAM_SPLIT,
+            // Counters go up by little.
+            Values::U32(_) => Encoding::DELTA_BINARY_PACKED,
+            // Few different values: a dictionary.
+            Values::U16(_) | Values::Sample(_) | Values::Word(..) => continue,
+        };
+        for name in quantity.columns {
+            let column = ColumnPath::from(*name);
+            properties = properties
+                .set_column_dictionary_enabled(column.clone(), false)
+                .set_column_encoding(column, encoding);
+        }
+    }
+    properties.build()
+}
+
+fn write_group(
+    writer: &mut SerializedFileWriter<File>,
+    rows: &[Record],
+) -> Result<(), ParquetError> {
+    let mut group = writer.next_row_group()?;
+    for quantity in &QUANTITIES {
+        for joint in 0..quantity.columns.len() {
+            // The schema has a column for each of these, in this order.
+            if let Some(mut column) = group.next_column()? {
+                write_column(&mut column, rows, quantity.values, joint)?;
+                column.close()?;
+            }
+        }
+    }
+    group.close()?;
+    Ok(())
+}
+
+fn write_column(
+    column: &mut SerializedColumnWriter<'_>,
+    rows: &[Record],
+    values: Values,
+    joint: usize,
+) -> Result<usize, ParquetError> {
+    let rows = rows.iter();
+    match values {
+        Values::F64(of) => {
+            let values: Vec<f64> = rows.map(of).collect();
+            column
+                .typed::<DoubleType>()
+                .write_batch(&values, None, None)
+        }
+        Values::F32(of) => {
+            let values: Vec<f32> = rows.map(|row| of(row, joint)).collect();
+            column.typed::<FloatType>().write_batch(&values, None, None)
+        }
+        Values::U32(of) => {
+            let values: Vec<i32> = rows.map(|row| of(row).cast_signed()).collect();
+            column.typed::<Int32Type>().write_batch(&values, None, None)
+        }
+        Values::U16(of) => {
+            let values: Vec<i32> = rows.map(|row| of(row, joint).into()).collect();
+            column.typed::<Int32Type>().write_batch(&values, None, None)
+        }
+        Values::Sample(of) => {
+            let all = rows.map(|row| of(row, joint));
+            let levels: Vec<i16> = all.clone().map(|value| value.is_some().into()).collect();
+            let values: Vec<i32> = all.flatten().map(i32::from).collect();
+            column
+                .typed::<Int32Type>()
+                .write_batch(&values, Some(&levels), None)
+        }
+        Values::Word(words, of) => {
+            let optional = words.may_be_empty();
+            let words: Vec<ByteArray> = words.all().iter().map(|w| w.as_str().into()).collect();
+            let all = rows.map(|row| of(row, joint));
+            let levels: Vec<i16> = all.clone().map(|word| (word > 0).into()).collect();
+            let values: Vec<ByteArray> = all
+                .filter(|word| !optional || *word > 0)
+                .map(|word| words[word].clone())
+                .collect();
+            column.typed::<ByteArrayType>().write_batch(
+                &values,
+                optional.then_some(levels.as_slice()),
+                None,
+            )
+        }
+    }
+}

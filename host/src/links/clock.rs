@@ -1,0 +1,39 @@
+//! What the time is on a link in wall-clock time.
+
+use std::time::{Duration, Instant, SystemTime};
+
+/// Counts from when the link was opened, and never goes back, whatever somebody does
+/// to the system's clock.
+#[derive(Debug)]
+pub(super) struct Clock {
+    begun: Instant,
+    /// Then, in ns since 1970.
+    begun_ns: u64,
+}
+
+impl Clock {
+    /// Begins.
+    pub(super) fn start() -> Self {
+        let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+        Self {
+            begun: Instant::now(),
+            // A system that thinks it is 1969 is given 1970.
+            begun_ns: since_1970.unwrap_or_default().as_nanos() as u64,
+        }
+    }
+
+    /// The host's time in µs.
+    pub(super) fn now_us(&self) -> u64 {
+        self.begun.elapsed().as_micros() as u64
+    }
+
+    /// The taps' time in ns since 1970.
+    pub(super) fn now_ns(&self) -> u64 {
+        self.begun_ns + self.begun.elapsed().as_nanos() as u64
+    }
+
+    /// How long until this time of the host's.
+    pub(super) fn until(&self, at_us: u64) -> Duration {
+        Duration::from_micros(at_us.saturating_sub(self.now_us()))
+    }
+}

@@ -1,0 +1,271 @@
+//! The board's clock on the host's.
+//!
+//! A frame reaches the host some time after the tick it tells of: never too early,
+//! and now and then much too late. So what `host - board` shows of the two clocks is
+//! its lower envelope, and what lies above it is delay.
+//!
+//! * [`Mapping`] puts a tick on the host's clock while the log is written, from what
+//!   has come so far; ticks stand evenly, whatever the link did to them.
+//! * [`Envelope`] keeps the least of each second, in bounded memory, and [`Line`] is
+//!   drawn below all of them: offset, drift, and how long frames took.
+
+/// Nanoseconds of a window of which the least is kept.
+const WINDOW_NS: u64 = 1_000_000_000;
+
+/// Windows that are kept before neighbours are joined: over an hour apart by seconds.
+const WINDOWS_MAX: usize = 4_096;
+
+/// Share of what the mapping is off that is mended in the window that follows.
+const MEND: f64 = 0.2;
+
+/// Most that is mended in a window, so that time never runs more than a hundredth
+/// too fast or too slow.
+const MEND_MOST_NS: f64 = 10e6;
+
+/// Puts the board's times on the host's clock, as they come.
+#[derive(Clone, Debug, Default)]
+pub struct Mapping {
+    /// `host - board` in ns at the beginning of the window, and what it gains per ns
+    /// of the board within.
+    offset_ns: f64,
+    slope: f64,
+    window_from_ns: u64,
+    least_ns: f64,
+    is_begun: bool,
+}
+
+impl Mapping {
+    /// The board has begun anew: its clock too.
+    pub fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The host's time of a board's time that the host reads about now.
+    pub fn host_ns(&mut self, host_ns: u64, board_us: u64) -> u64 {
+        let board_ns = board_us.saturating_mul(1_000);
+        // Epochs of 1970 in ns need 61 bits: the difference is exact as an integer
+        // only.
+        let ahead_ns = (i128::from(host_ns) - i128::from(board_ns)) as f64;
+        if !self.is_begun || board_ns < self.window_from_ns {
+            *self = Self {
+                offset_ns: ahead_ns,
+                slope: 0.0,
+                window_from_ns: board_ns,
+                least_ns: ahead_ns,
+                is_begun: true,
+            };
+        }
+        let within_ns = (board_ns - self.window_from_ns) as f64;
+        let offset_ns = self.offset_ns + self.slope * within_ns.min(WINDOW_NS as f64);
+        if within_ns >= WINDOW_NS as f64 {
+            let off_ns = (self.least_ns - offset_ns) * MEND;
+            self.slope = off_ns.clamp(-MEND_MOST_NS, MEND_MOST_NS) / WINDOW_NS as f64;
+            self.offset_ns = offset_ns;
+            self.window_from_ns = board_ns;
+            self.least_ns = ahead_ns;
+        }
+        self.least_ns = self.least_ns.min(ahead_ns);
+        let mapped = i128::from(board_ns) + offset_ns as i128;
+        mapped.clamp(0, u64::MAX.into()) as u64
+    }
+}
+
+/// A tick: when it began, and how much the host's clock was ahead when it heard.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Point {
+    board_ns: f64,
+    ahead_ns: f64,
+}
+
+/// The least of each window, of a board that has not begun anew.
+#[derive(Clone, Debug)]
+pub struct Envelope {
+    base: Option<(u64, u64)>,
+    window_ns: f64,
+    points: Vec<Point>,
+}
+
+impl Default for Envelope {
+    fn default() -> Self {
+        Self {
+            base: None,
+            window_ns: WINDOW_NS as f64,
+            points: Vec::new(),
+        }
+    }
+}
+
+impl Envelope {
+    /// A tick of this board's time was heard at this host's time.
+    pub fn add(&mut self, host_ns: u64, board_us: u64) {
+        let (host_base, board_base) = *self.base.get_or_insert((host_ns, board_us));
+        let point = Point {
+            board_ns: (board_us as f64 - board_base as f64) * 1e3,
+            ahead_ns: (i128::from(host_ns)
+                - i128::from(host_base)
+                - (i128::from(board_us) - i128::from(board_base)) * 1_000)
+                as f64,
+        };
+        let window = |point: &Point| (point.board_ns / self.window_ns).floor();
+        match self.points.last_mut() {
+            Some(last) if window(last) >= window(&point) => {
+                if point.ahead_ns < last.ahead_ns {
+                    *last = point;
+                }
+            }
+            Some(_) | None => self.points.push(point),
+        }
+        if self.points.len() > WINDOWS_MAX {
+            self.window_ns *= 2.0;
+            let lower = |pair: &[Point]| {
+                let least = pair.iter().min_by(|a, b| a.ahead_ns.total_cmp(&b.ahead_ns));
+                least.copied()
+            };
+            self.points = self.points.chunks(2).filter_map(lower).collect();
+        }
+    }
+
+    /// The line below; `None` before the second window.
+    pub fn line(&self) -> Option<Line> {
+        let (host_base, board_base) = self.base?;
+        let (slope, at_base_ns) = below(&self.points)?;
+        let last = self.points.last()?;
+        let above = |point: &Point| point.ahead_ns - at_base_ns - slope * point.board_ns;
+        let mut above: Vec<f64> = self.points.iter().map(above).collect();
+        above.sort_by(f64::total_cmp);
+        let base_ns = i128::from(host_base) - i128::from(board_base) * 1_000;
+        Some(Line {
+            offset_ns: (base_ns + (at_base_ns + slope * last.board_ns) as i128) as i64,
+            at_board_us: board_base + (last.board_ns / 1e3) as u64,
+            drift_ppm: slope * 1e6,
+            residual_us: above[above.len() / 2] / 1e3,
+            residual_most_us: above[above.len() - 1] / 1e3,
+        })
+    }
+}
+
+/// What the two clocks have to do with each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// The host's clock less the board's in ns, with the shortest way of a frame in
+    /// it...
+    pub offset_ns: i64,
+    /// ...at this time of the board in µs.
+    pub at_board_us: u64,
+    /// How much faster the host's clock runs than the board's, in parts of a million.
+    pub drift_ppm: f64,
+    /// How far the least delay of a second is above the line in µs: the middle one.
+    pub residual_us: f64,
+    /// The largest.
+    pub residual_most_us: f64,
+}
+
+/// Slope and height at zero of the line that lies below all points, and as little
+/// below them as one can: an edge of their lower hull, the one across their middle.
+///
+/// Points far above, late frames, do not touch it: they are no part of the hull.
+fn below(points: &[Point]) -> Option<(f64, f64)> {
+    if points.len() < 2 {
+        return None;
+    }
+    let mut hull: Vec<Point> = Vec::new();
+    for point in points {
+        while let [.., a, b] = hull[..] {
+            // `b` is on or above the way from `a` to `point`: no corner.
+            let cross = (b.board_ns - a.board_ns) * (point.ahead_ns - a.ahead_ns)
+                - (b.ahead_ns - a.ahead_ns) * (point.board_ns - a.board_ns);
+            if cross > 0.0 {
+                break;
+            }
+            hull.pop();
+        }
+        hull.push(*point);
+    }
+    let middle = points.iter().map(|point| point.board_ns).sum::<f64>() / points.len() as f64;
+    let mut edges = hull.windows(2);
+    let edge = edges.rfind(|edge| edge[0].board_ns <= middle)?;
+    let run = edge[1].board_ns - edge[0].board_ns;
+    if run <= 0.0 {
+        return None;
+    }
+    let slope = (edge[1].ahead_ns - edge[0].ahead_ns) / run;
+    Some((slope, edge[0].ahead_ns - slope * edge[0].board_ns))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2026, in ns since 1970: where a double tells 256 ns apart.
+    const EPOCH_NS: u64 = 1_795_000_000_000_000_000;
+
+    /// Ticks of 1 ms whose frames take 200 µs, mostly up to 1 ms more, now and then
+    /// 80 ms; the host's clock gains.
+    fn heard(ticks: u64, ppm: f64) -> impl Iterator<Item = (u64, u64)> {
+        let mut seed = 1u64;
+        (0..ticks).map(move |tick| {
+            seed = seed
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            let random = (seed >> 40) as f64 / (1u64 << 24) as f64;
+            let delay_us = 200.0 + 1_000.0 * random + if tick % 97 == 0 { 80_000.0 } else { 0.0 };
+            let board_us = 5_000_000 + tick * 1_000;
+            let host_ns = (tick * 1_000_000) as f64 * (1.0 + ppm * 1e-6) + delay_us * 1e3;
+            (EPOCH_NS + host_ns as u64, board_us)
+        })
+    }
+
+    #[test]
+    fn offset_and_drift_are_found_among_delays() {
+        for ppm in [-120.0, 0.0, 45.0] {
+            let mut envelope = Envelope::default();
+            for (host_ns, board_us) in heard(600_000, ppm) {
+                envelope.add(host_ns, board_us);
+            }
+            let line = envelope.line().unwrap();
+            assert!((line.drift_ppm - ppm).abs() < 0.05, "{line:?}");
+            let gained_ns = (line.at_board_us - 5_000_000) as f64 * ppm * 1e-3;
+            let true_ns = EPOCH_NS as i64 - 5_000_000_000 + gained_ns as i64 + 200_000;
+            assert!((line.offset_ns - true_ns).abs() < 20_000, "{line:?}");
+            assert!(line.residual_us < 10.0, "{line:?}");
+        }
+    }
+
+    #[test]
+    fn an_hour_and_a_day_take_the_same_memory() {
+        let mut envelope = Envelope::default();
+        for second in 0..86_400 {
+            envelope.add(EPOCH_NS + second * 1_000_000_000, second * 1_000_000);
+        }
+        assert!(envelope.points.len() <= WINDOWS_MAX);
+        assert!(envelope.line().unwrap().drift_ppm.abs() < 1e-9);
+    }
+
+    #[test]
+    fn ticks_stand_evenly_on_the_hosts_clock() {
+        let mut mapping = Mapping::default();
+        let mut before = 0;
+        for (i, (host_ns, board_us)) in heard(40_000, 50.0).enumerate() {
+            let at = mapping.host_ns(host_ns, board_us);
+            if i > 0 {
+                let step_us = (at - before) as f64 / 1e3;
+                assert!((step_us - 1_000.0).abs() <= 11.0, "{step_us} µs");
+            }
+            // The first frame was 80 ms late: that is mended in time.
+            if i > 35_000 {
+                let late_us = (host_ns as f64 - at as f64) / 1e3;
+                assert!((-500.0..90_000.0).contains(&late_us), "{late_us} µs");
+            }
+            before = at;
+        }
+    }
+
+    #[test]
+    fn a_board_that_begins_anew_is_mapped_anew() {
+        let mut mapping = Mapping::default();
+        assert_eq!(mapping.host_ns(10_000_000_000, 5_000_000), 10_000_000_000);
+        assert_eq!(mapping.host_ns(11_000_000_000, 20), 11_000_000_000);
+        mapping.forget();
+        assert_eq!(mapping.host_ns(12_000_000_000, 6_000_000), 12_000_000_000);
+    }
+}

@@ -1,0 +1,170 @@
+//! The arm as viewers draw it: Foxglove's joint states, frames and shapes.
+//!
+//! ```text
+//! table --Rx(q1)--> link1 --l1 along z, Ry(q2)--> link2 --l2 along z--> tip
+//! ```
+//!
+//! At zero both links point straight up, along z. Angles are the estimated ones.
+
+use armbridge_shared::arm::Parameters;
+use armbridge_shared::link::message::{Record, Settings};
+use foxglove::messages::{
+    Color, CubePrimitive, CylinderPrimitive, FrameTransform, FrameTransforms, JointState,
+    JointStates, Log, Pose, Quaternion, SceneEntity, SceneUpdate, Timestamp, Vector3, log,
+};
+
+use super::proto::Severity;
+
+/// Thickness of a link in m, as drawn.
+const THICKNESS_M: f64 = 0.025;
+
+/// Colours of the table and of both links.
+const GREY: Color = rgb(0.45, 0.45, 0.48);
+const BLUE: Color = rgb(0.12, 0.47, 0.71);
+const ORANGE: Color = rgb(1.0, 0.5, 0.05);
+
+const fn rgb(r: f64, g: f64, b: f64) -> Color {
+    Color { r, g, b, a: 1.0 }
+}
+
+fn timestamp(at_ns: u64) -> Timestamp {
+    let seconds = u32::try_from(at_ns / 1_000_000_000).unwrap_or(u32::MAX);
+    Timestamp::new(seconds, (at_ns % 1_000_000_000) as u32)
+}
+
+/// Angles, speeds and torques of both joints.
+pub(super) fn joints(at_ns: u64, record: &Record) -> JointStates {
+    let joint = |j: usize| JointState {
+        name: format!("joint{}", j + 1),
+        position: Some(record.angle_rad[j].into()),
+        velocity: Some(record.speed_rad_s[j].into()),
+        acceleration: None,
+        effort: Some(record.torque_nm[j].into()),
+    };
+    JointStates {
+        timestamp: Some(timestamp(at_ns)),
+        joints: vec![joint(0), joint(1)],
+    }
+}
+
+/// Where the links are.
+pub(super) fn transforms(
+    at_ns: u64,
+    record: &Record,
+    settings: Option<&Settings>,
+) -> FrameTransforms {
+    let [l1_m, l2_m] = lengths_m(settings);
+    let half = record.angle_rad.map(|angle| f64::from(angle) / 2.0);
+    let transform = |[parent, child]: [&str; 2], z_m: f64, rotation: Quaternion| FrameTransform {
+        timestamp: Some(timestamp(at_ns)),
+        parent_frame_id: parent.into(),
+        child_frame_id: child.into(),
+        translation: Some(along_z(z_m)),
+        rotation: Some(rotation),
+    };
+    let about_x = Quaternion {
+        x: half[0].sin(),
+        w: half[0].cos(),
+        ..Quaternion::default()
+    };
+    let about_y = Quaternion {
+        y: half[1].sin(),
+        w: half[1].cos(),
+        ..Quaternion::default()
+    };
+    FrameTransforms {
+        transforms: vec![
+            transform(["table", "link1"], 0.0, about_x),
+            transform(["link1", "link2"], l1_m, about_y),
+            transform(["link2", "tip"], l2_m, upright()),
+        ],
+    }
+}
+
+/// What the links look like.
+pub(super) fn scene(at_ns: u64, settings: Option<&Settings>) -> SceneUpdate {
+    let [l1_m, l2_m] = lengths_m(settings);
+    let entity = |frame: &str| SceneEntity {
+        timestamp: Some(timestamp(at_ns)),
+        frame_id: frame.into(),
+        id: frame.into(),
+        frame_locked: true,
+        ..SceneEntity::default()
+    };
+    let link = |frame: &str, length_m: f64, color: Color| SceneEntity {
+        cylinders: vec![CylinderPrimitive {
+            pose: Some(Pose {
+                position: Some(along_z(length_m / 2.0)),
+                orientation: Some(upright()),
+            }),
+            size: Some(Vector3 {
+                x: THICKNESS_M,
+                y: THICKNESS_M,
+                z: length_m,
+            }),
+            bottom_scale: 1.0,
+            top_scale: 1.0,
+            color: Some(color),
+        }],
+        ..entity(frame)
+    };
+    let table = SceneEntity {
+        cubes: vec![CubePrimitive {
+            pose: Some(Pose {
+                position: Some(along_z(-THICKNESS_M)),
+                orientation: Some(upright()),
+            }),
+            size: Some(Vector3 {
+                x: 6.0 * THICKNESS_M,
+                y: 6.0 * THICKNESS_M,
+                z: THICKNESS_M,
+            }),
+            color: Some(GREY),
+        }],
+        ..entity("table")
+    };
+    SceneUpdate {
+        deletions: Vec::new(),
+        entities: vec![
+            table,
+            link("link1", l1_m, BLUE),
+            link("link2", l2_m, ORANGE),
+        ],
+    }
+}
+
+/// An event in words.
+pub(super) fn log(at_ns: u64, severity: Severity, name: String, message: String) -> Log {
+    let level = match severity {
+        Severity::Debug => log::Level::Debug,
+        Severity::Info => log::Level::Info,
+        Severity::Warning => log::Level::Warning,
+        Severity::Error => log::Level::Error,
+    };
+    Log {
+        timestamp: Some(timestamp(at_ns)),
+        level: level.into(),
+        message,
+        name,
+        ..Log::default()
+    }
+}
+
+fn lengths_m(settings: Option<&Settings>) -> [f64; 2] {
+    let arm = settings.map_or_else(Parameters::paper, |settings| settings.setup.arm);
+    [arm.l1.into(), arm.l2.into()]
+}
+
+fn along_z(z: f64) -> Vector3 {
+    Vector3 {
+        z,
+        ..Vector3::default()
+    }
+}
+
+fn upright() -> Quaternion {
+    Quaternion {
+        w: 1.0,
+        ..Quaternion::default()
+    }
+}

@@ -1,0 +1,71 @@
+//! A log that was written, read back as a whole.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use armbridge_shared::link::message::{Record, Settings, ToHost};
+
+use super::event::{Event, What};
+pub use super::reader::Reader;
+use crate::facts::RunFacts;
+
+/// All of a log.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// Where it was read from.
+    pub path: PathBuf,
+    /// Of the run, with the settings that the board told last.
+    pub facts: RunFacts,
+    /// As told by the board first; none if it never did.
+    pub settings: Option<Settings>,
+    /// Everything that was said, in order, records too.
+    pub events: Vec<Event>,
+    /// What is missing of the file, each in one sentence; empty for an intact one.
+    pub damage: Vec<String>,
+    /// Metadata by name and key, such as `build`, `git`; see
+    /// [`metadata`](super::metadata).
+    pub metadata: BTreeMap<String, BTreeMap<String, String>>,
+}
+
+/// Why a log cannot be read at all.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot read {path}: {why}", path = path.display())]
+pub struct ReadError {
+    /// The file.
+    pub path: PathBuf,
+    /// Why, and what to do.
+    pub why: String,
+}
+
+impl Recording {
+    /// Reads a log as far as it goes; a folder means the log in it. An hour at 1 kHz takes gigabytes of memory:
+    /// [`Reader`] does with some megabytes.
+    ///
+    /// # Errors
+    /// When there is nothing that can be read.
+    pub fn load(path: &Path) -> Result<Self, ReadError> {
+        let mut reader = Reader::open(path)?;
+        let events: Vec<Event> = reader.by_ref().collect();
+        let settings = events.iter().find_map(|event| match event.what {
+            What::Told(_, ToHost::Settings(settings)) => Some(settings),
+            What::Told(..)
+            | What::Asked(..)
+            | What::Lost(..)
+            | What::Garbled(..)
+            | What::Parted => None,
+        });
+        Ok(Self {
+            path: reader.path().to_path_buf(),
+            facts: reader.facts().clone(),
+            settings,
+            events,
+            damage: reader.damage().to_vec(),
+            metadata: reader.metadata().clone(),
+        })
+    }
+
+    /// The ticks.
+    pub fn records(&self) -> Vec<Record> {
+        self.events.iter().filter_map(Event::record).collect()
+    }
+}

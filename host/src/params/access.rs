@@ -1,0 +1,261 @@
+//! From settings to values and back: a parameter says where its numbers are, and both
+//! ways follow from that.
+
+use core::fmt;
+
+use armbridge_shared::link::message::Settings;
+use toml::Value;
+
+use super::takes::{Shape, Takes};
+use super::{Parameter, ParameterError, to_text};
+
+/// Where a parameter is in the settings.
+#[derive(Clone, Copy)]
+pub(super) enum Access {
+    /// Its numbers; `None` if it is not in use.
+    Numbers(for<'a> fn(&'a mut Settings) -> Option<Numbers<'a>>),
+    /// One of several words.
+    Choice {
+        /// Which it is; `None` if it is not in use.
+        is: fn(&Settings) -> Option<&'static str>,
+        /// Makes it this one.
+        choose: fn(&mut Settings, &str),
+    },
+}
+
+/// Numbers within the settings.
+pub(super) type Numbers<'a> = Vec<&'a mut dyn Number>;
+
+/// A number as it is kept.
+pub(super) trait Number {
+    /// As a TOML value.
+    fn read(&self) -> Value;
+    /// From a number that is inside the parameter's range.
+    fn write(&mut self, number: f64);
+    /// What writing makes of a number.
+    fn rounding(&self) -> fn(f64) -> f64;
+}
+
+/// One number, or a list of them.
+#[expect(
+    clippy::unnecessary_wraps,
+    reason = "as `Access` has it: other parameters are not always in use"
+)]
+pub(super) fn each<N: Number>(numbers: &mut [N]) -> Option<Numbers<'_>> {
+    Some(numbers.iter_mut().map(|n| n as &mut dyn Number).collect())
+}
+
+/// A single number.
+pub(super) fn one<N: Number>(number: &mut N) -> Option<Numbers<'_>> {
+    each(core::slice::from_mut(number))
+}
+
+impl Number for f32 {
+    /// The shortest number that is this one: 0.1, not 0.10000000149011612.
+    fn read(&self) -> Value {
+        let exact = f64::from(*self);
+        let short = self.to_string().parse().unwrap_or(exact);
+        // Rounded twice, it could be its neighbour.
+        let is_same = (short as f32).to_bits() == self.to_bits();
+        Value::Float(if is_same { short } else { exact })
+    }
+
+    fn write(&mut self, number: f64) {
+        *self = number as f32;
+    }
+
+    fn rounding(&self) -> fn(f64) -> f64 {
+        |number| f64::from(number as f32)
+    }
+}
+
+/// Integers, none of which needs more than 32 bits.
+macro_rules! integers {
+    ($($integer:ty)*) => {
+        $(impl Number for $integer {
+            fn read(&self) -> Value {
+                Value::Integer((*self).into())
+            }
+
+            fn write(&mut self, number: f64) {
+                *self = number as $integer;
+            }
+
+            fn rounding(&self) -> fn(f64) -> f64 {
+                |number| number
+            }
+        })*
+    };
+}
+
+integers!(u8 u16 u32);
+
+impl fmt::Debug for Access {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Numbers(_) => "Numbers",
+            Self::Choice { .. } => "Choice",
+        })
+    }
+}
+
+impl Parameter {
+    /// Its value; `None` if it is not in use.
+    pub fn value(&self, settings: &Settings) -> Option<Value> {
+        match self.access {
+            Access::Numbers(numbers) => {
+                let mut settings = *settings;
+                let values = numbers(&mut settings)?;
+                let values: Vec<Value> = values.iter().map(|number| number.read()).collect();
+                Some(match self.shape() {
+                    Shape::One => values.into_iter().next()?,
+                    Shape::List(_) => Value::Array(values),
+                    Shape::Rows(_, columns) => {
+                        let rows = values.chunks(columns);
+                        Value::Array(rows.map(|row| Value::Array(row.to_vec())).collect())
+                    }
+                })
+            }
+            Access::Choice { is, .. } => is(settings).map(Into::into),
+        }
+    }
+
+    /// Changes it.
+    ///
+    /// # Errors
+    /// If it does not take this value, or is not in use.
+    pub fn set_value(&self, settings: &mut Settings, value: &Value) -> Result<(), ParameterError> {
+        match self.access {
+            Access::Numbers(numbers) => {
+                let mut changed = *settings;
+                let kept = numbers(&mut changed).ok_or_else(|| self.not_in_use(settings))?;
+                let told = self.numbers(value).ok_or_else(|| self.refusal(value))?;
+                for (number, told) in kept.into_iter().zip(told) {
+                    if !self.allows(told, number.rounding()) {
+                        return Err(self.refusal(value));
+                    }
+                    number.write(told);
+                }
+                *settings = changed;
+            }
+            Access::Choice { is, choose } => {
+                let before = is(settings).ok_or_else(|| self.not_in_use(settings))?;
+                let word = value.as_str().filter(|word| self.choices().contains(word));
+                let word = word.ok_or_else(|| self.refusal(value))?;
+                // The same again leaves its numbers as they are.
+                if word != before {
+                    choose(settings, word);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether it takes this value in settings of the kind that it goes with.
+    ///
+    /// # Errors
+    /// If it does not.
+    pub fn accepts(&self, value: &Value) -> Result<(), ParameterError> {
+        let mut settings = Settings::default();
+        if let Some((kind, with)) = self.goes_with() {
+            let word = with.first().copied().unwrap_or_default();
+            settings = kind.with_choice(settings, word);
+        }
+        self.set_value(&mut settings, value)
+    }
+
+    /// The words that it takes.
+    pub fn choices(&self) -> &'static [&'static str] {
+        match self.takes {
+            Takes::OneOf(words) => words,
+            Takes::Numbers { .. } => &[],
+        }
+    }
+
+    pub(super) fn with_choice(&self, mut settings: Settings, word: &str) -> Settings {
+        match self.access {
+            Access::Choice { choose, .. } => choose(&mut settings, word),
+            Access::Numbers(_) => {}
+        }
+        settings
+    }
+
+    pub(super) fn shape(&self) -> Shape {
+        match self.takes {
+            Takes::Numbers { shape, .. } => shape,
+            Takes::OneOf(_) => Shape::One,
+        }
+    }
+
+    fn allows(&self, number: f64, rounding: fn(f64) -> f64) -> bool {
+        match self.takes {
+            Takes::Numbers { range, .. } => range.contains(number, rounding),
+            Takes::OneOf(_) => false,
+        }
+    }
+
+    /// As many numbers as it takes: in rows where it has rows, or in one list.
+    fn numbers(&self, value: &Value) -> Option<Vec<f64>> {
+        let shape = self.shape();
+        let numbers = match (shape, value) {
+            (Shape::One, value) => vec![number(value)?],
+            (Shape::List(_), Value::Array(list)) => row(list)?,
+            (Shape::Rows(_, columns), Value::Array(rows)) => {
+                let is_rows = rows.iter().any(Value::is_array);
+                if is_rows {
+                    let rows = rows.iter().map(|list| row(list.as_array()?));
+                    let rows: Vec<Vec<f64>> = rows.collect::<Option<_>>()?;
+                    let is_even = rows.iter().all(|row| row.len() == columns);
+                    is_even.then(|| rows.concat())?
+                } else {
+                    row(rows)?
+                }
+            }
+            (Shape::List(_) | Shape::Rows(..), _) => return None,
+        };
+        (numbers.len() == shape.count()).then_some(numbers)
+    }
+
+    fn refusal(&self, value: &Value) -> ParameterError {
+        let example = self.default_value();
+        let example = example.map_or_else(String::new, |value| format!(", as {}", to_text(&value)));
+        let expected = match self.takes {
+            Takes::Numbers { .. } => format!("{}{example}", self.takes),
+            Takes::OneOf(_) => self.takes.to_string(),
+        };
+        ParameterError::Value {
+            key: self.key,
+            value: to_text(value),
+            expected,
+        }
+    }
+
+    fn not_in_use(&self, settings: &Settings) -> ParameterError {
+        let Some((kind, with)) = self.goes_with() else {
+            return super::unknown(self.key);
+        };
+        let is = kind.value(settings);
+        ParameterError::NotInUse {
+            key: self.key,
+            kind: kind.key,
+            is: is.as_ref().and_then(Value::as_str).unwrap_or("").to_owned(),
+            needed: format!("\"{}\"", with.join("\" or \"")),
+        }
+    }
+}
+
+fn row(list: &[Value]) -> Option<Vec<f64>> {
+    list.iter().map(number).collect()
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Integer(number) => Some(*number as f64),
+        Value::Float(number) => Some(*number),
+        Value::String(_)
+        | Value::Boolean(_)
+        | Value::Datetime(_)
+        | Value::Array(_)
+        | Value::Table(_) => None,
+    }
+}

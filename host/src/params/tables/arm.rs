@@ -1,0 +1,87 @@
+//! The arm that the board believes in, and its servos.
+
+use super::{DIRECTIONS, Parameter, Range, access, choice, direction, direction_of, number};
+
+/// Of a length in m.
+const LENGTH: Range = Range::reals(0.0, 1.0);
+/// Of a mass in kg.
+const MASS: Range = Range::reals(0.0, 10.0);
+/// Of an inertia in kg m² that is divided by.
+const INERTIA: Range = Range::reals(1e-5, 10.0);
+/// Of one that is only added.
+const SMALL_INERTIA: Range = Range::reals(0.0, 1.0);
+/// Of viscous friction in N m s/rad.
+const VISCOUS: Range = Range::reals(0.0, 10.0);
+
+/// `key unit "meaning" range field;` of the arm.
+macro_rules! arm {
+    ($($key:literal $unit:literal $about:literal $range:ident $field:ident;)*) => {
+        [$(number(concat!("arm.", $key), $unit, $about, $range, |s| {
+            access::one(&mut s.setup.arm.$field)
+        })),*]
+    };
+}
+
+const GRAVITY: Range = Range::reals(0.0, 100.0);
+
+pub(super) const ARM: [Parameter; 13] = arm! {
+    "l1_m" "m" "Length from joint 1 to joint 2." LENGTH l1;
+    "l2_m" "m" "Length from joint 2 to the end." LENGTH l2;
+    "m1_kg" "kg" "Mass of link 1." MASS m1;
+    "m2_kg" "kg" "Mass of link 2." MASS m2;
+    "g_m_s2" "m/s²" "Gravitational acceleration." GRAVITY g;
+    "i1x_kg_m2" "kg m²" "Inertia of link 1 about x, mostly that of the geared rotor." INERTIA i1x;
+    "i1y_kg_m2" "kg m²" "Inertia of link 1 about y; not used by the equations." SMALL_INERTIA i1y;
+    "i1z_kg_m2" "kg m²" "Inertia of link 1 about z; not used by the equations." SMALL_INERTIA i1z;
+    "i2x_kg_m2" "kg m²" "Inertia of link 2 about x." SMALL_INERTIA i2x;
+    "i2y_kg_m2" "kg m²" "Inertia of link 2 about y, mostly that of the geared rotor." INERTIA i2y;
+    "i2z_kg_m2" "kg m²" "Inertia of link 2 about z." SMALL_INERTIA i2z;
+    "b1_nm_s_rad" "N m s/rad" "Viscous friction of joint 1." VISCOUS b1;
+    "b2_nm_s_rad" "N m s/rad" "Viscous friction of joint 2." VISCOUS b2;
+};
+
+/// One servo's calibration.
+macro_rules! joint {
+    ($name:literal, $joint:literal) => {
+        [
+            number(
+                concat!($name, ".zero_count"),
+                "counts",
+                "Encoder count at joint angle 0.",
+                Range::reals(0.0, 1023.0),
+                |s| access::one(&mut s.setup.joints[$joint].zero_count),
+            ),
+            number(
+                concat!($name, ".rad_per_count"),
+                "rad",
+                "Angle of one encoder count.",
+                Range::reals(1e-4, 0.1),
+                |s| access::one(&mut s.setup.joints[$joint].rad_per_count),
+            ),
+            choice(
+                concat!($name, ".direction"),
+                "Mounting: whether encoder counts grow with the joint angle, or fall.",
+                &DIRECTIONS,
+                |s| Some(direction(s.setup.joints[$joint].direction)),
+                |s, word| s.setup.joints[$joint].direction = direction_of(word),
+            ),
+            number(
+                concat!($name, ".gain_counts_per_nm"),
+                "counts/N m",
+                "PWM counts per N m.",
+                Range::reals(10.0, 1e5),
+                |s| access::one(&mut s.setup.joints[$joint].gain_counts_per_nm),
+            ),
+            number(
+                concat!($name, ".offset_counts"),
+                "counts",
+                "PWM counts above off at which the motor gives no torque.",
+                Range::reals(-500.0, 500.0),
+                |s| access::one(&mut s.setup.joints[$joint].offset_counts),
+            ),
+        ]
+    };
+}
+
+pub(super) const JOINT_1: [Parameter; 5] = joint!("joint1", 0);
+pub(super) const JOINT_2: [Parameter; 5] = joint!("joint2", 1);

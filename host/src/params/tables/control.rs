@@ -1,0 +1,234 @@
+//! Controller and estimator, whose numbers depend on their kind.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::control::Lqr;
+use armbridge_shared::estimate::{Config, Form, Tuning};
+use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
+
+use super::access::Numbers;
+use super::{Parameter, Range, access, choice, list, number, rows};
+
+const LQR: &str = "lqr";
+const GAIN: &str = "gain";
+const PAPER: &str = "paper";
+const COMPUTED_TORQUE: &str = "computed-torque";
+
+pub(super) const CONTROLLER: [Parameter; 6] = [
+    choice(
+        "controller.kind",
+        "Control law: an LQR designed on the board for the period, a gain of your own, the \
+         paper's printed gain, or feedback linearisation.",
+        &[LQR, GAIN, PAPER, COMPUTED_TORQUE],
+        |s| Some(controller(&s.setup.controller)),
+        |s, word| s.setup.controller = controller_of(word),
+    ),
+    list(
+        "controller.q",
+        "",
+        "Diagonal of the LQR's Q, equation (8): both angles, both speeds.",
+        2 * JOINTS,
+        Range::FROM_0,
+        |s| match &mut s.setup.controller {
+            Controller::StateFeedback(Gains::Design { q, .. }) => access::each(q),
+            Controller::StateFeedback(Gains::Paper | Gains::Given(_))
+            | Controller::ComputedTorque { .. } => None,
+        },
+    ),
+    list(
+        "controller.r",
+        "",
+        "Diagonal of the LQR's R, equation (8): both torques.",
+        JOINTS,
+        Range::ABOVE_0,
+        |s| match &mut s.setup.controller {
+            Controller::StateFeedback(Gains::Design { r, .. }) => access::each(r),
+            Controller::StateFeedback(Gains::Paper | Gains::Given(_))
+            | Controller::ComputedTorque { .. } => None,
+        },
+    ),
+    rows(
+        "controller.gain",
+        "N m/rad, N m s/rad",
+        "The gain K, one row a torque: on both angles, then on both speeds. Refused unless it \
+         stabilises the arm upright.",
+        2 * JOINTS,
+        Range::ANY,
+        |s| match &mut s.setup.controller {
+            Controller::StateFeedback(Gains::Given(gain)) => access::each(gain.as_flattened_mut()),
+            Controller::StateFeedback(Gains::Paper | Gains::Design { .. })
+            | Controller::ComputedTorque { .. } => None,
+        },
+    ),
+    list(
+        "controller.natural_rad_s",
+        "rad/s",
+        "Natural frequency with which the error of each joint dies away.",
+        JOINTS,
+        Range::ABOVE_0,
+        |s| match &mut s.setup.controller {
+            Controller::ComputedTorque { natural_rad_s, .. } => access::each(natural_rad_s),
+            Controller::StateFeedback(_) => None,
+        },
+    ),
+    list(
+        "controller.damping",
+        "",
+        "Damping ratio of each joint; 1 is critical.",
+        JOINTS,
+        Range::ABOVE_0,
+        |s| match &mut s.setup.controller {
+            Controller::ComputedTorque { damping, .. } => access::each(damping),
+            Controller::StateFeedback(_) => None,
+        },
+    ),
+];
+
+fn controller(controller: &Controller) -> &'static str {
+    match controller {
+        Controller::StateFeedback(Gains::Design { .. }) => LQR,
+        Controller::StateFeedback(Gains::Given(_)) => GAIN,
+        Controller::StateFeedback(Gains::Paper) => PAPER,
+        Controller::ComputedTorque { .. } => COMPUTED_TORQUE,
+    }
+}
+
+/// Of this kind, with its default numbers.
+fn controller_of(word: &str) -> Controller {
+    /// Tracks well at 1 kHz, and stays quiet.
+    const NATURAL_RAD_S: f32 = 20.0;
+
+    match word {
+        GAIN => {
+            // Matrices are stored by columns: those of the transpose are the rows.
+            Controller::StateFeedback(Gains::Given(Lqr::paper().gain.transpose().data.0))
+        }
+        PAPER => Controller::StateFeedback(Gains::Paper),
+        COMPUTED_TORQUE => Controller::ComputedTorque {
+            natural_rad_s: [NATURAL_RAD_S; JOINTS],
+            damping: [1.0; JOINTS],
+        },
+        _ => Setup::default().controller,
+    }
+}
+
+const DIFFERENCE: &str = "difference";
+const LUENBERGER: &str = "luenberger";
+const KALMAN: &str = "kalman";
+
+const CURRENT: &str = "current";
+const PREDICTION: &str = "prediction";
+
+pub(super) const ESTIMATOR: [Parameter; 9] = [
+    choice(
+        "estimator.kind",
+        "Where the state comes from: a difference through a low pass, the observer (11), or a \
+         Kalman filter that finds the torques nobody commanded.",
+        &[LUENBERGER, KALMAN, DIFFERENCE],
+        |s| Some(estimator(&s.setup.estimator)),
+        |s, word| s.setup.estimator = estimator_of(word),
+    ),
+    choice(
+        "estimator.form",
+        "When a sample begins to show in the observer: at once, or one period later, as printed.",
+        &[CURRENT, PREDICTION],
+        |s| match s.setup.estimator {
+            Config::Luenberger { form, .. } => Some(match form {
+                Form::Current => CURRENT,
+                Form::Prediction => PREDICTION,
+            }),
+            Config::FiniteDifference { .. } | Config::Kalman(_) => None,
+        },
+        |s, word| match &mut s.setup.estimator {
+            Config::Luenberger { form, .. } if word == PREDICTION => *form = Form::Prediction,
+            Config::Luenberger { form, .. } => *form = Form::Current,
+            Config::FiniteDifference { .. } | Config::Kalman(_) => {}
+        },
+    ),
+    rows(
+        "estimator.poles_45ms",
+        "",
+        "Two real poles for each joint's observer, in z, as at 45 ms, the period of the paper.",
+        2,
+        Range::BELOW_1,
+        |s| match &mut s.setup.estimator {
+            Config::Luenberger { poles_45ms, .. } => access::each(poles_45ms.as_flattened_mut()),
+            Config::FiniteDifference { .. } | Config::Kalman(_) => None,
+        },
+    ),
+    number(
+        "estimator.angle_noise_rad",
+        "rad",
+        "The Kalman filter's noise of an angle sample, rms, rounding included.",
+        Range::reals(1e-5, 1.0),
+        |s| access::one(&mut tuning(s)?.angle_rad),
+    ),
+    number(
+        "estimator.acceleration_noise_rad_s2_rthz",
+        "rad/s²/√Hz",
+        "Acceleration that no torque explains, as white noise.",
+        Range::reals(1e-4, 1e3),
+        |s| access::one(&mut tuning(s)?.acceleration),
+    ),
+    number(
+        "estimator.disturbance_walk_nm_rts",
+        "N m/√s",
+        "How fast a torque that nobody commanded may walk.",
+        Range::reals(0.0, 10.0),
+        |s| access::one(&mut tuning(s)?.disturbance),
+    ),
+    number(
+        "estimator.coulomb_nm",
+        "N m",
+        "Coulomb friction in the filter's model; 0 leaves friction to the disturbance.",
+        Range::reals(0.0, 1.0),
+        |s| access::one(&mut tuning(s)?.coulomb_nm),
+    ),
+    number(
+        "estimator.slide_rad_s",
+        "rad/s",
+        "Speed from which on that friction is fully there.",
+        Range::reals(1e-3, 10.0),
+        |s| access::one(&mut tuning(s)?.slide_rad_s),
+    ),
+    number(
+        "estimator.filter_s",
+        "s",
+        "Time constant of the low pass behind the difference; 0 leaves the plain difference.",
+        Range::FROM_0,
+        filter,
+    ),
+];
+
+fn filter(settings: &mut Settings) -> Option<Numbers<'_>> {
+    match &mut settings.setup.estimator {
+        Config::FiniteDifference { filter_s } => access::one(filter_s),
+        Config::Luenberger { .. } | Config::Kalman(_) => None,
+    }
+}
+
+fn tuning(settings: &mut Settings) -> Option<&mut Tuning<f32>> {
+    match &mut settings.setup.estimator {
+        Config::Kalman(tuning) => Some(tuning),
+        Config::FiniteDifference { .. } | Config::Luenberger { .. } => None,
+    }
+}
+
+fn estimator(config: &Config<f32>) -> &'static str {
+    match config {
+        Config::FiniteDifference { .. } => DIFFERENCE,
+        Config::Luenberger { .. } => LUENBERGER,
+        Config::Kalman(_) => KALMAN,
+    }
+}
+
+/// Of this kind, with its default numbers.
+fn estimator_of(word: &str) -> Config<f32> {
+    /// Time constant in s that makes differences at 1 kHz usable.
+    const FILTER_S: f32 = 0.02;
+
+    match word {
+        DIFFERENCE => Config::FiniteDifference { filter_s: FILTER_S },
+        KALMAN => Config::kalman(),
+        _ => Config::standing(),
+    }
+}

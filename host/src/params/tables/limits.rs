@@ -1,0 +1,98 @@
+//! What the supervisor allows.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::limits::hard;
+
+use super::{Parameter, Range, access, list, number};
+
+/// `key unit "meaning" range;`, the key being the field: one number.
+macro_rules! limit {
+    ($field:ident $unit:literal $about:literal $range:expr) => {
+        number(
+            concat!("limits.", stringify!($field)),
+            $unit,
+            $about,
+            $range,
+            |s| access::one(&mut s.limits.$field),
+        )
+    };
+}
+
+/// The same, a list of two.
+macro_rules! limits {
+    ($field:ident $unit:literal $about:literal $range:expr) => {
+        list(
+            concat!("limits.", stringify!($field)),
+            $unit,
+            $about,
+            JOINTS,
+            $range,
+            |s| access::each(&mut s.limits.$field),
+        )
+    };
+}
+
+const COUNTS: u32 = hard::COUNTS as u32;
+const SILENCE_MS: u32 = hard::SILENCE_MS as u32;
+
+/// Above 0, and at most this.
+const fn most(bound: f32) -> Range {
+    Range::above_0_to(bound as f64)
+}
+
+#[rustfmt::skip]
+pub(super) const LIMITS: [Parameter; 17] = [
+    limits!(angle_rad "rad"
+        "Joint angles beyond which torque goes off. The arm is braked before."
+        most(hard::ANGLE_RAD)),
+    limits!(speed_rad_s "rad/s"
+        "Estimated joint speeds beyond which torque goes off."
+        most(hard::SPEED_RAD_S)),
+    limits!(torque_nm "N m"
+        "Torque that a joint is given at most."
+        most(hard::TORQUE_NM)),
+    limit!(torque_rate_nm_s "N m/s"
+        "Change of that torque at most."
+        most(hard::TORQUE_RATE_NM_S)),
+    limit!(pwm_counts "counts"
+        "PWM counts away from off that a servo is given at most."
+        Range::whole(1, hard::PWM_COUNTS as u32)),
+    limit!(temperature_c "°C"
+        "Temperature of a stock servo above which torque goes off."
+        Range::whole(0, hard::TEMPERATURE_C as u32)),
+    limits!(temperature_counts "counts"
+        "Least and largest temperature of a Morpheus servo, in counts of its converter, which \
+         nobody has calibrated."
+        Range::whole(0, COUNTS)),
+    limit!(temperature_drift_counts "counts"
+        "How far that may change since the first reading after a start, either way."
+        Range::whole(0, COUNTS)),
+    limit!(dead_zone_counts "counts"
+        "Encoder counts from either end that are taken for the gap of the track."
+        Range::whole(0, COUNTS / 4)),
+    limit!(lost_ms "ms"
+        "How long samples of one joint may be missing; five ticks at least."
+        Range::whole(1, hard::LOST_MS as u32)),
+    limit!(lost_percent "%"
+        "Share of a joint's samples that may be missing within a second."
+        Range::whole(1, hard::LOST_PERCENT as u32)),
+    limit!(overruns "ticks"
+        "Ticks in a row that may begin a whole period late, and one less."
+        Range::whole(1, hard::OVERRUNS as u32)),
+    limit!(innovation_rad "rad"
+        "Distance between sample and prediction, for three samples in a row."
+        most(hard::INNOVATION_RAD)),
+    limit!(stuck_nm "N m"
+        "Torque, beyond gravity, that is sure to move a joint."
+        most(hard::STUCK_NM)),
+    limit!(quiet_ms "ms"
+        "How long an encoder may say the very same count with torque on; 0: for ever. Only for \
+         encoders whose noise is known to show."
+        Range::whole(0, u16::MAX as u32)),
+    limit!(hold_ms "ms"
+        "Silence of the host after which the arm is braked and held; at most `limits.silence_ms`."
+        Range::whole(0, SILENCE_MS)),
+    limit!(silence_ms "ms"
+        "Silence of the host after which torque goes off."
+        Range::whole(1, SILENCE_MS)),
+];

@@ -1,0 +1,255 @@
+//! Orders and news, each done again at its place.
+
+use armbridge_shared::bridge::replay;
+use armbridge_shared::link::message::{Command, Fault, Mode, Moment, Refusal, Settings, Trip};
+
+use super::super::compare::Difference;
+use super::super::notes::{Note, is_before};
+use super::super::what_if::words;
+use super::{Player, ReplayError};
+use crate::log::names;
+use crate::refusal;
+
+impl Player<'_> {
+    /// Does what has come to its place.
+    pub(super) fn apply(&mut self, note: &Note) -> Result<(), ReplayError> {
+        match *note {
+            Note::Ack {
+                sequence,
+                result,
+                moment,
+            } => self.answer(sequence, result, moment),
+            Note::Departs { sequence, moment } => {
+                match self.replay.depart(moment) {
+                    Ok(departure) => {
+                        self.departures.insert(sequence, departure);
+                    }
+                    Err(refusal) => self.check_answer("follow", moment, Ok(()), Err(refusal)),
+                }
+                Ok(())
+            }
+            Note::Began {
+                moment,
+                settings,
+                has_left,
+            } => self.began(moment, settings, has_left),
+            Note::Tripped(trip) => {
+                self.tripped(&trip);
+                Ok(())
+            }
+            Note::Found {
+                firmware,
+                baud,
+                is_ready,
+            } => {
+                self.replay.set_line(firmware, baud, is_ready);
+                if !self.replay.is_ticking() {
+                    self.begin_ticking();
+                }
+                Ok(())
+            }
+            Note::Passthrough => {
+                if self.replay.mode() != Mode::Passthrough {
+                    let tick = self.last.map_or(0, |last| last.tick);
+                    let what = "a client of the transparent port took the bus".into();
+                    self.tally.adopt(what, tick);
+                    self.replay.hand_over();
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn began(
+        &mut self,
+        moment: Moment,
+        told: Option<Settings>,
+        has_left: bool,
+    ) -> Result<(), ReplayError> {
+        // The last tick that was decided before it.
+        let decided = moment.tick.wrapping_sub(u32::from(!moment.is_decided));
+        if let Some(last) = self
+            .last
+            .as_mut()
+            .filter(|last| is_before(last.tick, decided))
+        {
+            let missing = decided.wrapping_sub(last.tick);
+            last.tick = decided;
+            self.lose("nobody had said hello to the board", missing);
+        } else if self.last.is_none() && decided > 0 {
+            self.lose("what was before the hello is not in the log", 0);
+        }
+        if self.is_strange {
+            self.replay.forget();
+        } else if has_left {
+            self.replay.goodbye();
+        }
+        if let Some(told) = told {
+            let settings = self.changes.apply(&told)?;
+            self.remember_changes(&told, &settings);
+            if settings != self.settings {
+                self.replay.set(&settings).map_err(ReplayError::Settings)?;
+                self.settings = settings;
+            }
+            self.replay.greet(moment);
+            self.begin_anew();
+        }
+        Ok(())
+    }
+
+    fn remember_changes(&mut self, before: &Settings, after: &Settings) {
+        if !self.changes.is_empty() {
+            self.changed = words(before, after);
+        }
+    }
+
+    /// A command was taken, and this was its answer.
+    fn answer(
+        &mut self,
+        sequence: u16,
+        result: Result<(), Refusal>,
+        moment: Moment,
+    ) -> Result<(), ReplayError> {
+        let departure = self.departures.remove(&sequence);
+        let Some(asked) = self.asked.remove(&sequence) else {
+            // One that was refused has changed nothing.
+            if result.is_ok() {
+                self.lose("a command of another host is not in the log", 0);
+            }
+            return Ok(());
+        };
+        if result.is_err() && !self.is_known() {
+            return Ok(());
+        }
+        let command = self.change(asked)?;
+        let before = self.replay.mode();
+        let computed = match (command, departure) {
+            (Command::Follow(motion), Some(departure)) => {
+                self.replay.follow(&motion, departure, moment)
+            }
+            (Command::Follow(_), None) => self.replay.depart(moment).map(|_| ()),
+            (command, _) => self.replay.command(command, moment),
+        };
+        if computed.is_ok() {
+            match command {
+                Command::Configure(setup) => self.settings.setup = setup,
+                Command::Limit(limits) => self.settings.limits = limits,
+                _ => {}
+            }
+        }
+        let after = self.replay.mode();
+        let is_energised = match before {
+            Mode::Idle => after == Mode::Armed,
+            Mode::Armed => after.drive().is_some(),
+            _ => false,
+        };
+        if is_energised {
+            self.begin_anew();
+        }
+        self.check_answer(names::command(&command), moment, result, computed);
+        Ok(())
+    }
+
+    /// The command, with the other settings.
+    fn change(&mut self, asked: Command) -> Result<Command, ReplayError> {
+        let settings = match asked {
+            Command::Configure(setup) => Settings {
+                setup,
+                ..self.settings
+            },
+            Command::Limit(limits) => Settings {
+                limits,
+                ..self.settings
+            },
+            _ => return Ok(asked),
+        };
+        let changed = self.changes.apply(&settings)?;
+        Ok(match asked {
+            Command::Configure(_) => {
+                self.remember_changes(&settings, &changed);
+                Command::Configure(changed.setup)
+            }
+            Command::Limit(_) => Command::Limit(changed.limits),
+            other => other,
+        })
+    }
+
+    fn check_answer(
+        &mut self,
+        name: &str,
+        moment: Moment,
+        recorded: Result<(), Refusal>,
+        computed: Result<(), Refusal>,
+    ) {
+        if !self.is_known() {
+            return;
+        }
+        self.tally.answers += 1;
+        if recorded == computed {
+            return;
+        }
+        self.tally.answers_differing += 1;
+        let word = |result: Result<(), Refusal>| match result {
+            Ok(()) => "accepted".to_owned(),
+            Err(refusal) => format!("refused: {}", refusal::in_words(refusal)),
+        };
+        self.tally.differ(|| {
+            Some(Difference {
+                tick: moment.tick,
+                start_us: moment.at_us,
+                field: format!("answer to {name}"),
+                recorded: word(recorded),
+                computed: word(computed),
+            })
+        });
+    }
+
+    /// The board told a fault: one that no tick decides happens here, any other must
+    /// have come out.
+    fn tripped(&mut self, trip: &Trip) {
+        self.is_stopped = true;
+        if replay::is_external(trip.fault) {
+            if !matches!(self.replay.mode(), Mode::Fault(_)) {
+                let what = format!("fault {}", names::fault(trip.fault));
+                self.tally.adopt(what, trip.tick);
+                self.replay.trip(trip);
+            }
+            return;
+        }
+        // When silence was noticed is not known; what changed in memory neither.
+        let is_checked = !matches!(trip.fault, Fault::HostSilent | Fault::Corrupted);
+        // Told again at a hello, it may be of a time of which nothing is known.
+        let is_known = self.is_known() && is_checked;
+        let cause = self.replay.cause();
+        let Some(cause) = cause.filter(|cause| is_known && cause.tick == trip.tick) else {
+            return;
+        };
+        self.tally.answers += 1;
+        let values = |trip: &Trip| {
+            let bits = [trip.value, trip.limit].map(f32::to_bits);
+            (trip.fault, trip.joint, trip.tick, bits)
+        };
+        if values(trip) != values(&cause) {
+            self.tally.answers_differing += 1;
+            let word = |trip: &Trip| {
+                let Trip {
+                    joint,
+                    value,
+                    limit,
+                    ..
+                } = trip;
+                let fault = names::fault(trip.fault);
+                format!("{fault} of joint {joint:?}, {value:?} beyond {limit:?}")
+            };
+            self.tally.differ(|| {
+                Some(Difference {
+                    tick: trip.tick,
+                    start_us: trip.at_us,
+                    field: "reason of the fault".into(),
+                    recorded: word(trip),
+                    computed: word(&cause),
+                })
+            });
+        }
+    }
+}

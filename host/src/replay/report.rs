@@ -1,0 +1,225 @@
+//! What became of a replay.
+
+use std::collections::BTreeMap;
+use std::fmt::{self, Write as _};
+
+use serde::Serialize;
+
+use super::compare::Difference;
+use super::what_if::WhatIf;
+
+/// How it ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Every output that could be compared is the same to the last bit.
+    Equal,
+    /// Not so.
+    Differs,
+    /// Nothing could be compared.
+    Nothing,
+}
+
+/// Ticks that were not compared, for one reason.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Skipped {
+    /// Why, in words.
+    pub reason: String,
+    /// Ticks that were recorded and not compared.
+    pub ticks: u64,
+    /// Ticks without a record.
+    pub missing: u64,
+    /// The first of them.
+    pub first_tick: u32,
+}
+
+/// Events that no record explains, and that were taken as recorded.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Adopted {
+    /// What, in words.
+    pub what: String,
+    /// How often.
+    pub times: u64,
+    /// First in or before this tick.
+    pub first_tick: u32,
+}
+
+/// What became of a replay.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// In one word.
+    pub verdict: Verdict,
+    /// Records in the log.
+    pub records: u64,
+    /// Ticks that were compared.
+    pub compared: u64,
+    /// Of those, how many differ.
+    pub differing: u64,
+    /// Answers to commands that were compared.
+    pub answers: u64,
+    /// Of those, and of the reasons told for faults, how many differ.
+    pub answers_differing: u64,
+    /// The first of all differences.
+    pub first: Option<Difference>,
+    /// What was not compared.
+    pub skipped: Vec<Skipped>,
+    /// Inputs taken as recorded.
+    pub adopted: Vec<Adopted>,
+    /// Commands that the board never answered.
+    pub unanswered: u64,
+    /// Time that the records span, in s.
+    pub span_s: f64,
+    /// Other settings, and what they changed.
+    pub what_if: Option<WhatIf>,
+}
+
+/// A report that grows.
+#[derive(Debug, Default)]
+pub(super) struct Tally {
+    pub(super) records: u64,
+    pub(super) compared: u64,
+    pub(super) differing: u64,
+    pub(super) answers: u64,
+    pub(super) answers_differing: u64,
+    pub(super) first: Option<Difference>,
+    skipped: Vec<Skipped>,
+    adopted: BTreeMap<String, Adopted>,
+    pub(super) span_us: u64,
+}
+
+impl Tally {
+    /// Something is missing from here on, ticks without a record among it.
+    pub(super) fn lose(&mut self, reason: &str, tick: u32, missing: u64) {
+        self.skipped_for(reason, tick).missing += missing;
+    }
+
+    /// A tick is not compared.
+    pub(super) fn skip(&mut self, reason: &str, tick: u32) {
+        self.skipped_for(reason, tick).ticks += 1;
+    }
+
+    fn skipped_for(&mut self, reason: &str, tick: u32) -> &mut Skipped {
+        let at = self.skipped.iter().position(|it| it.reason == reason);
+        let at = at.unwrap_or_else(|| {
+            self.skipped.push(Skipped {
+                reason: reason.to_owned(),
+                ticks: 0,
+                missing: 0,
+                first_tick: tick,
+            });
+            self.skipped.len() - 1
+        });
+        &mut self.skipped[at]
+    }
+
+    pub(super) fn adopt(&mut self, what: String, tick: u32) {
+        let adopted = self.adopted.entry(what).or_insert_with_key(|what| Adopted {
+            what: what.clone(),
+            times: 0,
+            first_tick: tick,
+        });
+        adopted.times += 1;
+    }
+
+    pub(super) fn differ(&mut self, difference: impl FnOnce() -> Option<Difference>) {
+        if self.first.is_none() {
+            self.first = difference();
+        }
+    }
+
+    pub(super) fn report(self, unanswered: u64, what_if: Option<WhatIf>) -> Report {
+        let verdict = if self.compared == 0 {
+            Verdict::Nothing
+        } else if self.differing + self.answers_differing == 0 {
+            Verdict::Equal
+        } else {
+            Verdict::Differs
+        };
+        Report {
+            verdict,
+            records: self.records,
+            compared: self.compared,
+            differing: self.differing,
+            answers: self.answers,
+            answers_differing: self.answers_differing,
+            first: self.first,
+            skipped: self.skipped,
+            adopted: self.adopted.into_values().collect(),
+            unanswered,
+            span_s: self.span_us as f64 * 1e-6,
+            what_if,
+        }
+    }
+}
+
+impl Report {
+    /// As a person reads it.
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = self.write(&mut text);
+        text
+    }
+
+    fn write(&self, out: &mut String) -> fmt::Result {
+        match &self.what_if {
+            Some(what_if) => writeln!(out, "{what_if}")?,
+            None => self.write_verdict(out)?,
+        }
+        for skipped in &self.skipped {
+            let Skipped {
+                reason,
+                ticks,
+                missing,
+                first_tick,
+                ..
+            } = skipped;
+            write!(out, "not compared: {ticks} ticks from tick {first_tick} on")?;
+            if *missing > 0 {
+                write!(out, ", {missing} without a record")?;
+            }
+            writeln!(out, ": {reason}")?;
+        }
+        for adopted in &self.adopted {
+            let Adopted {
+                what,
+                times,
+                first_tick,
+            } = adopted;
+            let times = match times {
+                1 => String::new(),
+                times => format!(", {times} times"),
+            };
+            writeln!(
+                out,
+                "taken as recorded: {what}{times}, first at tick {first_tick}"
+            )?;
+        }
+        if self.unanswered > 0 {
+            let count = self.unanswered;
+            writeln!(out, "never answered: {count} commands")?;
+        }
+        Ok(())
+    }
+
+    fn write_verdict(&self, out: &mut String) -> fmt::Result {
+        let Self {
+            compared, answers, ..
+        } = self;
+        match (self.verdict, &self.first) {
+            (Verdict::Nothing, _) => writeln!(out, "nothing to compare"),
+            (Verdict::Equal, _) | (Verdict::Differs, None) => writeln!(
+                out,
+                "equal: {compared} ticks and {answers} answers to commands, bit for bit"
+            ),
+            (Verdict::Differs, Some(first)) => {
+                let (ticks, told) = (self.differing, self.answers_differing);
+                writeln!(
+                    out,
+                    "differs: {ticks} of {compared} ticks, {told} of {answers} answers to commands"
+                )?;
+                writeln!(out, "first: {first}")
+            }
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! How a quantity spreads over the ticks of a run.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// How a quantity spreads over the ticks of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Spread {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub std: f64,
+    /// Smallest value that 99 % of the ticks do not exceed.
+    pub p99: u32,
+    /// Largest value.
+    pub max: u32,
+}
+
+impl Spread {
+    /// Of these values, in any order; all zero if there are none.
+    pub fn of(values: impl IntoIterator<Item = u32>) -> Self {
+        let mut counts = Counts::default();
+        values.into_iter().for_each(|value| counts.add(value));
+        counts.spread()
+    }
+}
+
+/// How often each value came: as much memory as there are different ones, however
+/// long the run, and still exact.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Counts(BTreeMap<u32, u64>);
+
+impl Counts {
+    pub(super) fn add(&mut self, value: u32) {
+        *self.0.entry(value).or_default() += 1;
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub(super) fn spread(&self) -> Spread {
+        let Some((&max, _)) = self.0.last_key_value() else {
+            return Spread::default();
+        };
+        let weighted = || self.0.iter().map(|(&v, &n)| (f64::from(v), n as f64));
+        let total = self.0.values().sum::<u64>();
+        let mean = weighted().map(|(v, n)| v * n).sum::<f64>() / total as f64;
+        let squares = weighted().map(|(v, n)| (v - mean).powi(2) * n);
+        let variance = squares.sum::<f64>() / total as f64;
+        // Of a million ticks, the one with 10 000 above it.
+        let within = (total as f64 * 0.99).ceil() as u64;
+        let mut seen = 0;
+        let p99 = self.0.iter().find(|(_, n)| {
+            seen += **n;
+            seen >= within
+        });
+        Spread {
+            mean,
+            std: variance.sqrt(),
+            p99: p99.map_or(max, |(&v, _)| v),
+            max,
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! `armbridge watch`: a dashboard on a terminal.
+//!
+//! | module      | what                                                            |
+//! |-------------|-----------------------------------------------------------------|
+//! | [`model`]   | what is known, made of what was said on the link                 |
+//! | [`view`]    | a picture of it, on any terminal from 80x24 on                   |
+//! | [`keys`]    | what keys do                                                     |
+//! | [`screen`]  | the terminal                                                     |
+
+pub mod keys;
+pub mod model;
+pub mod screen;
+pub mod view;

@@ -1,0 +1,67 @@
+//! What each key does, over everything else.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Rect};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Clear, Paragraph};
+
+use super::theme;
+
+const KEYS: [(&str, &str); 9] = [
+    (
+        "space, s",
+        "emergency stop, at once: torque off, a fault is latched",
+    ),
+    ("d", "disarm, at once: torque off, no fault; the arm falls"),
+    ("c", "clear a fault: the servos are looked for, then idle"),
+    ("a", "arm: asks; torque may come on from then, but is zero"),
+    (
+        "r",
+        "regulate: asks whether to hold here or to move upright",
+    ),
+    ("← →", "setpoint of joint 1, by 0.02 rad"),
+    ("↓ ↑", "setpoint of joint 2, by 0.02 rad"),
+    ("q, ctrl-c", "quit: disarms first"),
+    ("?", "this; any key closes it"),
+];
+
+/// What hands do to an arm that is simulated.
+const HANDS: [(&str, &str); 2] = [
+    (
+        "1, 2",
+        "simulated arm: push joint 1 or 2, 0.3 N m for 0.2 s",
+    ),
+    (
+        "l",
+        "simulated arm: lift it up again, and hold it until it is driven",
+    ),
+];
+
+/// Draws it in the middle.
+pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, is_simulated: bool) {
+    let hands = if is_simulated { &HANDS[..] } else { &[] };
+    let keys = KEYS.iter().chain(hands);
+    let mut lines: Vec<_> = keys
+        .map(|(key, what)| {
+            Line::from(vec![
+                Span::from(format!(" {key:<10}")).style(theme::strong()),
+                Span::from(*what),
+            ])
+        })
+        .collect();
+    lines.push(Line::default());
+    lines.push(Line::from(
+        " late: how late ticks start · bars: counts, logarithmic, last 10 000 ticks",
+    ));
+    lines.push(Line::from(
+        " dropped: records nobody fetched · foreign: frames of another version",
+    ));
+    lines.push(Line::from(
+        " unseen: events that this screen had no time for",
+    ));
+    let height = lines.len() as u16 + 2;
+    let block = Block::bordered().title(Line::from(" keys ").style(theme::strong()));
+    let place = area.centered(Constraint::Length(76), Constraint::Length(height));
+    frame.render_widget(Clear, place);
+    frame.render_widget(Paragraph::new(lines).block(block), place);
+}

@@ -1,0 +1,103 @@
+//! Draws what the dashboard knows. Pure: the same model and keys are the same picture.
+//!
+//! ```text
+//! which link                                                     how it does
+//! mode, fault, what to do                                     one to three lines
+//! ┌ joint 1 ───────────────────────────┐┌ joint 2 ───────────────────────────┐
+//! │ plot, estimate, torque             ││                                    │
+//! ├ link ────────────────┬ bus ────────┴┴───────┬ tick timing ───────────────┤
+//! └──────────────────────┴──────────────────────┴────────────────────────────┘
+//! question or answer
+//! keys
+//! ```
+
+mod head;
+mod health;
+mod help;
+mod joint;
+mod plot;
+mod theme;
+
+use armbridge_shared::JOINTS;
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::{Line, Text};
+use ratatui::widgets::{Paragraph, Wrap};
+
+use super::keys::Keys;
+use super::model::Model;
+
+/// The least there must be, in columns and rows.
+const LEAST: (u16, u16) = (80, 24);
+/// From so many rows on, the boxes below are higher.
+const HIGH: u16 = 34;
+
+/// Keys, in the last line.
+const KEYS: &str =
+    " space STOP  a arm  r regulate  ←→↑↓ setpoint  d disarm  c clear  ? help  q quit";
+
+/// Draws it all; `what` names the link and the world behind it.
+pub fn draw(frame: &mut Frame<'_>, model: &Model, keys: &Keys, what: &str) {
+    let area = frame.area();
+    if area.width < LEAST.0 || area.height < LEAST.1 {
+        too_small(frame, area, model);
+        return;
+    }
+    let state = head::state(model);
+    let below = if area.height < HIGH { 7 } else { 10 };
+    let [title, top, joints, health, answer, last] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Length(state.len() as u16),
+        Constraint::Min(10),
+        Constraint::Length(below),
+        Constraint::Length(1),
+        Constraint::Length(1),
+    ])
+    .areas(area);
+    frame.render_widget(head::title(model, what, area.width), title);
+    frame.render_widget(Text::from(state), top);
+    let panels: [Rect; JOINTS] =
+        Layout::horizontal([Constraint::Ratio(1, JOINTS as u32); JOINTS]).areas(joints);
+    for (number, panel) in panels.into_iter().enumerate() {
+        joint::draw(frame, panel, model, number);
+    }
+    let [left, middle, right] = Layout::horizontal([
+        Constraint::Ratio(26, 80),
+        Constraint::Ratio(27, 80),
+        Constraint::Ratio(27, 80),
+    ])
+    .areas(health);
+    health::link(frame, left, model);
+    health::bus(frame, middle, model);
+    health::timing(frame, right, model);
+    frame.render_widget(conversation(model, keys), answer);
+    frame.render_widget(Line::from(KEYS).style(theme::badge(Style::new())), last);
+    if keys.is_helping {
+        help::draw(frame, area, keys.is_simulated);
+    }
+}
+
+/// A question first, then why a key did nothing, then what the board answered.
+fn conversation(model: &Model, keys: &Keys) -> Line<'static> {
+    if let Some(question) = keys.question {
+        return Line::from(format!(" ? {}", question.text())).style(theme::badge(theme::warn()));
+    }
+    if let Some(note) = keys.note {
+        return Line::from(format!(" {note}")).style(theme::warn());
+    }
+    let answer = model.link.answer.clone().unwrap_or_default();
+    Line::from(format!(" {answer}"))
+}
+
+/// What matters most, on any screen.
+fn too_small(frame: &mut Frame<'_>, area: Rect, model: &Model) {
+    let mut lines = head::state(model);
+    lines.push(Line::from(format!(
+        "this terminal is {}x{}, the dashboard needs {}x{}: make it larger",
+        area.width, area.height, LEAST.0, LEAST.1
+    )));
+    lines.push(Line::from("keys work: space stops, d disarms, q quits"));
+    let text = Paragraph::new(lines).wrap(Wrap { trim: true });
+    frame.render_widget(text, area);
+}

@@ -1,0 +1,190 @@
+//! `get`, `set` and `design --apply`, with the board on the bench.
+
+use serde_json::json;
+
+use super::{Program, text};
+
+#[test]
+fn get_shows_what_the_board_has() {
+    let program = Program::new();
+    let table = program.says(&["get"]);
+    let mut lines = table.lines();
+    let head = lines.next().unwrap();
+    assert_eq!(
+        head.split_whitespace().collect::<Vec<_>>(),
+        ["key", "value", "unit", "what"]
+    );
+    assert!(table.contains("controller.kind") && !table.contains("controller.gain"));
+    let hold = program.json(&["get", "limits.hold_ms", "--json", "--link", "sim:"]);
+    assert_eq!(hold[0]["value"], json!(100));
+    assert_eq!(hold[0]["unit"], json!("ms"));
+    assert_eq!(hold[0]["takes"], json!("an integer from 0 to 2000"));
+    // A group is all of its parameters; of other kinds only if asked for.
+    let group = |args: &[&str]| program.json(args).as_array().unwrap().len();
+    assert_eq!(group(&["get", "controller", "--json"]), 3);
+    assert_eq!(group(&["get", "controller", "--all", "--json"]), 6);
+    let gain = program.says(&["get", "controller.gain"]);
+    assert!(gain.contains("Only with controller.kind gain"), "{gain}");
+    program.fails(&["get", "limits.hold"], &["is it `limits.hold_ms`?"]);
+    program.fails(&["get", "--link", "sam:"], &["expected usb:"]);
+}
+
+#[test]
+fn set_changes_all_or_nothing_and_says_so() {
+    let program = Program::new();
+    let said = program.says(&[
+        "set",
+        "limits.hold_ms=80",
+        "controller.q=30,30,0.3,0.3",
+        "--save",
+    ]);
+    let lines: Vec<Vec<&str>> = said
+        .lines()
+        .map(|line| line.split("  ").collect())
+        .collect();
+    assert_eq!(lines.len(), 3, "{said}");
+    assert!(
+        said.contains("[15.0, 15.0, 1.0, 1.0]  ->  [30.0, 30.0, 0.3, 0.3]"),
+        "{said}"
+    );
+    assert!(
+        said.ends_with("has taken it, and keeps its settings across power-off\n"),
+        "{said}"
+    );
+    let report = program.json(&["set", "limits.hold_ms=80", "--json"]);
+    assert_eq!(report["changes"][0]["before"], json!(100));
+    assert_eq!(
+        (&report["done"], &report["saved"]),
+        (&json!(true), &json!(false))
+    );
+    assert!(
+        program
+            .says(&["set", "limits.hold_ms=100"])
+            .contains("nothing to change")
+    );
+    assert!(
+        program
+            .says(&["set", "limits.lost_ms=30", "--dry-run"])
+            .contains("dry run")
+    );
+    for (args, words) in [
+        (["set", "limits.hold_ms"].as_slice(), "is not KEY=VALUE"),
+        (&["set"], "KEY=VALUE"),
+        (&["set", "limits.hold_ms=9999"], "an integer from 0 to 2000"),
+        (
+            &["set", "limits.hold_ms=600"],
+            "longer than `limits.silence_ms` (500)",
+        ),
+        (
+            &["set", "controller.damping=1,1"],
+            "set `controller.kind` too",
+        ),
+        (
+            &[
+                "set",
+                "controller.kind=gain",
+                "controller.gain=0,0,0,0,0,0,0,0",
+            ],
+            "the closed loop would grow",
+        ),
+    ] {
+        program.fails(args, &[words]);
+    }
+}
+
+#[test]
+fn a_design_goes_to_the_board_by_hand_or_by_file() {
+    let program = Program::new();
+    let asked = [
+        "design",
+        "--q",
+        "30,30,0.3,0.3",
+        "--r",
+        "10,10",
+        "--estimator",
+        "kalman",
+    ];
+    let with = |more: &[&'static str]| [&asked[..], more].concat();
+    let shown = program.says(&asked);
+    for word in [
+        "gain",
+        "pole of",
+        "margin of",
+        "both, each its own",
+        "disc margin",
+    ] {
+        assert!(shown.contains(word), "no {word} in {shown}");
+    }
+    let report = program.json(&with(&["--json"]));
+    assert_eq!(report["parameters"]["controller"]["q"][0], json!(30.0));
+    assert_eq!(report["design"]["is_stable"], json!(true));
+    let said = program.says(&with(&["--apply"]));
+    assert!(
+        said.contains("estimator.kind") && said.ends_with("the board has taken it\n"),
+        "{said}"
+    );
+
+    program.says(&with(&["--write", "gains.toml", "--plot", "step.svg"]));
+    let said = program.says(&["set", "--from", "gains.toml"]);
+    assert!(said.contains("[30.0, 30.0, 0.3, 0.3]"), "{said}");
+    // It is a configuration, too.
+    std::fs::rename(program.path("gains.toml"), program.path("armbridge.toml")).unwrap();
+    assert_eq!(
+        program.json(&["design", "--json"])["design"],
+        report["design"]
+    );
+    for name in ["step.svg", "step.png"] {
+        assert!(
+            program.path(name).metadata().unwrap().len() > 10_000,
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_designed_is_refused_in_words() {
+    let program = Program::new();
+    for (args, words) in [
+        (["design", "--q", "1,2"].as_slice(), "4 numbers from 0 up"),
+        (
+            &["design", "--q", "0,0,0,0"],
+            "no gains exist for these weights",
+        ),
+        (
+            &["design", "--poles", "2,0.5,0.5,0.5"],
+            "inside the unit circle",
+        ),
+        (
+            &["design", "--natural", "3000,3000"],
+            "the closed loop would grow",
+        ),
+        (
+            &["design", "--estimator", "kalmann"],
+            "\"luenberger\", \"kalman\" or \"difference\"",
+        ),
+        (&["design", "--save"], "--apply"),
+        (
+            &["design", "--arm", "nowhere.toml"],
+            "cannot read nowhere.toml",
+        ),
+        (&["design", "--plot", "no/where.svg"], "no/where"),
+        (
+            &["design", "--q", "1,1,1,1", "--poles", "0.5,0.5,0.5,0.5"],
+            "cannot be used with",
+        ),
+    ] {
+        program.fails(args, &[words]);
+    }
+    // What is stable with the state known need not be with this estimator.
+    let shaky = [
+        "design",
+        "--natural",
+        "300,300",
+        "--set",
+        "estimator.kind=difference",
+    ];
+    let output =
+        program.run(&[&shaky[..], &["--set", "estimator.filter_s=0.1", "--apply"]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("nothing was sent"));
+}

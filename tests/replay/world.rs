@@ -1,0 +1,209 @@
+//! A bench whose link is listened to.
+
+use std::collections::VecDeque;
+
+use armbridge::bench::Bench;
+use armbridge::bench::board::VirtualBoard;
+use armbridge::bench::cosim::{Cosim, Host};
+use armbridge::bench::plant::{Plant, PlantConfig, Push};
+use armbridge::link::{Client, Said};
+use armbridge::log::event::{Direction, Ear, Event, What};
+use armbridge::operator::{Operator, Script};
+use armbridge::replay::{Changes, Player, Report};
+use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::link::message::{Command, Record, ToBoard, ToHost};
+
+/// A host, and everything that is said between it and the board.
+pub(crate) struct Overheard<H> {
+    pub(crate) host: H,
+    ear: Ear,
+    pub(crate) events: Vec<Event>,
+    said: Vec<u8>,
+}
+
+impl<H> Overheard<H> {
+    pub(crate) fn new(host: H) -> Self {
+        Self {
+            host,
+            ear: Ear::default(),
+            events: Vec::new(),
+            said: Vec::new(),
+        }
+    }
+}
+
+impl<H: Host> Host for Overheard<H> {
+    type Error = H::Error;
+
+    fn speak(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
+        self.said.clear();
+        self.said.extend_from_slice(self.host.speak(now_us)?);
+        let events = &mut self.events;
+        let hear = |event| events.push(event);
+        self.ear
+            .take(Direction::ToBoard, now_us * 1_000, &self.said, hear);
+        Ok(&self.said)
+    }
+
+    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
+        let events = &mut self.events;
+        let hear = |event| events.push(event);
+        self.ear
+            .take(Direction::ToHost, now_us * 1_000, bytes, hear);
+        self.host.hear(now_us, bytes)
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        self.host.wake_at_us()
+    }
+
+    fn is_done(&self) -> bool {
+        self.host.is_done()
+    }
+
+    fn take_pushes(&mut self) -> Vec<Push> {
+        self.host.take_pushes()
+    }
+}
+
+/// An operator's run on the bench, as it was heard on the link.
+#[expect(clippy::large_types_passed_by_value, reason = "as the plant takes it")]
+pub(crate) fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
+    let mut mailboxes = Mailboxes::new();
+    let board = VirtualBoard::new(mailboxes.split()).expect("default set-up");
+    let bench = Bench::new(Plant::new(config, seed));
+    let mut run = Cosim::new(board, bench, Overheard::new(Operator::new(script)));
+    run.run().expect("a run");
+    run.host.events
+}
+
+/// Replays with other settings.
+pub(crate) fn replay_with(events: &[Event], changes: Changes) -> Report {
+    let mut mailboxes = Mailboxes::new();
+    let mut player = Player::new(&mut mailboxes, changes).expect("default set-up");
+    for event in events {
+        player.take(event).expect("settings that can be");
+    }
+    player.finish().expect("settings that can be")
+}
+
+/// Replays as it was.
+pub(crate) fn replay(events: &[Event]) -> Report {
+    replay_with(events, Changes::default())
+}
+
+/// What a free host does.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Act {
+    /// Commands this; arming quotes the session that the board told last.
+    Command(Command),
+    /// Says this once.
+    Say(ToBoard),
+    /// Says nothing for so long, in µs.
+    Silence(u64),
+}
+
+/// A host that does one thing after the other, whatever the board says.
+#[derive(Debug)]
+pub(crate) struct Free {
+    client: Client,
+    acts: VecDeque<(u64, Act)>,
+    until_us: u64,
+    now_us: u64,
+    silent_us: u64,
+    session: u32,
+}
+
+impl Free {
+    /// Acts at these times in µs, in order.
+    pub(crate) fn new(acts: impl IntoIterator<Item = (u64, Act)>, until_us: u64) -> Self {
+        Self {
+            client: Client::default(),
+            acts: acts.into_iter().collect(),
+            until_us,
+            now_us: 0,
+            silent_us: 0,
+            session: 0,
+        }
+    }
+}
+
+impl Host for Free {
+    type Error = std::convert::Infallible;
+
+    fn speak(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
+        self.now_us = now_us;
+        while let Some((_, act)) = self
+            .acts
+            .front()
+            .is_some_and(|(at_us, _)| *at_us <= now_us)
+            .then(|| self.acts.pop_front())
+            .flatten()
+        {
+            match act {
+                Act::Command(Command::Arm { .. }) => self.client.command(Command::Arm {
+                    session: self.session,
+                }),
+                Act::Command(command) => self.client.command(command),
+                Act::Say(message) => self.client.say(message),
+                Act::Silence(lasts_us) => self.silent_us = now_us + lasts_us,
+            }
+        }
+        if now_us < self.silent_us {
+            return Ok(&[]);
+        }
+        Ok(self.client.transmit(now_us))
+    }
+
+    fn hear(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
+        let session = &mut self.session;
+        self.client.receive(bytes, |said| {
+            if let Said::Told(ToHost::Board(report)) = said {
+                *session = report.session;
+            }
+        });
+        Ok(())
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        let act_us = self.acts.front().map_or(self.until_us, |(at_us, _)| *at_us);
+        let client_us = self.client.wake_at_us().max(self.silent_us);
+        act_us.min(client_us).min(self.until_us)
+    }
+
+    fn is_done(&self) -> bool {
+        self.now_us >= self.until_us
+    }
+}
+
+/// A free host's time on the bench, as it was heard on the link; `meddle` may do
+/// something to the bench each ms.
+#[expect(clippy::large_types_passed_by_value, reason = "as the plant takes it")]
+pub(crate) fn overheard(
+    host: Free,
+    config: PlantConfig,
+    seed: u64,
+    mut meddle: impl FnMut(u64, &mut Bench, &mut VirtualBoard<'_>),
+) -> Vec<Event> {
+    let mut mailboxes = Mailboxes::new();
+    let board = VirtualBoard::new(mailboxes.split()).expect("default set-up");
+    let bench = Bench::new(Plant::new(config, seed));
+    let mut run = Cosim::new(board, bench, Overheard::new(host));
+    let mut next_us = 0;
+    while !run.host.is_done() {
+        if run.now_us() >= next_us {
+            meddle(next_us / 1_000, &mut run.bench, &mut run.board);
+            next_us += 1_000;
+        }
+        let Ok(()) = run.step_until(next_us);
+    }
+    run.host.events
+}
+
+/// The ticks among what was heard.
+pub(crate) fn records(events: &[Event]) -> impl Iterator<Item = Record> {
+    events.iter().filter_map(|event| match event.what {
+        What::Told(_, ToHost::Record(record)) => Some(record),
+        _ => None,
+    })
+}
