@@ -78,9 +78,9 @@ fn start(path: &Path) -> Child {
         .unwrap()
 }
 
-/// Kills so many recorders, five at a time, that one disk can keep up with; what they left, and when each was killed.
+/// Kills so many recorders, four at a time, that one disk can keep up with; what they left, and when each was killed.
 fn kill(count: u64, name: &str) -> Vec<(PathBuf, u64)> {
-    const AT_ONCE: u64 = 5;
+    const AT_ONCE: u64 = 4;
     let folder = folder(name);
     let (mut noise, mut killed) = (now_ns(), Vec::new());
     for batch in 0..count.div_ceil(AT_ONCE) {
@@ -93,8 +93,8 @@ fn kill(count: u64, name: &str) -> Vec<(PathBuf, u64)> {
             noise = noise
                 .wrapping_mul(6364136223846793005)
                 .wrapping_add(1442695040888963407);
-            // 2.5 s for all of them, so that most have something, and none the same.
-            std::thread::sleep(Duration::from_millis(300 + (noise >> 32) % 400));
+            // 2.2 s for all of them, so that most have something, and none the same.
+            std::thread::sleep(Duration::from_millis(400 + (noise >> 32) % 300));
             let at_ns = now_ns();
             child.kill().unwrap();
             child.wait().unwrap();

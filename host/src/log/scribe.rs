@@ -17,7 +17,11 @@ use super::{metadata, raw};
 use crate::facts::RunFacts;
 
 /// Longest wall time between two chunks: what a kill takes at most.
-const FLUSH: Duration = Duration::from_millis(500);
+const FLUSH: Duration = Duration::from_millis(200);
+
+/// Wall time after which the disk is to have what was written: what a power cut takes,
+/// together with the disk's own time for it.
+const SYNC: Duration = Duration::from_millis(500);
 
 /// Bytes of the link after which a chunk is closed before its time.
 const RAW_MOST: usize = 1 << 20;
@@ -55,6 +59,7 @@ pub(super) struct Scribe {
     raw: Vec<u8>,
     latest_ns: u64,
     flushed: Instant,
+    synced: Instant,
 }
 
 impl Scribe {
@@ -79,6 +84,7 @@ impl Scribe {
             raw: Vec::new(),
             latest_ns: 0,
             flushed: Instant::now(),
+            synced: Instant::now(),
         })
     }
 
@@ -131,7 +137,8 @@ impl Scribe {
             .queue(self.latest_ns, queue, &mut |message| file.message(message))?;
         let is_due = self.flushed.elapsed() >= FLUSH;
         if is_due || self.raw.len() >= RAW_MOST {
-            self.flush(file, is_due)?;
+            let shall_sync = self.synced.elapsed() >= SYNC;
+            self.flush(file, shall_sync)?;
         }
         Ok(())
     }
@@ -162,8 +169,9 @@ impl Scribe {
             self.raw.clear();
         }
         file.flush(shall_sync)?;
+        self.flushed = Instant::now();
         if shall_sync {
-            self.flushed = Instant::now();
+            self.synced = self.flushed;
         }
         Ok(())
     }
