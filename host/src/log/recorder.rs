@@ -7,7 +7,7 @@
 //! The recorder hears nothing but the raw bytes of both directions. Each fifth of
 //! a second at the latest it closes a chunk and keeps the raw bytes as an attachment,
 //! which no kill takes any more; each half second it has the disk write what it has,
-//! which no power cut does. A second is what either takes at most. When the
+//! which no power cut does. The disk's own time for that comes on top. When the
 //! disk is full or fails, it says so, and the link goes on without it.
 
 use std::path::{Path, PathBuf};
