@@ -2,67 +2,40 @@
 //! read up to what was flushed last.
 //!
 //! Chunks are written whole, with their index behind them, and nothing that was
-//! written is touched again: whoever is killed leaves a file without its last half
-//! second and without a summary, which every reader can do without.
+//! written is touched again: whoever is killed leaves a file without its last chunk
+//! and without a summary, which every reader can do without.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+use mcap::McapResult;
 use mcap::records::{AttachmentHeader, MessageHeader, Metadata};
-use mcap::{McapError, McapResult};
 
 use super::raw;
+use super::syncer::{SyncFn, Syncer};
 use super::topics::{Message, Topic};
 
 /// A chunk that is not flushed before is closed at this size.
 const CHUNK: u64 = 1 << 20;
 
-/// Where a log is written to.
-pub(super) trait Disk: Write + Send {
-    /// Does not return before what was written survives a power cut.
-    fn sync(&mut self) -> io::Result<()>;
-}
-
-impl Disk for File {
-    fn sync(&mut self) -> io::Result<()> {
-        match self.sync_data() {
-            // What is no file, such as a pipe, cannot.
-            Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
-            done => done,
-        }
-    }
-}
-
 /// A disk, written from its beginning to its end; knows how far it has come.
 struct Sink {
-    disk: BufWriter<Box<dyn Disk>>,
+    disk: BufWriter<Box<dyn Write + Send>>,
     /// Shared with the file's owner, who cannot look into the library's writer.
-    control: Arc<Control>,
-}
-
-/// What goes between a file and its sink.
-#[derive(Debug, Default)]
-struct Control {
-    position: AtomicU64,
-    shall_sync: AtomicBool,
+    position: Arc<AtomicU64>,
 }
 
 impl Write for Sink {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.disk.write(bytes)?;
-        self.control.position.fetch_add(written as u64, Relaxed);
+        self.position.fetch_add(written as u64, Relaxed);
         Ok(written)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.disk.flush()?;
-        if self.control.shall_sync.swap(false, Relaxed) {
-            self.disk.get_mut().sync()?;
-        }
-        Ok(())
+        self.disk.flush()
     }
 }
 
@@ -70,7 +43,7 @@ impl Seek for Sink {
     /// The library asks where it is; it does not go anywhere.
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {
-            SeekFrom::Current(0) => Ok(self.control.position.load(Relaxed)),
+            SeekFrom::Current(0) => Ok(self.position.load(Relaxed)),
             SeekFrom::Current(_) | SeekFrom::Start(_) | SeekFrom::End(_) => {
                 Err(io::ErrorKind::Unsupported.into())
             }
@@ -82,7 +55,8 @@ impl Seek for Sink {
 pub(super) struct LogFile {
     writer: mcap::Writer<Sink>,
     channels: BTreeMap<u16, Channel>,
-    control: Arc<Control>,
+    position: Arc<AtomicU64>,
+    syncer: Syncer,
     attachments: u32,
 }
 
@@ -93,11 +67,11 @@ struct Channel {
 
 impl LogFile {
     /// Begins the file: all topics are in it from the first byte on.
-    pub(super) fn begin(disk: Box<dyn Disk>) -> McapResult<Self> {
-        let control = Arc::new(Control::default());
+    pub(super) fn begin(disk: Box<dyn Write + Send>, sync: SyncFn) -> McapResult<Self> {
+        let position = Arc::default();
         let sink = Sink {
             disk: BufWriter::with_capacity(1 << 16, disk),
-            control: control.clone(),
+            position: Arc::clone(&position),
         };
         let mut writer = mcap::WriteOptions::new()
             .compression(None)
@@ -116,7 +90,8 @@ impl LogFile {
         Ok(Self {
             writer,
             channels,
-            control,
+            position,
+            syncer: Syncer::start(sync)?,
             attachments: 0,
         })
     }
@@ -154,24 +129,26 @@ impl LogFile {
         self.writer.finish_attachment()
     }
 
-    /// Closes the chunk; it survives whatever happens to this program, and, if asked
-    /// for, a power cut.
-    pub(super) fn flush(&mut self, shall_sync: bool) -> McapResult<()> {
-        self.control.shall_sync.store(shall_sync, Relaxed);
+    /// Closes the chunk: it survives whatever happens to this program.
+    pub(super) fn flush(&mut self) -> McapResult<()> {
         self.writer.flush()
+    }
+
+    /// Has what was flushed survive a power cut, soon.
+    pub(super) fn sync(&mut self) -> McapResult<()> {
+        Ok(self.syncer.ask()?)
     }
 
     /// Bytes so far.
     pub(super) fn size(&self) -> u64 {
-        self.control.position.load(Relaxed)
+        self.position.load(Relaxed)
     }
 
     /// Writes the summary, and all to the disk; how long the file is.
     pub(super) fn finish(mut self) -> McapResult<u64> {
         self.writer.finish()?;
-        let mut sink = self.writer.into_inner();
-        self.control.shall_sync.store(true, Relaxed);
-        sink.flush().map_err(McapError::Io)?;
-        Ok(self.control.position.load(Relaxed))
+        self.writer.into_inner().flush()?;
+        self.syncer.finish()?;
+        Ok(self.position.load(Relaxed))
     }
 }

@@ -42,6 +42,7 @@ mod records;
 mod said;
 mod scribe;
 mod statistics;
+mod syncer;
 mod telemetry;
 pub mod topics;
 pub mod words;

@@ -88,6 +88,12 @@ pub fn pieces(mut framed: &[u8]) -> impl Iterator<Item = Result<Piece<'_>, Damag
     })
 }
 
+/// Bytes of the link in an attachment.
+pub(super) fn bytes(framed: &[u8]) -> u64 {
+    let lens = pieces(framed).flatten().map(|piece| piece.bytes.len());
+    lens.sum::<usize>() as u64
+}
+
 fn split(framed: &[u8]) -> Option<(Piece<'_>, &[u8])> {
     let (kind, rest) = framed.split_first()?;
     let (host_ns, rest) = rest.split_first_chunk()?;

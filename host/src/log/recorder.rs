@@ -6,18 +6,20 @@
 //!
 //! The recorder hears nothing but the raw bytes of both directions. Each fifth of
 //! a second at the latest it closes a chunk and keeps the raw bytes as an attachment,
-//! which no kill takes any more; each half second it has the disk write what it has,
-//! which no power cut does. The disk's own time for that comes on top. When the
-//! disk is full or fails, it says so, and the link goes on without it.
+//! which no kill takes any more; each half second it asks the disk to keep what it has,
+//! which no power cut takes once that is done; the recorder does not wait for it. When
+//! the disk is full or fails, it says so, and the link goes on without it.
 
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use super::LogError;
-use super::file::{Disk, LogFile};
+use super::file::LogFile;
 use super::queue::{self, Queue, QueueTap};
 use super::scribe::{Scribe, Shared};
+use super::syncer::SyncFn;
 use crate::facts::RunFacts;
 use crate::links::Tap;
 
@@ -77,9 +79,16 @@ impl Recorder {
         if let Some(Ok(folder)) = path.parent().map(std::fs::File::open) {
             let _ = folder.sync_all();
         }
+        let second = file.try_clone().map_err(failed)?;
+        let sync = move || match second.sync_data() {
+            // What is no file, such as a pipe, cannot.
+            Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
+            done => done,
+        };
         Self::on_disk(
             path,
             Box::new(file),
+            Box::new(sync),
             facts,
             Queue::new(is_patient, queue::MOST),
         )
@@ -87,7 +96,8 @@ impl Recorder {
 
     pub(super) fn on_disk(
         path: &Path,
-        disk: Box<dyn Disk>,
+        disk: Box<dyn Write + Send>,
+        sync: SyncFn,
         facts: &RunFacts,
         queue: Arc<Queue>,
     ) -> Result<Self, LogError> {
@@ -98,7 +108,7 @@ impl Recorder {
                 source => LogError::Mcap { path, source },
             }
         };
-        let file = LogFile::begin(disk).map_err(failed)?;
+        let file = LogFile::begin(disk, sync).map_err(failed)?;
         let shared = Arc::default();
         let scribe = Scribe::new(file, facts.clone(), Arc::clone(&queue), Arc::clone(&shared))
             .map_err(failed)?;
@@ -175,7 +185,6 @@ mod tests {
     use crate::log::recording::Recording;
     use armbridge_shared::link::frame::Encoder;
     use armbridge_shared::link::message::{Settings, ToHost};
-    use std::io::{self, Write};
     use std::sync::Mutex;
 
     /// A disk that does nothing while it is held, and has room for so much.
@@ -201,13 +210,6 @@ mod tests {
         }
     }
 
-    impl Disk for Poor {
-        fn sync(&mut self) -> io::Result<()> {
-            drop(self.hold.lock().unwrap());
-            Ok(())
-        }
-    }
-
     /// Records a minute of frames, as fast as they come, on such a disk, which is held
     /// until they have come or not at all.
     fn record(name: &str, room: usize, is_held: bool, queue: Arc<Queue>) -> (PathBuf, Recorder) {
@@ -220,7 +222,12 @@ mod tests {
             room,
             hold: Arc::clone(&hold),
         });
-        let recorder = Recorder::on_disk(&path, disk, &facts, queue).unwrap();
+        let held_too = Arc::clone(&hold);
+        let sync = Box::new(move || {
+            drop(held_too.lock().unwrap());
+            Ok(())
+        });
+        let recorder = Recorder::on_disk(&path, disk, sync, &facts, queue).unwrap();
         let (mut tap, mut board) = (recorder.tap(), Encoder::default());
         let held = is_held.then(|| hold.lock().unwrap());
         let mut say = |tick: u64| {

@@ -19,8 +19,8 @@ use crate::facts::RunFacts;
 /// Longest wall time between two chunks: what a kill takes at most.
 const FLUSH: Duration = Duration::from_millis(200);
 
-/// Wall time after which the disk is to have what was written: what a power cut takes,
-/// together with the disk's own time for it.
+/// Wall time after which the disk is asked to keep what was written: what a power cut
+/// takes, together with the disk's own time for it.
 const SYNC: Duration = Duration::from_millis(500);
 
 /// Bytes of the link after which a chunk is closed before its time.
@@ -58,6 +58,8 @@ pub(super) struct Scribe {
     encoder: Encoder,
     raw: Vec<u8>,
     latest_ns: u64,
+    /// Ticks that are there and that are missing, in what was flushed.
+    kept: (u64, u64),
     flushed: Instant,
     synced: Instant,
 }
@@ -72,7 +74,8 @@ impl Scribe {
     ) -> McapResult<Self> {
         file.metadata(&metadata::build())?;
         file.metadata(&metadata::run(&facts))?;
-        file.flush(true)?;
+        file.flush()?;
+        file.sync()?;
         Ok(Self {
             file: Some(file),
             facts,
@@ -83,6 +86,7 @@ impl Scribe {
             encoder: Encoder::default(),
             raw: Vec::new(),
             latest_ns: 0,
+            kept: (0, 0),
             flushed: Instant::now(),
             synced: Instant::now(),
         })
@@ -96,11 +100,10 @@ impl Scribe {
             if let Some(mut file) = self.file.take() {
                 match self.write(&mut file, &framed, taken) {
                     Ok(()) => self.file = Some(file),
-                    Err(error) => self.give_up(&error),
+                    Err(error) => self.give_up(&error, file.size()),
                 }
             } else {
-                let bytes: usize = raw::pieces(&framed).flatten().map(|p| p.bytes.len()).sum();
-                self.shared.lock().report.unwritten += bytes as u64;
+                self.shared.lock().report.unwritten += raw::bytes(&framed);
                 self.flushed = Instant::now();
             }
             self.tell(taken);
@@ -108,14 +111,16 @@ impl Scribe {
                 break;
             }
         }
-        if let Some(file) = self.file.take()
-            && let Err(error) = self.finish(file)
-        {
-            self.give_up(&error);
+        if let Some(file) = self.file.take() {
+            let size = file.size();
+            if let Err(error) = self.finish(file) {
+                self.give_up(&error, size);
+            }
         }
     }
 
     fn write(&mut self, file: &mut LogFile, framed: &[u8], taken: Taken) -> McapResult<()> {
+        self.raw.extend_from_slice(framed);
         for piece in raw::pieces(framed).flatten() {
             self.latest_ns = self.latest_ns.max(piece.host_ns);
             if let raw::Kind::Bytes(direction) = piece.kind {
@@ -131,14 +136,16 @@ impl Scribe {
             self.ear = ear;
             done?;
         }
-        self.raw.extend_from_slice(framed);
         let queue = [framed.len() as u64, taken.fullest as u64, taken.unwritten];
         self.encoder
             .queue(self.latest_ns, queue, &mut |message| file.message(message))?;
         let is_due = self.flushed.elapsed() >= FLUSH;
         if is_due || self.raw.len() >= RAW_MOST {
-            let shall_sync = self.synced.elapsed() >= SYNC;
-            self.flush(file, shall_sync)?;
+            self.flush(file)?;
+        }
+        if self.synced.elapsed() >= SYNC {
+            file.sync()?;
+            self.synced = Instant::now();
         }
         Ok(())
     }
@@ -163,23 +170,21 @@ impl Scribe {
     }
 
     /// Closes the chunk, and keeps the raw bytes of what is in it.
-    fn flush(&mut self, file: &mut LogFile, shall_sync: bool) -> McapResult<()> {
+    fn flush(&mut self, file: &mut LogFile) -> McapResult<()> {
         if !self.raw.is_empty() {
             file.attach(self.latest_ns, &self.raw)?;
             self.raw.clear();
         }
-        file.flush(shall_sync)?;
+        file.flush()?;
+        self.kept = self.encoder.ticks();
         self.flushed = Instant::now();
-        if shall_sync {
-            self.synced = self.flushed;
-        }
         Ok(())
     }
 
     fn finish(&mut self, mut file: LogFile) -> McapResult<()> {
         self.encoder
             .statistics(self.latest_ns, &mut |message| file.message(message))?;
-        self.flush(&mut file, true)?;
+        self.flush(&mut file)?;
         if let Some(line) = self.encoder.clock() {
             file.metadata(&metadata::clock(&line))?;
         }
@@ -190,10 +195,13 @@ impl Scribe {
     }
 
     /// The file ends here; the queue is emptied all the same, so that nobody waits.
-    fn give_up(&mut self, error: &McapError) {
+    fn give_up(&mut self, error: &McapError, size: u64) {
         let mut shared = self.shared.lock();
         shared.is_broken_off = true;
-        let last = match shared.report.records {
+        (shared.report.records, shared.report.lost) = self.kept;
+        shared.report.size = size;
+        shared.report.unwritten += raw::bytes(&self.raw);
+        let last = match self.kept.0 {
             0 => "before its first tick".into(),
             count => format!("after {count} ticks"),
         };
@@ -204,12 +212,10 @@ impl Scribe {
     }
 
     fn tell(&self, taken: Taken) {
-        let (records, lost) = self.encoder.ticks();
         let mut shared = self.shared.lock();
         let report = &mut shared.report;
-        report.records = records;
-        report.lost = lost;
         if let Some(file) = &self.file {
+            (report.records, report.lost) = self.encoder.ticks();
             report.size = file.size();
         }
         if taken.unwritten > 0 && report.trouble.is_none() {

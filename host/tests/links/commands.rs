@@ -2,11 +2,8 @@
 
 use std::io::{Read, Write};
 use std::net::TcpListener;
-use std::path::PathBuf;
-use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
-use armbridge::links::LinkUri;
 use armbridge::station::Request;
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{Drive, Fault, Hello, Mode, StopSource, ToHost};
@@ -15,41 +12,9 @@ use armbridge_shared::link::schema;
 use crate::board::Served;
 use crate::cable::Cable;
 use crate::hosts::Manned;
-
-const TCP: &str = "tcp://127.0.0.1:0";
-
-fn command(link: &LinkUri, args: &[&str]) -> Command {
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("links");
-    std::fs::create_dir_all(&folder).unwrap();
-    // Half a second of patience.
-    std::fs::write(folder.join("armbridge.toml"), "patience_s = 0.5\n").unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_armbridge"));
-    command.args(args).args(["--link", &link.to_string()]);
-    command.current_dir(folder).env_remove("ARMBRIDGE_LINK");
-    command
-}
-
-fn run(link: &LinkUri, args: &[&str]) -> Output {
-    command(link, args).output().unwrap()
-}
-
-fn spawn(link: &LinkUri, args: &[&str]) -> Child {
-    let mut command = command(link, args);
-    command.stdout(Stdio::piped()).stderr(Stdio::piped());
-    command.spawn().unwrap()
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).unwrap()
-}
-
-#[track_caller]
-fn assert_ends(output: &Output, code: i32, words: &str) {
-    let said = format!("{}{}", text(&output.stdout), text(&output.stderr));
-    assert_eq!(output.status.code(), Some(code), "{said}");
-    assert!(said.contains(words), "no {words:?} in {said:?}");
-    assert!(!said.contains("panicked"), "{said}");
-}
+#[cfg(unix)]
+use crate::program::interrupt;
+use crate::program::{TCP, assert_ends, run, spawn, text};
 
 #[test]
 fn the_board_is_told_in_words_and_in_json() {
@@ -107,10 +72,7 @@ fn ctrl_c_disarms_first_and_then_ends() {
     let board = Served::on("pty:");
     let child = spawn(&board.link, &["arm"]);
     board.until("armed", |seen| seen.mode == Mode::Armed);
-    let interrupted = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(interrupted.unwrap().success());
+    interrupt(&child);
     assert_ends(&child.wait_with_output().unwrap(), 0, "; disarmed");
     board.until_off();
     assert_eq!(board.seen().mode, Mode::Idle, "no fault");

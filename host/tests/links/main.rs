@@ -5,4 +5,6 @@ mod board;
 mod cable;
 mod commands;
 mod hosts;
+mod program;
+mod runs;
 mod unplugged;

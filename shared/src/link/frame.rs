@@ -7,7 +7,8 @@
 //! Integers are little endian. The zero byte occurs nowhere but at the end of a
 //! frame, so a receiver that joins late or loses bytes is back in step at the
 //! next zero. A frame whose sequence number is not the one after its
-//! predecessor's says how many were lost.
+//! predecessor's says how many were lost; the number 0, out of turn, that the sender
+//! began anew, and nobody knows what it had said meanwhile.
 
 use cobs::{DecodeResult, DecoderState};
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -109,7 +110,7 @@ pub struct Received<M> {
     pub message: M,
     /// Sequence number of the frame.
     pub sequence: u16,
-    /// Frames lost since the previous intact one.
+    /// Frames lost since the previous intact one; 0 if the sender began anew.
     pub lost: u16,
 }
 
@@ -180,7 +181,10 @@ impl Decoder {
             return Err(FrameError::Direction);
         }
         let sequence = u16::from_le_bytes([low, high]);
-        let lost = self.next.map_or(0, |next| sequence.wrapping_sub(next));
+        let lost = match (self.next, sequence) {
+            (None, _) | (_, 0) => 0,
+            (Some(next), _) => sequence.wrapping_sub(next),
+        };
         self.next = Some(sequence.wrapping_add(1));
         let message = postcard::from_bytes(body).map_err(|_| FrameError::Schema)?;
         Ok(Received {
@@ -253,6 +257,20 @@ mod tests {
             kinds,
             [Ok((0, 0)), Ok((1, 0)), Err(FrameError::Damaged), Ok((5, 3))]
         );
+    }
+
+    #[test]
+    fn a_sender_that_begins_anew_has_lost_nothing() {
+        let (mut before, mut after) = (Encoder::default(), Encoder::default());
+        let mut bytes = Vec::new();
+        for encoder in [&mut before, &mut after] {
+            for _ in 0..3 {
+                bytes.extend_from_slice(encoder.encode(&regulate(0.0, 0.0)).1);
+            }
+        }
+        let got = decode::<ToBoard>(&mut Decoder::default(), &bytes);
+        assert!(got.iter().flatten().all(|r| r.lost == 0), "{got:?}");
+        assert_eq!(got.len(), 6);
     }
 
     #[test]
