@@ -14,21 +14,11 @@ pub const LAG_MAX: Duration = Duration::from_millis(100);
 /// Finest step of the wall clock: what a sleeping thread can keep.
 const STEP: Duration = Duration::from_micros(500);
 
-/// How well virtual time has kept up with the wall clock.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Lag {
-    /// How far it was behind at the most, and caught up again.
-    pub most: Duration,
-    /// How much it has lost for good.
-    pub lost: Duration,
-}
-
 /// Keeps virtual time from running ahead of the wall clock.
 #[derive(Clone, Debug)]
 pub struct Held {
     /// When virtual time was 0.
     epoch: Instant,
-    lag: Lag,
 }
 
 impl Held {
@@ -38,10 +28,7 @@ impl Held {
     }
 
     fn begin_at(epoch: Instant) -> Self {
-        Self {
-            epoch,
-            lag: Lag::default(),
-        }
+        Self { epoch }
     }
 
     /// Waits until the wall clock is at this virtual time, to half a millisecond.
@@ -52,19 +39,11 @@ impl Held {
         }
     }
 
-    /// How well it has kept up so far.
-    pub fn lag(&self) -> Lag {
-        self.lag
-    }
-
-    /// How far virtual time is ahead; counts and forgives how far it is behind.
+    /// How far virtual time is ahead; forgives what it is too far behind.
     fn look(&mut self, now_us: u64, wall: Instant) -> Duration {
         let due = self.epoch + Duration::from_micros(now_us);
         let late = wall.saturating_duration_since(due);
-        let lost = late.saturating_sub(LAG_MAX);
-        self.epoch += lost;
-        self.lag.lost += lost;
-        self.lag.most = self.lag.most.max(late.min(LAG_MAX));
+        self.epoch += late.saturating_sub(LAG_MAX);
         due.saturating_duration_since(wall)
     }
 }
@@ -79,17 +58,12 @@ mod tests {
         let begun = Instant::now();
         let mut held = Held::begin_at(begun);
         assert_eq!(held.look(10_000, begun + ms(4)), ms(6));
-        assert_eq!(held.lag(), Lag::default());
         // 30 ms behind, and ahead again.
         assert_eq!(held.look(20_000, begun + ms(50)), ms(0));
         assert_eq!(held.look(60_000, begun + ms(51)), ms(9));
-        let (most, lost) = (ms(30), ms(0));
-        assert_eq!(held.lag(), Lag { most, lost });
         // An hour, but for what is made up for.
         let hour = ms(3_600_000);
         assert_eq!(held.look(61_000, begun + ms(61) + hour), ms(0));
-        let (most, lost) = (LAG_MAX, hour.checked_sub(LAG_MAX).unwrap());
-        assert_eq!(held.lag(), Lag { most, lost });
         assert_eq!(held.look(162_000, begun + ms(61) + hour), ms(1));
     }
 }

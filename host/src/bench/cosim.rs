@@ -10,7 +10,6 @@ use std::fmt;
 use super::Bench;
 use super::board::{Board, Input, Output, Wake};
 use super::plant::Push;
-use crate::held::Lag;
 use armbridge_shared::bridge::gateway::ClientLine;
 
 /// Who is at the other end of the link.
@@ -38,9 +37,6 @@ pub trait Host {
 
     /// The connection broke; what is heard from now on is said on another.
     fn parted(&mut self, _now_us: u64) {}
-
-    /// The run is over, which was held back to the wall clock: how well it kept up.
-    fn kept_up(&mut self, _lag: Lag) {}
 
     /// Pushes that the bench's arm is to get; nobody pushes a real one.
     fn take_pushes(&mut self) -> Vec<Push> {

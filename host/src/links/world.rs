@@ -47,11 +47,7 @@ where
         CosimError::Board(error) => LinkError::Link(error.to_string()),
         CosimError::Host(error) => LinkError::Host(error),
     });
-    let Visitor { mut host, held, .. } = cosim.host;
-    if let Some(held) = held {
-        host.kept_up(held.lag());
-    }
-    (host, result)
+    (cosim.host.host, result)
 }
 
 /// The firmware image, booted; what it logs is left to `armbridge emulate` to show.

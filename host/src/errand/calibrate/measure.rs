@@ -58,7 +58,8 @@ pub enum Unusable {
     },
     /// It was not turned, or hardly.
     #[error(
-        "joint {joint} was turned by {moved:.0} counts only; turn it by 0.3 rad (60 counts) or more"
+        "joint {joint} was turned by {} counts only; turn it by 0.3 rad (60 counts) or more",
+        moved.round() as i64
     )]
     TooLittle {
         /// From 1.
