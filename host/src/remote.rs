@@ -151,6 +151,13 @@ impl RemoteHost {
                 if turned_away.as_mut().is_some_and(is_gone) {
                     *turned_away = None;
                 }
+                // Before the next one is asked in: he may come in the same moment.
+                if peer
+                    .as_mut()
+                    .is_some_and(|peer| !read(peer, &mut self.bytes))
+                {
+                    *peer = None;
+                }
                 if let (None, Some(came)) = (&turned_away, accept(listener)?) {
                     if peer.is_none() {
                         *peer = Some(came);
@@ -159,13 +166,6 @@ impl RemoteHost {
                         turn_away(&came);
                         *turned_away = Some(came);
                     }
-                }
-                if peer
-                    .as_mut()
-                    .is_some_and(|peer| !read(peer, &mut self.bytes))
-                {
-                    // Gone, however: the next one may come.
-                    *peer = None;
                 }
             }
             #[cfg(unix)]
