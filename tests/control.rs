@@ -105,7 +105,7 @@ fn motors_with_another_zero_or_a_dead_zone_stand() {
     }
     let dead = PlantConfig {
         friction_on: false,
-        dead_zone: true,
+        dead_zone_counts: [PlantConfig::PAPER_DEAD_ZONE_COUNTS; JOINTS],
         ..arm()
     };
     stands(&dead, Setup::best(), &"dead zone");

@@ -51,7 +51,7 @@ fn arms() -> [(&'static str, PlantConfig); 4] {
     let default = plant(INITIAL_RAD, true);
     let smooth = plant(INITIAL_RAD, false);
     let dead_zone = PlantConfig {
-        dead_zone: true,
+        dead_zone_counts: [PlantConfig::PAPER_DEAD_ZONE_COUNTS; JOINTS],
         ..smooth
     };
     let weak = PlantConfig {

@@ -1,6 +1,7 @@
 //! What the virtual arm promises.
 
 use armbridge::bench::plant::{Plant, PlantConfig, Push};
+use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint};
 use armbridge_shared::arm::{Parameters, State};
 use nalgebra::Vector2;
@@ -162,11 +163,17 @@ fn pwm_becomes_torque_with_every_switch() {
     }
     assert_eq!(torque(plain, 1000), 0.0);
     let dead = PlantConfig {
-        dead_zone: true,
+        dead_zone_counts: [PlantConfig::PAPER_DEAD_ZONE_COUNTS; JOINTS],
         ..plain
     };
     assert_eq!([951, 1049].map(|pwm| torque(dead, pwm)), [0.0, 0.0]);
     assert!(torque(dead, 950) < 0.0 && torque(dead, 1050) > 0.0);
+    let lopsided = PlantConfig {
+        dead_zone_counts: [[5, 30], [0, 0]],
+        ..plain
+    };
+    assert_eq!([995, 1030].map(|pwm| torque(lopsided, pwm)), [0.0, 0.0]);
+    assert!(torque(lopsided, 994) < 0.0 && torque(lopsided, 1031) > 0.0);
     let weak = PlantConfig {
         torque_gain: 0.7,
         ..plain
@@ -191,21 +198,28 @@ fn pwm_becomes_torque_with_every_switch() {
 #[test]
 fn a_delayed_command_is_the_same_command_later() {
     let delayed = PlantConfig {
-        input_delay_ns: 3 * MS + 1,
+        input_delay_ns: [3 * MS + 1, 17 * MS],
         ..frictionless([0.0, 0.0])
     };
     let mut plant = Plant::new(delayed, 1);
     let mut prompt = Plant::new(frictionless([0.0, 0.0]), 1);
+    let mut later = Vec::new();
     for k in 0..50 {
-        let pwm = 1015 + (k * 13 % 60) as u16;
-        plant.drive(0, k * MS, pwm);
-        prompt.drive(0, k * MS + delayed.input_delay_ns, pwm);
+        for (servo, delay_ns) in delayed.input_delay_ns.into_iter().enumerate() {
+            let pwm = 1015 + (k * 13 % 60) as u16 - 25 * servo as u16;
+            plant.drive(servo, k * MS, pwm);
+            later.push((k * MS + delay_ns, servo, pwm));
+        }
+    }
+    later.sort_by_key(|(at_ns, ..)| *at_ns);
+    for (at_ns, servo, pwm) in later {
+        prompt.drive(servo, at_ns, pwm);
     }
     for plant in [&mut plant, &mut prompt] {
         plant.advance(100 * MS);
     }
     assert_eq!(plant.state(), prompt.state());
-    assert!(plant.state().q.x != 0.0);
+    assert!(plant.state().q.iter().all(|q| *q != 0.0));
 }
 
 #[test]

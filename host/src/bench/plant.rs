@@ -23,7 +23,7 @@ mod file;
 
 pub use body::{Body, Friction};
 pub use config::PlantConfig;
-pub use file::PlantFile;
+pub use file::{Clash, PlantFile};
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
@@ -50,7 +50,8 @@ pub struct Plant {
     slack: u16,
     motor_nm: Vector2<f64>,
     push_nm: Vector2<f64>,
-    /// Changes of torque that are still to come, earliest first.
+    /// Changes of torque that are still to come, earliest first. A servo's own keep
+    /// their order: its delay is always the same.
     due: VecDeque<Change>,
     noise: [Pcg32; JOINTS],
 }
@@ -118,7 +119,7 @@ impl Plant {
         assert!(servo < JOINTS, "no servo {servo} on this arm");
         self.advance(at_ns);
         self.change(
-            self.now_ns + self.config.input_delay_ns,
+            self.now_ns + self.config.input_delay_ns[servo],
             What::Pwm { servo, pwm },
         );
     }

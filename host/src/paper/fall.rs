@@ -233,6 +233,7 @@ fn fall_with(coulomb_nm: f64) -> (f64, Vec<f64>) {
     let friction = Friction {
         coulomb_nm,
         static_nm: STATIC_RATIO * coulomb_nm,
+        stribeck_rad_s: 0.0,
     };
     let stiffness = -arm.gravity_slope(Vector2::zeros()).m11;
     let from_rad = (friction.static_nm / stiffness).asin() + BEYOND_RAD;

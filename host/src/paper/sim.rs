@@ -172,7 +172,7 @@ impl Loop {
     fn plant_config(&self, period_ns: u64) -> PlantConfig {
         let delayed = self.delay != Delay::None;
         PlantConfig {
-            input_delay_ns: if delayed { period_ns } else { 0 },
+            input_delay_ns: [if delayed { period_ns } else { 0 }; JOINTS],
             ..self.plant
         }
     }

@@ -15,7 +15,7 @@ use super::place::{Place, Wrong};
 use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, Success};
 use crate::bench::kind::ServoKind;
-use crate::bench::plant::{PlantConfig, PlantFile, Push};
+use crate::bench::plant::{Clash, PlantConfig, PlantFile, Push};
 use crate::log::names;
 use crate::operator::plan::{Begin, Change, Plan, Stop};
 use crate::params;
@@ -133,7 +133,10 @@ fn bench(
             let file = PlantFile::read(&path).map_err(|error| Wrong::new(at, error))?;
             file.config(initial_rad)
         }
-        (None, Some(file)) => file.config(initial_rad),
+        (None, Some(file)) => match file.clash() {
+            Some(Clash { key, what }) => return Err(Wrong::new(place.at("plant").at(key), what)),
+            None => file.config(initial_rad),
+        },
         (None, None) => PlantConfig {
             initial: State::at_rest(Vector2::from(initial_rad)),
             ..PlantConfig::default()

@@ -15,7 +15,9 @@
 //! threshold. A sliding joint feels its Coulomb torque against its motion. When
 //! its speed would change sign it stops, and sticks for as long as the rest of
 //! the torque stays within the static one: truly at rest, no creep. It breaks
-//! away in the direction of that rest. Because M(q) is diagonal, a stuck joint
+//! away in the direction of that rest. After Stribeck, what a sliding joint feels
+//! may come down from the static torque to the Coulomb one as it gets faster,
+//! instead of at once. Because M(q) is diagonal, a stuck joint
 //! passes nothing on to the other but its angle.
 //!
 //! # End stops
@@ -25,7 +27,7 @@
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Parameters, State};
-use nalgebra::Vector2;
+use nalgebra::{ComplexField, Vector2};
 
 /// Grid of the integration, in ns.
 pub const STEP_NS: u64 = 100_000;
@@ -37,6 +39,9 @@ pub struct Friction {
     pub coulomb_nm: f64,
     /// Torque that a joint at rest withstands.
     pub static_nm: f64,
+    /// vs in rad/s of a sliding joint's `coulomb_nm + (static_nm - coulomb_nm)
+    /// exp(-(v/vs)^2)`. 0 for `coulomb_nm` alone, at any speed.
+    pub stribeck_rad_s: f64,
 }
 
 impl Friction {
@@ -44,7 +49,19 @@ impl Friction {
     pub const NONE: Self = Self {
         coulomb_nm: 0.0,
         static_nm: 0.0,
+        stribeck_rad_s: 0.0,
     };
+
+    /// Torque in N m against a sliding joint of this speed.
+    fn sliding_nm(&self, speed_rad_s: f64) -> f64 {
+        if self.stribeck_rad_s > 0.0 {
+            // nalgebra's own, not the platform's: the same bits everywhere.
+            let share = speed_rad_s / self.stribeck_rad_s;
+            self.coulomb_nm + (self.static_nm - self.coulomb_nm) * ComplexField::exp(-share * share)
+        } else {
+            self.coulomb_nm
+        }
+    }
 }
 
 /// What dry friction does to a joint at present.
@@ -204,7 +221,7 @@ impl Body {
         let mut torque = self.torque_nm;
         for joint in 0..JOINTS {
             if let Contact::Sliding(direction) = self.contact[joint] {
-                torque[joint] -= direction * self.friction[joint].coulomb_nm;
+                torque[joint] -= direction * self.friction[joint].sliding_nm(state.dq[joint]);
             }
         }
         let mut derivative = State {
@@ -235,6 +252,52 @@ impl Body {
                 _ if at_stop => *speed = 0.0,
                 _ => {}
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const S: u64 = 1_000_000_000;
+
+    /// Link 2 of an arm without weight, under this torque for 5 s.
+    fn turned(friction: Friction, torque_nm: f64) -> State<f64> {
+        let arm = Parameters {
+            g: 0.0,
+            ..Parameters::paper()
+        };
+        let stops = [[-100.0, 100.0]; JOINTS];
+        let at_rest = State::at_rest(Vector2::zeros());
+        let mut body = Body::new(arm, [friction; JOINTS], stops, at_rest);
+        body.set_torque(0, Vector2::new(0.0, torque_nm));
+        body.advance(5 * S);
+        body.state(5 * S)
+    }
+
+    #[test]
+    fn dry_friction_comes_down_with_speed_after_stribeck() {
+        let friction = Friction {
+            coulomb_nm: 0.04,
+            static_nm: 0.06,
+            stribeck_rad_s: 0.3,
+        };
+        let viscous = Parameters::<f64>::paper().b2;
+        assert!(turned(friction, 0.0599).dq.y.abs() <= 0.0);
+        for torque_nm in [0.08, 0.1, -0.1, 0.2] {
+            let speed = turned(friction, torque_nm).dq.y;
+            let dry_nm = 0.04 + 0.02 * (-(speed / 0.3).powi(2)).exp();
+            let balance_nm = torque_nm - viscous * speed - dry_nm.copysign(speed);
+            assert!(balance_nm.abs() < 1e-9, "{torque_nm} N m: {balance_nm}");
+            // The jump, which is where this ends at speed, lets it go faster.
+            let jump = Friction {
+                stribeck_rad_s: 0.0,
+                ..friction
+            };
+            let faster = turned(jump, torque_nm).dq.y;
+            assert!(faster.abs() > speed.abs());
+            assert!((faster.abs() - (torque_nm.abs() - 0.04) / viscous).abs() < 1e-9);
         }
     }
 }

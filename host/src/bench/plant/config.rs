@@ -24,10 +24,11 @@ pub struct PlantConfig {
     pub friction_on: bool,
     /// Dry friction of each joint, if there is any.
     pub friction: [Friction; JOINTS],
-    /// No torque for 950 < PWM < 1050, as the paper describes it.
-    pub dead_zone: bool,
-    /// Time in ns from a PWM's arrival in the servo to its torque.
-    pub input_delay_ns: u64,
+    /// PWM counts below and above off up to which each servo gives no torque:
+    /// none for `1000 - below <= PWM <= 1000 + above`.
+    pub dead_zone_counts: [[u16; 2]; JOINTS],
+    /// Time in ns from a PWM's arrival in each servo to its torque.
+    pub input_delay_ns: [u64; JOINTS],
     /// Factor on every motor torque: supply voltage, or a wrong 834.
     pub torque_gain: f64,
     /// PWM counts by which the motors' true zero lies above the calibrated one.
@@ -52,6 +53,7 @@ impl Default for PlantConfig {
         let friction = Friction {
             coulomb_nm: 0.04,
             static_nm: 0.06,
+            stribeck_rad_s: 0.0,
         };
         Self {
             arm: Parameters::paper(),
@@ -60,8 +62,8 @@ impl Default for PlantConfig {
             joints: [Joint::paper(); JOINTS],
             friction_on: true,
             friction: [friction; JOINTS],
-            dead_zone: false,
-            input_delay_ns: 0,
+            dead_zone_counts: [[0; 2]; JOINTS],
+            input_delay_ns: [0; JOINTS],
             torque_gain: 1.0,
             pwm_offset_counts: 0.0,
             // Stall torque of an AX-12A at 12 V; above what equation (5) gives.
@@ -79,6 +81,9 @@ impl Default for PlantConfig {
 }
 
 impl PlantConfig {
+    /// The dead zone that the paper describes: no torque for 950 < PWM < 1050.
+    pub const PAPER_DEAD_ZONE_COUNTS: [u16; 2] = [49, 49];
+
     /// The parameters that the arm really has.
     pub(super) fn true_arm(&self) -> Parameters<f64> {
         let scale = self.inertia_scale;
@@ -126,9 +131,9 @@ impl PlantConfig {
     /// Joint torque in N m that a servo makes of a PWM: equation (5) with the
     /// motor's true zero and gain.
     pub(super) fn torque(&self, servo: usize, pwm: u16) -> f64 {
-        const DEAD_ZONE: core::ops::Range<u16> = 951..1050;
-
-        if self.dead_zone && DEAD_ZONE.contains(&pwm) {
+        let off = Pwm::OFF.counts();
+        let [below, above] = self.dead_zone_counts[servo];
+        if off.saturating_sub(below) <= pwm && pwm <= off.saturating_add(above) {
             return 0.0;
         }
         let calibrated = self.joints[servo];

@@ -17,14 +17,16 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use super::{Friction, PlantConfig};
-use crate::document::{self, DocumentError};
+use crate::document::{self, Document, DocumentError};
 
 /// An arm as a file has it. The comments of `default.toml` say what each key is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlantFile {
     friction: bool,
-    dead_zone: bool,
+    /// The paper's, or none, of both joints.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dead_zone: Option<bool>,
     held: bool,
     #[serde(deserialize_with = "range::scale")]
     inertia_scale: f64,
@@ -36,14 +38,27 @@ pub struct PlantFile {
     pwm_offset_counts: f64,
     #[serde(deserialize_with = "range::torque")]
     torque_limit_nm: f64,
-    #[serde(deserialize_with = "range::delay")]
-    input_delay_us: u32,
+    /// That of both joints.
+    #[serde(
+        deserialize_with = "range::maybe_delay",
+        skip_serializing_if = "Option::is_none"
+    )]
+    input_delay_us: Option<u32>,
     #[serde(deserialize_with = "range::noise")]
     noise_lsb_rms: f64,
     #[serde(with = "ArmKeys")]
     arm: Parameters<f64>,
     joint1: JointKeys,
     joint2: JointKeys,
+}
+
+/// Two keys of a file that say the same.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Clash {
+    /// The one that is of both joints.
+    pub key: &'static str,
+    /// Which they are.
+    pub what: String,
 }
 
 /// Keys of [`Parameters`], with their ranges.
@@ -101,7 +116,19 @@ struct JointKeys {
     coulomb_nm: f64,
     #[serde(deserialize_with = "range::torque")]
     static_nm: f64,
-    #[serde(with = "Mounting")]
+    #[serde(deserialize_with = "range::stribeck")]
+    stribeck_rad_s: f64,
+    #[serde(
+        deserialize_with = "range::maybe_dead_zone",
+        skip_serializing_if = "Option::is_none"
+    )]
+    dead_zone_counts: Option<[u16; 2]>,
+    #[serde(
+        deserialize_with = "range::maybe_delay",
+        skip_serializing_if = "Option::is_none"
+    )]
+    input_delay_us: Option<u32>,
+    #[serde(with = "Turning")]
     direction: Direction,
     #[serde(deserialize_with = "range::zero")]
     zero_count: f64,
@@ -115,18 +142,25 @@ struct JointKeys {
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Direction", rename_all = "lowercase")]
-enum Mounting {
+enum Turning {
     Forward,
     Reverse,
 }
 
 impl Default for PlantFile {
-    /// [`PlantConfig::default`], but that where the arm is at first is not said.
+    /// [`PlantConfig::default`]; what has its default only where a file says nothing
+    /// else about it, such as where the arm is at first, is not said.
     fn default() -> Self {
-        let mut file = Self::of(&PlantConfig::default());
-        file.joint1.initial_rad = None;
-        file.joint2.initial_rad = None;
-        file
+        let config = PlantConfig::default();
+        let joint = |joint| JointKeys {
+            stops_rad: Some(config.stops_rad[joint]),
+            ..JointKeys::default()
+        };
+        Self {
+            joint1: joint(0),
+            joint2: joint(1),
+            ..Self::of(&config)
+        }
     }
 }
 
@@ -136,6 +170,8 @@ impl Default for JointKeys {
         Self {
             initial_rad: None,
             stops_rad: None,
+            dead_zone_counts: None,
+            input_delay_us: None,
             ..Self::of(&PlantConfig::default(), 0)
         }
     }
@@ -152,21 +188,46 @@ impl PlantFile {
             path: path.into(),
             source,
         })?;
-        toml::from_str(&text).map_err(|error| document::not_toml(path, &text, &error))
+        let file: Self =
+            toml::from_str(&text).map_err(|error| document::not_toml(path, &text, &error))?;
+        match file.clash() {
+            Some(Clash { key, what }) => Err(Document::parse(path, text)?.wrong_key(key, what)),
+            None => Ok(file),
+        }
+    }
+
+    /// What is said twice: of both joints by a key of the file, and of one by its own.
+    pub fn clash(&self) -> Option<Clash> {
+        let of_both = |key, is_said: bool, [of_1, of_2]: [bool; JOINTS], own: &str| {
+            (is_said && (of_1 || of_2)).then(|| Clash {
+                key,
+                what: format!(
+                    "`{key}` is that of both joints, and `joint{}.{own}` says it again; keep \
+                     one of the two",
+                    if of_1 { 1 } else { 2 },
+                ),
+            })
+        };
+        let joints = [&self.joint1, &self.joint2];
+        let has_zone = joints.map(|joint| joint.dead_zone_counts.is_some());
+        let has_delay = joints.map(|joint| joint.input_delay_us.is_some());
+        let (zone, delay) = (self.dead_zone.is_some(), self.input_delay_us.is_some());
+        of_both("dead_zone", zone, has_zone, "dead_zone_counts")
+            .or_else(|| of_both("input_delay_us", delay, has_delay, "input_delay_us"))
     }
 
     /// What a file says about this arm, with every key.
     pub fn of(config: &PlantConfig) -> Self {
         Self {
             friction: config.friction_on,
-            dead_zone: config.dead_zone,
+            dead_zone: None,
             held: config.held,
             inertia_scale: config.inertia_scale,
             gravity_scale: config.gravity_scale,
             torque_gain: config.torque_gain,
             pwm_offset_counts: config.pwm_offset_counts,
             torque_limit_nm: config.torque_limit_nm,
-            input_delay_us: (config.input_delay_ns / 1_000) as u32,
+            input_delay_us: None,
             noise_lsb_rms: config.noise_lsb_rms,
             arm: config.arm,
             joint1: JointKeys::of(config, 0),
@@ -178,6 +239,11 @@ impl PlantFile {
     pub fn config(&self, initial_rad: [f64; JOINTS]) -> PlantConfig {
         let keys = [&self.joint1, &self.joint2];
         let default = PlantConfig::default();
+        let dead_zone = if self.dead_zone == Some(true) {
+            PlantConfig::PAPER_DEAD_ZONE_COUNTS
+        } else {
+            [0; 2]
+        };
         PlantConfig {
             arm: self.arm,
             inertia_scale: self.inertia_scale,
@@ -187,9 +253,13 @@ impl PlantFile {
             friction: keys.map(|joint| Friction {
                 coulomb_nm: joint.coulomb_nm,
                 static_nm: joint.static_nm,
+                stribeck_rad_s: joint.stribeck_rad_s,
             }),
-            dead_zone: self.dead_zone,
-            input_delay_ns: u64::from(self.input_delay_us) * 1_000,
+            dead_zone_counts: keys.map(|joint| joint.dead_zone_counts.unwrap_or(dead_zone)),
+            input_delay_ns: keys.map(|joint| {
+                let delay_us = joint.input_delay_us.or(self.input_delay_us);
+                u64::from(delay_us.unwrap_or(0)) * 1_000
+            }),
             torque_gain: self.torque_gain,
             pwm_offset_counts: self.pwm_offset_counts,
             torque_limit_nm: self.torque_limit_nm,
@@ -216,6 +286,7 @@ impl JointKeys {
         let Friction {
             coulomb_nm,
             static_nm,
+            stribeck_rad_s,
         } = config.friction[joint];
         Self {
             initial_rad: Some(config.initial.q[joint]),
@@ -223,6 +294,9 @@ impl JointKeys {
             stops_rad: Some(config.stops_rad[joint]),
             coulomb_nm,
             static_nm,
+            stribeck_rad_s,
+            dead_zone_counts: Some(config.dead_zone_counts[joint]),
+            input_delay_us: Some((config.input_delay_ns[joint] / 1_000) as u32),
             direction,
             zero_count,
             rad_per_count,

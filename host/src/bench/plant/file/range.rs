@@ -47,11 +47,27 @@ ranges! {
     angle_of_count 1e-4..=0.1;
     gain 10.0..=1e5;
     delay_us 0.0..=1e6;
+    stribeck 0.0..=100.0;
 }
 
-/// A time in µs.
-pub(super) fn delay<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    delay_us(deserializer).map(|us| us as u32)
+/// A time in µs, where there is one.
+pub(super) fn maybe_delay<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<u32>, D::Error> {
+    delay_us(deserializer).map(|us| Some(us as u32))
+}
+
+/// PWM counts below and above off, where there are any.
+pub(super) fn maybe_dead_zone<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<[u16; 2]>, D::Error> {
+    let counts = <[u16; 2]>::deserialize(deserializer)?;
+    if counts.iter().all(|&counts| counts <= 500) {
+        Ok(Some(counts))
+    } else {
+        let what = "expected PWM counts below and above off, from 0 to 500";
+        Err(D::Error::custom(what))
+    }
 }
 
 /// An angle in rad, where there is one.

@@ -38,11 +38,30 @@ fn every_shipped_arm_can_be_read() {
     let dead = PlantFile::read(&shipped("dead-zone.toml")).unwrap();
     let expected = PlantConfig {
         friction_on: false,
-        dead_zone: true,
+        dead_zone_counts: [PlantConfig::PAPER_DEAD_ZONE_COUNTS; JOINTS],
         initial: State::at_rest(Vector2::new(0.1, 0.2)),
         ..PlantConfig::default()
     };
     assert_eq!(dead.config([0.1, 0.2]), expected);
+}
+
+#[test]
+fn what_is_of_both_joints_is_of_each() {
+    let config = |text: &str| {
+        let file: PlantFile = toml::from_str(text).unwrap();
+        assert_eq!(file.clash(), None);
+        file.config([0.0; JOINTS])
+    };
+    assert_eq!(config("input_delay_us = 7").input_delay_ns, [7_000; JOINTS]);
+    let own = config("joint2.input_delay_us = 7\njoint1.dead_zone_counts = [3, 4]");
+    assert_eq!(own.input_delay_ns, [0, 7_000]);
+    assert_eq!(own.dead_zone_counts, [[3, 4], [0, 0]]);
+    assert_eq!(
+        config("dead_zone = false").dead_zone_counts,
+        [[0; 2]; JOINTS]
+    );
+    let paper = config("dead_zone = true").dead_zone_counts;
+    assert_eq!(paper, [PlantConfig::PAPER_DEAD_ZONE_COUNTS; JOINTS]);
 }
 
 #[test]
@@ -71,6 +90,21 @@ fn mistakes_are_named_with_their_place() {
             "[joint2]\nstops_rad = [1, -1]",
             (2, 13),
             ["stops_rad", "smallest"],
+        ),
+        (
+            "[joint1]\ndead_zone_counts = [0, 501]",
+            (2, 20),
+            ["dead_zone_counts", "from 0 to 500"],
+        ),
+        (
+            "held = true\ndead_zone = false\njoint2.dead_zone_counts = [1, 2]",
+            (2, 1),
+            ["`dead_zone`", "`joint2.dead_zone_counts`"],
+        ),
+        (
+            "input_delay_us = 1\n[joint1]\ninput_delay_us = 1",
+            (1, 1),
+            ["`input_delay_us`", "`joint1.input_delay_us`"],
         ),
         (
             "[joint2]\ndirection = 'up'",
