@@ -19,6 +19,7 @@
 
 pub mod body;
 mod config;
+mod draw;
 mod file;
 
 pub use body::{Body, Friction};
