@@ -5,6 +5,7 @@ use std::convert::Infallible;
 use armbridge::bench::cosim::{CosimError, Host};
 use armbridge::bench::plant::PlantConfig;
 use armbridge::operator::{OperatorError, Script};
+use armbridge_shared::arm::Mounting;
 use armbridge_shared::bridge::Mailboxes;
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{
@@ -51,6 +52,44 @@ fn frictionless_arm_settles_and_rests_within_a_count() {
             "seed {seed}: {rest:?}"
         );
         assert_eq!(records.last().unwrap().timing.missed, 0);
+    }
+}
+
+/// The board is told that it hangs, and designs for that.
+#[test]
+fn an_arm_that_hangs_is_regulated_as_well() {
+    let hanging = |mut config: PlantConfig| {
+        config.arm.mounting = Mounting::Hanging;
+        config
+    };
+    for (base, friction_on) in [(Setup::default(), false), (Setup::best(), true)] {
+        let mut setup = base;
+        setup.arm.mounting = Mounting::Hanging;
+        for target_rad in [[0.0, 0.0], [-0.4, 0.5]] {
+            let script = Script {
+                commands: vec![(0, Command::Regulate(target_rad))],
+                ..upright(setup, 4.0)
+            };
+            let records = records(hanging(plant([0.30, -0.25], friction_on)), 1, script);
+            for joint in 0..2 {
+                let settled_s = settling_s(&records, joint, 0.020);
+                assert!(
+                    settled_s.is_some_and(|s| s < 1.7),
+                    "{target_rad:?} joint {joint}: {settled_s:?}"
+                );
+            }
+            let rest = rest_error(&records, 500);
+            assert!(
+                rest.iter().all(|error| error.abs() < COUNT_RAD),
+                "{target_rad:?}: {rest:?}"
+            );
+            // Away from its zero it is pulled back, and held against that.
+            let last = records.last().unwrap();
+            for (joint, target) in target_rad.into_iter().enumerate() {
+                let torque_nm = last.torque_nm[joint];
+                assert!(target == 0.0 || torque_nm * target > 0.0, "{last:?}");
+            }
+        }
     }
 }
 

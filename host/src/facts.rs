@@ -5,7 +5,6 @@
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint, Pwm};
-use armbridge_shared::arm::Parameters;
 use armbridge_shared::control::{Lqr, Weights};
 use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
 use nalgebra::Vector2;
@@ -131,7 +130,7 @@ fn signed_rad_per_count(joint: &Joint<f32>) -> f64 {
 /// Torque per angle in N m/rad with which state feedback pulls the arm upright: the gain
 /// on the angle, less what gravity pushes.
 fn net_stiffness(setup: &Setup) -> Option<[f64; JOINTS]> {
-    let arm = Parameters::<f64>::paper();
+    let arm = setup.arm.map(f64::from);
     let upright = Vector2::zeros();
     let gain = match setup.controller {
         Controller::StateFeedback(Gains::Design { q, r }) => {

@@ -58,7 +58,7 @@ impl Loop {
     /// Of a set-up that a board runs with.
     pub(super) fn of(setup: &Setup) -> Result<Self, Refusal> {
         let period_s = f64::from(setup.period_us) * 1e-6;
-        let believed = in_double(&setup.arm);
+        let believed = setup.arm.map(f64::from);
         let arm = believed.linearise(Vector2::zeros());
         let discrete = arm.zero_order_hold(period_s);
         let gain = gain(setup, &believed)?;
@@ -308,37 +308,4 @@ pub(super) fn radius(a: &Square) -> f64 {
         share *= 0.5;
     }
     logarithm.exp()
-}
-
-pub(super) fn in_double(arm: &Parameters<f32>) -> Parameters<f64> {
-    let Parameters {
-        l1,
-        l2,
-        m1,
-        m2,
-        g,
-        i1x,
-        i1y,
-        i1z,
-        i2x,
-        i2y,
-        i2z,
-        b1,
-        b2,
-    } = *arm;
-    Parameters {
-        l1: l1.into(),
-        l2: l2.into(),
-        m1: m1.into(),
-        m2: m2.into(),
-        g: g.into(),
-        i1x: i1x.into(),
-        i1y: i1y.into(),
-        i1z: i1z.into(),
-        i2x: i2x.into(),
-        i2y: i2y.into(),
-        i2z: i2z.into(),
-        b1: b1.into(),
-        b2: b2.into(),
-    }
 }

@@ -7,8 +7,6 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Setup;
 use nalgebra::{Matrix2, RowVector2, Vector2};
 
-use super::model::in_double;
-
 /// Why there is no such gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlaceError {
@@ -27,7 +25,7 @@ pub fn place(
     sums_and_products: [(f64, f64); JOINTS],
 ) -> Result<[[f32; 2 * JOINTS]; JOINTS], PlaceError> {
     let period_s = f64::from(setup.period_us) * 1e-6;
-    let arm = in_double(&setup.arm).linearise(Vector2::zeros());
+    let arm = setup.arm.map(f64::from).linearise(Vector2::zeros());
     let model = arm.zero_order_hold(period_s);
     let inputs = [
         Vector2::new(model.b.m11, model.b.m31),

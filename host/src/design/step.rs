@@ -4,7 +4,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::message::{Mode, Record, Refusal, Setup};
 
-use super::model::{self, Loop};
+use super::model::Loop;
 use crate::bench::plant::PlantConfig;
 use crate::log::names;
 use crate::refusal;
@@ -51,7 +51,7 @@ pub(super) struct Answers {
 /// Has the loop and the bench step.
 pub(super) fn answers(setup: &Setup) -> Result<Answers, StepError> {
     let parts = Loop::of(setup).map_err(StepError::Refused)?;
-    let arm = model::in_double(&setup.arm);
+    let arm = setup.arm.map(f64::from);
     let plant = PlantConfig {
         arm,
         joints: setup.joints.map(|joint| in_double(&joint)),

@@ -8,7 +8,7 @@ use armbridge_shared::estimate::{Config, Estimator, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Setup};
 use nalgebra::{Complex, Matrix2, Vector2, Vector4};
 
-use super::model::{Loop, in_double};
+use super::model::Loop;
 use super::*;
 
 /// Set-ups of every kind of controller and estimator, at short and long periods.
@@ -141,7 +141,7 @@ fn moved(
 
 /// Estimator, control law and arm in double precision.
 fn double(setup: &Setup) -> (Estimator<f64>, Law<f64>, Parameters<f64>) {
-    let arm = in_double(&setup.arm);
+    let arm = setup.arm.map(f64::from);
     let period_s = f64::from(setup.period_us) * 1e-6;
     let config = match setup.estimator {
         Config::FiniteDifference { filter_s } => Config::FiniteDifference {

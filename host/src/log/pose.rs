@@ -1,12 +1,15 @@
 //! The arm as viewers draw it: Foxglove's joint states, frames and shapes.
 //!
 //! ```text
-//! table --Rx(q1)--> link1 --l1 along z, Ry(q2)--> link2 --l2 along z--> tip
+//! table --Rx(foot + q1)--> link1 --l1 along z, Ry(q2)--> link2 --l2 along z--> tip
 //! ```
 //!
-//! At zero both links point straight up, along z. Angles are the estimated ones.
+//! At zero both links point straight up, along z, and the foot is 0. An arm that hangs is
+//! the same turned over: its foot is half a turn, and what it is fixed to is above it.
+//! Angles are the estimated ones.
 
-use armbridge_shared::arm::Parameters;
+use armbridge_shared::JOINTS;
+use armbridge_shared::arm::{Mounting, Parameters};
 use armbridge_shared::link::message::{Record, Settings};
 use foxglove::messages::{
     Color, CubePrimitive, CylinderPrimitive, FrameTransform, FrameTransforms, JointState,
@@ -47,14 +50,15 @@ pub(super) fn joints(at_ns: u64, record: &Record) -> JointStates {
     }
 }
 
-/// Where the links are.
+/// Where the links are at these joint angles.
 pub(super) fn transforms(
     at_ns: u64,
-    record: &Record,
+    angle_rad: [f32; JOINTS],
     settings: Option<&Settings>,
 ) -> FrameTransforms {
     let [l1_m, l2_m] = lengths_m(settings);
-    let half = record.angle_rad.map(|angle| f64::from(angle) / 2.0);
+    let [q1, q2] = angle_rad.map(f64::from);
+    let half = [foot_rad(settings) + q1, q2].map(|angle_rad| angle_rad / 2.0);
     let transform = |[parent, child]: [&str; 2], z_m: f64, rotation: Quaternion| FrameTransform {
         timestamp: Some(timestamp(at_ns)),
         parent_frame_id: parent.into(),
@@ -111,7 +115,7 @@ pub(super) fn scene(at_ns: u64, settings: Option<&Settings>) -> SceneUpdate {
     let table = SceneEntity {
         cubes: vec![CubePrimitive {
             pose: Some(Pose {
-                position: Some(along_z(-THICKNESS_M)),
+                position: Some(along_z(-THICKNESS_M * foot_rad(settings).cos())),
                 orientation: Some(upright()),
             }),
             size: Some(Vector3 {
@@ -155,6 +159,14 @@ fn lengths_m(settings: Option<&Settings>) -> [f64; 2] {
     [arm.l1.into(), arm.l2.into()]
 }
 
+/// By how much the arm is turned over.
+fn foot_rad(settings: Option<&Settings>) -> f64 {
+    match settings.map_or(Mounting::Upright, |settings| settings.setup.arm.mounting) {
+        Mounting::Upright => 0.0,
+        Mounting::Hanging => core::f64::consts::PI,
+    }
+}
+
 fn along_z(z: f64) -> Vector3 {
     Vector3 {
         z,
@@ -166,5 +178,53 @@ fn upright() -> Quaternion {
     Quaternion {
         w: 1.0,
         ..Quaternion::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The vector turned.
+    fn turned(by: Quaternion, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let by = nalgebra::Quaternion::new(by.w, by.x, by.y, by.z);
+        let by = nalgebra::UnitQuaternion::from_quaternion(by);
+        (by * nalgebra::Vector3::new(x, y, z)).into()
+    }
+
+    /// Where the tip is, seen from the table.
+    fn tip_m(angle_rad: [f32; JOINTS], settings: &Settings) -> [f64; 3] {
+        let frames = transforms(0, angle_rad, Some(settings)).transforms;
+        frames.iter().rev().fold([0.0; 3], |at, frame| {
+            let [x, y, z] = turned(frame.rotation.unwrap(), at);
+            let by = frame.translation.unwrap();
+            [x + by.x, y + by.y, z + by.z]
+        })
+    }
+
+    fn is_near(a: [f64; 3], b: [f64; 3]) -> bool {
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6)
+    }
+
+    #[test]
+    fn an_arm_that_hangs_is_drawn_hanging() {
+        const TURNED: [f32; JOINTS] = [core::f32::consts::FRAC_PI_2, 0.0];
+
+        let mut settings = Settings::default();
+        assert!(is_near(tip_m([0.0; JOINTS], &settings), [0.0, 0.0, 0.195]));
+        let table_m = |settings: &Settings| {
+            let scene = scene(0, Some(settings));
+            let pose = scene.entities[0].cubes[0].pose.unwrap();
+            pose.position.unwrap().z
+        };
+        assert!(table_m(&settings) < 0.0);
+
+        settings.setup.arm.mounting = Mounting::Hanging;
+        assert!(is_near(tip_m([0.0; JOINTS], &settings), [0.0, 0.0, -0.195]));
+        assert!(table_m(&settings) > 0.0);
+        // Turned by a right angle, it points the other way than one that stands.
+        assert!(is_near(tip_m(TURNED, &settings), [0.0, 0.195, 0.0]));
+        settings.setup.arm.mounting = Mounting::Upright;
+        assert!(is_near(tip_m(TURNED, &settings), [0.0, -0.195, 0.0]));
     }
 }

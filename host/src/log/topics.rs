@@ -292,7 +292,7 @@ impl Encoder {
         if is_due {
             self.posed_us = Some(record.start_us);
             self.put(Topic::JointStates, at_ns, &pose::joints(at_ns, record), put)?;
-            let transforms = pose::transforms(at_ns, record, self.settings.as_ref());
+            let transforms = pose::transforms(at_ns, record.angle_rad, self.settings.as_ref());
             self.put(Topic::Transforms, at_ns, &transforms, put)?;
         }
         Ok(())

@@ -223,6 +223,11 @@ fn errors_say_what_to_do() {
             "`joint1.direction` cannot be \"left\": it takes \"forward\" or \"reverse\"",
         ),
         (
+            "arm.mounting",
+            "sideways",
+            "`arm.mounting` cannot be \"sideways\": it takes \"upright\" or \"hanging\"",
+        ),
+        (
             "controller.natural_rad_s",
             "20,20",
             "`controller.natural_rad_s` goes with controller.kind = \"computed-torque\", but \

@@ -54,3 +54,48 @@ impl<T: Real> Parameters<T> {
         kinetic + posture.potential_energy(self)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arm::Mounting;
+    use nalgebra::Vector4;
+
+    /// A step of Runge-Kutta, without torque.
+    fn step(arm: &Parameters<f64>, x: Vector4<f64>, step_s: f64) -> Vector4<f64> {
+        let slope = |x: Vector4<f64>| {
+            let state = State::from_vector(x);
+            let ddq = arm.acceleration(&state, Vector2::zeros());
+            Vector4::new(x.z, x.w, ddq.x, ddq.y)
+        };
+        let k1 = slope(x);
+        let k2 = slope(x + k1 * (step_s / 2.0));
+        let k3 = slope(x + k2 * (step_s / 2.0));
+        let k4 = slope(x + k3 * step_s);
+        x + (k1 + (k2 + k3) * 2.0 + k4) * (step_s / 6.0)
+    }
+
+    #[test]
+    fn an_arm_that_hangs_swings_about_zero_and_keeps_its_energy() {
+        let arm = Parameters {
+            b1: 0.0,
+            b2: 0.0,
+            mounting: Mounting::Hanging,
+            ..Parameters::paper()
+        };
+        let start = State::at_rest(Vector2::new(0.6, -0.8));
+        let energy = arm.energy(&start);
+        let mut x = start.to_vector();
+        let (mut drift, mut widest): (f64, f64) = (0.0, 0.0);
+        let mut crossings = 0;
+        for _ in 0..10_000 {
+            let next = step(&arm, x, 1e-3);
+            crossings += usize::from(next.x * x.x < 0.0);
+            x = next;
+            drift = drift.max((arm.energy(&State::from_vector(x)) - energy).abs());
+            widest = widest.max(x.x.abs());
+        }
+        assert!(drift < 1e-9, "{drift:e} J");
+        assert!(crossings > 10 && widest < 1.0, "{crossings}, {widest} rad");
+    }
+}

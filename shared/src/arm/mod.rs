@@ -2,7 +2,9 @@
 //!
 //! Joint 1 is fixed to the table and turns about x, joint 2 turns about y of
 //! the upper link. At q = 0 both links point straight up, and that equilibrium
-//! is unstable. Angles in rad, speeds in rad/s, torques in N m, SI throughout.
+//! is unstable; of an arm that hangs they point straight down, and it is stable,
+//! see [`Mounting`]. "Upright" in this crate means q = 0, however the arm is
+//! mounted. Angles in rad, speeds in rad/s, torques in N m, SI throughout.
 //!
 //! The model is the one of the paper,
 //!
@@ -24,7 +26,7 @@
 //!
 //! | file           | what lives there                                        |
 //! |----------------|---------------------------------------------------------|
-//! | `parameters`   | [`Parameters`]: Table 1 as data                         |
+//! | `parameters`   | [`Parameters`]: Table 1 as data; [`Mounting`]           |
 //! | `posture`      | [`Posture`]: the terms of (1), sines and cosines shared |
 //! | `dynamics`     | mass, Coriolis, gravity, acceleration, energy           |
 //! | `linear`       | [`Linear`]: continuous A and B about a setpoint         |
@@ -38,7 +40,7 @@ mod posture;
 
 pub use discrete::Discrete;
 pub use linear::Linear;
-pub use parameters::Parameters;
+pub use parameters::{Mounting, Parameters};
 pub use posture::Posture;
 
 use crate::real::Real;
@@ -47,7 +49,7 @@ use nalgebra::{Vector2, Vector4};
 /// Angles and speeds of both joints at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<T> {
-    /// Joint angles in rad; 0 is upright.
+    /// Joint angles in rad; 0 is upright, or straight down if the arm hangs.
     pub q: Vector2<T>,
     /// Joint speeds in rad/s.
     pub dq: Vector2<T>,

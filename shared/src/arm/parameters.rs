@@ -5,6 +5,16 @@ use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+/// Which way the arm's foot is: where both links point at q = 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
+pub enum Mounting {
+    /// On the table: straight up, as in the paper.
+    #[default]
+    Upright,
+    /// Upside down: straight down.
+    Hanging,
+}
+
 /// Everything that equations (1) to (4) need to know about an arm.
 ///
 /// Fields carry the names of Table 1. A value that does not enter the
@@ -37,6 +47,30 @@ pub struct Parameters<T> {
     pub b1: T,
     /// Viscous friction of joint 2 in N m s/rad.
     pub b2: T,
+    /// Which way up it is.
+    pub mounting: Mounting,
+}
+
+impl<T> Parameters<T> {
+    /// The same arm in other numbers: `f64::from` for the arm of a board.
+    pub fn map<U>(self, mut number: impl FnMut(T) -> U) -> Parameters<U> {
+        Parameters {
+            l1: number(self.l1),
+            l2: number(self.l2),
+            m1: number(self.m1),
+            m2: number(self.m2),
+            g: number(self.g),
+            i1x: number(self.i1x),
+            i1y: number(self.i1y),
+            i1z: number(self.i1z),
+            i2x: number(self.i2x),
+            i2y: number(self.i2y),
+            i2z: number(self.i2z),
+            b1: number(self.b1),
+            b2: number(self.b2),
+            mounting: self.mounting,
+        }
+    }
 }
 
 impl<T: Real> Parameters<T> {
@@ -71,6 +105,7 @@ impl<T: Real> Parameters<T> {
             i2z: T::lit(0.707e-4),
             b1: T::lit(0.24),
             b2: T::lit(0.16),
+            mounting: Mounting::Upright,
         }
     }
 
@@ -101,6 +136,19 @@ impl<T: Real> Parameters<T> {
             && inertias.iter().all(|i| within(*i, 0.0, 1.0))
             && within(self.b1, 0.0, 10.0)
             && within(self.b2, 0.0, 10.0)
+    }
+
+    /// g as it pulls the links towards the foot, in m/s^2.
+    ///
+    /// An arm that hangs is one on the table turned over, foot and all. Its angles are
+    /// told from its foot, so that lengths, inertias and friction are the same for it;
+    /// of all of equation (1), only gravity is not fixed to the foot, and seen from
+    /// there it has turned over.
+    pub(super) fn pull_to_foot(&self) -> T {
+        match self.mounting {
+            Mounting::Upright => self.g,
+            Mounting::Hanging => -self.g,
+        }
     }
 
     /// `L1 M1/2 + L1 M2` in kg m: the moment of joint 1 that does not depend

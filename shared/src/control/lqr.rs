@@ -118,3 +118,37 @@ impl<T: Real> Setpoint<T> {
         self.torque
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arm::Mounting;
+    use crate::design::stability;
+
+    /// What hangs is stable by itself, and needs less of a gain on its angles.
+    #[test]
+    fn an_arm_that_hangs_has_a_gain_of_its_own() {
+        let weights = Weights {
+            q: [15.0, 15.0, 1.0, 1.0],
+            r: [10.0, 10.0],
+        };
+        for period_s in [600e-6, 1e-3, 45e-3, 100e-3] {
+            let [standing, hanging] = [Mounting::Upright, Mounting::Hanging].map(|mounting| {
+                let arm = Parameters::<f32> {
+                    mounting,
+                    ..Parameters::paper()
+                };
+                let model = arm.linearise(Vector2::zeros()).zero_order_hold(period_s);
+                let lqr = Lqr::design(&model, &weights).unwrap();
+                let closed = model.a - model.b * lqr.gain;
+                let radius = stability::dominant(&closed).unwrap().radius();
+                assert!(radius < 1.0, "{mounting:?}, {period_s} s: {radius}");
+                lqr.gain
+            });
+            for joint in 0..2 {
+                let (less, more) = (hanging[(joint, joint)], standing[(joint, joint)]);
+                assert!(0.0 < less && less < more, "{period_s} s: {less}, {more}");
+            }
+        }
+    }
+}

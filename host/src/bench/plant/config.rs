@@ -86,37 +86,19 @@ impl PlantConfig {
 
     /// The parameters that the arm really has.
     pub(super) fn true_arm(&self) -> Parameters<f64> {
-        let scale = self.inertia_scale;
-        let Parameters {
-            l1,
-            l2,
-            m1,
-            m2,
-            g,
-            i1x,
-            i1y,
-            i1z,
-            i2x,
-            i2y,
-            i2z,
-            b1,
-            b2,
-        } = self.arm;
+        let (arm, scale) = (self.arm, self.inertia_scale);
         Parameters {
-            l1,
-            l2,
-            m1: m1 * scale,
-            m2: m2 * scale,
+            m1: arm.m1 * scale,
+            m2: arm.m2 * scale,
             // Gravity torque is mass times g: the masses' scale must not show.
-            g: g * self.gravity_scale / scale,
-            i1x: i1x * scale,
-            i1y: i1y * scale,
-            i1z: i1z * scale,
-            i2x: i2x * scale,
-            i2y: i2y * scale,
-            i2z: i2z * scale,
-            b1,
-            b2,
+            g: arm.g * self.gravity_scale / scale,
+            i1x: arm.i1x * scale,
+            i1y: arm.i1y * scale,
+            i1z: arm.i1z * scale,
+            i2x: arm.i2x * scale,
+            i2y: arm.i2y * scale,
+            i2z: arm.i2z * scale,
+            ..arm
         }
     }
 

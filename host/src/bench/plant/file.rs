@@ -12,7 +12,7 @@ use std::path::Path;
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint};
-use armbridge_shared::arm::{Parameters, State};
+use armbridge_shared::arm::{Mounting, Parameters, State};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -95,6 +95,15 @@ struct ArmKeys {
     b1: f64,
     #[serde(deserialize_with = "range::viscous")]
     b2: f64,
+    #[serde(with = "Way")]
+    mounting: Mounting,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Mounting", rename_all = "lowercase")]
+enum Way {
+    Upright,
+    Hanging,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

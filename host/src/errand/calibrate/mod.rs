@@ -150,8 +150,8 @@ impl<G: Guide> Calibrate<G> {
     fn ask_for_zero(&mut self, joint: usize) {
         let number = joint + 1;
         self.guide.say(&format!(
-            "Joint {number}: hold it at its zero (upright, or in line with the link before it) \
-             and press Enter."
+            "Joint {number}: hold it at its zero (upright, or straight down if the arm \
+             hangs, or in line with the link before it) and press Enter."
         ));
         self.step = Step::Zero(joint);
     }

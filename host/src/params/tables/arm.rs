@@ -1,6 +1,9 @@
 //! The arm that the board believes in, and its servos.
 
-use super::{DIRECTIONS, Parameter, Range, access, choice, direction, direction_of, number};
+use super::{
+    DIRECTIONS, MOUNTINGS, Parameter, Range, access, choice, direction, direction_of, mounting,
+    mounting_of, number,
+};
 
 /// Of a length in m.
 const LENGTH: Range = Range::reals(0.0, 1.0);
@@ -39,6 +42,14 @@ pub(super) const ARM: [Parameter; 13] = arm! {
     "b1_nm_s_rad" "N m s/rad" "Viscous friction of joint 1." VISCOUS b1;
     "b2_nm_s_rad" "N m s/rad" "Viscous friction of joint 2." VISCOUS b2;
 };
+
+pub(super) const MOUNTING: [Parameter; 1] = [choice(
+    "arm.mounting",
+    "Which way up the arm is: at joint angles 0, upright on the table or hanging from above.",
+    &MOUNTINGS,
+    |s| Some(mounting(s.setup.arm.mounting)),
+    |s, word| s.setup.arm.mounting = mounting_of(word),
+)];
 
 /// One servo's calibration.
 macro_rules! joint {

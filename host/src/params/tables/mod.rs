@@ -10,16 +10,18 @@ use super::takes::{Range, Shape, Takes};
 use super::{Parameter, access};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Direction;
+use armbridge_shared::arm::Mounting;
 use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
 use armbridge_shared::link::message::Settings;
 
 /// All groups, each with what chooses its kind first.
 pub(super) fn all() -> Vec<Parameter> {
-    let groups: [&[Parameter]; 7] = [
+    let groups: [&[Parameter]; 8] = [
         &SETUP,
         &control::CONTROLLER,
         &control::ESTIMATOR,
         &arm::ARM,
+        &arm::MOUNTING,
         &arm::JOINT_1,
         &arm::JOINT_2,
         &limits::LIMITS,
@@ -126,5 +128,24 @@ fn direction_of(word: &str) -> Direction {
         Direction::Reverse
     } else {
         Direction::Forward
+    }
+}
+
+/// Words for [`Mounting`].
+const MOUNTINGS: [&str; 2] = ["upright", "hanging"];
+
+fn mounting(mounting: Mounting) -> &'static str {
+    let [upright, hanging] = MOUNTINGS;
+    match mounting {
+        Mounting::Upright => upright,
+        Mounting::Hanging => hanging,
+    }
+}
+
+fn mounting_of(word: &str) -> Mounting {
+    if word == mounting(Mounting::Hanging) {
+        Mounting::Hanging
+    } else {
+        Mounting::Upright
     }
 }

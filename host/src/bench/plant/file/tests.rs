@@ -46,12 +46,21 @@ fn every_shipped_arm_can_be_read() {
 }
 
 #[test]
-fn what_is_of_both_joints_is_of_each() {
+fn what_a_file_says_is_so() {
     let config = |text: &str| {
         let file: PlantFile = toml::from_str(text).unwrap();
         assert_eq!(file.clash(), None);
         file.config([0.0; JOINTS])
     };
+    let hanging = config("arm.mounting = 'hanging'").arm;
+    let mounting = Mounting::Hanging;
+    assert_eq!(
+        hanging,
+        Parameters {
+            mounting,
+            ..Parameters::paper()
+        }
+    );
     assert_eq!(config("input_delay_us = 7").input_delay_ns, [7_000; JOINTS]);
     let own = config("joint2.input_delay_us = 7\njoint1.dead_zone_counts = [3, 4]");
     assert_eq!(own.input_delay_ns, [0, 7_000]);

@@ -1,6 +1,6 @@
 //! The arm of the paper, exact, under torques that change once a period.
 
-use crate::arm::{Parameters, State};
+use crate::arm::{Mounting, Parameters, State};
 use nalgebra::Vector2;
 
 /// Runge-Kutta in steps of 0.25 ms.
@@ -23,6 +23,20 @@ impl Plant {
             arm: Parameters::paper(),
             state,
         }
+    }
+
+    /// The same, mounted like this.
+    pub(super) fn mounted(self, mounting: Mounting) -> Self {
+        let arm = Parameters {
+            mounting,
+            ..self.arm
+        };
+        Self { arm, ..self }
+    }
+
+    /// What a board believes that it is.
+    pub(super) fn believed(&self) -> Parameters<f32> {
+        self.arm.map(|number| number as f32)
     }
 
     /// As the guard is told it.

@@ -2,7 +2,7 @@
 
 use super::plant::Plant;
 use crate::actuator::Joint;
-use crate::arm::{Parameters, Posture, State};
+use crate::arm::{Mounting, Parameters, Posture, State};
 use crate::bridge::guard::Guard;
 use crate::bridge::limits::MOTION;
 use crate::estimate::Config;
@@ -36,10 +36,15 @@ struct Course {
 /// Three seconds of it. The guard is made to forget that it has been braking for
 /// long: it would have switched the motors off.
 fn thrown(joint: usize, angle: f64, speed: f64, push_nm: f32, period_us: u32) -> Course {
+    pushed_on(Plant::new(joint, angle, speed), joint, push_nm, period_us)
+}
+
+fn pushed_on(plant: Plant, joint: usize, push_nm: f32, period_us: u32) -> Course {
     let mut guard = guard(period_us);
+    let believed = plant.believed();
     let mut course = Course {
-        farthest_rad: angle,
-        end: Plant::new(joint, angle, speed),
+        farthest_rad: plant.state.q[joint],
+        end: plant,
         ripple_nm: 0.0,
     };
     let mut before = Vector2::zeros();
@@ -50,7 +55,7 @@ fn thrown(joint: usize, angle: f64, speed: f64, push_nm: f32, period_us: u32) ->
         wanted[1 - joint] = plant.hold(1 - joint) as f32;
         guard.restart();
         let shaped = guard
-            .shape(&Parameters::paper(), &plant.seen(), wanted, before)
+            .shape(&believed, &plant.seen(), wanted, before)
             .unwrap();
         if tick * period_us > 2_500_000 {
             let change = (shaped.torque_nm[joint] - before[joint]).abs();
@@ -111,6 +116,22 @@ fn a_joint_that_can_be_stopped_inside_is_and_rests_there() {
         stopped > 240 && hopeless > 15 && held > 250,
         "{stopped} {hopeless} {held}"
     );
+}
+
+#[test]
+fn an_arm_that_hangs_is_stopped_as_well() {
+    for joint in 0..2 {
+        for (angle, speed) in [(-1.2, 3.0), (0.0, 0.0), (0.0, 4.0), (0.9, 2.0)] {
+            let plant = || Plant::new(joint, angle, speed).mounted(Mounting::Hanging);
+            let course = pushed_on(plant(), joint, FULL_NM, 1_000);
+            let (case, farthest) = ((joint, angle, speed), course.farthest_rad);
+            assert!((farthest - STOP_RAD).abs() < 1e-3, "{case:?}: {farthest}");
+            assert!(course.ripple_nm < 1e-3, "{case:?}: {}", course.ripple_nm);
+            // Let go, it comes back by itself.
+            let end = pushed_on(plant(), joint, 0.0, 1_000).end;
+            assert!(end.state.q[joint].abs() < 0.1, "{case:?}: {end:?}");
+        }
+    }
 }
 
 #[test]
