@@ -11,6 +11,7 @@ use std::fmt::Debug;
 use armbridge::bench::plant::{PlantConfig, Push};
 use armbridge::trial::{Joints, Outcome, Task, Trial, for_seeds};
 use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Joint;
 use armbridge_shared::estimate::{Config, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Setup};
 use armbridge_tests::plant;
@@ -109,6 +110,36 @@ fn motors_with_another_zero_or_a_dead_zone_stand() {
         ..arm()
     };
     stands(&dead, Setup::best(), &"dead zone");
+}
+
+/// Everything up to 40 % off and each joint another, but the board knows what identification
+/// can find: the arm's parameters and its servos' calibration.
+#[test]
+fn arms_drawn_at_random_stand_if_they_are_known() {
+    let single = |number: f64| number as f32;
+    let joint = |joint: Joint<f64>| Joint {
+        zero_count: single(joint.zero_count),
+        rad_per_count: single(joint.rad_per_count),
+        direction: joint.direction,
+        gain_counts_per_nm: single(joint.gain_counts_per_nm),
+        offset_counts: single(joint.offset_counts),
+    };
+    for seed in 1..=20 {
+        let config = PlantConfig {
+            initial: arm().initial,
+            ..PlantConfig::drawn(seed, 0.4)
+        };
+        let setup = Setup {
+            arm: config.arm.map(single),
+            joints: config.joints.map(joint),
+            ..Setup::best()
+        };
+        for outcome in outcomes(&trial(&config, setup, "upright", 6.0), seed..=seed) {
+            within(1.2, outcome.settling_s, &outcome);
+            at_most(1.0, outcome.mean_error_mrad, &outcome);
+            at_most(1.5, outcome.rms_error_mrad, &outcome);
+        }
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! out has its default, and one that does not exist is an error that names
 //! those that do. Errors are one line with file, line and column.
 
+mod joint;
 mod range;
 #[cfg(test)]
 mod tests;
@@ -11,12 +12,12 @@ mod tests;
 use std::path::Path;
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::{Direction, Joint};
 use armbridge_shared::arm::{Mounting, Parameters, State};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use super::{Friction, PlantConfig};
+use self::joint::JointKeys;
+use super::PlantConfig;
 use crate::document::{self, Document, DocumentError};
 
 /// An arm as a file has it. The comments of `default.toml` say what each key is.
@@ -106,56 +107,6 @@ enum Way {
     Hanging,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct JointKeys {
-    #[serde(
-        deserialize_with = "range::maybe_angle",
-        skip_serializing_if = "Option::is_none"
-    )]
-    initial_rad: Option<f64>,
-    #[serde(deserialize_with = "range::speed")]
-    initial_rad_s: f64,
-    #[serde(
-        deserialize_with = "range::maybe_stops",
-        skip_serializing_if = "Option::is_none"
-    )]
-    stops_rad: Option<[f64; 2]>,
-    #[serde(deserialize_with = "range::torque")]
-    coulomb_nm: f64,
-    #[serde(deserialize_with = "range::torque")]
-    static_nm: f64,
-    #[serde(deserialize_with = "range::stribeck")]
-    stribeck_rad_s: f64,
-    #[serde(
-        deserialize_with = "range::maybe_dead_zone",
-        skip_serializing_if = "Option::is_none"
-    )]
-    dead_zone_counts: Option<[u16; 2]>,
-    #[serde(
-        deserialize_with = "range::maybe_delay",
-        skip_serializing_if = "Option::is_none"
-    )]
-    input_delay_us: Option<u32>,
-    #[serde(with = "Turning")]
-    direction: Direction,
-    #[serde(deserialize_with = "range::zero")]
-    zero_count: f64,
-    #[serde(deserialize_with = "range::angle_of_count")]
-    rad_per_count: f64,
-    #[serde(deserialize_with = "range::gain")]
-    gain_counts_per_nm: f64,
-    #[serde(deserialize_with = "range::counts")]
-    offset_counts: f64,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Direction", rename_all = "lowercase")]
-enum Turning {
-    Forward,
-    Reverse,
-}
-
 impl Default for PlantFile {
     /// [`PlantConfig::default`]; what has its default only where a file says nothing
     /// else about it, such as where the arm is at first, is not said.
@@ -169,19 +120,6 @@ impl Default for PlantFile {
             joint1: joint(0),
             joint2: joint(1),
             ..Self::of(&config)
-        }
-    }
-}
-
-impl Default for JointKeys {
-    /// The joints differ in their stops, which are not said.
-    fn default() -> Self {
-        Self {
-            initial_rad: None,
-            stops_rad: None,
-            dead_zone_counts: None,
-            input_delay_us: None,
-            ..Self::of(&PlantConfig::default(), 0)
         }
     }
 }
@@ -259,11 +197,7 @@ impl PlantFile {
             gravity_scale: self.gravity_scale,
             joints: keys.map(JointKeys::servo),
             friction_on: self.friction,
-            friction: keys.map(|joint| Friction {
-                coulomb_nm: joint.coulomb_nm,
-                static_nm: joint.static_nm,
-                stribeck_rad_s: joint.stribeck_rad_s,
-            }),
+            friction: keys.map(JointKeys::friction),
             dead_zone_counts: keys.map(|joint| joint.dead_zone_counts.unwrap_or(dead_zone)),
             input_delay_ns: keys.map(|joint| {
                 let delay_us = joint.input_delay_us.or(self.input_delay_us);
@@ -279,48 +213,6 @@ impl PlantFile {
                 dq: Vector2::from_fn(|j, _| keys[j].initial_rad_s),
             },
             held: self.held,
-        }
-    }
-}
-
-impl JointKeys {
-    fn of(config: &PlantConfig, joint: usize) -> Self {
-        let Joint {
-            zero_count,
-            rad_per_count,
-            direction,
-            gain_counts_per_nm,
-            offset_counts,
-        } = config.joints[joint];
-        let Friction {
-            coulomb_nm,
-            static_nm,
-            stribeck_rad_s,
-        } = config.friction[joint];
-        Self {
-            initial_rad: Some(config.initial.q[joint]),
-            initial_rad_s: config.initial.dq[joint],
-            stops_rad: Some(config.stops_rad[joint]),
-            coulomb_nm,
-            static_nm,
-            stribeck_rad_s,
-            dead_zone_counts: Some(config.dead_zone_counts[joint]),
-            input_delay_us: Some((config.input_delay_ns[joint] / 1_000) as u32),
-            direction,
-            zero_count,
-            rad_per_count,
-            gain_counts_per_nm,
-            offset_counts,
-        }
-    }
-
-    fn servo(&self) -> Joint<f64> {
-        Joint {
-            zero_count: self.zero_count,
-            rad_per_count: self.rad_per_count,
-            direction: self.direction,
-            gain_counts_per_nm: self.gain_counts_per_nm,
-            offset_counts: self.offset_counts,
         }
     }
 }
