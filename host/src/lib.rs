@@ -10,6 +10,7 @@ pub mod document;
 pub mod emulator;
 pub mod endpoint;
 pub mod errand;
+pub mod experiment;
 pub mod export;
 pub mod facts;
 pub mod feed;

@@ -3,6 +3,8 @@
 use armbridge_shared::control::trajectory::Quantity;
 use armbridge_shared::link::message::Refusal;
 
+use crate::experiment;
+
 /// One line without a full stop.
 pub fn in_words(refusal: Refusal) -> String {
     match refusal {
@@ -16,7 +18,8 @@ pub fn in_words(refusal: Refusal) -> String {
                 .into()
         }
         Refusal::NotIdle => {
-            "the period can only change, and servos be released, with torque off; switch off first"
+            "the period can only change, and servos be released, with torque off, and the set-up \
+             not while an experiment runs; switch off first"
                 .into()
         }
         Refusal::Unprepared => {
@@ -60,6 +63,7 @@ pub fn in_words(refusal: Refusal) -> String {
             let joint = u32::from(joint) + 1;
             format!("joint {joint} would go to {value:.3} {unit}, more than the arm is allowed")
         }
+        Refusal::Experiment(objection) => experiment::objection(objection),
         Refusal::Late => "the point's time has passed, or is not in order; send earlier".into(),
         Refusal::Busy => "the board is busy; send it again".into(),
     }

@@ -174,13 +174,18 @@ pub fn mode(mode: Mode) -> (&'static str, &'static str) {
         Mode::Running(Drive::Torque) => ("RUNNING", "constant torque"),
         Mode::Running(Drive::Regulate) => ("RUNNING", "regulates about the setpoint"),
         Mode::Running(Drive::Track) => ("RUNNING", "follows a motion, then rests at its end"),
-        Mode::Running(Drive::Hold) => ("RUNNING", "the host was silent: braked, and holds"),
+        Mode::Running(Drive::Hold) => (
+            "RUNNING",
+            "the host was silent, or an experiment is over: braked, and holds",
+        ),
+        Mode::Running(Drive::Experiment) => ("RUNNING", "an experiment drives the arm"),
         Mode::Degraded(Drive::Torque) => ("DEGRADED", "constant torque; samples missing"),
         Mode::Degraded(Drive::Regulate) => ("DEGRADED", "regulates; samples missing, predicted"),
         Mode::Degraded(Drive::Track) => {
             ("DEGRADED", "follows a motion; samples missing, predicted")
         }
         Mode::Degraded(Drive::Hold) => ("DEGRADED", "braked, and holds; samples missing"),
+        Mode::Degraded(Drive::Experiment) => ("DEGRADED", "an experiment; samples missing"),
         Mode::Passthrough => (
             "PASSTHROUGH",
             "a program on the transparent port has the bus",

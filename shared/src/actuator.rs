@@ -59,6 +59,16 @@ impl Pwm {
         Self(counts.min(Self::MAX.0))
     }
 
+    /// The nearest to so many counts from off, halves up; off itself for NaN and
+    /// infinities.
+    pub fn from_off<T: Real>(counts: T) -> Self {
+        if counts.is_finite() {
+            Self::saturating((counts + T::from_count(Self::OFF.0)).to_count())
+        } else {
+            Self::OFF
+        }
+    }
+
     /// The nearest command at most so many counts away from off.
     #[must_use]
     pub fn within(self, most: u16) -> Self {

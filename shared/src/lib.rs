@@ -13,6 +13,7 @@
 //! | [`actuator`] | counts to radians, torque to PWM, per joint               |
 //! | [`estimate`] | the arm's state, and what pushes it, from angle samples   |
 //! | [`control`]  | torque from estimated state; trajectories                 |
+//! | [`experiment`] | signals that drive the arm to be identified             |
 //! | [`design`]   | gains from models: Riccati, pole placement, stability     |
 //! | [`servo`]    | wire formats, register maps, the half-duplex bus master   |
 //! | [`link`]     | messages between board and host, and their frames         |
@@ -33,6 +34,7 @@ pub mod bridge;
 pub mod control;
 pub mod design;
 pub mod estimate;
+pub mod experiment;
 pub mod link;
 pub mod lockstep;
 pub mod real;

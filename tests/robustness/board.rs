@@ -173,6 +173,7 @@ impl<'a> Test<'a> {
                         | Command::Regulate(_)
                         | Command::Follow(_)
                         | Command::Stream { .. }
+                        | Command::Experiment(_)
                 )
             };
             assert!(self.was_told(is_on), "{mode:?}: {:?}", self.told);
@@ -273,6 +274,7 @@ impl<'a> Test<'a> {
                 | ToHost::Passthrough
                 | ToHost::Tripped(_)
                 | ToHost::Halted(_)
+                | ToHost::Concluded(_)
                 | ToHost::Departs { .. }
                 | ToHost::Began(_)
                 | ToHost::Settings(_)

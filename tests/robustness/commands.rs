@@ -9,6 +9,8 @@ use armbridge_shared::link::motion::{Motion, Via};
 use armbridge_shared::link::schema;
 use armbridge_tests::random::Random;
 
+use super::experiments;
+
 /// Numbers that break careless arithmetic, and some that do not.
 const NASTY: [f32; 16] = [
     f32::NAN,
@@ -29,7 +31,7 @@ const NASTY: [f32; 16] = [
     15.0,
 ];
 
-fn nasty<const N: usize>(random: &mut Random) -> [f32; N] {
+pub(super) fn nasty<const N: usize>(random: &mut Random) -> [f32; N] {
     [0; N].map(|_| match random.below(8) {
         0 => f32::from_bits(random.below(1 << 32) as u32),
         _ => random.one_of(&NASTY),
@@ -152,6 +154,7 @@ pub(super) fn message(random: &mut Random, session: u32) -> ToBoard {
         14..=16 => Command::Regulate(nasty(random)),
         17 => Command::Torque([0.3, -0.2]),
         18 => Command::Follow(motion(random)),
+        27 => Command::Experiment(experiments::random(random)),
         19 => {
             let at_us = random.below(2_000_000);
             let speed = nasty(random);
@@ -196,6 +199,7 @@ pub(super) fn is_acceptable(command: &Command) -> bool {
         | Command::Arm { .. }
         | Command::Save => true,
         Command::Limit(limits) => limits.is_valid(),
+        Command::Experiment(plan) => experiments::is_acceptable(plan),
         Command::Torque(torque_nm) => within(torque_nm, hard::TORQUE_NM),
         Command::Regulate(reference_rad) => within(reference_rad, REFERENCE_MAX_RAD),
         Command::Configure(setup) => {

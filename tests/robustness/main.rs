@@ -13,6 +13,7 @@ mod board;
 mod client;
 mod commands;
 mod decoder;
+mod experiments;
 mod frames;
 mod line;
 mod master;

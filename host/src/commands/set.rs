@@ -158,6 +158,7 @@ fn name(command: Command) -> &'static str {
         | Command::Regulate(_)
         | Command::Follow(_)
         | Command::Stream { .. }
+        | Command::Experiment(_)
         | Command::Prepare
         | Command::Release
         | Command::ClearFault => "a command",

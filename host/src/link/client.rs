@@ -195,6 +195,7 @@ impl Client {
             | ToHost::Board(_)
             | ToHost::Tripped(_)
             | ToHost::Halted(_)
+            | ToHost::Concluded(_)
             | ToHost::Temperature { .. } => Some(Said::Told(received.message)),
         }
     }

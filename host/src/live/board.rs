@@ -47,7 +47,8 @@ impl Asked {
             | Command::Torque(_)
             | Command::Regulate(_)
             | Command::Follow(_)
-            | Command::Stream { .. } => Self::Drive,
+            | Command::Stream { .. }
+            | Command::Experiment(_) => Self::Drive,
             Command::Idle => Self::Disarm,
             Command::ClearFault => Self::Clear,
             Command::Prepare | Command::Release | Command::Save => Self::Other,

@@ -45,7 +45,7 @@ pub const MISSING: [Missing; 7] = [
 ];
 
 /// Every mode but the faults.
-pub const MODES: [Mode; 12] = [
+pub const MODES: [Mode; 14] = [
     Mode::Boot,
     Mode::Idle,
     Mode::Armed,
@@ -53,10 +53,12 @@ pub const MODES: [Mode; 12] = [
     Mode::Running(Drive::Regulate),
     Mode::Running(Drive::Track),
     Mode::Running(Drive::Hold),
+    Mode::Running(Drive::Experiment),
     Mode::Degraded(Drive::Torque),
     Mode::Degraded(Drive::Regulate),
     Mode::Degraded(Drive::Track),
     Mode::Degraded(Drive::Hold),
+    Mode::Degraded(Drive::Experiment),
     Mode::Passthrough,
 ];
 
@@ -70,10 +72,12 @@ pub fn mode(mode: Mode) -> &'static str {
         Mode::Running(Drive::Regulate) => "regulate",
         Mode::Running(Drive::Track) => "track",
         Mode::Running(Drive::Hold) => "hold",
+        Mode::Running(Drive::Experiment) => "experiment",
         Mode::Degraded(Drive::Torque) => "torque_degraded",
         Mode::Degraded(Drive::Regulate) => "regulate_degraded",
         Mode::Degraded(Drive::Track) => "track_degraded",
         Mode::Degraded(Drive::Hold) => "hold_degraded",
+        Mode::Degraded(Drive::Experiment) => "experiment_degraded",
         Mode::Passthrough => "passthrough",
         Mode::Fault(_) => "fault",
     }
@@ -88,6 +92,7 @@ pub fn command(command: &Command) -> &'static str {
         Command::Regulate(_) => "regulate",
         Command::Follow(_) => "follow",
         Command::Stream { .. } => "stream",
+        Command::Experiment(_) => "experiment",
         Command::Prepare => "prepare",
         Command::Release => "release",
         Command::ClearFault => "clear_fault",

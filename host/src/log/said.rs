@@ -7,6 +7,7 @@
 //! | told settings            | `Parameters` |
 //! | told, lost, garbled, parted | `Event`   |
 
+use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{Command, ToBoard, ToHost};
 
@@ -52,6 +53,7 @@ pub(super) fn command(host_ns: u64, sequence: u16, said: &ToBoard) -> proto::Com
             Command::Idle
             | Command::Arm { .. }
             | Command::Follow(_)
+            | Command::Experiment(_)
             | Command::Prepare
             | Command::Release
             | Command::ClearFault
@@ -107,6 +109,21 @@ pub(super) fn told(host_ns: u64, sequence: u16, said: &ToHost) -> proto::Event {
             message.board_us = Some(trip.at_us);
             message.value = Some(trip.value);
             message.limit = Some(trip.limit);
+        }
+        ToHost::Concluded(Conclusion { tick, end }) => {
+            message.tick = Some(tick);
+            if let ExperimentEnd::Angle {
+                joint,
+                value_rad: value,
+            }
+            | ExperimentEnd::Speed {
+                joint,
+                value_rad_s: value,
+            } = end
+            {
+                message.joint = Some(u32::from(joint) + 1);
+                message.value = Some(value);
+            }
         }
         ToHost::Hello(_)
         | ToHost::Settings(_)

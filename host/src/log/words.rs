@@ -7,7 +7,7 @@ use armbridge_shared::link::message::{
 
 use super::event::Direction;
 use super::proto::Severity;
-use crate::{refusal, trip};
+use crate::{experiment, refusal, trip};
 
 /// What the board said, apart from records and settings: kind, severity and words.
 pub fn told(message: &ToHost) -> (&'static str, Severity, String) {
@@ -87,6 +87,14 @@ pub fn told(message: &ToHost) -> (&'static str, Severity, String) {
             };
             let text = format!("after the stop sequence, {}", trip::halt(halt));
             ("halted", severity, text)
+        }
+        ToHost::Concluded(conclusion) => {
+            let severity = if experiment::is_whole(conclusion) {
+                Severity::Info
+            } else {
+                Severity::Warning
+            };
+            ("concluded", severity, experiment::conclusion(conclusion))
         }
         ToHost::Temperature { joint, value } => (
             "temperature",

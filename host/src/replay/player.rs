@@ -195,6 +195,7 @@ impl<'a> Player<'a> {
             | ToHost::Port(_)
             | ToHost::Board(_)
             | ToHost::Halted(_)
+            | ToHost::Concluded(_)
             | ToHost::Temperature { .. } => {}
         }
         Ok(())

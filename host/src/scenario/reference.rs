@@ -81,7 +81,7 @@ impl Course {
                         since_us,
                     };
                 }
-                Command::Torque(_) => self.lose(),
+                Command::Torque(_) | Command::Experiment(_) => self.lose(),
                 Command::Idle
                 | Command::Arm { .. }
                 | Command::Stream { .. }

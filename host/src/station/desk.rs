@@ -268,6 +268,7 @@ impl Desk {
                 | ToHost::Port(_)
                 | ToHost::Tripped(_)
                 | ToHost::Halted(_)
+                | ToHost::Concluded(_)
                 | ToHost::Temperature { .. },
             ) => {}
         }

@@ -44,6 +44,10 @@ pub(super) fn task(command: Command, session: u32, is_saving: bool) -> Result<Ta
             q: angle_rad.into(),
             dq: speed_rad_s.map(Into::into),
         })),
+        Command::Experiment(plan) => match plan.check() {
+            Ok(()) => Ok(Task::Experiment(plan)),
+            Err(objection) => Err(Refusal::Experiment(objection)),
+        },
         Command::Prepare => Ok(Task::Prepare),
         Command::Release => Ok(Task::Release),
         Command::ClearFault => Ok(Task::ClearFault),

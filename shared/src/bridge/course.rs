@@ -106,13 +106,24 @@ impl Course {
 
     /// Comes to rest as soon as the bounds allow, and stays there.
     pub(super) fn brake(&mut self, at_us: u64) {
-        let from = self.at(at_us);
-        self.way = match Stream::new(&from, at_us, &MOTION) {
-            Ok(stream) => Way::Streamed(stream),
+        *self = Self::braking(&self.at(at_us), at_us);
+    }
+
+    /// From this reference to rest, as soon as the bounds allow.
+    pub(super) fn braking(from: &Reference<f32>, at_us: u64) -> Self {
+        match Stream::new(from, at_us, &MOTION) {
+            Ok(stream) => Self {
+                way: Way::Streamed(stream),
+                then: None,
+            },
             // From beyond the bounds, where no course leads: at once.
-            Err(_) => Self::hold(from.q).way,
-        };
-        self.then = None;
+            Err(_) => Self::hold(from.q),
+        }
+    }
+
+    /// Where it leads, if nothing else is asked for, in rad.
+    pub(super) fn end(&self) -> Vector2<f32> {
+        self.clone().at(u64::MAX).q
     }
 
     /// Takes a streamed point, and leaves whatever motion there was for it.

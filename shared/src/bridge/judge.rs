@@ -51,6 +51,8 @@ where
                 Drive::Regulate | Drive::Hold => return,
                 Drive::Track => Event::Brake,
                 Drive::Torque => Event::Slacken,
+                // It ends when this tick's samples have been looked at.
+                Drive::Experiment => return self.run.note_quiet(),
             };
             // Never refused.
             let _ = self.apply(event);

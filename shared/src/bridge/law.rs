@@ -16,7 +16,7 @@ use nalgebra::Vector2;
 
 use super::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
 use crate::JOINTS;
-use crate::actuator::{Joint, Pwm};
+use crate::actuator::{Command, Joint, Pwm};
 use crate::arm::{Discrete, Parameters, State};
 use crate::control::{
     ComputedTorque, Controller, DryFriction, Lqr, Reference, Tuning, Weights, computed_torque,
@@ -97,6 +97,11 @@ impl Law {
         self.period_us
     }
 
+    /// The servos, as they are believed in.
+    pub(super) fn joints(&self) -> &[Joint<f32>; JOINTS] {
+        &self.joints
+    }
+
     /// Joint angles in rad for encoder counts.
     pub(super) fn angles(&self, counts: [Option<u16>; JOINTS]) -> [Option<f32>; JOINTS] {
         let ([joint_a, joint_b], [a, b]) = (&self.joints, counts);
@@ -163,16 +168,18 @@ impl Law {
     }
 
     /// Commands for a torque, at most `pwm_max` counts away from off; and whether
-    /// that made a difference. `None` if the torque is not finite.
+    /// that made a difference. `None` if the torque is not finite. A joint for which it
+    /// is what the PWM stands for that is asked for is given that `exactly`.
     pub(super) fn commands(
         &self,
         torque_nm: Vector2<f32>,
         friction_nm: Vector2<f32>,
+        exactly: [Option<Pwm>; JOINTS],
         pwm_max: u16,
     ) -> Option<(Decision, bool)> {
-        let [joint_a, joint_b] = &self.joints;
-        let a = joint_a.command(torque_nm.x, pwm_max).ok()?;
-        let b = joint_b.command(torque_nm.y, pwm_max).ok()?;
+        let ([joint_a, joint_b], [exactly_a, exactly_b]) = (&self.joints, exactly);
+        let a = command(joint_a, torque_nm.x, exactly_a, pwm_max)?;
+        let b = command(joint_b, torque_nm.y, exactly_b, pwm_max)?;
         let decision = Decision {
             pwm: [a.pwm, b.pwm],
             torque_nm: Vector2::new(a.torque_nm, b.torque_nm) - friction_nm,
@@ -217,6 +224,24 @@ impl Law {
     /// Torque in N m that holds the arm against gravity in this state.
     pub(super) fn gravity_nm(&self, state: &State<f32>) -> Vector2<f32> {
         self.arm.gravity(state.q)
+    }
+}
+
+/// The command for a torque, or this PWM if it stands for just that.
+fn command(
+    joint: &Joint<f32>,
+    torque_nm: f32,
+    exactly: Option<Pwm>,
+    pwm_max: u16,
+) -> Option<Command<f32>> {
+    let is_meant = |pwm: &Pwm| joint.torque(*pwm) - torque_nm == 0.0;
+    match exactly.filter(is_meant) {
+        Some(pwm) if pwm == pwm.within(pwm_max) => Some(Command {
+            pwm,
+            torque_nm,
+            is_limited: false,
+        }),
+        Some(_) | None => joint.command(torque_nm, pwm_max).ok(),
     }
 }
 

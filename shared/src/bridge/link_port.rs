@@ -353,6 +353,7 @@ impl<'a> LinkPort<'a> {
                 Notice::Port(counters) => Some(ToHost::Port(counters)),
                 Notice::Tripped(trip) => Some(ToHost::Tripped(trip)),
                 Notice::Halted(halt) => Some(ToHost::Halted(halt)),
+                Notice::Concluded(conclusion) => Some(ToHost::Concluded(conclusion)),
                 Notice::Temperature(joint, value) => Some(ToHost::Temperature { joint, value }),
                 Notice::Departure(sequence, departure, moment) => {
                     self.plan(sequence, departure);

@@ -15,6 +15,7 @@ use super::law::Law;
 use super::queue::{Receiver, Sender, split};
 use crate::JOINTS;
 use crate::control::trajectory::stream::Point;
+use crate::link::experiment::{Conclusion, Experiment};
 use crate::link::message::{
     Halt, Limits, Missing, Moment, PortCounters, Record, Refusal, StopSource, Trip,
 };
@@ -68,6 +69,8 @@ pub(super) enum Task {
     Depart,
     Follow(Leg),
     Stream(Point<f32>),
+    /// Its shape has been checked.
+    Experiment(Experiment),
     Prepare,
     Release,
     ClearFault,
@@ -102,6 +105,8 @@ pub(super) enum Notice {
     Tripped(Trip),
     /// What the servos did after the stop sequence.
     Halted(Halt),
+    /// How an experiment ended.
+    Concluded(Conclusion),
     /// The temperature of this joint's servo.
     Temperature(u8, u16),
 }

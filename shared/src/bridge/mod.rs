@@ -23,6 +23,7 @@
 //! | `schedule`     | what the bus is used for, and when                      |
 //! | `settle`       | stock servos made ready, and given back                 |
 //! | `tick`, `law`, `course` | what a tick decides; set-ups; references       |
+//! | `experiment`   | experiments, from the permission to the end             |
 //! | `orders`, `check` | what the host wants, and whether it may              |
 //! | [`gateway`]    | the transparent port                                    |
 //! | [`limits`]     | numbers that nobody can set                             |
@@ -34,6 +35,7 @@
 mod care;
 mod check;
 mod course;
+mod experiment;
 pub mod gateway;
 mod guard;
 mod halt;
@@ -51,6 +53,7 @@ mod settle;
 pub mod supervisor;
 mod tick;
 
+pub use experiment::permits;
 pub use law::{can_run, why_not};
 pub use link_port::LinkPort;
 pub use mailbox::{BridgeEnd, LinkEnd, Mailboxes};
@@ -70,6 +73,7 @@ use crate::servo::master::Master;
 use crate::servo::morpheus::ServoId;
 use care::Care;
 use course::Course;
+use experiment::Run;
 use gateway::Gateway;
 use guard::{Guard, Violation};
 use halt::Halting;
@@ -125,6 +129,8 @@ pub struct Bridge<'a, S, D> {
     gateway: Gateway,
     /// The stop sequence is owed to a fault.
     stop_due: bool,
+    /// What [`Drive::Experiment`] does.
+    run: Run,
     /// Constant torque of [`Drive::Torque`].
     torque_nm: [f32; JOINTS],
     in_force: Decision,
@@ -180,6 +186,7 @@ where
             stock: [Stock::default(); JOINTS],
             gateway: Gateway::default(),
             stop_due: false,
+            run: Run::default(),
             torque_nm: [0.0; JOINTS],
             in_force: Decision::off(),
             next: Decision::off(),

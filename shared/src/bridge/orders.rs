@@ -102,6 +102,7 @@ where
     /// Drives the motors from now on.
     fn drive(&mut self, drive: Drive) -> Result<(), Refusal> {
         self.apply(Event::Drive)?;
+        self.replace_experiment();
         self.drive = drive;
         Ok(())
     }
@@ -109,6 +110,9 @@ where
     /// Replaces the set-up, without a step in the torque if that is on.
     fn install(&mut self, mut law: Law) -> Result<(), Refusal> {
         self.apply(Event::Configure)?;
+        if self.is_experimenting() {
+            return Err(Refusal::NotIdle);
+        }
         if self.state.is_armed() && law.period_us() != self.law.period_us() {
             return Err(Refusal::NotIdle);
         }
@@ -127,9 +131,12 @@ where
         Ok(())
     }
 
-    /// Makes the arm follow a course, from a constant torque without a step.
-    fn follow(&mut self, drive: Drive, course: Course) -> Result<(), Refusal> {
-        let was_constant = self.state.is_driven() && self.drive == Drive::Torque;
+    /// Makes the arm follow a course, from a torque that followed none without a step.
+    pub(super) fn follow(&mut self, drive: Drive, course: Course) -> Result<(), Refusal> {
+        let was_constant = match self.drive {
+            Drive::Torque | Drive::Experiment => self.state.is_driven(),
+            Drive::Regulate | Drive::Track | Drive::Hold => false,
+        };
         self.drive(drive)?;
         self.course = course;
         if was_constant {
@@ -150,18 +157,24 @@ where
     }
 
     /// The course, or, if the arm follows none, rest where it is.
-    fn present_course(&self) -> Course {
+    pub(super) fn present_course(&self) -> Course {
         match self.drive {
             Drive::Regulate | Drive::Track | Drive::Hold if self.state.is_driven() => {
                 self.course.clone()
             }
-            Drive::Torque | Drive::Regulate | Drive::Track | Drive::Hold => self.hold_here(),
+            Drive::Experiment if self.state.is_driven() => self.course_of_experiment(),
+            Drive::Torque | Drive::Regulate | Drive::Track | Drive::Hold | Drive::Experiment => {
+                self.hold_here()
+            }
         }
     }
 
     pub(super) fn perform(&mut self, task: Task) -> Result<(), Refusal> {
         match task {
-            Task::Idle => self.apply(Event::Disarm),
+            Task::Idle => {
+                self.replace_experiment();
+                self.apply(Event::Disarm)
+            }
             Task::Arm => self.arm(),
             Task::ClearFault => self.apply(Event::ClearFault),
             Task::Torque(torque_nm) => {
@@ -186,6 +199,7 @@ where
                 course.push(self.now_us, point)?;
                 self.follow(Drive::Track, course)
             }
+            Task::Experiment(plan) => self.begin_experiment(plan),
             Task::Prepare if self.master.is_prepared() => {
                 supervisor::next(self.state, Event::Prepare).map(|_| ())
             }

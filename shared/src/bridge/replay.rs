@@ -35,14 +35,16 @@ use super::course::{self, Leg};
 use super::guard::{Guard, Violation};
 use super::law::{Decision, Law};
 use super::limits::MOTION;
-use super::mailbox::{LinkEnd, Mailboxes, Task};
+use super::mailbox::{LinkEnd, Mailboxes, Notice, Task};
 use super::schedule::Stage;
 use super::supervisor::{Event, State};
 use super::{Bridge, check};
 use crate::control::Trajectory;
+use crate::link::experiment::Conclusion;
 use crate::link::message::{Command, Drive, Fault, Mode, Moment, Record, Refusal, Settings, Trip};
 use crate::link::motion::Motion;
 use crate::servo::Firmware;
+use heapless::Deque;
 use nothing::Nothing;
 
 /// Where a motion begins, as decided when it was asked for.
@@ -92,10 +94,14 @@ pub enum Heard {
     Corruption,
 }
 
+/// Experiments that may end between two looks at [`Replay::take_conclusion`].
+const CONCLUSIONS: usize = 4;
+
 /// A bridge that lives through recorded ticks.
 pub struct Replay<'a> {
     bridge: Bridge<'a, Nothing, Nothing>,
     link: LinkEnd<'a>,
+    concluded: Deque<Conclusion, CONCLUSIONS>,
 }
 
 impl<'a> Replay<'a> {
@@ -108,6 +114,7 @@ impl<'a> Replay<'a> {
         Ok(Self {
             bridge: Bridge::new(Nothing, Nothing, end, 0, settings)?,
             link,
+            concluded: Deque::new(),
         })
     }
 
@@ -253,7 +260,11 @@ impl<'a> Replay<'a> {
             _ if !bridge.state.is_armed() => Heard::Nothing,
             (Mode::Fault(Fault::HostSilent), _) => Heard::LongSilence,
             (Mode::Fault(Fault::Corrupted), _) => Heard::Corruption,
-            (Mode::Running(Drive::Hold) | Mode::Degraded(Drive::Hold), Drive::Track)
+            // An experiment that ends by itself in this tick does so before it heeds that.
+            (
+                Mode::Running(Drive::Hold) | Mode::Degraded(Drive::Hold),
+                Drive::Track | Drive::Experiment,
+            )
             | (Mode::Armed, Drive::Torque)
                 if bridge.state.is_driven() =>
             {
@@ -382,8 +393,21 @@ impl<'a> Replay<'a> {
         self.bridge.now_us = moment.at_us;
     }
 
+    /// How an experiment ended, in order.
+    pub fn take_conclusion(&mut self) -> Option<Conclusion> {
+        self.concluded.pop_front()
+    }
+
     /// Nobody fetches them here.
     fn forget_notices(&mut self) {
-        while self.link.notices.dequeue().is_some() {}
+        while let Some(notice) = self.link.notices.dequeue() {
+            if let Notice::Concluded(conclusion) = notice {
+                // One that nobody has looked at for so long is of no interest.
+                if self.concluded.is_full() {
+                    self.concluded.pop_front();
+                }
+                let _ = self.concluded.push_back(conclusion);
+            }
+        }
     }
 }

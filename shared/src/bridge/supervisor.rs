@@ -71,7 +71,8 @@ pub enum Event {
     SampleLost,
     /// All samples have come.
     SamplesBack,
-    /// The host is quiet while the arm follows: brake and hold.
+    /// The host is quiet while the arm follows, or an experiment is over: brake and
+    /// hold.
     Brake,
     /// The host is quiet while torque is constant: none from now on.
     Slacken,

@@ -9,6 +9,7 @@
 //! sequence number of the frame that carried it.
 
 pub use super::board::{BoardReport, End, LastEnd, SettingsFrom, Stack};
+use super::experiment::{Conclusion, Experiment, Objection};
 pub use super::limits::Limits;
 pub use super::mode::{Drive, Fault, Guards, Halt, Mode, Standstill, StopSource, Trip};
 use super::motion::Motion;
@@ -98,6 +99,8 @@ pub enum ToHost {
     Tripped(Trip),
     /// What the servos did after the stop sequence.
     Halted(Halt),
+    /// How an experiment ended, unless by a fault or a goodbye: told once.
+    Concluded(Conclusion),
     /// A servo's temperature, as polled with torque on or off.
     Temperature {
         /// Index of the joint.
@@ -174,6 +177,10 @@ pub enum Command {
         /// How fast, in rad/s; `None` to have it made of the neighbours.
         speed_rad_s: Option<[f32; JOINTS]>,
     },
+    /// Drive the arm as an experiment asks, from where it is; it begins with the next
+    /// tick, and ends by itself in [`Drive::Hold`]. The very same again while it runs
+    /// changes nothing; any other drive ends it.
+    Experiment(Experiment),
     /// Set stock servos to wheel mode and a short return delay, where they are
     /// not: both are kept in their EEPROM. Torque can be asked for when they are
     /// reported found again, and ready. Nothing to do on Morpheus servos.
@@ -206,7 +213,7 @@ pub enum Refusal {
     /// An older frame than one that was obeyed.
     Stale,
     /// The period and the limits can only be replaced, settings saved and servos
-    /// released, when idle.
+    /// released, when idle; the set-up not while an experiment runs.
     NotIdle,
     /// The settings could not be kept: the memory is full until the next reset, or
     /// does not work.
@@ -230,6 +237,8 @@ pub enum Refusal {
         /// To this value, in the quantity's unit.
         value: f32,
     },
+    /// An experiment cannot be, or not from here.
+    Experiment(Objection),
     /// A streamed point came too late, or not in order.
     Late,
     /// A number is not finite or outside its range.

@@ -8,10 +8,12 @@
 //! | [`board`]   | what a board says of itself                              |
 //! | `setup`     | what the application computes with                       |
 //! | [`motion`]  | motions, as they are asked for                           |
+//! | [`experiment`] | experiments, why one may not be, and how one ended    |
 //! | [`schema`]  | the hash by which two builds know that they agree on it  |
 //! | [`frame`]   | how it is put on a wire                                  |
 
 pub mod board;
+pub mod experiment;
 pub mod frame;
 pub mod limits;
 pub mod message;

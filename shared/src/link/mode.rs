@@ -55,8 +55,11 @@ pub enum Drive {
     Regulate,
     /// Following a motion or a stream.
     Track,
-    /// Braked to rest and holding, because the host went silent.
+    /// Braked to rest and holding, because the host went silent or an experiment is
+    /// over.
     Hold,
+    /// As an experiment asks.
+    Experiment,
 }
 
 /// Why the supervisor switched torque off.

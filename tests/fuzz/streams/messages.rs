@@ -1,5 +1,7 @@
 //! Seeds that are messages of the link, as the encoder writes them.
 
+use armbridge_shared::experiment::Signal;
+use armbridge_shared::link::experiment::{Conclusion, Experiment, ExperimentEnd, Role};
 use armbridge_shared::link::frame::{Encoder, Message};
 use armbridge_shared::link::message::{
     Command, Drive, Guards, Hello, Missing, Mode, Moment, PortCounters, Record, Refusal, Sample,
@@ -60,6 +62,7 @@ pub(crate) fn seeds() -> Seeds {
         ),
         ("wave", ToBoard::Command(Command::Follow(wave))),
         ("stream", ToBoard::Command(stream)),
+        ("experiment", ToBoard::Command(experiment())),
         ("release", ToBoard::Command(Command::Release)),
         ("clear-fault", ToBoard::Command(Command::ClearFault)),
         (
@@ -91,6 +94,13 @@ pub(crate) fn seeds() -> Seeds {
         baud: 1_000_000,
         is_ready: true,
     };
+    let concluded = ToHost::Concluded(Conclusion {
+        tick: 4_000,
+        end: ExperimentEnd::Angle {
+            joint: 1,
+            value_rad: 0.75,
+        },
+    });
     let counters = PortCounters {
         passed: 300,
         delayed: 20,
@@ -109,6 +119,7 @@ pub(crate) fn seeds() -> Seeds {
         ("found", found),
         ("mixed", ToHost::Mixed(Firmware::ALL)),
         ("unprepared", ToHost::Unprepared { joint: 0 }),
+        ("concluded", concluded),
         ("passthrough", ToHost::Passthrough),
         ("port", ToHost::Port(counters)),
         ("record", ToHost::Record(record())),
@@ -117,6 +128,25 @@ pub(crate) fn seeds() -> Seeds {
     seeds.extend(to_board.map(|(name, message)| (name.to_owned(), frame(&message))));
     seeds.extend(to_host.map(|(name, message)| (name.to_owned(), frame(&message))));
     seeds
+}
+
+fn experiment() -> Command {
+    Command::Experiment(Experiment {
+        roles: [
+            Role::Hold,
+            Role::Pwm(Signal::Steps {
+                first: 50.0,
+                increment: 25.0,
+                steps: 6,
+                on_s: 0.5,
+                off_s: 0.25,
+                alternating: true,
+            }),
+        ],
+        duration_s: 10.0,
+        angle_rad: [[-0.5, 0.5], [-0.75, 0.75]],
+        speed_rad_s: [1.0, 2.0],
+    })
 }
 
 fn record() -> Record {

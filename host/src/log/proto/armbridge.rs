@@ -101,8 +101,8 @@ pub struct Command {
     #[prost(uint32, tag = "2")]
     pub sequence: u32,
     /// `hello`, `heartbeat`, `stop`, `goodbye`, or the command: `idle`, `arm`,
-    /// `torque`, `regulate`, `follow`, `stream`, `prepare`, `release`, `clear_fault`,
-    /// `configure`, `limit`, `save`.
+    /// `torque`, `regulate`, `follow`, `stream`, `experiment`, `prepare`, `release`,
+    /// `clear_fault`, `configure`, `limit`, `save`.
     #[prost(string, tag = "3")]
     pub kind: ::prost::alloc::string::String,
     /// Of `torque`, for both joints.
@@ -132,7 +132,7 @@ pub struct Event {
     pub severity: i32,
     /// What the board said: `hello`, `ack`, `departs`, `began`, `absent`, `found`,
     /// `mixed`, `unprepared`, `passthrough`, `port`, `board`, `tripped`, `halted`,
-    /// `temperature`. Of the link: `lost`, `garbled`, `parted`. What the recorder
+    /// `concluded`, `temperature`. Of the link: `lost`, `garbled`, `parted`. What the recorder
     /// noticed: `mode` a mode that began, `gap` ticks that are not in the log,
     /// `unwritten` bytes of the link that are not.
     #[prost(string, tag = "4")]
@@ -158,7 +158,9 @@ pub struct Event {
     /// Counting from 1, where it is about one.
     #[prost(uint32, optional, tag = "11")]
     pub joint: ::core::option::Option<u32>,
-    /// What was seen and what was allowed, of `tripped`, in the unit of the limit.
+    /// What was seen and what was allowed, of `tripped`, in the unit of the limit. Of
+    /// `concluded`, where a joint was when it left the experiment's envelope in rad, or
+    /// how fast in rad/s.
     #[prost(float, optional, tag = "12")]
     pub value: ::core::option::Option<f32>,
     #[prost(float, optional, tag = "13")]
@@ -287,6 +289,8 @@ pub enum Mode {
     Passthrough = 11,
     /// Motors off until the host clears it; why is in `fault`.
     Fault = 12,
+    Experiment = 13,
+    ExperimentDegraded = 14,
 }
 impl Mode {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -308,6 +312,8 @@ impl Mode {
             Self::HoldDegraded => "MODE_HOLD_DEGRADED",
             Self::Passthrough => "MODE_PASSTHROUGH",
             Self::Fault => "MODE_FAULT",
+            Self::Experiment => "MODE_EXPERIMENT",
+            Self::ExperimentDegraded => "MODE_EXPERIMENT_DEGRADED",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -326,6 +332,8 @@ impl Mode {
             "MODE_HOLD_DEGRADED" => Some(Self::HoldDegraded),
             "MODE_PASSTHROUGH" => Some(Self::Passthrough),
             "MODE_FAULT" => Some(Self::Fault),
+            "MODE_EXPERIMENT" => Some(Self::Experiment),
+            "MODE_EXPERIMENT_DEGRADED" => Some(Self::ExperimentDegraded),
             _ => None,
         }
     }

@@ -174,6 +174,7 @@ pub fn in_words(command: &Command) -> String {
             *at_us as f64 / 1e6
         ),
         Command::Follow(motion) => format!("{name} {motion:?}"),
+        Command::Experiment(plan) => format!("{name} {plan:?}"),
         // What the last two hold is told by name, as settings.
         Command::Idle
         | Command::Arm { .. }

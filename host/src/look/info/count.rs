@@ -148,6 +148,7 @@ fn kind(what: &What) -> &'static str {
             ToHost::Board(_) => "board",
             ToHost::Tripped(_) => "tripped",
             ToHost::Halted(_) => "halted",
+            ToHost::Concluded(_) => "concluded",
             ToHost::Temperature { .. } => "temperature",
             ToHost::Record(_) => "record",
         },

@@ -143,6 +143,7 @@ fn title(command: &Command) -> &'static str {
         | Command::Regulate(_)
         | Command::Follow(_)
         | Command::Stream { .. }
+        | Command::Experiment(_)
         | Command::Prepare
         | Command::Release
         | Command::Configure(_)

@@ -14,7 +14,10 @@ pub use history::{History, SPAN_S, Seen, Slice};
 pub use link::{Line, Link};
 pub use spread::Spread;
 
-use armbridge_shared::link::message::{BoardReport, Halt, Mode, Record, Settings, ToHost, Trip};
+use armbridge_shared::link::experiment::Conclusion;
+use armbridge_shared::link::message::{
+    BoardReport, Drive, Halt, Mode, Record, Settings, ToHost, Trip,
+};
 use armbridge_shared::link::schema;
 use armbridge_shared::servo::Firmware;
 
@@ -42,6 +45,8 @@ pub struct Model {
     pub trip: Option<Trip>,
     /// What the servos did then.
     pub halt: Option<Halt>,
+    /// How the last experiment ended, until something else drives the arm.
+    pub concluded: Option<Conclusion>,
     /// What is in the way, in words; not a fault.
     pub trouble: Option<String>,
     /// Events that there was no time to look at.
@@ -144,6 +149,7 @@ impl Model {
                 }
             }
             ToHost::Record(record) => self.recorded(now_ns, record),
+            ToHost::Concluded(conclusion) => self.concluded = Some(conclusion),
             ToHost::Departs { .. } | ToHost::Began(_) | ToHost::Port(_) => {}
         }
     }
@@ -161,6 +167,9 @@ impl Model {
         self.history.take(&record);
         self.bus.take(&record);
         self.link.dropped = u64::from(record.dropped);
+        if !matches!(record.mode.drive(), Some(Drive::Hold | Drive::Experiment)) {
+            self.concluded = None;
+        }
         let is_fault = matches!(record.mode, Mode::Fault(_));
         let was_fault = self
             .record

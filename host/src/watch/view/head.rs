@@ -1,14 +1,14 @@
 //! The lines at the top: which link, what the board does, what is wrong and what to
 //! do about it.
 
-use armbridge_shared::link::message::{Fault, Mode};
+use armbridge_shared::link::message::{Drive, Fault, Mode};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::theme;
 use crate::log::names;
-use crate::trip;
 use crate::watch::model::{Line as LinkLine, Model};
+use crate::{experiment, trip};
 
 /// Which link, and how it does; `what` names it.
 pub(super) fn title(model: &Model, what: &str, width: u16) -> Line<'static> {
@@ -59,6 +59,10 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
         |guards| format!("{meaning}; torque held back: {guards}"),
     );
     let mut lines = vec![said(word, style, &meaning)];
+    if let (Some(Drive::Hold), Some(conclusion)) = (mode.drive(), &model.concluded) {
+        let ended = experiment::conclusion(conclusion);
+        lines.push(Line::from(format!("   {ended}")));
+    }
     if let Some(trouble) = &model.trouble {
         lines.push(Line::from(format!(" ! {trouble}")).style(theme::warn()));
     }

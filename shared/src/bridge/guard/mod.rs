@@ -48,6 +48,9 @@ use soft_stop::SoftStop;
 use stuck::Stuck;
 use torque::Torque;
 
+pub(super) use motion::fast_ticks;
+pub(super) use ticks::InRow;
+
 /// What is wrong, and by how much.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Violation {
@@ -144,6 +147,12 @@ impl Guard {
 
     pub(super) fn limits(&self) -> &Limits {
         &self.limits
+    }
+
+    /// The farthest angle in rad at which this joint may be so fast without being
+    /// slowed before its angle limit.
+    pub(super) fn farthest_rad(&self, joint: usize, speed_rad_s: f32) -> f32 {
+        self.soft_stop.farthest_rad(joint, speed_rad_s)
     }
 
     /// The same as it was before it had seen anything.

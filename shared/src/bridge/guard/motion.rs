@@ -9,6 +9,11 @@ use crate::link::mode::Fault;
 const FAST_US: u32 = 10_000;
 const FAST_TICKS: u32 = 2;
 
+/// How many ticks in a row a joint must be too fast.
+pub(in crate::bridge) const fn fast_ticks(period_us: u32) -> u32 {
+    ticks(FAST_US, period_us, FAST_TICKS)
+}
+
 /// The monitor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Motion {
@@ -23,7 +28,7 @@ impl Motion {
         Self {
             angle_rad,
             speed_rad_s,
-            fast_ticks: ticks(FAST_US, period_us, FAST_TICKS),
+            fast_ticks: fast_ticks(period_us),
             fast: InRow::default(),
         }
     }

@@ -145,6 +145,18 @@ impl SoftStop {
         ])
     }
 
+    /// The farthest angle in rad at which a joint may be so fast without being slowed:
+    /// where the most that it may accelerate is 0.
+    pub(super) fn farthest_rad(&self, joint: usize, speed_rad_s: f32) -> f32 {
+        let left_rad = if speed_rad_s <= self.slow_rad_s {
+            self.damping * speed_rad_s / self.stiffness
+        } else {
+            let below = BRAKE_RAD_S2 * speed_rad_s / self.half_back;
+            (below + self.slow_squared + speed_rad_s * speed_rad_s) / (2.0 * BRAKE_RAD_S2)
+        };
+        self.stop_rad.get(joint).map_or(0.0, |stop| stop - left_rad)
+    }
+
     /// The most that a joint may accelerate, in rad/s^2, towards a stop that is
     /// `left_rad` away, at a speed that way.
     fn most(&self, left_rad: f32, speed_rad_s: f32) -> f32 {
@@ -161,6 +173,18 @@ impl SoftStop {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn as_far_as_nothing_is_slowed() {
+        let stop = SoftStop::new([1.5, 1.0], 1_000);
+        for (joint, stop_rad) in [(0, 1.4), (1, 0.9)] {
+            for speed in [0.0, 0.5, 1.0, 2.0, 2.001, 4.0, 10.0] {
+                let left = stop_rad - stop.farthest_rad(joint, speed);
+                assert!(stop.most(left, speed).abs() < 1e-3, "{joint} {speed}");
+                assert!(stop.most(left - 0.01, speed) < 0.0 && stop.most(left + 0.01, speed) > 0.0);
+            }
+        }
+    }
 
     #[test]
     fn the_two_curves_are_one() {

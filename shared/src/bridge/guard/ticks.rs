@@ -12,12 +12,12 @@ pub(super) const fn ticks(time_us: u32, period_us: u32, least: u32) -> u32 {
 
 /// How many ticks in a row something has been so.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct InRow(u32);
+pub(in crate::bridge) struct InRow(u32);
 
 impl InRow {
     /// Counts a tick in which it is so, or begins anew. True from the tick on
     /// that makes it `most` in a row.
-    pub(super) fn note(&mut self, is_so: bool, most: u32) -> bool {
+    pub(in crate::bridge) fn note(&mut self, is_so: bool, most: u32) -> bool {
         self.0 = if is_so { self.0.saturating_add(1) } else { 0 };
         self.0 >= most
     }

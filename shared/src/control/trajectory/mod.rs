@@ -39,6 +39,7 @@ mod error;
 mod minimum_jerk;
 mod path;
 mod quintic;
+pub(crate) mod ramp;
 mod shape;
 pub mod stream;
 mod wave;

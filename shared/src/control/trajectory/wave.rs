@@ -4,11 +4,12 @@
 //! w = e(t) A sin(2 pi (f t + k t^2/2) + phase)
 //! ```
 //!
-//! The envelope e rises from 0 to 1 and falls back by the quintic of least jerk, so
-//! that angle, speed and acceleration of w are 0 at both ends whatever the phase. w
-//! is added to a path that goes to the centre while it rises.
+//! The [envelope](Envelope) e rises from 0 to 1 and falls back, so that angle, speed
+//! and acceleration of w are 0 at both ends whatever the phase. w is added to a path
+//! that goes to the centre while it rises.
 
 use super::bounds::Tightest;
+use super::ramp::Envelope;
 use crate::JOINTS;
 use crate::control::Reference;
 use crate::real::Real;
@@ -28,13 +29,6 @@ pub(super) struct Wave<T> {
     /// Of rise and of fall.
     pub(super) ramp_s: T,
     pub(super) duration_s: T,
-}
-
-/// The envelope and its derivatives.
-struct Envelope<T> {
-    e: T,
-    de: T,
-    dde: T,
 }
 
 impl<T: Real> Wave<T> {
@@ -108,25 +102,6 @@ impl<T: Real> Wave<T> {
     }
 
     fn envelope(&self, t_s: T) -> Envelope<T> {
-        let left_s = self.duration_s - t_s;
-        let (since_s, sign) = if t_s < self.ramp_s {
-            (t_s, T::one())
-        } else if left_s < self.ramp_s {
-            (left_s, -T::one())
-        } else {
-            return Envelope {
-                e: T::one(),
-                de: T::zero(),
-                dde: T::zero(),
-            };
-        };
-        let per_s = T::one() / self.ramp_s;
-        let (u, lit) = (since_s * per_s, T::lit);
-        let left = T::one() - u;
-        Envelope {
-            e: u * u * u * (lit(10.0) + u * (lit(6.0) * u - lit(15.0))),
-            de: lit(30.0) * u * u * left * left * per_s * sign,
-            dde: lit(60.0) * u * left * (left - u) * per_s * per_s,
-        }
+        Envelope::at(t_s, self.ramp_s, self.duration_s)
     }
 }

@@ -1,0 +1,119 @@
+//! Whether an experiment may begin from where the arm is.
+//!
+//! Its envelope must lie where no guard has to do anything for an arm that stays in it,
+//! the arm must be in it, and what is asked of the joints must be within the limits in
+//! force. That it is an experiment at all has been
+//! [checked](Experiment::check) before.
+
+use nalgebra::Vector2;
+
+use super::super::guard::Guard;
+use super::super::limits::MOTION;
+use crate::arm::State;
+use crate::link::experiment::{Experiment, Measure, Objection, Role};
+use crate::link::message::Settings;
+
+/// Whether a board with these settings would begin this experiment, with the arm at rest
+/// at these angles.
+///
+/// # Errors
+/// Why not.
+pub fn permits(
+    settings: &Settings,
+    plan: &Experiment,
+    angle_rad: [f32; crate::JOINTS],
+) -> Result<(), Objection> {
+    plan.check()?;
+    let guard = Guard::new(settings.limits, settings.setup.period_us);
+    let rest = angle_rad.into();
+    let now = State {
+        q: rest,
+        dq: Vector2::zeros(),
+    };
+    from_here(plan, &guard, &now, rest)
+}
+
+/// Whether it may begin with the arm here, whose reference will be at rest at `rest`.
+pub(super) fn from_here(
+    plan: &Experiment,
+    guard: &Guard,
+    now: &State<f32>,
+    rest: Vector2<f32>,
+) -> Result<(), Objection> {
+    let limits = guard.limits();
+    for (index, (joint, role)) in (0..).zip(&plan.roles).enumerate() {
+        let beyond = |measure, value: f32, limit: f32| {
+            // What is not a number is beyond everything.
+            let is_within = value.abs() <= limit;
+            let objection = Objection::Beyond {
+                joint,
+                measure,
+                value,
+                limit,
+            };
+            if is_within { Ok(()) } else { Err(objection) }
+        };
+        let ([low, high], most) = (plan.angle_rad[index], plan.speed_rad_s[index]);
+        beyond(Measure::Speed, most, limits.speed_rad_s[index])?;
+        let farthest = guard.farthest_rad(index, most);
+        if let Some(edge_rad) = [low, high].into_iter().find(|edge| edge.abs() > farthest) {
+            return Err(Objection::Edge {
+                joint,
+                edge_rad,
+                speed_rad_s: most,
+                farthest_rad: farthest,
+            });
+        }
+        let (angle_rad, speed_rad_s) = (now.q[index], now.dq[index]);
+        if !(low..=high).contains(&angle_rad) {
+            return Err(Objection::Outside {
+                joint,
+                angle_rad,
+                within_rad: [low, high],
+            });
+        }
+        let is_slow = speed_rad_s.abs() <= most;
+        if !is_slow {
+            return Err(Objection::Moving {
+                joint,
+                speed_rad_s,
+                limit_rad_s: most,
+            });
+        }
+        let bounds = role.signal().map(|signal| signal.bounds(plan.duration_s));
+        match (role, bounds) {
+            (Role::Pwm(_), Some(bounds)) => {
+                let limit = f32::from(limits.pwm_counts);
+                beyond(Measure::Pwm, bounds.farthest(), limit)?;
+            }
+            (Role::Torque(_), Some(bounds)) => {
+                beyond(Measure::Torque, bounds.farthest(), limits.torque_nm[index])?;
+            }
+            (Role::Hold | Role::Angle(_), bounds) => {
+                let [least, greatest] = bounds.map_or([0.0; 2], |bounds| [bounds.low, bounds.high]);
+                let [speed, acceleration] = bounds
+                    .and_then(|bounds| bounds.derivatives)
+                    .unwrap_or([0.0; 2]);
+                for reached in [rest[index] + least, rest[index] + greatest] {
+                    if !(low..=high).contains(&reached) {
+                        return Err(Objection::Beyond {
+                            joint,
+                            measure: Measure::Angle,
+                            value: reached,
+                            limit: if reached < low { low } else { high },
+                        });
+                    }
+                    beyond(Measure::Angle, reached, MOTION.angle_rad)?;
+                }
+                beyond(Measure::Speed, speed, most.min(MOTION.speed_rad_s))?;
+                beyond(
+                    Measure::Acceleration,
+                    acceleration,
+                    MOTION.acceleration_rad_s2,
+                )?;
+            }
+            (Role::Off | Role::Pwm(_) | Role::Torque(_), _) => {}
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,45 @@
+//! Signals by which an arm is driven so that its model can be identified.
+//!
+//! A [`Signal`] is plain data, and a function of the time since the experiment began
+//! and of its duration: nothing is accumulated from tick to tick, so the same tick
+//! gives the same bits wherever it is computed. [`Signal::at`] is for the tick;
+//! [`Signal::flaw`] says whether the numbers make a signal at all, and
+//! [`Signal::bounds`] what it reaches at most, without running it.
+//!
+//! | signal                  | what it is for                                      |
+//! |-------------------------|-----------------------------------------------------|
+//! | [`Signal::Constant`]    | the paper's constant-input test; free fall beside   |
+//! | [`Signal::Triangle`]    | slow ramps: dry friction and gravity                |
+//! | [`Signal::Staircase`]   | dead zone and hysteresis                            |
+//! | [`Signal::Steps`]       | stiction; speed versus PWM without gravity          |
+//! | [`Signal::Sinusoid`]    | friction at low frequency, inertia at high          |
+//! | [`Signal::Chirp`]       | dynamics, one frequency after the other             |
+//! | [`Signal::Multisine`]   | dynamics, chosen frequencies at the same time       |
+//! | [`Signal::Prbs`]        | dynamics, all frequencies, two levels               |
+//!
+//! What the value is of, N m, PWM counts or rad, is for
+//! [`Role`](crate::link::experiment::Role) to say.
+//!
+//! # Time
+//!
+//! In s since the beginning, at most [`DURATION_MAX_S`]. Edges are put on the grid of
+//! the ticks: a tick up to 0.1 ms before an edge is taken to be on it, so that the
+//! rounding of `f32`, 0.06 ms at the longest, never costs a tick.
+
+mod bounds;
+mod pulse;
+mod signal;
+#[cfg(test)]
+mod tests;
+mod wave;
+
+pub use crate::control::trajectory::{DURATION_MAX_S, FREQUENCY_MAX_HZ};
+pub use bounds::{Bounds, Flaw};
+pub use signal::{Sample, Signal};
+
+/// Shortest time between two edges, and shortest ramp, in s: ten ticks of 1 ms, and
+/// at the longest duration still few enough to count them off with 16 bits.
+pub const TIME_MIN_S: f64 = 0.01;
+
+/// Most lines of a multisine.
+pub const LINES_MAX: u8 = 32;
