@@ -8,8 +8,8 @@ use armbridge_shared::link::message::{
 };
 use armbridge_tests::plant;
 
-use crate::world::{Act, Free, overheard, recorded, records, replay, replay_with};
 use crate::{assert_all_equal, assert_equal};
+use armbridge_tests::world::{Act, Free, overheard, recorded, records, replay, replay_with};
 
 fn demo() -> Vec<Event> {
     let script = Script::demo(Setup::default(), 1_000_000);

@@ -11,7 +11,7 @@ use armbridge_shared::link::motion::Motion;
 use armbridge_tests::plant;
 
 use crate::assert_all_equal;
-use crate::world::{Overheard, replay};
+use armbridge_tests::world::{Overheard, replay};
 
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]

@@ -6,7 +6,6 @@ mod emulator;
 mod orders;
 mod random;
 mod torture;
-mod world;
 
 use armbridge::replay::{Report, Verdict};
 

@@ -1,14 +1,17 @@
 //! Runs in which all is well: every kind of order there is.
 
+use armbridge::log::event::What;
 use armbridge::operator::Script;
 use armbridge_shared::estimate::Config;
+use armbridge_shared::experiment::Signal;
+use armbridge_shared::link::experiment::{Experiment, ExperimentEnd, Role};
 use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Command, Controller, Setup, ToBoard};
+use armbridge_shared::link::message::{Command, Controller, Setup, ToBoard, ToHost};
 use armbridge_shared::link::motion::{Motion, Via};
 use armbridge_tests::plant;
 
 use crate::assert_all_equal;
-use crate::world::{Act, Free, overheard, recorded, replay};
+use armbridge_tests::world::{Act, Free, overheard, recorded, replay};
 
 #[test]
 fn the_demo_is_the_same_again() {
@@ -168,7 +171,7 @@ fn guards_do_the_same_again() {
     let events = overheard(host, plant([0.1, -0.1], true), 4, |_, _, _| {});
     let report = replay(&events);
     assert_all_equal(&report);
-    let guarded = crate::world::records(&events)
+    let guarded = armbridge_tests::world::records(&events)
         .filter(|record| record.guards.bits() != 0)
         .count();
     assert!(guarded > 10, "{guarded}");
@@ -199,4 +202,87 @@ fn silence_is_taken_as_recorded() {
     assert_all_equal(&report);
     let adopted: Vec<_> = report.adopted.iter().map(|it| it.times).collect();
     assert_eq!(adopted, [1, 3], "{}", report.text());
+}
+
+/// Experiments that end in every way there is.
+#[test]
+fn experiments_begin_and_end_where_they_did() {
+    let plan = |role| Experiment {
+        roles: [Role::Hold, role],
+        duration_s: 0.3,
+        angle_rad: [[-0.5, 0.5]; 2],
+        speed_rad_s: [2.0; 2],
+    };
+    let multisine = Role::Angle(Signal::Multisine {
+        amplitude: 0.015,
+        lowest_hz: 0.5,
+        lines: 3,
+        ramp_s: 0.1,
+    });
+    let push = Role::Pwm(Signal::Constant(300.0));
+    let narrow = Experiment {
+        angle_rad: [[-0.5, 0.5], [-0.2, 0.2]],
+        ..plan(push)
+    };
+    let slow = Experiment {
+        speed_rad_s: [2.0, 0.5],
+        ..plan(push)
+    };
+    let long = Experiment {
+        duration_s: 5.0,
+        ..plan(Role::Torque(Signal::Constant(0.02)))
+    };
+    let commands = [
+        (150_000, Command::Arm { session: 0 }),
+        (200_000, Command::Regulate([0.0; 2])),
+        (700_000, Command::Experiment(plan(multisine))),
+        (1_200_000, Command::Experiment(plan(Role::Off))),
+        (1_300_000, Command::Experiment(narrow)),
+        (1_900_000, Command::Regulate([0.0; 2])),
+        (2_400_000, Command::Experiment(slow)),
+        (2_900_000, Command::Regulate([0.0; 2])),
+        (3_400_000, Command::Experiment(long)),
+    ];
+    let acts = commands.map(|(at_us, command)| (at_us, Act::Command(command)));
+    let acts = acts
+        .into_iter()
+        .chain([(3_700_000, Act::Silence(2_000_000))]);
+    let host = Free::new(acts, 4_500_000);
+    let events = overheard(host, plant([0.0, 0.0], true), 8, |_, _, _| {});
+    let ends = events.iter().filter_map(|event| match event.what {
+        What::Told(_, ToHost::Concluded(conclusion)) => Some(conclusion.end),
+        _ => None,
+    });
+    let ends: Vec<_> = ends.collect();
+    assert!(
+        matches!(
+            ends[..],
+            [
+                ExperimentEnd::Finished,
+                ExperimentEnd::Replaced,
+                ExperimentEnd::Angle { joint: 1, .. },
+                ExperimentEnd::Speed { joint: 1, .. },
+                ExperimentEnd::HostQuiet,
+            ]
+        ),
+        "{ends:?}"
+    );
+    let report = replay(&events);
+    assert_all_equal(&report);
+    // Nine commands and five ends.
+    assert_eq!(report.answers, 14, "{}", report.text());
+    let adopted: Vec<_> = report.adopted.iter().map(|it| it.times).collect();
+    assert_eq!(adopted, [1, 1], "{}", report.text());
+    // An end that was not this one is told.
+    let mut other = events;
+    for event in &mut other {
+        if let What::Told(_, ToHost::Concluded(conclusion)) = &mut event.what
+            && let ExperimentEnd::Angle { value_rad, .. } = &mut conclusion.end
+        {
+            *value_rad += 1e-3;
+        }
+    }
+    let report = replay(&other);
+    assert_eq!((report.differing, report.answers_differing), (0, 1));
+    assert_eq!(report.first.unwrap().field, "end of the experiment");
 }

@@ -4,10 +4,11 @@ use armbridge::bench::wire::{ByteFault, Damage, Way};
 use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Command, Setup, ToBoard};
 use armbridge_shared::link::motion::Motion;
+use armbridge_tests::experiments::{experiment, number};
 use armbridge_tests::plant;
 use armbridge_tests::random::Random;
 
-use crate::world::{Act, Free, overheard, records, replay};
+use armbridge_tests::world::{Act, Free, overheard, records, replay};
 
 /// Length of a run in µs.
 const RUN_US: u64 = 1_500_000;
@@ -17,7 +18,7 @@ fn angles(random: &mut Random) -> [f32; 2] {
 }
 
 fn act(random: &mut Random, now_us: u64) -> Act {
-    let command = match random.below(16) {
+    let command = match random.below(18) {
         0 => Command::Idle,
         1..=3 => Command::Arm { session: 0 },
         4 => Command::Torque(angles(random)),
@@ -53,7 +54,8 @@ fn act(random: &mut Random, now_us: u64) -> Act {
             ..Limits::default()
         }),
         13 => Command::ClearFault,
-        14 => return Act::Silence(random.below(700_000)),
+        14 | 15 => Command::Experiment(experiment(random, number)),
+        16 => return Act::Silence(random.below(700_000)),
         _ => {
             return Act::Say(random.one_of(&[
                 ToBoard::Stop,

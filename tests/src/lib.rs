@@ -1,10 +1,12 @@
 //! What the whole-system tests share: a run of the bench and what to read off
-//! its records, and the replay of recorded exchanges.
+//! its records, hosts of all kinds, and the replay of recorded exchanges.
 
+pub mod experiments;
 pub mod place;
 pub mod random;
 pub mod replay;
 pub mod trace;
+pub mod world;
 
 use armbridge::bench::Bench;
 use armbridge::bench::board::VirtualBoard;

@@ -65,6 +65,14 @@ impl Notes {
         self.0.clear();
     }
 
+    /// Whether a host that said goodbye before is greeted within the tick of this record.
+    pub(super) fn has_goodbye(&self, record: &Record) -> bool {
+        self.0.iter().any(|note| {
+            let is_here = belongs(note, Place::Within(record)) == Some(true);
+            is_here && matches!(note, Note::Began { has_left: true, .. })
+        })
+    }
+
     /// The next whose place is here, or that was told before an order whose place is. One
     /// that does not say so is here if the next that does is, or if something else shows
     /// that it `is_due`.

@@ -1,6 +1,7 @@
 //! Events in, ticks out: does everything again in the order in which the board did
 //! it, and knows what it does not know.
 
+mod conclusions;
 mod orders;
 
 use std::collections::HashMap;
@@ -9,6 +10,7 @@ use armbridge_shared::bridge::Mailboxes;
 use armbridge_shared::bridge::replay::{self, Departure, Heard, Replay};
 use armbridge_shared::link::message::{Command, Mode, Record, Refusal, Settings, ToBoard, ToHost};
 
+use self::conclusions::Conclusions;
 use super::compare;
 use super::notes::{Note, Notes, Place, is_before};
 use super::report::{Report, Tally};
@@ -58,6 +60,7 @@ pub struct Player<'a> {
     departures: HashMap<u16, Departure>,
     has_left: bool,
     notes: Notes,
+    conclusions: Conclusions,
     /// A record is looked at when the next has come: what belongs before it may come
     /// just after it.
     held: Option<Record>,
@@ -93,6 +96,7 @@ impl<'a> Player<'a> {
             departures: HashMap::new(),
             has_left: false,
             notes: Notes::default(),
+            conclusions: Conclusions::default(),
             held: None,
             last: None,
             planned_us: 0,
@@ -188,6 +192,7 @@ impl<'a> Player<'a> {
             }),
             ToHost::Passthrough => self.notes.push(Note::Passthrough),
             ToHost::Tripped(trip) => self.notes.push(Note::Tripped(trip)),
+            ToHost::Concluded(conclusion) => self.conclusions.hear(conclusion),
             ToHost::Hello(_)
             | ToHost::Absent { .. }
             | ToHost::Mixed(_)
@@ -195,7 +200,6 @@ impl<'a> Player<'a> {
             | ToHost::Port(_)
             | ToHost::Board(_)
             | ToHost::Halted(_)
-            | ToHost::Concluded(_)
             | ToHost::Temperature { .. } => {}
         }
         Ok(())
@@ -273,12 +277,14 @@ impl<'a> Player<'a> {
             self.replay.begin_again();
         }
         (self.is_stopped, self.is_lined_up) = (false, false);
+        self.heed_goodbye(record);
         self.replay.begin(record);
         self.planned_us = self.replay.planned_us();
         while let Some(note) = self.notes.next(Place::Within(record), false) {
             self.apply(&note)?;
         }
         self.decide(record);
+        self.check_conclusions(record);
         let since_us = self.last.map_or(0, |last| {
             let lasts_us = record.start_us.saturating_sub(last.start_us);
             // Not what lies between two runs of a board.
@@ -339,7 +345,10 @@ impl<'a> Player<'a> {
             self.replay.adopt(record);
             return;
         }
-        self.note_heard(heard, record);
+        let is_by_itself = self.conclusions.is_by_itself(&mut self.replay, record.tick);
+        if !is_by_itself {
+            self.note_heard(heard, record);
+        }
         self.tally.compared += 1;
         if !compare::same(record, &computed) {
             self.tally.differing += 1;

@@ -26,9 +26,11 @@
 //! what happened before it was decided, the decision. Nothing here allocates, waits
 //! or panics.
 
+mod heard;
 mod inputs;
 mod nothing;
 
+pub use heard::Heard;
 pub use inputs::{is_complete, is_off, planned_us};
 
 use super::course::{self, Leg};
@@ -41,7 +43,7 @@ use super::supervisor::{Event, State};
 use super::{Bridge, check};
 use crate::control::Trajectory;
 use crate::link::experiment::Conclusion;
-use crate::link::message::{Command, Drive, Fault, Mode, Moment, Record, Refusal, Settings, Trip};
+use crate::link::message::{Command, Fault, Mode, Moment, Record, Refusal, Settings, Trip};
 use crate::link::motion::Motion;
 use crate::servo::Firmware;
 use heapless::Deque;
@@ -79,19 +81,6 @@ pub const fn is_external(fault: Fault) -> bool {
         | Fault::NotFinite
         | Fault::ServoAlarm => false,
     }
-}
-
-/// What a record's mode says that cannot be decided again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard {
-    /// Nothing of that kind.
-    Nothing,
-    /// The host was silent for so long that the arm was braked, or let go.
-    Silence,
-    /// For so long that it was a fault.
-    LongSilence,
-    /// Numbers in memory had changed.
-    Corruption,
 }
 
 /// Experiments that may end between two looks at [`Replay::take_conclusion`].
@@ -250,28 +239,6 @@ impl<'a> Replay<'a> {
         bridge.next_start_us = planned_us(inputs);
         bridge.begin_tick();
         self.forget_notices();
-    }
-
-    /// What its mode says beside what is decided again, for the bridge as it is
-    /// before the decision.
-    pub fn heard(&self, told: Mode) -> Heard {
-        let bridge = &self.bridge;
-        match (told, bridge.drive) {
-            _ if !bridge.state.is_armed() => Heard::Nothing,
-            (Mode::Fault(Fault::HostSilent), _) => Heard::LongSilence,
-            (Mode::Fault(Fault::Corrupted), _) => Heard::Corruption,
-            // An experiment that ends by itself in this tick does so before it heeds that.
-            (
-                Mode::Running(Drive::Hold) | Mode::Degraded(Drive::Hold),
-                Drive::Track | Drive::Experiment,
-            )
-            | (Mode::Armed, Drive::Torque)
-                if bridge.state.is_driven() =>
-            {
-                Heard::Silence
-            }
-            _ => Heard::Nothing,
-        }
     }
 
     /// Decides the tick that has begun. What comes back is the record as it should

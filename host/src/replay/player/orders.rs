@@ -1,7 +1,9 @@
 //! Orders and news, each done again at its place.
 
 use armbridge_shared::bridge::replay;
-use armbridge_shared::link::message::{Command, Fault, Mode, Moment, Refusal, Settings, Trip};
+use armbridge_shared::link::message::{
+    Command, Fault, Mode, Moment, Record, Refusal, Settings, Trip,
+};
 
 use super::super::compare::Difference;
 use super::super::notes::{Note, is_before};
@@ -95,6 +97,15 @@ impl Player<'_> {
             self.begin_anew();
         }
         Ok(())
+    }
+
+    /// A goodbye is not acknowledged. One that came just before a tick shows in it: the
+    /// motors were driven until then, and are off from its beginning.
+    pub(super) fn heed_goodbye(&mut self, record: &Record) {
+        let is_driven = self.replay.mode().drive().is_some();
+        if is_driven && replay::is_off(record) && self.notes.has_goodbye(record) {
+            self.replay.goodbye();
+        }
     }
 
     fn remember_changes(&mut self, before: &Settings, after: &Settings) {

@@ -14,15 +14,18 @@ use armbridge_shared::bridge::Mailboxes;
 use armbridge_shared::link::message::{Command, Record, ToBoard, ToHost};
 
 /// A host, and everything that is said between it and the board.
-pub(crate) struct Overheard<H> {
-    pub(crate) host: H,
+pub struct Overheard<H> {
+    /// The host.
+    pub host: H,
     ear: Ear,
-    pub(crate) events: Vec<Event>,
+    /// What was said, in order.
+    pub events: Vec<Event>,
     said: Vec<u8>,
 }
 
 impl<H> Overheard<H> {
-    pub(crate) fn new(host: H) -> Self {
+    /// Nothing has been said yet.
+    pub fn new(host: H) -> Self {
         Self {
             host,
             ear: Ear::default(),
@@ -68,7 +71,7 @@ impl<H: Host> Host for Overheard<H> {
 
 /// An operator's run on the bench, as it was heard on the link.
 #[expect(clippy::large_types_passed_by_value, reason = "as the plant takes it")]
-pub(crate) fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
+pub fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
     let mut mailboxes = Mailboxes::new();
     let board = VirtualBoard::new(mailboxes.split()).expect("default set-up");
     let bench = Bench::new(Plant::new(config, seed));
@@ -78,7 +81,7 @@ pub(crate) fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Ev
 }
 
 /// Replays with other settings.
-pub(crate) fn replay_with(events: &[Event], changes: Changes) -> Report {
+pub fn replay_with(events: &[Event], changes: Changes) -> Report {
     let mut mailboxes = Mailboxes::new();
     let mut player = Player::new(&mut mailboxes, changes).expect("default set-up");
     for event in events {
@@ -88,13 +91,13 @@ pub(crate) fn replay_with(events: &[Event], changes: Changes) -> Report {
 }
 
 /// Replays as it was.
-pub(crate) fn replay(events: &[Event]) -> Report {
+pub fn replay(events: &[Event]) -> Report {
     replay_with(events, Changes::default())
 }
 
 /// What a free host does.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Act {
+pub enum Act {
     /// Commands this; arming quotes the session that the board told last.
     Command(Command),
     /// Says this once.
@@ -105,7 +108,7 @@ pub(crate) enum Act {
 
 /// A host that does one thing after the other, whatever the board says.
 #[derive(Debug)]
-pub(crate) struct Free {
+pub struct Free {
     client: Client,
     acts: VecDeque<(u64, Act)>,
     until_us: u64,
@@ -116,7 +119,7 @@ pub(crate) struct Free {
 
 impl Free {
     /// Acts at these times in µs, in order.
-    pub(crate) fn new(acts: impl IntoIterator<Item = (u64, Act)>, until_us: u64) -> Self {
+    pub fn new(acts: impl IntoIterator<Item = (u64, Act)>, until_us: u64) -> Self {
         Self {
             client: Client::default(),
             acts: acts.into_iter().collect(),
@@ -179,7 +182,7 @@ impl Host for Free {
 /// A free host's time on the bench, as it was heard on the link; `meddle` may do
 /// something to the bench each ms.
 #[expect(clippy::large_types_passed_by_value, reason = "as the plant takes it")]
-pub(crate) fn overheard(
+pub fn overheard(
     host: Free,
     config: PlantConfig,
     seed: u64,
@@ -201,7 +204,7 @@ pub(crate) fn overheard(
 }
 
 /// The ticks among what was heard.
-pub(crate) fn records(events: &[Event]) -> impl Iterator<Item = Record> {
+pub fn records(events: &[Event]) -> impl Iterator<Item = Record> {
     events.iter().filter_map(|event| match event.what {
         What::Told(_, ToHost::Record(record)) => Some(record),
         _ => None,

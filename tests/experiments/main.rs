@@ -1,0 +1,100 @@
+//! Experiments on the virtual arm: what each does, how each ends, why one may not be.
+
+mod chance;
+mod ends;
+mod refusals;
+mod signals;
+
+use armbridge::bench::plant::PlantConfig;
+use armbridge::log::event::{Event, What};
+use armbridge_shared::experiment::Signal;
+use armbridge_shared::link::experiment::{Conclusion, Experiment, Role};
+use armbridge_shared::link::message::{Command, Drive, Record, Refusal, ToHost};
+use armbridge_tests::plant;
+use armbridge_tests::world::{Act, Free, overheard, records};
+
+/// When experiments are asked for, in µs: the arm has come to rest.
+const BEGIN_US: u64 = 1_500_000;
+
+/// Ticks of 1 ms.
+const PERIOD_US: u32 = 1_000;
+
+/// A wide and slow envelope about upright.
+const ENVELOPE: Experiment = Experiment {
+    roles: [Role::Hold, Role::Hold],
+    duration_s: 1.0,
+    angle_rad: [[-1.0, 1.0]; 2],
+    speed_rad_s: [2.5; 2],
+};
+
+/// The experiment with these roles, for so long, in [`ENVELOPE`].
+fn experiment(roles: [Role; 2], duration_s: f32) -> Experiment {
+    Experiment {
+        roles,
+        duration_s,
+        ..ENVELOPE
+    }
+}
+
+/// What is heard of a host that holds the arm at these angles, and then does this.
+fn heard_at(angle_rad: [f32; 2], acts: &[(u64, Act)], until_us: u64) -> Vec<Event> {
+    let begin = [
+        (150_000, Act::Command(Command::Arm { session: 0 })),
+        (200_000, Act::Command(Command::Regulate(angle_rad))),
+    ];
+    let acts = begin.into_iter().chain(acts.iter().copied());
+    overheard(
+        Free::new(acts, until_us),
+        arm_at(angle_rad),
+        1,
+        |_, _, _| {},
+    )
+}
+
+/// The bench's arm, held at these angles.
+fn arm_at(angle_rad: [f32; 2]) -> PlantConfig {
+    plant(angle_rad.map(f64::from), true)
+}
+
+/// What is heard of one experiment from these angles.
+fn heard_of(angle_rad: [f32; 2], plan: Experiment) -> Vec<Event> {
+    let acts = [(BEGIN_US, Act::Command(Command::Experiment(plan)))];
+    let until_us = BEGIN_US + (plan.duration_s * 1e6) as u64 + 1_500_000;
+    heard_at(angle_rad, &acts, until_us)
+}
+
+/// The ticks that the experiment decided.
+fn during(events: &[Event]) -> Vec<Record> {
+    let is_one = |record: &Record| record.mode.drive() == Some(Drive::Experiment);
+    records(events).filter(is_one).collect()
+}
+
+/// The ticks after it.
+fn after(events: &[Event]) -> Vec<Record> {
+    let last = during(events).last().expect("an experiment").tick;
+    records(events)
+        .filter(|record| record.tick > last)
+        .collect()
+}
+
+fn conclusions(events: &[Event]) -> Vec<Conclusion> {
+    let told = events.iter().filter_map(|event| match event.what {
+        What::Told(_, ToHost::Concluded(conclusion)) => Some(conclusion),
+        _ => None,
+    });
+    told.collect()
+}
+
+fn refusals(events: &[Event]) -> Vec<Refusal> {
+    let told = events.iter().filter_map(|event| match event.what {
+        What::Told(_, ToHost::Ack { result, .. }) => result.err(),
+        _ => None,
+    });
+    told.collect()
+}
+
+/// What the signal is in the n-th tick of an experiment.
+fn expected(signal: &Signal<f32>, tick: usize, duration_s: f32) -> f32 {
+    let elapsed_us = tick as u32 * PERIOD_US;
+    signal.at(elapsed_us as f32 * 1e-6, duration_s).value
+}
