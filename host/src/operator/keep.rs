@@ -1,5 +1,6 @@
 //! Who is handed what a run brings, as it comes: nothing is stored on the way.
 
+use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::{Command, Record};
 
 /// Keeps of a run what it wants to.
@@ -9,6 +10,9 @@ pub trait Keep {
 
     /// A command, given at this time in µs.
     fn command(&mut self, _at_us: u64, _command: &Command) {}
+
+    /// An experiment ended.
+    fn concluded(&mut self, _conclusion: &Conclusion) {}
 }
 
 /// Everything, in memory: for trials and tests, which are short.
@@ -18,6 +22,8 @@ pub struct Everything {
     pub records: Vec<Record>,
     /// The commands and when they were given, in µs.
     pub commands: Vec<(u64, Command)>,
+    /// How experiments ended.
+    pub conclusions: Vec<Conclusion>,
 }
 
 impl Keep for Everything {
@@ -27,5 +33,9 @@ impl Keep for Everything {
 
     fn command(&mut self, at_us: u64, command: &Command) {
         self.commands.push((at_us, *command));
+    }
+
+    fn concluded(&mut self, conclusion: &Conclusion) {
+        self.conclusions.push(*conclusion);
     }
 }

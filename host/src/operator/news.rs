@@ -1,6 +1,5 @@
 //! What a board tells unasked: of itself, of its servos, of its faults.
 
-use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::{BoardReport, Halt, Missing, PortCounters, ToHost, Trip};
 use armbridge_shared::servo::Firmware;
 
@@ -20,8 +19,6 @@ pub(super) struct News {
     pub(super) report: Option<BoardReport>,
     pub(super) trips: Vec<Trip>,
     pub(super) halts: Vec<Halt>,
-    /// How experiments ended.
-    pub(super) conclusions: Vec<Conclusion>,
     pub(super) port: PortCounters,
     /// Points of a stream that came too late.
     pub(super) late_points: u64,
@@ -45,7 +42,6 @@ impl News {
             Said::Told(ToHost::Tripped(trip)) if self.trips.last() == Some(&trip) => {}
             Said::Told(ToHost::Tripped(trip)) => self.trips.push(trip),
             Said::Told(ToHost::Halted(halt)) => self.halts.push(halt),
-            Said::Told(ToHost::Concluded(conclusion)) => self.conclusions.push(conclusion),
             Said::Told(ToHost::Absent { joint, missing }) => {
                 self.absent = Some((joint, missing));
                 self.trouble = None;
@@ -76,6 +72,7 @@ impl News {
                 | ToHost::Began(_)
                 | ToHost::Settings(_)
                 | ToHost::Passthrough
+                | ToHost::Concluded(_)
                 | ToHost::Temperature { .. }
                 | ToHost::Record(_),
             ) => {}

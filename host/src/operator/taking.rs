@@ -22,6 +22,7 @@ impl<K: Keep> Operator<K> {
             (Said::Hello, Phase::Connecting) => self.greeted(now_us),
             (Said::Told(ToHost::Settings(settings)), _) => self.told(now_us, settings)?,
             (Said::Told(ToHost::Record(record)), _) => self.recorded(now_us, &record)?,
+            (Said::Told(ToHost::Concluded(conclusion)), _) => self.keep.concluded(&conclusion),
             (Said::Done, Phase::SettingUp) => self.set_up(now_us),
             (Said::Done, Phase::Arming) => self.begin(now_us),
             (Said::Done, Phase::Running(_)) => self.acted(),

@@ -3,8 +3,10 @@
 
 use std::path::Path;
 
+use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::Record;
 
+use crate::experiment;
 use crate::log::{CsvWriter, LogError};
 use crate::operator::Keep;
 use crate::scenario::Judge;
@@ -18,6 +20,8 @@ pub(super) struct Ledger {
     pub(super) tally: Tally,
     pub(super) judge: Option<Judge>,
     pub(super) plotted: Thinned,
+    /// How experiments ended, in words.
+    pub(super) conclusions: Vec<String>,
     csv: Option<CsvWriter>,
     csv_error: Option<LogError>,
 }
@@ -65,6 +69,7 @@ impl Ledger {
             tally: Tally::default(),
             judge,
             plotted: Thinned::default(),
+            conclusions: Vec::new(),
             csv: csv.map(CsvWriter::create).transpose()?,
             csv_error: None,
         })
@@ -90,6 +95,13 @@ impl Keep for Ledger {
             // The run goes on, and the arm with it.
             self.csv_error = Some(error);
             self.csv = None;
+        }
+    }
+
+    fn concluded(&mut self, conclusion: &Conclusion) {
+        self.conclusions.push(experiment::conclusion(conclusion));
+        if let Some(judge) = &mut self.judge {
+            judge.see_end(conclusion);
         }
     }
 }

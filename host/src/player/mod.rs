@@ -257,6 +257,7 @@ impl Player {
             summary.missed_expectations = judge.verdict(tally, &summary);
         }
         let mut summary = summary.with_causes(&trips);
+        summary.remarks.append(&mut ledger.conclusions);
         summary.remarks.extend(csv_trouble);
         if has_plots {
             let Thinned { records, every, .. } = &ledger.plotted;

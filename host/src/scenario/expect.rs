@@ -1,10 +1,12 @@
 //! Whether the arm did what a scenario expects of it.
 
 use armbridge_shared::JOINTS;
+use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::message::Record;
 
-use super::Expect;
+use super::{EndName, Expect};
 use crate::bench::plant::Push;
+use crate::experiment;
 use crate::summary::{SETTLED_RAD, Summary, Tally};
 
 /// Watches a run, and judges it in the end.
@@ -18,6 +20,8 @@ pub struct Judge {
     begun_us: Option<u64>,
     open: Option<Open>,
     slowest_s: f64,
+    /// Of experiments.
+    ends: Vec<Conclusion>,
 }
 
 /// A push that is over.
@@ -42,7 +46,13 @@ impl Judge {
             begun_us: None,
             open: None,
             slowest_s: 0.0,
+            ends: Vec::new(),
         }
+    }
+
+    /// Takes the end of an experiment.
+    pub fn see_end(&mut self, conclusion: &Conclusion) {
+        self.ends.push(*conclusion);
     }
 
     /// Takes the next tick.
@@ -125,7 +135,26 @@ impl Judge {
         ]
         .into_iter()
         .flatten()
+        .chain(self.other_ends())
         .collect()
+    }
+
+    /// Experiments that ended otherwise than they should.
+    fn other_ends(&self) -> Vec<String> {
+        let Some(expected) = self.expect.experiments_end else {
+            return Vec::new();
+        };
+        if self.ends.is_empty() {
+            return vec!["there was no experiment to judge".into()];
+        }
+        let is_so = |conclusion: &&Conclusion| match conclusion.end {
+            ExperimentEnd::Finished => expected == EndName::Finished,
+            ExperimentEnd::Angle { .. } => expected == EndName::Angle,
+            ExperimentEnd::Speed { .. } => expected == EndName::Speed,
+            ExperimentEnd::HostQuiet | ExperimentEnd::Replaced => false,
+        };
+        let others = self.ends.iter().filter(|end| !is_so(end));
+        others.map(experiment::conclusion).collect()
     }
 }
 

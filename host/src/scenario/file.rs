@@ -1,6 +1,7 @@
 //! The keys of a scenario file, as they are written.
 
 use armbridge_shared::JOINTS;
+use armbridge_shared::link::experiment::Experiment;
 use serde::Deserialize;
 use toml::Table;
 
@@ -95,6 +96,7 @@ pub(super) struct StepKeys {
     pub(super) sinusoid: Option<SinusoidKeys>,
     pub(super) chirp: Option<ChirpKeys>,
     pub(super) stream: Option<Vec<ViaKeys>>,
+    pub(super) experiment: Option<Experiment>,
     pub(super) set: Option<Table>,
     pub(super) idle: Option<bool>,
     pub(super) arm: Option<bool>,
@@ -156,6 +158,18 @@ pub(super) struct StopKeys {
     pub(super) success: Option<Vec<String>>,
 }
 
+/// How an experiment ends, in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EndName {
+    /// Its time is over.
+    Finished,
+    /// A joint left the envelope.
+    Angle,
+    /// A joint was faster than the envelope allows.
+    Speed,
+}
+
 /// What is expected of the arm; a run that misses it has failed.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -172,4 +186,6 @@ pub struct Expect {
     pub recovers_within_s: Option<f64>,
     /// Torque of either joint is never more.
     pub torque_within_nm: Option<f64>,
+    /// There are experiments, and every one ends so.
+    pub experiments_end: Option<EndName>,
 }

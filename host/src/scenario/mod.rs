@@ -28,7 +28,7 @@
 //! |-------------|----------------------------------------------------------------|
 //! | top         | `title`, `about`, `control`                                    |
 //! | `[set]`     | any of the board's parameters, see [`params`](crate::params)   |
-//! | `[[step]]`  | `at_s`, `every_s`, and one of `regulate_rad`, `torque_nm`, `minimum_jerk`, `waypoints`, `sinusoid`, `chirp`, `stream`, `set`, `idle`, `arm` |
+//! | `[[step]]`  | `at_s`, `every_s`, and one of `regulate_rad`, `torque_nm`, `minimum_jerk`, `waypoints`, `sinusoid`, `chirp`, `stream`, `experiment`, `set`, `idle`, `arm` |
 //! | `[bench]`   | `seed`, `initial_rad`, `friction`, `plant_file` or `[bench.plant]`, `servos`, `baud`, `[[bench.push]]` |
 //! | `[stop]`    | `after_s`, `angle_beyond_rad`, `error_beyond_rad`, `error_for_s`, `success` |
 //! | `[expect]`  | see [`Expect`]                                                 |
@@ -43,6 +43,7 @@
 
 mod check;
 mod expect;
+mod experiment;
 mod file;
 mod place;
 mod reference;
@@ -52,7 +53,7 @@ mod steps;
 mod tests;
 
 pub use expect::Judge;
-pub use file::Expect;
+pub use file::{EndName, Expect};
 pub use shipped::{SHIPPED, Shipped};
 
 use std::path::Path;

@@ -1,14 +1,16 @@
 //! Where the reference will be, by the planner of the board.
 
 use armbridge_shared::bridge::limits::MOTION;
+use armbridge_shared::bridge::permits;
 use armbridge_shared::control::Reference;
 use armbridge_shared::control::trajectory::stream::{self, Point, Stream};
 use armbridge_shared::control::trajectory::{
     DURATION_MAX_S, DURATION_MIN_S, Error, FREQUENCY_MAX_HZ, Peak, Quantity, Trajectory,
 };
 use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::Command;
+use armbridge_shared::link::message::{Command, Settings};
 
+use super::experiment;
 use super::file::Pair;
 use super::place::{Place, Wrong};
 use crate::operator::plan::{self, Act, Step};
@@ -61,8 +63,22 @@ impl Course {
         }
     }
 
+    /// Where the arm rests at this time, if that is known.
+    fn rest(&self, at_us: u64) -> Option<Pair> {
+        let reference = match &self.way {
+            Way::Unknown => return None,
+            Way::Planned { .. } | Way::Streamed(_) => self.at(at_us),
+        };
+        (reference.dq == nalgebra::Vector2::zeros()).then(|| reference.q.into())
+    }
+
     /// Follows what a step says, if the board would.
-    pub(super) fn take(&mut self, step: &Step, place: &Place) -> Result<(), Wrong> {
+    pub(super) fn take(
+        &mut self,
+        step: &Step,
+        settings: &Settings,
+        place: &Place,
+    ) -> Result<(), Wrong> {
         let since_us = step.at_us + LEAD_US;
         match &step.act {
             Act::Tell(command) => match **command {
@@ -81,7 +97,14 @@ impl Course {
                         since_us,
                     };
                 }
-                Command::Torque(_) | Command::Experiment(_) => self.lose(),
+                Command::Torque(_) => self.lose(),
+                Command::Experiment(ref plan) => {
+                    if let Some(rest) = self.rest(step.at_us) {
+                        permits(settings, plan, rest)
+                            .map_err(|objection| experiment::wrong(place, objection))?;
+                    }
+                    self.lose();
+                }
                 Command::Idle
                 | Command::Arm { .. }
                 | Command::Stream { .. }

@@ -8,6 +8,7 @@ use armbridge_shared::link::message::{Command, Settings};
 use armbridge_shared::link::motion::{Motion, Via};
 use toml::Table;
 
+use super::experiment;
 use super::file::{Pair, StepKeys, ViaKeys};
 use super::place::{Place, Wrong};
 use super::reference::Course;
@@ -133,7 +134,7 @@ fn rehearse(planned: &[Planned], settings: &Settings, initial_rad: Pair) -> Resu
                     );
                     return Err(Wrong::new(place.clone(), what));
                 }
-                course.take(step, act)?;
+                course.take(step, &settings, act)?;
                 course.check_limits(&settings.limits, act)?;
             }
         }
@@ -152,6 +153,7 @@ impl StepKeys {
             ("sinusoid", self.sinusoid.is_some()),
             ("chirp", self.chirp.is_some()),
             ("stream", self.stream.is_some()),
+            ("experiment", self.experiment.is_some()),
             ("set", self.set.is_some()),
             ("idle", self.idle.is_some()),
             ("arm", self.arm.is_some()),
@@ -217,6 +219,11 @@ impl StepKeys {
         }
         if let Some(keys) = &self.stream {
             return points(at, keys).map(Act::Stream);
+        }
+        if let Some(plan) = self.experiment {
+            plan.check()
+                .map_err(|objection| experiment::wrong(at, objection))?;
+            return Ok(Act::Tell(Box::new(Command::Experiment(plan))));
         }
         if let Some(table) = &self.set {
             return change_under_torque(at, table).map(Act::Change);

@@ -1,4 +1,5 @@
 use super::*;
+use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::{Command, Record};
 
 use crate::links::{LinkUri, Options, drive};
@@ -67,6 +68,39 @@ fn mistakes_have_a_place_and_say_what_is_right() {
             "[[step]]\nat_s = 1\nstream = [{ after_s = 0.02, angle_rad = [0.0, 0.0] }]",
             "6:23",
             "too soon",
+        ),
+        (
+            "[[step]]\nat_s = 1\nexperiment = { roles = [\"hold\", \"of\"], duration_s = 1, \
+             angle_rad = [[-1, 1], [-1, 1]], speed_rad_s = [1, 1] }",
+            "6:33",
+            "`off`",
+        ),
+        (
+            "[[step]]\nat_s = 1\n[step.experiment]\nduration_s = 700\nroles = [\"hold\", \"off\"]\n\
+             angle_rad = [[-1, 1], [-1, 1]]\nspeed_rad_s = [1, 1]",
+            "7:14",
+            "to 600 s",
+        ),
+        (
+            "[[step]]\nat_s = 1\n[step.experiment]\nduration_s = 1\nangle_rad = [[-1, 1], [-1, 1]]\n\
+             speed_rad_s = [1, 1]\n\
+             roles = [\"hold\", { torque = { prbs = { amplitude = 2, hold_s = 0.1, seed = 1 } } }]",
+            "10:18",
+            "more than the 1.25 N m",
+        ),
+        (
+            "[[step]]\nat_s = 0\nregulate_rad = [0.5, 0]\n[[step]]\nat_s = 1\n\
+             [step.experiment]\nduration_s = 1\nangle_rad = [[-0.4, 0.4], [-1, 1]]\n\
+             speed_rad_s = [1, 1]\nroles = [\"hold\", \"off\"]",
+            "11:14",
+            "is at 0.50 rad",
+        ),
+        (
+            "[[step]]\nat_s = 0\nregulate_rad = [0, 0]\n[[step]]\nat_s = 1\n\
+             [step.experiment]\nduration_s = 1\nangle_rad = [[-1, 1], [-1, 1]]\n\
+             speed_rad_s = [1, 3]\nroles = [\"hold\", \"off\"]",
+            "11:23",
+            "narrower or slower",
         ),
         ("[set]\ncontroller.kwind = 3", "5:20", "`controller.kind`"),
         ("[set]\nlimits.silence_ms = -3", "5:21", "limits.silence_ms"),
@@ -141,6 +175,10 @@ impl Keep for Judged {
     fn record(&mut self, record: &Record) {
         self.tally.see(record);
         self.judge.see(record);
+    }
+
+    fn concluded(&mut self, conclusion: &Conclusion) {
+        self.judge.see_end(conclusion);
     }
 }
 
