@@ -70,7 +70,9 @@ impl<H: Host> Host for Overheard<H> {
 }
 
 /// An operator's run on the bench, as it was heard on the link.
-#[expect(clippy::large_types_passed_by_value, reason = "as the plant takes it")]
+///
+/// # Panics
+/// If the operator gives up.
 pub fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
     let mut mailboxes = Mailboxes::new();
     let board = VirtualBoard::new(mailboxes.split()).expect("default set-up");
@@ -81,6 +83,9 @@ pub fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
 }
 
 /// Replays with other settings.
+///
+/// # Panics
+/// If there can be no such settings.
 pub fn replay_with(events: &[Event], changes: Changes) -> Report {
     let mut mailboxes = Mailboxes::new();
     let mut player = Player::new(&mut mailboxes, changes).expect("default set-up");
@@ -91,6 +96,9 @@ pub fn replay_with(events: &[Event], changes: Changes) -> Report {
 }
 
 /// Replays as it was.
+///
+/// # Panics
+/// If the log's settings are none.
 pub fn replay(events: &[Event]) -> Report {
     replay_with(events, Changes::default())
 }
@@ -181,7 +189,9 @@ impl Host for Free {
 
 /// A free host's time on the bench, as it was heard on the link; `meddle` may do
 /// something to the bench each ms.
-#[expect(clippy::large_types_passed_by_value, reason = "as the plant takes it")]
+///
+/// # Panics
+/// If there is no default set-up.
 pub fn overheard(
     host: Free,
     config: PlantConfig,

@@ -10,17 +10,18 @@ pub(super) fn wrong(at: &Place, objection: Objection) -> Wrong {
     let of = |key: &str, joint: u8| at.at(key).nth(joint.into());
     let place = match objection {
         Objection::Duration { .. } => at.at("duration_s"),
-        Objection::Signal { joint, .. } | Objection::Rough { joint } => of("roles", joint),
-        Objection::Beyond {
+        Objection::Envelope { joint }
+        | Objection::Edge { joint, .. }
+        | Objection::Outside { joint, .. } => of("angle_rad", joint),
+        Objection::Moving { joint, .. }
+        | Objection::Beyond {
             joint,
             measure: Measure::Speed,
             ..
         } => of("speed_rad_s", joint),
-        Objection::Beyond { joint, .. } => of("roles", joint),
-        Objection::Envelope { joint }
-        | Objection::Edge { joint, .. }
-        | Objection::Outside { joint, .. } => of("angle_rad", joint),
-        Objection::Moving { joint, .. } => of("speed_rad_s", joint),
+        Objection::Signal { joint, .. }
+        | Objection::Rough { joint }
+        | Objection::Beyond { joint, .. } => of("roles", joint),
     };
     Wrong::new(place, experiment::objection(objection))
 }

@@ -69,6 +69,39 @@ fn mistakes_have_a_place_and_say_what_is_right() {
             "6:23",
             "too soon",
         ),
+        ("[set]\ncontroller.kwind = 3", "5:20", "`controller.kind`"),
+        ("[set]\nlimits.silence_ms = -3", "5:21", "limits.silence_ms"),
+        (
+            "[set]\nlimits.hold_ms = 600",
+            "4:2",
+            "longer than `limits.silence_ms`",
+        ),
+        (
+            "[[step]]\nat_s = 1\nset = { limits.hold_ms = 50 }",
+            "6:26",
+            "put it into `[set]`",
+        ),
+        (
+            "[bench]\ninitial_rad = [3.0, 0.0]",
+            "5:15",
+            "from -1.4 to 1.4",
+        ),
+        ("[bench]\nplant.torque_gain = 99.0", "5:21", "0.1 to 10"),
+        (
+            "[[bench.push]]\nat_s = 1\njoint = 3\ntorque_nm = 1\nduration_s = 1",
+            "6:9",
+            "joint 1 or 2",
+        ),
+        ("[expect]\nsettles_within_s = -1", "5:20", "above 0"),
+        ("success = [\"angel\"]", "4:12", "is it `angle`"),
+    ] {
+        assert_mistake(tail, at, words);
+    }
+}
+
+#[test]
+fn so_do_mistakes_in_experiments() {
+    for (tail, at, words) in [
         (
             "[[step]]\nat_s = 1\nexperiment = { roles = [\"hold\", \"of\"], duration_s = 1, \
              angle_rad = [[-1, 1], [-1, 1]], speed_rad_s = [1, 1] }",
@@ -102,39 +135,20 @@ fn mistakes_have_a_place_and_say_what_is_right() {
             "11:23",
             "narrower or slower",
         ),
-        ("[set]\ncontroller.kwind = 3", "5:20", "`controller.kind`"),
-        ("[set]\nlimits.silence_ms = -3", "5:21", "limits.silence_ms"),
-        (
-            "[set]\nlimits.hold_ms = 600",
-            "4:2",
-            "longer than `limits.silence_ms`",
-        ),
-        (
-            "[[step]]\nat_s = 1\nset = { limits.hold_ms = 50 }",
-            "6:26",
-            "put it into `[set]`",
-        ),
-        (
-            "[bench]\ninitial_rad = [3.0, 0.0]",
-            "5:15",
-            "from -1.4 to 1.4",
-        ),
-        ("[bench]\nplant.torque_gain = 99.0", "5:21", "0.1 to 10"),
-        (
-            "[[bench.push]]\nat_s = 1\njoint = 3\ntorque_nm = 1\nduration_s = 1",
-            "6:9",
-            "joint 1 or 2",
-        ),
-        ("[expect]\nsettles_within_s = -1", "5:20", "above 0"),
-        ("success = [\"angel\"]", "4:12", "is it `angle`"),
     ] {
-        let said = mistake(&format!("{HEAD}{tail}"));
-        let place = format!("mine.toml:{at}: ");
-        assert!(said.starts_with(&place), "{tail}\n{said}");
-        let is_said = said.to_lowercase().contains(&words.to_lowercase());
-        assert!(is_said, "{tail}\nno {words:?} in {said}");
-        assert!(!said.contains('\n'), "{said}");
+        assert_mistake(tail, at, words);
     }
+}
+
+/// What is said of this end of a file: where, with these words, on one line.
+#[track_caller]
+fn assert_mistake(tail: &str, at: &str, words: &str) {
+    let said = mistake(&format!("{HEAD}{tail}"));
+    let place = format!("mine.toml:{at}: ");
+    assert!(said.starts_with(&place), "{tail}\n{said}");
+    let is_said = said.to_lowercase().contains(&words.to_lowercase());
+    assert!(is_said, "{tail}\nno {words:?} in {said}");
+    assert!(!said.contains('\n'), "{said}");
 }
 
 #[test]

@@ -7,6 +7,8 @@
 use std::convert::Infallible;
 
 use armbridge_shared::JOINTS;
+use armbridge_shared::experiment::Signal;
+use armbridge_shared::link::experiment::{Experiment, Role};
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{
     Command, Halt, Hello, Limits, Mode, Record, Setup, ToBoard, ToHost, Trip,
@@ -210,6 +212,12 @@ fn beyond(turn: usize) -> Command {
             ..Setup::default()
         }),
         Command::Arm { session: 0 },
+        Command::Experiment(Experiment {
+            roles: [Role::Torque(Signal::Constant(f32::NAN)), Role::Hold],
+            duration_s: 1.0,
+            angle_rad: [[-1.0, 1.0]; JOINTS],
+            speed_rad_s: [1.0; JOINTS],
+        }),
         Command::Stream {
             at_us: u64::MAX,
             angle_rad: [f32::NAN; JOINTS],

@@ -84,7 +84,6 @@ pub(crate) fn seeds() -> Seeds {
         sequence: 301,
         moment: MOMENT,
     };
-    let settings = ToHost::Settings(Settings::default());
     let absent = ToHost::Absent {
         joint: 1,
         missing: Missing::Silence,
@@ -94,13 +93,6 @@ pub(crate) fn seeds() -> Seeds {
         baud: 1_000_000,
         is_ready: true,
     };
-    let concluded = ToHost::Concluded(Conclusion {
-        tick: 4_000,
-        end: ExperimentEnd::Angle {
-            joint: 1,
-            value_rad: 0.75,
-        },
-    });
     let counters = PortCounters {
         passed: 300,
         delayed: 20,
@@ -114,12 +106,12 @@ pub(crate) fn seeds() -> Seeds {
         ("refused", refused),
         ("departs", departs),
         ("began", ToHost::Began(MOMENT)),
-        ("settings", settings),
+        ("settings", ToHost::Settings(Settings::default())),
         ("absent", absent),
         ("found", found),
         ("mixed", ToHost::Mixed(Firmware::ALL)),
         ("unprepared", ToHost::Unprepared { joint: 0 }),
-        ("concluded", concluded),
+        ("concluded", concluded()),
         ("passthrough", ToHost::Passthrough),
         ("port", ToHost::Port(counters)),
         ("record", ToHost::Record(record())),
@@ -128,6 +120,16 @@ pub(crate) fn seeds() -> Seeds {
     seeds.extend(to_board.map(|(name, message)| (name.to_owned(), frame(&message))));
     seeds.extend(to_host.map(|(name, message)| (name.to_owned(), frame(&message))));
     seeds
+}
+
+fn concluded() -> ToHost {
+    ToHost::Concluded(Conclusion {
+        tick: 4_000,
+        end: ExperimentEnd::Angle {
+            joint: 1,
+            value_rad: 0.75,
+        },
+    })
 }
 
 fn experiment() -> Command {
