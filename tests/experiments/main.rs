@@ -1,5 +1,6 @@
 //! Experiments on the virtual arm: what each does, how each ends, why one may not be.
 
+mod begins;
 mod chance;
 mod ends;
 mod refusals;

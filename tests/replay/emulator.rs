@@ -6,12 +6,14 @@ use armbridge::bench::plant::Plant;
 use armbridge::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
 use armbridge::log::event::What;
 use armbridge::operator::{Operator, Script};
-use armbridge_shared::link::message::{Command, Setup, ToHost};
+use armbridge_shared::experiment::Signal;
+use armbridge_shared::link::experiment::{Experiment, Role};
+use armbridge_shared::link::message::{Command, Drive, Record, Setup, ToHost};
 use armbridge_shared::link::motion::Motion;
 use armbridge_tests::plant;
 
 use crate::assert_all_equal;
-use armbridge_tests::world::{Overheard, replay};
+use armbridge_tests::world::{Overheard, records, replay};
 
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
@@ -35,28 +37,97 @@ fn what_the_processor_computed_is_the_same_here() {
         to_rad: [0.2, -0.2],
         duration_s: None,
     };
+    let mut commands = vec![
+        (0, Command::Regulate([0.0; 2])),
+        (400_000, Command::Follow(there)),
+        (900_000, Command::Follow(wave)),
+        (1_900_000, Command::Configure(Setup::default())),
+        (2_500_000, Command::Torque([0.02, 0.0])),
+        (2_600_000, Command::Regulate([0.0, 0.0])),
+    ];
+    let mut at_us = 3_200_000;
+    for roles in experiments() {
+        let plan = Experiment {
+            roles,
+            duration_s: 0.3,
+            angle_rad: [[-0.9, 0.9]; 2],
+            speed_rad_s: [2.5; 2],
+        };
+        commands.push((at_us, Command::Experiment(plan)));
+        commands.push((at_us + 350_000, Command::Regulate([0.0; 2])));
+        at_us += 700_000;
+    }
     let script = Script {
         setup: Setup::best(),
-        commands: vec![
-            (0, Command::Regulate([0.0; 2])),
-            (400_000, Command::Follow(there)),
-            (900_000, Command::Follow(wave)),
-            (1_900_000, Command::Configure(Setup::default())),
-            (2_500_000, Command::Torque([0.02, 0.0])),
-            (2_600_000, Command::Regulate([0.1, 0.0])),
-        ],
-        duration_us: 2_800_000,
+        commands,
+        duration_us: at_us,
     };
     let bench = Bench::new(Plant::new(plant([0.2, -0.2], true), 1));
     let mut run = Cosim::new(board, bench, Overheard::new(Operator::new(script)));
     run.run().unwrap();
     let report = replay(&run.host.events);
     assert_all_equal(&report);
-    assert!(report.compared > 2_000, "{}", report.text());
+    assert!(report.compared > 5_000, "{}", report.text());
+    let is_experiment = |record: &Record| record.mode.drive() == Some(Drive::Experiment);
+    let ticks = records(&run.host.events).filter(is_experiment).count();
+    assert!(ticks > 1_000, "{ticks}");
     // The log names the program.
     let image = run.host.events.iter().find_map(|event| match event.what {
         What::Told(_, ToHost::Board(report)) => report.image,
         _ => None,
     });
     assert!(image.is_some());
+}
+
+/// Every kind of role and of signal.
+fn experiments() -> [[Role; 2]; 4] {
+    [
+        [
+            Role::Angle(Signal::Multisine {
+                amplitude: 0.015,
+                lowest_hz: 0.5,
+                lines: 3,
+                ramp_s: 0.1,
+            }),
+            Role::Pwm(Signal::Prbs {
+                amplitude: 200.0,
+                hold_s: 0.02,
+                seed: 5,
+            }),
+        ],
+        [
+            Role::Hold,
+            Role::Torque(Signal::Chirp {
+                offset: 0.0,
+                amplitude: 0.2,
+                from_hz: 1.0,
+                to_hz: 20.0,
+                ramp_s: 0.05,
+            }),
+        ],
+        [
+            Role::Torque(Signal::Triangle {
+                offset: 0.01,
+                amplitude: 0.1,
+                period_s: 0.13,
+            }),
+            Role::Pwm(Signal::Staircase {
+                from: -90.0,
+                to: 120.0,
+                steps: 7,
+                dwell_s: 0.01,
+            }),
+        ],
+        [
+            Role::Off,
+            Role::Pwm(Signal::Steps {
+                first: 50.0,
+                increment: 33.3,
+                steps: 9,
+                on_s: 0.02,
+                off_s: 0.013,
+                alternating: true,
+            }),
+        ],
+    ]
 }

@@ -168,24 +168,33 @@ impl Law {
     }
 
     /// Commands for a torque, at most `pwm_max` counts away from off; and whether
-    /// that made a difference. `None` if the torque is not finite. A joint for which it
-    /// is what the PWM stands for that is asked for is given that `exactly`.
+    /// that made a difference. `None` if the torque is not finite.
     pub(super) fn commands(
         &self,
         torque_nm: Vector2<f32>,
         friction_nm: Vector2<f32>,
+        pwm_max: u16,
+    ) -> Option<(Decision, bool)> {
+        let [joint_a, joint_b] = &self.joints;
+        let a = joint_a.command(torque_nm.x, pwm_max).ok()?;
+        let b = joint_b.command(torque_nm.y, pwm_max).ok()?;
+        Some(Decision::of([a, b], friction_nm))
+    }
+
+    /// The same, where a joint may be given a PWM exactly: if the torque is what it
+    /// stands for.
+    #[inline(never)]
+    pub(super) fn commands_exactly(
+        &self,
         exactly: [Option<Pwm>; JOINTS],
+        torque_nm: Vector2<f32>,
+        friction_nm: Vector2<f32>,
         pwm_max: u16,
     ) -> Option<(Decision, bool)> {
         let ([joint_a, joint_b], [exactly_a, exactly_b]) = (&self.joints, exactly);
         let a = command(joint_a, torque_nm.x, exactly_a, pwm_max)?;
         let b = command(joint_b, torque_nm.y, exactly_b, pwm_max)?;
-        let decision = Decision {
-            pwm: [a.pwm, b.pwm],
-            torque_nm: Vector2::new(a.torque_nm, b.torque_nm) - friction_nm,
-            friction_nm,
-        };
-        Some((decision, a.is_limited || b.is_limited))
+        Some(Decision::of([a, b], friction_nm))
     }
 
     /// The same without what it has come to know of the arm since it was built.
@@ -311,6 +320,17 @@ pub(super) struct Decision {
 }
 
 impl Decision {
+    /// These commands, with the share of their torque that is meant for dry friction;
+    /// and whether one of them was limited.
+    fn of([a, b]: [Command<f32>; JOINTS], friction_nm: Vector2<f32>) -> (Self, bool) {
+        let decision = Self {
+            pwm: [a.pwm, b.pwm],
+            torque_nm: Vector2::new(a.torque_nm, b.torque_nm) - friction_nm,
+            friction_nm,
+        };
+        (decision, a.is_limited || b.is_limited)
+    }
+
     /// Motors off.
     pub(super) fn off() -> Self {
         Self {

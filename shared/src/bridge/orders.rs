@@ -157,6 +157,7 @@ where
     }
 
     /// The course, or, if the arm follows none, rest where it is.
+    #[inline(never)]
     pub(super) fn present_course(&self) -> Course {
         match self.drive {
             Drive::Regulate | Drive::Track | Drive::Hold if self.state.is_driven() => {

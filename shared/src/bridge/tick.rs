@@ -7,7 +7,6 @@ use nalgebra::Vector2;
 use super::Bridge;
 use super::guard::{Seen, Violation};
 use super::law::Decision;
-use crate::JOINTS;
 use crate::actuator::Pwm;
 use crate::arm::State;
 use crate::control::Reference;
@@ -56,11 +55,10 @@ where
         self.watch_halt();
         // What is decided now acts from the next samples on.
         let ahead = self.law.advance(&self.in_force);
-        let reference = if self.is_experimenting() {
-            self.conduct(&state, &ahead, acts_us)
-        } else {
-            self.course.at(acts_us)
-        };
+        let mut reference = self.course.at(acts_us);
+        if self.is_experimenting() {
+            self.conduct(&state, &ahead, acts_us, &mut reference);
+        }
         let mut guards = Guards::NONE;
         self.next = if self.state.is_driven() {
             self.control(&ahead, &reference, &mut guards)
@@ -92,26 +90,27 @@ where
         reference: &Reference<f32>,
         guards: &mut Guards,
     ) -> Result<Decision, Violation> {
-        let mut exactly = [None; JOINTS];
-        let (wanted_nm, friction_nm) = match self.drive {
+        let (mut wanted_nm, mut friction_nm) = match self.drive {
             Drive::Torque => (self.torque_nm.into(), Vector2::zeros()),
-            Drive::Regulate | Drive::Track | Drive::Hold => self.law.demand(ahead, reference),
-            Drive::Experiment => {
-                let demand = self.law.demand(ahead, reference);
-                let asked = self.run.ask(&self.law, demand);
-                exactly = asked.pwm;
-                (asked.torque_nm, asked.friction_nm)
+            Drive::Regulate | Drive::Track | Drive::Hold | Drive::Experiment => {
+                self.law.demand(ahead, reference)
             }
         };
+        let exactly = (self.drive == Drive::Experiment)
+            .then(|| self.run.ask(&self.law, &mut wanted_nm, &mut friction_nm));
         let before_nm = self.in_force.torque_nm + self.in_force.friction_nm;
         let shaped = self
             .guard
             .shape(self.law.arm(), ahead, wanted_nm, before_nm)?;
         let pwm_max = self.guard.limits().pwm_counts;
-        let (decision, is_limited) = self
-            .law
-            .commands(shaped.torque_nm, friction_nm, exactly, pwm_max)
-            .ok_or(Violation::plain(Fault::NotFinite))?;
+        let commands = match exactly {
+            None => self.law.commands(shaped.torque_nm, friction_nm, pwm_max),
+            Some(exactly) => {
+                self.law
+                    .commands_exactly(exactly, shaped.torque_nm, friction_nm, pwm_max)
+            }
+        };
+        let (decision, is_limited) = commands.ok_or(Violation::plain(Fault::NotFinite))?;
         *guards = shaped.guards;
         if is_limited {
             *guards = guards.or(Guards::PWM);

@@ -31,6 +31,7 @@ use crate::JOINTS;
 use crate::actuator::Pwm;
 use crate::arm::State;
 use crate::control::Reference;
+use crate::experiment::Signal;
 use crate::link::experiment::{Conclusion, Experiment, ExperimentEnd, Role};
 use crate::link::message::{Drive, Refusal};
 use crate::servo::port::SetBaud;
@@ -52,15 +53,6 @@ impl Default for Run {
     fn default() -> Self {
         Self::of(Experiment::NONE)
     }
-}
-
-/// What an experiment asks for in a tick.
-pub(super) struct Asked {
-    pub(super) torque_nm: Vector2<f32>,
-    /// The share of it that is meant for dry friction.
-    pub(super) friction_nm: Vector2<f32>,
-    /// The very PWM, if no guard changes the torque that it stands for.
-    pub(super) pwm: [Option<Pwm>; JOINTS],
 }
 
 impl Run {
@@ -129,40 +121,34 @@ impl Run {
             .or(self.is_host_quiet.then_some(ExperimentEnd::HostQuiet))
     }
 
-    /// What drives the joints, with the demand of the controller for those that it keeps.
+    /// Makes of the controller's demand what drives the joints. A PWM is asked for as the
+    /// torque that it stands for; the very PWM comes back.
+    #[inline(never)]
     pub(super) fn ask(
         &self,
         law: &Law,
-        (demand_nm, demand_friction_nm): (Vector2<f32>, Vector2<f32>),
-    ) -> Asked {
-        let mut asked = Asked {
-            torque_nm: Vector2::zeros(),
-            friction_nm: Vector2::zeros(),
-            pwm: [None; JOINTS],
-        };
-        let joints = law.joints().iter().zip(&mut asked.pwm).enumerate();
+        torque_nm: &mut Vector2<f32>,
+        friction_nm: &mut Vector2<f32>,
+    ) -> [Option<Pwm>; JOINTS] {
+        let mut exactly = [None; JOINTS];
+        let joints = law.joints().iter().zip(&mut exactly).enumerate();
         for ((joint, (actuator, exactly)), role) in joints.zip(&self.plan.roles) {
+            let sample = |signal: &Signal<f32>| signal.at(self.elapsed_s, self.plan.duration_s);
             let pwm = match role {
-                Role::Hold | Role::Angle(_) => {
-                    asked.torque_nm[joint] = demand_nm[joint];
-                    asked.friction_nm[joint] = demand_friction_nm[joint];
-                    continue;
-                }
+                Role::Hold | Role::Angle(_) => continue,
                 Role::Torque(signal) => {
-                    let sample = signal.at(self.elapsed_s, self.plan.duration_s);
-                    asked.torque_nm[joint] = sample.value;
+                    torque_nm[joint] = sample(signal).value;
+                    friction_nm[joint] = 0.0;
                     continue;
                 }
-                Role::Pwm(signal) => {
-                    let sample = signal.at(self.elapsed_s, self.plan.duration_s);
-                    Pwm::from_off(sample.value)
-                }
+                Role::Pwm(signal) => Pwm::from_off(sample(signal).value),
                 Role::Off => Pwm::OFF,
             };
-            asked.torque_nm[joint] = actuator.torque(pwm);
+            torque_nm[joint] = actuator.torque(pwm);
+            friction_nm[joint] = 0.0;
             *exactly = Some(pwm);
         }
-        asked
+        exactly
     }
 }
 
@@ -176,7 +162,9 @@ where
         self.state.is_driven() && self.drive == Drive::Experiment
     }
 
-    /// Begins an experiment with the next tick, from where the arm is.
+    /// Begins an experiment with the next tick, from where the arm is. Out of line, like
+    /// what follows: what is rare has its place in flash, and on the stack, once.
+    #[inline(never)]
     pub(super) fn begin_experiment(&mut self, plan: Experiment) -> Result<(), Refusal> {
         supervisor::next(self.state, Event::Drive)?;
         if self.is_experimenting() && self.run.plan == plan {
@@ -194,26 +182,27 @@ where
         Ok(())
     }
 
-    /// What the arm is asked for at `acts_us`, when it will be at `ahead`, by the
-    /// experiment, or by the brake that ends it because of where the arm is.
+    /// Makes of the course's reference at `acts_us` what the experiment asks for, of an
+    /// arm that will be at `ahead` then; or what the brake asks for that ends it because
+    /// of where the arm is.
+    #[inline(never)]
     pub(super) fn conduct(
         &mut self,
         state: &State<f32>,
         ahead: &State<f32>,
         acts_us: u64,
-    ) -> Reference<f32> {
+        reference: &mut Reference<f32>,
+    ) {
         self.run.pass_to(acts_us);
-        let mut reference = self.course.at(acts_us);
-        self.run.refer(ahead, &mut reference);
+        self.run.refer(ahead, reference);
         let fast_ticks = fast_ticks(self.law.period_us().get() as u32);
         if let Some(end) = self.run.over(state, fast_ticks) {
             self.conclude(end);
-            self.course = Course::braking(&reference, acts_us);
+            self.course = Course::braking(reference, acts_us);
             // Never refused: the motors are driven.
             let _ = self.apply(Event::Brake);
-            reference = self.course.at(acts_us);
+            *reference = self.course.at(acts_us);
         }
-        reference
     }
 
     /// Something else is asked of the arm.
@@ -224,6 +213,7 @@ where
     }
 
     /// The course of an experiment under way, were it to end here.
+    #[inline(never)]
     pub(super) fn course_of_experiment(&self) -> Course {
         if self.run.starts_us.is_none() {
             // Nothing has been decided by it.
