@@ -33,6 +33,19 @@
 //! | `[stop]`    | `after_s`, `angle_beyond_rad`, `error_beyond_rad`, `error_for_s`, `success` |
 //! | `[expect]`  | see [`Expect`]                                                 |
 //!
+//! An experiment is written as the link carries it, see
+//! [`Experiment`](armbridge_shared::link::experiment::Experiment):
+//!
+//! ```toml
+//! [[step]]
+//! at_s = 2.0
+//! [step.experiment]
+//! roles = ["hold", { pwm = { staircase = { from = -60, to = 90, steps = 30, dwell_s = 0.03 } } }]
+//! duration_s = 5.4
+//! angle_rad = [[-0.3, 0.3], [-0.8, 0.8]]    # the envelope: outside it, the experiment ends
+//! speed_rad_s = [1.0, 2.0]
+//! ```
+//!
 //! Times count in s from when the arm is armed. Arm and calibration are the board's
 //! own, whatever `control` says; in the end its settings are as they were. `[bench]` is
 //! for the virtual arm: nobody pushes a real one.

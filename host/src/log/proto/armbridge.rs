@@ -289,6 +289,7 @@ pub enum Mode {
     Passthrough = 11,
     /// Motors off until the host clears it; why is in `fault`.
     Fault = 12,
+    /// An experiment drives the arm, and the same with a sample missing.
     Experiment = 13,
     ExperimentDegraded = 14,
 }

@@ -23,7 +23,7 @@ use nalgebra::Vector2;
 
 use super::Bridge;
 use super::course::Course;
-use super::guard::{InRow, fast_ticks};
+use super::guard::InRow;
 use super::law::Law;
 use super::mailbox::Notice;
 use super::supervisor::{self, Event};
@@ -195,7 +195,7 @@ where
     ) {
         self.run.pass_to(acts_us);
         self.run.refer(ahead, reference);
-        let fast_ticks = fast_ticks(self.law.period_us().get() as u32);
+        let fast_ticks = self.guard.fast_ticks();
         if let Some(end) = self.run.over(state, fast_ticks) {
             self.conclude(end);
             self.course = Course::braking(reference, acts_us);

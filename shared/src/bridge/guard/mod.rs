@@ -48,7 +48,6 @@ use soft_stop::SoftStop;
 use stuck::Stuck;
 use torque::Torque;
 
-pub(super) use motion::fast_ticks;
 pub(super) use ticks::InRow;
 
 /// What is wrong, and by how much.
@@ -147,6 +146,12 @@ impl Guard {
 
     pub(super) fn limits(&self) -> &Limits {
         &self.limits
+    }
+
+    /// How many ticks in a row a joint must be faster than it may be.
+    pub(super) fn fast_ticks(&self) -> u32 {
+        let [first, _] = &self.joints;
+        first.motion.fast_ticks()
     }
 
     /// The farthest angle in rad at which this joint may be so fast without being

@@ -9,11 +9,6 @@ use crate::link::mode::Fault;
 const FAST_US: u32 = 10_000;
 const FAST_TICKS: u32 = 2;
 
-/// How many ticks in a row a joint must be too fast.
-pub(in crate::bridge) const fn fast_ticks(period_us: u32) -> u32 {
-    ticks(FAST_US, period_us, FAST_TICKS)
-}
-
 /// The monitor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Motion {
@@ -28,9 +23,14 @@ impl Motion {
         Self {
             angle_rad,
             speed_rad_s,
-            fast_ticks: fast_ticks(period_us),
+            fast_ticks: ticks(FAST_US, period_us, FAST_TICKS),
             fast: InRow::default(),
         }
+    }
+
+    /// How many ticks in a row a joint must be too fast.
+    pub(super) fn fast_ticks(&self) -> u32 {
+        self.fast_ticks
     }
 
     pub(super) fn restart(&mut self) {
