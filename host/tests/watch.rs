@@ -17,7 +17,8 @@ use armbridge::watch::keys::{Act, Keys, Question};
 use armbridge::watch::model::Model;
 use armbridge::watch::view;
 use armbridge_shared::arm::State;
-use armbridge_shared::link::message::{Command, Mode};
+use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
+use armbridge_shared::link::message::{Command, Drive, Mode, Record, ToHost};
 use nalgebra::Vector2;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -172,6 +173,38 @@ fn a_link_that_broke() {
             &screen(&model, &Keys::default(), place),
         );
     }
+}
+
+#[test]
+fn an_experiment_and_how_it_ended() {
+    let mut model = regulated(nudge(7 * S), 5 * S);
+    let told = |model: &mut Model, message| {
+        let host_ns = 5 * S;
+        let what = What::Told(0, message);
+        model.take(&Event { host_ns, what });
+        screen(model, &Keys::default(), (100, 30))
+    };
+    let tick = model.record.unwrap();
+    let in_drive = |drive| {
+        let mut tick: Record = tick;
+        tick.mode = Mode::Running(drive);
+        ToHost::Record(tick)
+    };
+    let drawn = told(&mut model, in_drive(Drive::Experiment));
+    assert!(drawn.contains("an experiment drives the arm"), "{drawn}");
+    let conclusion = Conclusion {
+        tick: tick.tick,
+        end: ExperimentEnd::Angle {
+            joint: 1,
+            value_rad: 0.512,
+        },
+    };
+    told(&mut model, ToHost::Concluded(conclusion));
+    let drawn = told(&mut model, in_drive(Drive::Hold));
+    let ended = "broken off: joint 2 left its envelope at 0.512 rad";
+    assert!(drawn.contains(ended), "{drawn}");
+    let drawn = told(&mut model, in_drive(Drive::Track));
+    assert!(!drawn.contains(ended), "{drawn}");
 }
 
 #[test]
