@@ -5,6 +5,7 @@ mod bus;
 mod design;
 mod errand;
 mod examples;
+mod identify;
 mod link;
 mod live;
 mod look;
@@ -23,6 +24,7 @@ pub(crate) use bench::{BenchArgs, ControlArgs, ControllerName, EstimateArgs, Est
 pub(crate) use bus::{LineArgs, ScanArgs, ServoAction, ServoArgs, value as register_value};
 pub(crate) use design::{DesignArgs, DesignControlArgs};
 pub(crate) use errand::{ArmedArgs, CalibrateArgs, ErrandArgs};
+pub(crate) use identify::{FitArgs, Identify, IdentifyArgs};
 pub(crate) use link::LinkArgs;
 pub(crate) use live::LiveArgs;
 pub(crate) use look::{DiffArgs, ExportArgs, FormatName, InfoArgs, Picture, PlotArgs, What};
@@ -118,6 +120,9 @@ pub(crate) enum Command {
     /// Design gains, and see poles, margins and an answer to a step.
     #[command(after_help = design::EXAMPLES)]
     Design(Box<DesignArgs>),
+    /// Find out what an arm is, from its logs.
+    #[command(after_help = identify::EXAMPLES)]
+    Identify(IdentifyArgs),
     /// Show what armbridge.toml and the environment say, and what they could.
     #[command(after_help = shell::CONFIG_EXAMPLES)]
     Config(ConfigArgs),

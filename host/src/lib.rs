@@ -15,6 +15,7 @@ pub mod export;
 pub mod facts;
 pub mod feed;
 pub mod held;
+pub mod identify;
 pub mod interrupt;
 pub mod link;
 pub mod links;

@@ -12,8 +12,8 @@ use std::process::ExitCode;
 
 use cli::Command;
 use commands::{
-    arm, bench, calibrate, config, demo, design, diff, emulate, export, get, info, live, off,
-    paper, plot, replay, run, scan, servo, servos, set, shell, status, torture, watch,
+    arm, bench, calibrate, config, demo, design, diff, emulate, export, get, identify, info, live,
+    off, paper, plot, replay, run, scan, servo, servos, set, shell, status, torture, watch,
 };
 
 fn main() -> ExitCode {
@@ -51,6 +51,7 @@ fn main() -> ExitCode {
         Some(Command::Plot(args)) => plot::run(args),
         Some(Command::Export(args)) => export::run(args),
         Some(Command::Diff(args)) => diff::run(args),
+        Some(Command::Identify(args)) => identify::run(args),
         Some(Command::Watch(args)) => watch::run(args),
         Some(Command::Replay(args)) => replay::run(args),
         Some(Command::Live(args)) => live::run(args),

@@ -20,7 +20,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
             "calibrate",
         ],
     ),
-    ("Set up", &["get", "set", "design", "config"]),
+    ("Set up", &["get", "set", "design", "identify", "config"]),
     ("Look", &["info", "plot", "export", "diff", "replay"]),
     ("Try on the bench", &["bench", "torture", "paper", "servos"]),
     ("Shell", &["completions", "man", "help"]),

@@ -11,6 +11,7 @@ pub(crate) mod diff;
 pub(crate) mod emulate;
 pub(crate) mod export;
 pub(crate) mod get;
+pub(crate) mod identify;
 pub(crate) mod info;
 pub(crate) mod link;
 pub(crate) mod live;

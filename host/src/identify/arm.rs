@@ -1,0 +1,228 @@
+//! The arm in the numbers that can be found, and how it moves.
+//!
+//! Equations (1) to (4) of the paper, as in [`armbridge_shared::arm`], in base
+//! parameters: those combinations of masses, lengths and inertias that the motion
+//! depends on. With `J`, `g` of each joint, and of the geometry, which a ruler tells,
+//! only what is small beside them:
+//!
+//! ```text
+//! M11 = J1 + P cos q2 + E cos² q2      P = 2 L1 g2 / g
+//! M22 = J2                             E = L2 g2 / (2 g) + I2x - I2z
+//! G1  = -(g1 + g2 cos q2) sin q1        of an arm that stands; one that hangs
+//! G2  = -g2 cos q1 sin q2               has both the other way round
+//! ```
+//!
+//! Written over dual numbers, so that the derivative of a motion with respect to every
+//! number comes with it.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Direction;
+use armbridge_shared::arm::Mounting;
+use armbridge_shared::link::message::Setup;
+use num_dual::DualNum;
+
+use super::quantity::{PER_JOINT, Quantity};
+
+/// What is not looked for: a ruler tells it, or the way the servos are wired and asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// Length from joint 1 to joint 2 in m.
+    pub l1_m: f64,
+    /// Length from joint 2 to the end in m.
+    pub l2_m: f64,
+    /// Gravitational acceleration in m/s².
+    pub g_m_s2: f64,
+    /// Which way up the arm is.
+    pub mounting: Mounting,
+    /// I2x - I2z in kg m².
+    pub i2_spread_kg_m2: f64,
+    /// Angle of an encoder count in rad; negative where counts fall with the angle.
+    pub rad_per_count: [f64; JOINTS],
+    /// How long before its tick's angle a joint's PWM arrives in the servo, in s; with 0 the
+    /// delay is that from the angle to the torque.
+    pub lead_s: [f64; JOINTS],
+    /// Tick period in s.
+    pub period_s: f64,
+}
+
+impl Known {
+    /// As a set-up has it.
+    pub fn of(setup: &Setup) -> Self {
+        let arm = &setup.arm;
+        Self {
+            l1_m: arm.l1.into(),
+            l2_m: arm.l2.into(),
+            g_m_s2: arm.g.into(),
+            mounting: arm.mounting,
+            i2_spread_kg_m2: f64::from(arm.i2x) - f64::from(arm.i2z),
+            rad_per_count: setup.joints.map(|joint| match joint.direction {
+                Direction::Forward => f64::from(joint.rad_per_count),
+                Direction::Reverse => -f64::from(joint.rad_per_count),
+            }),
+            lead_s: [0.0; JOINTS],
+            period_s: f64::from(setup.period_us) * 1e-6,
+        }
+    }
+}
+
+/// A joint of an arm, with the derivatives of its own motion.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Joint<D> {
+    /// Which, counting from 0.
+    index: usize,
+    inertia: D,
+    gravity: D,
+    viscous: D,
+    pub(super) coulomb: D,
+    gain: D,
+    offset: D,
+    dead: [D; 2],
+    zero: D,
+    pub(super) delay: D,
+    /// Gravity torque of link 2.
+    link: D,
+    /// 1 if the arm stands, -1 if it hangs.
+    stands: f64,
+    /// P and E above.
+    reach: [D; 2],
+    /// Angle of a count, with its sign.
+    rad_per_count: f64,
+}
+
+impl<D: DualNum<Primitive = f64> + Copy> Joint<D> {
+    /// The joint of these coordinates; `link` is that of joint 2's gravity.
+    pub(super) fn new(known: &Known, index: usize, coordinates: &[D; PER_JOINT], link: D) -> Self {
+        let value = |quantity: Quantity| quantity.value(coordinates[quantity as usize]);
+        let link = Quantity::Gravity.value(link);
+        Self {
+            index,
+            inertia: value(Quantity::Inertia),
+            gravity: value(Quantity::Gravity),
+            viscous: value(Quantity::Viscous),
+            coulomb: value(Quantity::Coulomb),
+            gain: value(Quantity::Gain),
+            offset: value(Quantity::Offset),
+            dead: [value(Quantity::DeadBelow), value(Quantity::DeadAbove)],
+            zero: value(Quantity::Zero),
+            delay: value(Quantity::Delay),
+            link,
+            stands: match known.mounting {
+                Mounting::Upright => 1.0,
+                Mounting::Hanging => -1.0,
+            },
+            reach: [
+                link * (2.0 * known.l1_m / known.g_m_s2),
+                link * (0.5 * known.l2_m / known.g_m_s2) + known.i2_spread_kg_m2,
+            ],
+            rad_per_count: known.rad_per_count[index],
+        }
+    }
+
+    /// Torque in N m that the motor makes of a PWM, equation (5) with its dead zone,
+    /// whose edge takes one count so that there is a slope to follow.
+    pub(super) fn torque(&self, pwm: u16) -> D {
+        let counts = f64::from(pwm) - 1000.0;
+        let [below, above] = self.dead;
+        let beyond = if counts < 0.0 { -below } else { -above } + (counts.abs() + 0.5);
+        let torque = (-self.offset + counts) / self.gain * self.rad_per_count.signum();
+        match beyond.re() {
+            _ if counts == 0.0 => D::from(0.0),
+            share if share <= 0.0 => D::from(0.0),
+            share if share < 1.0 => torque * beyond,
+            _ => torque,
+        }
+    }
+
+    /// Encoder position in counts at an angle.
+    pub(super) fn position(&self, angle_rad: D) -> D {
+        self.zero + angle_rad / self.rad_per_count
+    }
+
+    /// Torque in N m that accelerates the joint, but for dry friction and the motor's,
+    /// and what it accelerates in kg m²; the other joint is at this angle and speed.
+    pub(super) fn push(&self, q: D, v: D, other: [f64; 2]) -> (D, D) {
+        let [p, e] = self.reach;
+        let (sin, cos) = q.sin_cos();
+        if self.index == 0 {
+            let (sin2, cos2) = other[0].sin_cos();
+            let h = (e * (2.0 * cos2) + p) * sin2;
+            let push = h * v * other[1] - self.viscous * v
+                + sin * (self.gravity + self.link * cos2) * self.stands;
+            (push, self.inertia + (e * cos2 + p) * cos2)
+        } else {
+            let h = sin * (cos * e * 2.0 + p);
+            let push = self.gravity * sin * (other[0].cos() * self.stands)
+                - h * (0.5 * other[1] * other[1])
+                - self.viscous * v;
+            (push, self.inertia)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use armbridge_shared::arm::{Parameters, State};
+    use nalgebra::Vector2;
+    use num_dual::{DualSVec64, DualStruct};
+
+    fn coordinates(setup: &Setup, joint: usize) -> [f64; PER_JOINT] {
+        Quantity::ALL.map(|quantity| quantity.coordinate(quantity.of(setup, joint)))
+    }
+
+    #[test]
+    fn base_parameters_move_as_the_arm_does() {
+        for mounting in [Mounting::Upright, Mounting::Hanging] {
+            let mut setup = Setup::default();
+            setup.arm.mounting = mounting;
+            let (known, arm) = (Known::of(&setup), setup.arm.map(f64::from));
+            let link = coordinates(&setup, 1)[Quantity::Gravity as usize];
+            for i in 0..100 {
+                let at = f64::from(i);
+                let state = State {
+                    q: Vector2::new(at.sin() * 3.0, (1.7 * at).cos() * 3.0),
+                    dq: Vector2::new((0.3 * at).cos() * 5.0, (0.9 * at).sin() * 5.0),
+                };
+                let torque = Vector2::new((2.3 * at).sin(), (0.6 * at).cos());
+                let expected = arm.acceleration(&state, torque);
+                for joint in 0..JOINTS {
+                    let model = Joint::new(&known, joint, &coordinates(&setup, joint), link);
+                    let other = [state.q[1 - joint], state.dq[1 - joint]];
+                    let (push, mass) = model.push(state.q[joint], state.dq[joint], other);
+                    let off = (push + torque[joint]) / mass - expected[joint];
+                    assert!(off.abs() < 1e-9, "{mounting:?}, joint {joint}: {off:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_motor_makes_the_torque_of_its_actuator_beyond_its_dead_zone() {
+        let mut setup = Setup::default();
+        setup.joints[1].direction = Direction::Reverse;
+        let (known, arm) = (Known::of(&setup), Parameters::<f64>::paper());
+        assert_eq!(arm.mounting, known.mounting);
+        for joint in 0..JOINTS {
+            let mut at = coordinates(&setup, joint);
+            at[Quantity::DeadBelow as usize] = Quantity::DeadBelow.coordinate(10.0);
+            at[Quantity::DeadAbove as usize] = Quantity::DeadAbove.coordinate(20.0);
+            let lanes =
+                core::array::from_fn(|i| DualSVec64::<PER_JOINT>::from_re(at[i]).derivative(i));
+            let model = Joint::new(&known, joint, &lanes, lanes[Quantity::Gravity as usize]);
+            let servo = armbridge_shared::actuator::Joint::<f64> {
+                direction: setup.joints[joint].direction,
+                ..armbridge_shared::actuator::Joint::paper()
+            };
+            for counts in [0, 900, 989, 1021, 1300, 2000] {
+                let torque = model.torque(counts);
+                let expected = servo.torque(armbridge_shared::actuator::Pwm::saturating(counts));
+                assert!((torque.re() - expected).abs() < 1e-9, "{counts}");
+            }
+            for counts in [990, 1000, 1020] {
+                let torque = model.torque(counts);
+                let most = if counts == 1000 { 0.0 } else { 0.02 };
+                assert!(torque.re().abs() <= most, "{counts}: {}", torque.re());
+            }
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Identification: from logs of an unknown arm to the numbers of a model, with what is
+//! known of them.
+//!
+//! ```text
+//! logs -> traces -> windows in which a joint slides one way -> start -> search -> numbers
+//! ```
+//!
+//! Each joint of the arm has ten numbers ([`Quantity`]), all but static friction. They
+//! are sought as those whose motions explain the encoders best: each window's motion is
+//! computed from a start of its own, with its derivatives, and compared with the counts,
+//! tick by tick. Where joints stop or stick, motion does not depend smoothly on the
+//! numbers, and one wrong number there would drown all that the rest tells; such moments
+//! are left out, and static friction with them.
+//!
+//! Noise of a count and rounding make an error of 1.04 counts, white; so the sum of
+//! squares is the likelihood, and its curvature the covariance. Where windows disagree
+//! more than that, the model is not the arm, and the errors told grow by as much.
+//!
+//! What these logs cannot tell apart is said: a dead zone from none at all, where it ends
+//! no farther beyond the motor's true zero than it begins before it.
+//!
+//! What motion cannot tell is taken from what is known before ([`Prior`]): all torques
+//! are multiples of one, and that one is the weight.
+//!
+//! | file        | what lives there                                              |
+//! |-------------|---------------------------------------------------------------|
+//! | `quantity`  | the numbers, and the coordinates in which they are sought     |
+//! | `arm`       | the equations of a joint in these numbers, over dual numbers  |
+//! | `motion`    | a joint that slides, from tick to tick                        |
+//! | `record`    | what of a log is of use                                       |
+//! | `trace`     | what was sent and measured; where joints slide                |
+//! | `prior`     | what is believed before                                       |
+//! | `start`     | where to begin, by linear least squares                       |
+//! | `cost`      | the sum of squares, its slope and curvature                   |
+//! | `search`    | the way down                                                  |
+//! | `find`      | all of it, round by round                                     |
+//! | `outcome`   | settings of a board that has this arm                         |
+//! | `report`    | the numbers as a table                                        |
+
+mod arm;
+mod cost;
+mod find;
+mod motion;
+mod outcome;
+mod prior;
+mod quantity;
+mod record;
+mod report;
+mod search;
+mod start;
+mod trace;
+
+pub use arm::Known;
+pub use find::{Found, find};
+pub use outcome::{NoArm, settings};
+pub use quantity::{COUNT, PER_JOINT, Quantity};
+pub use record::traces;
+pub use report::{Number, Report};
+pub use search::Prior;
+pub use start::NoStart;
+pub use trace::Trace;

@@ -1,0 +1,48 @@
+//! What a log has of use: stretches of ticks without a gap in which the motors are driven.
+//!
+//! While they are not, somebody may hold the arm in hand; what moves it then is not known.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Record, Sample};
+
+use super::trace::Trace;
+
+/// Counts from either end of an encoder's track in which it tells nothing.
+const END_COUNTS: u16 = 3;
+/// Shortest stretch that is of use, in ticks.
+const SHORTEST: usize = 200;
+
+/// The stretches of a log.
+pub fn traces(records: &[Record]) -> Vec<Trace> {
+    let mut traces = Vec::new();
+    let mut trace = Trace::default();
+    let mut before: Option<u32> = None;
+    for record in records {
+        let follows = before.is_some_and(|tick| tick.wrapping_add(1) == record.tick);
+        before = Some(record.tick);
+        let is_driven = record.mode.drive().is_some();
+        if !(follows && is_driven) {
+            end(&mut trace, &mut traces);
+        }
+        if is_driven {
+            trace.pwm.push(record.pwm_in_force);
+            trace.counts.push(record.samples.map(counts));
+        }
+    }
+    end(&mut trace, &mut traces);
+    traces
+}
+
+fn counts(sample: Sample) -> Option<u16> {
+    let range = END_COUNTS..=1023 - END_COUNTS;
+    sample.counts().filter(|counts| range.contains(counts))
+}
+
+fn end(trace: &mut Trace, traces: &mut Vec<Trace>) {
+    let ended = std::mem::take(trace);
+    if ended.pwm.len() >= SHORTEST {
+        traces.push(ended);
+    }
+}
+
+const _: () = assert!(JOINTS == 2, "as many as a record has");

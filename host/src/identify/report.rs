@@ -1,0 +1,157 @@
+//! What was found, as a table and as data.
+
+use armbridge_shared::JOINTS;
+use serde::Serialize;
+
+use super::find::Found;
+use super::quantity::Quantity;
+use super::search::Prior;
+use crate::table;
+
+/// Standard errors to either side in which a number is with 95 %.
+const INTERVAL: f64 = 1.96;
+
+/// A number of a joint.
+#[derive(Clone, Debug, Serialize)]
+pub struct Number {
+    /// From 1.
+    pub joint: usize,
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What was found.
+    pub value: f64,
+    /// Half of its 95 % interval.
+    pub within: f64,
+    /// What was believed before.
+    pub before: f64,
+    /// What is to be kept in mind of it; empty for most.
+    pub remark: &'static str,
+}
+
+/// All of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Joint by joint.
+    pub numbers: Vec<Number>,
+    /// Seconds of the logs in which a joint slides.
+    pub sliding_s: f64,
+    /// Windows of these that were compared.
+    pub windows: usize,
+    /// Of these, how many the model does not explain.
+    pub odd: usize,
+    /// Standard deviation of an encoder's noise in counts, rounding included.
+    pub noise_counts: f64,
+}
+
+impl Report {
+    /// Of what was found in logs with this tick period.
+    pub fn new(found: &Found, prior: &Prior, period_s: f64) -> Self {
+        let mut numbers = Vec::new();
+        for joint in 0..JOINTS {
+            for quantity in Quantity::ALL {
+                let (value, error) = found.number(joint, quantity);
+                let before: f64 = quantity.value(prior.mean[quantity.at(joint)]);
+                let remark = remark(found, prior, joint, quantity);
+                numbers.push(Number {
+                    joint: joint + 1,
+                    name: quantity.name(),
+                    unit: quantity.unit(),
+                    value,
+                    within: INTERVAL * error,
+                    before,
+                    remark,
+                });
+            }
+        }
+        let ticks: usize = found
+            .stretches
+            .iter()
+            .map(|stretch| stretch.window.len)
+            .sum();
+        Self {
+            numbers,
+            sliding_s: ticks as f64 * period_s,
+            windows: found.stretches.len(),
+            odd: found.odd(),
+            noise_counts: found.noise_counts,
+        }
+    }
+
+    /// As text, ending in a line feed.
+    pub fn table(&self) -> String {
+        let mut rows = vec![
+            [
+                "joint",
+                "number",
+                "found",
+                "within (95 %)",
+                "unit",
+                "before",
+                "",
+            ]
+            .map(str::to_owned)
+            .to_vec(),
+        ];
+        for number in &self.numbers {
+            rows.push(vec![
+                number.joint.to_string(),
+                number.name.to_owned(),
+                digits(number.value, number.within),
+                format!("± {}", digits(number.within, number.within)),
+                number.unit.to_owned(),
+                digits(number.before, number.within),
+                number.remark.to_owned(),
+            ]);
+        }
+        format!(
+            "{}\n{:.1} s of sliding in {} windows, {} of them not explained; noise {:.2} counts\n",
+            table::columns(&rows),
+            self.sliding_s,
+            self.windows,
+            self.odd,
+            self.noise_counts
+        )
+    }
+}
+
+/// What is to be kept in mind of a number; nothing of most.
+fn remark(found: &Found, prior: &Prior, joint: usize, quantity: Quantity) -> &'static str {
+    if found.is_unseen(prior, joint, quantity) {
+        return "not seen in these logs";
+    }
+    if found.rests_on_weight(joint, quantity) {
+        return "by the arm's weight";
+    }
+    // What a dead zone about the motor's true zero takes away is none on average.
+    let (offset, _) = found.number(joint, Quantity::Offset);
+    let (edge, error) = found.number(joint, quantity);
+    let is_alike = match quantity {
+        Quantity::DeadBelow => edge < -2.0 * offset + INTERVAL * error,
+        Quantity::DeadAbove => edge < 2.0 * offset + INTERVAL * error,
+        Quantity::Inertia
+        | Quantity::Gravity
+        | Quantity::Viscous
+        | Quantity::Coulomb
+        | Quantity::Gain
+        | Quantity::Offset
+        | Quantity::Zero
+        | Quantity::Delay => false,
+    };
+    if is_alike {
+        "none looks much like it"
+    } else {
+        ""
+    }
+}
+
+/// A number to two digits of how far it may be off.
+fn digits(value: f64, within: f64) -> String {
+    let places = if within > 0.0 && within.is_finite() {
+        (1.0 - within.log10().floor()).clamp(0.0, 9.0) as usize
+    } else {
+        6
+    };
+    format!("{value:.places$}")
+}

@@ -1,0 +1,130 @@
+//! What is fitted: what was sent to the servos and what their encoders said.
+
+use armbridge_shared::JOINTS;
+
+use super::arm::Known;
+
+/// Ticks without a gap.
+#[derive(Clone, Debug, Default)]
+pub struct Trace {
+    /// PWM in force in each tick.
+    pub pwm: Vec<[u16; JOINTS]>,
+    /// Encoder counts in each tick, where they came and are on the track.
+    pub counts: Vec<[Option<u16>; JOINTS]>,
+    /// Angle in rad and speed in rad/s of each joint, by a line through what its encoder
+    /// said around each tick.
+    pub smooth: Vec<[[f64; 2]; JOINTS]>,
+}
+
+/// A stretch in which a joint slides one way.
+#[derive(Clone, Debug)]
+pub struct Window {
+    /// Index of the trace.
+    pub trace: usize,
+    /// From 0.
+    pub joint: usize,
+    /// First tick.
+    pub first: usize,
+    /// Ticks.
+    pub len: usize,
+    /// Towards larger (1) or smaller (-1) angles.
+    pub way: f64,
+}
+
+/// Ticks to either side of one over which a speed is taken.
+const AROUND: usize = 25;
+/// Speed in rad/s above which a joint surely slides: 5 standard deviations with noise of
+/// a count.
+const SLIDES_RAD_S: f64 = 0.17;
+/// Shortest window in ticks that says anything.
+const SHORTEST: usize = 120;
+
+impl Trace {
+    /// Works out [`smooth`](Self::smooth), with zeros as they are believed.
+    #[must_use]
+    pub fn smoothed(&self, known: &Known, zero: [f64; JOINTS]) -> Self {
+        let mut before = [[0.0; 2]; JOINTS];
+        let smooth = (0..self.counts.len())
+            .map(|tick| {
+                before = core::array::from_fn(|joint| {
+                    self.line(joint, tick)
+                        .map_or(before[joint], |[position, rate]| {
+                            let scale = known.rad_per_count[joint];
+                            [
+                                (position - zero[joint]) * scale,
+                                rate * scale / known.period_s,
+                            ]
+                        })
+                });
+                before
+            })
+            .collect();
+        Self {
+            smooth,
+            ..self.clone()
+        }
+    }
+
+    /// PWM in force in a tick; before the first and after the last, as there.
+    pub(super) fn pwm_at(&self, tick: i64, joint: usize) -> u16 {
+        let last = self.pwm.len().saturating_sub(1);
+        let tick = usize::try_from(tick).unwrap_or(0).min(last);
+        self.pwm.get(tick).map_or(1000, |pwm| pwm[joint])
+    }
+
+    /// Position at a tick and its rate per tick, by a line through those around it.
+    fn line(&self, joint: usize, tick: usize) -> Option<[f64; 2]> {
+        let first = tick.saturating_sub(AROUND);
+        let last = (tick + AROUND).min(self.counts.len() - 1);
+        let (mut n, mut at, mut sum, mut slope, mut square) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (index, counts) in self.counts[first..=last].iter().enumerate() {
+            let Some(count) = counts[joint] else { continue };
+            let x = (first + index) as f64 - tick as f64;
+            let y = f64::from(count);
+            n += 1.0;
+            at += x;
+            sum += y;
+            slope += x * y;
+            square += x * x;
+        }
+        let spread = n * square - at * at;
+        (n > AROUND as f64 * 0.8 && spread > 0.0).then(|| {
+            let rate = (n * slope - at * sum) / spread;
+            [(sum - rate * at) / n, rate]
+        })
+    }
+
+    /// All windows of a joint, none longer than `most` ticks.
+    pub(super) fn windows(&self, trace: usize, joint: usize, most: usize) -> Vec<Window> {
+        let mut windows = Vec::new();
+        let mut first = 0;
+        while first < self.smooth.len() {
+            let way = self.smooth[first][joint][1].signum();
+            let slides = |state: &[[f64; 2]; JOINTS]| state[joint][1] * way > SLIDES_RAD_S;
+            let run = self.smooth[first..]
+                .iter()
+                .take_while(|state| slides(state))
+                .count();
+            if run == 0 {
+                first += 1;
+                continue;
+            }
+            // Where its speed is just enough the joint may have stood a moment before.
+            let inner = run.saturating_sub(2 * AROUND);
+            // Parts of the same length.
+            let parts = inner.div_ceil(most).max(1);
+            let len = inner / parts;
+            if len >= SHORTEST {
+                windows.extend((0..parts).map(|part| Window {
+                    trace,
+                    joint,
+                    first: first + AROUND + part * len,
+                    len,
+                    way,
+                }));
+            }
+            first += run;
+        }
+        windows
+    }
+}

@@ -1,0 +1,110 @@
+//! An arm nobody knows, moved by a controller that believes in the paper's: what was sent
+//! to it and what its encoders said.
+
+use armbridge::bench::plant::{Plant, PlantConfig};
+use armbridge::identify::Trace;
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Joint;
+use armbridge_shared::arm::Parameters;
+use nalgebra::Vector2;
+
+/// When in its tick a PWM arrives, and the angle of each joint is taken, in ns.
+const SENT_NS: u64 = 150_000;
+const TAKEN_NS: [u64; JOINTS] = [400_000, 480_000];
+/// So long a PWM is in the servo when the angle is taken, in s.
+pub(crate) const LEAD_S: [f64; JOINTS] = [250e-6, 330e-6];
+/// Stiffness in N m/rad and damping in N m s/rad.
+const GAINS: [[f64; 2]; JOINTS] = [[2.5, 0.22], [1.65, 0.2]];
+
+/// Who moves it.
+pub(crate) struct Hands {
+    plant: Plant,
+    believed: [Joint<f64>; JOINTS],
+    arm: Parameters<f64>,
+    pub(crate) trace: Trace,
+    q: [f64; JOINTS],
+    v: [f64; JOINTS],
+}
+
+impl Hands {
+    pub(crate) fn on(config: &PlantConfig, believed: [Joint<f64>; JOINTS], seed: u64) -> Self {
+        Self {
+            plant: Plant::new(*config, seed),
+            believed,
+            arm: Parameters::paper(),
+            trace: Trace::default(),
+            q: [0.0; JOINTS],
+            v: [0.0; JOINTS],
+        }
+    }
+
+    fn tick(&mut self, pwm: [u16; JOINTS]) {
+        let now_ns = self.trace.pwm.len() as u64 * 1_000_000;
+        for (joint, pwm) in pwm.into_iter().enumerate() {
+            self.plant.drive(joint, now_ns + SENT_NS, pwm);
+        }
+        let counts = [0, 1].map(|joint| self.plant.read(joint, now_ns + TAKEN_NS[joint]));
+        self.trace.pwm.push(pwm);
+        self.trace.counts.push(counts.map(Some));
+        for (joint, count) in counts.into_iter().enumerate() {
+            let expected = self.q[joint] + self.v[joint] * 1e-3;
+            let error = self.believed[joint].angle(count) - expected;
+            self.q[joint] = expected + 0.1 * error;
+            self.v[joint] += 5.3 * error;
+        }
+    }
+
+    fn follow(&self, joint: usize, [q, v]: [f64; 2]) -> u16 {
+        let gravity = self.arm.gravity(Vector2::from(self.q))[joint];
+        let viscous = [self.arm.b1, self.arm.b2][joint] * v;
+        let [stiffness, damping] = GAINS[joint];
+        let torque =
+            gravity + viscous + stiffness * (q - self.q[joint]) + damping * (v - self.v[joint]);
+        self.believed[joint].pwm(torque).unwrap().counts()
+    }
+
+    /// Follows angles and speeds that are a function of the time in s.
+    pub(crate) fn track(&mut self, seconds: f64, path: impl Fn(f64) -> [[f64; 2]; JOINTS]) {
+        for k in 0..(seconds * 1e3) as usize {
+            let aims = path(k as f64 * 1e-3);
+            self.tick([self.follow(0, aims[0]), self.follow(1, aims[1])]);
+        }
+    }
+
+    /// Goes there and rests.
+    pub(crate) fn go(&mut self, to: [f64; JOINTS]) {
+        const MOVES_S: f64 = 0.8;
+        let from = self.q;
+        self.track(1.4, |t| {
+            let u = (t / MOVES_S).min(1.0);
+            let way = u.powi(3) * (10.0 - 15.0 * u + 6.0 * u * u);
+            let speed = 30.0 * u * u * (1.0 - u).powi(2) / MOVES_S;
+            [0, 1].map(|j| {
+                let far = to[j] - from[j];
+                [from[j] + far * way, far * speed]
+            })
+        });
+    }
+
+    /// Sends a joint a PWM that is a function of the time in s and of what held it, until
+    /// it has gone so far or so long; the other is held.
+    pub(crate) fn let_go(
+        &mut self,
+        joint: usize,
+        seconds: f64,
+        far_rad: f64,
+        pwm: impl Fn(f64, f64) -> f64,
+    ) {
+        let here = self.q;
+        let held = self.trace.pwm.last().map_or(1000, |pwm| pwm[joint]);
+        for k in 0..(seconds * 1e3) as usize {
+            if (self.q[joint] - here[joint]).abs() > far_rad {
+                return;
+            }
+            let mut sent = [0, 1].map(|joint| self.follow(joint, [here[joint], 0.0]));
+            let own = pwm(k as f64 * 1e-3, held.into()).round();
+            sent[joint] = own.clamp(0.0, 2000.0) as u16;
+            self.tick(sent);
+        }
+    }
+}
