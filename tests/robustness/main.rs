@@ -18,3 +18,4 @@ mod frames;
 mod line;
 mod master;
 mod servos;
+mod session;
