@@ -5,7 +5,7 @@ use armbridge_shared::JOINTS;
 use nalgebra::SMatrix;
 
 use super::arm::Known;
-use super::cost::Stretch;
+use super::cost::{BLOCK, STARTS, Stretch};
 use super::quantity::{COUNT, Quantity};
 use super::search::{Prior, Search};
 use super::start::{NoStart, start};
@@ -80,39 +80,27 @@ impl Found {
 /// # Errors
 /// If they do not tell enough to begin with.
 pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoStart> {
-    let mut at = start(traces, known, &prior.mean)?;
-    let mut evaluations = 0;
-    let mut variance = VARIANCE;
-    let mut found = None;
+    let mut found = Found {
+        at: start(traces, known, &prior.mean)?,
+        covariance: SMatrix::zeros(),
+        unweighed: [0.0; COUNT],
+        noise_counts: VARIANCE.sqrt(),
+        stretches: Vec::new(),
+        most: VARIANCE,
+        evaluations: 0,
+    };
     let mut doubt = [0.0; COUNT];
     for (round, len) in ROUNDS.into_iter().enumerate() {
-        let zero = [0, 1].map(|joint| Quantity::Zero.value(at[Quantity::Zero.at(joint)]));
-        let traces: Vec<Trace> = traces
-            .iter()
-            .map(|trace| trace.smoothed(known, zero))
-            .collect();
-        let windows = |joint: usize| {
-            let of = move |(index, trace): (usize, &Trace)| trace.windows(index, joint, len);
-            traces.iter().enumerate().flat_map(of)
-        };
-        let stretches: Vec<Stretch> = (0..JOINTS)
-            .flat_map(windows)
-            .map(|window| Stretch::new(window.clone(), &traces[window.trace]))
-            .collect();
-        let errors = len as f64 / super::cost::BLOCK as f64;
-        let most = variance * (1.0 + ODD * (2.0 / errors).sqrt());
-        let begin = |at| {
-            Search::begin(
-                stretches.clone(),
-                &traces,
-                known,
-                prior,
-                at,
-                [variance, most],
-            )
-        };
-        let mut search = begin(at).run();
-        evaluations += search.evaluations();
+        let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
+        let smooth = |trace: &Trace| trace.smoothed(known, zero);
+        let traces: Vec<Trace> = traces.iter().map(smooth).collect();
+        let stretches = stretches(&traces, len);
+        let variance = found.noise_counts.powi(2);
+        found.most = variance * (1.0 + ODD * (2.0 * BLOCK as f64 / len as f64).sqrt());
+        let judged = [variance, found.most];
+        let begin = |at| Search::begin(stretches.clone(), &traces, known, prior, at, judged);
+        let mut search = begin(found.at).run();
+        found.evaluations += search.evaluations();
         if round == 1 {
             for edge in edges() {
                 let others = DEAD_ZONES.map(|counts| {
@@ -120,46 +108,50 @@ pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoS
                     at[edge] = Quantity::DeadAbove.coordinate(counts);
                     begin(at).run()
                 });
-                evaluations += others.iter().map(Search::evaluations).sum::<usize>();
-                (search, doubt[edge]) = simplest(edge, others.into_iter().chain([search]));
+                found.evaluations += others.iter().map(Search::evaluations).sum::<usize>();
+                (search, doubt[edge]) = simplest(edge, search, others);
             }
         }
-        at = search.at();
-        let explained = search
-            .stretches()
+        found.take(&search, prior);
+    }
+    for (i, doubt) in doubt.into_iter().enumerate() {
+        found.covariance[(i, i)] += f64::powi(doubt, 2);
+    }
+    Ok(found)
+}
+
+/// All windows of both joints, none longer than this.
+fn stretches(traces: &[Trace], len: usize) -> Vec<Stretch> {
+    let mut stretches = Vec::new();
+    for joint in 0..JOINTS {
+        for (index, trace) in traces.iter().enumerate() {
+            let windows = trace.windows(index, joint, len).into_iter();
+            stretches.extend(windows.map(|window| Stretch::new(window, trace)));
+        }
+    }
+    stretches
+}
+
+impl Found {
+    /// What a search has come to.
+    fn take(&mut self, search: &Search<'_>, prior: &Prior) {
+        self.at = search.at();
+        self.stretches = search.stretches().to_vec();
+        let information = search.information();
+        self.covariance = covariance(&information, &search.scatter());
+        self.unweighed = unweighed(information, prior);
+        let most = self.most;
+        let explained = self
+            .stretches
             .iter()
             .filter(|s| s.squares <= most * s.count as f64);
         let (squares, count) = explained.fold((0.0, 0), |(squares, count), stretch| {
-            (
-                squares + stretch.squares,
-                count + stretch.count - super::cost::STARTS,
-            )
+            (squares + stretch.squares, count + stretch.count - STARTS)
         });
         if count > 0 {
-            variance = squares / count as f64;
+            self.noise_counts = (squares / count as f64).sqrt();
         }
-        found = Some((
-            search.information(),
-            search.scatter(),
-            search.stretches().to_vec(),
-            most,
-        ));
     }
-    // There is a round.
-    let (information, scatter, stretches, most) = found.unwrap_or_default();
-    let mut covariance = covariance(&information, &scatter);
-    for (i, doubt) in doubt.into_iter().enumerate() {
-        covariance[(i, i)] += f64::powi(doubt, 2);
-    }
-    Ok(Found {
-        at,
-        covariance,
-        unweighed: unweighed(information, prior),
-        noise_counts: variance.sqrt(),
-        stretches,
-        most,
-        evaluations,
-    })
 }
 
 /// What would be known without the weights: gravity as little as all else.
@@ -175,20 +167,21 @@ fn unweighed(mut information: SMatrix<f64, COUNT, COUNT>, prior: &Prior) -> [f64
 
 /// Of searches that differ in this edge of a dead zone, the one with the least dead zone
 /// among those that explain the logs as well; and half of how far the others are from it.
-fn simplest<'a>(edge: usize, searches: impl Iterator<Item = Search<'a>>) -> (Search<'a>, f64) {
-    let mut searches: Vec<Search> = searches.collect();
-    let least = searches
-        .iter()
-        .map(Search::loss)
-        .fold(f64::INFINITY, f64::min);
-    searches.retain(|search| search.loss() <= least + NO_WORSE);
-    let order = |a: &Search, b: &Search| a.at()[edge].abs().total_cmp(&b.at()[edge].abs());
-    searches.sort_by(order);
-    let simplest = searches.remove(0);
-    let edges = searches
-        .iter()
-        .map(|other| other.at()[edge] - simplest.at()[edge]);
-    let doubt = edges.fold(0.0, f64::max) / 2.0;
+fn simplest<'a, const N: usize>(
+    edge: usize,
+    own: Search<'a>,
+    others: [Search<'a>; N],
+) -> (Search<'a>, f64) {
+    let mut searches: Vec<Search> = std::iter::once(own).chain(others).collect();
+    searches.sort_by(|a, b| a.loss().total_cmp(&b.loss()));
+    let most = searches[0].loss() + NO_WORSE;
+    let as_good = searches.iter().take_while(|search| search.loss() <= most);
+    let edges: Vec<f64> = as_good.map(|search| search.at()[edge]).collect();
+    let sizes = edges.iter().map(|edge| edge.abs()).enumerate();
+    let least = sizes.min_by(|a, b| a.1.total_cmp(&b.1));
+    let simplest = searches.swap_remove(least.map_or(0, |(index, _)| index));
+    let here = simplest.at()[edge];
+    let doubt = edges.iter().map(|edge| edge - here).fold(0.0, f64::max) / 2.0;
     (simplest, doubt)
 }
 
