@@ -65,6 +65,24 @@ impl Known {
     }
 }
 
+impl Known {
+    /// 1 if the arm stands, -1 if it hangs: which way gravity turns its joints.
+    pub(super) fn stands(&self) -> f64 {
+        match self.mounting {
+            Mounting::Upright => 1.0,
+            Mounting::Hanging => -1.0,
+        }
+    }
+
+    /// P and E above, for this gravity torque of link 2.
+    pub(super) fn reach<D: DualNum<Primitive = f64> + Copy>(&self, link: D) -> [D; 2] {
+        [
+            link * (2.0 * self.l1_m / self.g_m_s2),
+            link * (0.5 * self.l2_m / self.g_m_s2) + self.i2_spread_kg_m2,
+        ]
+    }
+}
+
 /// A joint of an arm, with the derivatives of its own motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Joint<D> {
@@ -106,14 +124,8 @@ impl<D: DualNum<Primitive = f64> + Copy> Joint<D> {
             zero: value(Quantity::Zero),
             delay: value(Quantity::Delay),
             link,
-            stands: match known.mounting {
-                Mounting::Upright => 1.0,
-                Mounting::Hanging => -1.0,
-            },
-            reach: [
-                link * (2.0 * known.l1_m / known.g_m_s2),
-                link * (0.5 * known.l2_m / known.g_m_s2) + known.i2_spread_kg_m2,
-            ],
+            stands: known.stands(),
+            reach: known.reach(link),
             rad_per_count: known.rad_per_count[index],
         }
     }

@@ -2,7 +2,6 @@
 //!
 //! While they are not, somebody may hold the arm in hand; what moves it then is not known.
 
-use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Record, Sample};
 
 use super::trace::Trace;
@@ -44,5 +43,3 @@ fn end(trace: &mut Trace, traces: &mut Vec<Trace>) {
         traces.push(ended);
     }
 }
-
-const _: () = assert!(JOINTS == 2, "as many as a record has");

@@ -7,7 +7,6 @@
 //! finds them at once. What is left is near enough for the search proper.
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::arm::Mounting;
 use nalgebra::{DMatrix, DVector};
 
 use super::arm::Known;
@@ -62,8 +61,7 @@ fn stretch(
     let period_s = known.period_s;
     let zero = [0, 1].map(|j| Quantity::Zero.value(mean[Quantity::Zero.at(j)]));
     let g2 = Quantity::Gravity.value(mean[Quantity::Gravity.at(1)]);
-    let p = g2 * 2.0 * known.l1_m / known.g_m_s2;
-    let e = g2 * 0.5 * known.l2_m / known.g_m_s2 + known.i2_spread_kg_m2;
+    let [p, e] = known.reach(g2);
     let mut angles = [[0.0; 2 * HALF + 1]; JOINTS];
     for (j, angles) in angles.iter_mut().enumerate() {
         for (index, angle) in angles.iter_mut().enumerate() {
@@ -86,10 +84,7 @@ fn stretch(
     if (0..3).any(|part| speed(joint, part) * way < SLIDES_RAD_S) {
         return None;
     }
-    let stands = match known.mounting {
-        Mounting::Upright => 1.0,
-        Mounting::Hanging => -1.0,
-    };
+    let stands = known.stands();
     let (mut row, mut right) = ([0.0; COLUMNS], 0.0);
     let together = angles[0].iter().zip(&angles[1]).map(|(a, b)| [*a, *b]);
     for (index, q) in together.enumerate() {
