@@ -1,8 +1,10 @@
 //! What the motors are given, tick by tick.
 
 use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{ExperimentEnd, Role};
-use armbridge_shared::link::message::{Guards, Record};
+use armbridge_shared::link::experiment::{ExperimentEnd, HELD_S, Role};
+use armbridge_shared::link::message::{Drive, Guards, Record};
+
+use armbridge_tests::world::records;
 
 use crate::{after, conclusions, during, expected, experiment, heard_of};
 
@@ -62,6 +64,36 @@ fn a_pwm_is_what_the_signal_says_in_every_tick() {
             .all(|two| two[1].pwm_in_force == two[0].pwm_next);
         assert!(is_sent);
     }
+}
+
+/// From the torque that held it, more and more, until it slides.
+#[test]
+fn a_bias_is_on_top_of_what_held_the_joint() {
+    let ramp = Signal::Triangle {
+        offset: 0.0,
+        amplitude: -200.0,
+        period_s: 8.0,
+    };
+    let plan = experiment([Role::Hold, Role::Bias(ramp)], 1.5);
+    let events = heard_of([0.0, 0.8], plan);
+    let ticks = during(&events);
+    let before = records(&events)
+        .take_while(|record| record.mode.drive() != Some(Drive::Experiment))
+        .last();
+    let (held, pushed) = ticks.split_at((HELD_S * 1e3) as usize);
+    let counts = before
+        .iter()
+        .chain(held)
+        .map(|record| f32::from(record.pwm_next[1]));
+    let mean = counts.sum::<f32>() / (held.len() + 1) as f32;
+    assert!(mean < 950.0, "gravity is held: {mean}");
+    for (tick, record) in pushed.iter().enumerate() {
+        let counts = mean + expected(&ramp, tick, 1.5);
+        let off = f32::from(record.pwm_next[1]) - counts;
+        assert!(off.abs() < 0.51, "{tick}: {off}");
+    }
+    // It gives way.
+    assert!(ticks.last().unwrap().angle_rad[1] < 0.7);
 }
 
 #[test]

@@ -43,7 +43,7 @@ pub(super) fn is_acceptable(plan: &Experiment) -> bool {
         && plan.roles.iter().all(|role| {
             let most = match role {
                 Role::Off | Role::Hold => return true,
-                Role::Pwm(_) => f32::from(hard::PWM_COUNTS),
+                Role::Pwm(_) | Role::Bias(_) => f32::from(hard::PWM_COUNTS),
                 Role::Torque(_) => hard::TORQUE_NM,
                 Role::Angle(_) => 2.0 * REFERENCE_MAX_RAD,
             };

@@ -70,11 +70,12 @@ pub fn signal(random: &mut Random, most: f32, number: Number) -> Signal<f32> {
 
 /// One that most boards would begin from near upright.
 pub fn experiment(random: &mut Random, number: Number) -> Experiment {
-    let roles = [(); 2].map(|()| match random.below(6) {
+    let roles = [(); 2].map(|()| match random.below(7) {
         0 => Role::Off,
         1 | 2 => Role::Hold,
         3 => Role::Pwm(signal(random, 500.0, number)),
         4 => Role::Torque(signal(random, 0.6, number)),
+        5 => Role::Bias(signal(random, 200.0, number)),
         _ => Role::Angle(Signal::Sinusoid {
             offset: number(random, 0.02),
             amplitude: number(random, 0.05),

@@ -13,6 +13,9 @@ use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+/// How long a joint is held before its PWM is frozen, in s.
+pub const HELD_S: f32 = 0.25;
+
 /// What is asked of the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 #[serde(deny_unknown_fields)]
@@ -38,6 +41,10 @@ pub enum Role {
     Hold,
     /// A PWM, in counts from off as the servo counts them, rounded; 0 is off exactly.
     Pwm(Signal<f32>),
+    /// Held for [`HELD_S`]; and then the PWM that held it on average, and so many counts
+    /// more, rounded. The signal begins then. So a joint is let go slowly, or pushed harder
+    /// and harder, from a torque that nobody need know.
+    Bias(Signal<f32>),
     /// A torque in N m, by way of the actuator.
     Torque(Signal<f32>),
     /// The controller, which makes it follow an angle in rad from where it is asked to
@@ -51,7 +58,9 @@ impl Role {
     pub const fn signal(&self) -> Option<&Signal<f32>> {
         match self {
             Self::Off | Self::Hold => None,
-            Self::Pwm(signal) | Self::Torque(signal) | Self::Angle(signal) => Some(signal),
+            Self::Pwm(signal) | Self::Bias(signal) | Self::Torque(signal) | Self::Angle(signal) => {
+                Some(signal)
+            }
         }
     }
 
@@ -59,7 +68,7 @@ impl Role {
     pub const fn is_held(&self) -> bool {
         match self {
             Self::Hold | Self::Angle(_) => true,
-            Self::Off | Self::Pwm(_) | Self::Torque(_) => false,
+            Self::Off | Self::Pwm(_) | Self::Bias(_) | Self::Torque(_) => false,
         }
     }
 }
@@ -226,7 +235,7 @@ impl Role {
         let bounds = signal.bounds(duration_s);
         let (measure, limit) = match self {
             Self::Off | Self::Hold => return Ok(()),
-            Self::Pwm(_) => (Measure::Pwm, f32::from(hard::PWM_COUNTS)),
+            Self::Pwm(_) | Self::Bias(_) => (Measure::Pwm, f32::from(hard::PWM_COUNTS)),
             Self::Torque(_) => (Measure::Torque, hard::TORQUE_NM),
             Self::Angle(_) if bounds.derivatives.is_none() => {
                 return Err(Objection::Rough { joint });

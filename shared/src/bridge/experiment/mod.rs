@@ -32,7 +32,7 @@ use crate::actuator::Pwm;
 use crate::arm::State;
 use crate::control::Reference;
 use crate::experiment::Signal;
-use crate::link::experiment::{Conclusion, Experiment, ExperimentEnd, Role};
+use crate::link::experiment::{Conclusion, Experiment, ExperimentEnd, HELD_S, Role};
 use crate::link::message::{Drive, Refusal};
 use crate::servo::port::SetBaud;
 
@@ -45,6 +45,9 @@ pub(super) struct Run {
     /// Of the tick that is decided, in s since then.
     elapsed_s: f32,
     fast: [InRow; JOINTS],
+    /// PWM in counts from off that held each joint, summed over so many ticks.
+    held_counts: [f32; JOINTS],
+    held_ticks: f32,
     /// The host has said nothing for too long.
     is_host_quiet: bool,
 }
@@ -62,6 +65,8 @@ impl Run {
             starts_us: None,
             elapsed_s: 0.0,
             fast: Default::default(),
+            held_counts: [0.0; JOINTS],
+            held_ticks: 0.0,
             is_host_quiet: false,
         }
     }
@@ -78,19 +83,35 @@ impl Run {
         self.elapsed_s = elapsed_us as f32 * 1e-6;
     }
 
+    /// Whether joints are still held before their PWM is frozen.
+    fn is_freezing(&self) -> bool {
+        self.elapsed_s < HELD_S
+    }
+
+    /// This PWM has been decided in the tick before.
+    fn note_pwm(&mut self, pwm: [u16; JOINTS]) {
+        if self.is_freezing() {
+            for (sum, pwm) in self.held_counts.iter_mut().zip(pwm) {
+                *sum += f32::from(pwm) - f32::from(Pwm::OFF.counts());
+            }
+            self.held_ticks += 1.0;
+        }
+    }
+
     /// Makes of what the controller would be asked for what it is, for an arm that will
     /// be at `ahead`.
     fn refer(&self, ahead: &State<f32>, reference: &mut Reference<f32>) {
         for (joint, role) in self.plan.roles.iter().enumerate() {
             match role {
                 Role::Hold => {}
+                Role::Bias(_) if self.is_freezing() => {}
                 Role::Angle(signal) => {
                     let sample = signal.at(self.elapsed_s, self.plan.duration_s);
                     reference.q[joint] += sample.value;
                     reference.dq[joint] += sample.first;
                     reference.ddq[joint] += sample.second;
                 }
-                Role::Off | Role::Pwm(_) | Role::Torque(_) => {
+                Role::Off | Role::Pwm(_) | Role::Bias(_) | Role::Torque(_) => {
                     reference.q[joint] = ahead.q[joint];
                     reference.dq[joint] = ahead.dq[joint];
                     reference.ddq[joint] = 0.0;
@@ -142,6 +163,12 @@ impl Run {
                     continue;
                 }
                 Role::Pwm(signal) => Pwm::from_off(sample(signal).value),
+                Role::Bias(_) if self.is_freezing() => continue,
+                Role::Bias(signal) => {
+                    let held = self.held_counts[joint] / self.held_ticks;
+                    let since_s = self.elapsed_s - HELD_S;
+                    Pwm::from_off(held + signal.at(since_s, self.plan.duration_s).value)
+                }
                 Role::Off => Pwm::OFF,
             };
             torque_nm[joint] = actuator.torque(pwm);
@@ -193,6 +220,7 @@ where
         acts_us: u64,
         reference: &mut Reference<f32>,
     ) {
+        self.run.note_pwm(self.record.pwm_next);
         self.run.pass_to(acts_us);
         self.run.refer(ahead, reference);
         let fast_ticks = self.guard.fast_ticks();

@@ -82,7 +82,7 @@ pub(super) fn from_here(
         }
         let bounds = role.signal().map(|signal| signal.bounds(plan.duration_s));
         match (role, bounds) {
-            (Role::Pwm(_), Some(bounds)) => {
+            (Role::Pwm(_) | Role::Bias(_), Some(bounds)) => {
                 let limit = f32::from(limits.pwm_counts);
                 beyond(Measure::Pwm, bounds.farthest(), limit)?;
             }
@@ -112,7 +112,7 @@ pub(super) fn from_here(
                     MOTION.acceleration_rad_s2,
                 )?;
             }
-            (Role::Off | Role::Pwm(_) | Role::Torque(_), _) => {}
+            (Role::Off | Role::Pwm(_) | Role::Bias(_) | Role::Torque(_), _) => {}
         }
     }
     Ok(())
