@@ -1,6 +1,7 @@
 //! What is fitted: what was sent to the servos and what their encoders said.
 
 use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Pwm;
 
 use super::arm::Known;
 
@@ -36,6 +37,11 @@ const AROUND: usize = 25;
 /// Speed in rad/s above which a joint surely slides: 5 standard deviations with noise of
 /// a count.
 const SLIDES_RAD_S: f64 = 0.17;
+/// PWM at which a motor is off.
+const OFF: u16 = Pwm::OFF.counts();
+/// Counts from off up to which torque grows with PWM; with more, a strong motor comes to
+/// what its gears or its supply let it make.
+const FAIR_COUNTS: u16 = 700;
 /// Shortest window in ticks that says anything.
 const SHORTEST: usize = 120;
 
@@ -47,7 +53,7 @@ impl Trace {
         let smooth = (0..self.counts.len())
             .map(|tick| {
                 before = core::array::from_fn(|joint| {
-                    self.line(joint, tick)
+                    self.line(joint, tick, AROUND)
                         .map_or(before[joint], |[position, rate]| {
                             let scale = known.rad_per_count[joint];
                             [
@@ -69,13 +75,13 @@ impl Trace {
     pub(super) fn pwm_at(&self, tick: i64, joint: usize) -> u16 {
         let last = self.pwm.len().saturating_sub(1);
         let tick = usize::try_from(tick).unwrap_or(0).min(last);
-        self.pwm.get(tick).map_or(1000, |pwm| pwm[joint])
+        self.pwm.get(tick).map_or(OFF, |pwm| pwm[joint])
     }
 
-    /// Position at a tick and its rate per tick, by a line through those around it.
-    fn line(&self, joint: usize, tick: usize) -> Option<[f64; 2]> {
-        let first = tick.saturating_sub(AROUND);
-        let last = (tick + AROUND).min(self.counts.len() - 1);
+    /// Position at a tick and its rate per tick, by a line through so many to either side.
+    pub(super) fn line(&self, joint: usize, tick: usize, around: usize) -> Option<[f64; 2]> {
+        let first = tick.saturating_sub(around);
+        let last = (tick + around).min(self.counts.len() - 1);
         let (mut n, mut at, mut sum, mut slope, mut square) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for (index, counts) in self.counts[first..=last].iter().enumerate() {
             let Some(count) = counts[joint] else { continue };
@@ -88,7 +94,7 @@ impl Trace {
             square += x * x;
         }
         let spread = n * square - at * at;
-        (n > AROUND as f64 * 0.8 && spread > 0.0).then(|| {
+        (n > around as f64 * 0.8 && spread > 0.0).then(|| {
             let rate = (n * slope - at * sum) / spread;
             [(sum - rate * at) / n, rate]
         })
@@ -100,10 +106,10 @@ impl Trace {
         let mut first = 0;
         while first < self.smooth.len() {
             let way = self.smooth[first][joint][1].signum();
-            let slides = |state: &[[f64; 2]; JOINTS]| state[joint][1] * way > SLIDES_RAD_S;
-            let run = self.smooth[first..]
-                .iter()
-                .take_while(|state| slides(state))
+            let slides = |tick: &usize| self.smooth[*tick][joint][1] * way > SLIDES_RAD_S;
+            let is_fair = |tick: &usize| self.pwm[*tick][joint].abs_diff(OFF) <= FAIR_COUNTS;
+            let run = (first..self.smooth.len())
+                .take_while(|tick| slides(tick) && is_fair(tick))
                 .count();
             if run == 0 {
                 first += 1;
