@@ -1,14 +1,15 @@
-//! From traces to numbers: the start, the search in windows of growing length, and what
-//! is known of the numbers in the end.
+//! From traces to numbers: the start, the search in windows of growing length, what is
+//! known of the numbers in the end, and static friction.
 
 use armbridge_shared::JOINTS;
 use nalgebra::SMatrix;
 
 use super::arm::Known;
 use super::cost::{BLOCK, STARTS, Stretch};
-use super::quantity::{COUNT, Quantity};
+use super::quantity::{COUNT, PER_JOINT, Quantity};
 use super::search::{Prior, Search};
 use super::start::{NoStart, start};
+use super::stiction::{Static, Stiction};
 use super::trace::Trace;
 
 /// Longest windows of each round, in ticks: in short ones a wrong number leads less far
@@ -37,6 +38,8 @@ pub struct Found {
     pub unweighed: [f64; COUNT],
     /// Standard deviation of an encoder's noise in counts, rounding included.
     pub noise_counts: f64,
+    /// Static friction of each joint, if it gave way often enough.
+    pub friction: [Option<Static>; JOINTS],
     /// The windows, as they are explained.
     pub stretches: Vec<Stretch>,
     /// Mean square of a window's errors beyond which it is not explained, in counts
@@ -85,6 +88,7 @@ pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoS
         covariance: SMatrix::zeros(),
         unweighed: [0.0; COUNT],
         noise_counts: VARIANCE.sqrt(),
+        friction: [None; JOINTS],
         stretches: Vec::new(),
         most: VARIANCE,
         evaluations: 0,
@@ -98,25 +102,45 @@ pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoS
         let variance = found.noise_counts.powi(2);
         found.most = variance * (1.0 + ODD * (2.0 * BLOCK as f64 / len as f64).sqrt());
         let judged = [variance, found.most];
-        let begin = |at| Search::begin(stretches.clone(), &traces, known, prior, at, judged);
-        let mut search = begin(found.at).run();
+        let begin = |stretches, at| Search::begin(stretches, &traces, known, prior, at, judged);
+        let mut search = begin(stretches.clone(), found.at).run();
         found.evaluations += search.evaluations();
         if round == 1 {
+            let mut at = search.at();
             for edge in edges() {
+                let joint = edge / PER_JOINT;
+                // The other joint's motions say nothing of it.
+                let own = stretches.iter().filter(|s| s.window.joint == joint);
+                let own: Vec<Stretch> = own.cloned().collect();
                 let others = DEAD_ZONES.map(|counts| {
-                    let mut at = search.at();
+                    let mut at = at;
                     at[edge] = Quantity::DeadAbove.coordinate(counts);
-                    begin(at).run()
+                    begin(own.clone(), at).run()
                 });
-                found.evaluations += others.iter().map(Search::evaluations).sum::<usize>();
-                (search, doubt[edge]) = simplest(edge, search, others);
+                found.evaluations += others.iter().map(Search::evaluations).sum::<usize>() / 2;
+                let (best, doubtful) = simplest(edge, begin(own.clone(), at).run(), others);
+                doubt[edge] = doubtful;
+                let numbers = joint * PER_JOINT..(joint + 1) * PER_JOINT;
+                at[numbers.clone()].copy_from_slice(&best.at()[numbers]);
             }
+            search = begin(stretches.clone(), at).run();
+            found.evaluations += search.evaluations();
         }
         found.take(&search, prior);
     }
     for (i, doubt) in doubt.into_iter().enumerate() {
         found.covariance[(i, i)] += f64::powi(doubt, 2);
     }
+    let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
+    let traces: Vec<Trace> = traces.iter().map(|t| t.smoothed(known, zero)).collect();
+    let stiction = Stiction {
+        traces: &traces,
+        known,
+        at: &found.at,
+        covariance: &found.covariance,
+        noise_counts: found.noise_counts,
+    };
+    found.friction = stiction.found();
     Ok(found)
 }
 

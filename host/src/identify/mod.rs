@@ -5,12 +5,13 @@
 //! logs -> traces -> windows in which a joint slides one way -> start -> search -> numbers
 //! ```
 //!
-//! Each joint of the arm has ten numbers ([`Quantity`]), all but static friction. They
+//! Each joint of the arm has ten numbers ([`Quantity`]) beside static friction. They
 //! are sought as those whose motions explain the encoders best: each window's motion is
 //! computed from a start of its own, with its derivatives, and compared with the counts,
 //! tick by tick. Where joints stop or stick, motion does not depend smoothly on the
 //! numbers, and one wrong number there would drown all that the rest tells; such moments
-//! are left out, and static friction with them.
+//! are left out. Static friction is sought when all else is found, from the moments at
+//! which a joint gave way.
 //!
 //! Noise of a count and rounding make an error of 1.04 counts, white; so the sum of
 //! squares is the likelihood, and its curvature the covariance. Where windows disagree
@@ -33,6 +34,7 @@
 //! | `start`     | where to begin, by linear least squares                       |
 //! | `cost`      | the sum of squares, its slope and curvature                   |
 //! | `search`    | the way down                                                  |
+//! | `stiction`  | static friction, by what a joint at rest withstood            |
 //! | `find`      | all of it, round by round                                     |
 //! | `outcome`   | settings of a board that has this arm                         |
 //! | `report`    | the numbers as a table                                        |
@@ -48,6 +50,7 @@ mod record;
 mod report;
 mod search;
 mod start;
+mod stiction;
 mod trace;
 
 pub use arm::Known;
@@ -58,4 +61,5 @@ pub use record::traces;
 pub use report::{Number, Report};
 pub use search::Prior;
 pub use start::NoStart;
+pub use stiction::Static;
 pub use trace::Trace;

@@ -79,6 +79,12 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
         second + (first - second) * self.share
     }
 
+    /// Torque in N m that pushes the joint from tick `k` to the next, dry friction apart.
+    pub(super) fn push(&mut self, k: usize) -> D {
+        let other = self.trace.smooth[k][1 - self.index];
+        self.torque(k) + self.joint.push(self.q, self.v, other).0
+    }
+
     /// Moves on from tick `k` to the next.
     pub(super) fn step(&mut self, k: usize) {
         let torque = self.torque(k) - self.dry;
