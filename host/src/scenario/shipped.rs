@@ -48,6 +48,7 @@ pub const SHIPPED: &[Shipped] = shipped![
     "multisine",
     "stiction",
     "hour",
+    "identify",
     "paper-upright",
     "paper-observer",
     "paper-constant-input",

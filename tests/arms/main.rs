@@ -1,0 +1,222 @@
+//! Arms drawn at random, through the whole of identification: the default plan performed
+//! by the board, its log fitted, the numbers compared with the true ones, and a board that
+//! is told them compared with one that knows the truth.
+//!
+//! Simulated: the bench, with its bus and servos. Every number of an arm is up to 40 % off
+//! what is believed, each by itself; noise is a count; it has a dead zone, a delay, dry and
+//! static friction. Of link 1 nobody knows more than a factor of e: the weight of link 2
+//! fixes the scale of all torques.
+
+mod plan;
+mod truth;
+
+use armbridge::bench::plant::PlantConfig;
+use armbridge::identify::{Found, Known, Prior, Quantity, find, settings, traces};
+use armbridge::trial::{Outcome, Task, Trial, for_seeds};
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Controller, Settings, Setup};
+
+use truth::{believed, known, truth};
+
+/// Spread of all numbers.
+const SPREAD: f64 = 0.4;
+/// Standard errors of a 95 % interval.
+const INTERVAL: f64 = 1.96;
+
+fn drawn(seed: u64) -> PlantConfig {
+    PlantConfig {
+        initial: PlantConfig::default().initial,
+        ..PlantConfig::drawn(seed, SPREAD)
+    }
+}
+
+/// An arm, what a board believed of it, and what was found.
+struct Arm {
+    seed: u64,
+    config: PlantConfig,
+    before: Setup,
+    found: Found,
+}
+
+/// A number that was found.
+struct Judged {
+    what: String,
+    /// Standard errors from the truth.
+    sigmas: f64,
+    /// Of the truth; an offset or a zero, which may be none, of what is usual.
+    share: f64,
+}
+
+impl Judged {
+    fn new(what: String, [value, error]: [f64; 2], truth: f64, usual: f64) -> Self {
+        let (sigmas, share) = ((value - truth) / error, (value - truth) / usual);
+        println!(
+            "{what}: {value:.5} for {truth:.5}, {sigmas:.1} errors, {:.1} %",
+            share * 100.0
+        );
+        Self {
+            what,
+            sigmas,
+            share,
+        }
+    }
+}
+
+/// Performs the plan on arms of these seeds, and fits each.
+fn arms(seeds: &[u64]) -> Vec<Arm> {
+    let (plan, setup) = plan::shipped();
+    let perform = |seed| {
+        let config = drawn(seed);
+        let before = believed(&config, setup);
+        Ok::<_, ()>((config, before, plan::perform(&plan, before, &config, seed)))
+    };
+    let performed = for_seeds(seeds, perform, |_| ()).unwrap();
+    let arms = seeds.iter().zip(performed);
+    arms.map(|(&seed, (config, before, records))| {
+        let mut prior = Prior::of(&before, 0.001);
+        prior.deviation[Quantity::Gravity.at(0)] = 1.0;
+        let begun = std::time::Instant::now();
+        let found = find(&traces(&records), &Known::of(&before), &prior).unwrap();
+        println!(
+            "arm {seed}: fitted in {:.1} s",
+            begun.elapsed().as_secs_f64()
+        );
+        Arm {
+            seed,
+            config,
+            before,
+            found,
+        }
+    })
+    .collect()
+}
+
+impl Arm {
+    /// All of its numbers.
+    fn numbers(&self) -> Vec<Judged> {
+        let mut numbers = Vec::new();
+        for joint in 0..JOINTS {
+            let what = |name: &str| format!("arm {}, joint {}, {name}", self.seed, joint + 1);
+            for quantity in Quantity::ALL {
+                let true_value = truth(&self.config, joint, quantity);
+                let usual = match quantity {
+                    Quantity::Zero => 50.0,
+                    Quantity::Offset => 15.0,
+                    Quantity::Inertia
+                    | Quantity::Gravity
+                    | Quantity::Viscous
+                    | Quantity::Coulomb
+                    | Quantity::Gain
+                    | Quantity::DeadBelow
+                    | Quantity::DeadAbove
+                    | Quantity::Delay => true_value,
+                };
+                let found = self.found.number(joint, quantity).into();
+                numbers.push(Judged::new(what(quantity.name()), found, true_value, usual));
+            }
+            let true_nm = self.config.friction[joint].static_nm;
+            let found = self.found.friction[joint];
+            let found = found.map_or([0.0, f64::MIN_POSITIVE], |found| {
+                [found.torque_nm, found.error_nm]
+            });
+            numbers.push(Judged::new(
+                what("static friction"),
+                found,
+                true_nm,
+                true_nm,
+            ));
+        }
+        numbers
+    }
+
+    /// The set-up that a board is given that is told what was found.
+    fn told(&self, setup: Setup) -> Setup {
+        let before = Settings {
+            setup: self.before,
+            ..Settings::default()
+        };
+        let after = settings(&before, &self.found).unwrap().setup;
+        Setup {
+            arm: after.arm,
+            joints: after.joints,
+            friction_nm: after.friction_nm,
+            ..setup
+        }
+    }
+}
+
+/// At most one number in ten is beyond its interval, or more than a twentieth off.
+fn judge(numbers: &[Judged]) {
+    let all = numbers.len();
+    let within = numbers.iter().filter(|n| n.sigmas.abs() < INTERVAL).count();
+    let close = numbers.iter().filter(|n| n.share.abs() < 0.05).count();
+    println!("of {all} numbers {within} within their 95 % interval, {close} within 5 %");
+    assert!(
+        within * 10 >= all * 9,
+        "{within} of {all} within their interval"
+    );
+    assert!(close * 10 >= all * 9, "{close} of {all} within 5 %");
+    for Judged { what, sigmas, .. } in numbers {
+        assert!(sigmas.abs() < 6.0, "{what}: {sigmas:.1}");
+    }
+}
+
+/// Root mean square of both joints' errors in mrad, standing and on the way.
+fn errors(config: &PlantConfig, setup: Setup, task: &str, seed: u64) -> [f64; 2] {
+    let task: Task = task.parse().unwrap();
+    let trial = Trial::new(*config, task.script(setup, 8.0).unwrap());
+    let outcome = Outcome::of(&trial, seed, &trial.run(seed).unwrap());
+    assert_eq!(outcome.fault, None, "{outcome:?}");
+    let both = |errors: [f64; JOINTS]| errors.iter().map(|e| e * e).sum::<f64>().sqrt();
+    [
+        both(outcome.rms_error_mrad),
+        both(outcome.tracking_rms_mrad.unwrap_or_default()),
+    ]
+}
+
+#[test]
+fn two_arms_are_found() {
+    let numbers: Vec<Judged> = arms(&[2, 5]).iter().flat_map(Arm::numbers).collect();
+    judge(&numbers);
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release -p armbridge-tests --test arms -- --ignored --nocapture"]
+fn twenty_arms_are_found_and_controlled_as_if_they_were_known() {
+    let seeds: Vec<u64> = (1..=20).collect();
+    let arms = arms(&seeds);
+    let numbers: Vec<Judged> = arms.iter().flat_map(Arm::numbers).collect();
+    let tracking = Setup {
+        controller: Controller::ComputedTorque {
+            natural_rad_s: [20.0; JOINTS],
+            damping: [1.0; JOINTS],
+        },
+        ..Setup::best()
+    };
+    let mut worse = Vec::new();
+    for arm in &arms {
+        let config = PlantConfig {
+            initial: armbridge_tests::plant([0.3, -0.2], true).initial,
+            ..arm.config
+        };
+        for (setup, task) in [(Setup::best(), "upright"), (tracking, "sine:0.3,0.4,0.5")] {
+            let of = |setup| errors(&config, setup, task, arm.seed);
+            let ([found, found_way], [true_mrad, true_way]) =
+                (of(arm.told(setup)), of(known(&config, setup)));
+            println!(
+                "arm {}, {task}: {found:.3} for {true_mrad:.3} mrad at rest, {found_way:.3} for \
+                 {true_way:.3} mrad on the way",
+                arm.seed
+            );
+            worse.push((arm.seed, task, found, true_mrad));
+            worse.push((arm.seed, task, found_way, true_way));
+        }
+    }
+    judge(&numbers);
+    for (seed, task, found, known) in worse {
+        assert!(
+            found <= 1.1 * known + 0.05,
+            "arm {seed}, {task}: {found:.3} for {known:.3} mrad"
+        );
+    }
+}

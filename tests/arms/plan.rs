@@ -1,0 +1,34 @@
+//! The default plan, performed by the board on a virtual arm nobody knows.
+
+use armbridge::bench::Bench;
+use armbridge::bench::board::VirtualBoard;
+use armbridge::bench::cosim::{Cosim, CosimError, Host};
+use armbridge::bench::plant::{Plant, PlantConfig};
+use armbridge::operator::plan::Begin;
+use armbridge::operator::{Operator, Plan};
+use armbridge::scenario::{Overrides, Scenario};
+use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::link::message::{Record, Setup};
+
+/// The plan that ships, and how a board works that performs it.
+pub(crate) fn shipped() -> (Plan, Setup) {
+    let scenario = Scenario::load("identify", &Overrides::default()).unwrap();
+    (scenario.plan, scenario.settings.setup)
+}
+
+/// What a board recorded that is set up so.
+pub(crate) fn perform(plan: &Plan, setup: Setup, config: &PlantConfig, seed: u64) -> Vec<Record> {
+    let mut plan = plan.clone();
+    plan.begin = Begin::With(Box::new(setup));
+    let mut mailboxes = Mailboxes::new();
+    let board = VirtualBoard::new(mailboxes.split()).unwrap();
+    let bench = Bench::new(Plant::new(*config, seed));
+    let mut cosim = Cosim::new(board, bench, Operator::new(plan));
+    while !cosim.host.is_done() {
+        cosim.step().unwrap_or_else(|error| match error {
+            CosimError::Host(error) => panic!("{error}"),
+            CosimError::Board(never) => match never {},
+        });
+    }
+    cosim.host.into_parts().0
+}
