@@ -24,7 +24,7 @@ pub(crate) use bench::{BenchArgs, ControlArgs, ControllerName, EstimateArgs, Est
 pub(crate) use bus::{LineArgs, ScanArgs, ServoAction, ServoArgs, value as register_value};
 pub(crate) use design::{DesignArgs, DesignControlArgs};
 pub(crate) use errand::{ArmedArgs, CalibrateArgs, ErrandArgs};
-pub(crate) use identify::{FitArgs, Identify, IdentifyArgs};
+pub(crate) use identify::{FitArgs, Identify, IdentifyArgs, IdentifyRunArgs};
 pub(crate) use link::LinkArgs;
 pub(crate) use live::LiveArgs;
 pub(crate) use look::{DiffArgs, ExportArgs, FormatName, InfoArgs, Picture, PlotArgs, What};
@@ -164,9 +164,13 @@ pub(crate) struct ArmArgs {
     /// Seed of the encoders' noise.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Joint angles in rad at which the arm is held until torque comes on.
+    /// Joint angles in rad at which the arm is held until torque comes on
+    /// [default: 0.3,-0.25, unless the plant file says where].
     #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
     pub(crate) initial: Option<[f64; 2]>,
+    /// The virtual arm, as host/plants/default.toml describes it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plant: Option<PathBuf>,
     /// Take dry friction off the virtual arm.
     #[arg(long)]
     pub(crate) no_friction: bool,

@@ -17,6 +17,7 @@ mod news;
 pub mod plan;
 mod taking;
 mod timeline;
+mod words;
 
 pub use ending::Ending;
 pub use error::OperatorError;

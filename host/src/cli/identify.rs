@@ -4,11 +4,31 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::run::PaceName;
+use super::{LinkArgs, OutputArgs};
+
 pub(crate) const EXAMPLES: &str = "\
 Examples:
+  armbridge identify run --link serial:
   armbridge run multisine && armbridge identify fit
   armbridge identify fit runs/*-multisine runs/*-staircase runs/*-stiction
   armbridge identify fit run.mcap --out arm.toml && armbridge set --from arm.toml --save";
+
+pub(crate) const RUN_EXAMPLES: &str = "\
+Examples:
+  armbridge identify run --dry-run                     what would move where, as a picture
+  armbridge identify run                               a simulated arm
+  armbridge identify run --plant host/plants/heavy.toml   another one, unknown to the board
+  armbridge identify run --link serial: --apply        the arm on a board, which is told
+  armbridge identify run --plan mine.toml --link tcp://127.0.0.1:7001 --yes --json
+
+Before anything moves, every step is checked against the board's settings, and a picture
+shows the angles that will be swept; a real arm moves only after `yes`. In the end the run
+folder has the log, arm.toml for `armbridge set --from`, and the plots. What is known too
+vaguely for control is not applied, --yes or not.
+
+Exit codes: 0 the numbers are found, and applied if asked for; 1 the run or the fit went
+wrong, or the board was not changed; 2 nothing has moved; 130 ended by ctrl-c, motors off.";
 
 pub(crate) const FIT_EXAMPLES: &str = "\
 Examples:
@@ -30,9 +50,46 @@ pub(crate) struct IdentifyArgs {
 
 #[derive(Subcommand, Debug)]
 pub(crate) enum Identify {
+    /// Have the arm move as a plan says, and find the numbers that explain how it did.
+    #[command(after_help = RUN_EXAMPLES)]
+    Run(IdentifyRunArgs),
     /// Find the numbers that explain these logs.
     #[command(after_help = FIT_EXAMPLES)]
     Fit(FitArgs),
+}
+
+/// A plan, performed and fitted.
+#[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
+#[derive(Args, Debug)]
+pub(crate) struct IdentifyRunArgs {
+    /// A scenario with experiments: a file, or the name of one that ships.
+    #[arg(long, value_name = "NAME|FILE", default_value = "identify")]
+    pub(crate) plan: String,
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
+    /// Show what would move where, with a picture, and end. Needs no board.
+    #[arg(long, conflicts_with = "apply")]
+    pub(crate) dry_run: bool,
+    /// Move, and with --apply change the board, without asking.
+    #[arg(long)]
+    pub(crate) yes: bool,
+    /// How well masses and lengths are known, as a share of the weight.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
+    pub(crate) weighed: f64,
+    /// Send the arm that was found to the board, with gains for it, and save it there.
+    #[arg(long)]
+    pub(crate) apply: bool,
+    /// The virtual arm of sim: and emulate:, as host/plants/default.toml describes it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plant: Option<PathBuf>,
+    /// Seed of its encoders' noise, instead of the plan's own.
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// How fast time goes on sim: and emulate:.
+    #[arg(long, value_enum, default_value_t = PaceName::Free)]
+    pub(crate) pace: PaceName,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
 }
 
 #[derive(Args, Debug)]
@@ -46,6 +103,14 @@ pub(crate) struct FitArgs {
     /// Write the parameters to this file, for `armbridge set --from`.
     #[arg(long, value_name = "TOML")]
     pub(crate) out: Option<PathBuf>,
+    /// Send the arm that was found to the board, with gains for it, and save it there.
+    #[arg(long)]
+    pub(crate) apply: bool,
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
+    /// With --apply, change the board without asking.
+    #[arg(long, requires = "apply")]
+    pub(crate) yes: bool,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     pub(crate) json: bool,

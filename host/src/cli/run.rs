@@ -1,5 +1,7 @@
 //! Arguments of `armbridge run`.
 
+use std::path::PathBuf;
+
 use armbridge::links::Pace;
 use clap::{Args, ValueEnum};
 
@@ -46,6 +48,10 @@ pub(crate) struct RunArgs {
     /// Seed of the bench instead of the scenario's own.
     #[arg(long)]
     pub(crate) seed: Option<u64>,
+    /// The virtual arm instead of the scenario's own, as host/plants/default.toml
+    /// describes it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plant: Option<PathBuf>,
     /// How fast time goes on sim: and emulate:.
     #[arg(long, value_enum, default_value_t = PaceName::Free)]
     pub(crate) pace: PaceName,

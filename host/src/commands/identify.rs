@@ -1,21 +1,28 @@
 //! `armbridge identify`: what an arm is, from its logs.
 
+mod apply;
+mod preview;
+mod run;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use armbridge::identify::{Known, NoStart, Prior, Report, Trace, find, settings, traces};
+use armbridge::identify::{Found, Known, NoStart, Prior, Report, Trace, find, settings, traces};
 use armbridge::log::find::find as find_log;
 use armbridge::log::recording::Recording;
-use armbridge::params;
+use armbridge::params::{self, Parameter};
 use armbridge::run_folder::DEFAULT_BASE;
 use armbridge_shared::link::message::Settings;
+use toml::Value;
 
+use self::apply::Apply;
 use super::{Error, Outcome};
 use crate::cli::{FitArgs, Identify, IdentifyArgs};
 
 pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
     match &args.what {
+        Identify::Run(args) => run::run(args),
         Identify::Fit(args) => fit(args),
     }
 }
@@ -26,21 +33,63 @@ fn fit(args: &FitArgs) -> Outcome {
     } else {
         args.logs.iter().map(|log| Some(log.as_path())).collect()
     };
-    let (before, traces) = load(&logs)?;
-    let known = Known::of(&before.setup);
-    let prior = Prior::of(&before.setup, args.weighed);
-    let found = find(&traces, &known, &prior).map_err(|error| in_words(&error))?;
-    let report = Report::new(&found, &prior, known.period_s);
+    let fit = Fit::of(&logs, args.weighed)?;
     let text = if args.json {
-        serde_json::to_string(&report)? + "\n"
+        serde_json::to_string(&fit.report)? + "\n"
     } else {
-        report.table()
+        fit.report.table()
     };
     write!(std::io::stdout(), "{text}").map_err(|error| format!("cannot print: {error}"))?;
     if let Some(path) = &args.out {
-        write_to(path, &before, &settings(&before, &found)?)?;
+        fit.write_to(path)?;
     }
-    Ok(ExitCode::SUCCESS)
+    if !args.apply {
+        return Ok(ExitCode::SUCCESS);
+    }
+    let applied = Apply {
+        link: &args.link,
+        is_sure: args.yes,
+        is_silent: args.json,
+    }
+    .to_board(&fit)?;
+    Ok(applied.exit_code())
+}
+
+/// What logs have told of an arm.
+struct Fit {
+    /// What the board computed with meanwhile.
+    before: Settings,
+    found: Found,
+    report: Report,
+}
+
+impl Fit {
+    /// Of these logs; of the newest one where `None` is.
+    fn of(logs: &[Option<&Path>], weighed: f64) -> Result<Self, Error> {
+        let (before, traces) = load(logs)?;
+        let known = Known::of(&before.setup);
+        let prior = Prior::of(&before.setup, weighed);
+        let found = find(&traces, &known, &prior).map_err(|error| in_words(&error))?;
+        let report = Report::new(&found, &prior, known.period_s);
+        Ok(Self {
+            before,
+            found,
+            report,
+        })
+    }
+
+    /// What is to be changed of a board that worked as then.
+    fn changes(&self) -> Result<Vec<(&'static Parameter, Value)>, Error> {
+        let after = settings(&self.before, &self.found)?;
+        Ok(params::changed(&self.before, &after))
+    }
+
+    /// The same, with tables as in armbridge.toml.
+    fn write_to(&self, path: &Path) -> Result<(), Error> {
+        let table = params::to_table(self.changes()?);
+        std::fs::write(path, toml::to_string(&table)?)
+            .map_err(|error| format!("cannot write {}: {error}", path.display()).into())
+    }
 }
 
 /// The settings of the first log, and what all of them have of use.
@@ -95,11 +144,4 @@ fn in_words(error: &NoStart) -> String {
              it the right joint, does its direction hold, was it held by hand?"
         )
     }
-}
-
-/// What is to be changed, with tables as in armbridge.toml.
-fn write_to(path: &Path, before: &Settings, after: &Settings) -> Result<(), Error> {
-    let table = params::to_table(params::changed(before, after));
-    std::fs::write(path, toml::to_string(&table)?)
-        .map_err(|error| format!("cannot write {}: {error}", path.display()).into())
 }

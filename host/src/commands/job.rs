@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use armbridge::bench::Bench;
 use armbridge::bench::cosim::{Client, Host};
-use armbridge::bench::plant::{Plant, PlantConfig};
+use armbridge::bench::plant::{Plant, PlantConfig, PlantFile};
 use armbridge::facts::RunFacts;
 use armbridge::links::{LinkError, Options};
 use armbridge::operator::{OperatorError, Plan, Script};
@@ -15,7 +15,6 @@ use armbridge::transparent::RemoteClient;
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
 use armbridge_shared::link::message::{Settings, Setup};
-use nalgebra::Vector2;
 
 use super::{Error, Outcome};
 use crate::cli::{ArmArgs, DemoArgs, OutputArgs, TransparentArgs};
@@ -24,23 +23,32 @@ use crate::cli::{ArmArgs, DemoArgs, OutputArgs, TransparentArgs};
 const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
 
 /// The virtual arm, held at its initial angles.
-pub(crate) fn plant(args: &ArmArgs) -> Plant {
-    Plant::new(plant_config(args), args.seed)
+pub(crate) fn plant(args: &ArmArgs) -> Result<Plant, Error> {
+    Ok(Plant::new(plant_config(args)?, args.seed))
 }
 
-fn plant_config(args: &ArmArgs) -> PlantConfig {
-    let initial = Vector2::from(args.initial.unwrap_or(INITIAL_RAD));
-    PlantConfig {
-        initial: State::at_rest(initial),
-        friction_on: !args.no_friction,
-        ..PlantConfig::default()
+/// What it is.
+pub(crate) fn plant_config(args: &ArmArgs) -> Result<PlantConfig, Error> {
+    let mut plant = match &args.plant {
+        Some(path) => PlantFile::read(path)?.config(INITIAL_RAD),
+        None => PlantConfig {
+            initial: State::at_rest(INITIAL_RAD.into()),
+            ..PlantConfig::default()
+        },
+    };
+    if let Some(initial) = args.initial {
+        plant.initial.q = initial.into();
     }
+    if args.no_friction {
+        plant.friction_on = false;
+    }
+    Ok(plant)
 }
 
 /// The virtual servos and arm, and the program at the transparent port, that are asked
 /// for.
 pub(crate) fn options(args: &DemoArgs) -> Result<Options, Error> {
-    let bench = Bench::with_servos(plant(&args.arm), &args.servos.kinds()?);
+    let bench = Bench::with_servos(plant(&args.arm)?, &args.servos.kinds()?);
     let mut options = Options::new(bench);
     options.client = client(&args.port)?;
     Ok(options)
@@ -131,7 +139,7 @@ pub(crate) fn player(
             ..script.into()
         },
         facts: RunFacts::of(name, world, &settings)
-            .simulated(args.arm.seed, &plant_config(&args.arm)),
+            .simulated(args.arm.seed, &plant_config(&args.arm)?),
         success: vec![Success::Time],
         judge: None,
         files: Files {

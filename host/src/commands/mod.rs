@@ -29,6 +29,7 @@ pub(crate) mod status;
 pub(crate) mod torture;
 pub(crate) mod watch;
 
+mod ask;
 mod bus;
 mod errand;
 mod job;

@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use armbridge::bench::plant::PlantFile;
 use armbridge::config::Config;
 use armbridge::facts::RunFacts;
 use armbridge::links::{LinkUri, Options, Pace, drive};
@@ -24,6 +25,8 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
         duration_s: args.duration,
         seed: args.seed,
         initial_rad: None,
+        plant: args.plant.as_deref().map(PlantFile::read).transpose()?,
+        board: None,
     };
     let mut scenario = Scenario::load(name, &overrides)?;
     if args.check {
@@ -35,79 +38,82 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
 
     let config = Config::discover()?;
     let link = config.link(args.link.link.as_ref())?;
-    let world = World::of(&link);
-    if let (None, false) = (world, scenario.plan.pushes.is_empty()) {
-        eprintln!(
-            "note: nobody pushes the arm at {link}; its {} pushes are for sim: and emulate:",
-            scenario.plan.pushes.len()
-        );
-        scenario.plan.pushes.clear();
-        scenario.expect.recovers_within_s = None;
-    }
-    let mut options = Options::new(scenario.bench.build());
-    options.pace = args.pace.into();
-    options.patience = config.patience();
-    options.is_quiet = args.output.quiet;
-    let player = player(args, &config, &link, world, scenario)?;
+    let stage = Stage {
+        config: &config,
+        link: &link,
+        pace: args.pace.into(),
+        is_quiet: args.output.quiet,
+        is_silent: args.output.quiet || args.output.json,
+    };
+    let mut options = stage.options(&mut scenario);
+    let base = config.out(args.output.out.as_deref());
+    let player = Player::new(stage.task(scenario)?, Some(&base))?;
     options.taps.push(player.tap());
     let (player, result) = drive(&link, options, player);
     job::finish(player, result, &args.output)
 }
 
-/// What of a link is simulated.
-#[derive(Clone, Copy)]
-struct World(&'static str);
-
-impl World {
-    /// `None` where the arm is real, or somebody else's.
-    fn of(link: &LinkUri) -> Option<Self> {
-        match link {
-            LinkUri::Sim => Some(Self("simulated: bench")),
-            LinkUri::Emulate(_) => Some(Self("simulated: QEMU mps2-an386")),
-            LinkUri::Usb(_) | LinkUri::Serial(_) | LinkUri::Tcp(_) | LinkUri::Pty(_) => None,
-        }
-    }
+/// What a scenario is played on, and how.
+pub(super) struct Stage<'a> {
+    pub(super) config: &'a Config,
+    pub(super) link: &'a LinkUri,
+    pub(super) pace: Pace,
+    /// Nothing is said of a link that breaks.
+    pub(super) is_quiet: bool,
+    /// There is no progress bar.
+    pub(super) is_silent: bool,
 }
 
-fn player(
-    args: &RunArgs,
-    config: &Config,
-    link: &LinkUri,
-    world: Option<World>,
-    scenario: Scenario,
-) -> Result<Player, Error> {
-    let Scenario {
-        name,
-        plan,
-        settings,
-        bench,
-        success,
-        expect,
-        ..
-    } = scenario;
-    let facts = match world {
-        Some(World(world)) => {
-            RunFacts::of(&name, world, &settings).simulated(bench.seed, &bench.plant)
+impl Stage<'_> {
+    /// What the link is opened with. A real arm is pushed by nobody.
+    pub(super) fn options(&self, scenario: &mut Scenario) -> Options {
+        if !self.link.is_simulated() && !scenario.plan.pushes.is_empty() {
+            eprintln!(
+                "note: nobody pushes the arm at {}; its {} pushes are for sim: and emulate:",
+                self.link,
+                scenario.plan.pushes.len()
+            );
+            scenario.plan.pushes.clear();
+            scenario.expect.recovers_within_s = None;
         }
-        None => RunFacts::of(&name, &link.to_string(), &settings),
-    };
-    let task = Task {
-        judge: Some(Judge::new(expect, &plan.pushes)),
-        plan,
-        facts,
-        success,
-        files: Files {
-            csv: config.writes_csv() && world.is_some(),
-            plots: config.draws_plots(),
-        },
-        is_patient: world.is_some() && Pace::from(args.pace) == Pace::Free,
-        is_quiet: args.output.quiet || args.output.json,
-    };
-    armbridge::interrupt::listen()?;
-    Ok(Player::new(
-        task,
-        Some(&config.out(args.output.out.as_deref())),
-    )?)
+        let mut options = Options::new(scenario.bench.build());
+        options.pace = self.pace;
+        options.patience = self.config.patience();
+        options.is_quiet = self.is_quiet;
+        options
+    }
+
+    /// What the player is to do.
+    pub(super) fn task(&self, scenario: Scenario) -> Result<Task, Error> {
+        let Scenario {
+            name,
+            plan,
+            settings,
+            bench,
+            success,
+            expect,
+            ..
+        } = scenario;
+        let is_simulated = self.link.is_simulated();
+        let facts = if is_simulated {
+            RunFacts::of(&name, &self.link.world(), &settings).simulated(bench.seed, &bench.plant)
+        } else {
+            RunFacts::of(&name, &self.link.to_string(), &settings)
+        };
+        armbridge::interrupt::listen()?;
+        Ok(Task {
+            judge: Some(Judge::new(expect, &plan.pushes)),
+            plan,
+            facts,
+            success,
+            files: Files {
+                csv: self.config.writes_csv() && is_simulated,
+                plots: self.config.draws_plots(),
+            },
+            is_patient: is_simulated && self.pace == Pace::Free,
+            is_quiet: self.is_silent,
+        })
+    }
 }
 
 /// A scenario that ships, as it is listed.

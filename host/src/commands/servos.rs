@@ -12,7 +12,7 @@ use super::{Outcome, job};
 use crate::cli::ServosArgs;
 
 pub(crate) fn run(args: &ServosArgs) -> Outcome {
-    let plant = job::plant(&args.arm);
+    let plant = job::plant(&args.arm)?;
     let kinds = args.kinds()?;
     let mut bench = Bench::with_servos(plant, &kinds);
     bench.set_baud(args.baud);

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use armbridge::bench::Bench;
+use armbridge::bench::plant::Plant;
 use armbridge::config::Config;
 use armbridge::facts::RunFacts;
 use armbridge::feed::Feed;
@@ -51,10 +52,11 @@ impl Opened {
         let feed = Feed::default();
         let mut taps = vec![feed.tap()];
         taps.extend(recorder.as_ref().map(Recorder::tap));
-        let (arm, kinds) = (args.arm.clone(), args.servos.kinds()?);
+        let (plant, kinds) = (job::plant_config(&args.arm)?, args.servos.kinds()?);
+        let seed = args.arm.seed;
         // A bench cannot be sent to another thread: it is made there.
         let session = Session::begin(link, move || {
-            let mut options = Options::new(Bench::with_servos(job::plant(&arm), &kinds));
+            let mut options = Options::new(Bench::with_servos(Plant::new(plant, seed), &kinds));
             options.pace = Pace::WallClock;
             options.patience = PATIENCE;
             options.is_quiet = is_quiet;

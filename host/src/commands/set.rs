@@ -43,37 +43,88 @@ pub(super) fn apply(
     how: &How<'_>,
     wanted: impl FnOnce(&Settings) -> Result<Settings, Error>,
 ) -> Outcome {
-    let mut decided = None;
-    let decide = |before: &Settings| {
-        let after = wanted(before);
-        let orders = match &after {
-            Ok(after) if !how.dry_run => commands(before, after, how.save),
-            Ok(_) | Err(_) => Vec::new(),
+    let orders = |before: &Settings, after: &Settings| match how.dry_run {
+        true => Vec::new(),
+        false => commands(before, after, how.save),
+    };
+    let sent = Sent::to(how.link, wanted, orders)?;
+    show(how, &sent)?;
+    Ok(match sent.refusal() {
+        None => ExitCode::SUCCESS,
+        Some(line) => {
+            eprintln!("armbridge: {line}");
+            ExitCode::from(1)
+        }
+    })
+}
+
+/// Settings of a board, and what became of those that were wanted of it.
+pub(super) struct Sent {
+    pub(super) before: Settings,
+    pub(super) after: Settings,
+    exchanged: Exchanged,
+}
+
+impl Sent {
+    /// Asks a board what it computes with, and gives it the orders by which it comes to
+    /// what is wanted.
+    pub(super) fn to(
+        link: &LinkArgs,
+        wanted: impl FnOnce(&Settings) -> Result<Settings, Error>,
+        orders: impl FnOnce(&Settings, &Settings) -> Vec<Command>,
+    ) -> Result<Self, Error> {
+        let mut decided = None;
+        let decide = |before: &Settings| {
+            let after = wanted(before);
+            let orders = match &after {
+                Ok(after) => orders(before, after),
+                Err(_) => Vec::new(),
+            };
+            decided = Some(after);
+            orders
         };
-        decided = Some(after);
-        orders
-    };
-    let host = link::speak(how.link, &Config::discover()?, Exchange::new(decide))?;
-    let exchanged = host.exchanged;
-    let (Some(before), Some(after)) = (exchanged.before, decided) else {
-        return Err("the board did not say what it computes with; nothing was changed".into());
-    };
-    let after = after?;
-    show(how, &before, &after, &exchanged)?;
-    let Some((command, reason)) = exchanged.refused else {
-        return Ok(ExitCode::SUCCESS);
-    };
-    let done = match (command, exchanged.taken.is_empty()) {
-        (Command::Save, _) => "all was changed, but not saved",
-        (_, true) => "nothing was changed",
-        (_, false) => "the limits were changed, the set-up was not",
-    };
-    eprintln!(
-        "armbridge: the board refused {}: {}; {done}",
-        name(command),
-        refusal::in_words(reason)
-    );
-    Ok(ExitCode::from(1))
+        let host = link::speak(link, &Config::discover()?, Exchange::new(decide))?;
+        let exchanged = host.exchanged;
+        let (Some(before), Some(after)) = (exchanged.before, decided) else {
+            return Err("the board did not say what it computes with; nothing was changed".into());
+        };
+        Ok(Self {
+            before,
+            after: after?,
+            exchanged,
+        })
+    }
+
+    /// What the board refused, and why; `None` if nothing.
+    pub(super) fn refusal(&self) -> Option<String> {
+        let (command, reason) = self.exchanged.refused?;
+        let done = match (command, self.exchanged.taken.is_empty()) {
+            (Command::Save, _) => "all was changed, but not saved",
+            (_, true) => "nothing was changed",
+            (_, false) => "the limits were changed, the set-up was not",
+        };
+        Some(format!(
+            "the board refused {}: {}; {done}",
+            name(command),
+            refusal::in_words(reason)
+        ))
+    }
+}
+
+/// What differs, as a table.
+pub(super) fn differences(before: &Settings, after: &Settings) -> String {
+    let changes = params::changed(before, after);
+    let rows = changes.iter().map(|(parameter, value)| {
+        let before = parameter.value(before);
+        vec![
+            parameter.key.to_owned(),
+            before.as_ref().map_or_else(|| "-".into(), to_text),
+            "->".to_owned(),
+            to_text(value),
+            parameter.unit.to_owned(),
+        ]
+    });
+    table::columns(&rows.collect::<Vec<_>>())
 }
 
 /// What the file, and then the command line, makes of the board's settings.
@@ -90,12 +141,12 @@ fn wanted(before: &Settings, file: Option<&Document>, args: &SetArgs) -> Result<
     Ok(after)
 }
 
-fn show(
-    how: &How<'_>,
-    before: &Settings,
-    after: &Settings,
-    exchanged: &Exchanged,
-) -> Result<(), Error> {
+fn show(how: &How<'_>, sent: &Sent) -> Result<(), Error> {
+    let Sent {
+        before,
+        after,
+        exchanged,
+    } = sent;
     let changes = params::changed(before, after);
     let has = |is: fn(&Command) -> bool| exchanged.taken.iter().any(is);
     let is_saved = has(|command| *command == Command::Save);
@@ -121,17 +172,7 @@ fn show(
         writeln!(out, "{report}")?;
         return Ok(());
     }
-    let rows = changes.iter().map(|(parameter, value)| {
-        let before = parameter.value(before);
-        vec![
-            parameter.key.to_owned(),
-            before.as_ref().map_or_else(|| "-".into(), to_text),
-            "->".to_owned(),
-            to_text(value),
-            parameter.unit.to_owned(),
-        ]
-    });
-    write!(out, "{}", table::columns(&rows.collect::<Vec<_>>()))?;
+    write!(out, "{}", differences(before, after))?;
     let said = match (changes.is_empty(), how.dry_run, exchanged.refused.is_some()) {
         (_, _, true) => return Ok(()),
         (true, ..) => "nothing to change: the board has these values",

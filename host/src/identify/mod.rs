@@ -38,9 +38,11 @@
 //! | `find`      | all of it, round by round                                     |
 //! | `outcome`   | settings of a board that has this arm                         |
 //! | `report`    | the numbers as a table                                        |
+//! | `enough`    | whether they are known well enough for control                |
 
 mod arm;
 mod cost;
+mod enough;
 mod find;
 mod motion;
 mod outcome;
@@ -54,6 +56,7 @@ mod stiction;
 mod trace;
 
 pub use arm::Known;
+pub use enough::TooVague;
 pub use find::{Found, find};
 pub use outcome::{NoArm, settings};
 pub use quantity::{COUNT, PER_JOINT, Quantity};

@@ -72,6 +72,15 @@ fn path(name: &str, rest: &str) -> Result<Option<PathBuf>, LinkUriError> {
 }
 
 impl LinkUri {
+    /// Whether the arm is simulated as far as this program knows: behind a socket or a
+    /// terminal there may be a real one.
+    pub fn is_simulated(&self) -> bool {
+        match self {
+            Self::Sim | Self::Emulate(_) => true,
+            Self::Usb(_) | Self::Serial(_) | Self::Tcp(_) | Self::Pty(_) => false,
+        }
+    }
+
     /// Where code and arm are, in words: whatever is simulated is called so.
     pub fn world(&self) -> String {
         match self {

@@ -3,6 +3,7 @@
 use armbridge_shared::link::message::{BoardReport, Halt, Mode, PortCounters, Settings, Trip};
 use armbridge_shared::servo::Firmware;
 
+use super::plan::Act;
 use super::{Ending, Keep, Operator, Phase};
 use crate::summary::LinkStats;
 
@@ -21,6 +22,19 @@ impl<K: Keep> Operator<K> {
             }
             Phase::SwitchingOff | Phase::Over => 1.0,
         }
+    }
+
+    /// Which step is being done, from 1; of how many; and what it is. `None` before the
+    /// first and after the run.
+    pub fn doing(&self, now_us: u64) -> Option<(usize, usize, &Act)> {
+        let Phase::Running(timeline) = &self.phase else {
+            return None;
+        };
+        let elapsed_us = now_us.saturating_sub(timeline.since_us);
+        let steps = &self.plan.steps;
+        let number = steps.partition_point(|step| step.at_us <= elapsed_us);
+        let step = steps.get(number.checked_sub(1)?)?;
+        Some((number, steps.len(), &step.act))
     }
 
     /// When the first command was due, in µs; `None` before and after the run.

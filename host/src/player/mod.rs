@@ -137,6 +137,15 @@ impl Player {
     /// # Errors
     /// If either cannot be.
     pub fn new(task: Task, base: Option<&Path>) -> Result<Self, PlayerError> {
+        let folder = RunFolder::create(base, &task.facts.name)?;
+        Self::in_folder(task, folder)
+    }
+
+    /// Begins the log in a folder that is there.
+    ///
+    /// # Errors
+    /// If there can be none.
+    pub fn in_folder(task: Task, folder: RunFolder) -> Result<Self, PlayerError> {
         let Task {
             plan,
             facts,
@@ -146,7 +155,6 @@ impl Player {
             is_patient,
             is_quiet,
         } = task;
-        let folder = RunFolder::create(base, &facts.name)?;
         let csv = files.csv.then(|| folder.file("run.csv"));
         let duration_s = plan.stop.after_us as f64 * 1e-6;
         let ledger = Ledger::new(judge, csv.as_deref())?;
@@ -180,6 +188,22 @@ impl Player {
     /// What hears the link for the log.
     pub fn tap(&self) -> Box<dyn Tap> {
         self.recorder.tap()
+    }
+
+    /// What the progress bar says.
+    fn doing(&self, now_us: u64, now_s: f64) -> String {
+        let left_s = (self.duration_s - now_s).max(0.0);
+        match self.operator.doing(now_us) {
+            Some((number, of, act)) => format!(
+                "{left_s:.1} s left · step {number} of {of}: {}",
+                act.in_words()
+            ),
+            None => format!(
+                "{now_s:.1} of {:.1} s · {}",
+                self.duration_s,
+                names::mode(self.operator.mode())
+            ),
+        }
     }
 
     /// Closes the log, draws the plots, sums up: after the run came to this end.
@@ -307,11 +331,7 @@ impl Host for Player {
             self.look_us = now_us + LOOK_US;
             let now_s = self.operator.fraction(now_us) * self.duration_s;
             self.progress.at(now_s);
-            self.progress.say(format!(
-                "{now_s:.1} of {:.1} s · {}",
-                self.duration_s,
-                names::mode(self.operator.mode())
-            ));
+            self.progress.say(self.doing(now_us, now_s));
         }
         let words = self.operator.speak(now_us)?;
         if let (Some(ear), false) = (&mut self.ear, words.is_empty()) {

@@ -10,13 +10,14 @@
 //! | `timing`   | start error, bus time and compute time of every tick, counted |
 //! | `spectrum` | power of error, torque and innovation over frequency          |
 //!
-//! [`compare`] lays two runs on top of each other. Time is in s after the first
+//! [`draw_outlook`] draws what is to come, `preview`; [`compare`] lays two runs on top of each other. Time is in s after the first
 //! record, as in the summary. Where records are missing, there is a gap.
 
 mod angles;
 pub(crate) mod axis;
 mod compare;
 mod decimate;
+mod outlook;
 pub(crate) mod panel;
 mod phase;
 mod png;
@@ -29,6 +30,7 @@ mod tracking;
 mod welch;
 
 pub use compare::compare;
+pub use outlook::draw_outlook;
 
 use crate::facts::RunFacts;
 use armbridge_shared::link::message::Record;

@@ -6,7 +6,6 @@ use std::path::Path;
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
-use armbridge_shared::link::message::Settings;
 use armbridge_shared::servo::Firmware;
 use nalgebra::Vector2;
 
@@ -41,7 +40,7 @@ pub(super) fn scenario(
     };
     let set = Place::top("set");
     let settings = change
-        .apply(&Settings::default())
+        .apply(&overrides.board.unwrap_or_default())
         .map_err(|error| Wrong::new(set.key(error.key()), &error))?;
     params::check(&settings).map_err(|unfit| Wrong::new(set, unfit))?;
     let bench = bench(&file.bench, folder, overrides)?;
@@ -122,27 +121,30 @@ fn bench(
         return Err(Wrong::new(place.at("initial_rad"), what));
     }
     let initial_rad = overrides.initial_rad.unwrap_or(initial_rad);
-    let mut plant = match (&keys.plant_file, &keys.plant) {
-        (Some(_), Some(_)) => {
+    let mut plant = match (overrides.plant, &keys.plant_file, &keys.plant) {
+        (Some(file), ..) => file.config(initial_rad),
+        (None, Some(_), Some(_)) => {
             let what = "a scenario has one arm: `plant_file` or `[bench.plant]`";
             return Err(Wrong::new(place.at("plant_file"), what));
         }
-        (Some(name), None) => {
+        (None, Some(name), None) => {
             let path = folder.map_or_else(|| name.into(), |folder| folder.join(name));
             let at = place.at("plant_file");
             let file = PlantFile::read(&path).map_err(|error| Wrong::new(at, error))?;
             file.config(initial_rad)
         }
-        (None, Some(file)) => match file.clash() {
+        (None, None, Some(file)) => match file.clash() {
             Some(Clash { key, what }) => return Err(Wrong::new(place.at("plant").at(key), what)),
             None => file.config(initial_rad),
         },
-        (None, None) => PlantConfig {
+        (None, None, None) => PlantConfig {
             initial: State::at_rest(Vector2::from(initial_rad)),
             ..PlantConfig::default()
         },
     };
-    plant.friction_on = keys.friction.unwrap_or(plant.friction_on);
+    if overrides.plant.is_none() {
+        plant.friction_on = keys.friction.unwrap_or(plant.friction_on);
+    }
     let firmware = |name| match name {
         ServoName::Morpheus => Firmware::Morpheus,
         ServoName::Stock => Firmware::Stock,

@@ -58,6 +58,7 @@ mod check;
 mod expect;
 mod experiment;
 mod file;
+mod outlook;
 mod place;
 mod reference;
 mod shipped;
@@ -67,6 +68,7 @@ mod tests;
 
 pub use expect::Judge;
 pub use file::{EndName, Expect};
+pub use outlook::{Asked, Outlook, Stage, Swept};
 pub use shipped::{SHIPPED, Shipped};
 
 use std::path::Path;
@@ -76,7 +78,7 @@ use armbridge_shared::link::message::Settings;
 
 use crate::bench::Bench;
 use crate::bench::kind::ServoKind;
-use crate::bench::plant::{Plant, PlantConfig};
+use crate::bench::plant::{Plant, PlantConfig, PlantFile};
 use crate::document::DocumentError;
 use crate::log::names;
 use crate::operator::{Ending, Plan};
@@ -94,7 +96,7 @@ pub struct Scenario {
     pub about: String,
     /// What is done.
     pub plan: Plan,
-    /// How a board works that begins with the defaults.
+    /// How a board works meanwhile that begins with what was said of it, or the defaults.
     pub settings: Settings,
     /// The virtual arm.
     pub bench: BenchSpec,
@@ -131,6 +133,10 @@ pub struct Overrides {
     pub seed: Option<u64>,
     /// Where the bench's arm is at first.
     pub initial_rad: Option<[f64; JOINTS]>,
+    /// The bench's arm, whatever the scenario says of it.
+    pub plant: Option<PlantFile>,
+    /// Settings of the board that is to do it; without any it has the defaults.
+    pub board: Option<Settings>,
 }
 
 /// An end that a scenario is about.

@@ -7,6 +7,7 @@ use armbridge_shared::control::trajectory::stream::{self, Point, Stream};
 use armbridge_shared::control::trajectory::{
     DURATION_MAX_S, DURATION_MIN_S, Error, FREQUENCY_MAX_HZ, Peak, Quantity, Trajectory,
 };
+use armbridge_shared::link::experiment::{Experiment, Measure, Objection};
 use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Command, Settings};
 
@@ -21,7 +22,7 @@ const LEAD_US: u64 = 50_000;
 /// What the arm is asked to follow.
 #[derive(Debug)]
 pub(super) struct Course {
-    initial_rad: Pair,
+    guess_rad: Pair,
     way: Way,
 }
 
@@ -38,10 +39,10 @@ enum Way {
 }
 
 impl Course {
-    /// Nothing is followed yet; the arm is here.
-    pub(super) fn unknown(initial_rad: Pair) -> Self {
+    /// Nothing is followed yet; the arm is about here.
+    pub(super) fn unknown(guess_rad: Pair) -> Self {
         Self {
-            initial_rad,
+            guess_rad,
             way: Way::Unknown,
         }
     }
@@ -51,10 +52,16 @@ impl Course {
         self.way = Way::Unknown;
     }
 
-    fn at(&self, at_us: u64) -> Reference<f32> {
+    /// Nothing is followed any more; the arm is about here.
+    fn guess(&mut self, guess_rad: Pair) {
+        *self = Self::unknown(guess_rad);
+    }
+
+    /// What is asked of the arm at this time.
+    pub(super) fn at(&self, at_us: u64) -> Reference<f32> {
         match &self.way {
             // The best guess there is.
-            Way::Unknown => Reference::at_rest(self.initial_rad.into()),
+            Way::Unknown => Reference::at_rest(self.guess_rad.into()),
             Way::Planned {
                 trajectory,
                 since_us,
@@ -63,8 +70,20 @@ impl Course {
         }
     }
 
+    /// Whether what is followed has come to its end by this time.
+    pub(super) fn is_over(&self, at_us: u64) -> bool {
+        match &self.way {
+            Way::Unknown => false,
+            Way::Planned {
+                trajectory,
+                since_us,
+            } => at_us as f64 >= *since_us as f64 + 1e6 * f64::from(trajectory.duration_s()),
+            Way::Streamed(_) => true,
+        }
+    }
+
     /// Where the arm rests at this time, if that is known.
-    fn rest(&self, at_us: u64) -> Option<Pair> {
+    pub(super) fn rest(&self, at_us: u64) -> Option<Pair> {
         let reference = match &self.way {
             Way::Unknown => return None,
             Way::Planned { .. } | Way::Streamed(_) => self.at(at_us),
@@ -99,11 +118,10 @@ impl Course {
                 }
                 Command::Torque(_) => self.lose(),
                 Command::Experiment(ref plan) => {
-                    if let Some(rest) = self.rest(step.at_us) {
-                        permits(settings, plan, rest)
-                            .map_err(|objection| experiment::wrong(place, objection))?;
-                    }
-                    self.lose();
+                    let rest = self.rest(step.at_us);
+                    permitted(settings, plan, rest)
+                        .map_err(|objection| experiment::wrong(place, objection))?;
+                    self.guess(rest.unwrap_or(self.guess_rad));
                 }
                 Command::Idle
                 | Command::Arm { .. }
@@ -170,6 +188,23 @@ impl Course {
             );
             Err(Wrong::new(place.clone(), what))
         })
+    }
+}
+
+/// Whether the board would begin this experiment. Where nobody knows where the arm rests
+/// then, it is asked for the middle of the envelope, and where joints may swing to is left
+/// to the board.
+fn permitted(settings: &Settings, plan: &Experiment, rest: Option<Pair>) -> Result<(), Objection> {
+    if let Some(rest) = rest {
+        return permits(settings, plan, rest);
+    }
+    let middle = plan.angle_rad.map(|[low, high]| f32::midpoint(low, high));
+    match permits(settings, plan, middle) {
+        Err(Objection::Beyond {
+            measure: Measure::Angle,
+            ..
+        }) => Ok(()),
+        other => other,
     }
 }
 

@@ -21,6 +21,8 @@ const STEPS_MAX: usize = 20_000;
 /// A step on the timeline, and where it is written.
 struct Planned {
     step: Step,
+    /// Of the file's steps, from 1.
+    number: usize,
     place: Place,
     /// Of what is done.
     act: Place,
@@ -93,6 +95,7 @@ pub(super) fn steps(
             };
             planned.push(Planned {
                 step,
+                number: number + 1,
                 place: place.clone(),
                 act: at.clone(),
             });
@@ -109,37 +112,58 @@ pub(super) fn steps(
 
 /// Goes through all steps as the board will.
 fn rehearse(planned: &[Planned], settings: &Settings, initial_rad: Pair) -> Result<(), Wrong> {
-    let mut settings = *settings;
-    let mut course = Course::unknown(initial_rad);
-    let mut idle_since_s = None;
-    for Planned { step, place, act } in planned {
-        let wrong = |what: String| Wrong::new(act.clone(), what);
+    let mut rehearsal = Rehearsal {
+        settings: *settings,
+        course: Course::unknown(initial_rad),
+        idle_since_s: None,
+    };
+    planned.iter().try_for_each(|planned| {
+        rehearsal.take(planned).map_err(|Wrong { place, what }| {
+            let at_s = planned.step.at_us as f64 * 1e-6;
+            let what = format!("step {} at {at_s} s: {what}", planned.number);
+            Wrong { place, what }
+        })
+    })
+}
+
+/// What a board would have come to.
+struct Rehearsal {
+    settings: Settings,
+    course: Course,
+    idle_since_s: Option<f64>,
+}
+
+impl Rehearsal {
+    fn take(&mut self, planned: &Planned) -> Result<(), Wrong> {
+        let Planned {
+            step, place, act, ..
+        } = planned;
         match &step.act {
             Act::Tell(command) if **command == Command::Idle => {
-                idle_since_s = Some(step.at_us as f64 * 1e-6);
-                course.lose();
+                self.idle_since_s = Some(step.at_us as f64 * 1e-6);
+                self.course.lose();
             }
-            Act::Arm => idle_since_s = None,
+            Act::Arm => self.idle_since_s = None,
             Act::Change(change) => {
-                settings = change
-                    .apply(&settings)
+                self.settings = change
+                    .apply(&self.settings)
                     .map_err(|error| Wrong::new(act.key(error.key()), &error))?;
-                params::check(&settings).map_err(|unfit| wrong(unfit.to_string()))?;
+                params::check(&self.settings).map_err(|unfit| Wrong::new(act.clone(), unfit))?;
             }
             Act::Tell(_) | Act::Stream(_) => {
-                if let Some(since_s) = idle_since_s {
+                if let Some(since_s) = self.idle_since_s {
                     let what = format!(
                         "the arm is idle since the step at {since_s} s; put a step with \
                          `arm = true` before this one"
                     );
                     return Err(Wrong::new(place.clone(), what));
                 }
-                course.take(step, &settings, act)?;
-                course.check_limits(&settings.limits, act)?;
+                self.course.take(step, &self.settings, act)?;
+                self.course.check_limits(&self.settings.limits, act)?;
             }
         }
+        Ok(())
     }
-    Ok(())
 }
 
 impl StepKeys {

@@ -1,0 +1,80 @@
+//! What a step does, in a few words.
+
+use armbridge_shared::experiment::Signal;
+use armbridge_shared::link::experiment::{Experiment, Role};
+use armbridge_shared::link::message::Command;
+use armbridge_shared::link::motion::Motion;
+
+use super::plan::Act;
+
+impl Act {
+    /// One line, without a full stop.
+    pub fn in_words(&self) -> String {
+        match self {
+            Self::Tell(command) => of_command(command),
+            Self::Arm => "arm again".into(),
+            Self::Change(_) => "change settings".into(),
+            Self::Stream(points) => format!("follow {} points", points.len()),
+        }
+    }
+}
+
+fn of_command(command: &Command) -> String {
+    match command {
+        Command::Idle => "motors off".into(),
+        Command::Torque([first, second]) => {
+            format!("torques of {first:+.3} and {second:+.3} N m")
+        }
+        Command::Regulate([first, second]) => {
+            format!("hold at {first:+.2} and {second:+.2} rad")
+        }
+        Command::Follow(motion) => match motion {
+            Motion::MinimumJerk {
+                to_rad: [first, second],
+                ..
+            } => format!("move to {first:+.2} and {second:+.2} rad"),
+            Motion::Waypoints(_) => "move through waypoints".into(),
+            Motion::Sinusoid { .. } => "follow a sinusoid".into(),
+            Motion::Chirp { .. } => "follow a chirp".into(),
+        },
+        Command::Stream { .. } => "follow a point".into(),
+        Command::Experiment(plan) => of_experiment(plan),
+        Command::Arm { .. } => "arm again".into(),
+        Command::Prepare => "prepare the servos".into(),
+        Command::Release => "release the servos".into(),
+        Command::ClearFault => "clear a fault".into(),
+        Command::Configure(_) | Command::Limit(_) => "change settings".into(),
+        Command::Save => "save the settings".into(),
+    }
+}
+
+fn of_experiment(plan: &Experiment) -> String {
+    let [first, second] = plan.roles.map(|role| of_role(&role));
+    if first == second {
+        format!("experiment: both joints {first}")
+    } else {
+        format!("experiment: joint 1 {first}, joint 2 {second}")
+    }
+}
+
+fn of_role(role: &Role) -> String {
+    let (quantity, signal) = match role {
+        Role::Off => return "off".into(),
+        Role::Hold => return "held".into(),
+        Role::Pwm(signal) => ("PWM", signal),
+        Role::Bias(signal) => ("held PWM and", signal),
+        Role::Torque(signal) => ("torque", signal),
+        Role::Angle(signal) => ("angle", signal),
+    };
+    let shape = match signal {
+        Signal::Constant(_) => "constant",
+        Signal::Triangle { .. } => "triangle",
+        Signal::Staircase { .. } => "staircase",
+        Signal::Steps { .. } => "pulses",
+        Signal::Sinusoid { .. } => "sinusoid",
+        Signal::Chirp { .. } => "chirp",
+        Signal::Multisine { .. } => "multisine",
+        Signal::Prbs { .. } => "PRBS",
+    };
+    format!("{quantity} {shape}")
+}

@@ -1,0 +1,122 @@
+//! `preview`: where an arm will be asked to go, and where it may get to, before it moves.
+
+use std::path::{Path, PathBuf};
+
+use super::axis::{Axis, Scale};
+use super::panel::{INK, JOINT, JOINT_TINT, Key, LIMIT, MUTED, Panel};
+use super::svg::{Anchor, Font, Rect, Stroke, Svg};
+use super::{PlotError, titled, write_all};
+use crate::scenario::{Outlook, Swept};
+use armbridge_shared::JOINTS;
+
+/// Name of the picture's files.
+const NAME: &str = "preview";
+/// Where a joint is asked to be.
+const ASKED_WIDTH: f64 = 1.6;
+/// Room for a step's number, in px; with less, it is left out.
+const NUMBER_PX: f64 = 16.0;
+/// Where a step begins.
+const STEP: Stroke = Stroke {
+    colour: MUTED,
+    width: 0.8,
+    dash: "1 3",
+};
+
+/// Draws it into a folder, as SVG and PNG; `about` says on which board. Returns the files.
+///
+/// # Errors
+/// When a file cannot be written or a drawing not be turned into pixels.
+pub fn draw_outlook(
+    folder: &Path,
+    outlook: &Outlook,
+    about: &str,
+) -> Result<Vec<PathBuf>, PlotError> {
+    write_all(folder, [(NAME, figure(outlook, about))])
+}
+
+fn figure(outlook: &Outlook, about: &str) -> String {
+    let title = format!("Before it moves · armbridge {}", outlook.name);
+    let mut svg = titled(640.0, &title, about);
+    for joint in 0..JOINTS {
+        let limit = f64::from(outlook.limit_rad[joint]);
+        let panel = Panel {
+            frame: Rect {
+                x: 84.0,
+                y: 78.0 + 270.0 * joint as f64,
+                w: 932.0,
+                h: 224.0,
+            },
+            x: Axis {
+                scale: Scale::Linear,
+                low: 0.0,
+                high: outlook.end_s,
+            },
+            y: Axis::around([-limit, limit].into_iter(), 0.14),
+        };
+        draw_joint(&mut svg, &panel, outlook, joint);
+    }
+    svg.finish()
+}
+
+fn draw_joint(svg: &mut Svg, panel: &Panel, outlook: &Outlook, joint: usize) {
+    let last = joint + 1 == JOINTS;
+    let title = format!("Joint {}", joint + 1);
+    panel.draw(svg, &title, last.then_some("time (s)"), Some("angle (rad)"));
+    let swept = || {
+        let stages = outlook.stages.iter();
+        stages.map(|stage| (stage, &stage.joints[joint]))
+    };
+    for (stage, swept) in swept() {
+        if let Some([low, high]) = swept.range_rad {
+            let (fill, opacity) = if swept.is_guarded {
+                (JOINT_TINT[joint], 0.45)
+            } else {
+                (JOINT[joint], 0.10)
+            };
+            let [from, to] = [(stage.time_s.start, low), (stage.time_s.end, high)];
+            panel.area(svg, from, to, fill, opacity);
+        }
+    }
+    let limit = f64::from(outlook.limit_rad[joint]);
+    panel.level(svg, limit, LIMIT);
+    panel.level(svg, -limit, LIMIT);
+    let asked = Stroke::solid(JOINT[joint], ASKED_WIDTH);
+    panel.curve(svg, asked_of(swept().map(|(_, swept)| swept)), asked);
+    number_steps(svg, panel, outlook);
+    let entries = [
+        (Key::Line(asked), "asked for"),
+        (Key::Band(JOINT[joint]), "on the way"),
+        (Key::Area(JOINT_TINT[joint]), "envelope of an experiment"),
+        (Key::Line(LIMIT), "motors off beyond"),
+    ];
+    panel.legend(svg, &entries);
+}
+
+/// One stage after the other, with gaps where nothing is known.
+fn asked_of<'a>(swept: impl Iterator<Item = &'a Swept>) -> impl Iterator<Item = (f64, f64)> {
+    swept.flat_map(|swept| {
+        let gap = swept.asked.is_empty().then_some((f64::NAN, f64::NAN));
+        gap.into_iter().chain(swept.asked.iter().copied())
+    })
+}
+
+/// A line where each step begins, with its number where there is room.
+fn number_steps(svg: &mut Svg, panel: &Panel, outlook: &Outlook) {
+    let font = Font {
+        size: 11.0,
+        bold: false,
+        colour: INK,
+        anchor: Anchor::Start,
+    };
+    let mut free = panel.frame.x;
+    for stage in &outlook.stages {
+        let (x, _) = panel.at(stage.time_s.start, panel.y.low);
+        if x < free {
+            continue;
+        }
+        let (top, bottom) = (panel.frame.y, panel.frame.bottom());
+        svg.line((x, top), (x, bottom), STEP);
+        svg.note((x + 4.0, top + 13.0), &stage.step.to_string(), font);
+        free = x + NUMBER_PX;
+    }
+}
