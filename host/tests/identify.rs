@@ -1,14 +1,23 @@
-//! `armbridge identify` as a user meets it, on logs of the bench.
+//! `armbridge identify` as a user meets it, with the arm of the bench.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// The program, in a folder of this test alone.
-fn program(test: &str) -> impl Fn(&[&str]) -> Output {
+/// An empty folder of this test alone.
+fn folder(test: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("identify-{test}"));
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// The program, in a folder of this test alone.
+fn program(test: &str) -> impl Fn(&[&str]) -> Output {
+    program_in(folder(test))
+}
+
+fn program_in(folder: PathBuf) -> impl Fn(&[&str]) -> Output {
     move |args| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_armbridge"));
         let command = command.args(args).current_dir(&folder);
@@ -64,4 +73,172 @@ fn logs_that_do_not_tell_are_told() {
         assert!(line.contains(words), "{line}");
         assert_eq!(line.trim_end().lines().count(), 1, "{line}");
     }
+}
+
+/// An arm that the board does not know.
+const HIDDEN: &str = "[arm]\ni1x = 0.018\nb1 = 0.33\nb2 = 0.11\n
+[joint1]\ngain_counts_per_nm = 700.0\n[joint2]\ngain_counts_per_nm = 950.0\n";
+
+/// Both joints swing, for so long and so far.
+fn swing(duration_s: f32, amplitude_rad: f32) -> String {
+    let end_s = duration_s + 0.6;
+    let role = format!(
+        "{{ angle = {{ multisine = {{ amplitude = {amplitude_rad}, lowest_hz = 0.2, lines = 4, \
+         ramp_s = 2.0 }} }} }}"
+    );
+    format!(
+        "title = \"t\"\ncontrol = \"compensated\"\n[set]\ncontroller.kind = \"computed-torque\"\n\
+         controller.natural_rad_s = [20.0, 20.0]\n[bench]\ninitial_rad = [0.0, 0.0]\n[[step]]\n\
+         at_s = 0.0\nregulate_rad = [0.0, 0.0]\n[[step]]\nat_s = 0.5\n[step.experiment]\n\
+         duration_s = {duration_s}\nangle_rad = [[-0.8, 0.8], [-0.8, 0.8]]\n\
+         speed_rad_s = [3.0, 3.0]\nroles = [{role}, {role}]\n[stop]\nafter_s = {end_s}\n\
+         [expect]\nexperiments_end = \"finished\"\n"
+    )
+}
+
+/// The only run folder.
+fn only_run(folder: &Path) -> PathBuf {
+    let runs = fs::read_dir(folder.join("runs")).unwrap();
+    let runs: Vec<PathBuf> = runs.map(|run| run.unwrap().path()).collect();
+    assert_eq!(runs.len(), 1, "{runs:?}");
+    runs[0].clone()
+}
+
+#[test]
+fn a_dry_run_shows_what_would_be_swept_and_needs_no_board() {
+    let folder = folder("dry-run");
+    let program = program_in(folder.clone());
+    let output = program(&["identify", "run", "--plan", "sweep", "--dry-run"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let said = text(&output.stdout);
+    for words in [
+        "8 steps in 20.0 s",
+        "+0.00 to +1.10 rad (+0 to +63°)",
+        "[-0.90 to +0.90 rad (-52 to +52°)]  2.50 rad/s",
+        "joint 1 held, joint 2 PWM pulses",
+        "beyond 1.50 and 1.50 rad (86 and 86°)",
+    ] {
+        assert!(said.contains(words), "no {words:?} in {said}");
+    }
+    let run = only_run(&folder);
+    let svg = fs::read_to_string(run.join("preview.svg")).unwrap();
+    assert!(svg.contains("checked for a board with its default settings"));
+    assert!(run.join("preview.png").metadata().unwrap().len() > 10_000);
+    // Nothing has moved: there is nothing to record.
+    assert_eq!(fs::read_dir(&run).unwrap().count(), 2);
+
+    let output = program(&["identify", "run", "--dry-run", "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let joint = &report["outlook"]["stages"][1]["joints"][0];
+    assert_eq!(joint["is_guarded"], true);
+    assert_eq!(report["preview"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn a_hidden_arm_is_found_written_and_applied() {
+    let folder = folder("run");
+    fs::write(folder.join("hidden.toml"), HIDDEN).unwrap();
+    fs::write(folder.join("swing.toml"), swing(13.0, 0.4)).unwrap();
+    let program = program_in(folder.clone());
+    let run = [
+        "identify",
+        "run",
+        "--plan",
+        "swing.toml",
+        "--plant",
+        "hidden.toml",
+    ];
+    let output = program(&[&run[..], &["--apply", "--json"]].concat());
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["applied"], true);
+    // The board's gains with it.
+    assert!(
+        said.contains("arm.b1_nm_s_rad") && said.contains("disc margin"),
+        "{said}"
+    );
+    assert!(
+        said.contains("keeps its settings across power-off"),
+        "{said}"
+    );
+    let run = only_run(&folder);
+    let arm: toml::Table = fs::read_to_string(run.join("arm.toml"))
+        .unwrap()
+        .parse()
+        .unwrap();
+    for (group, key, truth) in [
+        ("arm", "b1_nm_s_rad", 0.33),
+        ("arm", "b2_nm_s_rad", 0.11),
+        ("joint1", "gain_counts_per_nm", 700.0),
+        ("joint2", "gain_counts_per_nm", 950.0),
+    ] {
+        let found = arm[group][key].as_float().unwrap();
+        assert!((found / truth - 1.0).abs() < 0.1, "{key}: {found}");
+        assert!((report["arm"][group][key].as_f64().unwrap() - found).abs() < 1e-3);
+    }
+    for name in ["preview.svg", "preview.png", "run.mcap", "angles.png"] {
+        assert!(run.join(name).is_file(), "{name}");
+    }
+}
+
+#[test]
+fn what_is_too_vague_is_not_applied_whoever_is_sure() {
+    let folder = folder("vague");
+    fs::write(folder.join("swing.toml"), swing(8.0, 0.2)).unwrap();
+    let program = program_in(folder.clone());
+    let run = [
+        "identify",
+        "run",
+        "--plan",
+        "swing.toml",
+        "--apply",
+        "--yes",
+    ];
+    let output = program(&run);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    for words in [
+        "'s inertia is known to ±",
+        "control needs ±20 %",
+        "not applied",
+    ] {
+        assert!(said.contains(words), "no {words:?} in {said}");
+    }
+    assert!(only_run(&folder).join("arm.toml").is_file());
+}
+
+#[test]
+fn a_plan_that_tells_nothing_leaves_its_log_and_says_why() {
+    let folder = folder("nothing");
+    let program = program_in(folder.clone());
+    let output = program(&["identify", "run", "--plan", "free-fall"]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("no arm was found: ") && said.contains("too short a log"),
+        "{said}"
+    );
+    let run = only_run(&folder);
+    assert!(run.join("run.mcap").is_file() && !run.join("arm.toml").exists());
+}
+
+#[test]
+fn what_a_board_would_refuse_is_told_before_it_is_asked() {
+    let folder = folder("refused");
+    let program = program_in(folder.clone());
+    let plan = swing(13.0, 0.4).replace("[-0.8, 0.8], [-0.8, 0.8]", "[-0.8, 0.8], [-1.4, 0.8]");
+    fs::write(folder.join("wide.toml"), plan).unwrap();
+    let output = program(&["identify", "run", "--plan", "wide.toml"]);
+    let line = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{line}");
+    assert_eq!(line.trim_end().lines().count(), 1, "{line}");
+    for words in [
+        "wide.toml:15:27: step 2 at 0.5 s: joint 2 would be braked before its angle limit",
+        "at 3.00 rad/s the envelope may reach to",
+        "make it narrower or slower",
+    ] {
+        assert!(line.contains(words), "no {words:?} in {line}");
+    }
+    assert!(!folder.join("runs").exists());
 }

@@ -59,7 +59,6 @@ pub(crate) enum Identify {
 }
 
 /// A plan, performed and fitted.
-#[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
 #[derive(Args, Debug)]
 pub(crate) struct IdentifyRunArgs {
     /// A scenario with experiments: a file, or the name of one that ships.

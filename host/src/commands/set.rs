@@ -43,9 +43,12 @@ pub(super) fn apply(
     how: &How<'_>,
     wanted: impl FnOnce(&Settings) -> Result<Settings, Error>,
 ) -> Outcome {
-    let orders = |before: &Settings, after: &Settings| match how.dry_run {
-        true => Vec::new(),
-        false => commands(before, after, how.save),
+    let orders = |before: &Settings, after: &Settings| {
+        if how.dry_run {
+            Vec::new()
+        } else {
+            commands(before, after, how.save)
+        }
     };
     let sent = Sent::to(how.link, wanted, orders)?;
     show(how, &sent)?;

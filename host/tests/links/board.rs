@@ -40,6 +40,11 @@ pub(crate) struct Served {
 impl Served {
     /// On a link that can be offered, such as `tcp://127.0.0.1:0` or `pty:`.
     pub(crate) fn on(name: &str) -> Self {
+        Self::with_arm(name, &PlantConfig::default())
+    }
+
+    /// The same with an arm of its own.
+    pub(crate) fn with_arm(name: &str, arm: &PlantConfig) -> Self {
         let (host, link) = RemoteHost::offer(&name.parse().unwrap()).unwrap();
         let seen = Arc::new(Mutex::new(Seen {
             mode: Mode::Boot,
@@ -49,7 +54,8 @@ impl Served {
         let thread = {
             let (seen, is_over) = (Arc::clone(&seen), Arc::clone(&is_over));
             let is_reset_due = Arc::clone(&is_reset_due);
-            std::thread::spawn(move || serve(host, &seen, &is_over, &is_reset_due))
+            let arm = Plant::new(*arm, 1);
+            std::thread::spawn(move || serve(host, arm, &seen, &is_over, &is_reset_due))
         };
         Self {
             link,
@@ -92,11 +98,17 @@ pub(crate) fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-fn serve(host: RemoteHost, seen: &Mutex<Seen>, is_over: &AtomicBool, is_reset_due: &AtomicBool) {
+fn serve(
+    host: RemoteHost,
+    arm: Plant,
+    seen: &Mutex<Seen>,
+    is_over: &AtomicBool,
+    is_reset_due: &AtomicBool,
+) {
     let (mut first, mut second) = (Mailboxes::new(), Mailboxes::new());
     let mut after = Some(second.split());
     let board = VirtualBoard::new(first.split()).unwrap();
-    let bench = Bench::new(Plant::new(PlantConfig::default(), 1));
+    let bench = Bench::new(arm);
     let mut run = Cosim::new(board, bench, host);
     while !is_over.load(Ordering::Relaxed) {
         run.step().unwrap();

@@ -5,6 +5,7 @@ mod board;
 mod cable;
 mod commands;
 mod hosts;
+mod identify;
 mod program;
 mod runs;
 mod unplugged;

@@ -48,7 +48,7 @@ impl Apply<'_> {
             for number in vague {
                 eprintln!("armbridge: {number}");
             }
-            return not("what was found is too vague to control an arm by");
+            return Ok(not("what was found is too vague to control an arm by"));
         }
         let read = Sent::to(self.link, |before| wanted(before, fit), |_, _| Vec::new())?;
         let Sent { before, after, .. } = read;
@@ -60,19 +60,23 @@ impl Apply<'_> {
         let [old, new] = [before, after].map(|settings| Design::of(&settings.setup));
         let new = match new {
             Ok(new) if new.is_stable => new,
-            Ok(_) => return not("with this arm the loop would be unstable: `armbridge design`"),
+            Ok(_) => {
+                return Ok(not(
+                    "with this arm the loop would be unstable: `armbridge design`",
+                ));
+            }
             Err(why) => {
                 let why = refusal::in_words(why);
-                return not(&format!(
+                return Ok(not(&format!(
                     "the board would refuse it: {why}; `armbridge design`"
-                ));
+                )));
             }
         };
         self.say(&differences(&before, &after))?;
         self.say(&gains(old.ok().as_ref(), &new, redesign))?;
         let question = "The board takes over all of this, and keeps it across power-off.";
         if !self.is_sure && !ask::is_agreed(question) {
-            return not("the answer was not yes");
+            return Ok(not("the answer was not yes"));
         }
         let still = |now: &Settings| {
             if *now == before {
@@ -84,7 +88,7 @@ impl Apply<'_> {
         let orders = |before: &_, after: &_| exchange::commands(before, after, true);
         let sent = Sent::to(self.link, still, orders)?;
         if let Some(line) = sent.refusal() {
-            return not(&line);
+            return Ok(not(&line));
         }
         self.say("the board has taken it, and keeps its settings across power-off")?;
         Ok(Applied::Saved)
@@ -101,9 +105,10 @@ impl Apply<'_> {
     }
 }
 
-fn not(why: &str) -> Result<Applied, Error> {
+/// Says why nothing is changed.
+fn not(why: &str) -> Applied {
     eprintln!("armbridge: not applied: {why}");
-    Ok(Applied::Not)
+    Applied::Not
 }
 
 /// The board's own settings, with the arm that was found and gains for it.

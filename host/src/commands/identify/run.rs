@@ -61,7 +61,11 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
     if !args.output.quiet || !is_sure {
         say(args, &shown(&outlook, &files))?;
     }
-    if !is_sure && !ask::is_agreed(&format!("The arm at {uri} will move.")) {
+    let question = format!(
+        "The arm at {uri} will move. See that nothing is in its way, and hold it near where it \
+         begins until its motors do."
+    );
+    if !is_sure && !ask::is_agreed(&question) {
         if interrupt::is_raised() {
             return Ok(ExitCode::from(Verdict::Interrupted.exit_code()));
         }
@@ -152,8 +156,8 @@ fn perform(
                 None => "the run did not go as the plan wants it".into(),
             };
             eprintln!(
-                "armbridge: {why}; its log is whole, and `armbridge identify fit {path}` makes of \
-                 it what can be made"
+                "armbridge: {why}; `armbridge identify fit {path}` makes of its log what can be \
+                 made"
             );
             ExitCode::from(verdict.exit_code())
         }
