@@ -38,23 +38,23 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
 
     let config = Config::discover()?;
     let link = config.link(args.link.link.as_ref())?;
-    let stage = Stage {
+    let staging = Staging {
         config: &config,
         link: &link,
         pace: args.pace.into(),
         is_quiet: args.output.quiet,
         is_silent: args.output.quiet || args.output.json,
     };
-    let mut options = stage.options(&mut scenario);
+    let mut options = staging.options(&mut scenario);
     let base = config.out(args.output.out.as_deref());
-    let player = Player::new(stage.task(scenario)?, Some(&base))?;
+    let player = Player::new(staging.task(scenario)?, Some(&base))?;
     options.taps.push(player.tap());
     let (player, result) = drive(&link, options, player);
     job::finish(player, result, &args.output)
 }
 
 /// What a scenario is played on, and how.
-pub(super) struct Stage<'a> {
+pub(super) struct Staging<'a> {
     pub(super) config: &'a Config,
     pub(super) link: &'a LinkUri,
     pub(super) pace: Pace,
@@ -64,7 +64,7 @@ pub(super) struct Stage<'a> {
     pub(super) is_silent: bool,
 }
 
-impl Stage<'_> {
+impl Staging<'_> {
     /// What the link is opened with. A real arm is pushed by nobody.
     pub(super) fn options(&self, scenario: &mut Scenario) -> Options {
         if !self.link.is_simulated() && !scenario.plan.pushes.is_empty() {

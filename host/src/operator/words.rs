@@ -51,9 +51,9 @@ fn of_command(command: &Command) -> String {
 fn of_experiment(plan: &Experiment) -> String {
     let [first, second] = plan.roles.map(|role| of_role(&role));
     if first == second {
-        format!("experiment: both joints {first}")
+        format!("both joints: {first}")
     } else {
-        format!("experiment: joint 1 {first}, joint 2 {second}")
+        format!("joint 1 {first}, joint 2 {second}")
     }
 }
 

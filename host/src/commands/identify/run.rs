@@ -15,7 +15,7 @@ use armbridge::scenario::{Outlook, Overrides, Scenario};
 use armbridge_shared::link::message::Settings;
 use serde_json::{Value, json};
 
-use super::super::run::Stage;
+use super::super::run::Staging;
 use super::super::{Error, Outcome, ask, link};
 use super::apply::{Applied, Apply};
 use super::{Fit, preview};
@@ -36,10 +36,9 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
         };
         Scenario::load(&args.plan, &overrides)
     };
-    // What is wrong with the plan itself is told before a board is asked.
-    let scenario = load(None)?;
     let base = config.out(args.output.out.as_deref());
     if args.dry_run && args.link.link.is_none() {
+        let scenario = load(None)?;
         return show(
             args,
             &scenario,
@@ -48,7 +47,14 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
         );
     }
     let uri = config.link(args.link.link.as_ref())?;
-    let scenario = load(Some(settings_of_board(args, &config)?))?;
+    let scenario = match settings_of_board(args, &config) {
+        Ok(settings) => load(Some(settings))?,
+        Err(why) => {
+            // What is wrong with the plan itself is told first.
+            load(None)?;
+            return Err(why);
+        }
+    };
     if args.dry_run {
         let folder = RunFolder::create(Some(&base), "preview")?;
         return show(args, &scenario, &folder, Some(&uri));
@@ -127,15 +133,15 @@ fn perform(
     mut scenario: Scenario,
     folder: RunFolder,
 ) -> Outcome {
-    let stage = Stage {
+    let staging = Staging {
         config,
         link: uri,
         pace: args.pace.into(),
         is_quiet: args.output.quiet,
         is_silent: args.output.quiet || args.output.json,
     };
-    let mut options = stage.options(&mut scenario);
-    let player = Player::in_folder(stage.task(scenario)?, folder)?;
+    let mut options = staging.options(&mut scenario);
+    let player = Player::in_folder(staging.task(scenario)?, folder)?;
     options.taps.push(player.tap());
     let (player, result) = drive(uri, options, player);
     let Finished {
