@@ -5,16 +5,18 @@
 //! matter how good a guess in the middle looks.
 
 use super::quantity::Quantity;
-use super::report::Report;
+use super::report::{Number, Report};
 
 /// Half of a 95 % interval, as a share of the number, beyond which no gains are designed
 /// with it: disc margins of the standing gains let the loop gain be wrong by half, of
 /// which other errors want their part.
 const SHARE_MAX: f64 = 0.2;
 /// The same of an encoder's zero in counts. Near upright a zero that is off is a motor
-/// offset that is off the other way, so that torques are right all the same; but the arm
-/// leans by as much, 0.15 rad, where it is to stand.
-const ZERO_MAX_COUNTS: f64 = 30.0;
+/// offset that is off the other way: torques are right all the same, but the arm leans by
+/// as much where it is to stand. 50 counts are 15°, and no longer near.
+const ZERO_MAX_COUNTS: f64 = 50.0;
+/// A zero that is worth a word: 10 counts are 3°, which an eye sees.
+const ZERO_SEEN_COUNTS: f64 = 10.0;
 
 /// What control needs, how well, and what else would tell it.
 const NEEDED: [(Quantity, f64, &str); 4] = [
@@ -100,11 +102,25 @@ impl Report {
         });
         vague.collect()
     }
+
+    /// What an eye may see of what is known well enough all the same, each in a sentence.
+    pub fn may_lean(&self) -> Vec<String> {
+        let zeros = self.numbers.iter().filter(|number| {
+            number.name == Quantity::Zero.name() && number.within > ZERO_SEEN_COUNTS
+        });
+        let sentence = |number: &Number| {
+            format!(
+                "joint {}'s zero is known to ±{:.0} counts only: if the arm leans where it is to \
+                 stand, `armbridge calibrate` finds it by eye",
+                number.joint, number.within
+            )
+        };
+        zeros.map(sentence).collect()
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::report::Number;
     use super::*;
 
     fn number(quantity: Quantity, value: f64, within: f64) -> Number {
@@ -126,7 +142,7 @@ mod tests {
                 number(Quantity::Inertia, 0.03, 0.009),
                 number(Quantity::Gain, 500.0, 90.0),
                 number(Quantity::Gravity, 0.5, f64::NAN),
-                number(Quantity::Zero, 512.0, 36.0),
+                number(Quantity::Zero, 512.0, 56.0),
                 // Nobody controls by this.
                 number(Quantity::DeadAbove, 20.0, 40.0),
             ],
@@ -143,6 +159,7 @@ mod tests {
             said.starts_with("joint 2's inertia is known to ±30 % only, and control needs ±20 %"),
             "{said}"
         );
-        assert!(vague[2].to_string().contains("±36.0 counts"));
+        assert!(report.may_lean()[0].starts_with("joint 2's zero is known to ±56 counts only"));
+        assert!(vague[2].to_string().contains("±56.0 counts"));
     }
 }

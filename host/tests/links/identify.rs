@@ -2,10 +2,15 @@
 //! interrupted, and applied.
 
 use std::io::Write;
+#[cfg(unix)]
+use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
+#[cfg(unix)]
+use std::process::Command;
 use std::process::{Output, Stdio};
 
-use armbridge::bench::plant::PlantConfig;
+use armbridge::bench::plant::PlantFile;
+use armbridge::links::LinkUri;
 use armbridge::log::recording::Recording;
 use armbridge_shared::link::message::{Drive, Mode};
 
@@ -149,42 +154,68 @@ fn ctrl_c_switches_off_and_leaves_the_log() {
     assert!(!run.join("arm.toml").exists());
 }
 
-#[test]
-fn what_was_found_reaches_the_board_and_stands_with_it() {
-    let mut arm = PlantConfig::default();
-    arm.arm.i1x = 0.018;
-    (arm.arm.b1, arm.arm.b2) = (0.33, 0.11);
-    arm.joints[0].gain_counts_per_nm = 700.0;
-    let board = Served::with_arm(TCP, &arm);
-    let plan = plan("apply");
-    let output = run(&board.link, &args(&plan, &["--yes", "--apply"]));
-    assert_ends(
-        &output,
-        0,
-        "has taken it, and keeps its settings across power-off",
-    );
+/// An arm that the board does not know, as a plant file has it.
+const HIDDEN: &str = "[arm]
+i1x = 0.018
+b1 = 0.33
+b2 = 0.11
+[joint1]
+gain_counts_per_nm = 700.0
+";
 
-    let keys = [
-        "arm.b1_nm_s_rad",
-        "arm.b2_nm_s_rad",
-        "joint1.gain_counts_per_nm",
+/// Plan, log, fit, apply; the board has the arm, and stands by it.
+fn find_apply_and_stand(link: &LinkUri, plan: &[String; 2]) {
+    let output = run(link, &args(plan, &["--yes", "--apply"]));
+    let saved = "has taken it, and keeps its settings across power-off";
+    assert_ends(&output, 0, saved);
+    let truth = [
+        ("arm.b1_nm_s_rad", 0.33),
+        ("arm.b2_nm_s_rad", 0.11),
+        ("joint1.gain_counts_per_nm", 700.0),
     ];
-    let told = run(
-        &board.link,
-        &[&["get"][..], &keys[..], &["--json"]].concat(),
-    );
+    let keys = truth.map(|(key, _)| key);
+    let told = run(link, &[&["get"][..], &keys[..], &["--json"]].concat());
     let told: serde_json::Value = serde_json::from_slice(&told.stdout).unwrap();
-    for (number, truth) in told.as_array().unwrap().iter().zip([0.33, 0.11, 700.0]) {
+    for (number, (key, truth)) in told.as_array().unwrap().iter().zip(truth) {
         let found = number["value"].as_f64().unwrap();
-        assert!((found / truth - 1.0).abs() < 0.15, "{number}");
+        assert!((found / truth - 1.0).abs() < 0.15, "{key}: {found}");
     }
     // The same log once more is nothing new.
     let log = left(&output);
     let fit = ["identify", "fit", log.to_str().unwrap(), "--apply", "--yes"];
-    assert_ends(&run(&board.link, &fit), 0, "with this arm already");
-    // And the arm stands by it.
+    assert_ends(&run(link, &fit), 0, "with this arm already");
     let stand = PathBuf::from(&plan[1]).join("stand.toml");
     std::fs::write(&stand, STAND).unwrap();
     let stand = ["run", stand.to_str().unwrap(), "--json", "--out", &plan[1]];
-    assert_ends(&run(&board.link, &stand), 0, "\"faults\":[]");
+    assert_ends(&run(link, &stand), 0, "\"faults\":[]");
+}
+
+#[test]
+fn what_was_found_reaches_the_board_and_stands_with_it() {
+    let plan = plan("apply");
+    let hidden = PathBuf::from(&plan[1]).join("hidden.toml");
+    std::fs::write(&hidden, HIDDEN).unwrap();
+    let arm = PlantFile::read(&hidden).unwrap().config([0.0; 2]);
+    find_apply_and_stand(&Served::with_arm(TCP, &arm).link, &plan);
+}
+
+#[cfg(unix)]
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn what_was_found_reaches_the_emulated_board_too() {
+    let plan = plan("emulated");
+    let hidden = PathBuf::from(&plan[1]).join("hidden.toml");
+    std::fs::write(&hidden, HIDDEN).unwrap();
+    let mut board = Command::new(env!("CARGO_BIN_EXE_armbridge"));
+    board.args(["emulate", "--link-listen", TCP, "--initial", "0,0"]);
+    board.args(["--quiet", "--plant", hidden.to_str().unwrap()]);
+    let mut board = board.stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(board.stderr.take().unwrap()).lines();
+    let said = lines.next().unwrap().unwrap();
+    let name = said.strip_prefix("control link on ").unwrap();
+    let link = name.split(';').next().unwrap().parse().unwrap();
+    let performed = std::panic::catch_unwind(|| find_apply_and_stand(&link, &plan));
+    board.kill().unwrap();
+    board.wait().unwrap();
+    performed.unwrap();
 }

@@ -74,6 +74,9 @@ impl Apply<'_> {
         };
         self.say(&differences(&before, &after))?;
         self.say(&gains(old.ok().as_ref(), &new, redesign))?;
+        for note in fit.report.may_lean() {
+            eprintln!("note: {note}");
+        }
         let question = "The board takes over all of this, and keeps it across power-off.";
         if !self.is_sure && !ask::is_agreed(question) {
             return Ok(not("the answer was not yes"));
