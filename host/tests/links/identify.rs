@@ -19,10 +19,12 @@ use crate::board::Served;
 use crate::program::interrupt;
 use crate::program::{TCP, assert_ends, command, folder, run, spawn, text};
 
-/// Ten seconds in which both joints swing.
+/// Ten seconds in which both joints swing, on a machine that may be busy for a while.
 const PLAN: &str = "title = \"t\"
 control = \"compensated\"
 [set]
+limits.silence_ms = 2000
+limits.hold_ms = 2000
 controller.kind = \"computed-torque\"
 controller.natural_rad_s = [20.0, 20.0]
 [[step]]
@@ -47,6 +49,7 @@ experiments_end = \"finished\"
 /// Two setpoints, at which the arm is to come to rest.
 const STAND: &str = "title = \"t\"
 control = \"compensated\"
+set = { limits.silence_ms = 2000, limits.hold_ms = 2000 }
 [[step]]
 at_s = 0.0
 regulate_rad = [0.0, 0.0]

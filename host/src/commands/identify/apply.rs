@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use armbridge::design::{Design, Redesign, again};
 use armbridge::params::{self, exchange};
 use armbridge::{refusal, table};
-use armbridge_shared::link::message::{Settings, Setup};
+use armbridge_shared::link::message::Settings;
 
 use super::super::set::{Sent, differences};
 use super::super::{Error, ask};
@@ -50,36 +50,29 @@ impl Apply<'_> {
             }
             return Ok(not("what was found is too vague to control an arm by"));
         }
-        let read = Sent::to(self.link, |before| wanted(before, fit), |_, _| Vec::new())?;
-        let Sent { before, after, .. } = read;
-        if params::changed(&before, &after).is_empty() {
-            self.say("the board computes with this arm already")?;
-            return Ok(Applied::Saved);
-        }
-        let redesign = again(&before.setup, &after.setup)?.1;
-        let [old, new] = [before, after].map(|settings| Design::of(&settings.setup));
-        let new = match new {
-            Ok(new) if new.is_stable => new,
-            Ok(_) => {
-                return Ok(not(
-                    "with this arm the loop would be unstable: `armbridge design`",
-                ));
-            }
-            Err(why) => {
-                let why = refusal::in_words(why);
-                return Ok(not(&format!(
-                    "the board would refuse it: {why}; `armbridge design`"
-                )));
-            }
+        let mut redesign = Redesign::OnBoard;
+        let decide = |before: &Settings| {
+            let (after, what) = wanted(before, fit)?;
+            redesign = what;
+            Ok(after)
         };
-        self.say(&differences(&before, &after))?;
-        self.say(&gains(old.ok().as_ref(), &new, redesign))?;
-        for note in fit.report.may_lean() {
-            eprintln!("note: {note}");
-        }
-        let question = "The board takes over all of this, and keeps it across power-off.";
-        if !self.is_sure && !ask::is_agreed(question) {
-            return Ok(not("the answer was not yes"));
+        let Sent { before, after, .. } = Sent::to(self.link, decide, |_, _| Vec::new())?;
+        let is_known = params::changed(&before, &after).is_empty();
+        if !is_known {
+            let new = match judged(&after) {
+                Ok(new) => new,
+                Err(why) => return Ok(not(&why)),
+            };
+            let old = Design::of(&before.setup).ok();
+            self.say(&differences(&before, &after))?;
+            self.say(&gains(old.as_ref(), &new, redesign))?;
+            for note in fit.report.may_lean() {
+                eprintln!("note: {note}");
+            }
+            let question = "The board takes over all of this, and keeps it across power-off.";
+            if !self.is_sure && !ask::is_agreed(question) {
+                return Ok(not("the answer was not yes"));
+            }
         }
         let still = |now: &Settings| {
             if *now == before {
@@ -93,7 +86,12 @@ impl Apply<'_> {
         if let Some(line) = sent.refusal() {
             return Ok(not(&line));
         }
-        self.say("the board has taken it, and keeps its settings across power-off")?;
+        let done = if is_known {
+            "the board computes with this arm already"
+        } else {
+            "the board has taken it"
+        };
+        self.say(&format!("{done}, and keeps its settings across power-off"))?;
         Ok(Applied::Saved)
     }
 
@@ -108,14 +106,26 @@ impl Apply<'_> {
     }
 }
 
+/// What the control will be, if a board would have it and the arm would stand by it.
+fn judged(after: &Settings) -> Result<Design, String> {
+    match Design::of(&after.setup) {
+        Ok(design) if design.is_stable => Ok(design),
+        Ok(_) => Err("with this arm the loop would be unstable: `armbridge design`".into()),
+        Err(why) => Err(format!(
+            "the board would refuse it: {}; `armbridge design`",
+            refusal::in_words(why)
+        )),
+    }
+}
+
 /// Says why nothing is changed.
-fn not(why: &str) -> Applied {
+pub(super) fn not(why: &str) -> Applied {
     eprintln!("armbridge: not applied: {why}");
     Applied::Not
 }
 
 /// The board's own settings, with the arm that was found and gains for it.
-fn wanted(before: &Settings, fit: &Fit) -> Result<Settings, Error> {
+fn wanted(before: &Settings, fit: &Fit) -> Result<(Settings, Redesign), Error> {
     let mut after = *before;
     let changes = fit.changes()?;
     params::apply(
@@ -124,10 +134,10 @@ fn wanted(before: &Settings, fit: &Fit) -> Result<Settings, Error> {
             .iter()
             .map(|(parameter, value)| (parameter.key, value)),
     )?;
-    let (setup, _): (Setup, Redesign) = again(&before.setup, &after.setup)?;
+    let (setup, redesign) = again(&before.setup, &after.setup)?;
     after.setup = setup;
     params::check(&after)?;
-    Ok(after)
+    Ok((after, redesign))
 }
 
 /// Gains before and after, and the margins that there are then.

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 use super::super::run::Staging;
 use super::super::{Error, Outcome, ask, link};
-use super::apply::{Applied, Apply};
+use super::apply::{Applied, Apply, not};
 use super::{Fit, preview};
 use crate::cli::IdentifyRunArgs;
 
@@ -206,12 +206,15 @@ fn conclude(
     if !args.apply {
         return Ok(ExitCode::SUCCESS);
     }
-    let applied = Apply {
+    let apply = Apply {
         link: &args.link,
         is_sure: args.yes || uri.is_simulated(),
         is_silent: args.output.json,
-    }
-    .to_board(&fit)?;
+    };
+    // The arm has moved, and its numbers are found: that stays done.
+    let applied = apply
+        .to_board(&fit)
+        .unwrap_or_else(|why| not(&why.to_string()));
     report["applied"] = json!(applied == Applied::Saved);
     Ok(applied.exit_code())
 }
