@@ -157,9 +157,10 @@ fn perform(
             if !args.output.quiet {
                 say(args, &summary.table())?;
             }
-            let why = match &summary.ended {
-                Some(ended) => format!("the run ended early: {ended}"),
-                None => "the run did not go as the plan wants it".into(),
+            let why = match (&summary.ended, &summary.missed_expectations[..]) {
+                (Some(ended), _) => format!("the run ended early: {ended}"),
+                (None, []) => "the run did not go as the plan wants it".into(),
+                (None, missed) => missed.join("; "),
             };
             eprintln!(
                 "armbridge: {why}; `armbridge identify fit {path}` makes of its log what can be \
