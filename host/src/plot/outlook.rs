@@ -13,8 +13,8 @@ use armbridge_shared::JOINTS;
 const NAME: &str = "preview";
 /// Where a joint is asked to be.
 const ASKED_WIDTH: f64 = 1.6;
-/// Room for a step's number, in px; with less, it is left out.
-const NUMBER_PX: f64 = 16.0;
+/// Room about a step's number, in px; with less, it is left out.
+const AROUND_PX: f64 = 8.0;
 /// Where a step begins.
 const STEP: Stroke = Stroke {
     colour: MUTED,
@@ -111,12 +111,14 @@ fn number_steps(svg: &mut Svg, panel: &Panel, outlook: &Outlook) {
     let mut free = panel.frame.x;
     for stage in &outlook.stages {
         let (x, _) = panel.at(stage.time_s.start, panel.y.low);
-        if x < free {
+        let number = stage.step.to_string();
+        let end = x + font.width(&number) + AROUND_PX;
+        if x < free || end > panel.frame.right() {
             continue;
         }
         let (top, bottom) = (panel.frame.y, panel.frame.bottom());
         svg.line((x, top), (x, bottom), STEP);
-        svg.note((x + 4.0, top + 13.0), &stage.step.to_string(), font);
-        free = x + NUMBER_PX;
+        svg.note((x + AROUND_PX / 2.0, top + 13.0), &number, font);
+        free = end;
     }
 }

@@ -134,12 +134,16 @@ impl Scenario {
 }
 
 /// Through points.
-fn streamed(points: &[Point], from_s: f64) -> [Swept; JOINTS] {
+fn streamed(points: &[Point], time_s: &Range<f64>) -> [Swept; JOINTS] {
     core::array::from_fn(|joint| {
         let mut swept = Swept::UNKNOWN;
         for point in points {
-            let at_s = from_s + point.after_us as f64 * 1e-6;
+            let at_s = time_s.start + point.after_us as f64 * 1e-6;
             swept.ask(at_s, point.angle_rad[joint].into());
+        }
+        // At the last of them it stays.
+        if let Some(last) = points.last() {
+            swept.ask(time_s.end, last.angle_rad[joint].into());
         }
         swept
     })
@@ -165,7 +169,7 @@ impl Walk {
                 self.settings = change.apply(&self.settings).unwrap_or(self.settings);
                 self.follow(time_s)
             }
-            Act::Stream(points) => streamed(points, time_s.start),
+            Act::Stream(points) => streamed(points, time_s),
             Act::Arm => [Swept::UNKNOWN; JOINTS],
             Act::Tell(command) => match &**command {
                 Command::Experiment(plan) => self.experiment(plan, rest, time_s),
