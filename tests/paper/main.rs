@@ -11,6 +11,8 @@
 //! | `actuator`     | equation (5)                                              |
 //! | `trajectories` | eight runs of 45 ms                                       |
 //! | `plant`        | the virtual arm's own promises                            |
+//! | `falls_and_pushes` | the two experiments that section 3 identifies joint 1 by |
+//! | `identification` | what is found from them, and what is not                |
 //! | `standing`     | the whole loop in f32 on the virtual arm, without the bus |
 
 #![expect(
@@ -21,6 +23,8 @@
 mod actuator;
 mod design;
 mod estimate;
+mod falls_and_pushes;
+mod identification;
 mod model;
 mod plant;
 mod reference;

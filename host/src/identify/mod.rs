@@ -39,6 +39,7 @@
 //! | `outcome`   | settings of a board that has this arm                         |
 //! | `report`    | the numbers as a table                                        |
 //! | `enough`    | whether they are known well enough for control                |
+//! | `paper`     | the paper's own procedure, beside all of this                 |
 
 mod arm;
 mod cost;
@@ -46,6 +47,7 @@ mod enough;
 mod find;
 mod motion;
 mod outcome;
+pub mod paper;
 mod prior;
 mod quantity;
 mod record;

@@ -1,0 +1,65 @@
+//! What the procedure is given: angles of joint 1 at even times, from where it was let go
+//! or where the constant input began.
+
+use serde::Serialize;
+
+/// Which of the paper's two experiments on joint 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Section 3, Fig. 5: let go off upright, motor off.
+    FreeFall,
+    /// Section 3, Fig. 6: one torque all the time.
+    ConstantInput,
+}
+
+impl Kind {
+    /// As the paper calls it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::FreeFall => "free fall",
+            Self::ConstantInput => "constant input",
+        }
+    }
+}
+
+/// One experiment, sampled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sampled {
+    /// Which.
+    pub kind: Kind,
+    /// Between samples, in s.
+    pub period_s: f64,
+    /// In rad; none where a sample is missing. The first is at the start.
+    pub angles_rad: Vec<Option<f64>>,
+    /// Where joint 1 is at rest at first, in rad.
+    pub start_rad: f64,
+    /// Whether that is known to better than the samples tell; else it is found.
+    pub is_start_known: bool,
+    /// Torque in N m that the motor is told to give, where it is known.
+    pub told_nm: Option<f64>,
+}
+
+impl Sampled {
+    /// Samples that are not missing.
+    pub fn count(&self) -> usize {
+        self.angles_rad.iter().flatten().count()
+    }
+
+    /// Every n-th sample only.
+    #[must_use]
+    pub fn every(&self, n: usize) -> Self {
+        let n = n.max(1);
+        Self {
+            period_s: self.period_s * n as f64,
+            angles_rad: self.angles_rad.iter().copied().step_by(n).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Times in s and angles in rad of samples that are not missing.
+    pub fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+        let angles = self.angles_rad.iter().enumerate();
+        angles.filter_map(|(k, angle)| Some((k as f64 * self.period_s, (*angle)?)))
+    }
+}
