@@ -76,8 +76,8 @@ fn dry_friction_makes_one_arm_of_both_identifications() {
     assert_near("fit without friction", fall.b1_without, 0.24, 1e-4);
     assert_near("fit with friction", fall.b1_with, 0.421, 1e-4);
     // What it takes depends on where the fall starts and how long it is seen.
-    assert_near("Coulomb friction", fall.coulomb_nm, 0.1, 0.02);
-    assert_near("short of 180 degrees", fall.short_deg, 10.0, 2.0);
+    assert_near("Coulomb friction", fall.coulomb_nm, 0.107285, 1e-3);
+    assert_near("short of 180 degrees", fall.short_deg, 10.8, 0.1);
     for (found, expected) in [
         (fall.inertia_effect, [-7.2, 6.6]),
         (fall.friction_effect, [-28.5, 33.2]),

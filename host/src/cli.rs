@@ -24,7 +24,7 @@ pub(crate) use bench::{BenchArgs, ControlArgs, ControllerName, EstimateArgs, Est
 pub(crate) use bus::{LineArgs, ScanArgs, ServoAction, ServoArgs, value as register_value};
 pub(crate) use design::{DesignArgs, DesignControlArgs};
 pub(crate) use errand::{ArmedArgs, CalibrateArgs, ErrandArgs};
-pub(crate) use identify::{FitArgs, Identify, IdentifyArgs, IdentifyRunArgs};
+pub(crate) use identify::{FitArgs, Identify, IdentifyArgs, IdentifyRunArgs, PaperArgs};
 pub(crate) use link::LinkArgs;
 pub(crate) use live::LiveArgs;
 pub(crate) use look::{DiffArgs, ExportArgs, FormatName, InfoArgs, Picture, PlotArgs, What};

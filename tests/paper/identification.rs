@@ -8,7 +8,7 @@
 use crate::reference::{at, number};
 use armbridge::bench::plant::{Body, Friction};
 use armbridge::identify::paper::{
-    Fit, FitError, Numbers, PUSHED_FROM_RAD, Sampled, Unknown, VISCOUS, VISCOUS_COULOMB,
+    Fit, FitError, Numbers, PUSHED_FROM_RAD, Sampled, Start, Unknown, VISCOUS, VISCOUS_COULOMB,
     VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB, VISCOUS_TORQUE_INERTIA, VirtualArm, fit,
 };
 use armbridge_shared::JOINTS;
@@ -104,9 +104,9 @@ fn pushed(duration_s: f64) -> impl Fn(u64) -> Sampled {
     move |seed| VirtualArm::paper(0.24, 0.0, seed).constant_input(PUSH_NM, duration_s)
 }
 
-fn fallen(is_start_known: bool) -> impl Fn(u64) -> Sampled {
+fn fallen(start: Start) -> impl Fn(u64) -> Sampled {
     move |seed| Sampled {
-        is_start_known,
+        start,
         ..VirtualArm::paper(0.24, 0.0, seed).free_fall(0.1, 4.0)
     }
 }
@@ -130,11 +130,21 @@ fn a_long_constant_input_tells_the_inertia_and_a_short_one_hardly() {
 
 #[test]
 fn a_free_fall_tells_friction() {
-    compare("ident free fall (b), q0 known", VISCOUS, 0.01, fallen(true));
-    compare("ident free fall (b,q0)", VISCOUS, 0.01, fallen(false));
+    compare(
+        "ident free fall (b), q0 known",
+        VISCOUS,
+        0.01,
+        fallen(Start::Known),
+    );
+    compare(
+        "ident free fall (b,q0)",
+        VISCOUS,
+        0.01,
+        fallen(Start::AtRest),
+    );
     let unknowns = &[Unknown::Viscous, Unknown::Inertia];
     let name = "ident free fall (b,q0,M11)";
-    let (line, fit) = (reference(name), found(&fallen(false)(1), unknowns));
+    let (line, fit) = (reference(name), found(&fallen(Start::AtRest)(1), unknowns));
     // The reference has the start between the two.
     for (i, unknown) in [(0, Unknown::Viscous), (2, Unknown::Inertia)] {
         let (truth, deviation) = (number(&line["true"][i]), number(&line["sd"][i]));
@@ -142,7 +152,7 @@ fn a_free_fall_tells_friction() {
         let per_noise = fit.error(unknown) / fit.rms_rad;
         alike(name, per_noise, deviation / number(&line["rms"]), 0.03);
     }
-    assert!((fit.starts_rad[0] - 0.1).abs() < 4.0 * number(&line["sd"][1]));
+    assert!((fit.starts[0][0] - 0.1).abs() < 4.0 * number(&line["sd"][1]));
     alike(name, fit.condition, number(&line["cond"]), 0.03);
 }
 
@@ -259,7 +269,7 @@ fn the_papers_free_fall_comes_of_one_dry_friction() {
     let coulomb_nm = number(reference("tc_for_0p421"));
     for seed in 1..=SEEDS {
         let arm = VirtualArm::paper(0.239, coulomb_nm, seed);
-        let fall = arm.free_fall(1.15 * arm.loose_rad(), 4.0);
+        let fall = arm.paper_fall();
         let b1 = found(&fall, VISCOUS).numbers.b1;
         assert!((b1 - 0.421).abs() < 1e-3, "viscous only: {b1}");
         let Numbers {

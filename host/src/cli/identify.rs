@@ -12,7 +12,8 @@ Examples:
   armbridge identify run --link serial:
   armbridge run multisine && armbridge identify fit
   armbridge identify fit runs/*-multisine runs/*-staircase runs/*-stiction
-  armbridge identify fit run.mcap --out arm.toml && armbridge set --from arm.toml --save";
+  armbridge identify fit run.mcap --out arm.toml && armbridge set --from arm.toml --save
+  armbridge identify paper";
 
 pub(crate) const RUN_EXAMPLES: &str = "\
 Examples:
@@ -41,6 +42,17 @@ anything. Motion tells all torques as multiples of one another: that one is the 
 weight, by arm.m1_kg, arm.m2_kg and the lengths that the log has. Exit code 2 if the logs
 do not tell enough.";
 
+pub(crate) const PAPER_EXAMPLES: &str = "\
+Examples:
+  armbridge identify paper                    the paper's two experiments, simulated
+  armbridge run paper-free-fall && armbridge run paper-constant-input
+  armbridge identify paper runs/*-paper-free-fall runs/*-paper-constant-input
+  armbridge identify paper runs/*-paper-free-fall --as-paper --json
+
+The paper fits viscous friction to a free fall, b1 = 0.421, and friction and torque to a
+constant input, b1 = 0.239. Both are fitted as it did, and then with dry friction. Inertia
+and weight are those that the log's board believes in. Writes a figure into a run folder.";
+
 /// What an arm is, from its logs.
 #[derive(Args, Debug)]
 pub(crate) struct IdentifyArgs {
@@ -56,6 +68,9 @@ pub(crate) enum Identify {
     /// Find the numbers that explain these logs.
     #[command(after_help = FIT_EXAMPLES)]
     Fit(FitArgs),
+    /// Do as the paper did, and see why its two friction values differ.
+    #[command(after_help = PAPER_EXAMPLES)]
+    Paper(PaperArgs),
 }
 
 /// A plan, performed and fitted.
@@ -110,6 +125,27 @@ pub(crate) struct FitArgs {
     /// With --apply, change the board without asking.
     #[arg(long, requires = "apply")]
     pub(crate) yes: bool,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// The paper's own procedure.
+#[derive(Args, Debug)]
+pub(crate) struct PaperArgs {
+    /// Logs of a free fall, of a constant input, or of both, or their run folders; without
+    /// any, both are simulated.
+    #[arg(value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Use a sample every 45 ms, as the paper had, instead of all.
+    #[arg(long, requires = "logs")]
+    pub(crate) as_paper: bool,
+    /// Seed of the simulated encoder's noise.
+    #[arg(long, default_value_t = 1, conflicts_with = "logs")]
+    pub(crate) seed: u64,
+    /// Folder in which the run folder with the figure is made.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     pub(crate) json: bool,

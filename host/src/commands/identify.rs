@@ -1,6 +1,7 @@
 //! `armbridge identify`: what an arm is, from its logs.
 
 mod apply;
+mod paper;
 mod preview;
 mod run;
 
@@ -24,6 +25,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
     match &args.what {
         Identify::Run(args) => run::run(args),
         Identify::Fit(args) => fit(args),
+        Identify::Paper(args) => paper::run(args),
     }
 }
 

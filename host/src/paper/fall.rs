@@ -6,18 +6,10 @@ use super::integrate;
 use super::printed::{B1_FALL, B1_PUSH, PERIOD_S};
 use super::pwm::PwmLaw;
 use super::text::number;
-use crate::bench::plant::{Body, Friction};
-use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Parameters, State};
+use crate::identify::paper::{Numbers, Sampled, VISCOUS, VirtualArm, fit};
+use armbridge_shared::arm::Parameters;
 use core::f64::consts::{FRAC_PI_2, PI};
-use nalgebra::Vector2;
 
-/// Samples that are fitted: 8 s, in which every fall comes to rest.
-const SAMPLES: usize = 178;
-/// Static over Coulomb friction.
-const STATIC_RATIO: f64 = 1.25;
-/// The fall starts this far beyond where static friction lets go, in rad.
-const BEYOND_RAD: f64 = 0.02;
 /// Where falls without dry friction start, in rad.
 const NEAR_UPRIGHT_RAD: f64 = 0.1;
 
@@ -38,30 +30,29 @@ pub struct Fall {
     /// The same with the friction.
     pub friction_effect: [f64; 2],
     /// Angle over time of the arm with dry friction.
-    angles: Vec<f64>,
-    from_rad: f64,
+    dropped: Sampled,
 }
 
 impl Fall {
     /// Lets the arm fall, with and without dry friction, and fits.
     pub fn find() -> Self {
         let arm = Parameters::<f64>::paper();
-        let smooth = integrate::first_joint(&arm, NEAR_UPRIGHT_RAD, 0.0, PERIOD_S, SAMPLES);
+        let smooth = VirtualArm::paper(arm.b1, 0.0, 0).seen_exactly();
+        let smooth = smooth.free_fall(NEAR_UPRIGHT_RAD, 4.0);
 
         // More dry friction looks like more viscous friction: bisect.
         let (mut low_nm, mut high_nm) = (0.02, 0.2);
         for _ in 0..16 {
             let middle_nm = f64::midpoint(low_nm, high_nm);
-            let (from_rad, fall) = fall_with(middle_nm);
-            if fit_b1(from_rad, &fall) < B1_FALL {
+            if fit_b1(&fall_with(middle_nm)) < B1_FALL {
                 low_nm = middle_nm;
             } else {
                 high_nm = middle_nm;
             }
         }
         let coulomb_nm = f64::midpoint(low_nm, high_nm);
-        let (from_rad, fall) = fall_with(coulomb_nm);
-        let end_rad = fall.last().copied().unwrap_or(f64::NAN);
+        let fall = fall_with(coulomb_nm);
+        let end_rad = fall.points().last().map_or(f64::NAN, |(_, q)| q);
 
         let usual_s = quarter_turn_s(&arm);
         let change = |arm: Parameters<f64>| 100.0 * (quarter_turn_s(&arm) / usual_s - 1.0);
@@ -77,14 +68,13 @@ impl Fall {
             ..arm
         };
         Self {
-            b1_without: fit_b1(NEAR_UPRIGHT_RAD, &smooth),
+            b1_without: fit_b1(&smooth),
             coulomb_nm,
-            b1_with: fit_b1(from_rad, &fall),
+            b1_with: fit_b1(&fall),
             short_deg: (PI - end_rad).to_degrees(),
             inertia_effect: [0.5, 1.5].map(|scale| change(inertia(scale))),
             friction_effect: [0.5, 1.5].map(|scale| change(friction(scale))),
-            angles: fall,
-            from_rad,
+            dropped: fall,
         }
     }
 
@@ -178,21 +168,20 @@ impl Fall {
 
     fn figure(&self) -> Figure {
         let arm = Parameters::<f64>::paper();
-        let over_time = |angles: &[f64]| {
-            let degrees = angles.iter().map(|q| q.to_degrees()).enumerate();
-            degrees.map(|(k, q)| (k as f64 * PERIOD_S, q)).collect()
-        };
+        let degrees = self.dropped.points().map(|(t, q)| (t, q.to_degrees()));
+        let from_rad = self.dropped.start_rad;
         let with = |b1| {
             let arm = Parameters { b1, ..arm };
-            let angles =
-                integrate::first_joint(&arm, self.from_rad, 0.0, PERIOD_S, self.angles.len());
-            over_time(&angles)
+            let samples = self.dropped.angles_rad.len();
+            let angles = integrate::first_joint(&arm, from_rad, 0.0, PERIOD_S, samples);
+            let degrees = angles.iter().map(|q| q.to_degrees()).enumerate();
+            degrees.map(|(k, q)| (k as f64 * PERIOD_S, q)).collect()
         };
         let mut part = Part::new(
             "Joint 1",
             "angle (°)",
             vec![
-                Curve::new("dry friction", DIFFERENCE, over_time(&self.angles)),
+                Curve::new("dry friction", DIFFERENCE, degrees.collect()),
                 Curve::new("fit, viscous only", MODEL, with(self.b1_with)),
                 Curve::new("the true b1 alone", MENDED, with(B1_PUSH)),
             ],
@@ -210,73 +199,32 @@ impl Fall {
                  in its place falls the simulated arm with {} N m Coulomb friction and \
                  b1 = {B1_PUSH}, which stops short of 180° as the paper's does. Fitted by \
                  viscous friction alone, b1 = {}.",
-                number(self.from_rad, 3),
+                number(from_rad, 3),
                 number(self.coulomb_nm, 3),
                 number(self.b1_with, 3),
             ),
             chart: Chart {
                 title: "Free fall",
                 x_title: "time (s)",
-                x: [0.0, 6.0],
+                x: [0.0, 4.0],
                 panels: vec![part],
             },
         }
     }
 }
 
-/// A fall with dry friction: where it starts, and its angles.
-fn fall_with(coulomb_nm: f64) -> (f64, Vec<f64>) {
-    let arm = Parameters {
-        b1: B1_PUSH,
-        ..Parameters::paper()
-    };
-    let friction = Friction {
-        coulomb_nm,
-        static_nm: STATIC_RATIO * coulomb_nm,
-        stribeck_rad_s: 0.0,
-    };
-    let stiffness = -arm.gravity_slope(Vector2::zeros()).m11;
-    let from_rad = (friction.static_nm / stiffness).asin() + BEYOND_RAD;
-    let initial = State::at_rest(Vector2::new(from_rad, 0.0));
-    // The paper turned the arm's foot for this test: no table in the way.
-    let stops = [[-2.0 * PI, 2.0 * PI]; JOINTS];
-    let mut body = Body::new(arm, [friction; JOINTS], stops, initial);
-    let period_ns = (PERIOD_S * 1e9) as u64;
-    let angles = (0..SAMPLES as u64).map(|k| {
-        body.advance(k * period_ns);
-        body.state(k * period_ns).q.x
-    });
-    (from_rad, angles.collect())
+/// The arm that the constant input found, with dry friction, and falling.
+fn fall_with(coulomb_nm: f64) -> Sampled {
+    VirtualArm::paper(B1_PUSH, coulomb_nm, 0)
+        .seen_exactly()
+        .paper_fall()
 }
 
-/// The b1 with which the smooth model comes nearest to a fall, by golden
-/// section.
-fn fit_b1(from_rad: f64, fall: &[f64]) -> f64 {
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let squares = |b1: f64| {
-        let arm = Parameters {
-            b1,
-            ..Parameters::paper()
-        };
-        let model = integrate::first_joint(&arm, from_rad, 0.0, PERIOD_S, fall.len());
-        let differences = model.iter().zip(fall).map(|(model, angle)| model - angle);
-        differences.map(|d| d * d).sum::<f64>()
-    };
-    let (mut low, mut high) = (0.05, 1.0);
-    let mut inner = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
-    let mut costs = inner.map(squares);
-    while high - low > 1e-5 {
-        if costs[0] < costs[1] {
-            high = inner[1];
-            inner = [high - GOLDEN * (high - low), inner[0]];
-            costs = [squares(inner[0]), costs[0]];
-        } else {
-            low = inner[0];
-            inner = [inner[1], low + GOLDEN * (high - low)];
-            costs = [costs[1], squares(inner[1])];
-        }
-    }
-    f64::midpoint(low, high)
+/// The b1 with which the model without dry friction comes nearest to a fall.
+fn fit_b1(fall: &Sampled) -> f64 {
+    let begin = Numbers::of(&Parameters::paper());
+    let found = fit(std::slice::from_ref(fall), VISCOUS, &begin);
+    found.map_or(f64::NAN, |fit| fit.numbers.b1)
 }
 
 /// Time in s of a fall from near upright to a quarter turn.

@@ -35,7 +35,7 @@ mod linear;
 mod model;
 mod observers;
 mod outline;
-mod printed;
+pub(crate) mod printed;
 mod push;
 mod pwm;
 mod report;

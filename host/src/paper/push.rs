@@ -6,11 +6,12 @@ use super::integrate;
 use super::printed::{B1_FALL, B1_PUSH, PERIOD_S, PUSH_FROM_RAD, PUSH_NM};
 use super::text::number;
 use crate::bench::plant::{Body, Friction, PlantConfig};
+use crate::identify::paper::{Kind, Numbers, Sampled, Start, VISCOUS_TORQUE, fit};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::arm::{Parameters, State};
 use core::f64::consts::{FRAC_PI_2, PI};
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::Vector2;
 
 /// Samples until just before the table stops the arm, 1.3 s.
 const SAMPLES: usize = 30;
@@ -45,8 +46,8 @@ impl Push {
             angles.iter().take_while(|q| **q > 0.0).count() as f64 * 0.001
         };
         Self {
-            without: fit(&counted(&pushed(PUSH_NM, Friction::NONE))),
-            with: fit(&counted(&pushed(PUSH_NM, friction))),
+            without: fit_both(&counted(&pushed(PUSH_NM, Friction::NONE))),
+            with: fit_both(&counted(&pushed(PUSH_NM, friction))),
             friction,
             upright_s: upright_s(B1_PUSH),
             upright_with_b1_of_fall_s: upright_s(B1_FALL),
@@ -180,38 +181,21 @@ fn counted(angles: &[f64]) -> Vec<f64> {
     angles.iter().map(|q| joint.angle(count(q))).collect()
 }
 
-/// b1 and torque with which the smooth model comes nearest, by Gauss and Newton.
-fn fit(angles: &[f64]) -> [f64; 2] {
-    const MOST_STEPS: u8 = 12;
-    let model = |[b1, torque_nm]: [f64; 2]| {
-        let arm = Parameters {
-            b1,
-            ..Parameters::paper()
-        };
-        integrate::first_joint(&arm, PUSH_FROM_RAD, torque_nm, PERIOD_S, angles.len())
+/// b1 and torque with which the model without dry friction comes nearest.
+fn fit_both(angles: &[f64]) -> [f64; 2] {
+    let push = Sampled {
+        kind: Kind::ConstantInput,
+        period_s: PERIOD_S,
+        angles_rad: angles.iter().copied().map(Some).collect(),
+        start_rad: PUSH_FROM_RAD,
+        start: Start::Known,
+        told_nm: None,
     };
-    let mut guess = [0.3, -0.35];
-    for _ in 0..MOST_STEPS {
-        let h = 1e-5;
-        let now = model(guess);
-        let more = [
-            model([guess[0] + h, guess[1]]),
-            model([guess[0], guess[1] + h]),
-        ];
-        let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
-        for (k, angle) in angles.iter().enumerate() {
-            let slope = Vector2::new(more[0][k] - now[k], more[1][k] - now[k]) / h;
-            normal += slope * slope.transpose();
-            right += slope * (angle - now[k]);
-        }
-        let Some(inverse) = normal.try_inverse() else {
-            return [f64::NAN; 2];
-        };
-        let step = inverse * right;
-        guess = [guess[0] + step.x, guess[1] + step.y];
-        if step.amax() < 1e-10 {
-            break;
-        }
-    }
-    guess
+    let begin = Numbers {
+        b1: 0.3,
+        torque_nm: -0.35,
+        ..Numbers::of(&Parameters::paper())
+    };
+    let found = fit(&[push], VISCOUS_TORQUE, &begin);
+    found.map_or([f64::NAN; 2], |fit| [fit.numbers.b1, fit.numbers.torque_nm])
 }

@@ -243,7 +243,7 @@ fn figure(height: f64, title: &str, facts: &RunFacts) -> Svg {
 }
 
 /// A figure with a title, and what it is about beside it.
-fn titled(height: f64, title: &str, about: &str) -> Svg {
+pub(crate) fn titled(height: f64, title: &str, about: &str) -> Svg {
     let mut svg = Svg::new(WIDTH, height);
     let bold = Font {
         size: 17.0,

@@ -51,6 +51,7 @@ pub const SHIPPED: &[Shipped] = shipped![
     "hour",
     "paper-upright",
     "paper-observer",
+    "paper-free-fall",
     "paper-constant-input",
     "paper-constant-input-2",
     "paper-tracking",

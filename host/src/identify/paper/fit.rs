@@ -8,6 +8,8 @@
 //! A start of the search at which friction holds the arm would be its end: nothing moves,
 //! so nothing depends on any number. Such a start is refused by name.
 
+use core::ops::Range;
+
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector};
 use nalgebra_lm as lm;
@@ -17,8 +19,10 @@ use super::motion::angles;
 use super::numbers::{COUNT, Numbers, Unknown};
 use super::sampled::{Kind, Sampled};
 
-/// Derivatives that a motion carries: the numbers, and where it begins.
-const LANES: usize = COUNT + 1;
+/// Derivatives that a motion carries: the numbers, and how it begins.
+const LANES: usize = COUNT + STARTS;
+/// Numbers of a start: angle and speed.
+const STARTS: usize = 2;
 /// Error in rad of a motion that runs away: no real one is as large.
 const AWAY_RAD: f64 = 1e3;
 /// Condition number beyond which a combination of numbers is not seen at all: with exact
@@ -32,8 +36,8 @@ pub struct Fit {
     pub numbers: Numbers,
     /// Those that were sought.
     pub unknowns: Vec<Unknown>,
-    /// Where each experiment begins, in rad.
-    pub starts_rad: Vec<f64>,
+    /// How each experiment begins: angle in rad, speed in rad/s.
+    pub starts: Vec<[f64; 2]>,
     /// Covariance of the unknowns, and after them of the starts that were found.
     pub covariance: DMatrix<f64>,
     /// Largest over smallest effect that changes of the unknowns by shares of their size
@@ -169,8 +173,11 @@ struct Problem<'a> {
 impl<'a> Problem<'a> {
     fn new(sampled: &'a [Sampled], unknowns: &'a [Unknown], guess: &Numbers) -> Self {
         let known = unknowns.iter().map(|unknown| guess.get(*unknown));
-        let unknown = sampled.iter().filter(|s| !s.is_start_known);
-        let at: Vec<f64> = known.chain(unknown.map(|s| s.start_rad)).collect();
+        let unknown = sampled.iter().flat_map(|sampled| {
+            let start = [sampled.start_rad, 0.0];
+            start.into_iter().take(sampled.start.unknowns())
+        });
+        let at: Vec<f64> = known.chain(unknown).collect();
         let rows = sampled.iter().map(Sampled::count).sum();
         let mut problem = Self {
             sampled,
@@ -192,15 +199,17 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Of each experiment: where it begins, and the column of that, if it is sought.
-    fn starts(&self) -> Vec<(f64, Option<usize>)> {
+    /// Of each experiment: how it begins, and the columns of what is sought of that.
+    fn starts(&self) -> Vec<([f64; STARTS], Range<usize>)> {
         let mut next = self.unknowns.len();
         let start = |sampled: &Sampled| {
-            if sampled.is_start_known {
-                return (sampled.start_rad, None);
+            let columns = next..next + sampled.start.unknowns();
+            next = columns.end;
+            let mut start = [sampled.start_rad, 0.0];
+            for (number, column) in start.iter_mut().zip(columns.clone()) {
+                *number = self.at[column];
             }
-            next += 1;
-            (self.at[next - 1], Some(next - 1))
+            (start, columns)
         };
         self.sampled.iter().map(start).collect()
     }
@@ -213,8 +222,9 @@ impl<'a> Problem<'a> {
         let numbers = Numbers::from_array(lanes);
         self.sticks = None;
         let mut row = 0;
-        for (sampled, (start, column)) in self.sampled.iter().zip(self.starts()) {
-            let start = Dual::from_re(start).derivative(COUNT);
+        for (sampled, (start, columns)) in self.sampled.iter().zip(self.starts()) {
+            let lane = |i: usize| Dual::from_re(start[i]).derivative(COUNT + i);
+            let start = core::array::from_fn(lane);
             let is_pushed = sampled.kind == Kind::ConstantInput;
             let samples = sampled.angles_rad.len();
             let model = angles(&numbers, is_pushed, start, sampled.period_s, samples);
@@ -236,8 +246,8 @@ impl<'a> Problem<'a> {
                 for (j, unknown) in self.unknowns.iter().enumerate() {
                     self.jacobian[(row, j)] = slope(*unknown as usize);
                 }
-                if let Some(column) = column {
-                    self.jacobian[(row, column)] = slope(COUNT);
+                for (i, column) in columns.clone().enumerate() {
+                    self.jacobian[(row, column)] = slope(COUNT + i);
                 }
                 row += 1;
             }
@@ -246,12 +256,12 @@ impl<'a> Problem<'a> {
 
     fn found(self) -> Fit {
         let numbers = self.numbers();
-        let starts_rad = self.starts().into_iter().map(|(start, _)| start).collect();
+        let starts = self.starts().into_iter().map(|(start, _)| start).collect();
         let (rows, columns) = self.jacobian.shape();
         // Changes by shares of what each number is.
         let size = DVector::from_fn(columns, |j, _| match self.unknowns.get(j) {
             Some(unknown) => self.at[j].abs().max(unknown.much()),
-            None => self.at[j].abs().max(0.01),
+            None => self.at[j].abs().max(0.05),
         });
         let scaled = DMatrix::from_fn(rows, columns, |i, j| self.jacobian[(i, j)] * size[j]);
         let svd = scaled.svd(false, true);
@@ -282,7 +292,7 @@ impl<'a> Problem<'a> {
         Fit {
             numbers,
             unknowns: self.unknowns.to_vec(),
-            starts_rad,
+            starts,
             residuals_rad: residuals_rad.collect(),
             covariance,
             condition: largest / smallest,

@@ -16,18 +16,31 @@
 //! | `motion`      | how it moves, with derivatives                                  |
 //! | `sampled`     | an experiment's samples                                         |
 //! | `virtual_arm` | the paper's two experiments, simulated                          |
+//! | `log`         | the same two in a log of the board                              |
 //! | `fit`         | least squares, standard errors, what cannot be told apart       |
+//! | `form`        | whether viscous friction alone is of the wrong form             |
+//! | `comparison`  | both experiments, fitted both ways                              |
+//! | `table`       | what came of it, in words                                       |
+//! | `figure`      | and as a figure                                                 |
 
+mod comparison;
+mod figure;
 mod fit;
+mod form;
+mod log;
 mod motion;
 mod numbers;
 mod sampled;
+mod table;
 mod virtual_arm;
 
+pub use comparison::{CompareError, Line, Model, PaperComparison, Within};
 pub use fit::{Fit, FitError, fit};
+pub use form::Form;
+pub use log::{NoExperiment, sampled};
 pub use numbers::{
     Numbers, Unknown, VISCOUS, VISCOUS_COULOMB, VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB,
     VISCOUS_TORQUE_INERTIA,
 };
-pub use sampled::{Kind, Sampled};
+pub use sampled::{Kind, Sampled, Start};
 pub use virtual_arm::{PUSHED_FROM_RAD, VirtualArm};

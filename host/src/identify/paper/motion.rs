@@ -33,11 +33,12 @@ pub(super) struct Angles<D> {
     pub(super) sticks: bool,
 }
 
-/// So many angles from rest at `start_rad`, with the numbers' torque or without any.
+/// So many angles from an angle in rad and a speed in rad/s, with the numbers' torque or
+/// without any.
 pub(super) fn angles<D: DualNum<Primitive = f64> + Copy>(
     numbers: &Numbers<D>,
     is_pushed: bool,
-    start_rad: D,
+    [start_rad, start_rad_s]: [D; 2],
     period_s: f64,
     samples: usize,
 ) -> Angles<D> {
@@ -52,9 +53,14 @@ pub(super) fn angles<D: DualNum<Primitive = f64> + Copy>(
         torque_nm,
         way: None,
         q: start_rad,
-        v: D::from(0.0),
+        v: start_rad_s,
     };
-    motion.way = motion.way_beyond(1.0);
+    let speed = start_rad_s.re();
+    motion.way = if speed == 0.0 {
+        motion.way_beyond(1.0)
+    } else {
+        Some(speed.signum())
+    };
     let sticks = motion.way.is_none();
     let mut rad = Vec::with_capacity(samples);
     for _ in 0..samples {
@@ -190,7 +196,7 @@ mod tests {
             // The bench stops at the end of a step of 0.1 ms, and turns as much later.
             let tolerance = if coulomb_nm > 0.0 { 3e-4 } else { 1e-6 };
             let numbers = numbers(b1, torque_nm, coulomb_nm);
-            let model = angles(&numbers, true, start_rad, PERIOD_S, true_rad.len());
+            let model = angles(&numbers, true, [start_rad, 0.0], PERIOD_S, true_rad.len());
             for (k, (model, truth)) in model.rad.iter().zip(&true_rad).enumerate() {
                 let error = (model - truth).abs();
                 assert!(
@@ -208,7 +214,7 @@ mod tests {
             let lanes = Unknown::ALL.map(|unknown| {
                 DualSVec64::<COUNT>::from_re(at.get(unknown)).derivative(unknown as usize)
             });
-            let start = DualSVec64::from_re(start_rad);
+            let start = [start_rad, 0.0].map(DualSVec64::from_re);
             let exact = angles(&Numbers::from_array(lanes), true, start, PERIOD_S, 112);
             for unknown in Unknown::ALL {
                 if at.get(unknown) == 0.0 {
@@ -217,7 +223,7 @@ mod tests {
                 let h = 1e-5 * at.get(unknown).abs();
                 let moved = [h, -h].map(|h| {
                     let at = at.with(unknown, at.get(unknown) + h);
-                    angles(&at, true, start_rad, PERIOD_S, 112).rad
+                    angles(&at, true, [start_rad, 0.0], PERIOD_S, 112).rad
                 });
                 let largest = moved[0].iter().zip(&moved[1]);
                 let largest = largest.map(|(a, b)| (a - b).abs() / (2.0 * h));
@@ -237,7 +243,7 @@ mod tests {
 
     #[test]
     fn it_sticks_where_friction_holds_it() {
-        let stuck = angles(&numbers(0.24, 0.0, 0.1), false, 0.1, PERIOD_S, 10);
+        let stuck = angles(&numbers(0.24, 0.0, 0.1), false, [0.1, 0.0], PERIOD_S, 10);
         assert!(stuck.sticks && stuck.rad.iter().all(|q| (q - 0.1).abs() <= 0.0));
     }
 }

@@ -23,6 +23,28 @@ impl Kind {
     }
 }
 
+/// What is known of the start of an experiment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// Where it is, and that it is at rest.
+    Known,
+    /// That it is at rest; where is found.
+    AtRest,
+    /// Where and how fast is found: an arm is never quite at rest that is held in air.
+    Found,
+}
+
+impl Start {
+    /// Numbers that are found: none, the angle, or the angle and the speed.
+    pub(super) const fn unknowns(self) -> usize {
+        match self {
+            Self::Known => 0,
+            Self::AtRest => 1,
+            Self::Found => 2,
+        }
+    }
+}
+
 /// One experiment, sampled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampled {
@@ -32,10 +54,10 @@ pub struct Sampled {
     pub period_s: f64,
     /// In rad; none where a sample is missing. The first is at the start.
     pub angles_rad: Vec<Option<f64>>,
-    /// Where joint 1 is at rest at first, in rad.
+    /// Where joint 1 is at first, in rad, at rest or nearly.
     pub start_rad: f64,
-    /// Whether that is known to better than the samples tell; else it is found.
-    pub is_start_known: bool,
+    /// Whether that is known to better than the samples tell, and that it is at rest.
+    pub start: Start,
     /// Torque in N m that the motor is told to give, where it is known.
     pub told_nm: Option<f64>,
 }

@@ -12,13 +12,14 @@ use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg32;
 
-use super::sampled::{Kind, Sampled};
+use super::sampled::{Kind, Sampled, Start};
 use crate::bench::plant::{Body, Friction};
+use crate::paper::printed;
 
 /// The paper's period in ns, section 4.
-const PERIOD_NS: u64 = 45_000_000;
+const PERIOD_NS: u64 = printed::PERIOD_US as u64 * 1000;
 /// Where the constant input begins, in rad: x0 of section 3.
-pub const PUSHED_FROM_RAD: f64 = 0.49;
+pub const PUSHED_FROM_RAD: f64 = printed::PUSH_FROM_RAD;
 
 /// A virtual arm and who looks at it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +30,8 @@ pub struct VirtualArm {
     pub friction: Friction,
     /// Standard deviation of the encoder's noise in rad.
     pub noise_rad: f64,
+    /// Angle of an encoder's count in rad, to which angles are rounded; 0: they are not.
+    pub count_rad: f64,
     /// Of that noise.
     pub seed: u64,
 }
@@ -53,8 +56,29 @@ impl VirtualArm {
                 Friction::NONE
             },
             noise_rad: 0.002,
+            count_rad: Joint::<f64>::paper().rad_per_count,
             seed,
         }
+    }
+
+    /// The same, seen exactly.
+    #[must_use]
+    pub fn seen_exactly(self) -> Self {
+        Self {
+            noise_rad: 0.0,
+            count_rad: 0.0,
+            ..self
+        }
+    }
+
+    /// A free fall as the paper's may have been, until it is at rest: let go as far beyond
+    /// where static friction does as to be sure.
+    pub fn paper_fall(&self) -> Sampled {
+        /// Where it is let go, over where it would be loose.
+        const BEYOND_LOOSE: f64 = 1.15;
+        const DURATION_S: f64 = 4.0;
+
+        self.free_fall(BEYOND_LOOSE * self.loose_rad(), DURATION_S)
     }
 
     /// Angle in rad at which gravity just overcomes static friction; infinite if it never
@@ -85,20 +109,23 @@ impl VirtualArm {
         let mut body = Body::new(self.arm, [self.friction; JOINTS], stops, initial);
         body.set_torque(0, Vector2::new(torque_nm, 0.0));
         let mut noise = Pcg32::new(self.seed, kind as u64);
-        let rad_per_count = Joint::<f64>::paper().rad_per_count;
         let samples = (duration_s * 1e9 / PERIOD_NS as f64).ceil() as u64;
         let angles = (0..samples).map(|k| {
             body.advance(k * PERIOD_NS);
             let drawn: f64 = StandardNormal.sample(&mut noise);
             let seen = body.state(k * PERIOD_NS).q.x + self.noise_rad * drawn;
-            Some((seen / rad_per_count).round() * rad_per_count)
+            Some(if self.count_rad > 0.0 {
+                (seen / self.count_rad).round() * self.count_rad
+            } else {
+                seen
+            })
         });
         Sampled {
             kind,
             period_s: PERIOD_NS as f64 * 1e-9,
             angles_rad: angles.collect(),
             start_rad: from_rad,
-            is_start_known: true,
+            start: Start::Known,
             told_nm: (kind == Kind::ConstantInput).then_some(torque_nm),
         }
     }

@@ -1,0 +1,136 @@
+//! What was measured, what each model makes of it, and what is left over.
+
+use std::path::{Path, PathBuf};
+
+use super::comparison::{PaperComparison, Shown};
+use super::sampled::Kind;
+use crate::plot::axis::{Axis, Scale};
+use crate::plot::panel::{ALARM, FRAME, GOOD, JOINT, Key, Panel};
+use crate::plot::svg::{Rect, Stroke, Svg};
+use crate::plot::{PlotError, WIDTH, titled, write_all};
+
+/// Name of its files.
+const NAME: &str = "paper-identification";
+
+const MEASURED: &str = JOINT[0];
+const VISCOUS: Stroke = Stroke {
+    colour: ALARM,
+    width: 1.5,
+    dash: "6 4",
+};
+const DRY: Stroke = Stroke::solid(GOOD, 1.8);
+const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
+
+/// Most dots of what was measured, and points of what is left over: more would be noise.
+const DOTS: usize = 60;
+const BLOCKS: usize = 120;
+
+/// From the top of one experiment to that of the next.
+const HEIGHT: f64 = 474.0;
+const TOP: f64 = 78.0;
+const LEFT: f64 = 84.0;
+
+impl PaperComparison {
+    /// Each kind's first experiment: angles, and below them the residuals.
+    pub fn svg(&self) -> String {
+        let kinds = [Kind::FreeFall, Kind::ConstantInput];
+        let first = |kind| {
+            self.shown
+                .iter()
+                .find(move |shown| shown.sampled.kind == kind)
+        };
+        let shown: Vec<&Shown> = kinds.into_iter().filter_map(first).collect();
+        let height = TOP + HEIGHT * shown.len() as f64;
+        let mut svg = titled(height, "The paper's identification", &self.source);
+        for (i, shown) in shown.iter().enumerate() {
+            draw(&mut svg, shown, TOP + HEIGHT * i as f64);
+        }
+        svg.finish()
+    }
+
+    /// Writes it into a folder, as SVG and PNG; returns the files.
+    ///
+    /// # Errors
+    /// When a file cannot be written or the drawing not be turned into pixels.
+    pub fn draw(&self, folder: &Path) -> Result<Vec<PathBuf>, PlotError> {
+        write_all(folder, [(NAME, self.svg())])
+    }
+}
+
+fn draw(svg: &mut Svg, shown: &Shown, top: f64) {
+    let sampled = &shown.sampled;
+    let measured: Vec<(f64, f64)> = sampled.points().collect();
+    let x = Axis {
+        scale: Scale::Linear,
+        low: 0.0,
+        high: measured.last().map_or(1.0, |last| last.0).max(1e-3),
+    };
+    let frame = Rect {
+        x: LEFT,
+        y: top,
+        w: WIDTH - LEFT - 24.0,
+        h: 230.0,
+    };
+    // The viscous one last: it is dashed, and seen where both are one.
+    let dry = shown.dry_rad.iter();
+    let models: Vec<(&str, Stroke, &[Option<f64>])> = dry
+        .map(|dry| ("with dry friction", DRY, dry.as_slice()))
+        .chain([("viscous only", VISCOUS, shown.viscous_rad.as_slice())])
+        .collect();
+    // Measured less what is left over is computed.
+    let computed = |residuals: &[Option<f64>]| -> Vec<(f64, f64)> {
+        let pairs = sampled.angles_rad.iter().zip(residuals).enumerate();
+        let point = |(k, (angle, residual)): (usize, (&Option<f64>, &Option<f64>))| {
+            Some((k as f64 * sampled.period_s, (*angle)? - (*residual)?))
+        };
+        pairs.filter_map(point).collect()
+    };
+    let curves: Vec<_> = models.iter().map(|model| computed(model.2)).collect();
+    let all = curves.iter().flatten().chain(&measured);
+    let panel = Panel {
+        frame,
+        x,
+        y: Axis::around(all.map(|(_, y)| *y), 0.06),
+    };
+    let title = format!("Joint 1: {}", sampled.kind.name());
+    panel.draw(svg, &title, None, Some("angle (rad)"));
+    let mut legend = vec![(Key::Dots(MEASURED), "measured")];
+    for ((name, stroke, _), curve) in models.iter().zip(curves) {
+        panel.curve(svg, curve.into_iter(), *stroke);
+        legend.push((Key::Line(*stroke), *name));
+    }
+    let some = measured.len().div_ceil(DOTS);
+    panel.dots(svg, measured.iter().copied().step_by(some.max(1)), MEASURED);
+    panel.legend(svg, &legend);
+
+    let of = sampled.angles_rad.len().div_ceil(BLOCKS).max(1);
+    let left_over = |residuals: &[Option<f64>]| -> Vec<(f64, f64)> {
+        let blocks = residuals.chunks(of).enumerate();
+        let point = |(k, block): (usize, &[Option<f64>])| {
+            let seen: Vec<f64> = block.iter().flatten().copied().collect();
+            let middle_s = ((k * of) as f64 + 0.5 * (block.len() - 1) as f64) * sampled.period_s;
+            let mean = seen.iter().sum::<f64>() / seen.len() as f64;
+            (!seen.is_empty()).then_some((middle_s, 1e3 * mean))
+        };
+        blocks.filter_map(point).collect()
+    };
+    let curves: Vec<_> = models.iter().map(|model| left_over(model.2)).collect();
+    let panel = Panel {
+        frame: Rect {
+            y: top + 264.0,
+            h: 130.0,
+            ..frame
+        },
+        x,
+        y: Axis::around(curves.iter().flatten().map(|(_, y)| *y).chain([0.0]), 0.1),
+    };
+    let title = match of {
+        1 => "measured less computed".to_owned(),
+        of => format!("measured less computed, means of {of} samples"),
+    };
+    panel.draw(svg, &title, Some("time (s)"), Some("(mrad)"));
+    panel.level(svg, 0.0, ZERO);
+    for ((_, stroke, _), curve) in models.iter().zip(curves) {
+        panel.curve(svg, curve.into_iter(), *stroke);
+    }
+}
