@@ -58,6 +58,7 @@ pub(super) fn run(args: &PaperArgs) -> Outcome {
 fn of_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
     let mut first: Option<(PathBuf, Parameters<f32>)> = None;
     let mut all: Vec<Sampled> = Vec::new();
+    let mut about: Vec<String> = Vec::new();
     let mut worlds: Vec<String> = Vec::new();
     for log in &args.logs {
         let path = find(Some(log), Path::new(DEFAULT_BASE))?;
@@ -74,6 +75,7 @@ fn of_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
         let found = sampled(&recording.records(), facts)
             .map_err(|error| format!("{}: {error}", path.display()))?;
         all.extend(found);
+        about.push(facts.name.clone());
         if !worlds.contains(&facts.world) {
             worlds.push(facts.world.clone());
         }
@@ -86,6 +88,6 @@ fn of_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
             *sampled = sampled.every((PERIOD_S / sampled.period_s).round() as usize);
         }
     }
-    let source = format!("{} log(s) · {}", args.logs.len(), worlds.join(", "));
+    let source = format!("{} · {}", about.join(", "), worlds.join(", "));
     Ok(PaperComparison::of(source, all, &arm.map(f64::from))?)
 }

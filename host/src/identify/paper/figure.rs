@@ -22,11 +22,11 @@ const DRY: Stroke = Stroke::solid(GOOD, 1.8);
 const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
 
 /// Most dots of what was measured, and points of what is left over: more would be noise.
-const DOTS: usize = 60;
+const DOTS: usize = 40;
 const BLOCKS: usize = 120;
 
 /// From the top of one experiment to that of the next.
-const HEIGHT: f64 = 474.0;
+const HEIGHT: f64 = 494.0;
 const TOP: f64 = 78.0;
 const LEFT: f64 = 84.0;
 
@@ -99,8 +99,11 @@ fn draw(svg: &mut Svg, shown: &Shown, top: f64) {
         panel.curve(svg, curve.into_iter(), *stroke);
         legend.push((Key::Line(*stroke), *name));
     }
-    let some = measured.len().div_ceil(DOTS);
-    panel.dots(svg, measured.iter().copied().step_by(some.max(1)), MEASURED);
+    let some = measured
+        .iter()
+        .step_by(measured.len().div_ceil(DOTS).max(1));
+    let centres: Vec<(f64, f64)> = some.map(|(t, q)| panel.at(*t, *q)).collect();
+    svg.dots(&centres, 4.5, MEASURED);
     panel.legend(svg, &legend);
 
     let of = sampled.angles_rad.len().div_ceil(BLOCKS).max(1);
@@ -118,7 +121,7 @@ fn draw(svg: &mut Svg, shown: &Shown, top: f64) {
     let panel = Panel {
         frame: Rect {
             y: top + 264.0,
-            h: 130.0,
+            h: 150.0,
             ..frame
         },
         x,

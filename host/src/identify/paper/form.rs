@@ -1,27 +1,31 @@
 //! Is a model of the wrong form? What its residuals say of it.
 //!
-//! Residuals of the right form are the encoder's noise: their signs change at random, and
-//! a number that the arm does not have takes no more of them away than chance does. Two
-//! signs of the contrary, and both are asked for: residuals that keep their sign, and dry friction explaining more than chance would, an F ratio.
-//! That is taken for as many samples as tell something new: where an encoder's noise is
-//! less than a count, rounding repeats itself.
+//! Residuals of the right form are the encoder's noise: they go up and down from one sample
+//! to the next, and a number that the arm does not have takes no more of them away than
+//! chance does. Two signs of the contrary, and both are asked for: residuals that wander,
+//! their means over a twentieth of the samples being larger than noise leaves them; and dry
+//! friction explaining more than chance would, an F ratio. That is taken for as many
+//! samples as tell something new: where an encoder's noise is less than a count, rounding
+//! repeats itself.
 
 use serde::Serialize;
 
 use super::fit::Fit;
 
-/// Standard deviations by which signs change less often than those of noise: chance
-/// does that once in 700 times.
-const FEWER: f64 = -3.0;
+/// Blocks of samples of which the means are looked at.
+const BLOCKS: usize = 20;
+/// Standard deviations by which their squares are more than noise leaves them: chance does
+/// that once in 150 times.
+const WANDERS: f64 = 3.0;
 /// F ratio that chance exceeds once in ten thousand times.
 const MORE: f64 = 15.0;
 
 /// What residuals say of a model's form.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Form {
-    /// Changes of the residuals' sign beyond those of noise, in standard deviations:
-    /// negative where residuals keep their sign.
-    pub sign_sigma: f64,
+    /// Squares of the residuals' means over a twentieth of the samples beyond those of
+    /// noise, in standard deviations.
+    pub wander_sigma: f64,
     /// Correlation of a residual with the next.
     pub autocorrelation: f64,
     /// What dry friction in the model takes off the sum of squares, over what a number
@@ -39,13 +43,13 @@ impl Form {
         let spare = dry.count().saturating_sub(numbers).max(1) as f64;
         let alike = autocorrelation(dry).clamp(0.0, 0.99);
         let fresh = spare * (1.0 - alike) / (1.0 + alike);
-        let sign_sigma = sign_sigma(viscous);
+        let wander_sigma = wander_sigma(viscous);
         let f_ratio = (squares - left) / left.max(f64::MIN_POSITIVE) * fresh;
         Self {
-            sign_sigma,
+            wander_sigma,
             autocorrelation: autocorrelation(viscous),
             f_ratio,
-            is_wrong: sign_sigma < FEWER && f_ratio > MORE,
+            is_wrong: wander_sigma > WANDERS && f_ratio > MORE,
         }
     }
 }
@@ -67,16 +71,28 @@ fn autocorrelation(fit: &Fit) -> f64 {
     products / fit.squares().max(f64::MIN_POSITIVE)
 }
 
-/// The sign of noise changes from one sample to the next as often as not.
-fn sign_sigma(fit: &Fit) -> f64 {
-    let (mut changes, mut chances) = (0.0, 0.0);
+/// Noise is what changes from one sample to the next.
+fn wander_sigma(fit: &Fit) -> f64 {
+    let (mut changes, mut pairs) = (0.0, 0.0);
     for pair in stretches(fit).flat_map(|stretch| stretch.windows(2)) {
         if let [Some(a), Some(b)] = pair {
-            chances += 1.0;
-            changes += f64::from(u8::from((*a > 0.0) != (*b > 0.0)));
+            changes += (b - a) * (b - a);
+            pairs += 1.0;
         }
     }
-    (changes - 0.5 * chances) / (0.5 * f64::sqrt(chances)).max(0.5)
+    let variance = f64::max(changes / (2.0 * f64::max(pairs, 1.0)), f64::MIN_POSITIVE);
+    let (mut squares, mut blocks) = (0.0, 0.0);
+    for residuals in &fit.residuals_rad {
+        for block in residuals.chunks(residuals.len().div_ceil(BLOCKS).max(1)) {
+            let seen = block.iter().flatten().count() as f64;
+            let sum: f64 = block.iter().flatten().sum();
+            if seen > 0.0 {
+                squares += sum * sum / seen / variance;
+                blocks += 1.0;
+            }
+        }
+    }
+    (squares - blocks) / f64::sqrt(2.0 * f64::max(blocks, 1.0))
 }
 
 #[cfg(test)]

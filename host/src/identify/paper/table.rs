@@ -1,6 +1,6 @@
 //! What came of the paper's procedure, in words.
 
-use super::comparison::{Line, Model, PaperComparison, Within};
+use super::comparison::{Model, PaperComparison, Within};
 use super::sampled::Kind;
 use crate::table;
 
@@ -8,7 +8,7 @@ use crate::table;
 const APART: f64 = 0.01;
 
 impl PaperComparison {
-    /// The fits, a row each, the first being the heads.
+    /// The fits, a row each, below what the paper has for it; the first row is the heads.
     pub fn rows(&self) -> Vec<Vec<String>> {
         let heads = [
             "experiment",
@@ -17,19 +17,19 @@ impl PaperComparison {
             "dry friction (N m)",
             "torque (N m)",
             "rms (mrad)",
-            "the paper",
         ];
         let mut rows = vec![heads.map(str::to_owned).to_vec()];
         for line in &self.lines {
+            let experiment = line.experiment.map_or("both", Kind::name).to_owned();
+            rows.extend(line.paper.map(|paper| printed(&experiment, paper)));
             let number = |number: Option<Within>| number.map_or("–".to_owned(), in_words);
             rows.push(vec![
-                line.experiment.map_or("both", Kind::name).to_owned(),
+                experiment,
                 line.model.name().to_owned(),
                 in_words(line.b1),
                 number(line.coulomb_nm),
                 number(line.torque_nm),
                 format!("{:.2}", line.rms_mrad),
-                printed(line),
             ]);
         }
         rows
@@ -82,10 +82,10 @@ impl PaperComparison {
         let form = self.form.filter(|form| form.is_wrong)?;
         Some(format!(
             "Warning: viscous friction alone is of the wrong form for the free fall. Its residuals \
-             change their sign {:.0} standard deviations less often than noise, and dry friction \
-             takes {} times as much off them as a number that is not there would: its b1 and \
-             what is said to be within mean nothing.",
-            -form.sign_sigma,
+             wander {} standard deviations more than noise, and dry friction takes {} times as \
+             much off them as a number that is not there would: its b1 and what is said to be \
+             within mean nothing.",
+            rounded(form.wander_sigma),
             rounded(form.f_ratio),
         ))
     }
@@ -120,14 +120,19 @@ fn in_words(Within { value, within }: Within) -> String {
     format!("{value:.places$} ± {within:.places$}")
 }
 
-fn printed(line: &Line) -> String {
-    let Some([b1, torque_nm]) = line.paper else {
-        return String::new();
-    };
-    let b1 = b1.map(|b1| format!("b1 = {b1}"));
-    let torque = torque_nm.map(|torque| format!("torque = {torque}"));
-    let both: Vec<String> = b1.into_iter().chain(torque).collect();
-    both.join(", ")
+/// What the paper has for an experiment: b1 and torque.
+fn printed(experiment: &str, paper: [Option<f64>; 2]) -> Vec<String> {
+    let [b1, torque_nm] = paper.map(|number| number.map_or("–".to_owned(), |x| x.to_string()));
+    let none = "–".to_owned();
+    let model = "the paper".to_owned();
+    vec![
+        experiment.to_owned(),
+        model,
+        b1,
+        none.clone(),
+        torque_nm,
+        none,
+    ]
 }
 
 /// Two digits of a large number.
