@@ -18,11 +18,14 @@
 //! | `virtual_arm` | the paper's two experiments, simulated                          |
 //! | `log`         | the same two in a log of the board                              |
 //! | `fit`         | least squares, standard errors, what cannot be told apart       |
+//! | `problem`     | the residuals, and what they say of the numbers                 |
 //! | `form`        | whether viscous friction alone is of the wrong form             |
+//! | `both_ways`   | the fits of each experiment                                     |
 //! | `comparison`  | both experiments, fitted both ways                              |
 //! | `table`       | what came of it, in words                                       |
 //! | `figure`      | and as a figure                                                 |
 
+mod both_ways;
 mod comparison;
 mod figure;
 mod fit;
@@ -30,6 +33,7 @@ mod form;
 mod log;
 mod motion;
 mod numbers;
+mod problem;
 mod sampled;
 mod table;
 mod virtual_arm;
