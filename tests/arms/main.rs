@@ -14,6 +14,7 @@ use armbridge::bench::plant::PlantConfig;
 use armbridge::identify::{Found, Known, Prior, Quantity, find, settings, traces};
 use armbridge::trial::{Outcome, Task, Trial, for_seeds};
 use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::message::{Controller, Settings, Setup};
 
 use truth::{believed, known, truth};
@@ -161,17 +162,35 @@ fn judge(numbers: &[Judged]) {
     }
 }
 
-/// Root mean square of both joints' errors in mrad, standing and on the way.
-fn errors(config: &PlantConfig, setup: Setup, task: &str, seed: u64) -> [f64; 2] {
+/// Root mean square of both joints' errors in mrad, from so many seconds on, of a run that
+/// begins 0.3 and -0.2 rad off: from where a board believes the arm to be that has these
+/// zeros, which is a number of its own.
+fn error_mrad(config: &PlantConfig, setup: Setup, task: &str, from_s: f64, seed: u64) -> f64 {
+    let config = PlantConfig {
+        initial: armbridge_tests::plant([0.3, -0.2], true).initial,
+        ..*config
+    };
     let task: Task = task.parse().unwrap();
-    let trial = Trial::new(*config, task.script(setup, 8.0).unwrap());
-    let outcome = Outcome::of(&trial, seed, &trial.run(seed).unwrap());
+    let trial = Trial::new(config, task.script(setup, 8.0).unwrap());
+    let run = trial.run(seed).unwrap();
+    let outcome = Outcome::of(&trial, seed, &run);
     assert_eq!(outcome.fault, None, "{outcome:?}");
-    let both = |errors: [f64; JOINTS]| errors.iter().map(|e| e * e).sum::<f64>().sqrt();
-    [
-        both(outcome.rms_error_mrad),
-        both(outcome.tracking_rms_mrad.unwrap_or_default()),
-    ]
+    let mut squares = 0.0;
+    let ticks = run.records.iter().zip(&run.truth);
+    let ticks = ticks.skip((from_s * 1e3) as usize);
+    for (record, truth) in ticks.clone() {
+        for joint in 0..JOINTS {
+            let servo = config.joints[joint];
+            let believed = Joint {
+                zero_count: setup.joints[joint].zero_count.into(),
+                ..servo
+            };
+            let reference = believed.position(record.reference_rad[joint].into());
+            let counts = servo.position(truth.angle_rad[joint]) - reference;
+            squares += (counts * servo.rad_per_count).powi(2);
+        }
+    }
+    (squares / ticks.len() as f64).sqrt() * 1e3
 }
 
 #[test]
@@ -193,30 +212,29 @@ fn twenty_arms_are_found_and_controlled_as_if_they_were_known() {
         },
         ..Setup::best()
     };
-    let mut worse = Vec::new();
+    let (mut worst, mut at_rest) = (0.0_f64, [0.0; 2]);
     for arm in &arms {
-        let config = PlantConfig {
-            initial: armbridge_tests::plant([0.3, -0.2], true).initial,
-            ..arm.config
-        };
-        for (setup, task) in [(Setup::best(), "upright"), (tracking, "sine:0.3,0.4,0.5")] {
-            let of = |setup| errors(&config, setup, task, arm.seed);
-            let ([found, found_way], [true_mrad, true_way]) =
-                (of(arm.told(setup)), of(known(&config, setup)));
-            println!(
-                "arm {}, {task}: {found:.3} for {true_mrad:.3} mrad at rest, {found_way:.3} for \
-                 {true_way:.3} mrad on the way",
-                arm.seed
-            );
-            worse.push((arm.seed, task, found, true_mrad));
-            worse.push((arm.seed, task, found_way, true_way));
+        // From where it is let go; the way alone; at rest.
+        for (what, setup, task, from_s) in [
+            ("upright", Setup::best(), "upright", 0.0),
+            ("tracking", tracking, "sine:0.3,0.4,0.5", 2.0),
+            ("at rest", Setup::best(), "upright", 6.0),
+        ] {
+            let of = |setup| error_mrad(&arm.config, setup, task, from_s, arm.seed);
+            let [told, truth] = [of(arm.told(setup)), of(known(&arm.config, setup))];
+            println!("arm {}, {what}: {told:.2} mrad for {truth:.2}", arm.seed);
+            if what == "at rest" {
+                // Where it sticks is chance: all arms together.
+                at_rest = [at_rest[0] + told, at_rest[1] + truth];
+            } else {
+                worst = worst.max(told / truth);
+            }
         }
     }
+    let at_rest = at_rest[0] / at_rest[1];
+    println!("with what was found: at most {worst:.3} times the error with what is true,");
+    println!("and at rest {at_rest:.3} times on average");
     judge(&numbers);
-    for (seed, task, found, known) in worse {
-        assert!(
-            found <= 1.1 * known + 0.05,
-            "arm {seed}, {task}: {found:.3} for {known:.3} mrad"
-        );
-    }
+    assert!(worst <= 1.1, "{worst:.3}");
+    assert!(at_rest <= 1.1, "{at_rest:.3}");
 }
