@@ -23,6 +23,7 @@ pub mod live;
 pub mod log;
 pub mod look;
 pub mod operator;
+mod page;
 pub mod paper;
 pub mod params;
 pub mod player;

@@ -50,11 +50,6 @@ impl Figure {
     pub fn svg(&self) -> String {
         self.chart.draw(self.of_paper)
     }
-
-    /// Width and height of the drawing in px.
-    pub fn size(&self) -> (f64, f64) {
-        (WIDTH, self.chart.height())
-    }
 }
 
 /// Panels one above the other, on one x axis.

@@ -25,7 +25,7 @@
 //! (what the paper prints). Its measured curves exist on paper only: where the
 //! paper compares with its arm, the bench's arm stands in, with dry friction.
 
-mod chart;
+pub(crate) mod chart;
 mod claim;
 mod fall;
 mod gains;

@@ -1,88 +1,21 @@
 //! The page itself.
 
 use super::counts;
-use crate::paper::chart::{Figure, PLACED};
+use crate::page::{Html, escape, unbroken};
+use crate::paper::chart::Figure;
 use crate::paper::claim::{Claim, Number};
 use crate::paper::text::digits;
-use crate::plot::panel::{ALARM, FRAME, GOOD, GRID, INK, JOINT, MUTED};
-use std::fmt::Write;
-
-const STYLE: &str = include_str!("style.css");
-
-/// Colours of the drawings that a dark page turns round.
-const DARK: [(&str, &str); 10] = [
-    ("#ffffff", "#14191f"),
-    (INK, "#e3e8ee"),
-    (MUTED, "#9aa7b4"),
-    (FRAME, "#5a6775"),
-    (GRID, "#27303a"),
-    (JOINT[0], "#5aa9e6"),
-    (JOINT[1], "#ec8a4f"),
-    (GOOD, "#4cc38f"),
-    (ALARM, "#f08b92"),
-    (PLACED.colour, "#bd94e0"),
-];
-
-/// Markup being written. Text goes through [`escape`], tags do not.
-struct Html(String);
-
-impl Html {
-    /// Tags, as they are.
-    fn tags(&mut self, tags: std::fmt::Arguments) {
-        // Writing to a string cannot fail.
-        let _ = self.0.write_fmt(tags);
-        self.0.push('\n');
-    }
-
-    /// An element that holds text alone.
-    fn element(&mut self, tag: &str, attributes: &str, text: &str) {
-        let text = escape(text);
-        self.tags(format_args!("<{tag}{attributes}>{text}</{tag}>"));
-    }
-}
-
-/// Text for the inside of an element or an attribute.
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
-}
-
-/// No line ends between a number and its unit.
-fn unbroken(text: &str) -> String {
-    const UNITS: [&str; 6] = ["mrad", "rad", "N m", "ms", "s", "%"];
-    let mut text = text.to_owned();
-    for unit in UNITS {
-        let whole = unit.replace(' ', "\u{a0}");
-        for digit in '0'..='9' {
-            text = text.replace(&format!("{digit} {unit}"), &format!("{digit}\u{a0}{whole}"));
-        }
-    }
-    text
-}
 
 /// The whole page.
 pub(super) fn page(claims: &[Claim]) -> String {
-    let mut html = Html(String::with_capacity(1 << 19));
-    html.tags(format_args!("<!DOCTYPE html>\n<html lang=\"en\">\n<head>"));
-    html.tags(format_args!("<meta charset=\"utf-8\">"));
-    html.tags(format_args!(
-        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">"
-    ));
-    html.element("title", "", "The two-joint arm paper, recomputed");
-    html.tags(format_args!(
-        "<style>\n{STYLE}{}</style>\n</head>\n<body>\n<main>",
-        dark_drawings()
-    ));
+    let mut html = Html::page("The two-joint arm paper, recomputed");
     introduction(&mut html, claims);
     contents(&mut html, claims);
     for (index, claim) in claims.iter().enumerate() {
         section(&mut html, index + 1, claim);
     }
     numbers(&mut html, claims);
-    html.tags(format_args!("</main>\n</body>\n</html>"));
-    html.0
+    html.finish()
 }
 
 fn introduction(html: &mut Html, claims: &[Claim]) {
@@ -162,42 +95,9 @@ fn section(html: &mut Html, index: usize, claim: &Claim) {
 }
 
 fn figure(html: &mut Html, figure: &Figure) {
-    html.tags(format_args!("<figure id=\"{}\">", figure.name));
-    html.0.push_str(&inline(figure));
     let name = figure.of_paper.unwrap_or("Not in the paper");
     let caption = format!("{name}. {}", figure.caption);
-    html.element("figcaption", "", &unbroken(&caption));
-    html.tags(format_args!("</figure>"));
-}
-
-/// The drawing as part of a page: its size is the page's business, and its
-/// names must differ from those of the page's other drawings.
-fn inline(figure: &Figure) -> String {
-    let svg = figure.svg();
-    let (width, height) = figure.size();
-    let drawing = svg.split_once('>').map_or("", |(_, drawing)| drawing);
-    let drawing = drawing
-        .replace("id=\"c", &format!("id=\"{}-c", figure.name))
-        .replace("url(#c", &format!("url(#{}-c", figure.name));
-    format!(
-        "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\" \
-         font-family=\"Noto Sans, Helvetica, Arial, sans-serif\">{drawing}",
-        escape(&figure.caption)
-    )
-}
-
-/// Drawings on a dark page.
-fn dark_drawings() -> String {
-    let mut css = String::from("@media screen and (prefers-color-scheme: dark) {\n");
-    for (light, dark) in DARK {
-        let _ = writeln!(
-            css,
-            "  svg [fill=\"{light}\"] {{ fill: {dark}; }}\n  \
-             svg [stroke=\"{light}\"] {{ stroke: {dark}; }}"
-        );
-    }
-    css.push_str("}\n");
-    css
+    html.figure(figure.name, &figure.svg(), &figure.caption, &caption);
 }
 
 /// Every number of every claim.
@@ -256,15 +156,4 @@ fn row(html: &mut Html, number: &Number) {
         number.unit,
         escape(&number.rule.words()),
     ));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn markup_in_text_is_text() {
-        assert_eq!(escape("a<b> & \"c\""), "a&lt;b&gt; &amp; &quot;c&quot;");
-        assert_eq!(unbroken("at 0.5 N m it"), "at 0.5\u{a0}N\u{a0}m it");
-    }
 }
