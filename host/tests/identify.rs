@@ -12,9 +12,10 @@ fn folder(test: &str) -> PathBuf {
     folder
 }
 
-/// The program, in a folder of this test alone.
-fn program(test: &str) -> impl Fn(&[&str]) -> Output {
-    program_in(folder(test))
+/// The program, in a folder of this test alone, and that folder.
+fn program(test: &str) -> (PathBuf, impl Fn(&[&str]) -> Output) {
+    let folder = folder(test);
+    (folder.clone(), program_in(folder))
 }
 
 fn program_in(folder: PathBuf) -> impl Fn(&[&str]) -> Output {
@@ -31,7 +32,7 @@ fn text(bytes: &[u8]) -> &str {
 
 #[test]
 fn the_benchs_arm_is_found_in_its_logs_and_a_board_takes_it() {
-    let program = program("fit");
+    let (folder, program) = program("fit");
     let run = |scenario: &str| {
         let output = program(&["run", scenario]);
         let printed = text(&output.stdout);
@@ -39,7 +40,16 @@ fn the_benchs_arm_is_found_in_its_logs_and_a_board_takes_it() {
     };
     let logs = [run("multisine"), run("sweep")];
     let fit = ["identify", "fit", &logs[0], &logs[1]];
-    let output = program(&[&fit[..], &["--json", "--out", "arm.toml"]].concat());
+    let more = [
+        "--json",
+        "--out",
+        "arm.toml",
+        "--report",
+        "page",
+        "--held-out",
+        &logs[0],
+    ];
+    let output = program(&[&fit[..], &more].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     // What the bench's arm is, and the board believes it to be.
@@ -53,6 +63,41 @@ fn the_benchs_arm_is_found_in_its_logs_and_a_board_takes_it() {
         // Four standard errors.
         assert!(off < 2.05 * value("within"), "{number}");
     }
+    for forecast in found["forecasts"].as_array().unwrap() {
+        let rms = forecast["rms_counts"].as_f64().unwrap();
+        assert!((0.8..1.5).contains(&rms), "{forecast}");
+    }
+    assert_eq!(found["checks"]["warnings"], serde_json::json!([]));
+    let page = fs::read_to_string(folder.join("page/report.html")).unwrap();
+    for heading in [
+        "What is not known",
+        "Forecasts",
+        "Numbers",
+        "Friction",
+        "right form",
+    ] {
+        assert!(page.contains(heading), "{heading}");
+    }
+    // It stands alone.
+    assert_eq!(page.matches("<svg ").count(), 5);
+    assert!(!page.contains("src=") && !page.contains("href=") && !page.contains("url(http"));
+    for picture in [
+        "windows-1",
+        "windows-2",
+        "residuals",
+        "friction",
+        "correlations",
+    ] {
+        let png = fs::read(folder.join(format!("page/{picture}.png"))).unwrap();
+        assert!(
+            png.starts_with(b"\x89PNG") && png.len() > 20_000,
+            "{picture}"
+        );
+        assert!(
+            folder.join(format!("page/{picture}.svg")).exists(),
+            "{picture}"
+        );
+    }
     let output = program(&["set", "--from", "arm.toml"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(text(&output.stdout).contains("the board has taken it"));
@@ -60,19 +105,61 @@ fn the_benchs_arm_is_found_in_its_logs_and_a_board_takes_it() {
 
 #[test]
 fn logs_that_do_not_tell_are_told() {
-    let program = program("poor");
+    let (folder, program) = program("poor");
     let output = program(&["run", "free-fall"]);
     let log = text(&output.stdout).lines().last().unwrap().to_owned();
-    for (args, words) in [
-        (["identify", "fit", &log], "too short a log"),
-        (["identify", "fit", "none.mcap"], "no such file"),
-    ] {
-        let output = program(&args);
-        let line = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{line}");
-        assert!(line.contains(words), "{line}");
-        assert_eq!(line.trim_end().lines().count(), 1, "{line}");
-    }
+    let output = program(&["identify", "fit", &log, "--out", "arm.toml"]);
+    let line = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{line}");
+    assert!(line.starts_with("no numbers: too short a log: "), "{line}");
+    assert_eq!(line.trim_end().lines().count(), 1, "{line}");
+    assert!(output.stdout.is_empty());
+    assert!(!folder.join("arm.toml").exists());
+    let output = program(&["identify", "fit", &log, "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(
+        told["diagnosis"].as_str().unwrap().starts_with("too short"),
+        "{told}"
+    );
+    let output = program(&["identify", "fit", &log, "--report", "page"]);
+    assert_eq!(output.status.code(), Some(1));
+    let page = fs::read_to_string(folder.join("page/report.html")).unwrap();
+    assert!(page.contains("No numbers: too short a log: "));
+    let idle = "title = \"Idle\"\n[[step]]\nat_s = 0.1\nidle = true\n[stop]\nafter_s = 0.2\n";
+    fs::write(folder.join("idle.toml"), idle).unwrap();
+    let output = program(&["run", "idle.toml"]);
+    let log = text(&output.stdout).lines().last().unwrap().to_owned();
+    let output = program(&["identify", "fit", &log]);
+    let line = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{line}");
+    assert!(line.starts_with("no numbers: empty: "), "{line}");
+    let output = program(&["identify", "fit", "none.mcap"]);
+    let line = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{line}");
+    assert!(line.contains("no such file"), "{line}");
+}
+
+#[test]
+fn a_push_in_a_run_is_told_with_its_seconds() {
+    let (folder, program) = program("push");
+    let shown = program(&["run", "--show", "multisine"]);
+    let pushed = text(&shown.stdout).replace(
+        "[bench]",
+        "[[bench.push]]\nat_s = 20.0\njoint = 2\ntorque_nm = 0.2\nduration_s = 1.0\n\n[bench]",
+    );
+    fs::write(folder.join("pushed.toml"), pushed).unwrap();
+    let output = program(&["run", "pushed.toml"]);
+    let log = text(&output.stdout).lines().last().unwrap().to_owned();
+    let output = program(&["identify", "fit", &log, "--out", "arm.toml"]);
+    let line = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{line}");
+    assert!(
+        line.starts_with("no numbers: held by hand: from "),
+        "{line}"
+    );
+    assert!(line.contains("turns joint 2 with"), "{line}");
+    assert!(output.stdout.is_empty() && !folder.join("arm.toml").exists());
 }
 
 /// An arm that the board does not know.

@@ -1,7 +1,7 @@
 //! An arm nobody knows, moved by a controller that believes in the paper's: what was sent
 //! to it and what its encoders said.
 
-use armbridge::bench::plant::{Plant, PlantConfig};
+use armbridge::bench::plant::{Plant, PlantConfig, Push};
 use armbridge::identify::Trace;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
@@ -61,6 +61,16 @@ impl Hands {
         let torque =
             gravity + viscous + stiffness * (q - self.q[joint]) + damping * (v - self.v[joint]);
         self.believed[joint].pwm(torque).unwrap().counts()
+    }
+
+    /// Somebody pushes a joint from now on.
+    pub(crate) fn push(&mut self, joint: usize, torque_nm: f64, seconds: f64) {
+        self.plant.push(Push {
+            joint,
+            torque_nm,
+            start_ns: self.trace.pwm.len() as u64 * 1_000_000,
+            duration_ns: (seconds * 1e9) as u64,
+        });
     }
 
     /// Follows angles and speeds that are a function of the time in s.

@@ -5,11 +5,14 @@
 //! and dry friction. Lengths and the weight of link 2 are told, as by a ruler and a
 //! scale.
 
+mod bad_data;
+mod checks;
 mod hands;
 
 use armbridge::bench::plant::PlantConfig;
-use armbridge::identify::{Found, Known, Prior, Quantity, find};
+use armbridge::identify::{Found, Known, Prior, Quantity, Tally, identify};
 use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Joint;
 use armbridge_shared::arm::Parameters;
 use armbridge_shared::link::message::Setup;
 use core::f64::consts::TAU;
@@ -31,6 +34,17 @@ fn believed(config: &PlantConfig) -> Setup {
         servo.zero_count = config.joints[joint].zero_count as f32 + 3.0;
     }
     setup
+}
+
+/// Its servos, as a controller computes with them.
+fn servos(setup: &Setup) -> [Joint<f64>; JOINTS] {
+    setup.joints.map(|joint| Joint {
+        zero_count: joint.zero_count.into(),
+        rad_per_count: joint.rad_per_count.into(),
+        direction: joint.direction,
+        gain_counts_per_nm: joint.gain_counts_per_nm.into(),
+        offset_counts: joint.offset_counts.into(),
+    })
 }
 
 /// Sums of sines, and their slopes.
@@ -89,17 +103,7 @@ struct Judged {
 fn judge(seed: u64) -> Judged {
     let config = PlantConfig::drawn(seed, 0.4);
     let setup = believed(&config);
-    let mut hands = Hands::on(
-        &config,
-        setup.joints.map(|joint| armbridge_shared::actuator::Joint {
-            zero_count: joint.zero_count.into(),
-            rad_per_count: joint.rad_per_count.into(),
-            direction: joint.direction,
-            gain_counts_per_nm: joint.gain_counts_per_nm.into(),
-            offset_counts: joint.offset_counts.into(),
-        }),
-        seed,
-    );
+    let mut hands = Hands::on(&config, servos(&setup), seed);
     experiments(&mut hands);
     let known = Known {
         lead_s: LEAD_S,
@@ -109,7 +113,7 @@ fn judge(seed: u64) -> Judged {
     // Link 1 was not weighed.
     prior.deviation[Quantity::Gravity.at(0)] = 1.0;
     let traces = [hands.trace];
-    let found = find(&traces, &known, &prior).unwrap();
+    let found = identify(&traces, &Tally::of_traces(&traces), &known, &prior).unwrap();
     let mut truth = setup;
     truth.arm = config.arm.map(|number| number as f32);
     for joint in 0..JOINTS {

@@ -35,12 +35,14 @@ pub(crate) const FIT_EXAMPLES: &str = "\
 Examples:
   armbridge identify fit
   armbridge identify fit runs/*-multisine runs/*-staircase --out arm.toml
+  armbridge identify fit runs/*-multisine --held-out runs/*-sweep --report page
   armbridge identify fit run.mcap --weighed 0.05 --json
 
 Only ticks in which the motors are driven count; only while a joint slides does it tell
 anything. Motion tells all torques as multiples of one another: that one is the arm's
-weight, by arm.m1_kg, arm.m2_kg and the lengths that the log has. Exit code 2 if the logs
-do not tell enough.";
+weight, by arm.m1_kg, arm.m2_kg and the lengths that the log has. Exit code 1 with what is
+wrong and no numbers if the logs cannot tell them: empty, too short, samples lost, clipped,
+wrong joint, wrong way, held by hand.";
 
 pub(crate) const PAPER_EXAMPLES: &str = "\
 Examples:
@@ -114,6 +116,11 @@ pub(crate) struct FitArgs {
     /// How well masses and lengths are known, as a share of the weight.
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
     pub(crate) weighed: f64,
+    /// Tell how well the numbers forecast this log, which they are not found in; may be
+    /// given several times. Without it, the last fifth of the windows is held out of a
+    /// second fit, if that takes no more than 2 s.
+    #[arg(long, value_name = "LOG")]
+    pub(crate) held_out: Vec<PathBuf>,
     /// Write the parameters to this file, for `armbridge set --from`.
     #[arg(long, value_name = "TOML")]
     pub(crate) out: Option<PathBuf>,
@@ -125,6 +132,9 @@ pub(crate) struct FitArgs {
     /// With --apply, change the board without asking.
     #[arg(long, requires = "apply")]
     pub(crate) yes: bool,
+    /// Write a page with pictures, report.html, into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) report: Option<PathBuf>,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     pub(crate) json: bool,

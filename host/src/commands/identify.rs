@@ -4,12 +4,14 @@ mod apply;
 mod paper;
 mod preview;
 mod run;
+mod told;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use armbridge::identify::{Found, Known, NoStart, Prior, Report, Trace, find, settings, traces};
+use armbridge::identify::{
+    Checks, Diagnosis, Found, Known, Prior, Report, Tally, Trace, identify, settings, traces,
+};
 use armbridge::log::find::find as find_log;
 use armbridge::log::recording::Recording;
 use armbridge::params::{self, Parameter};
@@ -24,24 +26,17 @@ use crate::cli::{FitArgs, Identify, IdentifyArgs};
 pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
     match &args.what {
         Identify::Run(args) => run::run(args),
-        Identify::Fit(args) => fit(args),
+        Identify::Fit(args) => match fit(args) {
+            Err(error) if error.is::<Diagnosis>() => told::without_numbers(&error, args),
+            outcome => outcome,
+        },
         Identify::Paper(args) => paper::run(args),
     }
 }
 
 fn fit(args: &FitArgs) -> Outcome {
-    let logs: Vec<Option<&Path>> = if args.logs.is_empty() {
-        vec![None]
-    } else {
-        args.logs.iter().map(|log| Some(log.as_path())).collect()
-    };
-    let fit = Fit::of(&logs, args.weighed)?;
-    let text = if args.json {
-        serde_json::to_string(&fit.report)? + "\n"
-    } else {
-        fit.report.table()
-    };
-    write!(std::io::stdout(), "{text}").map_err(|error| format!("cannot print: {error}"))?;
+    let fit = Fit::of(&paths(&args.logs), args.weighed)?;
+    told::tell(&fit, args)?;
     if let Some(path) = &args.out {
         fit.write_to(path)?;
     }
@@ -61,22 +56,35 @@ fn fit(args: &FitArgs) -> Outcome {
 struct Fit {
     /// What the board computed with meanwhile.
     before: Settings,
+    known: Known,
+    prior: Prior,
     found: Found,
     report: Report,
+    checks: Checks,
+    /// Where each log is, and what world it is of.
+    logs: Vec<String>,
 }
 
 impl Fit {
     /// Of these logs; of the newest one where `None` is.
     fn of(logs: &[Option<&Path>], weighed: f64) -> Result<Self, Error> {
-        let (before, traces) = load(logs)?;
+        let Loaded {
+            settings: before,
+            traces,
+            tally,
+            logs,
+        } = load(logs)?;
         let known = Known::of(&before.setup);
         let prior = Prior::of(&before.setup, weighed);
-        let found = find(&traces, &known, &prior).map_err(|error| in_words(&error))?;
-        let report = Report::new(&found, &prior, known.period_s);
+        let found = identify(&traces, &tally, &known, &prior)?;
         Ok(Self {
+            report: Report::new(&found, &prior, known.period_s),
+            checks: Checks::of(&found, &traces, &known, &prior),
             before,
+            known,
+            prior,
             found,
-            report,
+            logs,
         })
     }
 
@@ -94,56 +102,79 @@ impl Fit {
     }
 }
 
-/// The settings of the first log, and what all of them have of use.
-fn load(logs: &[Option<&Path>]) -> Result<(Settings, Vec<Trace>), Error> {
+/// These logs; the newest if none is named.
+fn paths(logs: &[PathBuf]) -> Vec<Option<&Path>> {
+    match logs {
+        [] => vec![None],
+        logs => logs.iter().map(|log| Some(log.as_path())).collect(),
+    }
+}
+
+/// What logs have of use.
+struct Loaded {
+    /// Of the first.
+    settings: Settings,
+    /// Of all.
+    traces: Vec<Trace>,
+    tally: Tally,
+    /// Where each is, and what world it is of.
+    logs: Vec<String>,
+}
+
+fn load(logs: &[Option<&Path>]) -> Result<Loaded, Error> {
     let mut first: Option<(PathBuf, Settings)> = None;
-    let mut all = Vec::new();
-    for log in logs {
+    let (mut all, mut tally, mut told) = (Vec::new(), Tally::default(), Vec::new());
+    for (index, log) in logs.iter().enumerate() {
         let path = find_log(*log, Path::new(DEFAULT_BASE))?;
         let recording = Recording::load(&path)?;
         for damage in &recording.damage {
             eprintln!("{}: {damage}", path.display());
+        }
+        let records = recording.records();
+        if records.is_empty() {
+            return Err(Diagnosis::Empty.into());
         }
         let settings = recording.settings.ok_or_else(|| {
             let path = path.display();
             format!("{path} does not say what the board computes with; record from the hello on")
         })?;
         let (named, before) = first.get_or_insert_with(|| (path.clone(), settings));
-        if before.setup.joints != settings.setup.joints
-            || before.setup.arm != settings.setup.arm
-            || before.setup.period_us != settings.setup.period_us
-        {
-            return Err(format!(
-                "{} and {} are of boards that believe in different arms; fit them one by one",
-                named.display(),
-                path.display()
-            )
-            .into());
-        }
-        all.extend(traces(&recording.records()));
+        is_same(before, &settings)
+            .map_err(|error| format!("{} and {}: {error}", named.display(), path.display()))?;
+        let facts = &recording.facts;
+        told.push(format!(
+            "{} · {} · {}",
+            path.display(),
+            facts.name,
+            facts.describe()
+        ));
+        tally.add(&records, &settings.limits);
+        let traces = traces(&records).into_iter();
+        all.extend(traces.map(|trace| Trace {
+            log: index,
+            ..trace
+        }));
     }
     match first {
-        Some((_, settings)) => Ok((settings, all)),
+        Some((_, settings)) => Ok(Loaded {
+            settings,
+            traces: all,
+            tally,
+            logs: told,
+        }),
         None => Err("name a log".into()),
     }
 }
 
-fn in_words(error: &NoStart) -> String {
-    let NoStart {
-        joint,
-        stretches,
-        gain,
-    } = error;
-    let joint = joint + 1;
-    if *gain == 0.0 {
-        format!(
-            "joint {joint} slides in {stretches} stretches of 160 ticks only: too short a log; let \
-             it move for some ten seconds under its motor, as `armbridge run multisine` does"
-        )
+/// Whether two boards believe in the same arm.
+fn is_same(one: &Settings, other: &Settings) -> Result<(), Error> {
+    let of = |settings: &Settings| {
+        let setup = settings.setup;
+        (setup.joints, setup.arm, setup.period_us)
+    };
+    if of(one) == of(other) {
+        Ok(())
     } else {
-        format!(
-            "joint {joint} does not move as its motor pushes (a gain of {gain:.0} counts/N m): is \
-             it the right joint, does its direction hold, was it held by hand?"
-        )
+        Err("logs of boards that believe in different arms; fit them one by one".into())
     }
 }

@@ -36,17 +36,27 @@
 //! | `search`    | the way down                                                  |
 //! | `stiction`  | static friction, by what a joint at rest withstood            |
 //! | `find`      | all of it, round by round                                     |
+//! | `diagnose`  | whether the logs can tell an arm at all                       |
+//! | `checks`    | what a fit says of itself                                     |
+//! | `forecast`  | how well the numbers tell logs that they were not found in    |
+//! | `again`     | the same, where there is no other log                         |
 //! | `outcome`   | settings of a board that has this arm                         |
 //! | `report`    | the numbers as a table                                        |
 //! | `enough`    | whether they are known well enough for control                |
+//! | `page`      | all of it as a page with pictures                             |
 //! | `paper`     | the paper's own procedure, beside all of this                 |
 
+mod again;
 mod arm;
+mod checks;
 mod cost;
+mod diagnose;
 mod enough;
 mod find;
+mod forecast;
 mod motion;
 mod outcome;
+mod page;
 pub mod paper;
 mod prior;
 mod quantity;
@@ -57,10 +67,15 @@ mod start;
 mod stiction;
 mod trace;
 
+pub use again::without_the_last;
 pub use arm::Known;
+pub use checks::{Checks, Combination, Dry, Followed, Form, Pair, Whiteness, correlations, untold};
+pub use diagnose::{Diagnosis, OfJoint, Push, Tally, examine, identify, judge};
 pub use enough::TooVague;
 pub use find::{Found, find};
+pub use forecast::{Forecast, forecast};
 pub use outcome::{NoArm, settings};
+pub use page::{Page, no_numbers};
 pub use quantity::{COUNT, PER_JOINT, Quantity};
 pub use record::traces;
 pub use report::{Number, Report};

@@ -7,7 +7,7 @@ use armbridge_shared::link::message::{Record, Sample};
 use super::trace::Trace;
 
 /// Counts from either end of an encoder's track in which it tells nothing.
-const END_COUNTS: u16 = 3;
+pub(super) const END_COUNTS: u16 = 3;
 /// Shortest stretch that is of use, in ticks.
 const SHORTEST: usize = 200;
 
@@ -24,6 +24,10 @@ pub fn traces(records: &[Record]) -> Vec<Trace> {
             end(&mut trace, &mut traces);
         }
         if is_driven {
+            if trace.pwm.is_empty() {
+                let since_us = record.start_us.saturating_sub(records[0].start_us);
+                trace.since_s = since_us as f64 * 1e-6;
+            }
             trace.pwm.push(record.pwm_in_force);
             trace.counts.push(record.samples.map(counts));
         }

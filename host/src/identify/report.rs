@@ -95,15 +95,7 @@ impl Report {
             .to_vec(),
         ];
         for number in &self.numbers {
-            rows.push(vec![
-                number.joint.to_string(),
-                number.name.to_owned(),
-                digits(number.value, number.within),
-                format!("± {}", digits(number.within, number.within)),
-                number.unit.to_owned(),
-                digits(number.before, number.within),
-                number.remark.to_owned(),
-            ]);
+            rows.push(number.cells());
         }
         format!(
             "{}\n{:.1} s of sliding in {} windows, {} of them not explained; noise {:.2} counts\n",
@@ -113,6 +105,21 @@ impl Report {
             self.odd,
             self.noise_counts
         )
+    }
+}
+
+impl Number {
+    /// What a table has of it: joint, name, value, interval, unit, before, remark.
+    pub(super) fn cells(&self) -> Vec<String> {
+        vec![
+            self.joint.to_string(),
+            self.name.to_owned(),
+            digits(self.value, self.within),
+            format!("± {}", digits(self.within, self.within)),
+            self.unit.to_owned(),
+            digits(self.before, self.within),
+            self.remark.to_owned(),
+        ]
     }
 }
 

@@ -8,6 +8,10 @@ use super::arm::Known;
 /// Ticks without a gap.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
+    /// Index of the log it is of.
+    pub log: usize,
+    /// When it begins, in s after the first record of that log.
+    pub since_s: f64,
     /// PWM in force in each tick.
     pub pwm: Vec<[u16; JOINTS]>,
     /// Encoder counts in each tick, where they came and are on the track.
@@ -38,10 +42,10 @@ const AROUND: usize = 25;
 /// a count.
 const SLIDES_RAD_S: f64 = 0.17;
 /// PWM at which a motor is off.
-const OFF: u16 = Pwm::OFF.counts();
+pub(super) const OFF: u16 = Pwm::OFF.counts();
 /// Counts from off up to which torque grows with PWM; with more, a strong motor comes to
 /// what its gears or its supply let it make.
-const FAIR_COUNTS: u16 = 700;
+pub(super) const FAIR_COUNTS: u16 = 700;
 /// Shortest window in ticks that says anything.
 const SHORTEST: usize = 120;
 

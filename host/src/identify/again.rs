@@ -1,0 +1,69 @@
+//! The numbers once more, without the last fifth of the windows, and how well these tell
+//! what was left out: where there is no other log, the only forecast there is.
+
+use std::time::{Duration, Instant};
+
+use armbridge_shared::JOINTS;
+
+use super::arm::Known;
+use super::checks::Checks;
+use super::cost::{Stretch, cost};
+use super::find::Found;
+use super::forecast::{Forecast, of_windows};
+use super::search::{Prior, Search};
+use super::trace::Window;
+
+/// Share of the windows that is held out.
+const HELD_OUT: f64 = 0.2;
+/// Evaluations that a search takes which begins near its end.
+const EVALUATIONS: u32 = 12;
+/// Longer nobody should have to wait for it.
+const MOST: Duration = Duration::from_secs(2);
+
+/// Forecasts of the last fifth of both joints' windows by numbers from the others; none if
+/// that would take more than 2 s.
+pub fn without_the_last(
+    found: &Found,
+    checks: &Checks,
+    known: &Known,
+    prior: &Prior,
+) -> Option<Vec<Forecast>> {
+    let began = Instant::now();
+    let mut kept = found.stretches.clone();
+    cost(&mut kept, &checks.traces, known, &found.at, found.most);
+    if began.elapsed() * EVALUATIONS > MOST {
+        return None;
+    }
+    let held: [Vec<Window>; JOINTS] = core::array::from_fn(|joint| last(&found.stretches, joint));
+    let is_kept = |stretch: &Stretch| {
+        let Window {
+            trace,
+            joint,
+            first,
+            ..
+        } = stretch.window;
+        let is_it = |window: &Window| (window.trace, window.first) == (trace, first);
+        !held[joint].iter().any(is_it)
+    };
+    let kept = kept.into_iter().filter(is_kept).collect();
+    let judged = [found.noise_counts.powi(2), found.most];
+    let search = Search::begin(kept, &checks.traces, known, prior, found.at, judged).run();
+    let of = |joint| of_windows(joint, &held[joint], &checks.traces, known, &search.at());
+    let forecasts = (0..JOINTS).map(of);
+    Some(
+        forecasts
+            .map(|forecast| forecast.less_noise(found.noise_counts))
+            .collect(),
+    )
+}
+
+/// The last windows of a joint, in the order of traces.
+fn last(stretches: &[Stretch], joint: usize) -> Vec<Window> {
+    let of_joint = stretches
+        .iter()
+        .filter(|stretch| stretch.window.joint == joint);
+    let mut windows: Vec<Window> = of_joint.map(|stretch| stretch.window.clone()).collect();
+    windows.sort_by_key(|window| (window.trace, window.first));
+    let kept = windows.len() - (windows.len() as f64 * HELD_OUT) as usize;
+    windows.split_off(kept)
+}

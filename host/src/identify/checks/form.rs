@@ -1,0 +1,253 @@
+//! Whether the model has the right form: torques that it lacks, tried one by one.
+//!
+//! A small torque more moves a joint a little more, which follows from the equation of
+//! motion made linear about what was measured. How much of the errors such a torque takes
+//! away, beyond what the model's own numbers could by being a little different, is a
+//! number whose square is that of a standard normal one if the model is right. The same
+//! way it is told what would be found if there was no dry friction in the model.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use super::super::arm::{Joint, Known};
+use super::super::find::Found;
+use super::super::quantity::{PER_JOINT, Quantity};
+use super::super::trace::Trace;
+use super::follow::Followed;
+
+/// Torques that the model has: viscous and dry friction, motor, its offset, its delay,
+/// inertia. Gravity is not among them: the weight is known, and without it all of them
+/// together would be nothing, the equation of motion itself.
+const OWN: usize = 6;
+const VISCOUS: usize = 0;
+const DRY: usize = 1;
+/// Torques that it lacks.
+const MISSING: [&str; 7] = [
+    "dry friction that falls up to 0.3 rad/s (Stribeck)",
+    "dry friction that falls up to 1 rad/s (Stribeck)",
+    "friction by the square of the speed",
+    "viscous friction that differs by direction",
+    "a motor whose torque does not grow evenly with its PWM",
+    "a torque that changes with the angle twice a turn",
+    "a push by the other joint's acceleration",
+];
+const ALL: usize = OWN + MISSING.len();
+/// Ticks on either side over which the other joint's acceleration is taken.
+const AROUND: usize = 15;
+
+/// How much better the logs were explained by a torque that the model has not.
+#[derive(Clone, Debug, Serialize)]
+pub struct Form {
+    /// From 1.
+    pub joint: usize,
+    /// The torque.
+    pub what: &'static str,
+    /// By so much the sum of squares would fall, in variances: about 1 by chance.
+    pub improvement: f64,
+    /// The torque where it is largest, in N m.
+    pub torque_nm: f64,
+}
+
+/// What would become of the fit without dry friction.
+#[derive(Clone, Debug, Serialize)]
+pub struct Dry {
+    /// From 1.
+    pub joint: usize,
+    /// By so much the sum of squares would grow, in variances.
+    pub worse: f64,
+    /// Root mean square of an error in counts, with dry friction and without.
+    pub rms_counts: [f64; 2],
+    /// Viscous friction in N m s/rad with dry friction, and what takes its place without.
+    pub viscous: [f64; 2],
+}
+
+/// Sums over windows, of torques' effects and of errors.
+struct Sums {
+    /// Products of the effects.
+    normal: DMatrix<f64>,
+    /// Products with the errors.
+    right: DVector<f64>,
+    /// Squares of the errors, and their number.
+    squares: f64,
+    count: f64,
+    /// The largest of each torque, per unit.
+    most: [f64; ALL],
+}
+
+/// Of the windows of a joint that are explained.
+pub(super) fn forms(
+    joint: usize,
+    windows: &[&Followed],
+    traces: &[Trace],
+    known: &Known,
+    found: &Found,
+) -> (Vec<Form>, Dry) {
+    let sums = sums(joint, windows, traces, known, found);
+    let variance = found.noise_counts.powi(2);
+    let own: Vec<usize> = (0..OWN).collect();
+    let rest = sums.rest(&own, 0.0).0;
+    let forms = MISSING.into_iter().zip(OWN..).map(|(what, column)| {
+        let with: Vec<usize> = own.iter().copied().chain([column]).collect();
+        let (less, numbers) = sums.rest(&with, 0.0);
+        Form {
+            joint: joint + 1,
+            what,
+            improvement: (rest - less) / variance,
+            torque_nm: (numbers[OWN] * sums.most[column]).abs(),
+        }
+    });
+    let forms = forms.collect();
+    let number = |quantity| found.number(joint, quantity).0;
+    let (coulomb, viscous) = (number(Quantity::Coulomb), number(Quantity::Viscous));
+    let rough: Vec<usize> = own
+        .iter()
+        .copied()
+        .filter(|column| *column != DRY)
+        .collect();
+    let (without, numbers) = sums.rest(&rough, coulomb);
+    let dry = Dry {
+        joint: joint + 1,
+        worse: (without - rest) / variance,
+        rms_counts: [rest, without].map(|rest| (rest.max(0.0) / sums.count).sqrt()),
+        viscous: [viscous, viscous + numbers[VISCOUS]],
+    };
+    (forms, dry)
+}
+
+impl Sums {
+    /// What is left of the errors when these torques explain them, and by how much of each;
+    /// beforehand so much dry friction is taken back out of the model.
+    fn rest(&self, columns: &[usize], dry: f64) -> (f64, Vec<f64>) {
+        let squares =
+            self.squares + 2.0 * dry * self.right[DRY] + dry * dry * self.normal[(DRY, DRY)];
+        let right = |i: usize| self.right[i] + dry * self.normal[(i, DRY)];
+        // Torques of one size each, so that none is lost in rounding.
+        let size = |i: usize| self.normal[(i, i)].max(1e-30).sqrt();
+        let n = columns.len();
+        let matrix = DMatrix::from_fn(n, n, |a, b| {
+            let (i, j) = (columns[a], columns[b]);
+            self.normal[(i, j)] / (size(i) * size(j))
+        });
+        let vector = DVector::from_fn(n, |a, _| right(columns[a]) / size(columns[a]));
+        let solution = matrix.svd(true, true).solve(&vector, 1e-9);
+        let solution = solution.unwrap_or_else(|_| DVector::zeros(n));
+        let numbers = (0..n).map(|a| solution[a] / size(columns[a])).collect();
+        (squares - solution.dot(&vector), numbers)
+    }
+}
+
+fn sums(
+    joint: usize,
+    windows: &[&Followed],
+    traces: &[Trace],
+    known: &Known,
+    found: &Found,
+) -> Sums {
+    let own: [f64; PER_JOINT] = core::array::from_fn(|i| found.at[joint * PER_JOINT + i]);
+    let model = Joint::new(known, joint, &own, found.at[Quantity::Gravity.at(1)]);
+    let delay = (found.number(joint, Quantity::Delay).0 - known.lead_s[joint]) / known.period_s;
+    let mut sums = Sums {
+        normal: DMatrix::zeros(ALL, ALL),
+        right: DVector::zeros(ALL),
+        squares: 0.0,
+        count: 0.0,
+        most: [0.0; ALL],
+    };
+    for window in windows {
+        let effect = Effect {
+            model: &model,
+            joint,
+            known,
+            trace: &traces[window.window.trace],
+            delay_ticks: delay.round() as i64,
+        };
+        let effects = effect.of(window, &mut sums.most);
+        let blocks = window.blocks_with(&effects);
+        let start = DMatrix::from_fn(blocks.len(), 2, |i, j| blocks[i].0.slope[j]);
+        let errors = DVector::from_fn(blocks.len(), |i, _| blocks[i].0.error);
+        let more = DMatrix::from_fn(blocks.len(), ALL, |i, j| blocks[i].1[j]);
+        let Some(inverse) = (start.transpose() * &start).try_inverse() else {
+            continue;
+        };
+        let onto = inverse * start.transpose();
+        let errors = &errors - &start * (&onto * &errors);
+        let more = &more - &start * (&onto * &more);
+        sums.normal += more.transpose() * &more;
+        sums.right += more.transpose() * &errors;
+        sums.squares += errors.norm_squared();
+        sums.count += blocks.len() as f64;
+    }
+    sums
+}
+
+/// How torques more would move a joint.
+struct Effect<'a> {
+    model: &'a Joint<f64>,
+    joint: usize,
+    known: &'a Known,
+    trace: &'a Trace,
+    delay_ticks: i64,
+}
+
+impl Effect<'_> {
+    /// Counts for 1 N m of each torque, tick by tick.
+    fn of(&self, window: &Followed, most: &mut [f64; ALL]) -> Vec<[f64; ALL]> {
+        let (mut q, mut v) = ([0.0; ALL], [0.0; ALL]);
+        let period_s = self.known.period_s;
+        let ticks = window.window.first..window.window.first + window.window.len;
+        ticks
+            .map(|tick| {
+                let counts = q.map(|q: f64| q / self.known.rad_per_count[self.joint]);
+                let (torques, [by_q, by_v], mass) = self.at(tick, window.window.way);
+                for i in 0..ALL {
+                    most[i] = f64::max(most[i], torques[i].abs());
+                    v[i] += (by_q * q[i] + by_v * v[i] + torques[i]) / mass * period_s;
+                    q[i] += v[i] * period_s;
+                }
+                counts
+            })
+            .collect()
+    }
+
+    /// The torques per unit at a tick, how the joint's own depends on angle and speed, and
+    /// what it accelerates.
+    fn at(&self, tick: usize, way: f64) -> ([f64; ALL], [f64; 2], f64) {
+        /// Steps over which a slope is taken, in rad and rad/s.
+        const STEP: f64 = 1e-4;
+        let [q, v] = self.trace.smooth[tick][self.joint];
+        let other = self.trace.smooth[tick][1 - self.joint];
+        let push = |q: f64, v: f64| self.model.push(q, v, other);
+        let slope = |a: (f64, f64), b: (f64, f64)| (b.0 - a.0) / (2.0 * STEP);
+        let by = [
+            slope(push(q - STEP, v), push(q + STEP, v)),
+            slope(push(q, v - STEP), push(q, v + STEP)),
+        ];
+        let motor = |tick: i64| {
+            let pwm = self.trace.pwm_at(tick - self.delay_ticks, self.joint);
+            self.model.torque(pwm)
+        };
+        let (before, torque) = (motor(tick as i64 - 1), motor(tick as i64));
+        let (own, mass) = push(q, v);
+        let acceleration = (own + torque - self.model.coulomb * way) / mass;
+        let last = self.trace.smooth.len() - 1;
+        let [from, to] = [tick.saturating_sub(AROUND), (tick + AROUND).min(last)];
+        let speed = |tick: usize| self.trace.smooth[tick][1 - self.joint][1];
+        let others = (speed(to) - speed(from)) / ((to - from) as f64 * self.known.period_s);
+        let torques = [
+            -v,
+            -way,
+            torque,
+            f64::from(u8::from(torque != 0.0)),
+            torque - before,
+            -acceleration,
+            -way * (-(v / 0.3).powi(2)).exp(),
+            -way * (-v.powi(2)).exp(),
+            -v * v.abs(),
+            -v.abs(),
+            torque * torque.abs(),
+            (2.0 * q).sin(),
+            others,
+        ];
+        (torques, by, mass)
+    }
+}

@@ -1,0 +1,114 @@
+//! What a fit says of itself: what the logs cannot tell, whether what is left is noise, and
+//! whether the model has the right form.
+//!
+//! | file        | what is asked                                                  |
+//! |-------------|----------------------------------------------------------------|
+//! | `knowledge` | which numbers are told as one, or not at all, and what settled them |
+//! | `whiteness` | do errors follow from each other?                              |
+//! | `form`      | would a torque that the model has not explain the logs better? |
+//! | `follow`    | a window's motion by the numbers that were found               |
+//! | `warnings`  | what is to be kept in mind, in words                           |
+//! | `text`      | these and what the logs cannot tell, for a terminal            |
+
+mod follow;
+mod form;
+mod knowledge;
+mod text;
+mod warnings;
+mod whiteness;
+
+pub use follow::Followed;
+pub use form::{Dry, Form};
+pub use knowledge::{Combination, Pair, correlations, untold};
+pub use whiteness::Whiteness;
+
+pub(super) use follow::follow;
+
+use armbridge_shared::JOINTS;
+use nalgebra::SMatrix;
+use serde::Serialize;
+
+use super::arm::Known;
+use super::cost::cost;
+use super::find::Found;
+use super::quantity::{COUNT, Quantity};
+use super::search::Prior;
+use super::trace::Trace;
+
+/// All of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Checks {
+    /// What is to be kept in mind, in words.
+    pub warnings: Vec<String>,
+    /// Numbers that are told as one.
+    pub pairs: Vec<Pair>,
+    /// What the logs do not tell.
+    pub untold: Vec<Combination>,
+    /// What is left of each joint.
+    pub whiteness: Vec<Whiteness>,
+    /// Torques that the model has not.
+    pub forms: Vec<Form>,
+    /// What would be found without dry friction.
+    pub dry: Vec<Dry>,
+    /// All windows, as they are followed.
+    #[serde(skip)]
+    pub followed: Vec<Followed>,
+    /// The logs, smoothed with the zeros that were found.
+    #[serde(skip)]
+    pub traces: Vec<Trace>,
+}
+
+impl Checks {
+    /// Of what was found in these traces.
+    pub fn of(found: &Found, traces: &[Trace], known: &Known, prior: &Prior) -> Self {
+        let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
+        let traces: Vec<Trace> = traces
+            .iter()
+            .map(|trace| trace.smoothed(known, zero))
+            .collect();
+        let followed: Vec<Followed> = found
+            .stretches
+            .iter()
+            .map(|stretch| {
+                let window = &stretch.window;
+                follow(window, &traces[window.trace], known, &found.at, window.len)
+            })
+            .collect();
+        let is_explained: Vec<bool> = found
+            .stretches
+            .iter()
+            .map(|stretch| stretch.squares <= found.most * stretch.count as f64)
+            .collect();
+        let (mut whiteness, mut forms, mut dry) = (Vec::new(), Vec::new(), Vec::new());
+        for joint in 0..JOINTS {
+            let of_joint = followed.iter().zip(&is_explained);
+            let of_joint = of_joint
+                .filter(|(followed, is_explained)| followed.window.joint == joint && **is_explained)
+                .map(|(followed, _)| followed);
+            let windows: Vec<&Followed> = of_joint.collect();
+            whiteness.push(Whiteness::of(joint, windows.iter().copied()));
+            let (more, without) = form::forms(joint, &windows, &traces, known, found);
+            forms.extend(more);
+            dry.push(without);
+        }
+        let mut checks = Self {
+            warnings: Vec::new(),
+            pairs: knowledge::pairs(found),
+            untold: untold(&information(found, &traces, known), prior),
+            whiteness,
+            forms,
+            dry,
+            followed,
+            traces,
+        };
+        checks.warnings = warnings::warnings(found, &checks);
+        checks
+    }
+}
+
+/// What the logs alone tell of the numbers; traces are smoothed.
+fn information(found: &Found, traces: &[Trace], known: &Known) -> SMatrix<f64, COUNT, COUNT> {
+    let mut stretches = found.stretches.clone();
+    let cost = cost(&mut stretches, traces, known, &found.at, found.most);
+    cost.hessian / found.noise_counts.powi(2)
+}

@@ -1,0 +1,64 @@
+//! What is to be kept in mind of a fit, in words.
+
+use super::super::find::Found;
+use super::Checks;
+
+/// Noise in counts beyond which something other than noise is in it.
+const NOISE_COUNTS: f64 = 1.2;
+/// Share of the windows that may be without explanation.
+const ODD: f64 = 0.05;
+/// Improvement in variances that is not by chance: 5 standard deviations.
+const SURE: f64 = 25.0;
+/// Torque in N m below which a missing one is of no matter.
+const SMALL_NM: f64 = 2e-3;
+
+/// One sentence for each.
+pub(super) fn warnings(found: &Found, checks: &Checks) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if found.noise_counts > NOISE_COUNTS {
+        warnings.push(format!(
+            "errors of {:.2} counts are more than an encoder's noise: the model is not quite this \
+             arm, and intervals may be too narrow",
+            found.noise_counts
+        ));
+    }
+    let (odd, windows) = (found.odd(), found.stretches.len());
+    if odd as f64 > ODD * windows as f64 {
+        warnings.push(format!(
+            "{odd} of {windows} windows are not explained, and count less: the joint met \
+             something, or its friction changed"
+        ));
+    }
+    for whiteness in checks
+        .whiteness
+        .iter()
+        .filter(|whiteness| !whiteness.is_white())
+    {
+        warnings.push(format!(
+            "joint {}: errors follow from those before (portmanteau {:.0}, noise stays below \
+             {:.0}): the form of the model, or its delay, is not quite right",
+            whiteness.joint, whiteness.portmanteau, whiteness.expected
+        ));
+    }
+    for joint in 1..=checks.whiteness.len() {
+        let of_joint = checks.forms.iter().filter(|form| form.joint == joint);
+        let matters = of_joint.filter(|f| f.improvement > SURE && f.torque_nm > SMALL_NM);
+        let most = matters.max_by(|a, b| a.improvement.total_cmp(&b.improvement));
+        warnings.extend(most.map(|form| {
+            format!(
+                "joint {joint}: {} would explain the logs better (by {:.0} variances, up to {:.3} \
+                 N m), and the model has none",
+                form.what, form.improvement, form.torque_nm
+            )
+        }));
+    }
+    for dry in &checks.dry {
+        if dry.worse < SURE {
+            warnings.push(format!(
+                "joint {}: the logs are explained as well without dry friction; move it slower",
+                dry.joint
+            ));
+        }
+    }
+    warnings
+}

@@ -1,0 +1,104 @@
+//! Friction over speed: what of motor, gravity and inertia is left of the torque over short
+//! stretches in which a joint slides, and the line that was found.
+
+use armbridge_shared::JOINTS;
+
+use super::super::arm::{Joint, Known};
+use super::super::checks::Checks;
+use super::super::diagnose::Bump;
+use super::super::find::Found;
+use super::super::quantity::{PER_JOINT, Quantity};
+use crate::plot::axis::Axis;
+use crate::plot::panel::{FRAME, INK, JOINT, JOINT_TINT, Key, LIMIT, Panel};
+use crate::plot::svg::{Rect, Stroke};
+use crate::plot::titled;
+
+/// Half a stretch, and from one to the next, in ticks.
+const HALF: usize = 60;
+const STRIDE: usize = 30;
+const TOP: f64 = 78.0;
+const HEIGHT: f64 = 340.0;
+const FOUND: Stroke = Stroke::solid(INK, 1.8);
+const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
+
+/// The picture.
+pub(super) fn draw(found: &Found, checks: &Checks, known: &Known) -> String {
+    let mut svg = titled(
+        TOP + HEIGHT + 52.0,
+        "Friction over speed",
+        "a dot: motor, gravity and inertia over an eighth of a second",
+    );
+    for joint in 0..JOINTS {
+        let points = points(found, checks, known, joint);
+        let number = |quantity| found.number(joint, quantity).0;
+        let (viscous, coulomb) = (number(Quantity::Viscous), number(Quantity::Coulomb));
+        let line = |v: f64| viscous * v + coulomb * v.signum();
+        let x = Axis::around(points.iter().map(|point| point.0).chain([-0.5, 0.5]), 0.05);
+        let ends = [x.low, x.high].map(line);
+        let panel = Panel {
+            frame: Rect {
+                x: 84.0 + 496.0 * joint as f64,
+                y: TOP,
+                w: 420.0,
+                h: HEIGHT,
+            },
+            x,
+            y: Axis::around(ends.into_iter(), 0.12),
+        };
+        let title = format!("Joint {}", joint + 1);
+        let y_title = if joint == 0 { "friction (N m)" } else { "" };
+        panel.draw(&mut svg, &title, Some("speed (rad/s)"), Some(y_title));
+        panel.level(&mut svg, 0.0, ZERO);
+        panel.dots(&mut svg, points.iter().copied(), JOINT_TINT[joint]);
+        let products = points.iter().map(|(v, torque)| v * torque).sum::<f64>();
+        let squares = points.iter().map(|(v, _)| v * v).sum::<f64>();
+        let alone = [x.low, x.high].map(|v| (v, v * products / squares));
+        panel.curve(&mut svg, alone.into_iter(), LIMIT);
+        for part in [[x.low, -1e-9], [1e-9, x.high]] {
+            panel.curve(&mut svg, part.map(|v| (v, line(v))).into_iter(), FOUND);
+        }
+        let keys = [
+            (Key::Dots(JOINT[joint]), "measured"),
+            (Key::Line(FOUND), "found"),
+            (Key::Line(LIMIT), "viscous alone"),
+        ];
+        panel.legend(&mut svg, &keys);
+    }
+    svg.finish()
+}
+
+/// Speeds in rad/s and friction torques in N m of a joint's windows.
+fn points(found: &Found, checks: &Checks, known: &Known, joint: usize) -> Vec<(f64, f64)> {
+    let bump = Bump::new(HALF);
+    let own: [f64; PER_JOINT] = core::array::from_fn(|i| found.at[joint * PER_JOINT + i]);
+    let model = Joint::new(known, joint, &own, found.at[Quantity::Gravity.at(1)]);
+    let number = |quantity| found.number(joint, quantity).0;
+    let viscous = number(Quantity::Viscous);
+    let delay = (number(Quantity::Delay) - known.lead_s[joint]) / known.period_s;
+    let delay_ticks = delay.round() as i64;
+    let of_joint = checks
+        .followed
+        .iter()
+        .filter(|followed| followed.window.joint == joint);
+    let mut points = Vec::new();
+    for followed in of_joint {
+        let trace = &checks.traces[followed.window.trace];
+        let end = (followed.window.first + followed.window.len).saturating_sub(bump.len());
+        for first in (followed.window.first..end).step_by(STRIDE) {
+            let state = |tick: usize| trace.smooth[tick][joint];
+            let push = |tick: usize| {
+                let [q, v] = state(tick);
+                model.push(q, v, trace.smooth[tick][1 - joint])
+            };
+            let v = bump.mean(first, |tick| state(tick)[1]);
+            let given = bump.mean(first, |tick| {
+                let pwm = trace.pwm_at(tick as i64 - delay_ticks, joint);
+                push(tick).0 + viscous * state(tick)[1] + model.torque(pwm)
+            });
+            let mass = push(first + HALF).1;
+            let needed = mass * bump.rate(first, |tick| state(tick)[1]) / known.period_s;
+            points.push((v, given - needed));
+        }
+    }
+    points
+}

@@ -1,0 +1,74 @@
+//! Correlations of all numbers as a map: the darker, the more two are told as one.
+
+use super::super::checks::correlations;
+use super::super::find::Found;
+use super::super::quantity::{COUNT, PER_JOINT, Quantity};
+use crate::plot::panel::{FRAME, INK, JOINT, LABEL, MUTED};
+use crate::plot::svg::{Anchor, Font, Rect, Stroke};
+use crate::plot::titled;
+
+const LEFT: f64 = 250.0;
+const TOP: f64 = 196.0;
+const CELL: f64 = 30.0;
+/// Correlation from which its digits are written.
+const WRITTEN: f64 = 0.3;
+
+/// The picture.
+pub(super) fn draw(found: &Found) -> String {
+    let all = correlations(found);
+    let size = CELL * COUNT as f64;
+    let mut svg = titled(
+        TOP + size + 40.0,
+        "Correlations of what was found",
+        "blue: one up, the other down; orange: both up; in hundredths",
+    );
+    let light = Font {
+        anchor: Anchor::End,
+        ..LABEL
+    };
+    for i in 0..COUNT {
+        let at = CELL * i as f64;
+        let quantity = Quantity::ALL[i % PER_JOINT];
+        let name = format!("{} {}", quantity.name(), i / PER_JOINT + 1);
+        svg.text((LEFT - 8.0, TOP + at + 20.0), &name, light, false);
+        let upwards = Font {
+            anchor: Anchor::Start,
+            ..LABEL
+        };
+        svg.text((LEFT + at + 20.0, TOP - 8.0), &name, upwards, true);
+        for j in 0..COUNT {
+            let r = all[(i, j)];
+            if !r.is_finite() {
+                continue;
+            }
+            let cell = Rect {
+                x: LEFT + CELL * j as f64,
+                y: TOP + at,
+                w: CELL - 1.0,
+                h: CELL - 1.0,
+            };
+            let (colour, opacity) = if i == j {
+                (MUTED, 0.25)
+            } else {
+                (JOINT[usize::from(r > 0.0)], r.abs().min(1.0) * 0.85)
+            };
+            svg.rect(cell, colour, (opacity * 100.0).round() / 100.0);
+            if i != j && r.abs() > WRITTEN {
+                let font = Font {
+                    size: 10.5,
+                    bold: r.abs() > 0.9,
+                    colour: INK,
+                    anchor: Anchor::Middle,
+                };
+                let text = format!("{:.0}", 100.0 * r).replace('-', "−");
+                svg.text((cell.x + 14.5, cell.y + 19.0), &text, font, false);
+            }
+        }
+    }
+    // Between the joints.
+    let middle = CELL * PER_JOINT as f64 - 0.5;
+    let line = Stroke::solid(FRAME, 1.5);
+    svg.line((LEFT + middle, TOP), (LEFT + middle, TOP + size), line);
+    svg.line((LEFT, TOP + middle), (LEFT + size, TOP + middle), line);
+    svg.finish()
+}

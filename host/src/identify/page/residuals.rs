@@ -1,0 +1,136 @@
+//! What is left: errors over time, window by window, and how they follow from each other.
+
+use armbridge_shared::JOINTS;
+
+use super::super::checks::{Checks, Whiteness};
+use super::super::find::Found;
+use crate::plot::axis::{Axis, Scale};
+use crate::plot::panel::{ALARM, FRAME, JOINT, Key, LIMIT, Panel};
+use crate::plot::svg::{Rect, Stroke, Svg};
+use crate::plot::titled;
+
+const TOP: f64 = 78.0;
+const STEP: f64 = 264.0;
+const HEIGHT: f64 = 186.0;
+const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
+
+/// The picture.
+pub(super) fn draw(found: &Found, checks: &Checks, period_s: f64) -> String {
+    let mut svg = titled(
+        TOP + STEP + HEIGHT + 52.0,
+        "What is left: noise?",
+        "root mean square of each window; autocorrelation of blocks of 5 ticks",
+    );
+    let begins_s = begins_s(checks, period_s);
+    for (joint, whiteness) in checks.whiteness.iter().enumerate().take(JOINTS) {
+        let points: Vec<(f64, f64)> = found
+            .stretches
+            .iter()
+            .filter(|stretch| stretch.window.joint == joint && stretch.count > 0)
+            .map(|stretch| {
+                let trace = &checks.traces[stretch.window.trace];
+                let within_s = trace.since_s + stretch.window.first as f64 * period_s;
+                let rms = (stretch.squares / stretch.count as f64).sqrt();
+                (begins_s[trace.log] + within_s, rms)
+            })
+            .collect();
+        let end_s = begins_s[begins_s.len() - 1].max(1.0);
+        windows(&mut svg, joint, &points, end_s, found);
+        correlation(&mut svg, joint, whiteness);
+    }
+    svg.finish()
+}
+
+/// When each log begins if one comes after the other, and when the last ends, in s.
+fn begins_s(checks: &Checks, period_s: f64) -> Vec<f64> {
+    let logs = checks
+        .traces
+        .iter()
+        .map(|trace| trace.log)
+        .max()
+        .unwrap_or(0);
+    let mut begins_s = vec![0.0; logs + 2];
+    for trace in &checks.traces {
+        let end_s = trace.since_s + trace.counts.len() as f64 * period_s;
+        begins_s[trace.log + 1] = f64::max(begins_s[trace.log + 1], end_s);
+    }
+    for log in 1..begins_s.len() {
+        begins_s[log] += begins_s[log - 1];
+    }
+    begins_s
+}
+
+fn windows(svg: &mut Svg, joint: usize, points: &[(f64, f64)], end_s: f64, found: &Found) {
+    let most = found.most.sqrt();
+    let high = points
+        .iter()
+        .fold(1.15 * most, |high, (_, rms)| f64::max(high, rms * 1.08));
+    let panel = Panel {
+        frame: Rect {
+            x: 84.0,
+            y: TOP + STEP * joint as f64,
+            w: 560.0,
+            h: HEIGHT,
+        },
+        x: linear(0.0, end_s),
+        y: linear(0.0, high),
+    };
+    let title = format!("Joint {}: error of each window", joint + 1);
+    let is_last = joint + 1 == JOINTS;
+    let x_title = is_last.then_some("time, one log after the other (s)");
+    panel.draw(svg, &title, x_title, Some("rms (counts)"));
+    panel.level(svg, found.noise_counts, ZERO);
+    panel.level(svg, most, LIMIT);
+    for (x, rms) in points {
+        let colour = if *rms > most { ALARM } else { JOINT[joint] };
+        svg.dots(&[panel.at(*x, *rms)], 4.0, colour);
+    }
+    let keys = [
+        (Key::Line(ZERO), "noise"),
+        (Key::Line(LIMIT), "not explained beyond"),
+    ];
+    panel.legend(svg, &keys);
+}
+
+fn correlation(svg: &mut Svg, joint: usize, whiteness: &Whiteness) {
+    let Whiteness {
+        autocorrelation,
+        bound,
+        portmanteau,
+        expected,
+        ..
+    } = whiteness;
+    let high = autocorrelation
+        .iter()
+        .fold(0.1, |high, r| f64::max(high, 1.1 * r.abs()));
+    let panel = Panel {
+        frame: Rect {
+            x: 728.0,
+            y: TOP + STEP * joint as f64,
+            w: 288.0,
+            h: HEIGHT,
+        },
+        x: linear(0.0, autocorrelation.len() as f64 + 1.0),
+        y: linear(-high, high),
+    };
+    let title = format!("portmanteau {portmanteau:.1}; noise: below {expected:.1}");
+    let x_title = (joint + 1 == JOINTS).then_some("lag (blocks)");
+    panel.draw(svg, &title, x_title, Some("autocorrelation"));
+    panel.level(svg, 0.0, ZERO);
+    for level in [*bound, -*bound] {
+        panel.level(svg, level, LIMIT);
+    }
+    let bar = Stroke::solid(JOINT[joint], 5.0);
+    for (r, lag) in autocorrelation.iter().zip(1..) {
+        let x = f64::from(lag);
+        svg.line(panel.at(x, 0.0), panel.at(x, *r), bar);
+    }
+}
+
+fn linear(low: f64, high: f64) -> Axis {
+    Axis {
+        scale: Scale::Linear,
+        low,
+        high,
+    }
+}

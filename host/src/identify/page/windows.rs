@@ -1,0 +1,123 @@
+//! Measured against computed: of a joint's longer windows the one that is explained best,
+//! one in the middle, and that which is explained worst.
+
+use super::super::checks::{Checks, Followed};
+use crate::plot::axis::{Axis, Scale};
+use crate::plot::panel::{FRAME, INK, JOINT, JOINT_TINT, Key, Panel};
+use crate::plot::svg::{Rect, Stroke, Svg};
+use crate::plot::titled;
+
+const LEFT: f64 = 84.0;
+const TOP: f64 = 78.0;
+const WIDTH: f64 = 255.0;
+const STEP: f64 = 342.0;
+const HEIGHTS: [f64; 2] = [230.0, 110.0];
+const GAP: f64 = 40.0;
+const COMPUTED: Stroke = Stroke::solid(INK, 1.5);
+const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
+
+/// The picture of a joint; none if it has no window.
+pub(super) fn draw(checks: &Checks, joint: usize, period_s: f64) -> Option<String> {
+    let mut windows: Vec<(f64, &Followed)> = checks
+        .followed
+        .iter()
+        .filter(|followed| followed.window.joint == joint)
+        .map(|followed| (followed.rms(0..followed.window.len), followed))
+        .collect();
+    // Of the shorter half no window tells much.
+    windows.sort_by_key(|(_, followed)| followed.window.len);
+    windows.drain(..windows.len() / 2);
+    windows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let last = windows.len().checked_sub(1)?;
+    let title = format!("Joint {}: measured against computed", joint + 1);
+    let height = TOP + HEIGHTS[0] + GAP + HEIGHTS[1] + 52.0;
+    let mut svg = titled(height, &title, "");
+    let top = Panel {
+        frame: Rect {
+            x: LEFT,
+            y: 44.0,
+            w: WIDTH + 2.0 * STEP,
+            h: 0.0,
+        },
+        x: Axis::around([].into_iter(), 0.0),
+        y: Axis::around([].into_iter(), 0.0),
+    };
+    let keys = [
+        (Key::Dots(JOINT_TINT[joint]), "measured"),
+        (Key::Line(COMPUTED), "computed"),
+    ];
+    top.legend(&mut svg, &keys);
+    for (column, (name, index)) in [("best", 0), ("median", last / 2), ("worst", last)]
+        .into_iter()
+        .enumerate()
+    {
+        let (rms, window) = windows[index];
+        let left = LEFT + STEP * column as f64;
+        let title = format!("{name}: {rms:.2} counts rms");
+        draw_window(&mut svg, &title, window, checks, [left, period_s]);
+    }
+    Some(svg.finish())
+}
+
+fn draw_window(
+    svg: &mut Svg,
+    title: &str,
+    window: &Followed,
+    checks: &Checks,
+    [left, period_s]: [f64; 2],
+) {
+    let trace = &checks.traces[window.window.trace];
+    let from_s = trace.since_s + window.window.first as f64 * period_s;
+    let time_s = |tick: usize| from_s + tick as f64 * period_s;
+    let frame = Rect {
+        x: left,
+        y: TOP,
+        w: WIDTH,
+        h: HEIGHTS[0],
+    };
+    let x = Axis {
+        scale: Scale::Linear,
+        low: from_s,
+        high: time_s(window.window.len),
+    };
+    let errors = || window.errors.iter().copied().enumerate();
+    let computed = || window.computed.iter().copied().enumerate();
+    let measured = || {
+        errors()
+            .zip(computed())
+            .map(|((tick, e), (_, c))| (time_s(tick), c + e))
+    };
+    let is_first = left < LEFT + 1.0;
+    let joint = window.window.joint;
+    let panel = Panel {
+        frame,
+        x,
+        y: Axis::around(measured().map(|(_, y)| y), 0.06),
+    };
+    panel.draw(
+        svg,
+        title,
+        None,
+        Some(if is_first { "encoder (counts)" } else { "" }),
+    );
+    panel.dots(svg, measured(), JOINT_TINT[joint]);
+    panel.curve(svg, computed().map(|(tick, y)| (time_s(tick), y)), COMPUTED);
+    let below = Panel {
+        frame: Rect {
+            y: TOP + HEIGHTS[0] + GAP,
+            h: HEIGHTS[1],
+            ..frame
+        },
+        x,
+        y: Axis::around(errors().map(|(_, error)| error).chain([-6.0, 6.0]), 0.04),
+    };
+    let y_title = if is_first { "error (counts)" } else { "" };
+    let log = format!("time in log {} (s)", trace.log + 1);
+    below.draw(svg, "measured less computed", Some(&log), Some(y_title));
+    below.level(svg, 0.0, ZERO);
+    below.dots(
+        svg,
+        errors().map(|(tick, e)| (time_s(tick), e)),
+        JOINT[joint],
+    );
+}

@@ -1,0 +1,136 @@
+//! What a fit says of itself holds: the right model leaves noise, a wrong one is told.
+//!
+//! Simulated, as all here.
+
+use armbridge::bench::plant::PlantConfig;
+use armbridge::identify::{
+    Checks, Found, Known, Prior, Quantity, Tally, Trace, forecast, identify, without_the_last,
+};
+use core::f64::consts::TAU;
+
+use crate::bad_data::swing;
+use crate::hands::{Hands, LEAD_S};
+use crate::{believed, servos};
+
+/// Half a minute of an arm's swinging, fitted.
+struct Fitted {
+    known: Known,
+    prior: Prior,
+    traces: [Trace; 1],
+    found: Found,
+}
+
+fn fitted(config: &PlantConfig) -> Fitted {
+    let setup = believed(config);
+    let known = Known {
+        lead_s: LEAD_S,
+        ..Known::of(&setup)
+    };
+    let prior = Prior::of(&setup, 0.01);
+    let traces = [swing(config, 30.0, |_, _| ())];
+    let found = identify(&traces, &Tally::of_traces(&traces), &known, &prior).unwrap();
+    Fitted {
+        known,
+        prior,
+        traces,
+        found,
+    }
+}
+
+impl Fitted {
+    fn checks(&self) -> Checks {
+        let checks = Checks::of(&self.found, &self.traces, &self.known, &self.prior);
+        println!("{}", checks.text());
+        checks
+    }
+}
+
+#[test]
+fn the_right_model_leaves_noise_and_says_what_is_not_told() {
+    let mut fitted = fitted(&PlantConfig::drawn(5, 0.4));
+    let checks = fitted.checks();
+    for whiteness in &checks.whiteness {
+        assert!(whiteness.is_white(), "{whiteness:?}");
+        assert!((0.95..1.1).contains(&whiteness.rms_counts), "{whiteness:?}");
+    }
+    for form in &checks.forms {
+        assert!(form.improvement < 25.0, "{form:?}");
+    }
+    // Without dry friction the fit is far worse, and viscous friction another.
+    for dry in &checks.dry {
+        let [with, without] = dry.viscous;
+        assert!(dry.worse > 1_000.0, "{dry:?}");
+        assert!((without / with - 1.0).abs() > 0.1, "{dry:?}");
+    }
+    let scale = checks
+        .untold
+        .iter()
+        .find(|untold| untold.what.starts_with("the scale of all torques"));
+    let settled = &scale.expect("the scale is not told").settled_by;
+    assert_eq!(settled, "the arm's weight, known to 1.0 %");
+    let again = without_the_last(&fitted.found, &checks, &fitted.known, &fitted.prior);
+    for forecast in again.unwrap_or_default() {
+        assert!((0.95..1.2).contains(&forecast.rms_counts), "{forecast:?}");
+    }
+    // A third more viscous friction than there is leaves more than noise, of this joint.
+    fitted.found.at[Quantity::Viscous.at(0)] += 0.3;
+    let [one, other] = [0, 1].map(|joint| fitted.checks().whiteness[joint].is_white());
+    assert!(!one && other);
+}
+
+#[test]
+fn a_log_held_out_is_forecast_to_less_than_a_count() {
+    let config = PlantConfig::drawn(5, 0.4);
+    let mut fitted = fitted(&config);
+    // Another motion, and other noise.
+    let mut hands = Hands::on(&config, servos(&believed(&config)), 99);
+    hands.go([0.0, 0.0]);
+    let slow = |t: f64, amplitude: f64, hz: f64| {
+        let (sin, cos) = (TAU * hz * t).sin_cos();
+        let amplitude = amplitude * (t / 2.0).min(1.0);
+        [amplitude * sin, amplitude * TAU * hz * cos]
+    };
+    hands.track(15.0, |t| [slow(t, 0.5, 0.2), slow(t, 0.7, 0.15)]);
+    let held_out = [hands.trace];
+    let rms = |fitted: &Fitted| {
+        let forecasts = forecast(&fitted.found, &held_out, &fitted.known);
+        for forecast in &forecasts {
+            println!("{forecast:?}");
+            assert!(
+                forecast.longest_s > 1.5 && forecast.slid_s > 8.0,
+                "{forecast:?}"
+            );
+            assert!(
+                forecast.unstable_s.is_some_and(|s| (0.1..3.0).contains(&s)),
+                "{forecast:?}"
+            );
+        }
+        [0, 1].map(|joint: usize| (forecasts[joint].model_counts, forecasts[joint].rms_counts))
+    };
+    for (model, rms) in rms(&fitted) {
+        assert!(model < 0.6 && rms < 1.25, "{model} of {rms}");
+    }
+    fitted.found.at[Quantity::Viscous.at(1)] += 0.3;
+    let [_, (model, _)] = rms(&fitted);
+    assert!(model > 1.0, "{model}");
+}
+
+#[test]
+fn friction_that_falls_with_speed_is_told() {
+    let mut config = PlantConfig::drawn(5, 0.4);
+    for friction in &mut config.friction {
+        friction.static_nm = 2.5 * friction.coulomb_nm;
+        friction.stribeck_rad_s = 0.8;
+    }
+    let checks = fitted(&config).checks();
+    for joint in 1..=2 {
+        let told = format!("joint {joint}: dry friction that falls");
+        assert!(
+            checks
+                .warnings
+                .iter()
+                .any(|warning| warning.starts_with(&told)),
+            "{joint}"
+        );
+    }
+}
