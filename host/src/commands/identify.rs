@@ -6,6 +6,7 @@ mod preview;
 mod run;
 mod told;
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -20,6 +21,7 @@ use armbridge_shared::link::message::Settings;
 use toml::Value;
 
 use self::apply::Apply;
+use self::told::Wish;
 use super::{Error, Outcome};
 use crate::cli::{FitArgs, Identify, IdentifyArgs};
 
@@ -36,7 +38,19 @@ pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
 
 fn fit(args: &FitArgs) -> Outcome {
     let fit = Fit::of(&paths(&args.logs), args.weighed)?;
-    told::tell(&fit, args)?;
+    let told = told::tell(
+        &fit,
+        &Wish {
+            held_out: &args.held_out,
+            folder: args.report.as_deref(),
+        },
+    )?;
+    let text = if args.json {
+        told.json.to_string() + "\n"
+    } else {
+        told.text
+    };
+    write!(std::io::stdout(), "{text}").map_err(|error| format!("cannot print: {error}"))?;
     if let Some(path) = &args.out {
         fit.write_to(path)?;
     }

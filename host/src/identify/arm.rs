@@ -83,6 +83,9 @@ impl Known {
     }
 }
 
+/// Counts over which torque comes up at the edge of a dead zone.
+const EDGE_COUNTS: f64 = 3.0;
+
 /// A joint of an arm, with the derivatives of its own motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Joint<D> {
@@ -130,17 +133,19 @@ impl<D: DualNum<Primitive = f64> + Copy> Joint<D> {
         }
     }
 
-    /// Torque in N m that the motor makes of a PWM, equation (5) with its dead zone,
-    /// whose edge takes one count more so that there is a slope to follow.
+    /// Torque in N m that the motor makes of a PWM, equation (5) with its dead zone. Its edge
+    /// is after the last silent count; here torque comes up over [`EDGE_COUNTS`] about it, so
+    /// that there is a slope to follow, the same on either side.
     pub(super) fn torque(&self, pwm: u16) -> D {
         let counts = f64::from(pwm) - 1000.0;
         let [below, above] = self.dead;
-        let beyond = if counts < 0.0 { -below } else { -above } + counts.abs();
+        let edge = if counts < 0.0 { below } else { above };
+        let share = (-edge + (counts.abs() - 0.5)) / EDGE_COUNTS + 0.5;
         let torque = (-self.offset + counts) / self.gain * self.rad_per_count.signum();
-        match beyond.re() {
+        match share.re() {
             _ if counts == 0.0 => D::from(0.0),
-            share if share <= 0.0 => D::from(0.0),
-            share if share < 1.0 => torque * beyond,
+            at if at <= 0.0 => D::from(0.0),
+            at if at < 1.0 => torque * share * share * (-share * 2.0 + 3.0),
             _ => torque,
         }
     }
@@ -230,12 +235,12 @@ mod tests {
                 direction: setup.joints[joint].direction,
                 ..armbridge_shared::actuator::Joint::paper()
             };
-            for counts in [0, 900, 989, 1021, 1300, 2000] {
+            for counts in [0, 900, 988, 1022, 1300, 2000] {
                 let torque = model.torque(counts);
                 let expected = servo.torque(armbridge_shared::actuator::Pwm::saturating(counts));
                 assert!((torque.re() - expected).abs() < 1e-9, "{counts}");
             }
-            for counts in [990, 1000, 1020] {
+            for counts in [991, 1000, 1019] {
                 assert!(model.torque(counts).re().abs() <= 0.0, "{counts}");
             }
         }

@@ -130,7 +130,7 @@ mod tests {
             unit: quantity.unit(),
             value,
             within,
-            before: value,
+            before: Some(value),
             remark: "",
         }
     }
@@ -138,6 +138,7 @@ mod tests {
     #[test]
     fn what_is_vague_is_named_with_what_would_help() {
         let report = Report {
+            never_gave_way: Vec::new(),
             numbers: vec![
                 number(Quantity::Inertia, 0.03, 0.009),
                 number(Quantity::Gain, 500.0, 90.0),

@@ -6,7 +6,8 @@ use nalgebra::SMatrix;
 
 use super::arm::Known;
 use super::cost::{BLOCK, STARTS, Stretch};
-use super::quantity::{COUNT, PER_JOINT, Quantity};
+use super::quantity::{COUNT, Quantity};
+use super::round::Round;
 use super::search::{Prior, Search};
 use super::start::{NoStart, start};
 use super::stiction::{Static, Stiction};
@@ -19,14 +20,6 @@ const ROUNDS: [usize; 3] = [400, 1_000, 1_000];
 const VARIANCE: f64 = 1.0 + 1.0 / 12.0;
 /// Standard deviations of a window's mean square beyond which it counts less.
 const ODD: f64 = 4.0;
-/// Loss by which a dead zone must be better to be believed in place of a smaller one:
-/// three standard deviations.
-const NO_WORSE: f64 = 9.0;
-/// Edges of a dead zone that are tried, in counts. One of nothing looks much like one that
-/// reaches as far beyond the motor's true zero as before it: what it takes away is none on
-/// average. No slope leads from the one to the other.
-const DEAD_ZONES: [f64; 4] = [0.5, 15.0, 30.0, 50.0];
-
 /// What was found.
 #[derive(Clone, Debug)]
 pub struct Found {
@@ -55,7 +48,14 @@ impl Found {
         let i = quantity.at(joint);
         let deviation = self.covariance[(i, i)].max(0.0).sqrt();
         let value: f64 = quantity.value(self.at[i]);
+        // An edge on the wrong side of off is that of no dead zone.
+        let value = if self.has_none(i) { 0.0 } else { value };
         (value, deviation * quantity.slope(self.at[i]).abs())
+    }
+
+    /// Whether this is the place of an edge of a dead zone that there is not.
+    pub(super) fn has_none(&self, place: usize) -> bool {
+        Quantity::edges().any(|edge| edge == place) && self.at[place] <= 0.0
     }
 
     /// Whether a number is known by the arm's weight alone: without it the logs tell it to
@@ -94,39 +94,37 @@ pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoS
         evaluations: 0,
     };
     let mut doubt = [0.0; COUNT];
-    for (round, len) in ROUNDS.into_iter().enumerate() {
+    for (number, len) in ROUNDS.into_iter().enumerate() {
         let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
         let smooth = |trace: &Trace| trace.smoothed(known, zero);
         let traces: Vec<Trace> = traces.iter().map(smooth).collect();
-        let stretches = stretches(&traces, len);
         let variance = found.noise_counts.powi(2);
         found.most = variance * (1.0 + ODD * (2.0 * BLOCK as f64 / len as f64).sqrt());
-        let judged = [variance, found.most];
-        let begin = |stretches, at| Search::begin(stretches, &traces, known, prior, at, judged);
-        let mut search = begin(stretches.clone(), found.at).run();
+        let round = Round {
+            stretches: Round::stretches(&traces, len),
+            traces: &traces,
+            known,
+            prior,
+            judged: [variance, found.most],
+        };
+        let mut search = round.begin(found.at).run();
         found.evaluations += search.evaluations();
-        if round == 1 {
-            let mut at = search.at();
-            for edge in edges() {
-                let joint = edge / PER_JOINT;
-                // The other joint's motions say nothing of it.
-                let own = stretches.iter().filter(|s| s.window.joint == joint);
-                let own: Vec<Stretch> = own.cloned().collect();
-                let others = DEAD_ZONES.map(|counts| {
-                    let mut at = at;
-                    at[edge] = Quantity::DeadAbove.coordinate(counts);
-                    begin(own.clone(), at).run()
-                });
-                found.evaluations += others.iter().map(Search::evaluations).sum::<usize>() / 2;
-                let (best, doubtful) = simplest(edge, begin(own.clone(), at).run(), others);
-                doubt[edge] = doubtful;
-                let numbers = joint * PER_JOINT..(joint + 1) * PER_JOINT;
-                at[numbers.clone()].copy_from_slice(&best.at()[numbers]);
-            }
-            search = begin(stretches.clone(), at).run();
-            found.evaluations += search.evaluations();
+        if number == 1 {
+            let tried = round.try_dead_zones(search.at());
+            doubt = tried.doubt;
+            search = round.begin(tried.at).run();
+            found.evaluations += tried.evaluations + search.evaluations();
         }
         found.take(&search, prior);
+        if number + 1 == ROUNDS.len() {
+            let edges = Quantity::edges().filter(|edge| search.at()[*edge] <= 0.0);
+            let none = edges.filter_map(|edge| Some((edge, round.seen(&search, edge)?)));
+            for (edge, deviation) in none {
+                found.covariance.row_mut(edge).fill(0.0);
+                found.covariance.column_mut(edge).fill(0.0);
+                found.covariance[(edge, edge)] = deviation.powi(2);
+            }
+        }
     }
     for (i, doubt) in doubt.into_iter().enumerate() {
         found.covariance[(i, i)] += f64::powi(doubt, 2);
@@ -142,18 +140,6 @@ pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoS
     };
     found.friction = stiction.found();
     Ok(found)
-}
-
-/// All windows of both joints, none longer than this.
-fn stretches(traces: &[Trace], len: usize) -> Vec<Stretch> {
-    let mut stretches = Vec::new();
-    for joint in 0..JOINTS {
-        for (index, trace) in traces.iter().enumerate() {
-            let windows = trace.windows(index, joint, len).into_iter();
-            stretches.extend(windows.map(|window| Stretch::new(window, trace)));
-        }
-    }
-    stretches
 }
 
 impl Found {
@@ -187,31 +173,6 @@ fn unweighed(mut information: SMatrix<f64, COUNT, COUNT>, prior: &Prior) -> [f64
     }
     let covariance = information.try_inverse();
     core::array::from_fn(|i| covariance.map_or(f64::INFINITY, |c| c[(i, i)].max(0.0).sqrt()))
-}
-
-/// Of searches that differ in this edge of a dead zone, the one with the least dead zone
-/// among those that explain the logs as well; and half of how far the others are from it.
-fn simplest<'a, const N: usize>(
-    edge: usize,
-    own: Search<'a>,
-    others: [Search<'a>; N],
-) -> (Search<'a>, f64) {
-    let mut searches: Vec<Search> = std::iter::once(own).chain(others).collect();
-    searches.sort_by(|a, b| a.loss().total_cmp(&b.loss()));
-    let most = searches[0].loss() + NO_WORSE;
-    let as_good = searches.iter().take_while(|search| search.loss() <= most);
-    let edges: Vec<f64> = as_good.map(|search| search.at()[edge]).collect();
-    let sizes = edges.iter().map(|edge| edge.abs()).enumerate();
-    let least = sizes.min_by(|a, b| a.1.total_cmp(&b.1));
-    let simplest = searches.swap_remove(least.map_or(0, |(index, _)| index));
-    let here = simplest.at()[edge];
-    let doubt = edges.iter().map(|edge| edge - here).fold(0.0, f64::max) / 2.0;
-    (simplest, doubt)
-}
-
-/// Coordinates of the dead zones' edges.
-fn edges() -> impl Iterator<Item = usize> {
-    (0..JOINTS).flat_map(|joint| [Quantity::DeadBelow.at(joint), Quantity::DeadAbove.at(joint)])
 }
 
 /// The covariance if errors are noise, and where what the windows say scatters more than

@@ -35,6 +35,7 @@
 //! | `cost`      | the sum of squares, its slope and curvature                   |
 //! | `search`    | the way down                                                  |
 //! | `stiction`  | static friction, by what a joint at rest withstood            |
+//! | `round`     | windows of one length, and dead zones tried in them           |
 //! | `find`      | all of it, round by round                                     |
 //! | `diagnose`  | whether the logs can tell an arm at all                       |
 //! | `checks`    | what a fit says of itself                                     |
@@ -62,6 +63,7 @@ mod prior;
 mod quantity;
 mod record;
 mod report;
+mod round;
 mod search;
 mod start;
 mod stiction;

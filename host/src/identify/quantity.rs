@@ -87,6 +87,11 @@ impl Quantity {
         joint * PER_JOINT + self as usize
     }
 
+    /// Places of the dead zones' edges.
+    pub fn edges() -> impl Iterator<Item = usize> {
+        (0..JOINTS).flat_map(|joint| [Self::DeadBelow.at(joint), Self::DeadAbove.at(joint)])
+    }
+
     /// What a coordinate of 1 is; `None` for one that is a logarithm.
     const fn step(self) -> Option<f64> {
         match self {

@@ -24,8 +24,8 @@ pub struct Number {
     pub value: f64,
     /// Half of its 95 % interval.
     pub within: f64,
-    /// What was believed before.
-    pub before: f64,
+    /// What was believed before; nothing of static friction.
+    pub before: Option<f64>,
     /// What is to be kept in mind of it; empty for most.
     pub remark: &'static str,
 }
@@ -35,6 +35,8 @@ pub struct Number {
 pub struct Report {
     /// Joint by joint.
     pub numbers: Vec<Number>,
+    /// Joints, from 1, whose static friction is not told: they gave way too rarely.
+    pub never_gave_way: Vec<usize>,
     /// Seconds of the logs in which a joint slides.
     pub sliding_s: f64,
     /// Windows of these that were compared.
@@ -60,18 +62,30 @@ impl Report {
                     unit: quantity.unit(),
                     value,
                     within: INTERVAL * error,
-                    before,
+                    before: Some(before),
                     remark,
                 });
             }
+            numbers.extend(found.friction[joint].map(|friction| Number {
+                joint: joint + 1,
+                name: "static friction",
+                unit: Quantity::Coulomb.unit(),
+                value: friction.torque_nm,
+                within: INTERVAL * friction.error_nm,
+                before: None,
+                remark: "",
+            }));
         }
         let ticks: usize = found
             .stretches
             .iter()
             .map(|stretch| stretch.window.len)
             .sum();
+        let joints = 1..=JOINTS;
+        let is_silent = |joint: &usize| found.friction[joint - 1].is_none();
         Self {
             numbers,
+            never_gave_way: joints.filter(is_silent).collect(),
             sliding_s: ticks as f64 * period_s,
             windows: found.stretches.len(),
             odd: found.odd(),
@@ -97,9 +111,13 @@ impl Report {
         for number in &self.numbers {
             rows.push(number.cells());
         }
+        let silent = self.never_gave_way.iter().map(|joint| {
+            format!("static friction of joint {joint} is not told: it gave way too rarely\n")
+        });
         format!(
-            "{}\n{:.1} s of sliding in {} windows, {} of them not explained; noise {:.2} counts\n",
+            "{}{}\n{:.1} s of sliding in {} windows, {} of them not explained; noise {:.2} counts\n",
             table::columns(&rows),
+            silent.collect::<String>(),
             self.sliding_s,
             self.windows,
             self.odd,
@@ -117,7 +135,8 @@ impl Number {
             digits(self.value, self.within),
             format!("± {}", digits(self.within, self.within)),
             self.unit.to_owned(),
-            digits(self.before, self.within),
+            self.before
+                .map_or_else(String::new, |before| digits(before, self.within)),
             self.remark.to_owned(),
         ]
     }
@@ -134,6 +153,9 @@ fn remark(found: &Found, prior: &Prior, joint: usize, quantity: Quantity) -> &'s
     // What a dead zone about the motor's true zero takes away is none on average.
     let (offset, _) = found.number(joint, Quantity::Offset);
     let (edge, error) = found.number(joint, quantity);
+    if found.has_none(quantity.at(joint)) {
+        return "none";
+    }
     let is_alike = match quantity {
         Quantity::DeadBelow => edge < -2.0 * offset + INTERVAL * error,
         Quantity::DeadAbove => edge < 2.0 * offset + INTERVAL * error,
@@ -154,7 +176,7 @@ fn remark(found: &Found, prior: &Prior, joint: usize, quantity: Quantity) -> &'s
 }
 
 /// A number to two digits of how far it may be off.
-fn digits(value: f64, within: f64) -> String {
+pub(super) fn digits(value: f64, within: f64) -> String {
     let places = if within > 0.0 && within.is_finite() {
         (1.0 - within.log10().floor()).clamp(0.0, 9.0) as usize
     } else {

@@ -10,7 +10,7 @@ use nalgebra_lm as lm;
 
 use super::arm::Known;
 use super::cost::{Cost, Stretch, cost};
-use super::quantity::COUNT;
+use super::quantity::{COUNT, Quantity};
 use super::trace::Trace;
 
 /// Rows of the problem: as many as there are numbers for all windows together, one for
@@ -31,7 +31,7 @@ pub(super) struct Search<'a> {
     stretches: Vec<Stretch>,
     traces: &'a [Trace],
     known: &'a Known,
-    prior: &'a Prior,
+    prior: Prior,
     /// Variance of an error in counts squared.
     variance: f64,
     /// Mean square of a window's errors beyond which it counts less.
@@ -47,11 +47,15 @@ impl<'a> Search<'a> {
         mut stretches: Vec<Stretch>,
         traces: &'a [Trace],
         known: &'a Known,
-        prior: &'a Prior,
+        prior: &Prior,
         at: [f64; COUNT],
         [variance, most]: [f64; 2],
     ) -> Self {
         let cost = cost(&mut stretches, traces, known, &at, most);
+        // Where there is no dead zone, nothing holds an edge against what is believed of it,
+        // until it is in the middle of what the logs say: there the search would end.
+        let mut prior = *prior;
+        Quantity::edges().for_each(|edge| prior.mean[edge] = at[edge]);
         Self {
             stretches,
             traces,

@@ -18,6 +18,7 @@ use serde_json::{Value, json};
 use super::super::run::Staging;
 use super::super::{Error, Outcome, ask, link};
 use super::apply::{Applied, Apply, not};
+use super::told::{self, Wish};
 use super::{Fit, preview};
 use crate::cli::IdentifyRunArgs;
 
@@ -185,12 +186,17 @@ fn conclude(
     report: &mut Value,
 ) -> Result<ExitCode, Error> {
     let fitted = Fit::of(&[Some(folder)], args.weighed);
+    let wish = Wish {
+        held_out: &[],
+        folder: Some(folder),
+    };
     let written = fitted.and_then(|fit| {
         fit.write_to(&folder.join(ARM_NAME))?;
-        Ok(fit)
+        let told = told::tell(&fit, &wish)?;
+        Ok((fit, told))
     });
-    let fit = match written {
-        Ok(fit) => fit,
+    let (fit, told) = match written {
+        Ok(written) => written,
         Err(why) => {
             eprintln!(
                 "armbridge: no arm was found: {why}; the log is in {}",
@@ -199,10 +205,10 @@ fn conclude(
             return Ok(ExitCode::from(1));
         }
     };
-    report["fit"] = serde_json::to_value(&fit.report)?;
+    report["fit"] = told.json;
     report["arm"] = serde_json::to_value(params::to_table(fit.changes()?))?;
     if !args.output.quiet && !args.output.json {
-        say(args, &fit.report.table())?;
+        say(args, &told.text)?;
     }
     if !args.apply {
         return Ok(ExitCode::SUCCESS);

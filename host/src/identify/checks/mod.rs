@@ -110,5 +110,10 @@ impl Checks {
 fn information(found: &Found, traces: &[Trace], known: &Known) -> SMatrix<f64, COUNT, COUNT> {
     let mut stretches = found.stretches.clone();
     let cost = cost(&mut stretches, traces, known, &found.at, found.most);
-    cost.hessian / found.noise_counts.powi(2)
+    let mut information = cost.hessian / found.noise_counts.powi(2);
+    // That there is no dead zone does not show in a slope.
+    for edge in Quantity::edges().filter(|edge| found.has_none(*edge)) {
+        information[(edge, edge)] += found.covariance[(edge, edge)].recip();
+    }
+    information
 }

@@ -1,9 +1,13 @@
 //! The page itself.
 
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::Setup;
+
 use super::super::checks::Checks;
 use super::super::diagnose::Diagnosis;
 use super::super::forecast::Forecast;
-use super::super::report::Number;
+use super::super::quantity::Quantity;
+use super::super::report::{self, Number};
 use super::{Page, Picture};
 use crate::page::{Html, escape};
 
@@ -38,6 +42,7 @@ pub(super) fn page(page: &Page<'_>, pictures: &[Picture]) -> String {
         }
     }
     forms(&mut html, page.checks);
+    as_the_paper_did(&mut html, page);
     method(&mut html);
     html.finish()
 }
@@ -139,6 +144,13 @@ fn untold(html: &mut Html, checks: &Checks) {
         "These combinations of numbers change nothing in these logs, or hardly anything: what \
          was told of the arm beforehand, not its motion, says where they are.",
     );
+    html.element(
+        "p",
+        "",
+        "Nor does any motion tell which way of a joint is the positive one: the arm is its own \
+         mirror image. That a higher PWM turns a joint to higher counts is checked; whether \
+         these are larger angles is what `armbridge calibrate` was told.",
+    );
     let heads = ["Not told by these logs", "Settled by", "#By the logs alone"];
     let rows = checks.untold.iter().map(|untold| {
         let deviation = if untold.deviation > 10.0 {
@@ -192,6 +204,51 @@ fn dry(html: &mut Html, checks: &Checks) {
             )
         }),
     );
+}
+
+/// The paper's numbers beside those of this arm, and what its method would make of these
+/// logs.
+fn as_the_paper_did(html: &mut Html, page: &Page<'_>) {
+    html.element("h2", "", "As the paper did it");
+    html.element(
+        "p",
+        "",
+        "The paper fitted one joint at a time, by eye, with viscous friction alone: 0.421 N m s/rad \
+         to a free fall, 0.239 to a constant input, of the same joint 1. Dry friction is behind \
+         both, see `armbridge identify paper`. Without dry friction in the model these logs \
+         would make of this arm:",
+    );
+    list_of(
+        html,
+        page.checks.dry.iter().map(|dry| {
+            let [with, without] = dry.viscous;
+            let joint = dry.joint;
+            format!("Joint {joint}: {without:.3} N m s/rad in place of {with:.3}.")
+        }),
+    );
+    let heads = ["Joint", "Number", "#The paper's arm", "#This arm", "Unit"];
+    let paper = Setup::default();
+    let rows = (0..JOINTS).flat_map(|joint| {
+        let told = [
+            Quantity::Inertia,
+            Quantity::Gravity,
+            Quantity::Viscous,
+            Quantity::Gain,
+            Quantity::Offset,
+        ];
+        told.map(|quantity| {
+            let (value, error) = page.found.number(joint, quantity);
+            let digits = |value| report::digits(value, error);
+            vec![
+                (joint + 1).to_string(),
+                quantity.name().to_owned(),
+                digits(quantity.of(&paper, joint)),
+                digits(value),
+                quantity.unit().to_owned(),
+            ]
+        })
+    });
+    table(html, &heads, rows);
 }
 
 fn list_of(html: &mut Html, items: impl Iterator<Item = String>) {
