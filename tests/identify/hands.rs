@@ -95,26 +95,4 @@ impl Hands {
             })
         });
     }
-
-    /// Sends a joint a PWM that is a function of the time in s and of what held it, until
-    /// it has gone so far or so long; the other is held.
-    pub(crate) fn let_go(
-        &mut self,
-        joint: usize,
-        seconds: f64,
-        far_rad: f64,
-        pwm: impl Fn(f64, f64) -> f64,
-    ) {
-        let here = self.q;
-        let held = self.trace.pwm.last().map_or(1000, |pwm| pwm[joint]);
-        for k in 0..(seconds * 1e3) as usize {
-            if (self.q[joint] - here[joint]).abs() > far_rad {
-                return;
-            }
-            let mut sent = [0, 1].map(|joint| self.follow(joint, [here[joint], 0.0]));
-            let own = pwm(k as f64 * 1e-3, held.into()).round();
-            sent[joint] = own.clamp(0.0, 2000.0) as u16;
-            self.tick(sent);
-        }
-    }
 }
