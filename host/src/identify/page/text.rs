@@ -149,7 +149,7 @@ fn untold(html: &mut Html, checks: &Checks) {
         "",
         "Nor does any motion tell which way of a joint is the positive one: the arm is its own \
          mirror image. That a higher PWM turns a joint to higher counts is checked; whether \
-         these are larger angles is what `armbridge calibrate` was told.",
+         these are larger angles is what armbridge calibrate was told.",
     );
     let heads = ["Not told by these logs", "Settled by", "#By the logs alone"];
     let rows = checks.untold.iter().map(|untold| {
@@ -197,8 +197,8 @@ fn dry(html: &mut Html, checks: &Checks) {
             let [with, without] = dry.viscous;
             let [rms, rms_without] = dry.rms_counts;
             format!(
-                "Joint {}: viscous friction is {with:.3} N m s/rad beside dry friction. Without it \
-             in the model, all numbers sought anew, it would be {without:.3}, with errors of {rms_without:.2} \
+                "Joint {}: viscous friction is {with:.3} N m s/rad beside dry friction. Without dry \
+             friction in the model, all numbers sought anew, it would be {without:.3}, with errors of {rms_without:.2} \
              counts instead of {rms:.2} (worse by {:.0} variances).",
                 dry.joint, dry.worse
             )
@@ -215,7 +215,7 @@ fn as_the_paper_did(html: &mut Html, page: &Page<'_>) {
         "",
         "The paper fitted one joint at a time, by eye, with viscous friction alone: 0.421 N m s/rad \
          to a free fall, 0.239 to a constant input, of the same joint 1. Dry friction is behind \
-         both, see `armbridge identify paper`. Without dry friction in the model these logs \
+         both, see armbridge identify paper. Without dry friction in the model these logs \
          would make of this arm:",
     );
     list_of(
