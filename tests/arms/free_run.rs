@@ -21,18 +21,6 @@ const REST: usize = 100;
 /// A tick in ns.
 const TICK_NS: u64 = 1_000_000;
 
-/// What free runs have come to.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct FreeRuns {
-    /// Runs.
-    pub(crate) runs: usize,
-    /// Length of each, in s.
-    pub(crate) lasts_s: f64,
-    /// Root mean square of measured less simulated in them, in counts, without the
-    /// encoder's noise.
-    pub(crate) rms_counts: f64,
-}
-
 /// The arm that was found, as a board is told it, and with what only the bench can use.
 pub(crate) fn model(told: &Setup, found: &Found) -> PlantConfig {
     let number = |joint: usize, quantity: Quantity| found.number(joint, quantity).0;
@@ -68,28 +56,20 @@ pub(crate) fn model(told: &Setup, found: &Found) -> PlantConfig {
 }
 
 /// Free runs from the beginning of every experiment of a log, of an arm whose unstable pole
-/// has this time constant.
-pub(crate) fn free_runs(model: &PlantConfig, records: &[Record], pole_s: f64) -> FreeRuns {
+/// has this time constant: their length in s, and of each the root mean square of measured
+/// less simulated in counts, without the encoder's noise. The least comes first.
+pub(crate) fn free_runs(model: &PlantConfig, records: &[Record], pole_s: f64) -> (f64, Vec<f64>) {
     let lasts_s = pole_s * (REST as f64).sqrt().ln();
-    let lasts = ((lasts_s * 1e3) as usize).min(TICKS);
+    let ticks = ((lasts_s * 1e3) as usize).min(TICKS);
     let is_one = |record: &Record| record.mode.drive() == Some(Drive::Experiment);
     let begins = (REST..records.len().saturating_sub(TICKS))
         .filter(|&k| is_one(&records[k]) && !is_one(&records[k - 1]));
-    let mut all = FreeRuns::default();
-    let (mut squares, mut ticks) = (0.0, 0);
-    for begin in begins {
-        if let Some(sum) = free_run(model, records, begin, lasts) {
-            all.runs += 1;
-            squares += sum;
-            ticks += lasts;
-        }
-    }
-    all.lasts_s = lasts as f64 * 1e-3;
     let noise = 1.0 + 1.0 / 12.0;
-    all.rms_counts = (squares / (JOINTS * ticks).max(1) as f64 - noise)
-        .max(0.0)
-        .sqrt();
-    all
+    let rms = |squares: f64| (squares / (JOINTS * ticks) as f64 - noise).max(0.0).sqrt();
+    let runs = begins.filter_map(|begin| free_run(model, records, begin, ticks));
+    let mut runs: Vec<f64> = runs.map(rms).collect();
+    runs.sort_by(f64::total_cmp);
+    (lasts_s, runs)
 }
 
 /// Sum of the squares of both joints' errors in so many ticks; none if the arm does not rest

@@ -137,23 +137,26 @@ impl Arm {
     }
 
     /// How far off its motions are told when the plan is performed again with other noise, in
-    /// counts beside the encoder's noise. First as long as a joint slides, at most 5 s, by the
-    /// PWM alone, from a start that all of a window tells; then in [`free_run`]s.
-    fn forecast(&self) -> f64 {
+    /// counts beside the encoder's noise. As long as a joint slides, at most 5 s, by the PWM
+    /// alone, from a start that all of a window tells: the worse joint. And the [`free_run`]s
+    /// of the whole arm, rests and all; one that gives way at another moment is far off.
+    fn forecast(&self) -> (f64, Vec<f64>) {
         let (plan, _) = plan::shipped();
         let again = plan::perform(&plan, self.before, &self.config, self.seed + 1_000);
         let forecasts = forecast(&self.found, &traces(&again), &Known::of(&self.before));
         let poles = forecasts.iter().filter_map(|of| of.unstable_s);
         let pole_s = poles.fold(f64::INFINITY, f64::min);
         let model = free_run::model(&self.told(self.before), &self.found);
-        let runs = free_run::free_runs(&model, &again, pole_s);
+        let (lasts_s, runs) = free_run::free_runs(&model, &again, pole_s);
         let [first, second] = [0, 1].map(|joint| forecasts[joint].model_counts);
         println!(
-            "arm {}: sliding {first:.2} and {second:.2} counts off; {} free runs of {:.2} s (pole \
-             {pole_s:.2} s) {:.2} counts",
-            self.seed, runs.runs, runs.lasts_s, runs.rms_counts
+            "arm {}: sliding {first:.2} and {second:.2} counts off; {} free runs of {lasts_s:.2} s \
+             (pole {pole_s:.2} s), half of them below {:.2} counts",
+            self.seed,
+            runs.len(),
+            runs[runs.len() / 2],
         );
-        first.max(second).max(runs.rms_counts)
+        (first.max(second), runs)
     }
 
     /// The set-up that a board is given that is told what was found.
@@ -186,6 +189,21 @@ fn judge(numbers: &[Judged]) {
     for Judged { what, sigmas, .. } in numbers {
         assert!(sigmas.abs() < 6.0, "{what}: {sigmas:.1}");
     }
+}
+
+/// Held-out motions are told to a count, and three free runs in four.
+fn judge_forecasts(arms: &[Arm]) {
+    let (mut worst, mut runs) = (0.0_f64, Vec::new());
+    for arm in arms {
+        let (sliding, free) = arm.forecast();
+        worst = worst.max(sliding);
+        runs.extend(free);
+    }
+    let close = runs.iter().filter(|counts| **counts <= 1.0).count();
+    let all = runs.len();
+    println!("sliding joints are told to {worst:.2} counts; {close} of {all} free runs to one");
+    assert!(worst <= 1.0, "{worst:.2} counts");
+    assert!(close * 4 >= all * 3, "{close} of {all}");
 }
 
 /// Root mean square of both joints' errors in mrad, from so many seconds on, of a run that
@@ -224,8 +242,7 @@ fn two_arms_are_found() {
     let arms = arms(&[2, 5]);
     let numbers: Vec<Judged> = arms.iter().flat_map(Arm::numbers).collect();
     judge(&numbers);
-    let off = arms.iter().map(Arm::forecast).fold(0.0, f64::max);
-    assert!(off <= 1.0, "{off:.2} counts");
+    judge_forecasts(&arms);
 }
 
 #[test]
@@ -263,10 +280,8 @@ fn twenty_arms_are_found_and_controlled_as_if_they_were_known() {
     let at_rest = at_rest[0] / at_rest[1];
     println!("with what was found: at most {worst:.3} times the error with what is true,");
     println!("and at rest {at_rest:.3} times on average");
-    let off = arms.iter().map(Arm::forecast).fold(0.0, f64::max);
-    println!("held-out motions are told to {off:.2} counts");
+    judge_forecasts(&arms);
     judge(&numbers);
-    assert!(off <= 1.0, "{off:.2} counts");
     assert!(worst <= 1.1, "{worst:.3}");
     assert!(at_rest <= 1.1, "{at_rest:.3}");
 }
