@@ -2,8 +2,8 @@
 //!
 //! When the joint began to slide, the motion afterwards tells: each tick in which it may
 //! have begun is as likely as the encoder's noise lets its motion be. Only ticks in which
-//! it is pushed harder than ever before come into question, and static friction lies
-//! between that push and the hardest before.
+//! it is pushed harder than ever before, and harder than a sliding joint's dry friction,
+//! come into question, and static friction lies between that push and the hardest before.
 
 use core::ops::Range;
 
@@ -54,18 +54,20 @@ impl Stiction<'_> {
         let ticks = (rest.end - rest.first - SETTLED) as f64;
         let is_explained = best.squares < variance * (ticks + ODD * (2.0 * ticks).sqrt());
         // What may have slid from the first tick on may have begun before, at any push.
-        let has_rested = beginnings[0].squares - best.squares > variance * ODD.powi(2);
-        if !(is_explained && has_rested) {
+        let first = &beginnings[0];
+        let is_early = first.pushes_nm[0] == f64::NEG_INFINITY;
+        let has_rested = first.squares - best.squares > variance * ODD.powi(2);
+        if !is_explained || (is_early && !has_rested) {
             return None;
         }
         let likelihood = |squares: f64| (-0.5 * (squares - best.squares) / variance).exp();
-        let later = beginnings.iter().skip(1);
+        let later = beginnings.iter().skip(usize::from(is_early));
         let belief = Belief::of(later.map(|of| (of.pushes_nm, likelihood(of.squares))));
         let slope = self.slope(trace, joint, best.tick, way);
         Some(Event { belief, slope })
     }
 
-    /// All ticks in which it is pushed harder than ever before.
+    /// All ticks in which it may begin to slide.
     fn beginnings(&self, trace: &Trace, joint: usize, rest: &Rest, way: f64) -> Vec<Beginning> {
         let coordinates = core::array::from_fn(|i| self.at[joint * PER_JOINT + i]);
         let link = self.at[Quantity::Gravity.at(1)];
@@ -78,7 +80,9 @@ impl Stiction<'_> {
                 let start = [model.angle(position.mean), 0.0];
                 let motion = || Motion::new(model, joint, self.known, trace, start, way);
                 let push = motion().push(tick) * way;
-                if push > hardest {
+                if push > hardest && push < model.coulomb {
+                    hardest = push;
+                } else if push > hardest {
                     let sliding = squares(motion(), trace, joint, tick..rest.end);
                     beginnings.push(Beginning {
                         tick,
