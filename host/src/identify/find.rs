@@ -38,8 +38,6 @@ pub struct Found {
     /// Mean square of a window's errors beyond which it is not explained, in counts
     /// squared.
     pub most: f64,
-    /// How often all motions were computed.
-    pub evaluations: usize,
 }
 
 impl Found {
@@ -91,7 +89,6 @@ pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoS
         friction: [None; JOINTS],
         stretches: Vec::new(),
         most: VARIANCE,
-        evaluations: 0,
     };
     let mut doubt = [0.0; COUNT];
     for (number, len) in ROUNDS.into_iter().enumerate() {
@@ -108,12 +105,10 @@ pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoS
             judged: [variance, found.most],
         };
         let mut search = round.begin(found.at).run();
-        found.evaluations += search.evaluations();
         if number == 1 {
             let tried = round.try_dead_zones(search.at());
             doubt = tried.doubt;
             search = round.begin(tried.at).run();
-            found.evaluations += tried.evaluations + search.evaluations();
         }
         found.take(&search, prior);
         if number + 1 == ROUNDS.len() {

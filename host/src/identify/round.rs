@@ -43,8 +43,6 @@ pub(super) struct Tried {
     pub(super) at: [f64; COUNT],
     /// How far off each edge may be because another explains the logs as well.
     pub(super) doubt: [f64; COUNT],
-    /// How often all motions were computed.
-    pub(super) evaluations: usize,
 }
 
 impl<'a> Round<'a> {
@@ -79,7 +77,7 @@ impl<'a> Round<'a> {
     /// Tries each edge of a dead zone from several places, in windows of its own joint: the
     /// other's motions say nothing of it.
     pub(super) fn try_dead_zones(&self, mut at: [f64; COUNT]) -> Tried {
-        let (mut doubt, mut evaluations) = ([0.0; COUNT], 0);
+        let mut doubt = [0.0; COUNT];
         for edge in Quantity::edges() {
             let joint = edge / PER_JOINT;
             let own = self.stretches.iter().filter(|s| s.window.joint == joint);
@@ -91,17 +89,12 @@ impl<'a> Round<'a> {
             };
             let mut searches = vec![from(None)];
             searches.extend(TRIED_COUNTS.map(|counts| from(Some(counts))));
-            evaluations += searches.iter().map(Search::evaluations).sum::<usize>() / JOINTS;
             let (best, doubtful) = simplest(edge, searches);
             doubt[edge] = doubtful;
             let numbers = joint * PER_JOINT..(joint + 1) * PER_JOINT;
             at[numbers.clone()].copy_from_slice(&best[numbers]);
         }
-        Tried {
-            at,
-            doubt,
-            evaluations,
-        }
+        Tried { at, doubt }
     }
 
     /// How well it is known that there is no edge here: a standard deviation of its

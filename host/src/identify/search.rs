@@ -38,7 +38,6 @@ pub(super) struct Search<'a> {
     most: f64,
     at: [f64; COUNT],
     cost: Cost,
-    evaluations: usize,
 }
 
 impl<'a> Search<'a> {
@@ -65,7 +64,6 @@ impl<'a> Search<'a> {
             most,
             at,
             cost,
-            evaluations: 1,
         }
     }
 
@@ -94,11 +92,6 @@ impl<'a> Search<'a> {
     /// The windows, as they are explained there.
     pub(super) fn stretches(&self) -> &[Stretch] {
         &self.stretches
-    }
-
-    /// How often all motions were computed.
-    pub(super) fn evaluations(&self) -> usize {
-        self.evaluations
     }
 
     /// What is minimised: twice the negative logarithm of the likelihood, but for a
@@ -146,7 +139,6 @@ impl LeastSquaresProblem<f64, lm::Const<ROWS>, lm::Const<COUNT>> for Search<'_> 
         if at.map(f64::to_bits) != self.at.map(f64::to_bits) {
             self.at = at;
             self.cost = cost(&mut self.stretches, self.traces, self.known, &at, self.most);
-            self.evaluations += 1;
         }
     }
 
