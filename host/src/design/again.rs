@@ -11,7 +11,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Controller, Gains, Setup};
 use nalgebra::{Matrix2, Vector2};
 
-use super::place::{PlaceError, place};
+use super::place::{PlaceError, joints, place};
 
 /// What became of the gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,17 +67,11 @@ pub fn again(before: &Setup, after: &Setup) -> Result<(Setup, Redesign), PlaceEr
 
 /// Sum and product of each joint's poles under a gain that does not couple joints.
 fn poles(setup: &Setup, gain: &[[f32; 2 * JOINTS]; JOINTS]) -> [(f64, f64); JOINTS] {
-    let period_s = f64::from(setup.period_us) * 1e-6;
-    let arm = setup.arm.map(f64::from).linearise(Vector2::zeros());
-    let model = arm.zero_order_hold(period_s);
-    let inputs = [
-        Vector2::new(model.b.m11, model.b.m31),
-        Vector2::new(model.b.m22, model.b.m42),
-    ];
-    let joints = model.joints();
+    let joints = joints(setup);
     core::array::from_fn(|joint| {
         let row = [gain[joint][joint], gain[joint][JOINTS + joint]].map(f64::from);
-        let closed: Matrix2<f64> = joints[joint] - inputs[joint] * Vector2::from(row).transpose();
+        let (a, b) = joints[joint];
+        let closed: Matrix2<f64> = a - b * Vector2::from(row).transpose();
         (closed.trace(), closed.determinant())
     })
 }

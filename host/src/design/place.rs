@@ -15,6 +15,18 @@ pub enum PlaceError {
     Uncontrollable(usize),
 }
 
+/// Each joint about upright: its matrix from tick to tick, and what its torque adds.
+pub(super) fn joints(setup: &Setup) -> [(Matrix2<f64>, Vector2<f64>); JOINTS] {
+    let period_s = f64::from(setup.period_us) * 1e-6;
+    let arm = setup.arm.map(f64::from).linearise(Vector2::zeros());
+    let model = arm.zero_order_hold(period_s);
+    let [first, second] = model.joints();
+    [
+        (first, Vector2::new(model.b.m11, model.b.m31)),
+        (second, Vector2::new(model.b.m22, model.b.m42)),
+    ]
+}
+
 /// The gain, one row a torque, with which each joint of the set-up's arm has two poles of
 /// this sum and product.
 ///
@@ -24,15 +36,8 @@ pub fn place(
     setup: &Setup,
     sums_and_products: [(f64, f64); JOINTS],
 ) -> Result<[[f32; 2 * JOINTS]; JOINTS], PlaceError> {
-    let period_s = f64::from(setup.period_us) * 1e-6;
-    let arm = setup.arm.map(f64::from).linearise(Vector2::zeros());
-    let model = arm.zero_order_hold(period_s);
-    let inputs = [
-        Vector2::new(model.b.m11, model.b.m31),
-        Vector2::new(model.b.m22, model.b.m42),
-    ];
     let mut gain = [[0.0; 2 * JOINTS]; JOINTS];
-    for (joint, (a, b)) in model.joints().into_iter().zip(inputs).enumerate() {
+    for (joint, (a, b)) in joints(setup).into_iter().enumerate() {
         let (sum, product) = sums_and_products[joint];
         let reach = Matrix2::from_columns(&[b, a * b]);
         let inverse = reach.try_inverse();
