@@ -199,11 +199,10 @@ fn settled_by(parts: &[(usize, f64)], prior: &Prior) -> String {
                 prior.deviation[*i].exp()
             )
         }
-        quantity @ (Quantity::Offset
-        | Quantity::DeadBelow
-        | Quantity::DeadAbove
-        | Quantity::Zero
-        | Quantity::Delay) => format!(
+        Quantity::DeadBelow | Quantity::DeadAbove => {
+            "the least dead zone being preferred of those that explain the logs".into()
+        }
+        quantity @ (Quantity::Offset | Quantity::Zero | Quantity::Delay) => format!(
             "what was believed of the {}: ± {} {}",
             quantity.name(),
             quantity.value(prior.deviation[*i]),
@@ -244,7 +243,7 @@ mod tests {
         assert_eq!(first.what, "dead zone above of joint 1 by itself");
         assert_eq!(
             first.settled_by,
-            "what was believed of the dead zone above: ± 40 counts"
+            "the least dead zone being preferred of those that explain the logs"
         );
         assert_eq!(
             second.what,
