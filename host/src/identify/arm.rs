@@ -21,7 +21,7 @@ use armbridge_shared::arm::Mounting;
 use armbridge_shared::link::message::Setup;
 use num_dual::DualNum;
 
-use super::quantity::{PER_JOINT, Quantity};
+use super::quantity::{COUNT, PER_JOINT, Quantity};
 
 /// What is not looked for: a ruler tells it, or the way the servos are wired and asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,7 +99,7 @@ pub(super) struct Joint<D> {
     offset: D,
     dead: [D; 2],
     zero: D,
-    pub(super) delay: D,
+    delay: D,
     /// Gravity torque of link 2.
     link: D,
     /// 1 if the arm stands, -1 if it hangs.
@@ -111,6 +111,17 @@ pub(super) struct Joint<D> {
 }
 
 impl<D: DualNum<Primitive = f64> + Copy> Joint<D> {
+    /// The joint of an arm of these coordinates.
+    pub(super) fn of(known: &Known, at: &[D; COUNT], index: usize) -> Self {
+        let own = core::array::from_fn(|i| at[index * PER_JOINT + i]);
+        Self::new(known, index, &own, at[Quantity::Gravity.at(1)])
+    }
+
+    /// From the sample behind a tick's angle to its PWM's torque, in ticks.
+    pub(super) fn delay_ticks(&self, known: &Known) -> D {
+        (self.delay - known.lead_s[self.index]) / known.period_s
+    }
+
     /// The joint of these coordinates; `link` is that of joint 2's gravity.
     pub(super) fn new(known: &Known, index: usize, coordinates: &[D; PER_JOINT], link: D) -> Self {
         let value = |quantity: Quantity| quantity.value(coordinates[quantity as usize]);

@@ -40,7 +40,7 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
         [q, v]: [D; 2],
         way: f64,
     ) -> Self {
-        let ticks = (joint.delay - known.lead_s[index]) / known.period_s;
+        let ticks = joint.delay_ticks(known);
         let whole = ticks.re().floor();
         Self {
             joint,

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::super::arm::{Joint, Known};
 use super::super::find::Found;
-use super::super::quantity::{PER_JOINT, Quantity};
+use super::super::quantity::Quantity;
 use super::super::trace::Trace;
 use super::follow::Followed;
 
@@ -143,9 +143,8 @@ fn sums(
     known: &Known,
     found: &Found,
 ) -> Sums {
-    let own: [f64; PER_JOINT] = core::array::from_fn(|i| found.at[joint * PER_JOINT + i]);
-    let model = Joint::new(known, joint, &own, found.at[Quantity::Gravity.at(1)]);
-    let delay = (found.number(joint, Quantity::Delay).0 - known.lead_s[joint]) / known.period_s;
+    let model = Joint::of(known, &found.at, joint);
+    let delay = model.delay_ticks(known);
     let mut sums = Sums {
         normal: DMatrix::zeros(ALL, ALL),
         right: DVector::zeros(ALL),

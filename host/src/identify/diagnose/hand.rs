@@ -8,7 +8,7 @@ use armbridge_shared::JOINTS;
 
 use super::super::arm::{Joint, Known};
 use super::super::find::Found;
-use super::super::quantity::{PER_JOINT, Quantity};
+use super::super::quantity::Quantity;
 use super::super::trace::{FAIR_COUNTS, OFF, Trace};
 use super::bump::Bump;
 
@@ -112,14 +112,13 @@ struct Model<'a> {
 
 impl<'a> Model<'a> {
     fn new(known: &'a Known, found: &Found, joint: usize) -> Self {
-        let own: [f64; PER_JOINT] = core::array::from_fn(|i| found.at[joint * PER_JOINT + i]);
         let number = |quantity: Quantity| found.number(joint, quantity).0;
-        let delay = (number(Quantity::Delay) - known.lead_s[joint]) / known.period_s;
+        let arm = Joint::of(known, &found.at, joint);
         Self {
             joint,
             known,
-            arm: Joint::new(known, joint, &own, found.at[Quantity::Gravity.at(1)]),
-            delay_ticks: delay.round() as i64,
+            delay_ticks: arm.delay_ticks(known).round() as i64,
+            arm,
             dead: [number(Quantity::DeadBelow), number(Quantity::DeadAbove)],
         }
     }

@@ -7,7 +7,7 @@ use super::super::arm::{Joint, Known};
 use super::super::checks::Checks;
 use super::super::diagnose::Bump;
 use super::super::find::Found;
-use super::super::quantity::{PER_JOINT, Quantity};
+use super::super::quantity::Quantity;
 use crate::plot::axis::Axis;
 use crate::plot::panel::{FRAME, INK, JOINT, JOINT_TINT, Key, LIMIT, Panel};
 use crate::plot::svg::{Rect, Stroke};
@@ -70,12 +70,10 @@ pub(super) fn draw(found: &Found, checks: &Checks, known: &Known) -> String {
 /// Speeds in rad/s and friction torques in N m of a joint's windows.
 fn points(found: &Found, checks: &Checks, known: &Known, joint: usize) -> Vec<(f64, f64)> {
     let bump = Bump::new(HALF);
-    let own: [f64; PER_JOINT] = core::array::from_fn(|i| found.at[joint * PER_JOINT + i]);
-    let model = Joint::new(known, joint, &own, found.at[Quantity::Gravity.at(1)]);
+    let model = Joint::of(known, &found.at, joint);
     let number = |quantity| found.number(joint, quantity).0;
     let viscous = number(Quantity::Viscous);
-    let delay = (number(Quantity::Delay) - known.lead_s[joint]) / known.period_s;
-    let delay_ticks = delay.round() as i64;
+    let delay_ticks = model.delay_ticks(known).round() as i64;
     let of_joint = checks
         .followed
         .iter()

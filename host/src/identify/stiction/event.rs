@@ -69,9 +69,7 @@ impl Stiction<'_> {
 
     /// All ticks in which it may begin to slide.
     fn beginnings(&self, trace: &Trace, joint: usize, rest: &Rest, way: f64) -> Vec<Beginning> {
-        let coordinates = core::array::from_fn(|i| self.at[joint * PER_JOINT + i]);
-        let link = self.at[Quantity::Gravity.at(1)];
-        let model = Joint::new(self.known, joint, &coordinates, link);
+        let model = Joint::of(self.known, self.at, joint);
         let mut position = Resting::default();
         let mut hardest = f64::NEG_INFINITY;
         let mut beginnings = Vec::new();
