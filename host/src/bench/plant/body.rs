@@ -12,9 +12,9 @@
 //! # Dry friction
 //!
 //! After Karnopp, with the crossing of zero speed in the place of a speed
-//! threshold. A sliding joint feels its Coulomb torque against its motion. When
-//! its speed would change sign it stops, and sticks for as long as the rest of
-//! the torque stays within the static one: truly at rest, no creep. It breaks
+//! threshold. A sliding joint feels its Coulomb torque against its motion. In the moment in
+//! which its speed changes sign, within a step, it stops, and sticks for as long as the rest
+//! of the torque stays within the static one: truly at rest, no creep. It breaks
 //! away in the direction of that rest. After Stribeck, what a sliding joint feels
 //! may come down from the static torque to the Coulomb one as it gets faster,
 //! instead of at once. Because M(q) is diagonal, a stuck joint
@@ -29,6 +29,9 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Parameters, State};
 use nalgebra::{ComplexField, Vector2};
 
+/// How often joints may come to rest within a step. What is left of one with more is lost:
+/// nothing moves far in it.
+const TURNS_MAX: usize = 4;
 /// Grid of the integration, in ns.
 pub const STEP_NS: u64 = 100_000;
 
@@ -171,13 +174,43 @@ impl Body {
         if self.still {
             return;
         }
-        self.break_away();
-        if self.contact == [Contact::Stuck; JOINTS] {
-            self.still = true;
-            return;
+        let mut rest_s = step_s;
+        for _ in 0..TURNS_MAX {
+            self.break_away();
+            if self.contact == [Contact::Stuck; JOINTS] {
+                self.still = true;
+                return;
+            }
+            let next = self.runge_kutta(rest_s);
+            let Some((joint, turn_s)) = self.turn(&next, rest_s) else {
+                self.state = next;
+                self.stop_and_stick();
+                return;
+            };
+            self.state = self.runge_kutta(turn_s);
+            self.state.dq[joint] = 0.0;
+            self.stop_and_stick();
+            rest_s -= turn_s;
         }
-        self.state = self.runge_kutta(step_s);
-        self.stop_and_stick();
+    }
+
+    /// Which sliding joint comes to rest first on the way to `next`, and after how many of
+    /// these seconds.
+    fn turn(&self, next: &State<f64>, step_s: f64) -> Option<(usize, f64)> {
+        let turns = (0..JOINTS).filter_map(|joint| {
+            let Contact::Sliding(direction) = self.contact[joint] else {
+                return None;
+            };
+            let (from, to) = (self.state.dq[joint], next.dq[joint]);
+            (from * direction > 0.0 && to * direction < 0.0).then(|| {
+                // Speed is nearly linear over a step: one more step of the secant is exact.
+                let per_s = (to - from) / step_s;
+                let near_s = -from / per_s;
+                let turn_s = near_s - self.runge_kutta(near_s).dq[joint] / per_s;
+                (joint, turn_s.clamp(0.0, step_s))
+            })
+        });
+        turns.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Decides which joints at rest leave it.
@@ -298,6 +331,40 @@ mod tests {
             let faster = turned(jump, torque_nm).dq.y;
             assert!(faster.abs() > speed.abs());
             assert!((faster.abs() - (torque_nm.abs() - 0.04) / viscous).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_joint_turns_round_when_its_speed_is_none_not_at_the_next_step() {
+        let friction = Friction {
+            coulomb_nm: 0.04,
+            static_nm: 0.06,
+            stribeck_rad_s: 0.0,
+        };
+        let arm = Parameters {
+            g: 0.0,
+            ..Parameters::paper()
+        };
+        let stops = [[-100.0, 100.0]; JOINTS];
+        let (inertia, torque_nm) = (arm.i2y + arm.m2 * arm.l2 * arm.l2 / 4.0, 0.2);
+        let constant_s = inertia / arm.b2;
+        // Slides at this speed, until it is pushed the other way as hard.
+        let full_rad_s = (torque_nm - friction.coulomb_nm) / arm.b2;
+        let slower_rad_s = (torque_nm + friction.coulomb_nm) / arm.b2;
+        let until_s = constant_s * (1.0 + full_rad_s / slower_rad_s).ln();
+        for us in [0, 13, 50, 87] {
+            let at_rest = State::at_rest(Vector2::zeros());
+            let mut body = Body::new(arm, [friction; JOINTS], stops, at_rest);
+            let from_ns = 20 * S + us * 1_000;
+            body.set_torque(0, Vector2::new(0.0, torque_nm));
+            body.set_torque(from_ns, Vector2::new(0.0, -torque_nm));
+            let speed = body.state(from_ns + S / 10).dq.y;
+            let back_s = 0.1 - until_s;
+            let expected = -full_rad_s * (1.0 - (-back_s / constant_s).exp());
+            assert!(
+                back_s > 0.0 && (speed - expected).abs() < 1e-9,
+                "{us} us: {speed}"
+            );
         }
     }
 }
