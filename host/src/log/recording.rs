@@ -16,7 +16,8 @@ pub struct Recording {
     pub path: PathBuf,
     /// Of the run, with the settings that the board told last.
     pub facts: RunFacts,
-    /// As told by the board first; none if it never did.
+    /// With which it first drove its motors: told last before that; those told last, if it
+    /// never drove them, and none if it never told any.
     pub settings: Option<Settings>,
     /// Everything that was said, in order, records too.
     pub events: Vec<Event>,
@@ -46,14 +47,7 @@ impl Recording {
     pub fn load(path: &Path) -> Result<Self, ReadError> {
         let mut reader = Reader::open(path)?;
         let events: Vec<Event> = reader.by_ref().collect();
-        let settings = events.iter().find_map(|event| match event.what {
-            What::Told(_, ToHost::Settings(settings)) => Some(settings),
-            What::Told(..)
-            | What::Asked(..)
-            | What::Lost(..)
-            | What::Garbled(..)
-            | What::Parted => None,
-        });
+        let settings = in_force(&events);
         Ok(Self {
             path: reader.path().to_path_buf(),
             facts: reader.facts().clone(),
@@ -68,4 +62,24 @@ impl Recording {
     pub fn records(&self) -> Vec<Record> {
         self.events.iter().filter_map(Event::record).collect()
     }
+}
+
+/// What a board works with: a scenario's settings are told before its motors are driven, and
+/// the board's own, which it had at first, again when the scenario is over.
+fn in_force(events: &[Event]) -> Option<Settings> {
+    let is_driven = |event: &Event| {
+        let record = event.record();
+        record.is_some_and(|record| record.mode.drive().is_some())
+    };
+    let first = events.iter().position(is_driven).unwrap_or(events.len());
+    let told = |event: &Event| match event.what {
+        What::Told(_, ToHost::Settings(settings)) => Some(settings),
+        What::Told(..) | What::Asked(..) | What::Lost(..) | What::Garbled(..) | What::Parted => {
+            None
+        }
+    };
+    let (before, after) = events.split_at(first);
+    let in_force = before.iter().rev().find_map(told);
+    // Somebody who came later hears of them later.
+    in_force.or_else(|| after.iter().find_map(told))
 }
