@@ -269,6 +269,52 @@ fn a_hidden_arm_is_found_written_and_applied() {
     }
 }
 
+/// The default plan's beginning, for an arm upside down: what a fit computes with is what the
+/// plan told the board, not what the board had before.
+#[test]
+fn an_arm_that_hangs_is_found() {
+    let folder = folder("hangs");
+    let program = program_in(folder.clone());
+    let shown = program(&["run", "--show", "identify"]);
+    let plan = text(&shown.stdout).replacen("[set]", "[set]\narm.mounting = \"hanging\"", 1);
+    let (plan, _) = plan.split_once("[[step]]\nat_s = 35.4").unwrap();
+    let plan = format!("{plan}[stop]\nafter_s = 35.4\n");
+    fs::write(folder.join("plan.toml"), plan).unwrap();
+    let hidden = HIDDEN.replacen("[arm]", "[arm]\nmounting = \"hanging\"", 1);
+    fs::write(folder.join("hidden.toml"), hidden).unwrap();
+    let run = ["identify", "run", "--json", "--plan", "plan.toml"];
+    let output = program(&[&run[..], &["--plant", "hidden.toml"]].concat());
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let numbers = report["fit"]["numbers"].as_array().unwrap();
+    for (joint, name, truth) in [
+        (1, "inertia", 0.021624),
+        (1, "gravity", 0.38909),
+        (1, "viscous friction", 0.33),
+        (1, "Coulomb friction", 0.04),
+        (1, "motor gain", 700.0),
+        (1, "encoder zero", 512.0),
+        (2, "inertia", 0.023579),
+        (2, "gravity", 0.18149),
+        (2, "viscous friction", 0.11),
+        (2, "Coulomb friction", 0.04),
+        (2, "motor gain", 950.0),
+        (2, "encoder zero", 512.0),
+    ] {
+        let is_it =
+            |number: &&serde_json::Value| number["joint"] == joint && number["name"] == name;
+        let number = numbers.iter().find(is_it).unwrap();
+        let [value, within] = ["value", "within"].map(|key| number[key].as_f64().unwrap());
+        let off = (value - truth).abs();
+        // Three standard errors.
+        assert!(
+            off < 1.53 * within && off < 0.05 * truth,
+            "{number}, {truth}"
+        );
+    }
+}
+
 #[test]
 fn what_is_too_vague_is_not_applied_whoever_is_sure() {
     let folder = folder("vague");
