@@ -39,13 +39,15 @@ pub(crate) fn run(args: &ConfigArgs) -> Outcome {
     let rows: Vec<Vec<String>> = std::iter::once(heads).chain(rows).collect();
     write!(out, "{}", table::columns(&rows))?;
     let remark = match config.file() {
-        Some(_) if config.has_settings() => {
-            "What is for the board is sent to it when a run begins; `armbridge set --from` sends \
-             it at once."
-        }
-        Some(_) => "The file says nothing for the board, which keeps its own settings.",
+        Some(file) if config.has_settings() => format!(
+            "A board has settings of its own: `armbridge set --from {}` sends it what is here for \
+             it, and `design` counts with that.",
+            file.display()
+        ),
+        Some(_) => "The file says nothing for the board, which keeps its own settings.".to_owned(),
         None => {
             "No armbridge.toml here or above: `armbridge config --init` writes one, all comments."
+                .to_owned()
         }
     };
     writeln!(out, "\n{remark}")?;

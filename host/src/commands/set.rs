@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use armbridge::config::Config;
+use armbridge::config::{self, Config};
 use armbridge::document::Document;
 use armbridge::params::exchange::{Exchange, Exchanged, commands};
 use armbridge::params::{self, to_text};
@@ -134,7 +134,10 @@ pub(super) fn differences(before: &Settings, after: &Settings) -> String {
 fn wanted(before: &Settings, file: Option<&Document>, args: &SetArgs) -> Result<Settings, Error> {
     let mut after = *before;
     if let Some(file) = file {
-        let entries = file.entries().map(|(key, entry)| (key, &entry.value));
+        // An armbridge.toml has the host's own keys, too.
+        let is_own = |key: &str| config::KEYS.iter().any(|own| own.key == key);
+        let entries = file.entries().filter(|(key, _)| !is_own(key));
+        let entries = entries.map(|(key, entry)| (key, &entry.value));
         params::apply(&mut after, entries)
             .map_err(|error| file.wrong_key(error.key(), error.to_string()))?;
     }

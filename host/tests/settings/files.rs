@@ -52,6 +52,17 @@ fn the_file_that_is_written_says_nothing_until_it_is_edited() {
     // Every command finds it, from further below as well.
     program.fails(&["get"], &["tcp://127.0.0.1:1"]);
     program.says(&["get", "--link", "sim:"]);
+    // What it has for the board is sent by who says so.
+    let told = table.lines().last().unwrap_or_default();
+    assert!(
+        told.contains("`armbridge set --from ") && told.contains("armbridge.toml`"),
+        "{table}"
+    );
+    let said = program.says(&["set", "--link", "sim:", "--from", "armbridge.toml"]);
+    assert!(
+        said.contains("limits.hold_ms") && said.contains("the board has taken it"),
+        "{said}"
+    );
 }
 
 #[test]
