@@ -332,8 +332,8 @@ fn what_is_too_vague_is_not_applied_whoever_is_sure() {
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     for words in [
-        "'s inertia is known to ±",
-        "control needs ±20 %",
+        " is known to ±",
+        " only, and control needs ±",
         "not applied",
     ] {
         assert!(said.contains(words), "no {words:?} in {said}");

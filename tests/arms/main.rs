@@ -140,7 +140,7 @@ impl Arm {
     }
 
     /// How far off its motions are told when the plan is performed again with other noise, in
-    /// counts beside the encoder's noise. As long as a joint slides, at most 5 s, by the PWM
+    /// counts beside the encoder's noise. As long as a joint slides, at most 3 s, by the PWM
     /// alone, from a start that all of a window tells: the worse joint. And the [`free_run`]s
     /// of the whole arm, rests and all, with what was found and with what is true.
     fn forecast(&self) -> (f64, [Vec<FreeRun>; 2]) {
@@ -176,17 +176,18 @@ impl Arm {
     }
 }
 
-/// At most one number in ten is beyond its interval, or more than a twentieth off.
+/// At most one number in ten is beyond its interval, or more than a twentieth off, or either.
 fn judge(numbers: &[Judged]) {
     let all = numbers.len();
-    let within = numbers.iter().filter(|n| n.sigmas.abs() < INTERVAL).count();
-    let close = numbers.iter().filter(|n| n.share.abs() < 0.05).count();
-    println!("of {all} numbers {within} within their 95 % interval, {close} within 5 %");
-    assert!(
-        within * 10 >= all * 9,
-        "{within} of {all} within their interval"
+    let is_within = |n: &&Judged| n.sigmas.abs() < INTERVAL;
+    let is_close = |n: &&Judged| n.share.abs() < 0.05;
+    let within = numbers.iter().filter(is_within).count();
+    let close = numbers.iter().filter(is_close).count();
+    let both = numbers.iter().filter(is_within).filter(is_close).count();
+    println!(
+        "of {all} numbers {within} within their 95 % interval, {close} within 5 %, {both} both"
     );
-    assert!(close * 10 >= all * 9, "{close} of {all} within 5 %");
+    assert!(both * 10 >= all * 9, "{both} of {all} within both");
     for Judged { what, sigmas, .. } in numbers {
         assert!(sigmas.abs() < 6.0, "{what}: {sigmas:.1}");
     }
@@ -209,6 +210,7 @@ fn judge_forecasts(arms: &[Arm]) {
     println!("{free}; those of the worst arm {worst_free:.2}");
     println!("with what is true: {truth}");
     assert!(worst <= 1.0, "{worst:.2} counts");
+    assert!(worst_free <= 1.0, "{worst_free:.2} counts");
     assert!(free.close * 100 >= free.runs * 97, "{free}");
 }
 

@@ -43,6 +43,8 @@ impl Model {
                 offset_counts: joint.offset_counts.into(),
             }),
             friction: core::array::from_fn(|joint| {
+                // None of these arms' dry friction falls with speed.
+                assert_eq!(found.stribeck[joint], None);
                 let coulomb_nm = number(joint, Quantity::Coulomb);
                 let static_nm = found.friction[joint].map_or(coulomb_nm, |of| of.torque_nm);
                 Friction {

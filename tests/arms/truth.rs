@@ -8,10 +8,11 @@ use armbridge_shared::arm::Parameters;
 use armbridge_shared::link::message::Setup;
 
 /// From the sample behind a tick's angle to the moment at which a servo applies the PWM
-/// of that tick, in s, on average over 140 s of the bench: the servo converts its angle 76
-/// and 2 µs before the tick begins, and applies the PWM 606 and 607 µs after that. It does
-/// either once in its half millisecond, so that each time is up to 250 µs off.
-const BUS_S: [f64; JOINTS] = [0.68e-3, 0.61e-3];
+/// of that tick, in s, on average over the 158 000 ticks of the default plan on the bench
+/// whose PWM is another than before: from the servo's conversion to the step of its control
+/// that puts the PWM on the motor. It does either once in 0.89 ms, so that a tick's time may
+/// be off by half of that.
+const BUS_S: [f64; JOINTS] = [0.756e-3, 0.679e-3];
 
 /// What is believed: the paper's arm, but for what a ruler and a scale tell, which are the
 /// lengths and the weight of link 2, and where its zeros are, which calibration has found

@@ -6,6 +6,7 @@ use armbridge::bench::plant::PlantConfig;
 use armbridge::identify::{
     Checks, Found, Known, Prior, Quantity, Tally, Trace, forecast, identify, without_the_last,
 };
+use armbridge_shared::JOINTS;
 use core::f64::consts::TAU;
 
 use crate::bad_data::swing;
@@ -48,6 +49,7 @@ impl Fitted {
 #[test]
 fn the_right_model_leaves_noise_and_says_what_is_not_told() {
     let mut fitted = fitted(&PlantConfig::drawn(5, 0.4));
+    assert_eq!(fitted.found.stribeck, [None; JOINTS]);
     let checks = fitted.checks();
     for whiteness in &checks.whiteness {
         assert!(whiteness.is_white(), "{whiteness:?}");
@@ -60,7 +62,7 @@ fn the_right_model_leaves_noise_and_says_what_is_not_told() {
     for dry in &checks.dry {
         let [with, without] = dry.viscous;
         assert!(dry.worse > 1_000.0, "{dry:?}");
-        assert!((without / with - 1.0).abs() > 0.1, "{dry:?}");
+        assert!((without / with - 1.0).abs() > 0.05, "{dry:?}");
     }
     let scale = checks
         .untold
@@ -116,21 +118,33 @@ fn a_log_held_out_is_forecast_to_less_than_a_count() {
 }
 
 #[test]
-fn friction_that_falls_with_speed_is_told() {
+fn friction_that_falls_with_speed_is_found() {
+    const SPEED_RAD_S: f64 = 0.5;
     let mut config = PlantConfig::drawn(5, 0.4);
     for friction in &mut config.friction {
         friction.static_nm = 2.5 * friction.coulomb_nm;
-        friction.stribeck_rad_s = 0.8;
+        friction.stribeck_rad_s = SPEED_RAD_S;
     }
-    let checks = fitted(&config).checks();
-    for joint in 1..=2 {
-        let told = format!("joint {joint}: dry friction that falls");
-        assert!(
-            checks
-                .warnings
-                .iter()
-                .any(|warning| warning.starts_with(&told)),
-            "{joint}"
-        );
+    let fitted = fitted(&config);
+    let found = &fitted.found;
+    let is_right = |[value, error]: [f64; 2], truth: f64| {
+        println!("{value:.4} ± {error:.4} for {truth:.4}");
+        assert!((value - truth).abs() < 3.0 * error && error < 0.1 * truth);
+    };
+    for joint in 0..JOINTS {
+        let truth = config.friction[joint];
+        let of = found.stribeck[joint].expect("dry friction that falls");
+        let drop_nm = truth.static_nm - truth.coulomb_nm;
+        is_right([of.drop_nm, of.drop_error_nm], drop_nm);
+        is_right([of.speed_rad_s, of.speed_error_rad_s], SPEED_RAD_S);
+        let coulomb = found.number(joint, Quantity::Coulomb);
+        is_right(coulomb.into(), truth.coulomb_nm);
+        let viscous = found.number(joint, Quantity::Viscous);
+        is_right(viscous.into(), [config.arm.b1, config.arm.b2][joint]);
     }
+    let warnings = fitted.checks().warnings;
+    let lacks = warnings
+        .iter()
+        .find(|warning| warning.contains("would explain"));
+    assert_eq!(lacks, None);
 }

@@ -29,6 +29,7 @@ pub fn without_the_last(
     prior: &Prior,
 ) -> Option<Vec<Forecast>> {
     let began = Instant::now();
+    let known = &known.with(&found.stribeck);
     let mut kept = found.stretches.clone();
     cost(&mut kept, &checks.traces, known, &found.at, found.most);
     if began.elapsed() * EVALUATIONS > MOST {

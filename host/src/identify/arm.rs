@@ -22,6 +22,7 @@ use armbridge_shared::link::message::Setup;
 use num_dual::DualNum;
 
 use super::quantity::{COUNT, PER_JOINT, Quantity};
+use super::stribeck::Falling;
 
 /// What is not looked for: a ruler tells it, or the way the servos are wired and asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +44,9 @@ pub struct Known {
     pub lead_s: [f64; JOINTS],
     /// Tick period in s.
     pub period_s: f64,
+    /// How each joint's dry friction falls with speed, if it does; sought apart from the
+    /// other numbers.
+    pub falling: [Option<Falling>; JOINTS],
 }
 
 impl Known {
@@ -61,6 +65,7 @@ impl Known {
             }),
             lead_s: [0.0; JOINTS],
             period_s: f64::from(setup.period_us) * 1e-6,
+            falling: [None; JOINTS],
         }
     }
 }
@@ -94,7 +99,8 @@ pub(super) struct Joint<D> {
     inertia: D,
     gravity: D,
     viscous: D,
-    pub(super) coulomb: D,
+    coulomb: D,
+    falling: Option<Falling>,
     gain: D,
     offset: D,
     dead: [D; 2],
@@ -132,6 +138,7 @@ impl<D: DualNum<Primitive = f64> + Copy> Joint<D> {
             gravity: value(Quantity::Gravity),
             viscous: value(Quantity::Viscous),
             coulomb: value(Quantity::Coulomb),
+            falling: known.falling[index],
             gain: value(Quantity::Gain),
             offset: value(Quantity::Offset),
             dead: [value(Quantity::DeadBelow), value(Quantity::DeadAbove)],
@@ -158,6 +165,14 @@ impl<D: DualNum<Primitive = f64> + Copy> Joint<D> {
             at if at <= 0.0 => D::from(0.0),
             at if at < 1.0 => torque * share * share * (-share * 2.0 + 3.0),
             _ => torque,
+        }
+    }
+
+    /// Dry friction at a speed, in N m, whichever way.
+    pub(super) fn dry(&self, v: D) -> D {
+        match self.falling {
+            Some(falling) => self.coulomb + falling.at(v),
+            None => self.coulomb,
         }
     }
 

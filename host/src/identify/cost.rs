@@ -98,7 +98,7 @@ fn motion<'a>(
     at: &[f64; COUNT],
 ) -> Motion<'a, Dual> {
     let lane = |value: f64, index: usize| Dual::from_re(value).derivative(index);
-    let Window { joint, way, .. } = stretch.window;
+    let Window { joint, .. } = stretch.window;
     let coordinates = core::array::from_fn(|i| lane(at[joint * PER_JOINT + i], i));
     let link = match joint {
         0 => lane(at[Quantity::Gravity.at(1)], LINK),
@@ -106,7 +106,7 @@ fn motion<'a>(
     };
     let start = [lane(stretch.x[0], LINK + 1), lane(stretch.x[1], LINK + 2)];
     let model = Joint::new(known, joint, &coordinates, link);
-    Motion::new(model, joint, known, trace, start, way)
+    Motion::new(model, joint, known, trace, start, stretch.x[1].signum())
 }
 
 fn look(stretch: &Stretch, trace: &Trace, known: &Known, at: &[f64; COUNT]) -> Look {

@@ -5,12 +5,14 @@ use armbridge_shared::JOINTS;
 use nalgebra::SMatrix;
 
 use super::arm::Known;
+use super::checks;
 use super::cost::{BLOCK, STARTS, Stretch};
-use super::quantity::{COUNT, Quantity};
+use super::quantity::{COUNT, PER_JOINT, Quantity};
 use super::round::Round;
 use super::search::{Prior, Search};
 use super::start::{NoStart, start};
 use super::stiction::{Static, Stiction};
+use super::stribeck::{self, Stribeck};
 use super::trace::Trace;
 
 /// Longest windows of each round, in ticks: in short ones a wrong number leads less far
@@ -20,6 +22,7 @@ const ROUNDS: [usize; 3] = [400, 1_000, 1_000];
 const VARIANCE: f64 = 1.0 + 1.0 / 12.0;
 /// Standard deviations of a window's mean square beyond which it counts less.
 const ODD: f64 = 4.0;
+
 /// What was found.
 #[derive(Clone, Debug)]
 pub struct Found {
@@ -31,6 +34,8 @@ pub struct Found {
     pub unweighed: [f64; COUNT],
     /// Standard deviation of an encoder's noise in counts, rounding included.
     pub noise_counts: f64,
+    /// How dry friction of each joint falls with speed, if the logs show that it does.
+    pub stribeck: [Option<Stribeck>; JOINTS],
     /// Static friction of each joint, if it gave way often enough.
     pub friction: [Option<Static>; JOINTS],
     /// The windows, as they are explained.
@@ -86,39 +91,40 @@ pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoS
         covariance: SMatrix::zeros(),
         unweighed: [0.0; COUNT],
         noise_counts: VARIANCE.sqrt(),
+        stribeck: [None; JOINTS],
         friction: [None; JOINTS],
         stretches: Vec::new(),
         most: VARIANCE,
     };
     let mut doubt = [0.0; COUNT];
+    let mut falls = [false; JOINTS];
     for (number, len) in ROUNDS.into_iter().enumerate() {
         let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
         let smooth = |trace: &Trace| trace.smoothed(known, zero);
         let traces: Vec<Trace> = traces.iter().map(smooth).collect();
         let variance = found.noise_counts.powi(2);
         found.most = variance * (1.0 + ODD * (2.0 * BLOCK as f64 / len as f64).sqrt());
+        let falling = known.with(&found.stribeck);
         let round = Round {
             stretches: Round::stretches(&traces, len),
             traces: &traces,
-            known,
+            known: &falling,
             prior,
             judged: [variance, found.most],
         };
+        let is_last = number + 1 == ROUNDS.len();
         let mut search = round.begin(found.at).run();
-        if number == 1 {
+        if number == 1 || (is_last && falls.contains(&true)) {
             let tried = round.try_dead_zones(search.at());
             doubt = tried.doubt;
             search = round.begin(tried.at).run();
         }
         found.take(&search, prior);
-        if number + 1 == ROUNDS.len() {
-            let edges = Quantity::edges().filter(|edge| search.at()[*edge] <= 0.0);
-            let none = edges.filter_map(|edge| Some((edge, round.seen(&search, edge)?)));
-            for (edge, deviation) in none {
-                found.covariance.row_mut(edge).fill(0.0);
-                found.covariance.column_mut(edge).fill(0.0);
-                found.covariance[(edge, edge)] = deviation.powi(2);
-            }
+        if number == 1 {
+            falls = [0, 1].map(|joint| found.fall(&round, joint).is_some());
+        }
+        if is_last {
+            found.end(&round, search, falls);
         }
     }
     for (i, doubt) in doubt.into_iter().enumerate() {
@@ -128,7 +134,7 @@ pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoS
     let traces: Vec<Trace> = traces.iter().map(|t| t.smoothed(known, zero)).collect();
     let stiction = Stiction {
         traces: &traces,
-        known,
+        known: &known.with(&found.stribeck),
         at: &found.at,
         covariance: &found.covariance,
         noise_counts: found.noise_counts,
@@ -138,6 +144,50 @@ pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoS
 }
 
 impl Found {
+    /// The last round's end: how these joints' dry friction falls, all other numbers with it,
+    /// and how well it is known where there is no dead zone.
+    fn end(&mut self, round: &Round<'_>, search: Search<'_>, falls: [bool; JOINTS]) {
+        let falling = (0..JOINTS).filter(|joint| falls[*joint]);
+        let more: Vec<_> = falling
+            .filter_map(|joint| self.fall(round, joint))
+            .collect();
+        let known = round.known.with(&self.stribeck);
+        let round = Round {
+            known: &known,
+            stretches: round.stretches.clone(),
+            ..*round
+        };
+        let search = if falls.contains(&true) {
+            round.begin(self.at).run()
+        } else {
+            search
+        };
+        self.take(&search, round.prior);
+        self.covariance += more.iter().sum::<SMatrix<f64, COUNT, COUNT>>();
+        let edges = Quantity::edges().filter(|edge| search.at()[*edge] <= 0.0);
+        let none = edges.filter_map(|edge| Some((edge, round.seen(&search, edge)?)));
+        for (edge, deviation) in none {
+            self.covariance.row_mut(edge).fill(0.0);
+            self.covariance.column_mut(edge).fill(0.0);
+            self.covariance[(edge, edge)] = deviation.powi(2);
+        }
+    }
+
+    /// Seeks how a joint's dry friction falls with speed, from where it was found to, or where
+    /// a torque that does would surely explain the logs better. Returns what not knowing that
+    /// better adds to the covariance; `None` if it does not fall.
+    fn fall(&mut self, round: &Round<'_>, joint: usize) -> Option<SMatrix<f64, COUNT, COUNT>> {
+        let before = self.stribeck[joint]
+            .take()
+            .map(|stribeck| stribeck.falling());
+        let begin = before.or_else(|| checks::falling(self, round.traces, round.known, joint))?;
+        let sought = stribeck::sought(round, self.at, joint, begin)?;
+        self.stribeck[joint] = Some(sought.stribeck);
+        let own = joint * PER_JOINT..(joint + 1) * PER_JOINT;
+        self.at[own].copy_from_slice(&sought.own);
+        Some(sought.covariance)
+    }
+
     /// What a search has come to.
     fn take(&mut self, search: &Search<'_>, prior: &Prior) {
         self.at = search.at();
@@ -151,7 +201,10 @@ impl Found {
             .iter()
             .filter(|s| s.squares <= most * s.count as f64);
         let (squares, count) = explained.fold((0.0, 0), |(squares, count), stretch| {
-            (squares + stretch.squares, count + stretch.count - STARTS)
+            (
+                squares + stretch.squares,
+                count + stretch.count.saturating_sub(STARTS),
+            )
         });
         if count > 0 {
             self.noise_counts = (squares / count as f64).sqrt();

@@ -1,7 +1,7 @@
 //! How well the numbers that were found tell what a joint will do in logs that they were
 //! not found in.
 //!
-//! As long as a joint slides, at most 5 s, its motion is computed from the PWM that was
+//! As long as a joint slides, at most 3 s, its motion is computed from the PWM that was
 //! sent. Only where it starts, angle and speed, is taken from the log: once by all of the
 //! window, which tells how far the numbers are off; and once by its first quarter of a
 //! second alone, which is a forecast. An arm that stands falls away from where it is thought
@@ -17,8 +17,9 @@ use super::find::Found;
 use super::quantity::{COUNT, Quantity};
 use super::trace::{Trace, Window};
 
-/// Longest window, in s.
-const LONGEST_S: f64 = 5.0;
+/// Longest window, in s: in a few time constants of an unstable pole, what is not known of a
+/// start outgrows all else.
+const LONGEST_S: f64 = 3.0;
 /// By so much of a window its start is found for a forecast, in s.
 const START_S: f64 = 0.25;
 
@@ -53,6 +54,7 @@ pub struct Forecast {
 
 /// Forecasts of both joints, in logs that the numbers were not found in.
 pub fn forecast(found: &Found, traces: &[Trace], known: &Known) -> Vec<Forecast> {
+    let known = &known.with(&found.stribeck);
     let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
     let traces: Vec<Trace> = traces
         .iter()

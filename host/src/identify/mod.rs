@@ -2,15 +2,16 @@
 //! known of them.
 //!
 //! ```text
-//! logs -> traces -> windows in which a joint slides one way -> start -> search -> numbers
+//! logs -> traces -> windows in which a joint slides -> start -> search -> numbers
 //! ```
 //!
-//! Each joint of the arm has ten numbers ([`Quantity`]) beside static friction. They
+//! Each joint of the arm has ten numbers ([`Quantity`]) beside static friction, and two more
+//! if its dry friction falls with speed. They
 //! are sought as those whose motions explain the encoders best: each window's motion is
 //! computed from a start of its own, with its derivatives, and compared with the counts,
-//! tick by tick. Where joints stop or stick, motion does not depend smoothly on the
-//! numbers, and one wrong number there would drown all that the rest tells; such moments
-//! are left out. Static friction is sought when all else is found, from the moments at
+//! tick by tick. Where joints stick, motion does not depend smoothly on the numbers, and one
+//! wrong number there would drown all that the rest tells; such moments are left out. Where
+//! they turn round at once it does, and such windows tell most of inertia and delay. Static friction is sought when all else is found, from the moments at
 //! which a joint gave way.
 //!
 //! Noise of a count and rounding make an error of 1.04 counts, white; so the sum of
@@ -35,6 +36,7 @@
 //! | `cost`      | the sum of squares, its slope and curvature                   |
 //! | `search`    | the way down                                                  |
 //! | `stiction`  | static friction, by what a joint at rest withstood            |
+//! | `stribeck`  | dry friction that falls with speed, where it does             |
 //! | `round`     | windows of one length, and dead zones tried in them           |
 //! | `find`      | all of it, round by round                                     |
 //! | `diagnose`  | whether the logs can tell an arm at all                       |
@@ -67,6 +69,7 @@ mod round;
 mod search;
 mod start;
 mod stiction;
+mod stribeck;
 mod trace;
 
 pub use again::without_the_last;
@@ -84,4 +87,5 @@ pub use report::{Number, Report};
 pub use search::Prior;
 pub use start::NoStart;
 pub use stiction::Static;
+pub use stribeck::{Falling, Stribeck};
 pub use trace::Trace;

@@ -24,7 +24,7 @@ pub struct Number {
     pub value: f64,
     /// Half of its 95 % interval.
     pub within: f64,
-    /// What was believed before; nothing of static friction.
+    /// What was believed before; nothing of static friction, nor of how dry friction falls.
     pub before: Option<f64>,
     /// What is to be kept in mind of it; empty for most.
     pub remark: &'static str,
@@ -66,6 +66,27 @@ impl Report {
                     remark,
                 });
             }
+            numbers.extend(found.stribeck[joint].iter().flat_map(|of| {
+                let number = |name, unit, value: f64, error: f64| Number {
+                    joint: joint + 1,
+                    name,
+                    unit,
+                    value,
+                    within: INTERVAL * error,
+                    before: None,
+                    remark: "dry friction falls with speed",
+                };
+                let torque = Quantity::Coulomb.unit();
+                [
+                    number("Stribeck friction", torque, of.drop_nm, of.drop_error_nm),
+                    number(
+                        "Stribeck speed",
+                        "rad/s",
+                        of.speed_rad_s,
+                        of.speed_error_rad_s,
+                    ),
+                ]
+            }));
             numbers.extend(found.friction[joint].map(|friction| Number {
                 joint: joint + 1,
                 name: "static friction",

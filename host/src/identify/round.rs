@@ -63,7 +63,7 @@ impl<'a> Round<'a> {
         self.begin_in(self.stretches.clone(), at)
     }
 
-    fn begin_in(&self, stretches: Vec<Stretch>, at: [f64; COUNT]) -> Search<'a> {
+    pub(super) fn begin_in(&self, stretches: Vec<Stretch>, at: [f64; COUNT]) -> Search<'a> {
         let Self {
             traces,
             known,
@@ -85,7 +85,7 @@ impl<'a> Round<'a> {
             let from = |counts: Option<f64>| {
                 let mut at = at;
                 at[edge] = counts.map_or(at[edge], |counts| Quantity::DeadAbove.coordinate(counts));
-                self.begin_in(own.clone(), at).run()
+                self.begin_in(own.clone(), at).try_once()
             };
             let mut searches = vec![from(None)];
             searches.extend(TRIED_COUNTS.map(|counts| from(Some(counts))));

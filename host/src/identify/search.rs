@@ -72,12 +72,25 @@ impl<'a> Search<'a> {
     pub(super) fn run(self) -> Self {
         /// Evaluations for each number, beyond which nothing is gained any more.
         const PATIENCE: usize = 15;
+        self.down(PATIENCE)
+    }
+
+    /// The same for one of many tries: who begins far off, where no slope leads anywhere, is
+    /// given up soon.
+    #[must_use]
+    pub(super) fn try_once(self) -> Self {
+        /// Evaluations for each number: twice as many as a try takes that comes to anything.
+        const PATIENCE: usize = 2;
+        self.down(PATIENCE)
+    }
+
+    fn down(self, patience: usize) -> Self {
         /// Relative change of sum and numbers below which it is at the bottom: a
         /// thousandth of what is known of them.
         const TOLERANCE: f64 = 1e-6;
 
         let (search, _) = LevenbergMarquardt::new()
-            .with_patience(PATIENCE)
+            .with_patience(patience)
             .with_ftol(TOLERANCE)
             .with_xtol(TOLERANCE)
             .minimize(self);

@@ -21,7 +21,7 @@ pub struct Trace {
     pub smooth: Vec<[[f64; 2]; JOINTS]>,
 }
 
-/// A stretch in which a joint slides one way.
+/// A stretch in which a joint slides, and turns round at once where it does.
 #[derive(Clone, Debug)]
 pub struct Window {
     /// Index of the trace.
@@ -32,8 +32,6 @@ pub struct Window {
     pub first: usize,
     /// Ticks.
     pub len: usize,
-    /// Towards larger (1) or smaller (-1) angles.
-    pub way: f64,
 }
 
 /// Ticks to either side of one over which a speed is taken.
@@ -46,6 +44,9 @@ pub(super) const OFF: u16 = Pwm::OFF.counts();
 /// Counts from off up to which torque grows with PWM; with more, a strong motor comes to
 /// what its gears or its supply let it make.
 pub(super) const FAIR_COUNTS: u16 = 700;
+/// Ticks in which a joint that turns round without resting is slower than
+/// [`SLIDES_RAD_S`].
+const TURN: usize = 30;
 /// Shortest window in ticks that says anything.
 const SHORTEST: usize = 120;
 
@@ -104,37 +105,58 @@ impl Trace {
         })
     }
 
-    /// All windows of a joint, none longer than `most` ticks.
+    /// All windows of a joint, none longer than `most` ticks by more than a turn takes.
     pub(super) fn windows(&self, trace: usize, joint: usize, most: usize) -> Vec<Window> {
         let mut windows = Vec::new();
-        let mut first = 0;
-        while first < self.smooth.len() {
-            let way = self.smooth[first][joint][1].signum();
-            let slides = |tick: &usize| self.smooth[*tick][joint][1] * way > SLIDES_RAD_S;
-            let is_fair = |tick: &usize| self.pwm[*tick][joint].abs_diff(OFF) <= FAIR_COUNTS;
-            let run = (first..self.smooth.len())
-                .take_while(|tick| slides(tick) && is_fair(tick))
-                .count();
-            if run == 0 {
-                first += 1;
-                continue;
-            }
+        let mut from = 0;
+        while let Some(first) = (from..self.smooth.len()).find(|tick| self.slides(*tick, joint)) {
+            let end = self.slides_until(first, joint);
+            from = end;
             // Where its speed is just enough the joint may have stood a moment before.
-            let inner = run.saturating_sub(2 * AROUND);
-            // Parts of the same length.
-            let parts = inner.div_ceil(most).max(1);
-            let len = inner / parts;
-            if len >= SHORTEST {
-                windows.extend((0..parts).map(|part| Window {
+            let end = end.saturating_sub(AROUND);
+            let Some(mut first) = (first + AROUND..end).find(|tick| self.slides(*tick, joint))
+            else {
+                continue;
+            };
+            while end >= first + SHORTEST {
+                // Parts of about the same length, each from where it surely slides.
+                let parts = (end - first).div_ceil(most);
+                let part = first + (end - first) / parts;
+                let begins = (part..end).find(|tick| parts > 1 && self.slides(*tick, joint));
+                let len = begins.unwrap_or(end) - first;
+                windows.push(Window {
                     trace,
                     joint,
-                    first: first + AROUND + part * len,
+                    first,
                     len,
-                    way,
-                }));
+                });
+                first += len;
             }
-            first += run;
         }
         windows
+    }
+
+    /// Whether a joint surely slides in a tick, and its motor makes what its PWM says.
+    fn slides(&self, tick: usize, joint: usize) -> bool {
+        self.smooth[tick][joint][1].abs() > SLIDES_RAD_S && self.is_fair(tick, joint)
+    }
+
+    fn is_fair(&self, tick: usize, joint: usize) -> bool {
+        self.pwm[tick][joint].abs_diff(OFF) <= FAIR_COUNTS
+    }
+
+    /// From a tick in which a joint slides, the end of the stretch in which it does, and
+    /// turns round at once where it does.
+    fn slides_until(&self, first: usize, joint: usize) -> usize {
+        let mut end = first;
+        let fair = (first..self.smooth.len()).take_while(|tick| self.is_fair(*tick, joint));
+        for tick in fair {
+            if self.slides(tick, joint) {
+                end = tick + 1;
+            } else if tick - end >= TURN {
+                break;
+            }
+        }
+        end
     }
 }

@@ -27,6 +27,8 @@ pub struct Followed {
     pub spread: Vec<f64>,
     /// Derivatives of what is computed by the start.
     slopes: Vec<Vector2<f64>>,
+    /// Which way it slides, towards larger (1) or smaller (-1) angles, or not (0).
+    pub(super) ways: Vec<f64>,
 }
 
 /// Errors of a block of ticks, and how they depend on the start.
@@ -78,26 +80,24 @@ fn run(
     x: Vector2<f64>,
 ) -> Followed {
     let &Window {
-        joint,
-        first,
-        len,
-        way,
-        ..
+        joint, first, len, ..
     } = window;
     let own: [Dual; PER_JOINT] = core::array::from_fn(|i| at[joint * PER_JOINT + i].into());
     let link = Dual::from_re(at[Quantity::Gravity.at(1)]);
     let start = [0, 1].map(|i| Dual::from_re(x[i]).derivative(i));
     let model = Joint::new(known, joint, &own, link);
-    let mut motion = Motion::new(model, joint, known, trace, start, way);
+    let mut motion = Motion::new(model, joint, known, trace, start, x[1].signum());
     let mut followed = Followed {
         window: window.clone(),
         computed: Vec::with_capacity(len),
         errors: Vec::with_capacity(len),
         spread: Vec::new(),
         slopes: Vec::with_capacity(len),
+        ways: Vec::with_capacity(len),
     };
     for tick in first..first + len {
         let position = motion.position();
+        followed.ways.push(motion.way());
         let measured = trace.counts[tick][joint].map_or(f64::NAN, f64::from);
         followed.computed.push(position.re());
         followed.errors.push(measured - position.re());

@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::super::arm::{Joint, Known};
 use super::super::find::Found;
 use super::super::quantity::Quantity;
+use super::super::stribeck::Falling;
 use super::super::trace::Trace;
 use super::follow::Followed;
 
@@ -21,6 +22,7 @@ use super::follow::Followed;
 const OWN: usize = 6;
 const VISCOUS: usize = 0;
 const DRY: usize = 1;
+const INERTIA: usize = 5;
 /// Torques that it lacks.
 const MISSING: [&str; 7] = [
     "dry friction that falls up to 0.3 rad/s (Stribeck)",
@@ -32,6 +34,12 @@ const MISSING: [&str; 7] = [
     "a push by the other joint's acceleration",
 ];
 const ALL: usize = OWN + MISSING.len();
+/// Speeds of the first two.
+const FALLS_RAD_S: [f64; 2] = [0.3, 1.0];
+/// Improvement in variances that is not by chance: 5 standard deviations.
+pub(super) const SURE: f64 = 25.0;
+/// Torque in N m below which a missing one is of no matter.
+pub(super) const SMALL_NM: f64 = 2e-3;
 /// Ticks on either side over which the other joint's acceleration is taken.
 const AROUND: usize = 15;
 
@@ -74,6 +82,35 @@ struct Sums {
     most: [f64; ALL],
 }
 
+/// How a joint's dry friction falls with speed, if a torque that does surely explains its
+/// windows better; roughly, and only for those that are explained.
+pub(super) fn falling(
+    joint: usize,
+    windows: &[&Followed],
+    traces: &[Trace],
+    known: &Known,
+    found: &Found,
+) -> Option<Falling> {
+    let sums = sums(joint, windows, traces, known, found);
+    let own: Vec<usize> = (0..OWN).collect();
+    let rest = sums.rest(&own, 0.0).0;
+    let least = rest - SURE * found.noise_counts.powi(2);
+    let tried = FALLS_RAD_S
+        .into_iter()
+        .zip(OWN..)
+        .map(|(speed_rad_s, column)| {
+            let (less, drop_nm) = sums.rest_with(column);
+            let falling = Falling {
+                drop_nm,
+                speed_rad_s,
+            };
+            (less, falling)
+        });
+    let sure = tried.filter(|(less, falling)| *less < least && falling.drop_nm > SMALL_NM);
+    let best = sure.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, falling)| falling)
+}
+
 /// Of the windows of a joint that are explained.
 pub(super) fn forms(
     joint: usize,
@@ -87,13 +124,12 @@ pub(super) fn forms(
     let own: Vec<usize> = (0..OWN).collect();
     let rest = sums.rest(&own, 0.0).0;
     let forms = MISSING.into_iter().zip(OWN..).map(|(what, column)| {
-        let with: Vec<usize> = own.iter().copied().chain([column]).collect();
-        let (less, numbers) = sums.rest(&with, 0.0);
+        let (less, number) = sums.rest_with(column);
         Form {
             joint: joint + 1,
             what,
             improvement: (rest - less) / variance,
-            torque_nm: (numbers[OWN] * sums.most[column]).abs(),
+            torque_nm: (number * sums.most[column]).abs(),
         }
     });
     let forms = forms.collect();
@@ -115,6 +151,14 @@ pub(super) fn forms(
 }
 
 impl Sums {
+    /// What is left of the errors when one torque that the model lacks explains them beside its
+    /// own, and how much of it.
+    fn rest_with(&self, column: usize) -> (f64, f64) {
+        let with: Vec<usize> = (0..OWN).chain([column]).collect();
+        let (less, numbers) = self.rest(&with, 0.0);
+        (less, numbers[OWN])
+    }
+
     /// What is left of the errors when these torques explain them, and by how much of each;
     /// beforehand so much dry friction is taken back out of the model.
     fn rest(&self, columns: &[usize], dry: f64) -> (f64, Vec<f64>) {
@@ -193,11 +237,26 @@ impl Effect<'_> {
     fn of(&self, window: &Followed, most: &mut [f64; ALL]) -> Vec<[f64; ALL]> {
         let (mut q, mut v) = ([0.0; ALL], [0.0; ALL]);
         let period_s = self.known.period_s;
-        let ticks = window.window.first..window.window.first + window.window.len;
+        let mut before = 0.0;
+        let ticks = (window.window.first..).zip(&window.ways);
         ticks
-            .map(|tick| {
+            .map(|(tick, &way)| {
                 let counts = q.map(|q: f64| q / self.known.rad_per_count[self.joint]);
-                let (torques, [by_q, by_v], mass) = self.at(tick, window.window.way);
+                if way == 0.0 {
+                    // It stands, whatever pushes a little more.
+                    (before, v) = (0.0, [0.0; ALL]);
+                    return counts;
+                }
+                let (torques, [by_q, by_v], mass) = self.at(tick, way);
+                if way * before < 0.0 {
+                    // A joint that turns round later is slowed for longer and pushed on for
+                    // less.
+                    let dry = self.model.dry(0.0) * (way - before);
+                    let after = -torques[INERTIA] * mass;
+                    let less = (after / (after + dry)).clamp(0.0, 1.0);
+                    v = v.map(|v| v * less);
+                }
+                before = way;
                 for i in 0..ALL {
                     most[i] = f64::max(most[i], torques[i].abs());
                     v[i] += (by_q * q[i] + by_v * v[i] + torques[i]) / mass * period_s;
@@ -215,7 +274,10 @@ impl Effect<'_> {
         const STEP: f64 = 1e-4;
         let [q, v] = self.trace.smooth[tick][self.joint];
         let other = self.trace.smooth[tick][1 - self.joint];
-        let push = |q: f64, v: f64| self.model.push(q, v, other);
+        let push = |q: f64, v: f64| {
+            let (push, mass) = self.model.push(q, v, other);
+            (push - self.model.dry(v) * way, mass)
+        };
         let slope = |a: (f64, f64), b: (f64, f64)| (b.0 - a.0) / (2.0 * STEP);
         let by = [
             slope(push(q - STEP, v), push(q + STEP, v)),
@@ -227,7 +289,7 @@ impl Effect<'_> {
         };
         let (before, torque) = (motor(tick as i64 - 1), motor(tick as i64));
         let (own, mass) = push(q, v);
-        let acceleration = (own + torque - self.model.coulomb * way) / mass;
+        let acceleration = (own + torque) / mass;
         let last = self.trace.smooth.len() - 1;
         let [from, to] = [tick.saturating_sub(AROUND), (tick + AROUND).min(last)];
         let speed = |tick: usize| self.trace.smooth[tick][1 - self.joint][1];
@@ -239,8 +301,8 @@ impl Effect<'_> {
             f64::from(u8::from(torque != 0.0)),
             torque - before,
             -acceleration,
-            -way * (-(v / 0.3).powi(2)).exp(),
-            -way * (-v.powi(2)).exp(),
+            -way * (-(v / FALLS_RAD_S[0]).powi(2)).exp(),
+            -way * (-(v / FALLS_RAD_S[1]).powi(2)).exp(),
             -v * v.abs(),
             -v.abs(),
             torque * torque.abs(),

@@ -29,10 +29,11 @@ use nalgebra::SMatrix;
 use serde::Serialize;
 
 use super::arm::Known;
-use super::cost::cost;
+use super::cost::{Stretch, cost};
 use super::find::Found;
 use super::quantity::{COUNT, Quantity};
 use super::search::Prior;
+use super::stribeck::Falling;
 use super::trace::Trace;
 
 /// All of it.
@@ -66,26 +67,11 @@ impl Checks {
             .iter()
             .map(|trace| trace.smoothed(known, zero))
             .collect();
-        let followed: Vec<Followed> = found
-            .stretches
-            .iter()
-            .map(|stretch| {
-                let window = &stretch.window;
-                follow(window, &traces[window.trace], known, &found.at, window.len)
-            })
-            .collect();
-        let is_explained: Vec<bool> = found
-            .stretches
-            .iter()
-            .map(|stretch| stretch.squares <= found.most * stretch.count as f64)
-            .collect();
+        let known = &known.with(&found.stribeck);
+        let followed = followed(found, &traces, known);
         let (mut whiteness, mut forms, mut dry) = (Vec::new(), Vec::new(), Vec::new());
         for joint in 0..JOINTS {
-            let of_joint = followed.iter().zip(&is_explained);
-            let of_joint = of_joint
-                .filter(|(followed, is_explained)| followed.window.joint == joint && **is_explained)
-                .map(|(followed, _)| followed);
-            let windows: Vec<&Followed> = of_joint.collect();
+            let windows = explained(found, &followed, joint);
             whiteness.push(Whiteness::of(joint, windows.iter().copied()));
             let (more, without) = form::forms(joint, &windows, &traces, known, found);
             forms.extend(more);
@@ -104,6 +90,45 @@ impl Checks {
         checks.warnings = warnings::warnings(found, &checks);
         checks
     }
+}
+
+/// How a joint's dry friction falls with speed, roughly, if the logs surely show that it
+/// does; traces are smoothed.
+pub(super) fn falling(
+    found: &Found,
+    traces: &[Trace],
+    known: &Known,
+    joint: usize,
+) -> Option<Falling> {
+    let followed = followed(found, traces, known);
+    let all = followed.iter().filter(|of| of.window.joint == joint);
+    let all: Vec<&Followed> = all.collect();
+    let explained = explained(found, &followed, joint);
+    // Friction that falls far leaves hardly any window explained.
+    let windows = if 2 * explained.len() < all.len() {
+        &all
+    } else {
+        &explained
+    };
+    form::falling(joint, windows, traces, known, found)
+}
+
+/// All windows; traces are smoothed.
+fn followed(found: &Found, traces: &[Trace], known: &Known) -> Vec<Followed> {
+    let follow = |stretch: &Stretch| {
+        let window = &stretch.window;
+        follow(window, &traces[window.trace], known, &found.at, window.len)
+    };
+    found.stretches.iter().map(follow).collect()
+}
+
+/// Those of a joint that the numbers explain.
+fn explained<'a>(found: &Found, followed: &'a [Followed], joint: usize) -> Vec<&'a Followed> {
+    let windows = followed.iter().zip(&found.stretches);
+    let is_explained = |stretch: &Stretch| stretch.squares <= found.most * stretch.count as f64;
+    let of_joint = windows
+        .filter(|(followed, stretch)| followed.window.joint == joint && is_explained(stretch));
+    of_joint.map(|(followed, _)| followed).collect()
 }
 
 /// What the logs alone tell of the numbers; traces are smoothed.

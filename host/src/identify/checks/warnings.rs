@@ -2,15 +2,12 @@
 
 use super::super::find::Found;
 use super::Checks;
+use super::form::{SMALL_NM, SURE};
 
 /// Noise in counts beyond which something other than noise is in it.
 const NOISE_COUNTS: f64 = 1.2;
 /// Share of the windows that may be without explanation.
 const ODD: f64 = 0.05;
-/// Improvement in variances that is not by chance: 5 standard deviations.
-const SURE: f64 = 25.0;
-/// Torque in N m below which a missing one is of no matter.
-const SMALL_NM: f64 = 2e-3;
 
 /// One sentence for each.
 pub(super) fn warnings(found: &Found, checks: &Checks) -> Vec<String> {

@@ -127,7 +127,7 @@ pub enum Diagnosis {
     #[error(
         "not this arm: {odd} of {windows} windows move as no numbers of the model explain, errors are \
          {rms_counts:.1} counts at the median, and the encoders' noise {noise_counts:.1}; are lengths, mounting and directions right, \
-         and is anything loose or touching?"
+         is anything loose or touching, and was the arm held all the while?"
     )]
     NotThisArm {
         /// Windows that are not explained.

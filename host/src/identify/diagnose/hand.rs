@@ -150,9 +150,9 @@ impl<'a> Model<'a> {
         let dry = |tick: usize| {
             let v = state(tick)[1];
             if v.abs() > SLIDES_RAD_S {
-                (self.arm.coulomb * v.signum(), 0.0)
+                (self.arm.dry(v) * v.signum(), 0.0)
             } else {
-                (0.0, STATIC * self.arm.coulomb)
+                (0.0, STATIC * self.arm.dry(f64::INFINITY))
             }
         };
         let mass = push(first + bump.len() / 2).1;

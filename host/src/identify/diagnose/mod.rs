@@ -85,6 +85,7 @@ pub fn examine(
 /// # Errors
 /// If the data are not those of an arm that is left to its motors.
 pub fn judge(traces: &[Trace], known: &Known, found: &Found) -> Result<(), Diagnosis> {
+    let known = &known.with(&found.stribeck);
     let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
     let smooth = smoothed(traces, known, zero);
     let pushes = hand::pushes(&smooth, known, found);

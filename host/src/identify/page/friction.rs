@@ -1,5 +1,5 @@
 //! Friction over speed: what of motor, gravity and inertia is left of the torque over short
-//! stretches in which a joint slides, and the line that was found.
+//! stretches in which a joint slides, and the curve that was found.
 
 use armbridge_shared::JOINTS;
 
@@ -31,10 +31,11 @@ pub(super) fn draw(found: &Found, checks: &Checks, known: &Known) -> String {
     for joint in 0..JOINTS {
         let points = points(found, checks, known, joint);
         let number = |quantity| found.number(joint, quantity).0;
-        let (viscous, coulomb) = (number(Quantity::Viscous), number(Quantity::Coulomb));
-        let line = |v: f64| viscous * v + coulomb * v.signum();
+        let viscous = number(Quantity::Viscous);
+        let model = Joint::of(known, &found.at, joint);
+        let line = |v: f64| viscous * v + model.dry(v) * v.signum();
         let x = Axis::around(points.iter().map(|point| point.0).chain([-0.5, 0.5]), 0.05);
-        let ends = [x.low, x.high].map(line);
+        let ends = [x.low, x.high, -1e-9, 1e-9].map(line);
         let panel = Panel {
             frame: Rect {
                 x: 84.0 + 496.0 * joint as f64,
@@ -55,7 +56,9 @@ pub(super) fn draw(found: &Found, checks: &Checks, known: &Known) -> String {
         let alone = [x.low, x.high].map(|v| (v, v * products / squares));
         panel.curve(&mut svg, alone.into_iter(), LIMIT);
         for part in [[x.low, -1e-9], [1e-9, x.high]] {
-            panel.curve(&mut svg, part.map(|v| (v, line(v))).into_iter(), FOUND);
+            let along = |i: u8| part[0] + (part[1] - part[0]) * f64::from(i) / 100.0;
+            let curve = (0..=100).map(|i| (along(i), line(along(i))));
+            panel.curve(&mut svg, curve, FOUND);
         }
         let keys = [
             (Key::Dots(JOINT[joint]), "measured"),
@@ -88,7 +91,12 @@ fn points(found: &Found, checks: &Checks, known: &Known, joint: usize) -> Vec<(f
                 let [q, v] = state(tick);
                 model.push(q, v, trace.smooth[tick][1 - joint])
             };
-            let v = bump.mean(first, |tick| state(tick)[1]);
+            let speed = |tick: usize| state(tick)[1];
+            let turns = |tick: usize| speed(tick) * speed(first) <= 0.0;
+            if (first..first + bump.len()).any(turns) {
+                continue;
+            }
+            let v = bump.mean(first, speed);
             let given = bump.mean(first, |tick| {
                 let pwm = trace.pwm_at(tick as i64 - delay_ticks, joint);
                 push(tick).0 + viscous * state(tick)[1] + model.torque(pwm)

@@ -80,7 +80,8 @@ impl Page<'_> {
 
     fn pictures(&self) -> Vec<Picture> {
         const WINDOWS: [&str; JOINTS] = ["windows-1", "windows-2"];
-        let period_s = self.known.period_s;
+        let known = self.known.with(&self.found.stribeck);
+        let period_s = known.period_s;
         let windows = WINDOWS.into_iter().enumerate().filter_map(|(joint, name)| {
             Some(Picture {
                 name,
@@ -99,8 +100,8 @@ impl Page<'_> {
             },
             Picture {
                 name: "friction",
-                svg: friction::draw(self.found, self.checks, self.known),
-                caption: "What of the torque is left for friction, over the speed, and the line \
+                svg: friction::draw(self.found, self.checks, &known),
+                caption: "What of the torque is left for friction, over the speed, and the curve \
                           that was found. Dashed, the line that viscous friction alone would be.",
             },
             Picture {

@@ -138,12 +138,13 @@ fn numbers(html: &mut Html, numbers: &[Number]) {
 
 fn untold(html: &mut Html, checks: &Checks) {
     html.element("h2", "", "What is not known, and what settled it");
-    html.element(
-        "p",
-        "",
+    let combinations = if checks.untold.is_empty() {
+        "There is no combination of numbers that these logs leave open."
+    } else {
         "These combinations of numbers change nothing in these logs, or hardly anything: what \
-         was told of the arm beforehand, not its motion, says where they are.",
-    );
+         was told of the arm beforehand, not its motion, says where they are."
+    };
+    html.element("p", "", combinations);
     html.element(
         "p",
         "",
@@ -160,7 +161,9 @@ fn untold(html: &mut Html, checks: &Checks) {
         };
         vec![untold.what.clone(), untold.settled_by.clone(), deviation]
     });
-    table(html, &heads, rows);
+    if !checks.untold.is_empty() {
+        table(html, &heads, rows);
+    }
 }
 
 fn forecasts(html: &mut Html, page: &Page<'_>) {
@@ -299,7 +302,7 @@ fn method(html: &mut Html) {
     html.element(
         "p",
         "",
-        "In windows in which a joint slides one way its motion is computed from the PWM that was \
+        "In windows in which a joint slides its motion is computed from the PWM that was \
          sent, tick by tick, and compared with the encoder; the numbers are those that make the \
          sum of squares least, together with what was believed beforehand. Intervals are those \
          of the curvature there, made wider where windows disagree by more than noise.",

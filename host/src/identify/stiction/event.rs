@@ -78,7 +78,7 @@ impl Stiction<'_> {
                 let start = [model.angle(position.mean), 0.0];
                 let motion = || Motion::new(model, joint, self.known, trace, start, way);
                 let push = motion().push(tick) * way;
-                if push > hardest && push < model.coulomb {
+                if push > hardest && push < model.dry(0.0) {
                     hardest = push;
                 } else if push > hardest {
                     let sliding = squares(motion(), trace, joint, tick..rest.end);
