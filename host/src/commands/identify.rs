@@ -102,15 +102,21 @@ impl Fit {
         })
     }
 
-    /// What is to be changed of a board that worked as then.
-    fn changes(&self) -> Result<Vec<(&'static Parameter, Value)>, Error> {
+    /// The arm, whole: what was found, and what it was found with, such as its lengths and
+    /// which way up it is.
+    fn arm(&self) -> Result<Vec<(&'static Parameter, Value)>, Error> {
         let after = settings(&self.before, &self.found)?;
-        Ok(params::changed(&self.before, &after))
+        let is_of_arm = |parameter: &Parameter| {
+            ["arm", "joint1", "joint2"].contains(&parameter.group())
+                || parameter.key == "setup.friction_nm"
+        };
+        let all = params::pairs(&after).into_iter();
+        Ok(all.filter(|(parameter, _)| is_of_arm(parameter)).collect())
     }
 
     /// The same, with tables as in armbridge.toml.
     fn write_to(&self, path: &Path) -> Result<(), Error> {
-        let table = params::to_table(self.changes()?);
+        let table = params::to_table(self.arm()?);
         std::fs::write(path, toml::to_string(&table)?)
             .map_err(|error| format!("cannot write {}: {error}", path.display()).into())
     }

@@ -127,13 +127,9 @@ pub(super) fn not(why: &str) -> Applied {
 /// The board's own settings, with the arm that was found and gains for it.
 fn wanted(before: &Settings, fit: &Fit) -> Result<(Settings, Redesign), Error> {
     let mut after = *before;
-    let changes = fit.changes()?;
-    params::apply(
-        &mut after,
-        changes
-            .iter()
-            .map(|(parameter, value)| (parameter.key, value)),
-    )?;
+    let arm = fit.arm()?;
+    let pairs = arm.iter().map(|(parameter, value)| (parameter.key, value));
+    params::apply(&mut after, pairs)?;
     let (setup, redesign) = again(&before.setup, &after.setup)?;
     after.setup = setup;
     params::check(&after)?;

@@ -206,7 +206,7 @@ fn conclude(
         }
     };
     report["fit"] = told.json;
-    report["arm"] = serde_json::to_value(params::to_table(fit.changes()?))?;
+    report["arm"] = serde_json::to_value(params::to_table(fit.arm()?))?;
     if !args.output.quiet && !args.output.json {
         say(args, &told.text)?;
     }
