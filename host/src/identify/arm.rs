@@ -7,7 +7,7 @@
 //!
 //! ```text
 //! M11 = J1 + P cos q2 + E cos² q2      P = 2 L1 g2 / g
-//! M22 = J2                             E = L2 g2 / (2 g) + I2x - I2z
+//! M22 = J2                             E = (L2 / (2 g) + s) g2, s = (I2x - I2z) / g2
 //! G1  = -(g1 + g2 cos q2) sin q1        of an arm that stands; one that hangs
 //! G2  = -g2 cos q1 sin q2               has both the other way round
 //! ```
@@ -35,8 +35,9 @@ pub struct Known {
     pub g_m_s2: f64,
     /// Which way up the arm is.
     pub mounting: Mounting,
-    /// I2x - I2z in kg m².
-    pub i2_spread_kg_m2: f64,
+    /// I2x - I2z in kg m² for each N m of link 2's gravity torque, for a heavier link has
+    /// more of either.
+    pub i2_spread_s2: f64,
     /// Angle of an encoder count in rad; negative where counts fall with the angle.
     pub rad_per_count: [f64; JOINTS],
     /// How long before its tick's angle a joint's PWM arrives in the servo, in s; with 0 the
@@ -53,12 +54,14 @@ impl Known {
     /// As a set-up has it.
     pub fn of(setup: &Setup) -> Self {
         let arm = &setup.arm;
+        // A link without weight has no inertia about its own axes worth telling either.
+        let link_nm = Quantity::Gravity.of(setup, 1).max(1e-3);
         Self {
             l1_m: arm.l1.into(),
             l2_m: arm.l2.into(),
             g_m_s2: arm.g.into(),
             mounting: arm.mounting,
-            i2_spread_kg_m2: f64::from(arm.i2x) - f64::from(arm.i2z),
+            i2_spread_s2: (f64::from(arm.i2x) - f64::from(arm.i2z)) / link_nm,
             rad_per_count: setup.joints.map(|joint| match joint.direction {
                 Direction::Forward => f64::from(joint.rad_per_count),
                 Direction::Reverse => -f64::from(joint.rad_per_count),
@@ -83,7 +86,7 @@ impl Known {
     pub(super) fn reach<D: DualNum<Primitive = f64> + Copy>(&self, link: D) -> [D; 2] {
         [
             link * (2.0 * self.l1_m / self.g_m_s2),
-            link * (0.5 * self.l2_m / self.g_m_s2) + self.i2_spread_kg_m2,
+            link * (0.5 * self.l2_m / self.g_m_s2 + self.i2_spread_s2),
         ]
     }
 }
