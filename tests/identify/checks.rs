@@ -22,13 +22,17 @@ struct Fitted {
 }
 
 fn fitted(config: &PlantConfig) -> Fitted {
+    fitted_in(config, swing(config, 30.0, |_, _| ()))
+}
+
+fn fitted_in(config: &PlantConfig, trace: Trace) -> Fitted {
     let setup = believed(config);
     let known = Known {
         lead_s: LEAD_S,
         ..Known::of(&setup)
     };
     let prior = Prior::of(&setup, 0.01);
-    let traces = [swing(config, 30.0, |_, _| ())];
+    let traces = [trace];
     let found = identify(&traces, &Tally::of_traces(&traces), &known, &prior).unwrap();
     Fitted {
         known,
@@ -58,12 +62,7 @@ fn the_right_model_leaves_noise_and_says_what_is_not_told() {
     for form in &checks.forms {
         assert!(form.improvement < 25.0, "{form:?}");
     }
-    // Without dry friction the fit is far worse, and viscous friction another.
-    for dry in &checks.dry {
-        let [with, without] = dry.viscous;
-        assert!(dry.worse > 1_000.0, "{dry:?}");
-        assert!((without / with - 1.0).abs() > 0.05, "{dry:?}");
-    }
+    without_dry_friction_is_far_worse(&checks);
     let scale = checks
         .untold
         .iter()
@@ -80,20 +79,42 @@ fn the_right_model_leaves_noise_and_says_what_is_not_told() {
     assert!(!one && other);
 }
 
-#[test]
-fn a_log_held_out_is_forecast_to_less_than_a_count() {
-    let config = PlantConfig::drawn(5, 0.4);
-    let mut fitted = fitted(&config);
-    // Another motion, and other noise.
-    let mut hands = Hands::on(&config, servos(&believed(&config)), 99);
+fn without_dry_friction_is_far_worse(checks: &Checks) {
+    for dry in &checks.dry {
+        assert!(dry.worse > 1_000.0, "{dry:?}");
+    }
+}
+
+/// So slowly that nothing but sliding one way tells dry friction from viscous.
+fn slow_swing(config: &PlantConfig, seconds: f64, seed: u64) -> Trace {
+    let mut hands = Hands::on(config, servos(&believed(config)), seed);
     hands.go([0.0, 0.0]);
     let slow = |t: f64, amplitude: f64, hz: f64| {
         let (sin, cos) = (TAU * hz * t).sin_cos();
         let amplitude = amplitude * (t / 2.0).min(1.0);
         [amplitude * sin, amplitude * TAU * hz * cos]
     };
-    hands.track(15.0, |t| [slow(t, 0.5, 0.2), slow(t, 0.7, 0.15)]);
-    let held_out = [hands.trace];
+    hands.track(seconds, |t| [slow(t, 0.5, 0.2), slow(t, 0.7, 0.15)]);
+    hands.trace
+}
+
+#[test]
+fn without_dry_friction_a_slow_joint_seems_to_have_another_viscous_one() {
+    let config = PlantConfig::drawn(5, 0.4);
+    let checks = fitted_in(&config, slow_swing(&config, 30.0, 98)).checks();
+    without_dry_friction_is_far_worse(&checks);
+    for dry in &checks.dry {
+        let [with, without] = dry.viscous;
+        assert!((without / with - 1.0).abs() > 0.1, "{dry:?}");
+    }
+}
+
+#[test]
+fn a_log_held_out_is_forecast_to_less_than_a_count() {
+    let config = PlantConfig::drawn(5, 0.4);
+    let mut fitted = fitted(&config);
+    // Another motion, and other noise.
+    let held_out = [slow_swing(&config, 15.0, 99)];
     let rms = |fitted: &Fitted| {
         let forecasts = forecast(&fitted.found, &held_out, &fitted.known);
         for forecast in &forecasts {

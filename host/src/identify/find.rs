@@ -114,6 +114,13 @@ pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoS
         };
         let is_last = number + 1 == ROUNDS.len();
         let mut search = round.begin(found.at).run();
+        if number == 0 {
+            // Where hardly a window is an arm's, linear least squares begins far off.
+            let believed = round.begin(prior.mean).try_once();
+            if believed.loss() < search.loss() {
+                search = believed;
+            }
+        }
         if number == 1 || (is_last && falls.contains(&true)) {
             let tried = round.try_dead_zones(search.at());
             doubt = tried.doubt;
