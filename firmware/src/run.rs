@@ -109,9 +109,9 @@ where
             Ok(Progress::Served) => {}
             Ok(Progress::Sampled) => {
                 board.start_stopwatch();
-                bridge.decide();
+                let record = bridge.decide();
                 let compute_ns = board.stopwatch_ns();
-                if bridge.publish(compute_ns) {
+                if bridge.publish(record, compute_ns) {
                     board.tick_was_good();
                 }
             }

@@ -28,6 +28,7 @@
 //! The paper's dead zone, no motion for 950 < PWM < 1050, is static friction, and is
 //! met by [`DryFriction`](crate::control::DryFriction) as a torque.
 
+use crate::check_word::{CheckWord, Checked, checked};
 use crate::real::Real;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
@@ -129,6 +130,19 @@ pub struct Joint<T> {
     pub gain_counts_per_nm: T,
     /// PWM counts above [`Pwm::OFF`] at which the motor gives no torque.
     pub offset_counts: T,
+}
+
+checked!(Joint<T> {
+    zero_count, rad_per_count, direction, gain_counts_per_nm, offset_counts,
+});
+
+impl Checked for Direction {
+    fn check(&self, sum: &mut CheckWord) {
+        sum.word(match self {
+            Self::Forward => 0,
+            Self::Reverse => 1,
+        });
+    }
 }
 
 impl<T: Real> Joint<T> {

@@ -31,7 +31,9 @@
 pub mod actuator;
 pub mod arm;
 pub mod bridge;
+pub mod check_word;
 pub mod control;
+pub mod control_loop;
 pub mod design;
 pub mod estimate;
 pub mod experiment;
@@ -40,6 +42,7 @@ pub mod lockstep;
 pub mod real;
 pub mod servo;
 pub mod store;
+pub mod supervisor;
 mod trig;
 
 /// Number of joints of the arm, and of servos on the bus.

@@ -24,15 +24,16 @@ fn the_paper_s_observer_is_equation_11() {
         0.72, 0.0,
         0.0, 0.34,
     );
-    let mut observer = Luenberger::<f64>::paper().unwrap();
-    observer.reset(Vector2::zeros());
+    let observer = Estimator::Luenberger(Luenberger::<f64>::paper().unwrap());
+    let arm = Parameters::paper();
+    let mut estimate = observer.at_rest(Vector2::zeros());
     let mut x = Vector4::zeros();
     for tick in 0..200 {
         let (q, torque) = motion(45 * tick);
-        let estimate = observer.correct(q.map(Some)).to_vector();
-        assert!((estimate - x).amax() < 1e-12, "tick {tick}");
+        let corrected = observer.correct(&mut estimate, q.map(Some)).to_vector();
+        assert!((corrected - x).amax() < 1e-12, "tick {tick}");
         x = a * x + b * torque + l * (Vector2::from(q) - c * x);
-        assert!((observer.advance(torque).to_vector() - x).amax() < 1e-12);
+        assert!((observer.advance(&arm, &mut estimate, torque).to_vector() - x).amax() < 1e-12);
     }
 }
 
@@ -50,11 +51,11 @@ fn an_arm_held_aside_is_seen_at_rest() {
     let q = Vector2::new(0.5, -0.4);
     for config in estimators() {
         for measured in [[Some(q.x), Some(q.y)], [None, None]] {
-            let mut estimator = config.build(&arm, 0.001).unwrap();
-            estimator.reset(q);
+            let estimator = config.build(&arm, 0.001).unwrap();
+            let mut estimate = estimator.at_rest(q);
             for _ in 0..500 {
-                let state = estimator.correct(measured);
-                let ahead = estimator.advance(arm.gravity(q));
+                let state = estimator.correct(&mut estimate, measured);
+                let ahead = estimator.advance(&arm, &mut estimate, arm.gravity(q));
                 let error = (state.to_vector() - State::at_rest(q).to_vector()).amax();
                 assert!(error < 1e-9, "{config:?}: {error:e}");
                 assert!(ahead.dq.amax() < 1e-9);
@@ -67,24 +68,24 @@ fn an_arm_held_aside_is_seen_at_rest() {
 fn missing_samples_are_predicted_through() {
     let arm = Parameters::<f64>::paper();
     for config in estimators() {
-        let mut estimator = config.build(&arm, 0.001).unwrap();
-        estimator.reset(Vector2::zeros());
+        let estimator = config.build(&arm, 0.001).unwrap();
+        let mut estimate = estimator.at_rest(Vector2::zeros());
         let mut ahead = State::at_rest(Vector2::zeros());
         for tick in 0..100 {
             let (q, torque) = motion(tick);
-            let state = estimator.correct([Some(q[0]), None]);
+            let state = estimator.correct(&mut estimate, [Some(q[0]), None]);
             assert_eq!(state.q.y, ahead.q.y, "joint 2 is the model's");
             assert_eq!(state.dq.y, ahead.dq.y);
-            ahead = estimator.advance(torque);
+            ahead = estimator.advance(&arm, &mut estimate, torque);
         }
     }
     // A difference over a gap is taken over the whole of it.
     let plain = Config::FiniteDifference { filter_s: 0.0 };
-    let mut estimator = plain.build(&arm, 0.001).unwrap();
-    estimator.reset(Vector2::zeros());
-    estimator.correct([None, None]);
-    estimator.advance(Vector2::zeros());
-    let state = estimator.correct([Some(0.002), Some(-0.004)]);
+    let estimator = plain.build(&arm, 0.001).unwrap();
+    let mut estimate = estimator.at_rest(Vector2::zeros());
+    estimator.correct(&mut estimate, [None, None]);
+    estimator.advance(&arm, &mut estimate, Vector2::zeros());
+    let state = estimator.correct(&mut estimate, [Some(0.002), Some(-0.004)]);
     assert!((state.dq - Vector2::new(1.0, -2.0)).amax() < 1e-12);
 }
 
@@ -98,14 +99,17 @@ fn f32_stays_close_to_f64_over_ten_seconds() {
         ),
     ];
     for (double, single) in configs {
-        let mut exact: Estimator<f64> = double.build(&Parameters::paper(), 0.001).unwrap();
-        let mut close: Estimator<f32> = single.build(&Parameters::paper(), 0.001).unwrap();
+        let (arm, rough_arm) = (Parameters::paper(), Parameters::paper());
+        let exact: Estimator<f64> = double.build(&arm, 0.001).unwrap();
+        let close: Estimator<f32> = single.build(&rough_arm, 0.001).unwrap();
+        let mut estimate = exact.at_rest(Vector2::zeros());
+        let mut rough = close.at_rest(Vector2::zeros());
         for tick in 0..10_000 {
             let (q, torque) = motion(tick);
-            let x = exact.correct(q.map(Some));
-            let y = close.correct(q.map(|q| Some(q as f32)));
-            exact.advance(torque);
-            close.advance(torque.cast());
+            let x = exact.correct(&mut estimate, q.map(Some));
+            let y = close.correct(&mut rough, q.map(|q| Some(q as f32)));
+            exact.advance(&arm, &mut estimate, torque);
+            close.advance(&rough_arm, &mut rough, torque.cast());
             let angle = (x.q - y.q.cast()).amax();
             let speed = (x.dq - y.dq.cast()).amax();
             // Angles keep their digits; a difference over 1 ms loses three.

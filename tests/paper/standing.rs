@@ -59,14 +59,15 @@ impl Loop {
         } else {
             [0.0; JOINTS]
         });
-        let mut estimator = self.estimator.build(&arm, period_s).expect("an estimator");
+        let estimator = self.estimator.build(&arm, period_s).expect("an estimator");
         let target = Setpoint::new(&arm, Vector2::from(setpoint));
         let mut plant = Plant::new(*plant, seed);
 
         let mut now_ns = 0;
         let read =
             |plant: &mut Plant, now_ns| [0, 1].map(|servo| joint.angle(plant.read(servo, now_ns)));
-        estimator.reset(Vector2::from(read(&mut plant, now_ns)));
+        let initial = Vector2::from(read(&mut plant, now_ns));
+        let mut estimate = estimator.at_rest(initial);
         let off = Command {
             pwm: Pwm::OFF,
             torque_nm: 0.0,
@@ -87,8 +88,8 @@ impl Loop {
                 plant.drive(servo, now_ns, command.pwm.counts());
             }
             let in_force = Vector2::from(next.map(|command| command.torque_nm));
-            estimator.correct(measured);
-            let ahead = estimator.advance(in_force);
+            estimator.correct(&mut estimate, measured);
+            let ahead = estimator.advance(&arm, &mut estimate, in_force);
             let torque = lqr.torque(&ahead, &target);
             let added = friction.feed_forward(torque - target.torque(), Vector2::zeros());
             next = [0, 1].map(|j| {

@@ -8,7 +8,7 @@ use armbridge_shared::actuator::Joint;
 use armbridge_shared::arm::{Discrete, Linear, Parameters, State};
 use armbridge_shared::control::{Lqr, Setpoint};
 use armbridge_shared::design::placement::{Poles, current_gain};
-use armbridge_shared::estimate::{FiniteDifference, Form, Luenberger, Model};
+use armbridge_shared::estimate::{Estimator, FiniteDifference, Form, Luenberger, Model};
 use nalgebra::Vector2;
 
 const PERIOD_NS: u64 = 45_000_000;
@@ -97,27 +97,27 @@ fn lqr_on_the_true_state_from_both_joints_off() {
 
 #[test]
 fn lqr_on_finite_differences() {
-    let (lqr, upright) = (Lqr::paper(), upright());
     let model = Model::of_arm(&Parameters::paper(), PERIOD_S);
-    let mut difference = FiniteDifference::new(model, PERIOD_S, 0.0);
-    difference.reset(Vector2::new(0.49, 0.0));
-    follow("lqr_fd_45ms_x49", |_, state| {
-        let estimate = difference.correct(seen(state));
-        let torque = lqr.torque(&estimate, &upright);
-        difference.advance(torque);
+    let difference = FiniteDifference::new(model, PERIOD_S, 0.0);
+    let estimator = Estimator::FiniteDifference(difference);
+    lqr_on("lqr_fd_45ms_x49", estimator, Vector2::new(0.49, 0.0));
+}
+
+/// LQR on an estimator that believes the arm at rest here to begin with.
+fn lqr_on(name: &str, estimator: Estimator<f64>, initial: Vector2<f64>) {
+    let (arm, lqr, upright) = (Parameters::paper(), Lqr::paper(), upright());
+    let mut estimate = estimator.at_rest(initial);
+    follow(name, |_, state| {
+        let corrected = estimator.correct(&mut estimate, seen(state));
+        let torque = lqr.torque(&corrected, &upright);
+        estimator.advance(&arm, &mut estimate, torque);
         torque
     });
 }
 
 /// LQR on an observer that starts upright, whatever the arm does.
-fn lqr_on_observer(name: &str, mut observer: Luenberger<f64>) {
-    let (lqr, upright) = (Lqr::paper(), upright());
-    follow(name, |_, state| {
-        let estimate = observer.correct(seen(state));
-        let torque = lqr.torque(&estimate, &upright);
-        observer.advance(torque);
-        torque
-    });
+fn lqr_on_observer(name: &str, observer: Luenberger<f64>) {
+    lqr_on(name, Estimator::Luenberger(observer), Vector2::zeros());
 }
 
 #[test]

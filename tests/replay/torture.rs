@@ -2,7 +2,6 @@
 
 use armbridge::replay::{Changes, Player};
 use armbridge::torture::{Case, Kind, overhear};
-use armbridge_shared::bridge::Mailboxes;
 
 /// Replays the case of this seed; how many ticks were compared, of how many.
 fn replay(seed: u64) -> (u64, u64) {
@@ -11,8 +10,7 @@ fn replay(seed: u64) -> (u64, u64) {
     if case.injections.iter().any(|it| it.kind == Kind::Corrupt) {
         return (0, 0);
     }
-    let mut mailboxes = Mailboxes::new();
-    let mut player = Player::new(&mut mailboxes, Changes::default()).unwrap();
+    let mut player = Player::new(Changes::default()).unwrap();
     let _ = overhear(seed, |event| player.take(&event).unwrap());
     let report = player.finish().unwrap();
     let text = report.text();

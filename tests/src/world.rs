@@ -87,8 +87,7 @@ pub fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
 /// # Panics
 /// If there can be no such settings.
 pub fn replay_with(events: &[Event], changes: Changes) -> Report {
-    let mut mailboxes = Mailboxes::new();
-    let mut player = Player::new(&mut mailboxes, changes).expect("default set-up");
+    let mut player = Player::new(changes).expect("default set-up");
     for event in events {
         player.take(event).expect("settings that can be");
     }

@@ -19,7 +19,7 @@ use armbridge_shared::arm::{Parameters, State};
 use armbridge_shared::control::trajectory::{Bounds, Shape, Trajectory};
 use armbridge_shared::control::{ComputedTorque, Lqr, Reference, Tuning, Weights};
 use armbridge_shared::design::placement::{self, Poles};
-use armbridge_shared::estimate::{Config, Form, Luenberger, Model};
+use armbridge_shared::estimate::{Config, Estimator, Form, Luenberger, Model};
 use armbridge_shared::real::Real;
 use cortex_m_semihosting::hprintln;
 use nalgebra::Vector2;
@@ -87,31 +87,35 @@ fn measure() -> Option<()> {
         placement::current_gain(&a1, poles).ok()?,
         placement::current_gain(&a2, poles).ok()?,
     ];
-    let mut observer = Luenberger::new(Model::linear(&model), gains, Form::Current);
+    let observer = Luenberger::new(Model::linear(&model), gains, Form::Current);
+    let upright_q = Vector2::zeros();
+    let mut estimate = Estimator::Luenberger(observer).at_rest(upright_q);
     show(
         "LQR and linear Luenberger observer",
         count(|| {
-            observer.correct(*black_box(&measured));
-            let ahead = observer.advance(*black_box(&torque));
+            observer.correct(&mut estimate, *black_box(&measured));
+            let ahead = observer.advance(&arm, &mut estimate, *black_box(&torque));
             lqr.feedback(&ahead, black_box(&upright))
         }),
     );
 
-    let mut observer = Config::standing().build(&arm, PERIOD_S).ok()?;
+    let observer = Config::standing().build(&arm, PERIOD_S).ok()?;
+    let mut estimate = observer.at_rest(upright_q);
     show(
         "Luenberger observer with the exact gravity",
         count(|| {
-            observer.correct(*black_box(&measured));
-            observer.advance(*black_box(&torque))
+            observer.correct(&mut estimate, *black_box(&measured));
+            observer.advance(&arm, &mut estimate, *black_box(&torque))
         }),
     );
 
-    let mut filter = Config::kalman().build(&arm, PERIOD_S).ok()?;
+    let filter = Config::kalman().build(&arm, PERIOD_S).ok()?;
+    let mut estimate = filter.at_rest(upright_q);
     show(
         "Kalman filter, 6 states: model, predict, update",
         count(|| {
-            filter.correct(*black_box(&measured));
-            filter.advance(*black_box(&torque))
+            filter.correct(&mut estimate, *black_box(&measured));
+            filter.advance(&arm, &mut estimate, *black_box(&torque))
         }),
     );
 
@@ -119,11 +123,11 @@ fn measure() -> Option<()> {
         natural_rad_s: [20.0; JOINTS],
         damping: [1.0; JOINTS],
     };
-    let law = ComputedTorque::new(&arm, &tuning, PERIOD_S).ok()?;
+    let law = ComputedTorque::new(&tuning, PERIOD_S).ok()?;
     let reference = Reference::at_rest(Vector2::new(0.3, 0.2));
     show(
         "computed torque",
-        count(|| law.torque(black_box(&state), black_box(&reference))),
+        count(|| law.torque(&arm, black_box(&state), black_box(&reference))),
     );
 
     let bounds = Bounds::<f32> {

@@ -9,7 +9,6 @@ use armbridge::log::find::find;
 use armbridge::log::recording::Reader;
 use armbridge::replay::{Changes, Player, Report, Verdict};
 use armbridge::run_folder::DEFAULT_BASE;
-use armbridge_shared::bridge::Mailboxes;
 use serde::Serialize;
 
 use super::Outcome;
@@ -32,8 +31,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Outcome {
     let changes = Changes::new(table(args.with.as_deref())?, args.set.clone());
     let mut reader = Reader::open(&path)?;
     let begun = Instant::now();
-    let mut mailboxes = Mailboxes::new();
-    let mut player = Player::new(&mut mailboxes, changes)?;
+    let mut player = Player::new(changes)?;
     for event in &mut reader {
         player.take(&event)?;
     }

@@ -15,7 +15,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Discrete, Linear, Parameters};
 use armbridge_shared::control::{Lqr, Weights};
 use armbridge_shared::design::placement::{self, Poles};
-use armbridge_shared::estimate::{Config, Kalman, Tuning};
+use armbridge_shared::estimate::{Config, Estimator, Kalman, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Refusal, Setup};
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, SMatrix, Vector2, Vector3, Vector4};
 
@@ -278,13 +278,18 @@ fn settled(
         coulomb_nm: 0.0,
         slide_rad_s: f64::from(tuning.slide_rad_s),
     };
-    let mut filter = Kalman::new(arm, period_s, &tuning)?;
+    let filter = Estimator::Kalman(Kalman::new(arm, period_s, &tuning)?);
+    let mut estimate = filter.at_rest(Vector2::zeros());
     for _ in 0..(SETTLING_S / period_s) as u32 {
-        filter.correct([Some(0.0); JOINTS]);
-        filter.advance(Vector2::zeros());
+        filter.correct(&mut estimate, [Some(0.0); JOINTS]);
+        filter.advance(arm, &mut estimate, Vector2::zeros());
     }
-    let state = filter.correct([Some(SURPRISE_RAD); JOINTS]);
-    let moved = Vector3::new(state.q[joint], state.dq[joint], filter.disturbance()[joint]);
+    let state = filter.correct(&mut estimate, [Some(SURPRISE_RAD); JOINTS]);
+    let moved = Vector3::new(
+        state.q[joint],
+        state.dq[joint],
+        estimate.disturbance()[joint],
+    );
     Some(moved / SURPRISE_RAD)
 }
 

@@ -84,11 +84,12 @@ fn grows(setup: &Setup, wrong: Wrong) -> bool {
 
     let parts = Loop::of(setup).unwrap();
     let period_s = parts.period_s;
-    let (mut estimator, law, arm) = double(setup);
+    let (estimator, law, arm) = double(setup);
+    let mut estimate = estimator.at_rest(Vector2::zeros());
     // The Kalman filter's gain settles first.
     for _ in 0..(30.0 / period_s) as u32 {
-        estimator.correct([Some(0.0); JOINTS]);
-        estimator.advance(Vector2::zeros());
+        estimator.correct(&mut estimate, [Some(0.0); JOINTS]);
+        estimator.advance(&arm, &mut estimate, Vector2::zeros());
     }
     let mut state = Vector4::new(BEGIN, -BEGIN, 0.0, 0.0);
     let mut torques = vec![Vector2::zeros(); 500];
@@ -96,14 +97,14 @@ fn grows(setup: &Setup, wrong: Wrong) -> bool {
     let quarter = (LONGEST_S / period_s) as usize / 4;
     let mut peaks = [0.0_f64; 4];
     for tick in 0..4 * quarter {
-        let prior = estimator.prior();
+        let prior = estimate.state();
         let rest = Reference::at_rest(Vector2::zeros());
         let demand = law.demand(&arm, &prior, &rest);
-        let asked = demand.torque_nm - estimator.disturbance();
+        let asked = demand.torque_nm - estimate.disturbance();
         torques.rotate_right(1);
         torques[0] = asked;
-        estimator.correct([Some(state[0]), Some(state[1])]);
-        estimator.advance(asked);
+        estimator.correct(&mut estimate, [Some(state[0]), Some(state[1])]);
+        estimator.advance(&arm, &mut estimate, asked);
         state = moved(&parts, state, &torques, wrong);
         let size = state.norm();
         // Long past what it may grow to at first, or gone.
@@ -168,7 +169,7 @@ fn double(setup: &Setup) -> (Estimator<f64>, Law<f64>, Parameters<f64>) {
                 natural_rad_s: natural_rad_s.map(f64::from),
                 damping: damping.map(f64::from),
             };
-            Law::ComputedTorque(ComputedTorque::new(&arm, &tuning, period_s).unwrap())
+            Law::ComputedTorque(ComputedTorque::new(&tuning, period_s).unwrap())
         }
         Controller::StateFeedback(_) => {
             let [first, second] = Design::of(setup).unwrap().gain;

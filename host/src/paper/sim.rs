@@ -13,7 +13,7 @@
 use crate::bench::plant::{Friction, Plant, PlantConfig};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Command, Joint, Pwm};
-use armbridge_shared::arm::State;
+use armbridge_shared::arm::{Parameters, State};
 use armbridge_shared::control::DryFriction;
 use armbridge_shared::estimate::Estimator;
 use armbridge_shared::link::limits::hard;
@@ -100,7 +100,7 @@ impl Loop {
     /// Closes the loop, with the estimator at rest upright to begin with.
     pub(crate) fn run(
         &self,
-        mut estimator: Estimator<f64>,
+        estimator: Estimator<f64>,
         law: impl Fn(f64, &State<f64>) -> Vector2<f64>,
     ) -> Run {
         let period_ns = u64::from(self.period_us) * 1000;
@@ -111,6 +111,8 @@ impl Loop {
         } else {
             [0.0; JOINTS]
         });
+        let arm = Parameters::paper();
+        let mut estimate = estimator.at_rest(Vector2::zeros());
         let mut plant = Plant::new(self.plant_config(period_ns), 0);
         let off = Command {
             pwm: Pwm::OFF,
@@ -128,19 +130,19 @@ impl Loop {
             let now_s = k as f64 * period_s;
             let q = [0, 1].map(|servo| joint.angle(plant.read(servo, now_ns)));
             if k == 0 && self.start == Start::Sampled {
-                estimator.reset(Vector2::from(q));
+                estimate = estimator.at_rest(Vector2::from(q));
             }
             if self.delay != Delay::Predicted && k > 0 {
-                estimator.advance(told);
+                estimator.advance(&arm, &mut estimate, told);
             }
-            let mut state = estimator.correct(q.map(Some));
+            let mut state = estimator.correct(&mut estimate, q.map(Some));
             let mut acts_s = now_s;
             if self.delay == Delay::Predicted {
-                state = estimator.advance(told);
+                state = estimator.advance(&arm, &mut estimate, told);
                 acts_s += period_s;
             }
             // What nobody commanded is taken off, by an estimator that sees it.
-            let torque = law(acts_s, &state) - estimator.disturbance();
+            let torque = law(acts_s, &state) - estimate.disturbance();
             let truth = plant.state().q;
             run.samples.push(Sample {
                 time_s: now_s,

@@ -2,7 +2,7 @@
 //! same again.
 //!
 //! ```text
-//! events -> Player -> order of what happened -> shared::bridge::replay -> records
+//! events -> Player -> order of what happened -> bridge::app_core::Core -> records
 //!                                                        |
 //!           recorded records -------------------------> compare -> Report
 //! ```
@@ -19,11 +19,13 @@
 //! | module    | what                                                          |
 //! |-----------|---------------------------------------------------------------|
 //! | `player`  | events in, ticks out; what is known of the board              |
+//! | `board`   | the core that boards run, with the inputs of records          |
 //! | `notes`   | what the board told beside records, and where it belongs      |
 //! | `compare` | two records, field by field                                   |
 //! | `report`  | what became of it                                             |
 //! | `what_if` | other settings, and what differs then                         |
 
+mod board;
 mod compare;
 mod notes;
 mod player;

@@ -6,11 +6,11 @@ mod orders;
 
 use std::collections::HashMap;
 
-use armbridge_shared::bridge::Mailboxes;
-use armbridge_shared::bridge::replay::{self, Departure, Heard, Replay};
+use armbridge_shared::control_loop::reference::StartPoint;
 use armbridge_shared::link::message::{Command, Mode, Record, Refusal, Settings, ToBoard, ToHost};
 
 use self::conclusions::Conclusions;
+use super::board::{self, Board, HostEvent};
 use super::compare;
 use super::notes::{Note, Notes, Place, is_before};
 use super::report::{Report, Tally};
@@ -46,8 +46,8 @@ pub enum ReplayError {
     clippy::struct_excessive_bools,
     reason = "each says something else that is true until the next tick"
 )]
-pub struct Player<'a> {
-    replay: Replay<'a>,
+pub struct Player {
+    board: Board,
     /// What the replay computes with, and what the board told.
     settings: Settings,
     told: Option<Settings>,
@@ -57,7 +57,7 @@ pub struct Player<'a> {
     /// Nothing is known of the mode, not even from the tick before.
     is_strange: bool,
     asked: HashMap<u16, Command>,
-    departures: HashMap<u16, Departure>,
+    departures: HashMap<u16, StartPoint>,
     has_left: bool,
     notes: Notes,
     conclusions: Conclusions,
@@ -76,16 +76,15 @@ pub struct Player<'a> {
     sums: Sums,
 }
 
-impl<'a> Player<'a> {
-    /// Replays with the recorded settings, changed by these. The mailboxes are what a
-    /// board has; nothing is in them before and after.
+impl Player {
+    /// Replays with the recorded settings, changed by these.
     ///
     /// # Errors
     /// If there is no controller for the default settings.
-    pub fn new(mailboxes: &'a mut Mailboxes, changes: Changes) -> Result<Self, ReplayError> {
+    pub fn new(changes: Changes) -> Result<Self, ReplayError> {
         let settings = Settings::default();
         Ok(Self {
-            replay: Replay::new(mailboxes, &settings).map_err(ReplayError::Settings)?,
+            board: Board::new(&settings).map_err(ReplayError::Settings)?,
             settings,
             told: None,
             changes,
@@ -245,7 +244,7 @@ impl<'a> Player<'a> {
     }
 
     fn begin_ticking(&mut self) {
-        self.replay.begin_ticking();
+        self.board.begin_ticking();
         self.is_lined_up = true;
         // Where the mode is not known, bring-up may have been long ago.
         if !self.is_strange {
@@ -262,24 +261,24 @@ impl<'a> Player<'a> {
         self.tally.records += 1;
         let is_elsewhere = self.last.is_some_and(|last| {
             let is_planned = matches!(last.mode, Mode::Fault(_)) || self.is_stopped;
-            !is_planned && replay::planned_us(record) != self.planned_us
+            !is_planned && board::planned_us(record) != self.planned_us
         });
-        let is_due = is_elsewhere || !self.replay.is_ticking() || self.tally.records == 1;
+        let is_due = is_elsewhere || !self.board.is_ticking() || self.tally.records == 1;
         while let Some(note) = self.notes.next(Place::Between(record), is_due) {
             self.apply(&note)?;
         }
         self.look_for_gap(record);
-        if !self.replay.is_ticking() {
+        if !self.board.is_ticking() {
             self.begin_ticking();
         } else if is_elsewhere && self.is_known() && !self.is_stopped && !self.is_lined_up {
             let what = "the bus was somebody else's for a while".into();
             self.tally.adopt(what, record.tick);
-            self.replay.begin_again();
+            self.board.begin_again();
         }
         (self.is_stopped, self.is_lined_up) = (false, false);
         self.heed_goodbye(record);
-        self.replay.begin(record);
-        self.planned_us = self.replay.planned_us();
+        self.board.begin(record);
+        self.planned_us = self.board.planned_us();
         while let Some(note) = self.notes.next(Place::Within(record), false) {
             self.apply(&note)?;
         }
@@ -304,7 +303,7 @@ impl<'a> Player<'a> {
         let dropped = record.dropped.wrapping_sub(last.dropped);
         let is_told = std::mem::take(&mut self.frames_lost);
         // A tick is never decided if the bus is given away in the middle of it.
-        let is_given_away = missing == 1 && !self.replay.is_ticking();
+        let is_given_away = missing == 1 && !self.board.is_ticking();
         if missing == 0 || is_given_away {
             return;
         }
@@ -321,19 +320,19 @@ impl<'a> Player<'a> {
         let is_known = self.is_known();
         if !is_known {
             if self.is_strange {
-                self.replay.assume(record);
+                self.board.assume(record);
             }
-            self.replay.assume_before(record);
+            self.board.assume_before(record);
         }
-        let heard = self.replay.heard(record.mode);
-        let computed = self.replay.decide(record, heard);
+        let heard = self.board.host_event(record.mode);
+        let computed = self.board.decide(record, heard);
         match &self.knowledge {
-            Knowledge::Anew(_) if replay::is_complete(record) && replay::is_off(record) => {
+            Knowledge::Anew(_) if board::is_complete(record) && board::is_off(record) => {
                 self.knowledge = Knowledge::Full;
             }
             Knowledge::Anew(reason) | Knowledge::Part(reason) => {
                 // It began anew under a torque that is not known.
-                if replay::is_complete(record) {
+                if board::is_complete(record) {
                     self.knowledge = Knowledge::Part(reason.clone());
                 }
             }
@@ -342,10 +341,10 @@ impl<'a> Player<'a> {
         self.is_strange = false;
         if let Knowledge::Anew(reason) | Knowledge::Part(reason) = &self.knowledge {
             self.tally.skip(reason, record.tick);
-            self.replay.adopt(record);
+            self.board.adopt(record);
             return;
         }
-        let is_by_itself = self.conclusions.is_by_itself(&mut self.replay, record.tick);
+        let is_by_itself = self.conclusions.is_by_itself(&mut self.board, record.tick);
         if !is_by_itself {
             self.note_heard(heard, record);
         }
@@ -359,12 +358,12 @@ impl<'a> Player<'a> {
         }
     }
 
-    fn note_heard(&mut self, heard: Heard, record: &Record) {
+    fn note_heard(&mut self, heard: HostEvent, record: &Record) {
         let what = match heard {
-            Heard::Nothing => return,
-            Heard::Silence => "the host was silent: braked, or let go",
-            Heard::LongSilence => "the host was silent for too long: fault host_silent",
-            Heard::Corruption => "numbers in memory changed: fault corrupted",
+            HostEvent::Nothing => return,
+            HostEvent::Silence => "the host was silent: braked, or let go",
+            HostEvent::LongSilence => "the host was silent for too long: fault host_silent",
+            HostEvent::Corruption => "numbers in memory changed: fault corrupted",
         };
         self.tally.adopt(what.into(), record.tick);
     }

@@ -1,5 +1,6 @@
 //! Table 1 of the paper as data.
 
+use crate::check_word::{CheckWord, Checked, checked};
 use crate::real::Real;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
@@ -49,6 +50,19 @@ pub struct Parameters<T> {
     pub b2: T,
     /// Which way up it is.
     pub mounting: Mounting,
+}
+
+checked!(Parameters<T> {
+    l1, l2, m1, m2, g, i1x, i1y, i1z, i2x, i2y, i2z, b1, b2, mounting,
+});
+
+impl Checked for Mounting {
+    fn check(&self, sum: &mut CheckWord) {
+        sum.word(match self {
+            Self::Upright => 0,
+            Self::Hanging => 1,
+        });
+    }
 }
 
 impl<T> Parameters<T> {

@@ -16,11 +16,11 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
 use super::gateway::Ask;
-use super::guard::Violation;
 use super::mailbox::Notice;
 use super::schedule::Stage;
 use super::{Bridge, SERVO_IDS};
 use crate::JOINTS;
+use crate::control_loop::Violation;
 use crate::link::message::Fault;
 use crate::servo::Firmware;
 use crate::servo::master::Asked;
@@ -113,7 +113,7 @@ where
         };
         match errand {
             Errand::Temperature { joint } => {
-                self.care.due_us = self.now_us + INTERVAL_US;
+                self.care.due_us = self.core.now_us() + INTERVAL_US;
                 self.care.joint = (joint + 1) % JOINTS;
             }
             Errand::Ping { joint } => {
@@ -124,8 +124,8 @@ where
         }
         self.care.asked = Some(errand);
         // Idle was just seen, and our own requests are short.
-        let _ = self.master.ask(&ask.packet, asked, self.now_us);
-        let _ = self.master.poll(self.now_us);
+        let _ = self.master.ask(&ask.packet, asked, self.core.now_us());
+        let _ = self.master.poll(self.core.now_us());
         true
     }
 
@@ -134,7 +134,8 @@ where
         let is_morpheus = self.master.firmware() == Firmware::Morpheus;
         let counted = self.care.pings.iter_mut().zip(&mut self.care.pongs);
         for (joint, (pings, pongs)) in counted.enumerate() {
-            let (lost, allowed) = self.guard.lost_in_row(joint);
+            let lost = self.core.lost_in_row(joint);
+            let allowed = self.core.config().dropout_ticks();
             if lost == 0 {
                 (*pings, *pongs) = (0, 0);
             }
@@ -144,7 +145,7 @@ where
             }
         }
         let joint = self.care.joint;
-        let overdue_us = self.now_us.checked_sub(self.care.due_us)?;
+        let overdue_us = self.core.now_us().checked_sub(self.care.due_us)?;
         let may_be_late = is_morpheus && overdue_us >= OVERDUE_US;
         Some((Errand::Temperature { joint }, may_be_late))
     }
@@ -195,7 +196,8 @@ where
                 };
                 *pongs += u8::from(data == Some(&PONG));
                 if *pongs == PINGS {
-                    let (lost, allowed) = self.guard.lost_in_row(joint);
+                    let lost = self.core.lost_in_row(joint);
+                    let allowed = self.core.config().dropout_ticks();
                     self.trip(Violation {
                         fault: Fault::ServoReset,
                         joint: Some(joint as u8),
@@ -233,7 +235,7 @@ where
             .end
             .notices
             .enqueue(Notice::Temperature(joint as u8, value));
-        let limits = self.guard.limits();
+        let limits = self.core.config().limits();
         let first = self
             .care
             .first
@@ -264,7 +266,7 @@ where
             .into_iter()
             .find(|(is_passed, _)| *is_passed),
         };
-        if let (Some((_, limit)), true) = (passed, self.state.is_armed()) {
+        if let (Some((_, limit)), true) = (passed, self.core.state().is_armed()) {
             self.trip(Violation {
                 fault: Fault::Temperature,
                 joint: Some(joint as u8),

@@ -7,11 +7,11 @@
 //! that is older than one already heard is not obeyed either, and garbage that
 //! outweighs the frames is an emergency stop: see [`SPOILED_MAX`].
 
-use super::check;
-use super::course::{self, Departure, Leg};
-use super::limits::MOTION;
-use super::mailbox::{LinkEnd, Notice, Order, Task};
+use super::command::{ValidatedCommand, validate};
+use super::mailbox::{LinkEnd, Notice, Order};
 use crate::control::Trajectory;
+use crate::control_loop::limits::MOTION;
+use crate::control_loop::reference::{self, StartPoint, TimedTrajectory};
 use crate::link::board::HELLO_BITS;
 use crate::link::frame::{Decoder, Encoder, FrameError, Received};
 use crate::link::message::{
@@ -207,7 +207,7 @@ impl<'a> LinkPort<'a> {
                     Command::Follow(motion) => Some((sequence, motion)),
                     _ => None,
                 };
-                let task = check::task(command, self.report.session, self.saving.is_some());
+                let task = validate(command, self.report.session, self.saving.is_some());
                 if task.is_ok() {
                     self.offer(sequence, command);
                 }
@@ -279,7 +279,7 @@ impl<'a> LinkPort<'a> {
         })
     }
 
-    fn order(&mut self, sequence: u16, task: Result<Task, Refusal>) {
+    fn order(&mut self, sequence: u16, task: Result<ValidatedCommand, Refusal>) {
         let order = task.map(|task| Order::Do(sequence, task));
         let sent = order.and_then(|order| {
             let queued = self.end.orders.enqueue(order);
@@ -290,19 +290,19 @@ impl<'a> LinkPort<'a> {
         }
     }
 
-    /// Plans the motion that waits for this departure.
-    fn plan(&mut self, sequence: u16, departure: Departure) {
+    /// Plans the motion that waits from this start.
+    fn plan(&mut self, sequence: u16, start: StartPoint) {
         let Some((_, motion)) = self.waiting.take_if(|(waiting, _)| *waiting == sequence) else {
             return;
         };
-        let planned = Trajectory::plan(departure.from, &motion.shape(), &MOTION);
+        let planned = Trajectory::plan(start.from, &motion.shape(), &MOTION);
         let task = planned.map(|trajectory| {
-            Task::Follow(Leg {
+            ValidatedCommand::Follow(TimedTrajectory {
                 trajectory,
-                starts_us: departure.at_us,
+                starts_us: start.at_us,
             })
         });
-        self.order(sequence, task.map_err(|error| course::refusal(&error)));
+        self.order(sequence, task.map_err(|error| reference::refusal(&error)));
     }
 
     fn forget_records(&mut self) {
@@ -355,8 +355,8 @@ impl<'a> LinkPort<'a> {
                 Notice::Halted(halt) => Some(ToHost::Halted(halt)),
                 Notice::Concluded(conclusion) => Some(ToHost::Concluded(conclusion)),
                 Notice::Temperature(joint, value) => Some(ToHost::Temperature { joint, value }),
-                Notice::Departure(sequence, departure, moment) => {
-                    self.plan(sequence, departure);
+                Notice::StartPoint(sequence, start, moment) => {
+                    self.plan(sequence, start);
                     Some(ToHost::Departs { sequence, moment })
                 }
             };

@@ -9,15 +9,14 @@
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 use heapless::spsc::Queue;
 
-use super::course::{Departure, Leg};
+use super::command::ValidatedCommand;
 use super::gateway::{BusSide, PortEnd};
-use super::law::Law;
 use super::queue::{Receiver, Sender, split};
 use crate::JOINTS;
-use crate::control::trajectory::stream::Point;
-use crate::link::experiment::{Conclusion, Experiment};
+use crate::control_loop::reference::StartPoint;
+use crate::link::experiment::Conclusion;
 use crate::link::message::{
-    Halt, Limits, Missing, Moment, PortCounters, Record, Refusal, StopSource, Trip,
+    Halt, Missing, Moment, PortCounters, Record, Refusal, StopSource, Trip,
 };
 use crate::servo::Firmware;
 
@@ -54,30 +53,7 @@ pub(super) enum Order {
     /// The host leaves.
     Goodbye,
     /// A command, with the sequence number to acknowledge.
-    Do(u16, Task),
-}
-
-/// A validated command. Gains are designed before it gets here.
-#[derive(Clone, Debug)]
-pub(super) enum Task {
-    Idle,
-    /// The session has been checked.
-    Arm,
-    Torque([f32; JOINTS]),
-    Regulate([f32; JOINTS]),
-    /// Where would a motion begin? Answered by [`Notice::Departure`].
-    Depart,
-    Follow(Leg),
-    Stream(Point<f32>),
-    /// Its shape has been checked.
-    Experiment(Experiment),
-    Prepare,
-    Release,
-    ClearFault,
-    Install(Law),
-    Limit(Limits),
-    /// May the settings be written now?
-    Save,
+    Do(u16, ValidatedCommand),
 }
 
 /// From the tick to the link, besides records.
@@ -86,7 +62,7 @@ pub(super) enum Notice {
     /// What became of an order.
     Ack(u16, Result<(), Refusal>, Moment),
     /// Where the motion with this sequence number begins.
-    Departure(u16, Departure, Moment),
+    StartPoint(u16, StartPoint, Moment),
     /// A hello was heard.
     Began(Moment),
     /// The servo of this joint did not answer during bring-up.

@@ -32,29 +32,22 @@
 //! [`Bridge`] belongs in the highest-priority interrupt; [`LinkPort`] in thread
 //! mode. They share [`Mailboxes`] and nothing else.
 
+pub mod app_core;
 mod care;
-mod check;
-mod course;
-mod experiment;
+pub mod command;
 pub mod gateway;
-mod guard;
 mod halt;
-mod integrity;
 mod judge;
-mod law;
-pub mod limits;
 mod link_port;
 mod mailbox;
 mod orders;
 mod queue;
-pub mod replay;
 mod schedule;
 mod settle;
-pub mod supervisor;
 mod tick;
 
-pub use experiment::permits;
-pub use law::{can_run, why_not};
+pub use crate::control_loop::limits;
+pub use crate::control_loop::{can_run, permits, why_not};
 pub use link_port::LinkPort;
 pub use mailbox::{BridgeEnd, LinkEnd, Mailboxes};
 
@@ -64,25 +57,18 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
 use crate::JOINTS;
-use crate::actuator::Pwm;
-use crate::link::message::{
-    Drive, Fault, Guards, Missing, Mode, Record, Refusal, Sample, Settings, Timing, Trip,
-};
+use crate::control_loop::{LoopConfig, Violation};
+use crate::link::message::{Fault, Missing, Mode, Refusal, Sample, Settings};
 use crate::servo::Firmware;
 use crate::servo::master::Master;
 use crate::servo::morpheus::ServoId;
+use crate::servo::protocol1::Alarms;
+use app_core::Core;
 use care::Care;
-use course::Course;
-use experiment::Run;
 use gateway::Gateway;
-use guard::{Guard, Violation};
 use halt::Halting;
-use integrity::Originals;
-use law::{Decision, Law};
-use nalgebra::Vector2;
 use schedule::{Search, Stage};
 use settle::Stock;
-use supervisor::State;
 
 /// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.
 pub const SERVO_IDS: [ServoId; JOINTS] = match (ServoId::new(1), ServoId::new(2)) {
@@ -107,16 +93,8 @@ pub enum Progress {
 pub struct Bridge<'a, S, D> {
     master: Master<S, D>,
     end: BridgeEnd<'a>,
-    law: Law,
-    course: Course,
-    guard: Guard,
-    originals: Originals,
+    core: Core,
     care: Care,
-    state: State,
-    /// What the motors are driven by in [`State::Running`] and [`State::Degraded`].
-    drive: Drive,
-    /// The cause of [`State::Fault`].
-    trip: Option<Trip>,
     /// The watch over servos that were told to stop.
     halting: Option<Halting>,
     stage: Stage,
@@ -129,23 +107,14 @@ pub struct Bridge<'a, S, D> {
     gateway: Gateway,
     /// The stop sequence is owed to a fault.
     stop_due: bool,
-    /// What [`Drive::Experiment`] does.
-    run: Run,
-    /// Constant torque of [`Drive::Torque`].
-    torque_nm: [f32; JOINTS],
-    in_force: Decision,
-    next: Decision,
-    next_start_us: u64,
-    now_us: u64,
+    /// What the last tick brought.
+    samples: [Sample; JOINTS],
+    alarms: [Alarms; JOINTS],
+    bus_us: u32,
+    /// Records that found no room.
+    dropped: u32,
     /// By how much the clock has gone back so far.
     set_back_us: u64,
-    heard_us: u64,
-    /// The estimator has not seen a sample since it was last in doubt.
-    is_fresh: bool,
-    /// The tick that was decided last.
-    decided: u32,
-    overruns_in_row: u8,
-    record: Record,
 }
 
 impl<'a, S, D> Bridge<'a, S, D>
@@ -165,19 +134,11 @@ where
         now_us: u64,
         settings: &Settings,
     ) -> Result<Self, Refusal> {
-        let law = Law::build(&settings.setup)?;
-        let guard = Guard::new(settings.limits, law.period_us().get() as u32);
         Ok(Self {
-            originals: Originals::of(&law, &guard),
-            guard,
+            core: Core::new(LoopConfig::build(settings)?, now_us),
             care: Care::default(),
             master: Master::new(serial, direction, SERVO_IDS),
             end,
-            law,
-            course: Course::hold(Vector2::zeros()),
-            state: State::Boot,
-            drive: Drive::Hold,
-            trip: None,
             halting: None,
             stage: Stage::Stop,
             is_chore_asked: false,
@@ -186,18 +147,11 @@ where
             stock: [Stock::default(); JOINTS],
             gateway: Gateway::default(),
             stop_due: false,
-            run: Run::default(),
-            torque_nm: [0.0; JOINTS],
-            in_force: Decision::off(),
-            next: Decision::off(),
-            next_start_us: now_us,
-            now_us,
+            samples: [Sample::Missing(Missing::NotAsked); JOINTS],
+            alarms: [Alarms::NONE; JOINTS],
+            bus_us: 0,
+            dropped: 0,
             set_back_us: 0,
-            heard_us: now_us,
-            is_fresh: true,
-            decided: 0,
-            overruns_in_row: 0,
-            record: blank_record(),
         })
     }
 
@@ -207,7 +161,7 @@ where
     /// `WouldBlock` when there is nothing to do before [`Bridge::wake_at_us`]
     /// or until the serial port has something to say.
     pub fn poll(&mut self, now_us: u64) -> nb::Result<Progress, Infallible> {
-        let now_us = self.tell_time(now_us);
+        let now_us = self.monotonic_now(now_us);
         self.take_orders();
         self.heed_client();
         let finished = self.master.poll(now_us);
@@ -216,7 +170,7 @@ where
             return Ok(self.finish(&outcome));
         }
         if self.master.is_idle() {
-            if now_us >= self.next_start_us {
+            if now_us >= self.core.next_start_us() {
                 self.begin_next();
                 let _ = self.master.poll(now_us);
                 if self.stage == Stage::Released {
@@ -232,7 +186,7 @@ where
     /// When to poll again at the latest.
     pub fn wake_at_us(&self) -> u64 {
         let wake_us = if self.master.is_idle() {
-            self.next_start_us.min(self.client_wake_us())
+            self.core.next_start_us().min(self.client_wake_us())
         } else {
             self.master.wake_at_us()
         };
@@ -241,10 +195,11 @@ where
 
     /// The bridge's own time, which never goes back and never stands still: a clock
     /// that jumps back is a fault, and does not hold up the stop.
-    fn tell_time(&mut self, clock_us: u64) -> u64 {
+    fn monotonic_now(&mut self, clock_us: u64) -> u64 {
         let now_us = clock_us.saturating_add(self.set_back_us);
-        let back_us = self.now_us.saturating_sub(now_us);
-        self.now_us = now_us.max(self.now_us);
+        let back_us = self.core.now_us().saturating_sub(now_us);
+        let now_us = now_us.max(self.core.now_us());
+        self.core.set_time(now_us);
         if back_us > 0 {
             self.set_back_us += back_us;
             self.trip(Violation {
@@ -252,7 +207,7 @@ where
                 ..Violation::plain(Fault::Clock)
             });
         }
-        self.now_us
+        now_us
     }
 
     /// How many bytes on the bus make it worth to poll before that, if any.
@@ -262,41 +217,17 @@ where
 
     /// What the bridge is doing.
     pub fn mode(&self) -> Mode {
-        match self.state {
-            State::Boot => Mode::Boot,
-            State::Idle => Mode::Idle,
-            State::Armed => Mode::Armed,
-            State::Running => Mode::Running(self.drive),
-            State::Degraded => Mode::Degraded(self.drive),
-            State::Passthrough => Mode::Passthrough,
-            // A fault without a cause is one of the memory.
-            State::Fault => Mode::Fault(self.trip.map_or(Fault::Corrupted, |trip| trip.fault)),
-        }
+        self.core.mode()
     }
 
     /// Number of the tick under way, as in its record.
     pub fn tick(&self) -> u32 {
-        self.record.tick
+        self.core.tick()
     }
-}
 
-fn blank_record() -> Record {
-    Record {
-        tick: 0,
-        start_us: 0,
-        mode: Mode::Boot,
-        guards: Guards::NONE,
-        samples: [Sample::Missing(Missing::NotAsked); JOINTS],
-        alarms: [0; JOINTS],
-        pwm_in_force: [Pwm::OFF.counts(); JOINTS],
-        pwm_next: [Pwm::OFF.counts(); JOINTS],
-        reference_rad: [0.0; JOINTS],
-        reference_speed_rad_s: [0.0; JOINTS],
-        angle_rad: [0.0; JOINTS],
-        speed_rad_s: [0.0; JOINTS],
-        torque_nm: [0.0; JOINTS],
-        disturbance_nm: [0.0; JOINTS],
-        timing: Timing::default(),
-        dropped: 0,
+    /// Turns a bit of a number that the tick computes with, which one by `draw`: to
+    /// see what becomes of it.
+    pub fn corrupt(&mut self, draw: u32) {
+        self.core.inject_error(draw);
     }
 }

@@ -1,24 +1,19 @@
 //! What the bus is used for, and when: bring-up, then one exchange a tick.
 
 use crate::servo::port::SetBaud;
-use core::num::NonZeroU64;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
-use super::guard::Violation;
-use super::law::Decision;
 use super::mailbox::Notice;
 use super::settle::Chore;
-use super::supervisor::Event;
-use super::{Bridge, Progress, limits};
+use super::{Bridge, Progress};
 use crate::JOINTS;
-use crate::actuator::Pwm;
-use crate::link::message::{Fault, Missing, Sample, Timing};
+use crate::control_loop::{ActuatorCommand, Violation};
+use crate::link::message::{Fault, Missing, Sample};
 use crate::servo::Firmware;
 use crate::servo::master::timing::tick_us;
 use crate::servo::master::{Outcome, Transaction};
 use crate::servo::port::BAUD_RATES;
-use crate::servo::protocol1::Alarms;
 
 /// Rest between two attempts to find the servos.
 const SEARCH_PAUSE_US: u64 = 50_000;
@@ -98,17 +93,16 @@ where
             Stage::Start => Transaction::Start,
             Stage::Settle(chore) => return self.do_chore(chore),
             Stage::Ticking => {
-                self.begin_tick();
-                self.quell()
-                    .unwrap_or(Transaction::Drive(self.in_force.pwm))
+                let in_force = self.begin_tick();
+                self.quell().unwrap_or(Transaction::Drive(in_force.pwm))
             }
             Stage::Released => {
-                self.next_start_us = self.now_us + LOOK_US;
+                self.core.set_next_start(self.core.now_us() + LOOK_US);
                 return;
             }
         };
         // Idle was just seen: it is not busy.
-        let _ = self.master.begin(transaction, self.now_us);
+        let _ = self.master.begin(transaction, self.core.now_us());
     }
 
     /// At the speed of the search.
@@ -126,9 +120,9 @@ where
             // The bus was released meanwhile: whatever came is nobody's.
             (_, Stage::Released) => {}
             (Transaction::Drive(_) | Transaction::Quell { .. }, _) => {
-                self.record.samples = outcome.samples;
-                self.record.alarms = outcome.alarms.map(Alarms::bits);
-                self.record.timing.bus_us = outcome.bus_us;
+                self.samples = outcome.samples;
+                self.alarms = outcome.alarms;
+                self.bus_us = outcome.bus_us;
                 return Progress::Sampled;
             }
             (Transaction::Ask(_), Stage::Settle(chore)) if self.is_chore_asked => {
@@ -143,7 +137,7 @@ where
             (Transaction::Stop, Stage::StopHere) => self.stage = Stage::Stop,
             (Transaction::Stop, Stage::Stop) => self.stage = FIRST_PING,
             // A fault's stop: ticks go on with torque off, from now.
-            (Transaction::Stop, _) => self.next_start_us = self.now_us,
+            (Transaction::Stop, _) => self.core.set_next_start(self.core.now_us()),
             (Transaction::Ping { joint }, Stage::Ping { firmware, .. }) => {
                 self.pinged(joint, firmware, outcome.samples.get(joint).copied());
             }
@@ -238,19 +232,15 @@ where
     /// From the beginning, after a pause.
     pub(super) fn search_again(&mut self) {
         self.stage = Stage::Stop;
-        self.next_start_us = self.now_us + SEARCH_PAUSE_US;
+        self.core
+            .set_next_start(self.core.now_us() + SEARCH_PAUSE_US);
     }
 
     pub(super) fn begin_ticking(&mut self) {
         self.stage = Stage::Ticking;
-        self.next_start_us = self.now_us;
-        self.guard.restart();
-        self.begin_anew();
-        self.care.restart(self.now_us);
-        self.overruns_in_row = 0;
+        self.care.restart(self.core.now_us());
         self.announce();
-        // Never refused.
-        let _ = self.apply(Event::BusReady);
+        self.core.begin_ticking();
     }
 
     /// Tells the host what the servos are.
@@ -279,50 +269,19 @@ where
         )
     }
 
-    /// Puts the decided PWM in force and keeps the schedule.
-    pub(super) fn begin_tick(&mut self) {
-        // A bus that is too slow for the period is read as fast as it goes; no
-        // torque comes on then.
-        let least_us = u64::from(self.least_period_us());
-        let period_us = NonZeroU64::new(least_us).map_or(self.law.period_us(), |least| {
-            least.max(self.law.period_us())
-        });
+    /// Puts the decided command in force and keeps the schedule.
+    fn begin_tick(&mut self) -> ActuatorCommand {
+        let least_us = self.least_period_us();
         // A client that waits gets what would be margin.
         let available_us = if self.gateway.is_waiting() {
             least_us
         } else {
-            period_us.get()
+            self.core.period_us(least_us)
         };
-        self.master.set_available(available_us as u32);
-        let late_us = self.now_us.saturating_sub(self.next_start_us);
-        let missed = late_us / period_us;
-        self.next_start_us += (missed + 1) * period_us.get();
-        if missed > 0 && self.state.is_armed() {
-            self.overruns_in_row = self.overruns_in_row.saturating_add(1);
-            if self.overruns_in_row >= self.guard.limits().overruns || late_us > limits::LATE_MAX_US
-            {
-                self.trip(Violation {
-                    value: late_us as f32 * 1e-6,
-                    limit: period_us.get() as f32 * 1e-6,
-                    ..Violation::plain(Fault::Overrun)
-                });
-            }
-        } else {
-            self.overruns_in_row = 0;
-        }
-        if !self.state.is_driven() {
-            self.next = Decision::off();
-        }
-        self.in_force = self.next;
-        let record = &mut self.record;
-        record.tick = record.tick.wrapping_add(1);
-        record.start_us = self.now_us;
-        record.pwm_in_force = self.in_force.pwm.map(Pwm::counts);
-        record.timing = Timing {
-            start_error_us: late_us as u32,
-            missed: record.timing.missed.wrapping_add(missed as u32),
-            ..Timing::default()
-        };
+        self.master.set_available(available_us);
+        let in_force = self.core.begin_tick(least_us);
+        self.heed_core();
+        in_force
     }
 }
 

@@ -33,6 +33,7 @@
 use super::{Demand, Reference};
 use crate::JOINTS;
 use crate::arm::{Parameters, Posture, State};
+use crate::check_word::checked;
 use crate::real::Real;
 use nalgebra::Vector2;
 
@@ -69,23 +70,24 @@ pub enum Error<T> {
     },
 }
 
-/// The control law for one arm.
+/// The gains of the control law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComputedTorque<T> {
-    arm: Parameters<T>,
     /// 1/s^2.
     kp: Vector2<T>,
     /// 1/s.
     kd: Vector2<T>,
 }
 
+checked!(ComputedTorque<T> { kp, kd });
+
 impl<T: Real> ComputedTorque<T> {
-    /// The law for an arm whose torque is renewed every `period_s`.
+    /// The gains for an arm whose torque is renewed every `period_s`.
     ///
     /// # Errors
     ///
     /// See [`Error`].
-    pub fn new(arm: &Parameters<T>, tuning: &Tuning<T>, period_s: T) -> Result<Self, Error<T>> {
+    pub fn new(tuning: &Tuning<T>, period_s: T) -> Result<Self, Error<T>> {
         let positive = |x: T| x.is_finite() && x > T::zero();
         if !positive(period_s) {
             return Err(Error::Period);
@@ -108,32 +110,32 @@ impl<T: Real> ComputedTorque<T> {
                 return Err(Error::Unstable { joint, radius });
             }
         }
-        Ok(Self { arm: *arm, kp, kd })
+        Ok(Self { kp, kd })
     }
 
     /// The torque in N m for the state and the reference of one instant.
-    pub fn torque(&self, state: &State<T>, reference: &Reference<T>) -> Vector2<T> {
-        self.torque_at(&Posture::of(state.q), state, reference)
-    }
-
-    /// The same, for a caller who has the posture at `state.q` already.
-    pub fn torque_at(
+    pub fn torque(
         &self,
-        posture: &Posture<T>,
+        arm: &Parameters<T>,
         state: &State<T>,
         reference: &Reference<T>,
     ) -> Vector2<T> {
-        let ddq = reference.ddq + self.correction(state, reference);
-        posture.inverse_dynamics(&self.arm, state.dq, ddq)
+        self.demand(arm, state, reference).torque_nm
     }
 
     /// The torque, and the share of it that corrects errors.
-    pub(super) fn demand(&self, state: &State<T>, reference: &Reference<T>) -> Demand<T> {
+    pub(super) fn demand(
+        &self,
+        arm: &Parameters<T>,
+        state: &State<T>,
+        reference: &Reference<T>,
+    ) -> Demand<T> {
         let posture = Posture::of(state.q);
         let correction = self.correction(state, reference);
+        let ddq = reference.ddq + correction;
         Demand {
-            torque_nm: self.torque_at(&posture, state, reference),
-            feedback_nm: posture.mass_diagonal(&self.arm).component_mul(&correction),
+            torque_nm: posture.inverse_dynamics(arm, state.dq, ddq),
+            feedback_nm: posture.mass_diagonal(arm).component_mul(&correction),
         }
     }
 

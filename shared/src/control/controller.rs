@@ -2,6 +2,7 @@
 
 use super::{ComputedTorque, Lqr, Reference};
 use crate::arm::{Parameters, Posture, State};
+use crate::check_word::{CheckWord, Checked};
 use crate::real::Real;
 use nalgebra::Vector2;
 
@@ -14,6 +15,15 @@ pub enum Controller<T> {
     StateFeedback(Lqr<T>),
     /// Feedback linearisation.
     ComputedTorque(ComputedTorque<T>),
+}
+
+impl<T: Checked> Checked for Controller<T> {
+    fn check(&self, sum: &mut CheckWord) {
+        match self {
+            Self::StateFeedback(lqr) => lqr.check(sum),
+            Self::ComputedTorque(gains) => gains.check(sum),
+        }
+    }
 }
 
 /// What a control law asks for.
@@ -43,7 +53,7 @@ impl<T: Real> Controller<T> {
                     feedback_nm,
                 }
             }
-            Self::ComputedTorque(law) => law.demand(state, reference),
+            Self::ComputedTorque(law) => law.demand(arm, state, reference),
         }
     }
 }

@@ -16,6 +16,7 @@
 //! by twice fc. A blend well above the feedback's noise keeps it quiet.
 
 use crate::JOINTS;
+use crate::check_word::checked;
 use crate::real::Real;
 use nalgebra::Vector2;
 
@@ -29,6 +30,8 @@ pub struct DryFriction<T> {
     /// Reference speed in rad/s from which on all of it is.
     pub slide_rad_s: T,
 }
+
+checked!(DryFriction<T> { torque_nm, blend_nm, slide_rad_s });
 
 impl<T: Real> DryFriction<T> {
     /// For this much friction, blended in over 20 mN m, nearly twice what sensor

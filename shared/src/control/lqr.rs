@@ -12,6 +12,7 @@
 //! can give is the business of the [`actuator`](crate::actuator).
 
 use crate::arm::{Discrete, Parameters, State};
+use crate::check_word::checked;
 use crate::design::riccati;
 use crate::real::Real;
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
@@ -42,6 +43,8 @@ pub struct Lqr<T> {
     /// Rows: torques; columns: both angles, then both speeds.
     pub gain: Matrix2x4<T>,
 }
+
+checked!(Lqr<T> { gain });
 
 impl<T: Real> Lqr<T> {
     /// Equation (10) as printed, meant for 45 ms: the optimum for (7) and (8),

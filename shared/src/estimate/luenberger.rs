@@ -8,9 +8,11 @@
 //! With `L = A Lc` the predictions x- are those of (11), see
 //! [`placement`](crate::design::placement).
 
+use super::Estimate;
 use super::model::Model;
 use crate::JOINTS;
-use crate::arm::{Discrete, State};
+use crate::arm::{Discrete, Parameters, State};
+use crate::check_word::{CheckWord, Checked, checked};
 use crate::design::placement;
 use crate::real::Real;
 use nalgebra::Vector2;
@@ -37,19 +39,24 @@ pub struct Luenberger<T> {
     /// Current-form gains on angle and speed, for each joint.
     gains: [Vector2<T>; JOINTS],
     form: Form,
-    state: State<T>,
+}
+
+checked!(Luenberger<T> { model, gains, form });
+
+impl Checked for Form {
+    fn check(&self, sum: &mut CheckWord) {
+        sum.word(match self {
+            Self::Prediction => 0,
+            Self::Current => 1,
+        });
+    }
 }
 
 impl<T: Real> Luenberger<T> {
     /// With [current-form gains](placement::current_gain), whichever form is
-    /// asked for; at rest upright.
+    /// asked for.
     pub fn new(model: Model<T>, gains: [Vector2<T>; JOINTS], form: Form) -> Self {
-        Self {
-            model,
-            gains,
-            form,
-            state: State::at_rest(Vector2::zeros()),
-        }
+        Self { model, gains, form }
     }
 
     /// The paper's observer: model (7) and gain (12), both as printed.
@@ -71,42 +78,34 @@ impl<T: Real> Luenberger<T> {
         Ok(Self::new(Model::linear(&model), gains, Form::Prediction))
     }
 
-    /// See [`Estimator::reset`](super::Estimator::reset).
-    pub fn reset(&mut self, q: Vector2<T>) {
-        self.state = State::at_rest(q);
-    }
-
-    pub(super) fn prior(&self) -> State<T> {
-        self.state
-    }
-
-    /// Goes on from this state at the next samples.
-    pub(super) fn adopt(&mut self, state: State<T>) {
-        self.state = state;
-    }
-
     /// See [`Estimator::correct`](super::Estimator::correct).
     #[inline]
-    pub fn correct(&mut self, measured: [Option<T>; JOINTS]) -> State<T> {
-        let predicted = self.state;
-        let corrected = &mut self.state;
-        for (joint, gain) in self.gains.iter().enumerate() {
-            if let Some(angle) = measured[joint] {
-                let innovation = angle - predicted.q[joint];
-                corrected.q[joint] += gain.x * innovation;
-                corrected.dq[joint] += gain.y * innovation;
+    pub fn correct(&self, estimate: &mut Estimate<T>, measured: [Option<T>; JOINTS]) -> State<T> {
+        let predicted = estimate.state();
+        let joints = estimate.joints.iter_mut().zip(&self.gains);
+        for ((joint, gain), measured) in joints.zip(measured) {
+            if let Some(angle) = measured {
+                let innovation = angle - joint.q;
+                joint.q += gain.x * innovation;
+                joint.dq += gain.y * innovation;
             }
         }
         match self.form {
             Form::Prediction => predicted,
-            Form::Current => self.state,
+            Form::Current => estimate.state(),
         }
     }
 
     /// See [`Estimator::advance`](super::Estimator::advance).
     #[inline]
-    pub fn advance(&mut self, torque: Vector2<T>) -> State<T> {
-        self.state = self.model.step(&self.state, torque);
-        self.state
+    pub fn advance(
+        &self,
+        arm: &Parameters<T>,
+        estimate: &mut Estimate<T>,
+        torque: Vector2<T>,
+    ) -> State<T> {
+        let state = self.model.step(arm, &estimate.state(), torque);
+        estimate.set(&state);
+        state
     }
 }

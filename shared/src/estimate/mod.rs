@@ -3,6 +3,9 @@
 //! The servos report angles only; speeds must be estimated. [`Config`] says
 //! how, [`Config::build`] makes an [`Estimator`] of it for one arm and period.
 //!
+//! An [`Estimator`] is the design: model and gains, which never change. What it
+//! has learnt of the arm is an [`Estimate`], handed in and updated by each call.
+//!
 //! # One tick
 //!
 //! Tick k begins by sending the PWM decided in tick k-1, then samples the
@@ -32,6 +35,7 @@
 //! too, and finds the torque that is left.
 
 mod finite_difference;
+mod joint_estimate;
 mod kalman;
 mod luenberger;
 mod model;
@@ -41,8 +45,11 @@ pub use kalman::{Kalman, Tuning};
 pub use luenberger::{Form, Luenberger};
 pub use model::Model;
 
+use joint_estimate::{Covariance, JointEstimate};
+
 use crate::JOINTS;
 use crate::arm::{Parameters, State};
+use crate::check_word::{CheckWord, Checked};
 use crate::design::placement::{self, Poles};
 use crate::real::Real;
 use nalgebra::Vector2;
@@ -102,8 +109,7 @@ impl<T: Real> Config<T> {
         Self::Kalman(Tuning::standing())
     }
 
-    /// The estimator for an arm sampled every `period_s`; at rest upright until
-    /// it is [reset](Estimator::reset).
+    /// The estimator for an arm sampled every `period_s`.
     ///
     /// # Errors
     ///
@@ -144,7 +150,7 @@ impl<T: Real> Config<T> {
     }
 }
 
-/// Any estimator, chosen at run time.
+/// Any estimator's design, chosen at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Estimator<T> {
     /// Backward difference.
@@ -155,62 +161,99 @@ pub enum Estimator<T> {
     Kalman(Kalman<T>),
 }
 
-impl<T: Real> Estimator<T> {
-    /// Forgets everything: the arm is at rest at `q` at the next samples.
-    pub fn reset(&mut self, q: Vector2<T>) {
+/// What an estimator knows of the arm: joint by joint angle, speed, disturbance
+/// and how sure they are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate<T> {
+    joints: [JointEstimate<T>; JOINTS],
+}
+
+impl<T: Checked> Checked for Estimator<T> {
+    fn check(&self, sum: &mut CheckWord) {
         match self {
-            Self::FiniteDifference(difference) => difference.reset(q),
-            Self::Luenberger(observer) => observer.reset(q),
-            Self::Kalman(filter) => filter.reset(q),
+            Self::FiniteDifference(difference) => difference.check(sum),
+            Self::Luenberger(observer) => observer.check(sum),
+            Self::Kalman(filter) => filter.check(sum),
+        }
+    }
+}
+
+impl<T: Real> Estimate<T> {
+    /// The state at the next samples after [`Estimator::advance`], at the present
+    /// ones after [`Estimator::correct`].
+    pub fn state(&self) -> State<T> {
+        let [a, b] = &self.joints;
+        State {
+            q: Vector2::new(a.q, b.q),
+            dq: Vector2::new(a.dq, b.dq),
+        }
+    }
+
+    /// Torque in N m that acts on the joints without being commanded; zero from
+    /// an estimator that does not look for it.
+    pub fn disturbance(&self) -> Vector2<T> {
+        let [a, b] = &self.joints;
+        Vector2::new(a.d, b.d)
+    }
+
+    fn set(&mut self, state: &State<T>) {
+        for (joint, estimate) in self.joints.iter_mut().enumerate() {
+            (estimate.q, estimate.dq) = (state.q[joint], state.dq[joint]);
+        }
+    }
+}
+
+impl<T: Real> Estimator<T> {
+    /// An estimate that knows the arm to be at rest at `q` at the next samples,
+    /// and nothing else.
+    pub fn at_rest(&self, q: Vector2<T>) -> Estimate<T> {
+        self.from_state(&State::at_rest(q), Vector2::zeros())
+    }
+
+    /// An estimate that goes on from what another estimator knows.
+    pub fn take_over(&self, other: &Estimate<T>) -> Estimate<T> {
+        self.from_state(&other.state(), other.disturbance())
+    }
+
+    fn from_state(&self, state: &State<T>, disturbance: Vector2<T>) -> Estimate<T> {
+        let (covariance, disturbance) = match self {
+            Self::FiniteDifference(_) | Self::Luenberger(_) => {
+                (Covariance::zero(), Vector2::zeros())
+            }
+            Self::Kalman(filter) => (filter.initial_covariance(), disturbance),
+        };
+        let joint = |joint: usize| {
+            let (q, dq) = (state.q[joint], state.dq[joint]);
+            JointEstimate::new(q, dq, disturbance[joint], covariance)
+        };
+        Estimate {
+            joints: core::array::from_fn(joint),
         }
     }
 
     /// Takes the samples of this tick: angles in rad, `None` where one is
     /// missing. Returns the state at the sample instant.
-    pub fn correct(&mut self, measured: [Option<T>; JOINTS]) -> State<T> {
+    pub fn correct(&self, estimate: &mut Estimate<T>, measured: [Option<T>; JOINTS]) -> State<T> {
         match self {
-            Self::FiniteDifference(difference) => difference.correct(measured),
-            Self::Luenberger(observer) => observer.correct(measured),
-            Self::Kalman(filter) => filter.correct(measured),
+            Self::FiniteDifference(difference) => difference.correct(estimate, measured),
+            Self::Luenberger(observer) => observer.correct(estimate, measured),
+            Self::Kalman(filter) => filter.correct(estimate, measured),
         }
     }
 
     /// Goes on to the next sample: `torque` in N m is what the servos were told
-    /// and what acts until then. Returns the state there.
-    pub fn advance(&mut self, torque: Vector2<T>) -> State<T> {
+    /// and what acts until then, `arm` the one that the estimator was built for.
+    /// Returns the state there.
+    pub fn advance(
+        &self,
+        arm: &Parameters<T>,
+        estimate: &mut Estimate<T>,
+        torque: Vector2<T>,
+    ) -> State<T> {
         match self {
-            Self::FiniteDifference(difference) => difference.advance(torque),
-            Self::Luenberger(observer) => observer.advance(torque),
-            Self::Kalman(filter) => filter.advance(torque),
-        }
-    }
-
-    /// The state at the next samples, as the last [`advance`](Self::advance)
-    /// has it.
-    pub fn prior(&self) -> State<T> {
-        match self {
-            Self::FiniteDifference(difference) => difference.prior(),
-            Self::Luenberger(observer) => observer.prior(),
-            Self::Kalman(filter) => filter.state(),
-        }
-    }
-
-    /// Goes on from what another estimator knows.
-    pub fn adopt(&mut self, other: &Self) {
-        let state = other.prior();
-        match self {
-            Self::FiniteDifference(difference) => difference.adopt(state),
-            Self::Luenberger(observer) => observer.adopt(state),
-            Self::Kalman(filter) => filter.adopt(state, other.disturbance()),
-        }
-    }
-
-    /// Torque in N m that acts on the joints and that nobody commanded; zero
-    /// from an estimator that does not look for it.
-    pub fn disturbance(&self) -> Vector2<T> {
-        match self {
-            Self::FiniteDifference(_) | Self::Luenberger(_) => Vector2::zeros(),
-            Self::Kalman(filter) => filter.disturbance(),
+            Self::FiniteDifference(difference) => difference.advance(arm, estimate, torque),
+            Self::Luenberger(observer) => observer.advance(arm, estimate, torque),
+            Self::Kalman(filter) => filter.advance(arm, estimate, torque),
         }
     }
 }

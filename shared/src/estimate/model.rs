@@ -5,6 +5,7 @@
 
 use crate::JOINTS;
 use crate::arm::{Discrete, Parameters, State};
+use crate::check_word::checked;
 use crate::real::Real;
 use nalgebra::{Matrix2, Vector2};
 
@@ -13,7 +14,9 @@ use nalgebra::{Matrix2, Vector2};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model<T> {
     axes: [Axis<T>; JOINTS],
-    gravity: Option<Gravity<T>>,
+    /// dG/dq upright, which the linear part already contains; `None` where the
+    /// linear part is all there is.
+    gravity_slope: Option<Matrix2<T>>,
 }
 
 /// One joint's share of A and B.
@@ -23,12 +26,8 @@ struct Axis<T> {
     b: Vector2<T>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Gravity<T> {
-    arm: Parameters<T>,
-    /// dG/dq upright: what the linear part already contains.
-    slope: Matrix2<T>,
-}
+checked!(Model<T> { axes, gravity_slope });
+checked!(Axis<T> { a, b });
 
 impl<T: Real> Model<T> {
     /// The exact discretisation of an arm, with its exact gravity.
@@ -36,10 +35,7 @@ impl<T: Real> Model<T> {
         let upright = Vector2::zeros();
         Self {
             axes: axes(&arm.linearise(upright).zero_order_hold(period_s)),
-            gravity: Some(Gravity {
-                arm: *arm,
-                slope: arm.gravity_slope(upright),
-            }),
+            gravity_slope: Some(arm.gravity_slope(upright)),
         }
     }
 
@@ -48,16 +44,22 @@ impl<T: Real> Model<T> {
     pub fn linear(discrete: &Discrete<T>) -> Self {
         Self {
             axes: axes(discrete),
-            gravity: None,
+            gravity_slope: None,
         }
     }
 
-    /// The state one period later under a constant torque.
+    /// The state one period later under a constant torque, for the arm that the
+    /// model was made of.
     #[inline]
-    pub(super) fn step(&self, from: &State<T>, torque: Vector2<T>) -> State<T> {
-        let torque = match &self.gravity {
+    pub(super) fn step(
+        &self,
+        arm: &Parameters<T>,
+        from: &State<T>,
+        torque: Vector2<T>,
+    ) -> State<T> {
+        let torque = match &self.gravity_slope {
             None => torque,
-            Some(gravity) => torque + gravity.beyond_linear(from.q),
+            Some(slope) => torque + beyond_linear(arm, slope, from.q),
         };
         let [first, second] = &self.axes;
         let (q1, v1) = first.step(from.q.x, from.dq.x, torque.x);
@@ -74,13 +76,11 @@ impl<T: Real> Model<T> {
     }
 }
 
-impl<T: Real> Gravity<T> {
-    /// The torque in N m that the linear part lacks. Out of line, so that a
-    /// model without it stays small.
-    #[inline(never)]
-    fn beyond_linear(&self, q: Vector2<T>) -> Vector2<T> {
-        self.slope * q - self.arm.gravity(q)
-    }
+/// The torque in N m that the linear part lacks. Out of line, so that a model
+/// without it stays small.
+#[inline(never)]
+fn beyond_linear<T: Real>(arm: &Parameters<T>, slope: &Matrix2<T>, q: Vector2<T>) -> Vector2<T> {
+    slope * q - arm.gravity(q)
 }
 
 impl<T: Real> Axis<T> {

@@ -4,6 +4,7 @@
 //! ([`hard`]); [`Limits::is_valid`] says whether all are within.
 
 use crate::JOINTS;
+use crate::check_word::checked;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -81,6 +82,26 @@ pub struct Limits {
     /// Silence of the host after which torque goes off, in ms.
     pub silence_ms: u16,
 }
+
+checked!(Limits {
+    angle_rad,
+    speed_rad_s,
+    torque_nm,
+    torque_rate_nm_s,
+    pwm_counts,
+    temperature_c,
+    temperature_counts,
+    temperature_drift_counts,
+    dead_zone_counts,
+    lost_ms,
+    lost_percent,
+    overruns,
+    innovation_rad,
+    stuck_nm,
+    quiet_ms,
+    hold_ms,
+    silence_ms,
+});
 
 impl Default for Limits {
     fn default() -> Self {

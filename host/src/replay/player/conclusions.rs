@@ -5,10 +5,10 @@
 
 use std::collections::VecDeque;
 
-use armbridge_shared::bridge::replay::Replay;
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::message::Record;
 
+use super::super::board::Board;
 use super::super::compare::Difference;
 use super::super::notes::is_before;
 use super::Player;
@@ -29,8 +29,8 @@ impl Conclusions {
 
     /// Whether an experiment ended in this tick for a reason that was decided again,
     /// and not because the host was quiet, which nobody can know.
-    pub(super) fn is_by_itself(&mut self, replay: &mut Replay<'_>, tick: u32) -> bool {
-        while let Some(conclusion) = replay.take_conclusion() {
+    pub(super) fn is_by_itself(&mut self, board: &mut Board, tick: u32) -> bool {
+        while let Some(conclusion) = board.take_conclusion() {
             self.computed.push_back(conclusion);
         }
         let last = self.computed.back().filter(|last| last.tick == tick);
@@ -60,7 +60,7 @@ impl Conclusions {
     }
 }
 
-impl Player<'_> {
+impl Player {
     /// Compares what was told of experiments up to this record with what came out.
     pub(super) fn check_conclusions(&mut self, record: &Record) {
         while let Some((told, computed)) = self.conclusions.next_pair(record.tick) {

@@ -1,10 +1,10 @@
 //! Orders and news, each done again at its place.
 
-use armbridge_shared::bridge::replay;
 use armbridge_shared::link::message::{
     Command, Fault, Mode, Moment, Record, Refusal, Settings, Trip,
 };
 
+use super::super::board;
 use super::super::compare::Difference;
 use super::super::notes::{Note, is_before};
 use super::super::what_if::words;
@@ -12,7 +12,7 @@ use super::{Player, ReplayError};
 use crate::log::names;
 use crate::refusal;
 
-impl Player<'_> {
+impl Player {
     /// Does what has come to its place.
     pub(super) fn apply(&mut self, note: &Note) -> Result<(), ReplayError> {
         match *note {
@@ -22,7 +22,7 @@ impl Player<'_> {
                 moment,
             } => self.answer(sequence, result, moment),
             Note::Departs { sequence, moment } => {
-                match self.replay.depart(moment) {
+                match self.board.start_point(moment) {
                     Ok(departure) => {
                         self.departures.insert(sequence, departure);
                     }
@@ -44,18 +44,18 @@ impl Player<'_> {
                 baud,
                 is_ready,
             } => {
-                self.replay.set_line(firmware, baud, is_ready);
-                if !self.replay.is_ticking() {
+                self.board.set_line(firmware, baud, is_ready);
+                if !self.board.is_ticking() {
                     self.begin_ticking();
                 }
                 Ok(())
             }
             Note::Passthrough => {
-                if self.replay.mode() != Mode::Passthrough {
+                if self.board.mode() != Mode::Passthrough {
                     let tick = self.last.map_or(0, |last| last.tick);
                     let what = "a client of the transparent port took the bus".into();
                     self.tally.adopt(what, tick);
-                    self.replay.hand_over();
+                    self.board.hand_over();
                 }
                 Ok(())
             }
@@ -82,18 +82,18 @@ impl Player<'_> {
             self.lose("what was before the hello is not in the log", 0);
         }
         if self.is_strange {
-            self.replay.forget();
+            self.board.forget();
         } else if has_left {
-            self.replay.goodbye();
+            self.board.goodbye();
         }
         if let Some(told) = told {
             let settings = self.changes.apply(&told)?;
             self.remember_changes(&told, &settings);
             if settings != self.settings {
-                self.replay.set(&settings).map_err(ReplayError::Settings)?;
+                self.board.set(&settings).map_err(ReplayError::Settings)?;
                 self.settings = settings;
             }
-            self.replay.greet(moment);
+            self.board.greet(moment);
             self.begin_anew();
         }
         Ok(())
@@ -102,9 +102,9 @@ impl Player<'_> {
     /// A goodbye is not acknowledged. One that came just before a tick shows in it: the
     /// motors were driven until then, and are off from its beginning.
     pub(super) fn heed_goodbye(&mut self, record: &Record) {
-        let is_driven = self.replay.mode().drive().is_some();
-        if is_driven && replay::is_off(record) && self.notes.has_goodbye(record) {
-            self.replay.goodbye();
+        let is_driven = self.board.mode().drive().is_some();
+        if is_driven && board::is_off(record) && self.notes.has_goodbye(record) {
+            self.board.goodbye();
         }
     }
 
@@ -133,13 +133,13 @@ impl Player<'_> {
             return Ok(());
         }
         let command = self.change(asked)?;
-        let before = self.replay.mode();
+        let before = self.board.mode();
         let computed = match (command, departure) {
             (Command::Follow(motion), Some(departure)) => {
-                self.replay.follow(&motion, departure, moment)
+                self.board.follow(&motion, departure, moment)
             }
-            (Command::Follow(_), None) => self.replay.depart(moment).map(|_| ()),
-            (command, _) => self.replay.command(command, moment),
+            (Command::Follow(_), None) => self.board.start_point(moment).map(|_| ()),
+            (command, _) => self.board.command(command, moment),
         };
         if computed.is_ok() {
             match command {
@@ -148,7 +148,7 @@ impl Player<'_> {
                 _ => {}
             }
         }
-        let after = self.replay.mode();
+        let after = self.board.mode();
         let is_energised = match before {
             Mode::Idle => after == Mode::Armed,
             Mode::Armed => after.drive().is_some(),
@@ -219,11 +219,11 @@ impl Player<'_> {
     /// have come out.
     fn tripped(&mut self, trip: &Trip) {
         self.is_stopped = true;
-        if replay::is_external(trip.fault) {
-            if !matches!(self.replay.mode(), Mode::Fault(_)) {
+        if board::is_external(trip.fault) {
+            if !matches!(self.board.mode(), Mode::Fault(_)) {
                 let what = format!("fault {}", names::fault(trip.fault));
                 self.tally.adopt(what, trip.tick);
-                self.replay.trip(trip);
+                self.board.trip(trip);
             }
             return;
         }
@@ -231,7 +231,7 @@ impl Player<'_> {
         let is_checked = !matches!(trip.fault, Fault::HostSilent | Fault::Corrupted);
         // Told again at a hello, it may be of a time of which nothing is known.
         let is_known = self.is_known() && is_checked;
-        let cause = self.replay.cause();
+        let cause = self.board.cause();
         let Some(cause) = cause.filter(|cause| is_known && cause.tick == trip.tick) else {
             return;
         };

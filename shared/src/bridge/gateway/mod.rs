@@ -75,6 +75,11 @@ impl Gateway {
         self.job.is_some()
     }
 
+    /// The bus is the client's, or has been since it was last taken back.
+    pub(super) fn has_bus(&self) -> bool {
+        self.relays || self.was_open
+    }
+
     /// The host has given an order: for a while the bus stays where it is.
     pub(super) fn claim(&mut self, now_us: u64) {
         self.claimed_until_us = now_us.saturating_add(CLAIM_US);

@@ -63,9 +63,10 @@ where
             Item::Packet(firmware) => Some(expected(firmware, packet)),
             Item::Raw => Some(NOTHING),
         };
-        let sent = asked.is_some_and(|asked| self.master.ask(packet, asked, self.now_us).is_ok());
+        let sent =
+            asked.is_some_and(|asked| self.master.ask(packet, asked, self.core.now_us()).is_ok());
         self.count(sent);
-        let _ = self.master.poll(self.now_us);
+        let _ = self.master.poll(self.core.now_us());
     }
 
     /// The bus is no longer the client's; what it has said since is not obeyed.

@@ -5,13 +5,13 @@ use embedded_hal_nb::serial::{Read, Write};
 
 use super::super::mailbox::Notice;
 use super::super::schedule::Stage;
-use super::super::supervisor::{Event, State};
 use super::super::{Bridge, SERVO_IDS};
 use super::{ClientLine, Item, Job, Progress as Answered, REPORT_US, Slack, Verdict, judge};
 use crate::link::message::Sample;
 use crate::servo::master::Asked;
 use crate::servo::master::timing::{GUARD_US, latency_us, prepared_latency_us};
 use crate::servo::port::{SetBaud, byte_ns};
+use crate::supervisor::{Event, State};
 
 /// What a tick may begin late because of the client before it is an error: none;
 /// this much is kept free for the board to get from one to the other.
@@ -38,22 +38,22 @@ where
         while gateway.item.is_none()
             && let Some(byte) = self.end.client.take()
         {
-            gateway.item = gateway.framer.push(byte, self.now_us);
+            gateway.item = gateway.framer.push(byte, self.core.now_us());
         }
         if gateway.item.is_none() {
-            gateway.item = gateway.framer.expire(self.now_us);
+            gateway.item = gateway.framer.expire(self.core.now_us());
         }
         gateway.counters.halves = gateway.framer.halves();
         let ClientLine { is_open, .. } = self.end.client.line();
         let is_waiting = gateway.item.is_some();
-        if self.state == State::Passthrough {
+        if self.core.state() == State::Passthrough {
             gateway.was_open |= is_open;
             if gateway.was_open && !is_open && !is_waiting {
                 // Never refused.
                 let _ = self.apply(Event::ClientLeft);
             }
         } else if is_waiting
-            && self.now_us >= gateway.claimed_until_us
+            && self.core.now_us() >= gateway.claimed_until_us
             // The stop sequence comes before anything of a client's.
             && !matches!(self.stage, Stage::Stop | Stage::StopHere)
         {
@@ -95,7 +95,7 @@ where
         let Some(servo) = self.gateway.job.as_ref().map(Job::servo) else {
             return;
         };
-        if self.now_us.saturating_sub(self.gateway.since_us) > PATIENCE_US {
+        if self.core.now_us().saturating_sub(self.gateway.since_us) > PATIENCE_US {
             self.gateway.job = None;
             self.count(false);
             return;
@@ -111,18 +111,19 @@ where
             reply_bytes: ask.reply_bytes,
             latency_us: slack.latency_us,
         };
-        self.gateway.since_us = self.now_us;
+        self.gateway.since_us = self.core.now_us();
         self.gateway.tries += 1;
         // Idle was just seen, and our own requests are short.
-        let _ = self.master.ask(&ask.packet, asked, self.now_us);
-        let _ = self.master.poll(self.now_us);
+        let _ = self.master.ask(&ask.packet, asked, self.core.now_us());
+        let _ = self.master.poll(self.core.now_us());
     }
 
     /// Until the next tick.
     pub(in crate::bridge) fn slack_now(&self, id: u8) -> Slack {
-        let begins_us = self.now_us.max(self.master.ready_at_us());
+        let begins_us = self.core.now_us().max(self.master.ready_at_us());
         let budget_us = self
-            .next_start_us
+            .core
+            .next_start_us()
             .saturating_sub(begins_us + GUARD_US + RESERVE_US);
         self.slack(id, budget_us as u32)
     }
@@ -151,15 +152,15 @@ where
             return;
         };
         let firmware = self.master.firmware();
-        let samples = self.record.samples.map(Sample::counts);
+        let samples = self.samples.map(Sample::counts);
         let packet = self.gateway.framer.bytes();
         match judge(firmware, SERVO_IDS, samples, packet) {
             Verdict::Ask(job) => {
-                let period_us = self.law.period_us().get() as u32;
+                let period_us = self.core.config().period_us().get();
                 let rests_us = (2 * GUARD_US + RESERVE_US) as u32;
-                let taken_us = (self.record.timing.bus_us + rests_us).saturating_sub(SHORTER_US);
+                let taken_us = (self.bus_us + rests_us).saturating_sub(SHORTER_US);
                 let slack = self.slack(job.servo(), period_us.saturating_sub(taken_us));
-                self.gateway.since_us = self.now_us;
+                self.gateway.since_us = self.core.now_us();
                 self.gateway.tries = 0;
                 if job.can_ever_fit(slack) {
                     self.gateway.job = Some(job);
@@ -229,9 +230,9 @@ where
 
     fn report_port(&mut self) {
         let gateway = &mut self.gateway;
-        let is_due = self.now_us.saturating_sub(gateway.reported_us) >= REPORT_US;
+        let is_due = self.core.now_us().saturating_sub(gateway.reported_us) >= REPORT_US;
         if is_due && gateway.counters != gateway.reported {
-            gateway.reported_us = self.now_us;
+            gateway.reported_us = self.core.now_us();
             // Lost if the host does not fetch it: the next one says more.
             if self
                 .end

@@ -58,7 +58,7 @@ where
                 self.stage = Stage::Settle(chore);
                 self.is_chore_asked = true;
                 // Idle was just seen, and our own packets are short.
-                let _ = self.master.ask(&packet, asked, self.now_us);
+                let _ = self.master.ask(&packet, asked, self.core.now_us());
                 return;
             }
             let Some(next) = chore.after() else {
@@ -114,7 +114,7 @@ where
             ) => chore.after(),
         };
         if chore.step.is_kept() {
-            self.next_start_us = self.now_us + EEPROM_US;
+            self.core.set_next_start(self.core.now_us() + EEPROM_US);
         }
         match next {
             Some(next) => self.stage = Stage::Settle(next),

@@ -33,7 +33,7 @@ fn on_the_exact_model_the_error_is_the_chosen_second_order_system() {
         natural_rad_s: [12.0, 7.0],
         damping: [1.0, 0.4],
     };
-    let law = ComputedTorque::new(&arm, &tuning, 1e-3).unwrap();
+    let law = ComputedTorque::new(&tuning, 1e-3).unwrap();
     for i in 0..2000 {
         let t = f64::from(i) * 0.01;
         let reference = moving(t);
@@ -43,7 +43,7 @@ fn on_the_exact_model_the_error_is_the_chosen_second_order_system() {
             q: reference.q - e,
             dq: reference.dq - de,
         };
-        let ddq = arm.acceleration(&state, law.torque(&state, &reference));
+        let ddq = arm.acceleration(&state, law.torque(&arm, &state, &reference));
         let dde = reference.ddq - ddq;
         for joint in 0..JOINTS {
             let (wn, zeta) = (tuning.natural_rad_s[joint], tuning.damping[joint]);
@@ -59,10 +59,10 @@ fn on_the_exact_model_the_error_is_the_chosen_second_order_system() {
 fn the_loop_decays_as_the_solution_of_the_second_order_system() {
     let arm = Parameters::<f64>::paper();
     let wn = 10.0;
-    let law = ComputedTorque::new(&arm, &tuning(wn, 1.0), 1e-3).unwrap();
+    let law = ComputedTorque::new(&tuning(wn, 1.0), 1e-3).unwrap();
     let slope = |t: f64, x: Vector4<f64>| {
         let state = State::from_vector(x);
-        let ddq = arm.acceleration(&state, law.torque(&state, &moving(t)));
+        let ddq = arm.acceleration(&state, law.torque(&arm, &state, &moving(t)));
         State {
             q: state.dq,
             dq: ddq,
@@ -96,7 +96,7 @@ fn the_loop_decays_as_the_solution_of_the_second_order_system() {
 fn sampled_error(period_s: f64, wn: f64) -> f64 {
     const SUBSTEPS: u32 = 50;
     let arm = Parameters::<f64>::paper();
-    let law = ComputedTorque::new(&arm, &tuning(wn, 1.0), period_s).unwrap();
+    let law = ComputedTorque::new(&tuning(wn, 1.0), period_s).unwrap();
     let shape = Shape::Sinusoid {
         centre: Vector2::zeros(),
         amplitude_rad: Vector2::new(0.4, 0.5),
@@ -126,7 +126,7 @@ fn sampled_error(period_s: f64, wn: f64) -> f64 {
         if t > 4.0 {
             largest = largest.max((reference.q - state.q).amax());
         }
-        let torque = law.torque(&state, &reference);
+        let torque = law.torque(&arm, &state, &reference);
         let h = period_s / f64::from(SUBSTEPS);
         for _ in 0..SUBSTEPS {
             let k1 = slope(x, torque);
@@ -174,8 +174,7 @@ fn the_radius_is_that_of_the_matrix() {
 
 #[test]
 fn what_a_period_can_bear() {
-    let arm = Parameters::<f64>::paper();
-    let at = |wn, zeta, period_s| ComputedTorque::new(&arm, &tuning(wn, zeta), period_s);
+    let at = |wn, zeta, period_s| ComputedTorque::new(&tuning(wn, zeta), period_s);
     // 14 rad/s at 45 ms tracks best in the simulations of the paper's arm.
     assert!(at(14.0, 1.0, 0.045).is_ok());
     assert!(at(20.0, 1.0, 0.001).is_ok());
@@ -193,15 +192,14 @@ fn what_a_period_can_bear() {
         natural_rad_s: [0.1_f32; JOINTS],
         damping: [1.0; JOINTS],
     };
-    assert!(ComputedTorque::new(&Parameters::paper(), &slow, 5e-4).is_ok());
+    assert!(ComputedTorque::new(&slow, 5e-4).is_ok());
 }
 
 #[test]
 fn refusals_name_what_is_wrong() {
-    let arm = Parameters::<f64>::paper();
     let good = tuning(10.0, 1.0);
     for period_s in [0.0, -0.1, f64::NAN, f64::INFINITY] {
-        let refused = ComputedTorque::new(&arm, &good, period_s);
+        let refused = ComputedTorque::new(&good, period_s);
         assert_eq!(refused, Err(Error::Period));
     }
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -209,7 +207,7 @@ fn refusals_name_what_is_wrong() {
             let (mut natural, mut damping) = (good, good);
             natural.natural_rad_s[joint] = bad;
             damping.damping[joint] = bad;
-            let build = |tuning| ComputedTorque::new(&arm, &tuning, 1e-3);
+            let build = |tuning| ComputedTorque::new(&tuning, 1e-3);
             assert_eq!(build(natural), Err(Error::Natural { joint }));
             assert_eq!(build(damping), Err(Error::Damping { joint }));
         }
@@ -218,7 +216,7 @@ fn refusals_name_what_is_wrong() {
         natural_rad_s: [10.0, 1e200],
         ..good
     };
-    let refused = ComputedTorque::new(&arm, &stiff, 1e-3);
+    let refused = ComputedTorque::new(&stiff, 1e-3);
     assert!(matches!(refused, Err(Error::Unstable { joint: 1, .. })));
 }
 
@@ -228,12 +226,12 @@ fn f32_agrees_with_f64() {
         natural_rad_s: [14.0_f32; JOINTS],
         damping: [1.0; JOINTS],
     };
-    let exact = ComputedTorque::new(&Parameters::paper(), &tuning(14.0, 1.0), 1e-3).unwrap();
-    let single = ComputedTorque::new(&Parameters::paper(), &tuning_32, 1e-3).unwrap();
+    let exact = ComputedTorque::new(&tuning(14.0, 1.0), 1e-3).unwrap();
+    let single = ComputedTorque::new(&tuning_32, 1e-3).unwrap();
     let worst = (0..1000).map(|i| {
         let t = f64::from(i) * 0.01;
         let (reference, state) = (moving(t), moving(t + 0.05).state());
-        let torque = exact.torque(&state, &reference);
+        let torque = exact.torque(&Parameters::paper(), &state, &reference);
         let state = State {
             q: state.q.cast::<f32>(),
             dq: state.dq.cast(),
@@ -243,7 +241,11 @@ fn f32_agrees_with_f64() {
             dq: reference.dq.cast(),
             ddq: reference.ddq.cast(),
         };
-        (single.torque(&state, &reference).cast::<f64>() - torque).amax()
+        (single
+            .torque(&Parameters::paper(), &state, &reference)
+            .cast::<f64>()
+            - torque)
+            .amax()
     });
     let worst: Vec<f64> = worst.collect();
     // Torques here reach 3 N m; a PWM count is 1.2e-3 N m.

@@ -5,6 +5,8 @@
 //! symmetric and kept as its upper triangle.
 
 use super::Tuning;
+use crate::check_word::checked;
+use crate::estimate::joint_estimate::{Covariance, JointEstimate};
 use crate::real::Real;
 use nalgebra::Matrix2;
 
@@ -12,25 +14,6 @@ use nalgebra::Matrix2;
 /// torque missing, and friction, with room. An arm that somebody holds would
 /// otherwise wind it up, and fly when it is let go.
 const DISTURBANCE_MAX_NM: f64 = 0.5;
-
-/// One joint's mean.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Mean<T> {
-    pub(super) q: T,
-    pub(super) dq: T,
-    pub(super) d: T,
-}
-
-/// One joint's covariance, upper triangle of (angle, speed, disturbance).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Covariance<T> {
-    pub(super) qq: T,
-    pub(super) qv: T,
-    pub(super) qd: T,
-    pub(super) vv: T,
-    pub(super) vd: T,
-    pub(super) dd: T,
-}
 
 /// What one joint needs every period.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,32 +25,18 @@ pub(super) struct Axis<T> {
     per_slide_speed: T,
     /// Process noise per period.
     noise: Covariance<T>,
-    pub(super) mean: Mean<T>,
-    pub(super) covariance: Covariance<T>,
 }
 
-impl<T: Real> Mean<T> {
-    pub(super) fn at_rest(q: T) -> Self {
-        Self {
-            q,
-            dq: T::zero(),
-            d: T::zero(),
-        }
-    }
-}
+checked!(Axis<T> { step, viscous, coulomb, per_slide_speed, noise });
 
-impl<T: Real> Covariance<T> {
-    /// Before the first sample: an angle as good as one, any slow speed.
-    pub(super) fn unsure(tuning: &Tuning<T>) -> Self {
-        let square = |x: T| x * x;
-        Self {
-            qq: square(tuning.angle_rad),
-            qv: T::zero(),
-            qd: T::zero(),
-            vv: square(T::lit(0.1)),
-            vd: T::zero(),
-            dd: square(T::lit(0.05)),
-        }
+/// Before the first sample: an angle as good as one, any slow speed.
+pub(super) fn initial_covariance<T: Real>(tuning: &Tuning<T>) -> Covariance<T> {
+    let square = |x: T| x * x;
+    Covariance {
+        qq: square(tuning.angle_rad),
+        vv: square(T::lit(0.1)),
+        dd: square(T::lit(0.05)),
+        ..Covariance::zero()
     }
 }
 
@@ -99,27 +68,20 @@ impl<T: Real> Axis<T> {
                 vd: T::zero(),
                 dd: tuning.disturbance * tuning.disturbance * period_s,
             },
-            mean: Mean::at_rest(T::zero()),
-            covariance: Covariance::unsure(tuning),
         }
-    }
-
-    pub(super) fn reset(&mut self, q: T, covariance: Covariance<T>) {
-        self.mean = Mean::at_rest(q);
-        self.covariance = covariance;
     }
 
     /// To the next sample: under the torque `given` after gravity and coupling,
     /// with gravity's `stiffness`.
-    pub(super) fn advance(&mut self, given: T, mass: T, stiffness: T) {
-        let (friction, friction_slope) = self.friction(self.mean.dq);
+    pub(super) fn advance(&self, joint: &mut JointEstimate<T>, given: T, mass: T, stiffness: T) {
+        let (friction, friction_slope) = self.friction(joint.dq);
         let per_mass = T::one() / mass;
-        let net = given + self.mean.d - self.viscous * self.mean.dq - friction;
+        let net = given + joint.d - self.viscous * joint.dq - friction;
         let acceleration = net * per_mass;
-        let speed = self.mean.dq;
+        let speed = joint.dq;
         let p = &self.step;
-        self.mean.q += p.m11 * speed + p.m12 * acceleration;
-        self.mean.dq += p.m21 * speed + p.m22 * acceleration;
+        joint.q += p.m11 * speed + p.m12 * acceleration;
+        joint.dq += p.m21 * speed + p.m22 * acceleration;
 
         // F = I + P J, J = [0 1 0; -stiffness/m -damping/m 1/m].
         let a_q = -stiffness * per_mass;
@@ -138,7 +100,7 @@ impl<T: Real> Axis<T> {
             vv,
             vd,
             dd,
-        } = self.covariance;
+        } = joint.covariance;
         // Rows of F P.
         let r1q = f11 * qq + f12 * qv + f13 * qd;
         let r1v = f11 * qv + f12 * vv + f13 * vd;
@@ -147,7 +109,7 @@ impl<T: Real> Axis<T> {
         let r2v = f21 * qv + f22 * vv + f23 * vd;
         let r2d = f21 * qd + f22 * vd + f23 * dd;
         let noise = &self.noise;
-        self.covariance = Covariance {
+        joint.covariance = Covariance {
             qq: r1q * f11 + r1v * f12 + r1d * f13 + noise.qq,
             qv: r2q * f11 + r2v * f12 + r2d * f13 + noise.qv,
             qd: r1d,
@@ -155,26 +117,6 @@ impl<T: Real> Axis<T> {
             vd: r2d,
             dd: dd + noise.dd,
         };
-    }
-
-    /// Takes a sample.
-    pub(super) fn correct(&mut self, angle: T, variance: T) {
-        let p = &mut self.covariance;
-        let per_spread = T::one() / (p.qq + variance);
-        let (k_q, k_v, k_d) = (p.qq * per_spread, p.qv * per_spread, p.qd * per_spread);
-        let innovation = angle - self.mean.q;
-        self.mean.q += k_q * innovation;
-        self.mean.dq += k_v * innovation;
-        let limit = T::lit(DISTURBANCE_MAX_NM);
-        self.mean.d = (self.mean.d + k_d * innovation).clamp(-limit, limit);
-        let (qv, qd) = (p.qv, p.qd);
-        // `variance k_q` is `qq - k_q qq` without the difference.
-        p.qq = variance * k_q;
-        p.qv = variance * k_v;
-        p.qd = variance * k_d;
-        p.vv -= k_v * qv;
-        p.vd -= k_v * qd;
-        p.dd -= k_d * qd;
     }
 
     /// Coulomb friction at a speed, and its slope.
@@ -190,4 +132,24 @@ impl<T: Real> Axis<T> {
             self.coulomb * self.per_slide_speed * three_half * (T::one() - square),
         )
     }
+}
+
+/// Takes a sample of a joint, in rad, with noise of this variance.
+pub(super) fn correct<T: Real>(joint: &mut JointEstimate<T>, angle: T, variance: T) {
+    let p = &mut joint.covariance;
+    let per_spread = T::one() / (p.qq + variance);
+    let (k_q, k_v, k_d) = (p.qq * per_spread, p.qv * per_spread, p.qd * per_spread);
+    let innovation = angle - joint.q;
+    joint.q += k_q * innovation;
+    joint.dq += k_v * innovation;
+    let limit = T::lit(DISTURBANCE_MAX_NM);
+    joint.d = (joint.d + k_d * innovation).clamp(-limit, limit);
+    let (qv, qd) = (p.qv, p.qd);
+    // `variance k_q` is `qq - k_q qq` without the difference.
+    p.qq = variance * k_q;
+    p.qv = variance * k_v;
+    p.qd = variance * k_d;
+    p.vv -= k_v * qv;
+    p.vd -= k_v * qd;
+    p.dd -= k_d * qd;
 }

@@ -40,10 +40,13 @@ mod axis;
 #[cfg(test)]
 mod tests;
 
+use super::Estimate;
+use super::joint_estimate::Covariance;
 use crate::JOINTS;
 use crate::arm::{Parameters, Posture, State};
+use crate::check_word::checked;
 use crate::real::Real;
-use axis::{Axis, Covariance, Mean};
+use axis::Axis;
 use nalgebra::Vector2;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
@@ -91,17 +94,18 @@ impl<T: Real> Tuning<T> {
     }
 }
 
-/// The filter.
+/// The filter's design.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kalman<T> {
-    arm: Parameters<T>,
     variance: T,
     axes: [Axis<T>; JOINTS],
-    unsure: Covariance<T>,
+    initial_covariance: Covariance<T>,
 }
 
+checked!(Kalman<T> { variance, axes, initial_covariance });
+
 impl<T: Real> Kalman<T> {
-    /// At rest upright, and unsure of it, until it is [reset](Self::reset).
+    /// For an arm sampled every `period_s`.
     ///
     /// `None` for a tuning that is not finite, or beyond all reason. No noise at
     /// all is: the filter would trust its samples, or its model, for ever.
@@ -113,73 +117,48 @@ impl<T: Real> Kalman<T> {
         let steps = arm.linearise(upright).integral(period_s);
         let mass = arm.mass(upright).diagonal();
         Some(Self {
-            arm: *arm,
             variance: tuning.angle_rad * tuning.angle_rad,
             axes: [
                 Axis::new(tuning, period_s, steps[0], mass.x, arm.b1),
                 Axis::new(tuning, period_s, steps[1], mass.y, arm.b2),
             ],
-            unsure: Covariance::unsure(tuning),
+            initial_covariance: axis::initial_covariance(tuning),
         })
     }
 
-    /// See [`Estimator::reset`](super::Estimator::reset).
-    pub fn reset(&mut self, q: Vector2<T>) {
-        for (joint, axis) in self.axes.iter_mut().enumerate() {
-            axis.reset(q[joint], self.unsure);
-        }
-    }
-
-    /// Goes on from this state at the next samples, and these torques that
-    /// nobody commanded.
-    pub(super) fn adopt(&mut self, state: State<T>, disturbance: Vector2<T>) {
-        for (joint, axis) in self.axes.iter_mut().enumerate() {
-            axis.covariance = self.unsure;
-            axis.mean = Mean {
-                q: state.q[joint],
-                dq: state.dq[joint],
-                d: disturbance[joint],
-            };
-        }
+    pub(super) fn initial_covariance(&self) -> Covariance<T> {
+        self.initial_covariance
     }
 
     /// See [`Estimator::correct`](super::Estimator::correct).
-    pub fn correct(&mut self, measured: [Option<T>; JOINTS]) -> State<T> {
-        for (axis, angle) in self.axes.iter_mut().zip(measured) {
+    pub fn correct(&self, estimate: &mut Estimate<T>, measured: [Option<T>; JOINTS]) -> State<T> {
+        for (joint, angle) in estimate.joints.iter_mut().zip(measured) {
             if let Some(angle) = angle {
-                axis.correct(angle, self.variance);
+                axis::correct(joint, angle, self.variance);
             }
         }
-        self.state()
+        estimate.state()
     }
 
     /// See [`Estimator::advance`](super::Estimator::advance).
-    pub fn advance(&mut self, torque: Vector2<T>) -> State<T> {
-        let state = self.state();
+    pub fn advance(
+        &self,
+        arm: &Parameters<T>,
+        estimate: &mut Estimate<T>,
+        torque: Vector2<T>,
+    ) -> State<T> {
+        let state = estimate.state();
         let posture = Posture::of(state.q);
-        let mass = posture.mass_diagonal(&self.arm);
-        let slope = posture.gravity_slope(&self.arm);
+        let mass = posture.mass_diagonal(arm);
+        let slope = posture.gravity_slope(arm);
         // Gravity, and all that the joints do to each other.
-        let coriolis = posture.coriolis_torque(&self.arm, state.dq);
-        let given = torque - coriolis - posture.gravity(&self.arm);
+        let coriolis = posture.coriolis_torque(arm, state.dq);
+        let given = torque - coriolis - posture.gravity(arm);
         let stiffness = [slope.m11, slope.m22];
-        for (joint, axis) in self.axes.iter_mut().enumerate() {
-            axis.advance(given[joint], mass[joint], stiffness[joint]);
+        let joints = estimate.joints.iter_mut().zip(&self.axes);
+        for (i, (joint, axis)) in joints.enumerate() {
+            axis.advance(joint, given[i], mass[i], stiffness[i]);
         }
-        self.state()
-    }
-
-    /// The torques in N m that nobody commanded.
-    pub fn disturbance(&self) -> Vector2<T> {
-        let [a, b] = &self.axes;
-        Vector2::new(a.mean.d, b.mean.d)
-    }
-
-    pub(super) fn state(&self) -> State<T> {
-        let [a, b] = &self.axes;
-        State {
-            q: Vector2::new(a.mean.q, b.mean.q),
-            dq: Vector2::new(a.mean.dq, b.mean.dq),
-        }
+        estimate.state()
     }
 }

@@ -28,7 +28,8 @@
 
 use crate::JOINTS;
 use crate::arm::{Parameters, Posture, State};
-use crate::bridge::limits::MOTION;
+use crate::check_word::checked;
+use crate::control_loop::limits::MOTION;
 use nalgebra::Vector2;
 
 /// How far before the limit a joint is stopped: 20 encoder counts, for estimates
@@ -92,6 +93,15 @@ pub(super) struct SoftStop {
     /// Half of `back`.
     half_back: f32,
 }
+
+checked!(SoftStop {
+    stop_rad,
+    stiffness,
+    damping,
+    slow_rad_s,
+    slow_squared,
+    half_back,
+});
 
 impl SoftStop {
     pub(super) fn new(angle_rad: [f32; JOINTS], period_us: u32) -> Self {

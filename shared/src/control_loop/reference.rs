@@ -1,7 +1,7 @@
-//! What the arm shall do, tick by tick.
+//! Reference source: what the arm shall do, tick by tick.
 //!
 //! A motion is planned on the link's side, which takes milliseconds, from the
-//! reference that will be in force when it begins; until then the course before
+//! reference that will be in force when it begins; until then the source before
 //! it goes on. So the two join without a step, however long planning takes, or
 //! the motion is refused for being late.
 
@@ -16,41 +16,43 @@ use nalgebra::Vector2;
 /// mode, below a tick that leaves it some 40 % of each period.
 const LEAD_US: u64 = 50_000;
 
-/// How far from this course a motion may begin, in rad: ten counts, for an arm
+/// How far from this reference a motion may begin, in rad: ten counts, for an arm
 /// whose motors are off is where its noisy encoders say.
 const GAP_MAX_RAD: f32 = 0.05;
 
 /// Where a motion is to begin.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Departure {
+pub struct StartPoint {
     /// What is asked of the arm then.
-    pub(super) from: Reference<f32>,
+    pub from: Reference<f32>,
     /// In µs.
-    pub(super) at_us: u64,
+    pub at_us: u64,
 }
 
 /// A motion that is planned.
 #[derive(Clone, Debug)]
-pub(super) struct Leg {
-    pub(super) trajectory: Trajectory<f32>,
-    pub(super) starts_us: u64,
+pub struct TimedTrajectory {
+    /// The motion.
+    pub trajectory: Trajectory<f32>,
+    /// When it begins, in µs.
+    pub starts_us: u64,
 }
 
-/// The reference and where it comes from.
+/// The reference, and where it comes from.
 #[derive(Clone, Debug)]
-pub(super) struct Course {
-    way: Way,
+pub struct ReferenceSource {
+    source: Source,
     /// The motion to change to when its time comes.
-    then: Option<Leg>,
+    then: Option<TimedTrajectory>,
 }
 
 #[derive(Clone, Debug)]
-enum Way {
-    Planned(Leg),
+enum Source {
+    Planned(TimedTrajectory),
     Streamed(Stream<f32>),
 }
 
-impl Leg {
+impl TimedTrajectory {
     fn at(&self, at_us: u64) -> Reference<f32> {
         let elapsed_us = at_us.saturating_sub(self.starts_us);
         // Motions end within ten minutes: 32 bits of µs.
@@ -59,11 +61,11 @@ impl Leg {
     }
 }
 
-impl Course {
+impl ReferenceSource {
     /// Rest at these angles.
-    pub(super) fn hold(q: Vector2<f32>) -> Self {
+    pub fn hold(q: Vector2<f32>) -> Self {
         Self {
-            way: Way::Planned(Leg {
+            source: Source::Planned(TimedTrajectory {
                 trajectory: Trajectory::hold(q),
                 starts_us: 0,
             }),
@@ -72,63 +74,63 @@ impl Course {
     }
 
     /// What is asked of the arm at a time that never goes back.
-    pub(super) fn at(&mut self, at_us: u64) -> Reference<f32> {
-        if let Some(leg) = self.then.take_if(|leg| leg.starts_us <= at_us) {
-            self.way = Way::Planned(leg);
+    pub fn at(&mut self, at_us: u64) -> Reference<f32> {
+        if let Some(motion) = self.then.take_if(|motion| motion.starts_us <= at_us) {
+            self.source = Source::Planned(motion);
         }
-        match &mut self.way {
-            Way::Planned(leg) => leg.at(at_us),
-            Way::Streamed(stream) => stream.advance(at_us),
+        match &mut self.source {
+            Source::Planned(motion) => motion.at(at_us),
+            Source::Streamed(stream) => stream.advance(at_us),
         }
     }
 
     /// Where a motion that is asked for now would begin.
-    pub(super) fn departure(&self, now_us: u64) -> Departure {
+    pub fn start_point(&self, now_us: u64) -> StartPoint {
         let at_us = now_us + LEAD_US;
         // A stream may change until then: the motion begins from its braking.
         let from = self.clone().at(at_us);
-        Departure { from, at_us }
+        StartPoint { from, at_us }
     }
 
     /// Changes to a motion when its time comes.
     ///
     /// # Errors
     /// [`Refusal::Busy`] if that has passed, or if the motion would begin
-    /// elsewhere than this course will be: it is to be planned again.
-    pub(super) fn change_to(&mut self, leg: Leg, now_us: u64) -> Result<(), Refusal> {
-        let apart = self.clone().at(leg.starts_us).q - leg.at(leg.starts_us).q;
-        if leg.starts_us <= now_us || apart.amax() > GAP_MAX_RAD {
+    /// elsewhere than this source will be: it is to be planned again.
+    pub fn change_to(&mut self, motion: TimedTrajectory, now_us: u64) -> Result<(), Refusal> {
+        let apart = self.clone().at(motion.starts_us).q - motion.at(motion.starts_us).q;
+        if motion.starts_us <= now_us || apart.amax() > GAP_MAX_RAD {
             return Err(Refusal::Busy);
         }
-        self.then = Some(leg);
+        self.then = Some(motion);
         Ok(())
     }
 
     /// Comes to rest as soon as the bounds allow, and stays there.
-    pub(super) fn brake(&mut self, at_us: u64) {
+    pub fn brake(&mut self, at_us: u64) {
         *self = Self::braking(&self.at(at_us), at_us);
     }
 
     /// From this reference to rest, as soon as the bounds allow.
-    pub(super) fn braking(from: &Reference<f32>, at_us: u64) -> Self {
+    pub fn braking(from: &Reference<f32>, at_us: u64) -> Self {
         match Stream::new(from, at_us, &MOTION) {
             Ok(stream) => Self {
-                way: Way::Streamed(stream),
+                source: Source::Streamed(stream),
                 then: None,
             },
-            // From beyond the bounds, where no course leads: at once.
+            // From beyond the bounds, where no bounded motion leads: at once.
             Err(_) => Self::hold(from.q),
         }
     }
 
-    /// Where it leads, if nothing else is asked for, in rad.
-    pub(super) fn end(&self) -> Vector2<f32> {
+    /// Where it ends, if nothing else is asked for, in rad.
+    pub fn end(&self) -> Vector2<f32> {
         self.clone().at(u64::MAX).q
     }
 
     /// Takes a streamed point, and leaves whatever motion there was for it.
-    pub(super) fn push(&mut self, now_us: u64, point: Point<f32>) -> Result<(), Refusal> {
-        if let Way::Streamed(stream) = &mut self.way {
+    pub fn push(&mut self, now_us: u64, point: Point<f32>) -> Result<(), Refusal> {
+        if let Source::Streamed(stream) = &mut self.source {
             if self.then.is_some() {
                 return Err(Refusal::Busy);
             }
@@ -142,7 +144,7 @@ impl Course {
             .push(now_us, point)
             .map_err(|error| stream_refusal(&error))?;
         *self = Self {
-            way: Way::Streamed(stream),
+            source: Source::Streamed(stream),
             then: None,
         };
         Ok(())
@@ -150,7 +152,7 @@ impl Course {
 }
 
 /// What the host is told of a motion that cannot be.
-pub(super) fn refusal(error: &trajectory::Error<f32>) -> Refusal {
+pub fn refusal(error: &trajectory::Error<f32>) -> Refusal {
     match error {
         trajectory::Error::Exceeds(peak) | trajectory::Error::NoDuration(peak) => Refusal::Beyond {
             joint: peak.joint as u8,

@@ -1,7 +1,8 @@
 //! No torque leaves the guard beyond its limits, whatever goes in.
 
+use super::Guard;
 use crate::arm::{Parameters, State};
-use crate::bridge::guard::{Guard, Shaped};
+use crate::control_loop::monitors::LimitedTorque;
 use crate::link::limits::Limits;
 use crate::link::mode::{Fault, Guards};
 use nalgebra::Vector2;
@@ -45,7 +46,7 @@ proptest! {
         let is_finite = [q, dq, wanted, before].iter().flatten().all(|x| x.is_finite());
         let mut guard = Guard::new(limits, period_us);
         match guard.shape(&Parameters::paper(), &state, wanted, before) {
-            Ok(Shaped { torque_nm, guards }) => {
+            Ok(LimitedTorque { torque_nm, guards }) => {
                 prop_assert!(is_finite);
                 let step = limits.torque_rate_nm_s * period_us as f32 * 1e-6;
                 for joint in 0..2 {

@@ -1,10 +1,10 @@
 //! The arm thrown and pushed against its limits.
 
+use super::Guard;
 use super::plant::Plant;
 use crate::actuator::Joint;
 use crate::arm::{Mounting, Parameters, Posture, State};
-use crate::bridge::guard::Guard;
-use crate::bridge::limits::MOTION;
+use crate::control_loop::limits::MOTION;
 use crate::estimate::Config;
 use crate::link::limits::Limits;
 use crate::link::mode::{Fault, Guards};
@@ -159,7 +159,8 @@ fn estimates_are_good_enough_for_it() {
     for config in [Config::standing(), Config::kalman()] {
         for (joint, push) in [(0, 0.5), (1, 0.5), (0, FULL_NM), (1, FULL_NM)] {
             let mut guard = guard(1_000);
-            let mut estimator = config.build(&arm, 1e-3).unwrap();
+            let estimator = config.build(&arm, 1e-3).unwrap();
+            let mut estimate = estimator.at_rest(Vector2::zeros());
             let mut plant = Plant::new(joint, 0.0, 0.0);
             let mut in_force = Vector2::zeros();
             let (mut farthest, mut ripple) = (0.0_f64, 0.0_f32);
@@ -167,8 +168,8 @@ fn estimates_are_good_enough_for_it() {
                 let noise = NOISE[(tick.wrapping_mul(2_654_435_761) >> 29) as usize];
                 let sample = |q| servo.angle((servo.position(q) + noise + 0.5) as u16);
                 let [a, b] = plant.seen().q.map(sample).into();
-                estimator.correct([Some(a), Some(b)]);
-                let ahead = estimator.advance(in_force);
+                estimator.correct(&mut estimate, [Some(a), Some(b)]);
+                let ahead = estimator.advance(&arm, &mut estimate, in_force);
                 let mut wanted = Vector2::repeat(push);
                 wanted[1 - joint] = plant.hold(1 - joint) as f32;
                 guard.restart();

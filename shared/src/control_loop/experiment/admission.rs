@@ -1,4 +1,4 @@
-//! Whether an experiment may begin from where the arm is.
+//! Admission of experiments: whether one may begin from where the arm is.
 //!
 //! Its envelope must lie where no guard has to do anything for an arm that stays in it,
 //! the arm must be in it, and what is asked of the joints must be within the limits in
@@ -7,8 +7,8 @@
 
 use nalgebra::Vector2;
 
-use super::super::guard::Guard;
 use super::super::limits::MOTION;
+use super::super::monitors::MonitorConfig;
 use crate::arm::State;
 use crate::link::experiment::{Experiment, Measure, Objection, Role};
 use crate::link::message::Settings;
@@ -24,23 +24,23 @@ pub fn permits(
     angle_rad: [f32; crate::JOINTS],
 ) -> Result<(), Objection> {
     plan.check()?;
-    let guard = Guard::new(settings.limits, settings.setup.period_us);
+    let monitors = MonitorConfig::new(settings.limits, settings.setup.period_us);
     let rest = angle_rad.into();
     let now = State {
         q: rest,
         dq: Vector2::zeros(),
     };
-    from_here(plan, &guard, &now, rest)
+    admit(plan, &monitors, &now, rest)
 }
 
 /// Whether it may begin with the arm here, whose reference will be at rest at `rest`.
-pub(super) fn from_here(
+pub(in crate::control_loop) fn admit(
     plan: &Experiment,
-    guard: &Guard,
+    monitors: &MonitorConfig,
     now: &State<f32>,
     rest: Vector2<f32>,
 ) -> Result<(), Objection> {
-    let limits = guard.limits();
+    let limits = monitors.limits();
     for (index, (joint, role)) in (0..).zip(&plan.roles).enumerate() {
         let beyond = |measure, value: f32, limit: f32| {
             // What is not a number is beyond everything.
@@ -55,7 +55,7 @@ pub(super) fn from_here(
         };
         let ([low, high], most) = (plan.angle_rad[index], plan.speed_rad_s[index]);
         beyond(Measure::Speed, most, limits.speed_rad_s[index])?;
-        let farthest = guard.farthest_rad(index, most);
+        let farthest = monitors.farthest_rad(index, most);
         if let Some(edge_rad) = [low, high].into_iter().find(|edge| edge.abs() > farthest) {
             return Err(Objection::Edge {
                 joint,

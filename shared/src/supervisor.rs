@@ -1,4 +1,6 @@
-//! Which state follows which event: the whole of it, as one table.
+//! Supervisor: who may drive the motors now, and which state follows which event.
+//!
+//! The whole of it is one table:
 //!
 //! ```text
 //! Boot         --BusReady-->    Idle          Keep
@@ -38,7 +40,8 @@
 //! of the ticks. What it did to the servos is not known, so the way back leads
 //! through bring-up.
 
-use crate::link::message::Refusal;
+use crate::control_loop::Permission;
+use crate::link::message::{Drive, Fault, Mode, Refusal, Trip};
 
 /// What the bridge is in, apart from what drives the motors and which fault it
 /// is: see [`Mode`](crate::link::message::Mode).
@@ -191,7 +194,143 @@ pub fn next(state: State, event: Event) -> Result<(State, Action), Refusal> {
     }
 }
 
+/// The state, kept as a word that is hard to corrupt, and the cause of a fault.
+///
+/// The words of any two states differ in 16 bits, so that no flip of up to seven
+/// bits turns one into another, nor makes it unclear which it was: anything that is
+/// no state's word is a fault.
+#[derive(Clone, Debug)]
+pub struct Supervisor {
+    word: u32,
+    trip: Option<Trip>,
+}
+
+/// Walsh functions, in the order of [`STATES`].
+const WORDS: [u32; STATES.len()] = [
+    0x5555_5555,
+    0x3333_3333,
+    0x6666_6666,
+    0x0F0F_0F0F,
+    0x5A5A_5A5A,
+    0x3C3C_3C3C,
+    0x6969_6969,
+];
+
+impl Default for Supervisor {
+    fn default() -> Self {
+        Self {
+            word: State::Boot.word(),
+            trip: None,
+        }
+    }
+}
+
+impl Supervisor {
+    /// The state; [`State::Fault`] if the word is none's.
+    pub fn state(&self) -> State {
+        let known = STATES.into_iter().find(|state| state.word() == self.word);
+        known.unwrap_or(State::Fault)
+    }
+
+    /// Whether the word is a state's.
+    pub fn is_intact(&self) -> bool {
+        WORDS.contains(&self.word)
+    }
+
+    /// What a tick may do now.
+    pub fn permission(&self) -> Permission {
+        match self.state() {
+            State::Boot => Permission::Unmonitored,
+            State::Idle | State::Passthrough | State::Fault => Permission::Off,
+            State::Armed => Permission::Armed,
+            State::Running | State::Degraded => Permission::Drive,
+        }
+    }
+
+    /// Whether `event` would be taken.
+    ///
+    /// # Errors
+    /// The refusal that the host is told.
+    pub fn check(&self, event: Event) -> Result<(), Refusal> {
+        next(self.state(), event).map(|_| ())
+    }
+
+    /// Takes `event`: says what is to be done.
+    ///
+    /// # Errors
+    /// The refusal that the host is told; the state stays as it is.
+    pub fn apply(&mut self, event: Event) -> Result<Action, Refusal> {
+        let before = self.state();
+        let (state, action) = next(before, event)?;
+        self.word = state.word();
+        if before == State::Fault && state != before {
+            self.trip = None;
+        }
+        Ok(action)
+    }
+
+    /// Latches a fault with its first cause. `None` if there was one already.
+    pub fn trip(&mut self, trip: Trip) -> Option<Action> {
+        if self.state() == State::Fault && self.is_intact() {
+            return None;
+        }
+        self.trip = Some(trip);
+        self.word = State::Fault.word();
+        Some(Action::Halt)
+    }
+
+    /// Why there is a fault, if there is one.
+    pub fn cause(&self) -> Option<Trip> {
+        self.trip.filter(|_| self.state() == State::Fault)
+    }
+
+    /// The mode, for a loop that is driven by this while it is driven.
+    pub fn mode(&self, drive: Drive) -> Mode {
+        match self.state() {
+            State::Boot => Mode::Boot,
+            State::Idle => Mode::Idle,
+            State::Armed => Mode::Armed,
+            State::Running => Mode::Running(drive),
+            State::Degraded => Mode::Degraded(drive),
+            State::Passthrough => Mode::Passthrough,
+            // A fault without a cause is one of the memory.
+            State::Fault => Mode::Fault(self.trip.map_or(Fault::Corrupted, |trip| trip.fault)),
+        }
+    }
+
+    /// The state is that of a recorded tick, whatever it was.
+    pub fn resume(&mut self, mode: Mode, trip: Option<Trip>) {
+        let state = match mode {
+            Mode::Boot => State::Boot,
+            Mode::Idle => State::Idle,
+            Mode::Armed => State::Armed,
+            Mode::Running(_) => State::Running,
+            Mode::Degraded(_) => State::Degraded,
+            Mode::Passthrough => State::Passthrough,
+            Mode::Fault(_) => State::Fault,
+        };
+        (self.word, self.trip) = (state.word(), trip);
+    }
+
+    /// Turns a bit of the word: for tests of what becomes of it.
+    pub fn inject_error(&mut self, bit: u32) {
+        self.word ^= 1 << (bit % u32::BITS);
+    }
+}
+
 impl State {
+    const fn word(self) -> u32 {
+        match self {
+            Self::Boot => WORDS[0],
+            Self::Idle => WORDS[1],
+            Self::Armed => WORDS[2],
+            Self::Running => WORDS[3],
+            Self::Degraded => WORDS[4],
+            Self::Passthrough => WORDS[5],
+            Self::Fault => WORDS[6],
+        }
+    }
+
     /// Whether the motors may be driven, or soon will be.
     pub const fn is_armed(self) -> bool {
         match self {
@@ -237,6 +376,16 @@ mod tests {
         STATES
             .into_iter()
             .flat_map(|state| EVENTS.into_iter().map(move |event| (state, event)))
+    }
+
+    /// No flip of up to seven bits makes one state of another.
+    #[test]
+    fn words_of_states_are_far_apart() {
+        for (index, state) in STATES.into_iter().enumerate() {
+            for other in STATES.into_iter().skip(index + 1) {
+                assert_eq!((state.word() ^ other.word()).count_ones(), 16);
+            }
+        }
     }
 
     /// The diagram has every change of state, and nothing else.

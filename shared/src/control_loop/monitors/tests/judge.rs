@@ -1,15 +1,16 @@
 //! Every monitor is fed, and only while it should be.
 
+use super::Guard;
 use crate::arm::State;
-use crate::bridge::guard::{Guard, Seen, Violation};
+use crate::control_loop::monitors::{MonitorInput, Violation};
 use crate::link::limits::Limits;
 use crate::link::message::Missing;
 use crate::link::mode::Fault;
 use nalgebra::Vector2;
 
 /// A standing arm, seen.
-fn seen(state: &State<f32>) -> Seen<'_> {
-    Seen {
+fn seen(state: &State<f32>) -> MonitorInput<'_> {
+    MonitorInput {
         counts: [Some(512); 2],
         missing: [None; 2],
         measured_rad: [Some(0.0); 2],
@@ -23,7 +24,7 @@ fn seen(state: &State<f32>) -> Seen<'_> {
 }
 
 /// The tick in which the same thing, seen again and again, is a violation.
-fn until(guard: &mut Guard, seen: &Seen<'_>) -> Option<(u32, Violation)> {
+fn until(guard: &mut Guard, seen: &MonitorInput<'_>) -> Option<(u32, Violation)> {
     (1..2_000).find_map(|tick| Some((tick, guard.judge(seen).err()?)))
 }
 
@@ -41,13 +42,13 @@ fn each_doubt_has_its_own_fault() {
     let base = seen(&still);
     #[rustfmt::skip]
     let table = [
-        (Seen { counts: [Some(512), Some(7)], ..base }, Fault::DeadZone, 2),
-        (Seen { predicted_rad: [0.0, 0.11], ..base }, Fault::Diverged, 3),
+        (MonitorInput { counts: [Some(512), Some(7)], ..base }, Fault::DeadZone, 2),
+        (MonitorInput { predicted_rad: [0.0, 0.11], ..base }, Fault::Diverged, 3),
         (seen(&out), Fault::AngleLimit, 1),
         (seen(&fast), Fault::SpeedLimit, 10),
         (seen(&endless), Fault::NotFinite, 1),
-        (Seen { torque_nm: [0.0, f32::NAN], ..base }, Fault::NotFinite, 1),
-        (Seen { torque_nm: [0.0, 0.7], gravity_nm: [0.0, 0.2], ..base }, Fault::Stuck, 150),
+        (MonitorInput { torque_nm: [0.0, f32::NAN], ..base }, Fault::NotFinite, 1),
+        (MonitorInput { torque_nm: [0.0, 0.7], gravity_nm: [0.0, 0.2], ..base }, Fault::Stuck, 150),
     ];
     for (seen, fault, tick) in table {
         let mut guard = Guard::new(Limits::default(), 1_000);
@@ -55,13 +56,13 @@ fn each_doubt_has_its_own_fault() {
         assert_eq!((violation.fault, taken), (fault, tick));
         assert_eq!(violation.joint, Some(1));
         // With torque off none of it is anybody's business.
-        let off = Seen {
+        let off = MonitorInput {
             is_armed: false,
             ..seen
         };
         assert_eq!(until(&mut guard, &off), None);
     }
-    let silent = Seen {
+    let silent = MonitorInput {
         counts: [Some(512), None],
         missing: [None, Some(Missing::Silence)],
         measured_rad: [Some(0.0), None],
@@ -79,11 +80,11 @@ fn what_is_below_a_limit_is_no_violation() {
     let base = seen(&still);
     #[rustfmt::skip]
     let table = [
-        Seen { counts: [Some(8), Some(1_015)], ..base },
-        Seen { predicted_rad: [-0.099, 0.099], ..base },
-        Seen { predicted_rad: [0.0, 5.0], is_fresh: true, ..base },
+        MonitorInput { counts: [Some(8), Some(1_015)], ..base },
+        MonitorInput { predicted_rad: [-0.099, 0.099], ..base },
+        MonitorInput { predicted_rad: [0.0, 5.0], is_fresh: true, ..base },
         seen(&near),
-        Seen { torque_nm: [0.0, 0.95], gravity_nm: [0.0, 0.56], ..base },
+        MonitorInput { torque_nm: [0.0, 0.95], gravity_nm: [0.0, 0.56], ..base },
     ];
     for seen in table {
         let mut guard = Guard::new(Limits::default(), 1_000);
@@ -96,7 +97,7 @@ fn a_restart_forgets() {
     let mut guard = Guard::new(Limits::default(), 1_000);
     assert_eq!(*guard.limits(), Limits::default());
     let still = at(0.0, 0.0);
-    let silent = Seen {
+    let silent = MonitorInput {
         counts: [None; 2],
         missing: [Some(Missing::EchoOnly); 2],
         measured_rad: [None; 2],

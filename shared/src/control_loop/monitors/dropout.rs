@@ -1,12 +1,13 @@
-//! Samples that did not come.
+//! Dropout monitor: samples that did not come.
 //!
-//! Three doubts, joint by joint: a servo is no longer heard; what comes of it is
-//! damaged, again and again; or too many samples are missing, though never too
-//! many in a row. The estimator predicts through the ones before.
+//! Three faults, joint by joint: a servo is silent; its replies are damaged, again
+//! and again; or too many samples are missing, though never too many in a row. The
+//! estimator predicts through the ones before.
 
 use super::Violation;
-use super::ticks::ticks;
+use super::debounce::ticks;
 use crate::JOINTS;
+use crate::check_word::checked;
 use crate::link::limits::Limits;
 use crate::link::message::Missing;
 use crate::link::mode::Fault;
@@ -30,15 +31,25 @@ const PART_TICKS: u32 = 5;
 const SHARE_US: u32 = 500_000;
 const SHARE_TICKS: u32 = 40;
 
-/// The monitor.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Losses {
+/// Its numbers, for one set of limits and one period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct DropoutConfig {
     row_ticks: u32,
     part_ticks: u32,
     share_ticks: u32,
     period_ms: f32,
-    limit_ms: f32,
-    limit_percent: u32,
+}
+
+checked!(DropoutConfig {
+    row_ticks,
+    part_ticks,
+    share_ticks,
+    period_ms,
+});
+
+/// What it has counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Dropout {
     rows: [Row; JOINTS],
     shares: [Share; JOINTS],
     /// Index of the growing part, and its ticks.
@@ -63,7 +74,7 @@ struct Share {
     missing: u32,
 }
 
-impl Losses {
+impl DropoutConfig {
     pub(super) fn new(limits: &Limits, period_us: u32) -> Self {
         let row_us = u32::from(limits.lost_ms) * 1_000;
         Self {
@@ -71,29 +82,29 @@ impl Losses {
             part_ticks: ticks(PART_US, period_us, PART_TICKS),
             share_ticks: ticks(SHARE_US, period_us, SHARE_TICKS),
             period_ms: period_us as f32 * 1e-3,
-            limit_ms: limits.lost_ms.into(),
-            limit_percent: limits.lost_percent.into(),
-            rows: Default::default(),
-            shares: Default::default(),
-            part: 0,
-            part_age: 0,
-            age: 0,
         }
     }
 
-    pub(super) fn restart(&mut self) {
-        self.rows = Default::default();
-        self.shares = Default::default();
-        (self.part, self.part_age, self.age) = (0, 0, 0);
+    /// How many samples in a row may be missing.
+    pub(super) fn row_ticks(&self) -> u32 {
+        self.row_ticks
+    }
+}
+
+impl Dropout {
+    /// Samples of this joint that are missing in a row.
+    pub(super) fn in_row(&self, joint: usize) -> u32 {
+        self.rows.get(joint).map_or(0, |row| row.missing)
     }
 
-    pub(super) fn in_row(&self, joint: usize) -> (u32, u32) {
-        let missing = self.rows.get(joint).map_or(0, |row| row.missing);
-        (missing, self.row_ticks)
-    }
-
-    pub(super) fn judge(&mut self, missing: [Option<Missing>; JOINTS]) -> Result<(), Violation> {
-        self.begin_tick();
+    pub(super) fn judge(
+        &mut self,
+        config: &DropoutConfig,
+        limits: &Limits,
+        missing: [Option<Missing>; JOINTS],
+    ) -> Result<(), Violation> {
+        self.begin_tick(config);
+        let limit_percent = u32::from(limits.lost_percent);
         let counted = self.rows.iter_mut().zip(&mut self.shares);
         for ((joint, missing), (row, share)) in (0..).zip(missing).zip(counted) {
             let Some(missing) = missing else {
@@ -101,21 +112,21 @@ impl Losses {
                 continue;
             };
             row.add(missing);
-            if row.missing >= self.row_ticks {
+            if row.missing >= config.row_ticks {
                 return Err(Violation {
                     fault: row.fault(),
                     joint: Some(joint),
-                    value: row.missing as f32 * self.period_ms,
-                    limit: self.limit_ms,
+                    value: row.missing as f32 * config.period_ms,
+                    limit: limits.lost_ms.into(),
                 });
             }
             share.add(self.part);
-            if self.age >= self.share_ticks && share.missing * 100 > self.limit_percent * self.age {
+            if self.age >= config.share_ticks && share.missing * 100 > limit_percent * self.age {
                 return Err(Violation {
                     fault: Fault::SamplesRare,
                     joint: Some(joint),
                     value: (share.missing * 100) as f32 / self.age as f32,
-                    limit: self.limit_percent as f32,
+                    limit: limit_percent as f32,
                 });
             }
         }
@@ -123,16 +134,16 @@ impl Losses {
     }
 
     /// Moves the window on by a part when one is full.
-    fn begin_tick(&mut self) {
-        if self.part_age == self.part_ticks {
+    fn begin_tick(&mut self, config: &DropoutConfig) {
+        if self.part_age == config.part_ticks {
             self.part = if self.part + 1 < PARTS {
                 self.part + 1
             } else {
                 0
             };
             self.part_age = 0;
-            if self.age == self.part_ticks * PARTS as u32 {
-                self.age -= self.part_ticks;
+            if self.age == config.part_ticks * PARTS as u32 {
+                self.age -= config.part_ticks;
             }
             for share in &mut self.shares {
                 share.forget(self.part);
@@ -197,9 +208,13 @@ mod tests {
         period_us: u32,
         mut missing: impl FnMut(u32) -> Option<Missing>,
     ) -> Option<(u32, Fault)> {
-        let mut losses = Losses::new(&Limits::default(), period_us);
+        let limits = Limits::default();
+        let config = DropoutConfig::new(&limits, period_us);
+        let mut losses = Dropout::default();
         (1..10_000).find_map(|tick| {
-            let violation = losses.judge([None, missing(tick)]).err()?;
+            let violation = losses
+                .judge(&config, &limits, [None, missing(tick)])
+                .err()?;
             assert_eq!(violation.joint, Some(1));
             assert!(violation.value >= violation.limit, "{violation:?}");
             Some((tick, violation.fault))
@@ -265,13 +280,15 @@ mod tests {
                 seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 seed >> 16
             };
-            let mut losses = Losses::new(&Limits::default(), period_us);
+            let limits = Limits::default();
+            let config = DropoutConfig::new(&limits, period_us);
+            let mut losses = Dropout::default();
             let mut longest = 0;
             for _ in 0..20_000 {
                 let missing = (random() % 5 == 0).then_some(Missing::BadChecksum);
                 // Rows of five do come, and are the other rule's.
                 let missing = missing.filter(|_| losses.rows[0].missing < 4);
-                assert_eq!(losses.judge([missing, None]), Ok(()));
+                assert_eq!(losses.judge(&config, &limits, [missing, None]), Ok(()));
                 longest = longest.max(losses.shares[0].missing);
             }
             assert!(longest > losses.age / 5, "{longest} of {}", losses.age);

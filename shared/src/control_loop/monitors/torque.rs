@@ -4,10 +4,11 @@
 //! rate gives way where it would leave the bounds: a brake does not wait for it.
 //! Nothing gives way to the first.
 
+use super::debounce::{Debounce, ticks};
 use super::soft_stop::Bounds;
-use super::ticks::{InRow, ticks};
-use super::{Shaped, Violation};
+use super::{LimitedTorque, Violation};
 use crate::JOINTS;
+use crate::check_word::checked;
 use crate::link::limits::Limits;
 use crate::link::mode::{Fault, Guards};
 use nalgebra::Vector2;
@@ -26,56 +27,73 @@ const RATE_US: u32 = 100_000;
 /// takes one or two.
 const TICKS: u32 = 5;
 
-/// The monitor.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Torque {
-    limit_nm: [f32; JOINTS],
+/// Its numbers, for one set of limits and one period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TorqueConfig {
     /// Largest change within a tick, in N m.
     step_nm: f32,
-    rate_nm_s: f32,
-    pwm_counts: u16,
     beyond_ticks: u32,
     rate_ticks: u32,
+}
+
+checked!(TorqueConfig {
+    step_nm,
+    beyond_ticks,
+    rate_ticks,
+});
+
+/// How long each joint has been limited.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct TorqueLimiter {
     joints: [Counters; JOINTS],
-    pwm: InRow,
+    pwm: Debounce,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Counters {
-    limited: InRow,
-    braked: InRow,
-    rated: InRow,
+    limited: Debounce,
+    braked: Debounce,
+    rated: Debounce,
 }
 
-impl Torque {
+impl TorqueConfig {
     pub(super) fn new(limits: &Limits, period_us: u32) -> Self {
         Self {
-            limit_nm: limits.torque_nm,
             step_nm: limits.torque_rate_nm_s * (period_us as f32 * 1e-6),
-            rate_nm_s: limits.torque_rate_nm_s,
-            pwm_counts: limits.pwm_counts,
             beyond_ticks: ticks(BEYOND_US, period_us, TICKS),
             rate_ticks: ticks(RATE_US, period_us, TICKS),
-            joints: Default::default(),
-            pwm: InRow::default(),
         }
     }
 
-    pub(super) fn restart(&mut self) {
-        self.joints = Default::default();
-        self.pwm = InRow::default();
+    /// Whether nothing is to be changed, as is so in nearly every tick.
+    fn is_within(
+        &self,
+        limits: &Limits,
+        wanted_nm: [f32; JOINTS],
+        before_nm: [f32; JOINTS],
+    ) -> bool {
+        let steps = wanted_nm.iter().zip(before_nm);
+        steps
+            .zip(limits.torque_nm)
+            .all(|((wanted, before), limit)| {
+                wanted.abs() <= limit && (wanted - before).abs() <= self.step_nm
+            })
     }
+}
 
+impl TorqueLimiter {
     /// For finite torques in N m.
     pub(super) fn shape(
         &mut self,
+        config: &TorqueConfig,
+        limits: &Limits,
         wanted_nm: [f32; JOINTS],
         before_nm: [f32; JOINTS],
         bounds: Option<[Bounds; JOINTS]>,
-    ) -> Result<Shaped, Violation> {
-        if bounds.is_none() && self.is_within(wanted_nm, before_nm) {
+    ) -> Result<LimitedTorque, Violation> {
+        if bounds.is_none() && config.is_within(limits, wanted_nm, before_nm) {
             self.joints = Default::default();
-            return Ok(Shaped {
+            return Ok(LimitedTorque {
                 torque_nm: wanted_nm.into(),
                 guards: Guards::NONE,
             });
@@ -85,23 +103,24 @@ impl Torque {
         let joints = self.joints.iter_mut().zip(torque_nm.iter_mut());
         let asked = wanted_nm.into_iter().zip(before_nm);
         let bounds = bounds.unwrap_or([Bounds::FREE; JOINTS]);
-        let allowed = self.limit_nm.into_iter().zip(bounds);
+        let allowed = limits.torque_nm.into_iter().zip(bounds);
         for (((joint, (counters, torque)), (wanted, before)), (limit, bounds)) in
             (0..).zip(joints).zip(asked).zip(allowed)
         {
-            let held = Held::of(wanted, before, self.step_nm, limit, bounds);
+            let held = Held::of(wanted, before, config.step_nm, limit, bounds);
             *torque = held.torque_nm;
             guards = guards.or(held.guards());
-            let is_long_braked = counters.braked.note(held.is_braked, self.beyond_ticks);
-            let is_long_limited = counters.limited.note(held.is_limited, self.beyond_ticks);
-            let is_long_rated = counters.rated.note(held.is_rated, self.rate_ticks);
+            let is_long_braked = counters.braked.note(held.is_braked, config.beyond_ticks);
+            let is_long_limited = counters.limited.note(held.is_limited, config.beyond_ticks);
+            let is_long_rated = counters.rated.note(held.is_rated, config.rate_ticks);
             let (fault, value, limit) = if is_long_braked {
                 (Fault::AngleLimit, bounds.angle_rad, bounds.stop_rad)
             } else if is_long_limited {
                 (Fault::TorqueLimit, wanted.abs(), limit)
             } else if is_long_rated {
-                let rate_nm_s = (wanted - before).abs() * (self.rate_nm_s / self.step_nm);
-                (Fault::TorqueRate, rate_nm_s, self.rate_nm_s)
+                let rate_nm_s =
+                    (wanted - before).abs() * (limits.torque_rate_nm_s / config.step_nm);
+                (Fault::TorqueRate, rate_nm_s, limits.torque_rate_nm_s)
             } else {
                 continue;
             };
@@ -112,21 +131,18 @@ impl Torque {
                 limit,
             });
         }
-        Ok(Shaped { torque_nm, guards })
-    }
-
-    /// Whether nothing is to be changed, as is so in nearly every tick.
-    fn is_within(&self, wanted_nm: [f32; JOINTS], before_nm: [f32; JOINTS]) -> bool {
-        let steps = wanted_nm.iter().zip(before_nm);
-        steps.zip(self.limit_nm).all(|((wanted, before), limit)| {
-            wanted.abs() <= limit && (wanted - before).abs() <= self.step_nm
-        })
+        Ok(LimitedTorque { torque_nm, guards })
     }
 
     /// Whether more PWM than its limit was wanted in this tick.
-    pub(super) fn pwm(&mut self, is_limited: bool) -> Result<(), Violation> {
-        if self.pwm.note(is_limited, self.beyond_ticks) {
-            let counts = self.pwm_counts.into();
+    pub(super) fn pwm(
+        &mut self,
+        config: &TorqueConfig,
+        limits: &Limits,
+        is_limited: bool,
+    ) -> Result<(), Violation> {
+        if self.pwm.note(is_limited, config.beyond_ticks) {
+            let counts = limits.pwm_counts.into();
             return Err(Violation {
                 fault: Fault::PwmLimit,
                 joint: None,

@@ -1,4 +1,4 @@
-//! Times as numbers of ticks.
+//! Debounce: times as numbers of ticks, and ticks in a row.
 //!
 //! Periods reach from 600 µs to 100 ms, where some times are shorter than a
 //! tick. So every rule also says of how many ticks it needs at least, to be more
@@ -10,14 +10,14 @@ pub(super) const fn ticks(time_us: u32, period_us: u32, least: u32) -> u32 {
     if passed > least { passed } else { least }
 }
 
-/// How many ticks in a row something has been so.
+/// How many ticks in a row a condition has held.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(in crate::bridge) struct InRow(u32);
+pub(in crate::control_loop) struct Debounce(u32);
 
-impl InRow {
-    /// Counts a tick in which it is so, or begins anew. True from the tick on
+impl Debounce {
+    /// Counts a tick in which it holds, or begins anew. True from the tick on
     /// that makes it `most` in a row.
-    pub(in crate::bridge) fn note(&mut self, is_so: bool, most: u32) -> bool {
+    pub(in crate::control_loop) fn note(&mut self, is_so: bool, most: u32) -> bool {
         self.0 = if is_so { self.0.saturating_add(1) } else { 0 };
         self.0 >= most
     }
@@ -35,7 +35,7 @@ mod tests {
 
     #[test]
     fn a_break_begins_anew() {
-        let mut row = InRow::default();
+        let mut row = Debounce::default();
         let noted = [true, true, false, true, true, true, true].map(|is_so| row.note(is_so, 3));
         assert_eq!(noted, [false, false, false, false, false, true, true]);
     }

@@ -1,5 +1,5 @@
-//! A joint that does not move though it is driven, or an encoder that has
-//! stopped.
+//! Stall monitor: a joint that does not move though it is driven, or an encoder
+//! that has stopped.
 //!
 //! A joint is stuck if it stays where it is under a torque that is sure to move
 //! it: well beyond gravity and friction, one way, for long enough. Noise is no
@@ -10,7 +10,8 @@
 //! count for long. That is watched only if asked for.
 
 use super::Violation;
-use super::ticks::{InRow, ticks};
+use super::debounce::{Debounce, ticks};
+use crate::check_word::checked;
 use crate::link::limits::Limits;
 use crate::link::mode::Fault;
 
@@ -29,78 +30,86 @@ const STILL_COUNTS: f32 = 1.5;
 /// Ticks of the very same count at least, however slow they are.
 const QUIET_TICKS: u32 = 5;
 
-/// The monitor of one joint. Ticks without a sample do not come here.
+/// Its numbers, for one set of limits and one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stuck {
-    push_nm: f32,
+pub(super) struct StallConfig {
     pushed_ticks: u32,
-    quiet_ms: u16,
     same_ticks: u32,
     /// Share of a sample in the mean.
     share: f32,
-    /// What has been seen since restart.
-    seen: Option<Still>,
 }
+
+checked!(StallConfig {
+    pushed_ticks,
+    same_ticks,
+    share,
+});
+
+/// What it has seen of one joint. Ticks without a sample do not come here.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Stall(Option<Still>);
 
 /// What stands still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Still {
     counts: u16,
-    same: InRow,
+    same: Debounce,
     mean: f32,
     /// Where the mean was when the push began.
     from: f32,
     is_up: bool,
-    pushed: InRow,
+    pushed: Debounce,
 }
 
-impl Stuck {
+impl StallConfig {
     pub(super) fn new(limits: &Limits, period_us: u32) -> Self {
         let quiet_us = u32::from(limits.quiet_ms) * 1_000;
         let period = period_us as f32;
         Self {
-            push_nm: limits.stuck_nm,
             pushed_ticks: ticks(STUCK_US, period_us, STUCK_TICKS),
-            quiet_ms: limits.quiet_ms,
             same_ticks: match quiet_us {
                 0 => u32::MAX,
                 _ => ticks(quiet_us, period_us, QUIET_TICKS),
             },
             share: period / (period + MEAN_US),
-            seen: None,
         }
     }
+}
 
-    pub(super) fn restart(&mut self) {
-        self.seen = None;
-    }
-
+impl Stall {
     /// For a sample, and the torque in N m beyond gravity that acted before it.
-    pub(super) fn judge(&mut self, joint: u8, counts: u16, push_nm: f32) -> Result<(), Violation> {
+    pub(super) fn judge(
+        &mut self,
+        config: &StallConfig,
+        limits: &Limits,
+        joint: u8,
+        counts: u16,
+        push_nm: f32,
+    ) -> Result<(), Violation> {
         let (mean, is_up) = (f32::from(counts), push_nm > 0.0);
-        let still = self.seen.get_or_insert(Still {
+        let still = self.0.get_or_insert(Still {
             counts,
-            same: InRow::default(),
+            same: Debounce::default(),
             mean,
             from: mean,
             is_up,
-            pushed: InRow::default(),
+            pushed: Debounce::default(),
         });
-        still.mean += (mean - still.mean) * self.share;
-        let is_same_push = push_nm.abs() > self.push_nm && is_up == still.is_up;
+        still.mean += (mean - still.mean) * config.share;
+        let is_same_push = push_nm.abs() > limits.stuck_nm && is_up == still.is_up;
         let is_still = (still.mean - still.from).abs() <= STILL_COUNTS;
         if !(is_same_push && is_still) {
             (still.from, still.is_up) = (still.mean, is_up);
         }
         let is_stuck = still
             .pushed
-            .note(is_same_push && is_still, self.pushed_ticks);
-        let is_quiet = still.same.note(counts == still.counts, self.same_ticks);
+            .note(is_same_push && is_still, config.pushed_ticks);
+        let is_quiet = still.same.note(counts == still.counts, config.same_ticks);
         still.counts = counts;
         let (value, limit) = if is_stuck {
-            (push_nm.abs(), self.push_nm)
+            (push_nm.abs(), limits.stuck_nm)
         } else if is_quiet {
-            (self.quiet_ms.into(), self.quiet_ms.into())
+            (limits.quiet_ms.into(), limits.quiet_ms.into())
         } else {
             return Ok(());
         };
@@ -123,11 +132,11 @@ mod tests {
         period_us: u32,
         mut seen: impl FnMut(u32) -> (u16, f32),
     ) -> Option<u32> {
-        let mut stuck = Stuck::new(limits, period_us);
+        let (config, mut stall) = (StallConfig::new(limits, period_us), Stall::default());
         (1..2_000_000 / period_us).find(|tick| {
             let (counts, push_nm) = seen(*tick);
-            stuck
-                .judge(1, counts, push_nm)
+            stall
+                .judge(&config, limits, 1, counts, push_nm)
                 .is_err_and(|violation| violation.fault == Fault::Stuck)
         })
     }

@@ -1,0 +1,101 @@
+//! Commands of the host, validated once into a type that cannot be invalid.
+//!
+//! [`validate`] checks all that can be checked without knowing what the board is doing,
+//! and does the work that has no place in a tick; whether a command may be taken now is
+//! the [`supervisor`](crate::supervisor)'s to say.
+
+use crate::JOINTS;
+use crate::control::trajectory::stream::Point;
+use crate::control_loop::ControlConfig;
+use crate::control_loop::limits::REFERENCE_MAX_RAD;
+use crate::control_loop::reference::TimedTrajectory;
+use crate::link::experiment::Experiment;
+use crate::link::limits::hard;
+use crate::link::message::{Command, Limits, Refusal};
+
+/// A command whose numbers are all within their bounds.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap for a box")]
+pub enum ValidatedCommand {
+    /// Torque off.
+    Idle,
+    /// Be ready to move; the session has been checked.
+    Arm,
+    /// Constant torques in N m.
+    Torque([f32; JOINTS]),
+    /// Hold the arm at these angles in rad.
+    Regulate([f32; JOINTS]),
+    /// Where would a motion begin?
+    StartPoint,
+    /// Follow a planned motion.
+    Follow(TimedTrajectory),
+    /// Follow a stream of which this is the next point.
+    Stream(Point<f32>),
+    /// Experiment; its shape has been checked.
+    Experiment(Experiment),
+    /// Make stock servos ready for torque.
+    Prepare,
+    /// Leave the bus to the transparent port.
+    Release,
+    /// Leave a fault.
+    ClearFault,
+    /// Another set-up; its gains have been designed.
+    Install(ControlConfig),
+    /// Other limits, within their hard bounds.
+    Limit(Limits),
+    /// May the settings be written now?
+    Save,
+}
+
+/// Checks a command and does the work that has no place in the tick. The board's
+/// session is this one, and settings are being saved or not.
+///
+/// # Errors
+/// Why it cannot be.
+pub fn validate(
+    command: Command,
+    session: u32,
+    is_saving: bool,
+) -> Result<ValidatedCommand, Refusal> {
+    let within = |values: [f32; JOINTS], limit: f32| {
+        // A NaN is within nothing.
+        values
+            .iter()
+            .all(|value| value.abs() <= limit)
+            .then_some(values)
+    };
+    match command {
+        Command::Idle => Ok(ValidatedCommand::Idle),
+        Command::Arm { session: told } if told != session => Err(Refusal::OtherSession),
+        // Settings are being written, which may hold up the program.
+        Command::Arm { .. } if is_saving => Err(Refusal::Busy),
+        Command::Arm { .. } => Ok(ValidatedCommand::Arm),
+        Command::Torque(torque) => within(torque, hard::TORQUE_NM)
+            .map(ValidatedCommand::Torque)
+            .ok_or(Refusal::OutOfRange),
+        Command::Regulate(reference) => within(reference, REFERENCE_MAX_RAD)
+            .map(ValidatedCommand::Regulate)
+            .ok_or(Refusal::OutOfRange),
+        Command::Follow(_) => Ok(ValidatedCommand::StartPoint),
+        Command::Stream {
+            at_us,
+            angle_rad,
+            speed_rad_s,
+        } => Ok(ValidatedCommand::Stream(Point {
+            at_us,
+            q: angle_rad.into(),
+            dq: speed_rad_s.map(Into::into),
+        })),
+        Command::Experiment(plan) => match plan.check() {
+            Ok(()) => Ok(ValidatedCommand::Experiment(plan)),
+            Err(objection) => Err(Refusal::Experiment(objection)),
+        },
+        Command::Prepare => Ok(ValidatedCommand::Prepare),
+        Command::Release => Ok(ValidatedCommand::Release),
+        Command::ClearFault => Ok(ValidatedCommand::ClearFault),
+        Command::Configure(setup) => ControlConfig::build(&setup).map(ValidatedCommand::Install),
+        Command::Limit(limits) if limits.is_valid() => Ok(ValidatedCommand::Limit(limits)),
+        Command::Limit(_) => Err(Refusal::OutOfRange),
+        Command::Save => Ok(ValidatedCommand::Save),
+    }
+}

@@ -1,6 +1,0 @@
-//! The guard as a whole.
-
-mod judge;
-mod plant;
-mod shape;
-mod soft_stop;

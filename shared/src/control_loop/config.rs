@@ -1,0 +1,300 @@
+//! Loop configuration: everything that a tick computes with and that no tick
+//! changes.
+//!
+//! Building it takes a Riccati solution, far too long for a tick. It is done on
+//! the link's side, and the control loop is handed the result as a whole.
+//!
+//! # Memory faults
+//!
+//! A configuration lies in RAM for hours. A bit that turns there, by a fault of
+//! the memory or of the program, changes what the arm is given without a command.
+//! Each part of it carries a [`CheckWord`], taken where the part was built;
+//! [`LoopConfig::check_section`] compares one in a tick, so that all are compared
+//! within [`CHECK_US`].
+
+use core::num::NonZeroU32;
+use nalgebra::Vector2;
+
+use super::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
+use super::monitors::MonitorConfig;
+use crate::JOINTS;
+use crate::actuator::Joint;
+use crate::arm::{Discrete, Parameters};
+use crate::check_word::{CheckWord, Checked};
+use crate::control::{
+    ComputedTorque, Controller, DryFriction, Lqr, Tuning, Weights, computed_torque,
+};
+use crate::design::stability;
+use crate::estimate::{Config, Estimator};
+use crate::link::limits::Limits;
+use crate::link::message::{self, Gains, Refusal, Settings, Setup};
+
+/// Time constant in s with which a bump fades: slow beside the loop's own 50 ms,
+/// so that it is no disturbance to speak of, and over within half a second.
+const FADE_S: f32 = 0.1;
+
+/// Time in which every part of the configuration is compared with its check word.
+/// With the stop that follows, torque is off within 20 ms.
+pub const CHECK_US: u32 = 8_000;
+
+/// Parts of the configuration that are compared one at a time.
+const SECTIONS: u32 = 4;
+
+/// Whether a board can run with these settings: every limit is within its hard
+/// bound, and there is a controller for the set-up.
+pub fn can_run(settings: &Settings) -> bool {
+    why_not(settings).is_none()
+}
+
+/// Why a board would refuse these settings; `None` if it would not.
+pub fn why_not(settings: &Settings) -> Option<Refusal> {
+    LoopConfig::build(settings).err()
+}
+
+/// Everything that a tick computes with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopConfig {
+    pub(super) control: ControlConfig,
+    pub(super) monitors: MonitorConfig,
+    monitors_check: CheckWord,
+}
+
+/// Estimator, controller and actuators for one period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlConfig {
+    period_us: NonZeroU32,
+    pub(super) arm: Parameters<f32>,
+    pub(super) joints: [Joint<f32>; JOINTS],
+    pub(super) estimator: Estimator<f32>,
+    /// The estimator's model has dry friction, so it is told all of the torque.
+    pub(super) knows_friction: bool,
+    pub(super) controller: Controller<f32>,
+    pub(super) friction: DryFriction<f32>,
+    /// Share of a torque bump that is left a period later.
+    pub(super) fade: f32,
+    checks: [CheckWord; SECTIONS as usize - 1],
+}
+
+impl LoopConfig {
+    /// The configuration for these settings.
+    ///
+    /// # Errors
+    /// Why a board would refuse them.
+    pub fn build(settings: &Settings) -> Result<Self, Refusal> {
+        if !settings.limits.is_valid() {
+            return Err(Refusal::OutOfRange);
+        }
+        let control = ControlConfig::build(&settings.setup)?;
+        Ok(Self::of(control, settings.limits))
+    }
+
+    /// The configuration with these [valid](Limits::is_valid) limits.
+    pub(crate) fn of(control: ControlConfig, limits: Limits) -> Self {
+        let monitors = MonitorConfig::new(limits, control.period_us.get());
+        Self {
+            control,
+            monitors,
+            monitors_check: CheckWord::of(&monitors),
+        }
+    }
+
+    /// The same limits with another set-up.
+    pub(crate) fn with_control(&self, control: ControlConfig) -> Self {
+        if control.period_us == self.control.period_us {
+            return Self { control, ..*self };
+        }
+        Self::of(control, *self.limits())
+    }
+
+    /// The same set-up with other [valid](Limits::is_valid) limits.
+    pub(crate) fn with_limits(&self, limits: Limits) -> Self {
+        Self::of(self.control, limits)
+    }
+
+    /// Tick period in µs.
+    pub fn period_us(&self) -> NonZeroU32 {
+        self.control.period_us
+    }
+
+    /// The limits in force.
+    pub fn limits(&self) -> &Limits {
+        self.monitors.limits()
+    }
+
+    /// How many samples of a joint may be missing in a row.
+    pub fn dropout_ticks(&self) -> u32 {
+        self.monitors.dropout_ticks()
+    }
+
+    /// Whether one part of the configuration is as it was built; any number names
+    /// one, in turns.
+    pub fn check_section(&self, section: u32) -> bool {
+        match self.control.checks.get((section % SECTIONS) as usize) {
+            Some(check) => self.control.section(section % SECTIONS) == *check,
+            None => CheckWord::of(&self.monitors) == self.monitors_check,
+        }
+    }
+
+    /// Whether all of it is.
+    pub fn is_intact(&self) -> bool {
+        (0..SECTIONS).all(|section| self.check_section(section))
+    }
+
+    /// How many sections a tick compares, and from one comparison to the next how
+    /// many ticks.
+    pub fn check_pace(&self) -> (u32, u32) {
+        let turn_us = CHECK_US / SECTIONS;
+        let period_us = self.period_us().get();
+        (
+            period_us.div_ceil(turn_us).min(SECTIONS),
+            (turn_us / period_us).max(1),
+        )
+    }
+
+    /// Turns a bit of a number that the tick computes with, chosen by `draw`: for
+    /// tests of what becomes of it.
+    pub fn inject_error(&mut self, draw: u32) {
+        let [a, b] = &mut self.control.joints;
+        let arm = &mut self.control.arm;
+        let numbers = [
+            &mut arm.i1x,
+            &mut arm.l1,
+            &mut arm.m2,
+            &mut self.control.fade,
+            &mut a.zero_count,
+            &mut a.gain_counts_per_nm,
+            &mut b.rad_per_count,
+            &mut b.offset_counts,
+        ];
+        let count = numbers.len() as u32;
+        let bit = 1 << (draw / count % 32);
+        if let Some(number) = numbers.into_iter().nth((draw % count) as usize) {
+            *number = f32::from_bits(number.to_bits() ^ bit);
+        }
+    }
+}
+
+impl ControlConfig {
+    /// Designs what `setup` asks for.
+    ///
+    /// # Errors
+    /// Why there is no such estimator or controller.
+    pub fn build(setup: &Setup) -> Result<Self, Refusal> {
+        if !(PERIOD_MIN_US..=PERIOD_MAX_US).contains(&setup.period_us) {
+            return Err(Refusal::OutOfRange);
+        }
+        let period_us = NonZeroU32::new(setup.period_us).ok_or(Refusal::OutOfRange)?;
+        let period_s = setup.period_us as f32 * 1e-6;
+        let arm = setup.arm;
+        let friction_is_valid = setup.friction_nm.iter().all(|nm| (0.0..=1.0).contains(nm));
+        if !(arm.is_valid() && setup.joints.iter().all(Joint::is_valid) && friction_is_valid) {
+            return Err(Refusal::OutOfRange);
+        }
+        let estimator = setup
+            .estimator
+            .build(&arm, period_s)
+            .map_err(|_| Refusal::OutOfRange)?;
+        let knows_friction =
+            matches!(setup.estimator, Config::Kalman(tuning) if tuning.coulomb_nm > 0.0);
+        let mut config = Self {
+            period_us,
+            arm,
+            joints: setup.joints,
+            estimator,
+            knows_friction,
+            controller: controller(setup, &arm, period_s)?,
+            friction: DryFriction::of(setup.friction_nm),
+            fade: FADE_S / (period_s + FADE_S),
+            checks: [CheckWord::of(&0_u32); SECTIONS as usize - 1],
+        };
+        config.checks = core::array::from_fn(|section| config.section(section as u32));
+        Ok(config)
+    }
+
+    /// Tick period in µs.
+    pub fn period_us(&self) -> NonZeroU32 {
+        self.period_us
+    }
+
+    /// The sum over one part.
+    fn section(&self, section: u32) -> CheckWord {
+        let mut sum = CheckWord::of(&section);
+        match section {
+            0 => {
+                self.period_us.get().check(&mut sum);
+                self.arm.check(&mut sum);
+                self.joints.check(&mut sum);
+                self.fade.check(&mut sum);
+            }
+            1 => {
+                self.estimator.check(&mut sum);
+                self.knows_friction.check(&mut sum);
+            }
+            _ => {
+                self.controller.check(&mut sum);
+                self.friction.check(&mut sum);
+            }
+        }
+        sum
+    }
+
+    /// Joint angles in rad for encoder counts.
+    pub(super) fn angles(&self, counts: [Option<u16>; JOINTS]) -> [Option<f32>; JOINTS] {
+        core::array::from_fn(|i| counts[i].map(|count| self.joints[i].angle(count)))
+    }
+}
+
+fn controller(
+    setup: &Setup,
+    arm: &Parameters<f32>,
+    period_s: f32,
+) -> Result<Controller<f32>, Refusal> {
+    match setup.controller {
+        message::Controller::StateFeedback(gains) => {
+            let model = arm.linearise(Vector2::zeros()).zero_order_hold(period_s);
+            state_feedback(gains, &model).map(Controller::StateFeedback)
+        }
+        message::Controller::ComputedTorque {
+            natural_rad_s,
+            damping,
+        } => {
+            let tuning = Tuning {
+                natural_rad_s,
+                damping,
+            };
+            ComputedTorque::new(&tuning, period_s)
+                .map(Controller::ComputedTorque)
+                .map_err(|error| match error {
+                    computed_torque::Error::Unstable { radius, .. } => Refusal::Unstable {
+                        re: radius,
+                        im: 0.0,
+                    },
+                    computed_torque::Error::Period
+                    | computed_torque::Error::Natural { .. }
+                    | computed_torque::Error::Damping { .. } => Refusal::OutOfRange,
+                })
+        }
+    }
+}
+
+/// The gain, if it stabilises the model.
+fn state_feedback(gains: Gains, model: &Discrete<f32>) -> Result<Lqr<f32>, Refusal> {
+    let lqr = match gains {
+        // Made for one period; a board asked to run it elsewhere checks it too.
+        Gains::Paper => Lqr::paper(),
+        Gains::Design { q, r } => {
+            return Lqr::design(model, &Weights { q, r }).map_err(|_| Refusal::NoGains);
+        }
+        Gains::Given([first, second]) => Lqr::of_rows(first, second),
+    };
+    let closed = model.a - model.b * lqr.gain;
+    let eigenvalue = stability::dominant(&closed).ok_or(Refusal::OutOfRange)?;
+    if eigenvalue.radius() < 1.0 {
+        Ok(lqr)
+    } else {
+        Err(Refusal::Unstable {
+            re: eigenvalue.re,
+            im: eigenvalue.im,
+        })
+    }
+}

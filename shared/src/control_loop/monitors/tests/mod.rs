@@ -1,0 +1,53 @@
+//! The monitors as a whole.
+
+mod judge;
+mod plant;
+mod shape;
+mod soft_stop;
+
+use super::{LimitedTorque, MonitorConfig, MonitorInput, Monitors, Violation};
+use crate::arm::{Parameters, State};
+use crate::link::limits::Limits;
+use nalgebra::Vector2;
+
+/// Monitors with their numbers.
+struct Guard {
+    config: MonitorConfig,
+    monitors: Monitors,
+}
+
+impl Guard {
+    fn new(limits: Limits, period_us: u32) -> Self {
+        Self {
+            config: MonitorConfig::new(limits, period_us),
+            monitors: Monitors::default(),
+        }
+    }
+
+    fn restart(&mut self) {
+        self.monitors = Monitors::default();
+    }
+
+    fn limits(&self) -> &Limits {
+        self.config.limits()
+    }
+
+    fn judge(&mut self, seen: &MonitorInput<'_>) -> Result<(), Violation> {
+        self.monitors.judge(&self.config, seen)
+    }
+
+    fn shape(
+        &mut self,
+        arm: &Parameters<f32>,
+        state: &State<f32>,
+        wanted_nm: Vector2<f32>,
+        before_nm: Vector2<f32>,
+    ) -> Result<LimitedTorque, Violation> {
+        self.monitors
+            .limit(&self.config, arm, state, wanted_nm, before_nm)
+    }
+
+    fn pwm(&mut self, is_limited: bool) -> Result<(), Violation> {
+        self.monitors.note_pwm(&self.config, is_limited)
+    }
+}

@@ -1,0 +1,118 @@
+//! Control pipeline: from state and reference to what the servos are told.
+//!
+//! ```text
+//! state, reference -> demand -> (limits) -> commands -> PWM
+//! ```
+
+use nalgebra::Vector2;
+
+use super::config::ControlConfig;
+use crate::JOINTS;
+use crate::actuator::{Command, Joint, Pwm};
+use crate::arm::State;
+use crate::control::Reference;
+
+/// What the servos are told, and the torque that it stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ActuatorCommand {
+    /// Joint by joint.
+    pub pwm: [Pwm; JOINTS],
+    /// In N m, after clamp and rounding, less the share meant for dry friction.
+    pub torque_nm: Vector2<f32>,
+    /// That share, in N m.
+    pub friction_nm: Vector2<f32>,
+}
+
+impl ActuatorCommand {
+    /// Motors off.
+    pub const OFF: Self = Self {
+        pwm: [Pwm::OFF; JOINTS],
+        torque_nm: Vector2::new(0.0, 0.0),
+        friction_nm: Vector2::new(0.0, 0.0),
+    };
+
+    /// Torque in N m, the share meant for dry friction included.
+    pub fn total_nm(&self) -> Vector2<f32> {
+        self.torque_nm + self.friction_nm
+    }
+
+    /// These commands, with the share of their torque that is meant for dry friction;
+    /// and whether one of them was limited.
+    fn of(commands: [Command<f32>; JOINTS], friction_nm: Vector2<f32>) -> (Self, bool) {
+        let torque_nm = Vector2::from(commands.map(|command| command.torque_nm));
+        let command = Self {
+            pwm: commands.map(|command| command.pwm),
+            torque_nm: torque_nm - friction_nm,
+            friction_nm,
+        };
+        (command, commands.iter().any(|command| command.is_limited))
+    }
+}
+
+/// A torque in N m, and the share of it that is meant for dry friction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Demand {
+    pub(super) torque_nm: Vector2<f32>,
+    pub(super) friction_nm: Vector2<f32>,
+}
+
+impl ControlConfig {
+    /// The torque that makes the arm follow, for the state and the reference of one
+    /// instant, before what the estimator knows of a disturbance is taken off.
+    pub(super) fn demand(&self, state: &State<f32>, reference: &Reference<f32>) -> Demand {
+        let demand = self.controller.demand(&self.arm, state, reference);
+        let friction_nm = self.friction.feed_forward(demand.feedback_nm, reference.dq);
+        Demand {
+            torque_nm: demand.torque_nm + friction_nm,
+            friction_nm,
+        }
+    }
+
+    /// Commands for a torque, at most `pwm_max` counts away from off; and whether
+    /// that made a difference. `None` if the torque is not finite.
+    pub(super) fn commands(
+        &self,
+        torque_nm: Vector2<f32>,
+        friction_nm: Vector2<f32>,
+        pwm_max: u16,
+    ) -> Option<(ActuatorCommand, bool)> {
+        let [joint_a, joint_b] = &self.joints;
+        let a = joint_a.command(torque_nm.x, pwm_max).ok()?;
+        let b = joint_b.command(torque_nm.y, pwm_max).ok()?;
+        Some(ActuatorCommand::of([a, b], friction_nm))
+    }
+
+    /// The same, where a joint may be given a PWM exactly: if the torque is what it
+    /// stands for.
+    #[inline(never)]
+    pub(super) fn commands_exactly(
+        &self,
+        exactly: [Option<Pwm>; JOINTS],
+        torque_nm: Vector2<f32>,
+        friction_nm: Vector2<f32>,
+        pwm_max: u16,
+    ) -> Option<(ActuatorCommand, bool)> {
+        let ([joint_a, joint_b], [exactly_a, exactly_b]) = (&self.joints, exactly);
+        let a = command(joint_a, torque_nm.x, exactly_a, pwm_max)?;
+        let b = command(joint_b, torque_nm.y, exactly_b, pwm_max)?;
+        Some(ActuatorCommand::of([a, b], friction_nm))
+    }
+}
+
+/// The command for a torque, or this PWM if it stands for just that.
+fn command(
+    joint: &Joint<f32>,
+    torque_nm: f32,
+    exactly: Option<Pwm>,
+    pwm_max: u16,
+) -> Option<Command<f32>> {
+    let is_meant = |pwm: &Pwm| joint.torque(*pwm) - torque_nm == 0.0;
+    match exactly.filter(is_meant) {
+        Some(pwm) if pwm == pwm.within(pwm_max) => Some(Command {
+            pwm,
+            torque_nm,
+            is_limited: false,
+        }),
+        Some(_) | None => joint.command(torque_nm, pwm_max).ok(),
+    }
+}

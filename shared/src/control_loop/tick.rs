@@ -1,0 +1,77 @@
+//! What a tick is given and what it returns, as plain values.
+
+use super::monitors::Violation;
+use super::pipeline::ActuatorCommand;
+use crate::JOINTS;
+use crate::arm::State;
+use crate::control::Reference;
+use crate::link::experiment::ExperimentEnd;
+use crate::link::message::{Guards, Sample};
+use crate::servo::protocol1::Alarms;
+
+/// What the supervisor permits in a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Permission {
+    /// The servos are being looked for: samples are estimated from, nothing is
+    /// judged, motors are off.
+    Unmonitored,
+    /// Motors off; only whether the servos answer is judged.
+    Off,
+    /// Motors off, everything is judged: they may be driven soon.
+    Armed,
+    /// The motors may be driven.
+    Drive,
+}
+
+/// The inputs of one tick.
+#[derive(Clone, Copy, Debug)]
+pub struct TickInput {
+    /// What each servo answered.
+    pub samples: [Sample; JOINTS],
+    /// What each stock servo complained of in its answer.
+    pub alarms: [Alarms; JOINTS],
+    /// What the servos were told at the beginning of the tick.
+    pub in_force: ActuatorCommand,
+    /// When the command that this tick decides begins to act, in µs: the planned
+    /// beginning of the next tick.
+    pub acts_us: u64,
+    /// What the supervisor permits.
+    pub permission: Permission,
+    /// Time since the host was heard, in µs.
+    pub host_silent_us: u64,
+    /// The configuration is as it was built.
+    pub is_config_intact: bool,
+}
+
+/// How the loop gives up what drives the motors, when the host is quiet or an
+/// experiment is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fallback {
+    /// The reference brakes to rest; the arm is held from then on.
+    Brake,
+    /// Torque ends.
+    Release,
+}
+
+/// The outputs of one tick.
+#[derive(Clone, Copy, Debug)]
+pub struct TickOutput {
+    /// What the servos shall be told at the beginning of the next tick.
+    pub command: ActuatorCommand,
+    /// The state at the samples.
+    pub estimate: State<f32>,
+    /// The reference at `acts_us`.
+    pub reference: Reference<f32>,
+    /// Torque in N m that acts without being commanded, as estimated.
+    pub disturbance_nm: [f32; JOINTS],
+    /// What was changed of the torque that was wanted.
+    pub guards: Guards,
+    /// Every joint has a sample that the estimator was given.
+    pub is_complete: bool,
+    /// What the loop gave up by itself.
+    pub fallback: Option<Fallback>,
+    /// An experiment is over.
+    pub experiment_end: Option<ExperimentEnd>,
+    /// Why the motors must be off; the command is [`ActuatorCommand::OFF`] then.
+    pub fault: Option<Violation>,
+}
