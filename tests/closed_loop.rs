@@ -6,7 +6,7 @@ use armbridge::bench::cosim::{CosimError, Host};
 use armbridge::bench::plant::PlantConfig;
 use armbridge::operator::{OperatorError, Script};
 use armbridge_shared::arm::Mounting;
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{
     Command, Controller, Drive, Fault, Gains, Guards, Missing, Mode, Record, Sample, Setup,
@@ -127,9 +127,9 @@ fn paper_gain_at_45_ms_stands() {
             noise_lsb_rms,
             ..plant([0.30, -0.25], false)
         };
-        let mut mailboxes = Mailboxes::new();
+        let mut channels = Channels::new();
         let script = upright(Setup { estimator, ..setup }, 4.0);
-        let mut run = bench_run(&mut mailboxes, config, 1, script);
+        let mut run = bench_run(&mut channels, config, 1, script);
         // The true arm: samples 45 ms apart say little about it.
         let (mut begun_us, mut outside_us) = (None, 0);
         while run.now_us() < 4_000_000 {
@@ -162,9 +162,9 @@ fn a_seed_repeats_to_the_bit_and_another_does_not() {
 /// it can still reach is off.
 #[test]
 fn losing_a_servo_switches_the_other_off() {
-    let mut mailboxes = Mailboxes::new();
+    let mut channels = Channels::new();
     let script = upright(Setup::default(), 2.0);
-    let mut run = bench_run(&mut mailboxes, plant([0.30, -0.25], true), 1, script);
+    let mut run = bench_run(&mut channels, plant([0.30, -0.25], true), 1, script);
     while run.now_us() < 200_000 {
         run.step().unwrap();
     }
@@ -193,9 +193,9 @@ fn losing_a_servo_switches_the_other_off() {
 /// A host that goes silent while torque is on.
 #[test]
 fn a_silent_host_switches_torque_off() {
-    let mut mailboxes = Mailboxes::new();
+    let mut channels = Channels::new();
     let script = upright(Setup::default(), 2.0);
-    let mut run = bench_run(&mut mailboxes, plant([0.30, -0.25], true), 1, script);
+    let mut run = bench_run(&mut channels, plant([0.30, -0.25], true), 1, script);
     while run.now_us() < 100_000 {
         run.step().unwrap();
     }
@@ -212,9 +212,9 @@ fn a_silent_host_switches_torque_off() {
 
 #[test]
 fn a_servo_that_is_unplugged_is_named() {
-    let mut mailboxes = Mailboxes::new();
+    let mut channels = Channels::new();
     let script = upright(Setup::default(), 2.0);
-    let mut run = bench_run(&mut mailboxes, plant([0.1, 0.1], true), 1, script);
+    let mut run = bench_run(&mut channels, plant([0.1, 0.1], true), 1, script);
     run.bench.disconnect(1);
     let error = run.run().unwrap_err();
     let CosimError::Host(OperatorError::NoServos { last }) = error else {
@@ -227,12 +227,12 @@ fn a_servo_that_is_unplugged_is_named() {
 /// braked and held short of it, and let go when that does not end.
 #[test]
 fn a_joint_is_braked_before_its_limit_and_let_go_if_it_is_pushed_on() {
-    let mut mailboxes = Mailboxes::new();
+    let mut channels = Channels::new();
     let script = Script {
         commands: vec![(0, Command::Torque([0.7, 0.0]))],
         ..upright(Setup::default(), 3.0)
     };
-    let mut run = bench_run(&mut mailboxes, plant([0.30, -0.25], true), 1, script);
+    let mut run = bench_run(&mut channels, plant([0.30, -0.25], true), 1, script);
     let mut farthest_rad = 0.0_f64;
     while run.board.mode() != Mode::Fault(Fault::AngleLimit) {
         run.step().unwrap();
@@ -383,9 +383,9 @@ fn a_gain_that_would_let_the_arm_fall_is_refused_with_its_eigenvalue() {
         controller: Controller::StateFeedback(Gains::Given(weak)),
         ..Setup::default()
     };
-    let mut mailboxes = Mailboxes::new();
+    let mut channels = Channels::new();
     let script = upright(setup, 1.0);
-    let mut run = bench_run(&mut mailboxes, plant([0.1, 0.0], false), 1, script);
+    let mut run = bench_run(&mut channels, plant([0.1, 0.0], false), 1, script);
     let Err(CosimError::Host(error)) = run.run() else {
         panic!("accepted");
     };

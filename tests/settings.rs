@@ -13,7 +13,7 @@ use armbridge::emulator::{Failure, Provocation, Qemu, QemuOptions, Time, qemu};
 use armbridge::link::{Client, Said};
 use armbridge::serve::LiveBench;
 use armbridge::wall;
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{
     Command, Guards, Limits, Mode, Record, Refusal, SettingsFrom, Setup, ToHost,
 };
@@ -125,8 +125,8 @@ fn bench() -> Bench {
 
 /// A board is switched on with this flash, hears all this, and is switched off.
 fn live(flash: &mut Flash, to_say: impl IntoIterator<Item = Say>) -> Heard {
-    let mut mailboxes = Mailboxes::new();
-    let board = VirtualBoard::with_flash(mailboxes.split(), flash.clone()).unwrap();
+    let mut channels = Channels::new();
+    let board = VirtualBoard::with_flash(channels.split(), flash.clone()).unwrap();
     let mut cosim = Cosim::new(board, bench(), caller(to_say));
     while !cosim.host.is_done() {
         cosim.step().unwrap();

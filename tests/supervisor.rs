@@ -9,10 +9,10 @@ use armbridge::bench::cosim::{Cosim, Host};
 use armbridge::bench::kind::ServoKind;
 use armbridge::bench::plant::Plant;
 use armbridge::link::{Client, Said};
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::{Channels, MemoryRegion};
 use armbridge_shared::link::message::{
-    Command, Drive, Fault, Limits, Mode, Refusal, Setup, Standstill, StopSource, ToBoard, ToHost,
-    Trip,
+    Command, Drive, Fault, Limits, Mode, OffReport, OffState, Refusal, Setup, StopSource, ToBoard,
+    ToHost, Trip,
 };
 use armbridge_shared::link::motion::Motion;
 use armbridge_shared::servo::Firmware;
@@ -65,8 +65,8 @@ struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    fn new(mailboxes: &'a mut Mailboxes) -> Self {
-        let board = VirtualBoard::new(mailboxes.split()).unwrap();
+    fn new(channels: &'a mut Channels) -> Self {
+        let board = VirtualBoard::new(channels.split()).unwrap();
         let bench = Bench::new(Plant::new(plant([0.0; 2], true), 1));
         let mut table = Self {
             run: Cosim::new(board, bench, Talker::default()),
@@ -169,16 +169,29 @@ impl<'a> Table<'a> {
             self.order(Command::Regulate([0.0; 2])),
             Err(Refusal::Faulted)
         );
-        assert_eq!(self.order(Command::ClearFault), Ok(()));
+        self.clear();
         self.until(|mode| mode == Mode::Idle);
         self.arm();
+    }
+
+    /// The fault is cleared, as soon as motors are seen to be off or that they are not has
+    /// been told.
+    fn clear(&mut self) {
+        for _ in 0..400 {
+            match self.order(Command::ClearFault) {
+                Ok(()) => return,
+                refused => assert_eq!(refused, Err(Refusal::NotOff)),
+            }
+            self.pass_ms(1);
+        }
+        panic!("not cleared within 0.4 s");
     }
 }
 
 #[test]
 fn nothing_moves_before_it_is_armed_and_only_this_session_arms() {
-    let mut mailboxes = Mailboxes::new();
-    let mut table = Table::new(&mut mailboxes);
+    let mut channels = Channels::new();
+    let mut table = Table::new(&mut channels);
     assert_eq!(
         table.order(Command::Torque([0.3; 2])),
         Err(Refusal::Disarmed)
@@ -209,8 +222,8 @@ fn nothing_moves_before_it_is_armed_and_only_this_session_arms() {
 
 #[test]
 fn limits_are_set_while_idle_and_within_hard_bounds_only() {
-    let mut mailboxes = Mailboxes::new();
-    let mut table = Table::new(&mut mailboxes);
+    let mut channels = Channels::new();
+    let mut table = Table::new(&mut channels);
     let wide = Limits {
         speed_rad_s: [1e3; 2],
         ..Limits::default()
@@ -231,8 +244,8 @@ fn limits_are_set_while_idle_and_within_hard_bounds_only() {
 
 #[test]
 fn a_silent_host_brakes_the_arm_then_lets_it_go() {
-    let mut mailboxes = Mailboxes::new();
-    let mut table = Table::new(&mut mailboxes);
+    let mut channels = Channels::new();
+    let mut table = Table::new(&mut channels);
     table.stand();
     let wave = Motion::Sinusoid {
         centre_rad: [0.0; 2],
@@ -264,8 +277,8 @@ fn a_silent_host_brakes_the_arm_then_lets_it_go() {
 /// A constant torque is not held without a host: none from 100 ms on.
 #[test]
 fn a_constant_torque_ends_when_the_host_is_silent() {
-    let mut mailboxes = Mailboxes::new();
-    let mut table = Table::new(&mut mailboxes);
+    let mut channels = Channels::new();
+    let mut table = Table::new(&mut channels);
     table.arm();
     assert_eq!(table.order(Command::Torque([0.1, 0.0])), Ok(()));
     table.run.host.is_silent = true;
@@ -275,8 +288,8 @@ fn a_constant_torque_ends_when_the_host_is_silent() {
 
 #[test]
 fn a_goodbye_is_no_fault() {
-    let mut mailboxes = Mailboxes::new();
-    let mut table = Table::new(&mut mailboxes);
+    let mut channels = Channels::new();
+    let mut table = Table::new(&mut channels);
     table.stand();
     table.run.host.client.say(ToBoard::Goodbye);
     table.pass_ms(20);
@@ -285,8 +298,8 @@ fn a_goodbye_is_no_fault() {
 
 #[test]
 fn emergency_stops_from_host_pin_and_flood_are_one_path() {
-    let mut mailboxes = Mailboxes::new();
-    let mut table = Table::new(&mut mailboxes);
+    let mut channels = Channels::new();
+    let mut table = Table::new(&mut channels);
     for source in [StopSource::Host, StopSource::Pin, StopSource::Flood] {
         assert_eq!(table.order(Command::Configure(Setup::best())), Ok(()));
         table.arm();
@@ -306,34 +319,38 @@ fn emergency_stops_from_host_pin_and_flood_are_one_path() {
     }
 }
 
-/// The stop sequence is repeated while the arm falls, and ends when it rests.
+/// That an arm falls says nothing of its motors: the host is told once they are seen to
+/// be off, and the stop sequence is not repeated then.
 #[test]
-fn the_host_is_told_when_the_servos_stand() {
-    let mut mailboxes = Mailboxes::new();
-    let mut table = Table::new(&mut mailboxes);
+fn the_host_is_told_when_the_motors_are_seen_to_be_off() {
+    let mut channels = Channels::new();
+    let mut table = Table::new(&mut channels);
     table.stand();
     assert_eq!(table.order(Command::Regulate([0.5, 0.0])), Ok(()));
     table.pass_ms(800);
     table.run.host.client.say(ToBoard::Stop);
-    table.pass_ms(3_500);
-    let mut halts = table
-        .run
-        .host
-        .said
-        .iter()
-        .filter_map(|(_, said)| match said {
-            Said::Told(ToHost::Halted(halt)) => Some(*halt),
+    table.pass_ms(50);
+    let reports = |table: &Table<'_>| -> Vec<OffReport> {
+        let said = table.run.host.said.iter();
+        said.filter_map(|(_, said)| match said {
+            Said::Told(ToHost::Off(report)) => Some(*report),
             _ => None,
-        });
-    let halt = halts.next_back().expect("the board has told");
-    assert_eq!(halt.joints, [Standstill::Still; 2]);
-    assert!(halt.stops > 1, "the arm fell meanwhile: {halt:?}");
+        })
+        .collect()
+    };
+    let report = OffReport {
+        stops: 1,
+        joints: [OffState::Off; 2],
+    };
+    assert_eq!(reports(&table), [report]);
+    table.pass_ms(3_500);
+    assert_eq!(reports(&table), [report], "the arm fell meanwhile");
 }
 
 #[test]
 fn a_servo_that_was_off_and_on_again_is_told_from_one_that_is_gone() {
-    let mut mailboxes = Mailboxes::new();
-    let mut table = Table::new(&mut mailboxes);
+    let mut channels = Channels::new();
+    let mut table = Table::new(&mut channels);
     table.stand();
     table.run.bench.power_cycle(1);
     assert_eq!(table.fault(), Fault::ServoReset);
@@ -346,23 +363,23 @@ fn a_servo_that_was_off_and_on_again_is_told_from_one_that_is_gone() {
 
 #[test]
 fn servos_with_another_firmware_than_before_are_a_fault_until_cleared() {
-    let mut mailboxes = Mailboxes::new();
-    let mut table = Table::new(&mut mailboxes);
+    let mut channels = Channels::new();
+    let mut table = Table::new(&mut channels);
     let stock = [1, 2].map(|id| ServoKind::new(Firmware::Stock, id, 1_000_000).unwrap());
     table.run.bench = Bench::with_servos(Plant::new(plant([0.0; 2], true), 1), &stock);
     assert_eq!(table.fault(), Fault::ServoSilent);
-    assert_eq!(table.order(Command::ClearFault), Ok(()));
+    table.clear();
     table.until(|mode| mode == Mode::Fault(Fault::FirmwareChanged));
-    assert_eq!(table.order(Command::ClearFault), Ok(()));
+    table.clear();
     table.until(|mode| mode == Mode::Idle);
 }
 
 #[test]
 fn a_turned_bit_in_the_set_up_is_found_within_20_ms() {
-    let mut mailboxes = Mailboxes::new();
-    let mut table = Table::new(&mut mailboxes);
+    let mut channels = Channels::new();
+    let mut table = Table::new(&mut channels);
     table.stand();
-    table.run.board.corrupt(8 * 25);
+    table.run.board.inject_error(MemoryRegion::Config, 8 * 25);
     let turned_us = table.run.now_us();
     assert_eq!(table.fault(), Fault::Corrupted);
     assert!(table.trip().at_us - turned_us < 20_000);

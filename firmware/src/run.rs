@@ -2,7 +2,7 @@
 //!
 //! [`real_time`] runs in an interrupt executor above everything but the
 //! handlers that move single bytes; [`link`] and [`client`] run in thread mode.
-//! They share only the mailboxes behind [`Bridge`], [`LinkPort`] and [`PortEnd`],
+//! They share only the channels behind [`Bridge`], [`LinkPort`] and [`PortEnd`],
 //! and [`News`].
 //!
 //! # Nothing keeps the tick waiting
@@ -10,7 +10,7 @@
 //! Whatever runs below the tick is interrupted by it. It could only wait for what
 //! they share, and there it never waits:
 //!
-//! * Mailboxes are lock-free queues for one writer and one reader. A full one
+//! * Channels are lock-free queues for one writer and one reader. A full one
 //!   refuses, an empty one says so. How many orders a turn takes is bounded by their
 //!   size, so a flood on the link costs the tick no more than that.
 //! * A critical section masks all interrupts, on a single core, so that its length
@@ -264,7 +264,7 @@ pub async fn link(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::bridge::Mailboxes;
+    use armbridge_shared::bridge::Channels;
     use armbridge_shared::link::message::{Fault, Settings};
     use core::convert::Infallible;
     use embassy_futures::poll_once;
@@ -341,8 +341,8 @@ mod tests {
             (false, Mode::Boot),
             (true, Mode::Fault(Fault::EmergencyStop(StopSource::Pin))),
         ] {
-            let mut mailboxes = Mailboxes::new();
-            let (end, ..) = mailboxes.split();
+            let mut channels = Channels::new();
+            let (end, ..) = channels.split();
             let bridge = Bridge::new(Nobody, Nobody, end, 0, &Settings::default());
             let Ok(bridge) = bridge else {
                 panic!("the default settings have no controller");

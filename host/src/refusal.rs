@@ -9,6 +9,7 @@ use crate::experiment;
 pub fn in_words(refusal: Refusal) -> String {
     match refusal {
         Refusal::Faulted => "a fault is latched; clear it first".into(),
+        Refusal::NotOff => "its motors are not yet seen to be off; try again in a moment".into(),
         Refusal::NotReady => "its servos are not ready; check their power and ids".into(),
         Refusal::Disarmed => "it is not armed; arm it first".into(),
         Refusal::OtherSession => "it has been reset since; say hello and arm it again".into(),

@@ -2,7 +2,7 @@
 //! allowed, and what to do. And what each mode means.
 
 use armbridge_shared::link::limits::hard;
-use armbridge_shared::link::message::{Drive, Fault, Halt, Mode, Standstill, StopSource, Trip};
+use armbridge_shared::link::message::{Drive, Fault, Mode, OffReport, OffState, StopSource, Trip};
 
 /// A trip, told to a person. Lines without a full stop.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -194,23 +194,27 @@ pub fn mode(mode: Mode) -> (&'static str, &'static str) {
     }
 }
 
-/// What the servos did after the stop sequence.
-pub fn halt(halt: &Halt) -> String {
-    let joint = |standstill| match standstill {
-        Standstill::Still => "stands still",
-        Standstill::Silent => "does not answer, so nobody knows: look",
-        Standstill::Moving => "STILL MOVES: switch its supply off",
+/// What is known of motors that shall be off.
+pub fn off(report: &OffReport) -> String {
+    let joint = |state| match state {
+        OffState::Off => "is seen to be off",
+        OffState::Unconfirmed => {
+            "was told to be off, which was not confirmed: switch its supply off"
+        }
+        OffState::OutOfReach => "does not answer, so that its motor may be on: look",
     };
-    let [first, second] = halt.joints;
+    let [first, second] = report.joints;
     if first == second {
         let both = match first {
-            Standstill::Still => "both joints stand still",
-            Standstill::Silent => "neither servo answers, so nobody knows: look",
-            Standstill::Moving => "BOTH JOINTS STILL MOVE: switch the supply off",
+            OffState::Off => "both motors are seen to be off",
+            OffState::Unconfirmed => {
+                "both motors were told to be off, which was not confirmed: switch the supply off"
+            }
+            OffState::OutOfReach => "neither servo answers, so that motors may be on: look",
         };
         return both.to_owned();
     }
-    format!("joint 1 {}, joint 2 {}", joint(first), joint(second))
+    format!("motor 1 {}, motor 2 {}", joint(first), joint(second))
 }
 
 #[cfg(test)]

@@ -22,8 +22,8 @@
 //! Degraded     --Slacken-->     Armed         SwitchOff
 //! Degraded     --Disarm-->      Idle          SwitchOff
 //! Degraded     --Tripped-->     Fault         Halt
-//! Passthrough  --ClientLeft-->  Boot          SearchHere
-//! Passthrough  --Disarm-->      Boot          SearchHere
+//! Passthrough  --ClientLeft-->  Boot          Search    
+//! Passthrough  --Disarm-->      Boot          Search    
 //! Passthrough  --Tripped-->     Fault         Halt
 //! Fault        --ClearFault-->  Boot          Search
 //! ```
@@ -112,12 +112,10 @@ pub enum Action {
     Energise,
     /// The reference comes to rest.
     Hold,
-    /// The stop sequence, again and again until the servos stand.
+    /// The stop sequence, again and again until every motor is seen to be off.
     Halt,
     /// The stop sequence, then bring-up.
     Search,
-    /// The same, at the speed of the bus that a client used first.
-    SearchHere,
     /// The stop sequence; the bus is the client's then.
     HandOver,
 }
@@ -147,10 +145,7 @@ const EVENTS: usize = Event::ClearFault as usize + 1;
 
 /// A row an event, a column a state, both in the order in which they are declared.
 const TABLE: [[Cell; STATES.len()]; EVENTS] = {
-    use Action::{
-        Energise, Halt, HandOver, Hold, Keep, Search as Find, SearchHere as FindHere,
-        SwitchOff as Off,
-    };
+    use Action::{Energise, Halt, HandOver, Hold, Keep, Search as Find, SwitchOff as Off};
     use Cell::{Go, No, Stay};
     use Refusal::{Disarmed, Faulted, NotIdle, NotReady};
     use State::{Armed, Boot, Degraded, Fault, Idle, Passthrough as Pass, Running};
@@ -166,9 +161,9 @@ const TABLE: [[Cell; STATES.len()]; EVENTS] = {
         [Stay,               Stay,               Stay,            Go(Running, Hold),  Go(Degraded, Hold),  Stay,                Stay],             // Brake
         [Stay,               Stay,               Stay,            Go(Armed, Off),     Go(Armed, Off),      Stay,                Stay],             // Slacken
         [Go(Pass, HandOver), Go(Pass, HandOver), Stay,            Stay,               Stay,                Stay,                Stay],             // ClientCame
-        [Stay,               Stay,               Stay,            Stay,               Stay,                Go(Boot, FindHere),  Stay],             // ClientLeft
+        [Stay,               Stay,               Stay,            Stay,               Stay,                Go(Boot, Find),  Stay],             // ClientLeft
         // Where torque is off already there is nothing to refuse, nothing to leave.
-        [Stay,               Stay,               Go(Idle, Off),   Go(Idle, Off),      Go(Idle, Off),       Go(Boot, FindHere),  Stay],             // Disarm
+        [Stay,               Stay,               Go(Idle, Off),   Go(Idle, Off),      Go(Idle, Off),       Go(Boot, Find),  Stay],             // Disarm
         [No(NotReady),       Go(Armed, Energise),Stay,            Stay,               Stay,                No(BUS),             No(Faulted)],      // Arm
         [No(NotReady),       No(Disarmed),       Go(Running, Energise), Stay,         Stay,                No(BUS),             No(Faulted)],      // Drive
         [Stay,               Stay,               Stay,            Stay,               Stay,                Stay,                No(Faulted)],      // Configure
@@ -438,7 +433,7 @@ mod tests {
             }
             // Bring-up begins with the stop sequence, and so does a client's turn.
             if then != state && matches!(then, State::Boot | State::Passthrough) {
-                let stops = [Action::Search, Action::SearchHere, Action::HandOver];
+                let stops = [Action::Search, Action::HandOver];
                 assert!(stops.contains(&action), "{pair}");
             }
             if result.is_err() {

@@ -7,7 +7,7 @@ use armbridge::bench::plant::{Plant, PlantConfig};
 use armbridge::operator::plan::Begin;
 use armbridge::operator::{Operator, Plan};
 use armbridge::scenario::{Overrides, Scenario};
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Record, Setup};
 
 /// The plan that ships, and how a board works that performs it.
@@ -20,8 +20,8 @@ pub(crate) fn shipped() -> (Plan, Setup) {
 pub(crate) fn perform(plan: &Plan, setup: Setup, config: &PlantConfig, seed: u64) -> Vec<Record> {
     let mut plan = plan.clone();
     plan.begin = Begin::With(Box::new(setup));
-    let mut mailboxes = Mailboxes::new();
-    let board = VirtualBoard::new(mailboxes.split()).unwrap();
+    let mut channels = Channels::new();
+    let board = VirtualBoard::new(channels.split()).unwrap();
     let bench = Bench::new(Plant::new(*config, seed));
     let mut cosim = Cosim::new(board, bench, Operator::new(plan));
     while !cosim.host.is_done() {

@@ -3,7 +3,7 @@
 use armbridge::bench::board::VirtualBoard;
 use armbridge::bench::cosim::Cosim;
 use armbridge::operator::{Operator, Script};
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Drive, Fault, Mode, Setup};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Alarms;
@@ -13,8 +13,8 @@ use super::bench;
 
 #[test]
 fn a_servo_that_is_too_hot_ends_the_run_with_its_name_in_the_log() {
-    let mut mailboxes = Mailboxes::new();
-    let board = VirtualBoard::new(mailboxes.split()).unwrap();
+    let mut channels = Channels::new();
+    let board = VirtualBoard::new(channels.split()).unwrap();
     let bench = bench(&plant([0.1, -0.1], true), [Firmware::Stock; 2], 1_000_000);
     let script = Script::upright(Setup::best(), 2_000_000);
     let mut cosim = Cosim::new(board, bench, Operator::new(script));

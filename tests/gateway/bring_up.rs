@@ -5,7 +5,7 @@ use armbridge::bench::board::VirtualBoard;
 use armbridge::bench::cosim::{Cosim, CosimError, Host};
 use armbridge::link::{Client, Said};
 use armbridge::operator::{Operator, OperatorError, Script};
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Missing, Setup, ToHost};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::master::timing::tick_us;
@@ -39,8 +39,8 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
                 period_us,
                 ..Setup::best()
             };
-            let mut mailboxes = Mailboxes::new();
-            let board = VirtualBoard::new(mailboxes.split()).unwrap();
+            let mut channels = Channels::new();
+            let board = VirtualBoard::new(channels.split()).unwrap();
             let bench = bench(&plant([0.1, -0.1], true), [firmware; 2], nominal);
             let operator = Operator::new(Script::upright(setup, 2_000_000));
             let mut cosim = Cosim::new(board, bench, operator);
@@ -81,8 +81,8 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
 }
 
 fn operate(bench: Bench, setup: Setup) -> Result<Operator, OperatorError> {
-    let mut mailboxes = Mailboxes::new();
-    let board = VirtualBoard::new(mailboxes.split()).unwrap();
+    let mut channels = Channels::new();
+    let board = VirtualBoard::new(channels.split()).unwrap();
     let mut cosim = Cosim::new(board, bench, Operator::new(Script::upright(setup, 500_000)));
     match cosim.run() {
         Ok(()) => Ok(cosim.host),
@@ -178,8 +178,8 @@ fn stock_servos_are_prepared_and_given_back_as_they_were() {
         (vec![Command::Prepare, Command::Release], as_found.clone()),
     ];
     for (commands, expected) in cases {
-        let mut mailboxes = Mailboxes::new();
-        let board = VirtualBoard::new(mailboxes.split()).unwrap();
+        let mut channels = Channels::new();
+        let board = VirtualBoard::new(channels.split()).unwrap();
         let bench = bench(&plant([0.0; 2], true), [Firmware::Stock; 2], 1_000_000);
         assert_eq!(settings(&bench), as_found);
         let host = Commander {

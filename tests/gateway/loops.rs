@@ -4,7 +4,7 @@ use armbridge::bench::board::{Board, VirtualBoard};
 use armbridge::bench::cosim::Cosim;
 use armbridge::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
 use armbridge::operator::{Operator, Script};
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Mode, PortCounters, Record, Setup};
 use armbridge_shared::servo::Firmware;
 use armbridge_tests::{plant, settling_s};
@@ -50,8 +50,8 @@ where
 }
 
 fn on_bench(firmware: Firmware, client: Option<Hammer>) -> (Vec<Record>, PortCounters) {
-    let mut mailboxes = Mailboxes::new();
-    let board = VirtualBoard::new(mailboxes.split()).unwrap();
+    let mut channels = Channels::new();
+    let board = VirtualBoard::new(channels.split()).unwrap();
     run(board, firmware, client)
 }
 

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use armbridge::bench::board::{Board, Input, Output, VirtualBoard, Wake};
 use armbridge::bench::cosim::{Client, Cosim, Host};
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::bridge::gateway::ClientLine;
 use armbridge_shared::link::message::Mode;
 use armbridge_shared::servo::Firmware;
@@ -87,10 +87,10 @@ impl Board for Watched<'_> {
 }
 
 fn run(firmware: Firmware, client: impl Client + 'static, ends_us: u64) -> Seen {
-    let mut mailboxes = Mailboxes::new();
+    let mut channels = Channels::new();
     let seen = Rc::new(RefCell::new(Seen::default()));
     let board = Watched {
-        board: VirtualBoard::new(mailboxes.split()).unwrap(),
+        board: VirtualBoard::new(channels.split()).unwrap(),
         seen: Rc::clone(&seen),
     };
     let bench = bench(&plant([0.0; 2], true), [firmware; 2], 1_000_000);
@@ -220,8 +220,8 @@ fn what_a_client_has_set_moving_is_stopped_at_its_own_speed() {
         (FROM_US, morpheus_request(1, &[3, 0x10, 0xDC, 5])),
         (FROM_US + 100_000, Vec::new()),
     ];
-    let mut mailboxes = Mailboxes::new();
-    let board = VirtualBoard::new(mailboxes.split()).unwrap();
+    let mut channels = Channels::new();
+    let board = VirtualBoard::new(channels.split()).unwrap();
     let bench = bench(&plant([0.0; 2], true), [Firmware::Morpheus; 2], 57_600);
     let host = Nobody {
         ends_us: 2 * FROM_US,

@@ -100,11 +100,11 @@ fn lqr_on_finite_differences() {
     let model = Model::of_arm(&Parameters::paper(), PERIOD_S);
     let difference = FiniteDifference::new(model, PERIOD_S, 0.0);
     let estimator = Estimator::FiniteDifference(difference);
-    lqr_on("lqr_fd_45ms_x49", estimator, Vector2::new(0.49, 0.0));
+    lqr_on("lqr_fd_45ms_x49", &estimator, Vector2::new(0.49, 0.0));
 }
 
 /// LQR on an estimator that believes the arm at rest here to begin with.
-fn lqr_on(name: &str, estimator: Estimator<f64>, initial: Vector2<f64>) {
+fn lqr_on(name: &str, estimator: &Estimator<f64>, initial: Vector2<f64>) {
     let (arm, lqr, upright) = (Parameters::paper(), Lqr::paper(), upright());
     let mut estimate = estimator.at_rest(initial);
     follow(name, |_, state| {
@@ -117,7 +117,7 @@ fn lqr_on(name: &str, estimator: Estimator<f64>, initial: Vector2<f64>) {
 
 /// LQR on an observer that starts upright, whatever the arm does.
 fn lqr_on_observer(name: &str, observer: Luenberger<f64>) {
-    lqr_on(name, Estimator::Luenberger(observer), Vector2::zeros());
+    lqr_on(name, &Estimator::Luenberger(observer), Vector2::zeros());
 }
 
 #[test]

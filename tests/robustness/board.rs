@@ -1,7 +1,7 @@
 //! The board's end of the link, with the bridge beside it and servos that
 //! answer: whatever a host sends, the board ticks on and stays safe.
 
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{Command, Fault, Setup, ToBoard};
@@ -15,8 +15,8 @@ const RUNS_PER_STREAM: usize = 25;
 
 #[test]
 fn a_host_cannot_make_the_board_unsafe() {
-    let mut mailboxes = Mailboxes::new();
-    let mut test = Test::new(&mut mailboxes, 0x5EED_0005);
+    let mut channels = Channels::new();
+    let mut test = Test::new(&mut channels, 0x5EED_0005);
     for stream in 0..STREAMS {
         if stream % 500 == 0 {
             test.servos.fail_once_in = test.random.one_of(&[1000, 100, 10, 1]);
@@ -59,8 +59,8 @@ fn a_long_fault_without_servos_stays_finite() {
         .into_iter()
         .flat_map(|estimator| periods_us.map(|us| (estimator, us)))
     {
-        let mut mailboxes = Mailboxes::new();
-        let mut test = Test::new(&mut mailboxes, 0x5EED_0006);
+        let mut channels = Channels::new();
+        let mut test = Test::new(&mut channels, 0x5EED_0006);
         test.servos.fail_once_in = u64::MAX;
         let setup = Setup {
             period_us,

@@ -20,6 +20,8 @@ impl Servos {
         }
         let mut packets = match sent {
             [.., 0xAA, 3, id @ 1..=2, 0xFE, 1, _] => vec![reply(*id, &[1])],
+            // Temperature, high byte, and the low byte of PWM 1000.
+            [.., 0xAA, 5, id @ 1..=2, 0xFE, 2, 0x0F, 2, _] => vec![reply(*id, &[1, 0xE8])],
             [.., 0xAA, 3, 0xFF, 0xFE, 6, _] => vec![reply(1, &[1]), reply(2, &[1])],
             [.., 0xAA, 3, 0xFF, 0xFE, 7, _] => {
                 for counts in &mut self.counts {

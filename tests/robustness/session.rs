@@ -3,7 +3,7 @@
 
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
-use armbridge_shared::bridge::{Bridge, LinkPort, Mailboxes, Progress};
+use armbridge_shared::bridge::{Bridge, Channels, LinkPort, Progress};
 use armbridge_shared::link::frame::{Decoder, Encoder, MAX, Received};
 use armbridge_shared::link::message::{
     BoardReport, Command, Fault, Mode, PortCounters, Record, Settings, ToBoard, ToHost,
@@ -54,8 +54,8 @@ pub(crate) struct Test<'a> {
 }
 
 impl<'a> Test<'a> {
-    pub(crate) fn new(mailboxes: &'a mut Mailboxes, seed: u64) -> Self {
-        let (end, link, client) = mailboxes.split();
+    pub(crate) fn new(channels: &'a mut Channels, seed: u64) -> Self {
+        let (end, link, client) = channels.split();
         let port = Port::new(false, 1000);
         let report = BoardReport {
             session: 7,
@@ -269,7 +269,7 @@ impl<'a> Test<'a> {
                 ToHost::Mixed(_)
                 | ToHost::Passthrough
                 | ToHost::Tripped(_)
-                | ToHost::Halted(_)
+                | ToHost::Off(_)
                 | ToHost::Concluded(_)
                 | ToHost::Departs { .. }
                 | ToHost::Began(_)

@@ -15,7 +15,7 @@ use armbridge::bench::plant::{Plant, PlantConfig};
 use armbridge::operator::{Operator, Script};
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Drive, Record};
 use nalgebra::Vector2;
 
@@ -31,18 +31,18 @@ pub fn plant(initial_rad: [f64; JOINTS], friction_on: bool) -> PlantConfig {
 /// An operator at the link of `board`, and the virtual arm on its bus.
 pub type Run<B> = Cosim<B, Operator>;
 
-/// A run of `script` on the bench, about to begin. The board's mailboxes are
+/// A run of `script` on the bench, about to begin. The board's channels are
 /// the caller's, as they are a `static` on a real board.
 ///
 /// # Panics
 /// If there is no default set-up.
 pub fn bench_run(
-    mailboxes: &mut Mailboxes,
+    channels: &mut Channels,
     config: PlantConfig,
     seed: u64,
     script: Script,
 ) -> Run<VirtualBoard<'_>> {
-    let board = VirtualBoard::new(mailboxes.split()).expect("default set-up");
+    let board = VirtualBoard::new(channels.split()).expect("default set-up");
     Cosim::new(
         board,
         Bench::new(Plant::new(config, seed)),
@@ -55,8 +55,8 @@ pub fn bench_run(
 /// # Panics
 /// If the operator gives up.
 pub fn records(config: PlantConfig, seed: u64, script: Script) -> Vec<Record> {
-    let mut mailboxes = Mailboxes::new();
-    let mut run = bench_run(&mut mailboxes, config, seed, script);
+    let mut channels = Channels::new();
+    let mut run = bench_run(&mut channels, config, seed, script);
     run.run().expect("a run");
     run.host.into_parts().0
 }

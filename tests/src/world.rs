@@ -10,7 +10,7 @@ use armbridge::link::{Client, Said};
 use armbridge::log::event::{Direction, Ear, Event, What};
 use armbridge::operator::{Operator, Script};
 use armbridge::replay::{Changes, Player, Report};
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Record, ToBoard, ToHost};
 
 /// A host, and everything that is said between it and the board.
@@ -74,8 +74,8 @@ impl<H: Host> Host for Overheard<H> {
 /// # Panics
 /// If the operator gives up.
 pub fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
-    let mut mailboxes = Mailboxes::new();
-    let board = VirtualBoard::new(mailboxes.split()).expect("default set-up");
+    let mut channels = Channels::new();
+    let board = VirtualBoard::new(channels.split()).expect("default set-up");
     let bench = Bench::new(Plant::new(config, seed));
     let mut run = Cosim::new(board, bench, Overheard::new(Operator::new(script)));
     run.run().expect("a run");
@@ -197,8 +197,8 @@ pub fn overheard(
     seed: u64,
     mut meddle: impl FnMut(u64, &mut Bench, &mut VirtualBoard<'_>),
 ) -> Vec<Event> {
-    let mut mailboxes = Mailboxes::new();
-    let board = VirtualBoard::new(mailboxes.split()).expect("default set-up");
+    let mut channels = Channels::new();
+    let board = VirtualBoard::new(channels.split()).expect("default set-up");
     let bench = Bench::new(Plant::new(config, seed));
     let mut run = Cosim::new(board, bench, Overheard::new(host));
     let mut next_us = 0;

@@ -19,7 +19,7 @@ use armbridge_firmware::run::{self, News};
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
 use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
 use armbridge_shared::link::message::{BoardReport, Mode, Settings};
 use armbridge_shared::store::Store;
 use defmt_rtt as _;
@@ -33,7 +33,7 @@ use embassy_time::Timer;
 use embassy_usb::UsbDevice;
 use static_cell::StaticCell;
 
-static MAILBOXES: StaticCell<Mailboxes> = StaticCell::new();
+static CHANNELS: StaticCell<Channels> = StaticCell::new();
 static TICK: InterruptExecutor = InterruptExecutor::new();
 static THREAD: StaticCell<Executor> = StaticCell::new();
 static NEWS: News = News::new();
@@ -71,7 +71,7 @@ fn main() -> ! {
 
     let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_US);
     watchdog.unleash();
-    let (bridge, link, client) = MAILBOXES.init(Mailboxes::new()).split();
+    let (bridge, link, client) = CHANNELS.init(Channels::new()).split();
     // Each of the tasks is spawned once, so there is always room for it.
     let spawner = TICK.start(interrupt::UART5);
     let board = Board::new(watchdog, Input::new(chip.PB8, Pull::Up));

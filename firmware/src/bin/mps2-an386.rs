@@ -20,12 +20,12 @@ use armbridge_firmware::run::{self, News};
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
 use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
 use armbridge_shared::link::message::{BoardReport, Settings};
 use armbridge_shared::store::Store;
 use static_cell::StaticCell;
 
-static MAILBOXES: StaticCell<Mailboxes> = StaticCell::new();
+static CHANNELS: StaticCell<Channels> = StaticCell::new();
 static NEWS: News = News::new();
 
 defmt::timestamp!("{=u64:us}", time::now_us());
@@ -66,7 +66,7 @@ fn main() -> ! {
         watchdog::start();
     }
 
-    let (bridge, link, client) = MAILBOXES.init(Mailboxes::new()).split();
+    let (bridge, link, client) = CHANNELS.init(Channels::new()).split();
     // Each of the tasks is spawned once, so there is always room for it. The
     // tick first: it must be waiting when lockstep begins.
     let spawner = TICK.start(Irq::Tick);

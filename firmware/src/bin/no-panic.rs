@@ -39,7 +39,7 @@ use armbridge_firmware::port::{Buffers, Line, LineError, Port};
 use armbridge_firmware::run::{self, FromClient, FromHost, LineChanges, News, RealTime, ToHost};
 use armbridge_firmware::stop::{self, PolledLine};
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
-use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkEnd, LinkPort, Mailboxes};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkEnd, LinkPort};
 use armbridge_shared::link::frame::{Decoder, Encoder, Message};
 use armbridge_shared::link::message::{self, End, Stack};
 use armbridge_shared::lockstep::{Grant, Idle};
@@ -257,7 +257,7 @@ fn packets() {
     use morpheus::frame as m;
     use protocol1::frame as p;
     let mut parsers = (
-        m::Parser::<{ m::FRAME_MAX }>::any(),
+        m::Parser::<{ m::FRAME_MAX }>::new(),
         p::Parser::<{ p::FRAME_MAX }>::new(),
     );
     while any() {
@@ -350,8 +350,8 @@ extern "C" fn _start() {
     messages::<message::ToHost>();
     grants();
     kept();
-    let mut mailboxes = Mailboxes::new();
-    let (tick_end, link_end, client_end) = black_box(&mut mailboxes).split();
+    let mut channels = Channels::new();
+    let (tick_end, link_end, client_end) = black_box(&mut channels).split();
     tick(tick_end);
     link(link_end);
     client(client_end);

@@ -1,7 +1,9 @@
 //! What the bench drives: a board that runs when it is told to.
 
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
-use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkEnd, LinkPort, Progress, can_run};
+use armbridge_shared::bridge::{
+    Bridge, BridgeEnd, LinkEnd, LinkPort, MemoryRegion, Progress, can_run,
+};
 use armbridge_shared::link::message::{BoardReport, Mode, Refusal, StopSource};
 use armbridge_shared::store::Store;
 use armbridge_shared::store::memory::Memory;
@@ -96,7 +98,7 @@ pub struct VirtualBoard<'a> {
 }
 
 impl<'a> VirtualBoard<'a> {
-    /// A board just out of reset, with all ends of its mailboxes, to which nothing
+    /// A board just out of reset, with all ends of its channels, to which nothing
     /// was ever saved.
     ///
     /// # Errors
@@ -166,10 +168,9 @@ impl<'a> VirtualBoard<'a> {
         now_us.saturating_add_signed(self.skew_us)
     }
 
-    /// Turns a bit of a number in the board's memory that the tick computes with,
-    /// which one by `draw`.
-    pub fn corrupt(&mut self, draw: u32) {
-        self.bridge.corrupt(draw);
+    /// Turns a bit of the board's memory, chosen by `draw`.
+    pub fn inject_error(&mut self, region: MemoryRegion, draw: u32) {
+        self.bridge.inject_error(region, draw);
     }
 
     /// What the bridge is doing.

@@ -40,6 +40,8 @@ struct Motor {
     on_ns: u64,
     /// Since when it is off, or when it was switched off last.
     off_ns: u64,
+    /// Time that it was on before it was switched on last.
+    earlier_ns: u64,
     /// Farthest from off since that was asked last, in counts.
     most: u16,
 }
@@ -115,6 +117,13 @@ impl Joints {
         (motor.on_ns, motor.is_off().then_some(motor.off_ns))
     }
 
+    /// Time that this servo's motor was on so far.
+    pub(super) fn total_on_ns(&self, servo: usize, now_ns: u64) -> u64 {
+        let motor = self.motors[servo];
+        let until_ns = if motor.is_off() { motor.off_ns } else { now_ns };
+        motor.earlier_ns + until_ns.saturating_sub(motor.on_ns)
+    }
+
     /// The farthest from off that this servo's motor was since this was asked last,
     /// in counts.
     pub(super) fn take_most_counts(&mut self, servo: usize) -> u16 {
@@ -128,6 +137,7 @@ impl Motor {
         pwm: OFF,
         on_ns: 0,
         off_ns: 0,
+        earlier_ns: 0,
         most: 0,
     };
 
@@ -135,7 +145,10 @@ impl Motor {
         let was_off = self.is_off();
         self.pwm = pwm;
         match (was_off, self.is_off()) {
-            (true, false) => self.on_ns = at_ns,
+            (true, false) => {
+                self.earlier_ns += self.off_ns - self.on_ns;
+                self.on_ns = at_ns;
+            }
             (false, true) => self.off_ns = at_ns,
             (true, true) | (false, false) => {}
         }
@@ -186,6 +199,18 @@ impl Mechanics for Joints {
 mod tests {
     use super::*;
     use crate::bench::plant::PlantConfig;
+
+    #[test]
+    fn a_motors_time_on_is_the_sum_of_all_times() {
+        let mut joints = Joints::new(Plant::new(PlantConfig::default(), 1), 2);
+        // The last is the stop sequence's side step.
+        for (at_ns, pwm) in [(100, 1200), (150, 800), (300, 1000), (500, 0), (600, 1001)] {
+            joints.drive(0, at_ns, pwm);
+        }
+        assert_eq!([0, 1].map(|servo| joints.total_on_ns(servo, 900)), [300, 0]);
+        joints.drive(0, 1_000, 2000);
+        assert_eq!(joints.total_on_ns(0, 1_250), 550);
+    }
 
     #[test]
     fn a_free_shaft_turns_at_its_duty_and_through_the_gap() {

@@ -234,6 +234,11 @@ impl Bench {
         self.joints.last_on_ns(servo)
     }
 
+    /// Time in ns that the motor of the arm's servo `servo` was on so far.
+    pub fn total_on_ns(&self, servo: usize) -> u64 {
+        self.joints.total_on_ns(servo, self.wire.now_ns())
+    }
+
     /// The farthest from off that the PWM of the arm's servo `servo` was since this
     /// was asked last.
     pub fn take_most_counts(&mut self, servo: usize) -> u16 {

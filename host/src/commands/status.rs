@@ -143,8 +143,8 @@ fn mode(errand: &Errand<Status>) -> Vec<[String; 2]> {
             "fault".into(),
             format!("{}{seen} (tick {})", account.cause, tripped.tick),
         ]);
-        if let Some(halt) = &model.halt {
-            rows.push(["after it".into(), trip::halt(halt)]);
+        if let Some(report) = &model.off {
+            rows.push(["after it".into(), trip::off(report)]);
         }
         rows.push(["what to do".into(), account.advice.into()]);
     }

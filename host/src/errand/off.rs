@@ -1,6 +1,6 @@
 //! Motors off: disarmed, stopped, or a fault cleared.
 
-use armbridge_shared::link::message::{Command, Mode};
+use armbridge_shared::link::message::{Command, Mode, Refusal};
 
 use super::{ANSWER_TIMEOUT_US, GaveUp, SERVO_TIMEOUT_US, Task, View};
 use crate::refusal;
@@ -121,9 +121,14 @@ impl Task for Clear {
                 view.desk.ask(view.now_us, Request::Leave);
             }
             Step::Asked(since_us) => {
-                if let Some(Err(refusal)) = view.desk.take_answer() {
-                    let why = refusal::in_words(refusal);
-                    return Err(GaveUp(format!("the fault is not cleared: {why}")));
+                match view.desk.take_answer() {
+                    // Motors are seen to be off in a moment, or are told not to be.
+                    Some(Err(Refusal::NotOff)) => self.0 = Step::Greeting,
+                    Some(Err(refusal)) => {
+                        let why = refusal::in_words(refusal);
+                        return Err(GaveUp(format!("the fault is not cleared: {why}")));
+                    }
+                    Some(Ok(())) | None => {}
                 }
                 overdue(view.now_us, since_us, SERVO_TIMEOUT_US, || {
                     not_cleared(&view)

@@ -194,7 +194,7 @@ impl Client {
             | ToHost::Port(_)
             | ToHost::Board(_)
             | ToHost::Tripped(_)
-            | ToHost::Halted(_)
+            | ToHost::Off(_)
             | ToHost::Concluded(_)
             | ToHost::Temperature { .. } => Some(Said::Told(received.message)),
         }

@@ -41,7 +41,7 @@ pub use world::run as drive_board;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 
 use crate::bench::Bench;
 use crate::bench::board::VirtualBoard;
@@ -148,8 +148,8 @@ pub fn drive<H: Host>(
             wall_clock::run(uri, options, host)
         }
         LinkUri::Sim => {
-            let mut mailboxes = Mailboxes::new();
-            match VirtualBoard::new(mailboxes.split()) {
+            let mut channels = Channels::new();
+            match VirtualBoard::new(channels.split()) {
                 Ok(board) => world::run(board, options, host),
                 Err(refusal) => {
                     let why = crate::refusal::in_words(refusal);

@@ -132,7 +132,7 @@ pub(super) fn told(host_ns: u64, sequence: u16, said: &ToHost) -> proto::Event {
         | ToHost::Passthrough
         | ToHost::Port(_)
         | ToHost::Board(_)
-        | ToHost::Halted(_)
+        | ToHost::Off(_)
         | ToHost::Record(_) => {}
     }
     message

@@ -2,7 +2,7 @@
 
 use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{
-    BoardReport, End, Missing, Mode, SettingsFrom, Standstill, ToHost, Trip,
+    BoardReport, End, Missing, Mode, OffState, SettingsFrom, ToHost, Trip,
 };
 
 use super::event::Direction;
@@ -78,15 +78,15 @@ pub fn told(message: &ToHost) -> (&'static str, Severity, String) {
         ),
         ToHost::Board(report) => ("board", board_severity(report), board(report)),
         ToHost::Tripped(trip) => ("tripped", Severity::Error, tripped(trip)),
-        ToHost::Halted(halt) => {
-            let is_still = halt.joints.iter().all(|j| *j == Standstill::Still);
-            let severity = if is_still {
+        ToHost::Off(report) => {
+            let is_off = report.joints.iter().all(|j| *j == OffState::Off);
+            let severity = if is_off {
                 Severity::Info
             } else {
                 Severity::Error
             };
-            let text = format!("after the stop sequence, {}", trip::halt(halt));
-            ("halted", severity, text)
+            let text = format!("after the stop sequence, {}", trip::off(report));
+            ("off", severity, text)
         }
         ToHost::Concluded(conclusion) => {
             let severity = if experiment::is_whole(conclusion) {

@@ -1,6 +1,6 @@
 //! What an operator can be asked while it works, and after.
 
-use armbridge_shared::link::message::{BoardReport, Halt, Mode, PortCounters, Settings, Trip};
+use armbridge_shared::link::message::{BoardReport, Mode, OffReport, PortCounters, Settings, Trip};
 use armbridge_shared::servo::Firmware;
 
 use super::plan::Act;
@@ -91,8 +91,8 @@ impl<K: Keep> Operator<K> {
     }
 
     /// What the servos did after each of its stop sequences.
-    pub fn halts(&self) -> &[Halt] {
-        &self.news.halts
+    pub fn off_reports(&self) -> &[OffReport] {
+        &self.news.off_reports
     }
 
     /// What became of the link's frames.

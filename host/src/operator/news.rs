@@ -1,6 +1,8 @@
 //! What a board tells unasked: of itself, of its servos, of its faults.
 
-use armbridge_shared::link::message::{BoardReport, Halt, Missing, PortCounters, ToHost, Trip};
+use armbridge_shared::link::message::{
+    BoardReport, Missing, OffReport, PortCounters, ToHost, Trip,
+};
 use armbridge_shared::servo::Firmware;
 
 use super::OperatorError;
@@ -18,7 +20,7 @@ pub(super) struct News {
     pub(super) is_ready: bool,
     pub(super) report: Option<BoardReport>,
     pub(super) trips: Vec<Trip>,
-    pub(super) halts: Vec<Halt>,
+    pub(super) off_reports: Vec<OffReport>,
     pub(super) port: PortCounters,
     /// Points of a stream that came too late.
     pub(super) late_points: u64,
@@ -41,7 +43,7 @@ impl News {
             // Repeated after a hello.
             Said::Told(ToHost::Tripped(trip)) if self.trips.last() == Some(&trip) => {}
             Said::Told(ToHost::Tripped(trip)) => self.trips.push(trip),
-            Said::Told(ToHost::Halted(halt)) => self.halts.push(halt),
+            Said::Told(ToHost::Off(report)) => self.off_reports.push(report),
             Said::Told(ToHost::Absent { joint, missing }) => {
                 self.absent = Some((joint, missing));
                 self.trouble = None;

@@ -296,5 +296,5 @@ fn run(i: usize, estimator: &Estimator<f64>, friction: Friction, gain: f64) -> R
         },
         compensate: i == COMPENSATED || i == FILTER,
     };
-    control.run(*estimator, |_, state| lqr.torque(state, &upright))
+    control.run(estimator, |_, state| lqr.torque(state, &upright))
 }

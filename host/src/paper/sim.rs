@@ -100,7 +100,7 @@ impl Loop {
     /// Closes the loop, with the estimator at rest upright to begin with.
     pub(crate) fn run(
         &self,
-        estimator: Estimator<f64>,
+        estimator: &Estimator<f64>,
         law: impl Fn(f64, &State<f64>) -> Vector2<f64>,
     ) -> Run {
         let period_ns = u64::from(self.period_us) * 1000;

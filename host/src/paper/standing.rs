@@ -194,7 +194,7 @@ fn run(estimator: &Estimator<f64>, friction: Friction, period_us: u32) -> Run {
         start: Start::Sampled,
         compensate: false,
     };
-    control.run(*estimator, |_, state| lqr.torque(state, &upright))
+    control.run(estimator, |_, state| lqr.torque(state, &upright))
 }
 
 /// (6), (7) and (9) alone.

@@ -142,7 +142,7 @@ fn control(delay: Delay, period_us: u32) -> Loop {
 
 fn track(control: &Loop, estimator: &Estimator<f64>, omega: f64) -> Run {
     let arm = Parameters::paper();
-    control.run(*estimator, |time_s, state| {
+    control.run(estimator, |time_s, state| {
         computed_torque(&arm, omega, state, &goal(time_s))
     })
 }

@@ -33,6 +33,7 @@ use armbridge_shared::control::Trajectory;
 use armbridge_shared::control_loop::limits::MOTION;
 use armbridge_shared::control_loop::reference::{StartPoint, TimedTrajectory, refusal};
 use armbridge_shared::control_loop::{LoopConfig, Violation};
+use armbridge_shared::flow_token::FlowToken;
 use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::{
     Command, Drive, Fault, Mode, Moment, Record, Refusal, Settings, Trip,
@@ -126,6 +127,7 @@ impl Board {
             bus: BusFacts {
                 is_prepared: true,
                 least_period_us: 0,
+                is_stop_settled: true,
             },
             is_ticking: false,
             concluded: VecDeque::new(),
@@ -147,6 +149,7 @@ impl Board {
         self.bus = BusFacts {
             is_prepared,
             least_period_us: tick_us(firmware, baud, is_prepared),
+            is_stop_settled: true,
         };
     }
 
@@ -240,6 +243,12 @@ impl Board {
         let before = self.core.drive();
         match (recorded, before) {
             _ if !state.is_armed() => HostEvent::Nothing,
+            // It ended by its age.
+            (Mode::Running(_) | Mode::Degraded(_) | Mode::Armed, _)
+                if self.core.is_command_aged() =>
+            {
+                HostEvent::Nothing
+            }
             (Mode::Fault(Fault::HostSilent), _) => HostEvent::LongSilence,
             (Mode::Fault(Fault::Corrupted), _) => HostEvent::Corruption,
             // An experiment that ends by itself in this tick does so before it heeds that.
@@ -279,6 +288,7 @@ impl Board {
             samples: inputs.samples,
             alarms: inputs.alarms.map(Alarms::from_bits),
             bus_us: inputs.timing.bus_us,
+            token: FlowToken::default(),
         };
         let mut record = self
             .core
@@ -354,11 +364,18 @@ impl Board {
         self.perform(ValidatedCommand::Follow(motion), moment)
     }
 
-    /// Any other command is taken at this moment.
+    /// Any other command is taken at this moment. A fault cannot be cleared while motors
+    /// are not seen to be off, which no record shows: `recorded` is what the board answered.
     ///
     /// # Errors
     /// Why it cannot be.
-    pub(super) fn command(&mut self, command: Command, moment: Moment) -> Result<(), Refusal> {
+    pub(super) fn command(
+        &mut self,
+        command: Command,
+        moment: Moment,
+        recorded: Result<(), Refusal>,
+    ) -> Result<(), Refusal> {
+        self.bus.is_stop_settled = recorded != Err(Refusal::NotOff);
         let session = match command {
             // Whose the session is has been checked.
             Command::Arm { session } => session,

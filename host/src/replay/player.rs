@@ -198,7 +198,7 @@ impl Player {
             | ToHost::Unprepared { .. }
             | ToHost::Port(_)
             | ToHost::Board(_)
-            | ToHost::Halted(_)
+            | ToHost::Off(_)
             | ToHost::Temperature { .. } => {}
         }
         Ok(())

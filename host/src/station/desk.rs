@@ -267,7 +267,7 @@ impl Desk {
                 | ToHost::Unprepared { .. }
                 | ToHost::Port(_)
                 | ToHost::Tripped(_)
-                | ToHost::Halted(_)
+                | ToHost::Off(_)
                 | ToHost::Concluded(_)
                 | ToHost::Temperature { .. },
             ) => {}

@@ -11,7 +11,7 @@ use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, Role};
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{
-    Command, Halt, Hello, Limits, Mode, Record, Setup, ToBoard, ToHost, Trip,
+    Command, Hello, Limits, Mode, OffReport, Record, Setup, ToBoard, ToHost, Trip,
 };
 use armbridge_shared::link::schema;
 
@@ -69,7 +69,7 @@ pub(super) struct Driver {
     /// What the board told of the latest fault.
     pub(super) trip: Option<Trip>,
     /// What it told of the servos after that.
-    pub(super) halt: Option<Halt>,
+    pub(super) off: Option<OffReport>,
     /// The latest record.
     pub(super) record: Option<Record>,
     /// Largest torque that a record told, in N m.
@@ -97,7 +97,7 @@ impl Driver {
             session: 0,
             is_ready: false,
             trip: None,
-            halt: None,
+            off: None,
             record: None,
             most_nm: 0.0,
             swallowed: 0,
@@ -151,7 +151,7 @@ impl Driver {
             (Said::Done, Phase::Working) if self.whim == Whim::OutOfRange => self.swallowed += 1,
             (Said::Told(ToHost::Board(report)), _) => self.session = report.session,
             (Said::Told(ToHost::Tripped(trip)), _) => self.trip = Some(trip),
-            (Said::Told(ToHost::Halted(halt)), _) => self.halt = Some(halt),
+            (Said::Told(ToHost::Off(report)), _) => self.off = Some(report),
             (Said::Told(ToHost::Found { is_ready, .. }), _) => self.is_ready = is_ready,
             (Said::Told(ToHost::Record(record)), phase) => {
                 self.record = Some(record);

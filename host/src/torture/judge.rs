@@ -74,9 +74,9 @@ impl<'a, 'b> Judge<'a, 'b> {
         self.inject(ready_us);
         self.judge_name(ready_us);
         let now_us = self.world.now_us();
-        if let Some(halt) = self.world.driver().halt {
+        if let Some(off) = self.world.driver().off {
             self.story
-                .tell(now_us, || format!("the board has told: {halt:?}"));
+                .tell(now_us, || format!("the board has told: {off:?}"));
         }
         self.story.tell(now_us, || "everything is mended".into());
         self.world.mend();
@@ -251,7 +251,7 @@ mod tests {
     use super::super::case::Scenario;
     use super::super::driver::Whim;
     use super::*;
-    use armbridge_shared::bridge::Mailboxes;
+    use armbridge_shared::bridge::Channels;
     use armbridge_shared::link::message::StopSource;
 
     /// The first single of this kind, in the first scenario.
@@ -264,8 +264,8 @@ mod tests {
     /// Judges a case by what another one has set up and what is done behind its
     /// back.
     fn judged(case: &Case, set_up: &Case, done: impl FnOnce(&mut World<'_>)) -> Outcome {
-        let mut mailboxes = Mailboxes::new();
-        let world = World::new(set_up, mailboxes.split()).unwrap();
+        let mut channels = Channels::new();
+        let world = World::new(set_up, channels.split()).unwrap();
         let mut story = Story::untold();
         let mut judge = Judge::new(case, world, &mut story);
         assert!(judge.go_until(READY_US, |judge| judge.world.driver().is_working()));

@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 
 use super::case::Case;
 use super::judge::Judge;
@@ -34,8 +34,8 @@ pub fn tell(seed: u64) -> (Outcome, String) {
 /// A case that panics is one that failed.
 fn judge(case: &Case, story: &mut Story, hear: Option<&mut dyn FnMut(Event)>) -> Outcome {
     let outcome = catch_unwind(AssertUnwindSafe(|| {
-        let mut mailboxes = Mailboxes::new();
-        match World::new(case, mailboxes.split()) {
+        let mut channels = Channels::new();
+        match World::new(case, channels.split()) {
             Ok(mut world) => {
                 if let Some(hear) = hear {
                     world.cosim.board.overhear(hear);

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::{BridgeEnd, LinkEnd, gateway::PortEnd};
+use armbridge_shared::bridge::{BridgeEnd, LinkEnd, MemoryRegion, gateway::PortEnd};
 use armbridge_shared::link::message::Mode;
 
 use super::case::{Case, Injection, Scenario};
@@ -21,7 +21,7 @@ use crate::bench::servo::Deafness;
 use crate::bench::wire::{ByteFault, Way};
 use crate::refusal;
 
-/// All ends of a board's mailboxes.
+/// All ends of a board's channels.
 pub(super) type Ends<'a> = (BridgeEnd<'a>, LinkEnd<'a>, PortEnd<'a>);
 
 /// Share of bytes to the servos beyond which nothing is sure to arrive: the stop
@@ -196,7 +196,7 @@ impl<'a> World<'a> {
                 start_ns: now_us * 1_000,
                 duration_ns: lasts_us * 1_000,
             }),
-            Kind::Corrupt => board.board.corrupt(seed as u32),
+            Kind::Corrupt => board.board.inject_error(MemoryRegion::Config, seed as u32),
             Kind::StopHost => host.host.stop(),
             Kind::StopPin => self.cosim.is_stop_pressed = true,
         }

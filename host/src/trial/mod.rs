@@ -18,7 +18,7 @@ pub use table::table;
 pub use task::{Task, TaskError};
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Record};
 
 use crate::bench::Bench;
@@ -109,8 +109,8 @@ impl Trial {
             0.0 => None,
             loss => Some(Disturbance::new(loss, seed).ok_or(TrialError::Loss(loss))?),
         };
-        let mut mailboxes = Mailboxes::new();
-        let board = VirtualBoard::new(mailboxes.split()).map_err(|refusal| {
+        let mut channels = Channels::new();
+        let board = VirtualBoard::new(channels.split()).map_err(|refusal| {
             let command = "the default set-up";
             OperatorError::Refused { command, refusal }
         })?;

@@ -11,7 +11,7 @@ use armbridge::bench::cosim::Cosim;
 use armbridge::bench::plant::{Plant, PlantConfig};
 use armbridge::links::LinkUri;
 use armbridge::remote::RemoteHost;
-use armbridge_shared::bridge::Mailboxes;
+use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{BoardReport, End, LastEnd, Mode};
 
 /// The motors off.
@@ -105,7 +105,7 @@ fn serve(
     is_over: &AtomicBool,
     is_reset_due: &AtomicBool,
 ) {
-    let (mut first, mut second) = (Mailboxes::new(), Mailboxes::new());
+    let (mut first, mut second) = (Channels::new(), Channels::new());
     let mut after = Some(second.split());
     let board = VirtualBoard::new(first.split()).unwrap();
     let bench = Bench::new(arm);

@@ -223,9 +223,9 @@ impl Random {
                 value: self.real(),
                 limit: self.real(),
             }),
-            ToHost::Halted(Halt {
+            ToHost::Off(OffReport {
                 stops: self.bits() as u16,
-                joints: [Standstill::Silent, Standstill::Still],
+                joints: [OffState::OutOfReach, OffState::Off],
             }),
             ToHost::Temperature {
                 joint: 0,

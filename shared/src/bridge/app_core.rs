@@ -14,12 +14,13 @@ use crate::control::Reference;
 use crate::control_loop::limits::LATE_MAX_US;
 use crate::control_loop::reference::{ReferenceSource, StartPoint};
 use crate::control_loop::{
-    ActuatorCommand, CHECK_US, ControlConfig, ControlLoop, Fallback, LoopConfig, TickInput,
-    TickOutput, Violation,
+    ActuatorCommand, CHECK_US, ControlConfig, ControlLoop, Fallback, Instant, LoopConfig,
+    TickInput, TickOutput, Violation,
 };
+use crate::flow_token::{FlowToken, Machine};
 use crate::link::experiment::{Conclusion, Experiment, ExperimentEnd};
 use crate::link::message::{
-    Drive, Fault, Limits, Mode, Moment, Record, Refusal, Sample, Timing, Trip,
+    Drive, Fault, Limits, Missing, Mode, Moment, Record, Refusal, Sample, Timing, Trip,
 };
 use crate::servo::protocol1::Alarms;
 use crate::supervisor::{Action, Event, State, Supervisor};
@@ -32,8 +33,6 @@ pub enum BusAction {
     Halt,
     /// The stop sequence, then bring-up.
     Search,
-    /// The same, at the speed of the bus that a client used first.
-    SearchHere,
     /// The stop sequence; the bus is the client's then.
     HandOver,
 }
@@ -45,6 +44,20 @@ pub struct BusFacts {
     pub is_prepared: bool,
     /// Shortest period in µs at which they can be asked.
     pub least_period_us: u32,
+    /// After a stop, each motor has been seen to be off, or the host has been told which
+    /// has not.
+    pub is_stop_settled: bool,
+}
+
+/// Memory in which a bit can be turned by [`Core::inject_error`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MemoryRegion {
+    /// The configuration.
+    Config,
+    /// The supervisor's state.
+    State,
+    /// What drives the motors.
+    Drive,
 }
 
 /// What the bus brought in a tick.
@@ -56,6 +69,18 @@ pub struct TickSamples {
     pub alarms: [Alarms; JOINTS],
     /// How long the exchange took, in µs.
     pub bus_us: u32,
+    /// The tick's token, with the sequencer's stamp.
+    pub token: FlowToken,
+}
+
+impl TickSamples {
+    /// Before anything was asked.
+    pub const NONE: Self = Self {
+        samples: [Sample::Missing(Missing::NotAsked); JOINTS],
+        alarms: [Alarms::NONE; JOINTS],
+        bus_us: 0,
+        token: FlowToken::begin(0),
+    };
 }
 
 /// See the [module](self).
@@ -77,6 +102,8 @@ pub struct Core {
     start_us: u64,
     timing: Timing,
     overruns_in_row: u8,
+    /// Of the tick that was decided last.
+    token: FlowToken,
     bus_action: Option<BusAction>,
     trip_news: bool,
     conclusion: Option<Conclusion>,
@@ -107,6 +134,7 @@ impl Core {
             start_us: 0,
             timing: Timing::default(),
             overruns_in_row: 0,
+            token: FlowToken::default(),
             bus_action: None,
             trip_news: false,
             conclusion: None,
@@ -168,9 +196,10 @@ impl Core {
         self.control_loop.lost_in_row(joint)
     }
 
-    /// No tick has begun late of late.
-    pub fn is_in_time(&self) -> bool {
-        self.overruns_in_row == 0
+    /// Whether the tick may feed the watchdog: it began in time, and went through every
+    /// machine.
+    pub fn is_tick_good(&self) -> bool {
+        self.overruns_in_row == 0 && self.token.is_complete(self.tick)
     }
 
     /// Now, as the host is told when a command was taken.
@@ -275,6 +304,7 @@ impl Core {
             }
             Action::Energise => {
                 self.next = ActuatorCommand::OFF;
+                self.control_loop.reset_command(self.now_us);
                 self.control_loop.reset_monitors();
                 self.control_loop.reset_estimate();
                 return;
@@ -284,7 +314,6 @@ impl Core {
                 BusAction::Halt
             }
             Action::Search => BusAction::Search,
-            Action::SearchHere => BusAction::SearchHere,
             Action::HandOver => BusAction::HandOver,
         };
         // What is to come does not wait for the next tick.
@@ -379,6 +408,7 @@ impl Core {
             permission: self.supervisor.permission(),
             host_silent_us: self.now_us.saturating_sub(self.heard_us),
             is_config_intact,
+            token: sampled.token,
         };
         let output = self.control_loop.step(&self.config, &input);
         self.conclude(&output);
@@ -408,6 +438,7 @@ impl Core {
         if let Some(violation) = output.fault {
             self.trip(violation);
         }
+        self.token = output.token.stamp(Machine::Supervisor);
     }
 
     fn conclude_experiment(&mut self, end: ExperimentEnd) {
@@ -456,13 +487,37 @@ impl Core {
         })
     }
 
-    /// Turns a bit of a number that the tick computes with, chosen by `draw`: for tests
+    /// Turns a bit of the memory that ticks are decided from, chosen by `draw`: for tests
     /// of what becomes of it.
-    pub fn inject_error(&mut self, draw: u32) {
-        self.config.inject_error(draw);
+    pub fn inject_error(&mut self, region: MemoryRegion, draw: u32) {
+        match region {
+            MemoryRegion::Config => self.config.inject_error(draw),
+            MemoryRegion::State => self.supervisor.inject_error(draw),
+            MemoryRegion::Drive => self.control_loop.inject_error(draw),
+        }
+    }
+
+    /// A state that is none is a fault.
+    pub fn check_state(&mut self) {
+        if !self.supervisor.is_intact() {
+            self.trip(Violation::plain(Fault::Corrupted));
+        }
+    }
+
+    /// Whether what drives was commanded too long ago for the tick under way.
+    pub fn is_command_aged(&self) -> bool {
+        self.control_loop.is_aged(&self.config, self.next_start_us)
     }
 
     // Commands
+
+    fn instant(&self) -> Instant {
+        Instant {
+            us: self.now_us,
+            acts_us: self.next_start_us,
+            is_driven: self.state().is_driven(),
+        }
+    }
 
     /// Where a motion that is asked for now would begin.
     ///
@@ -470,10 +525,7 @@ impl Core {
     /// Why there may be none.
     pub fn start_point(&self) -> Result<StartPoint, Refusal> {
         self.supervisor.check(Event::Drive)?;
-        let is_driven = self.state().is_driven();
-        Ok(self
-            .control_loop
-            .start_point(is_driven, self.now_us, self.next_start_us))
+        Ok(self.control_loop.start_point(self.instant()))
     }
 
     /// Takes a command, all but those that are for the bus alone.
@@ -481,18 +533,23 @@ impl Core {
     /// # Errors
     /// Why not; nothing has changed then.
     pub fn command(&mut self, command: ValidatedCommand, bus: BusFacts) -> Result<(), Refusal> {
-        let was_driven = self.state().is_driven();
-        let (now_us, acts_us) = (self.now_us, self.next_start_us);
+        let now = self.instant();
         match command {
             ValidatedCommand::Idle => {
-                self.replace_experiment(was_driven);
+                self.replace_experiment(now.is_driven);
                 self.apply(Event::Disarm)
             }
             ValidatedCommand::Arm => self.arm(bus),
+            // A stop that has come to no end is not cleared.
+            ValidatedCommand::ClearFault
+                if self.state() == State::Fault && !bus.is_stop_settled =>
+            {
+                Err(Refusal::NotOff)
+            }
             ValidatedCommand::ClearFault => self.apply(Event::ClearFault),
             ValidatedCommand::Torque(torque_nm) => {
                 self.begin_drive()?;
-                self.control_loop.hold_torque(torque_nm);
+                self.control_loop.hold_torque(torque_nm, now.us);
                 Ok(())
             }
             ValidatedCommand::Regulate(angle_rad) => {
@@ -501,23 +558,19 @@ impl Core {
             }
             ValidatedCommand::Follow(motion) => {
                 self.supervisor.check(Event::Drive)?;
-                let source = self
-                    .control_loop
-                    .with_motion(motion, was_driven, now_us, acts_us)?;
+                let source = self.control_loop.with_motion(motion, now)?;
                 self.follow(Drive::Track, source)
             }
             ValidatedCommand::Stream(point) => {
                 self.supervisor.check(Event::Drive)?;
-                let source = self
-                    .control_loop
-                    .with_point(point, was_driven, now_us, acts_us)?;
+                let source = self.control_loop.with_point(point, now)?;
                 self.follow(Drive::Track, source)
             }
             ValidatedCommand::Experiment(plan) => self.begin_experiment(plan),
             ValidatedCommand::Prepare if bus.is_prepared => self.supervisor.check(Event::Prepare),
             ValidatedCommand::Prepare => self.apply(Event::Prepare),
             ValidatedCommand::Release => self.apply(Event::Release),
-            ValidatedCommand::Install(control) => self.install(control),
+            ValidatedCommand::Install(control) => self.install(&control),
             ValidatedCommand::Limit(limits) => self.limit(limits),
             ValidatedCommand::StartPoint => Ok(()),
             ValidatedCommand::Save => self.apply(Event::Keep),
@@ -546,11 +599,9 @@ impl Core {
     }
 
     fn follow(&mut self, drive: Drive, source: ReferenceSource) -> Result<(), Refusal> {
-        let was_driven = self.state().is_driven();
+        let now = self.instant();
         self.begin_drive()?;
-        let acts_us = self.next_start_us;
-        self.control_loop
-            .follow(&self.config, drive, source, was_driven, acts_us);
+        self.control_loop.follow(&self.config, drive, source, now);
         Ok(())
     }
 
@@ -564,23 +615,22 @@ impl Core {
     #[inline(never)]
     fn begin_experiment(&mut self, plan: Experiment) -> Result<(), Refusal> {
         self.supervisor.check(Event::Drive)?;
-        let was_driven = self.state().is_driven();
-        if self.control_loop.is_running(&plan, was_driven) {
+        let now = self.instant();
+        if self.control_loop.is_running(&plan, now.is_driven) {
             return Ok(());
         }
-        let acts_us = self.next_start_us;
         let source = self
             .control_loop
-            .admit(&self.config, &plan, was_driven, acts_us)
+            .admit(&self.config, &plan, now)
             .map_err(Refusal::Experiment)?;
         self.begin_drive()?;
         self.control_loop
-            .begin_experiment(&self.config, plan, source, was_driven, acts_us);
+            .begin_experiment(&self.config, plan, source, now);
         Ok(())
     }
 
     /// Replaces the set-up, without a step in the torque if that is on.
-    fn install(&mut self, control: ControlConfig) -> Result<(), Refusal> {
+    fn install(&mut self, control: &ControlConfig) -> Result<(), Refusal> {
         self.apply(Event::Configure)?;
         let state = self.state();
         let is_driven = state.is_driven();

@@ -15,7 +15,6 @@ use crate::link::message::{Command, Limits, Refusal};
 
 /// A command whose numbers are all within their bounds.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is no heap for a box")]
 pub enum ValidatedCommand {
     /// Torque off.
     Idle,

@@ -7,8 +7,8 @@
 //! that is older than one already heard is not obeyed either, and garbage that
 //! outweighs the frames is an emergency stop: see [`SPOILED_MAX`].
 
+use super::channels::{LinkEnd, Notice};
 use super::command::{ValidatedCommand, validate};
-use super::mailbox::{LinkEnd, Notice, Order};
 use crate::control::Trajectory;
 use crate::control_loop::limits::MOTION;
 use crate::control_loop::reference::{self, StartPoint, TimedTrajectory};
@@ -150,7 +150,7 @@ impl<'a> LinkPort<'a> {
         }
         if self.spoiled > SPOILED_MAX {
             self.spoiled = 0;
-            self.end.emergency(StopSource::Flood);
+            self.end.stop(StopSource::Flood);
         }
     }
 
@@ -176,30 +176,24 @@ impl<'a> LinkPort<'a> {
                 }
                 if self.is_greeted {
                     // The tick tells it what the servos are.
-                    let _ = self.end.orders.enqueue(Order::Greeted);
+                    self.end.hello();
                 }
                 self.answered = None;
                 self.waiting = None;
                 self.saving = None;
             }
             // Whoever says so, and however late.
-            ToBoard::Stop => self.end.emergency(StopSource::Host),
+            ToBoard::Stop => self.end.stop(StopSource::Host),
             _ if !self.is_greeted => self.owed.hello = true,
             _ if !self.is_newer(sequence) => {
                 self.answered = Some((sequence, Err(Refusal::Stale)));
             }
             ToBoard::Goodbye => {
                 self.waiting = None;
-                if self.end.orders.enqueue(Order::Goodbye).is_err() {
-                    // No room to say it politely.
-                    self.end.emergency(StopSource::Host);
-                }
+                self.end.goodbye();
                 self.is_greeted = false;
             }
-            ToBoard::Heartbeat => {
-                // A full queue holds orders, which say the same.
-                let _ = self.end.orders.enqueue(Order::Heartbeat);
-            }
+            ToBoard::Heartbeat => self.end.heartbeat(),
             ToBoard::Command(command) => {
                 // The latest wins: whatever comes after a motion that is not yet
                 // planned is instead of it, switching off above all.
@@ -207,11 +201,11 @@ impl<'a> LinkPort<'a> {
                     Command::Follow(motion) => Some((sequence, motion)),
                     _ => None,
                 };
-                let task = validate(command, self.report.session, self.saving.is_some());
-                if task.is_ok() {
+                let validated = validate(command, self.report.session, self.saving.is_some());
+                if validated.is_ok() {
                     self.offer(sequence, command);
                 }
-                self.order(sequence, task);
+                self.request(sequence, validated);
             }
         }
     }
@@ -279,12 +273,8 @@ impl<'a> LinkPort<'a> {
         })
     }
 
-    fn order(&mut self, sequence: u16, task: Result<ValidatedCommand, Refusal>) {
-        let order = task.map(|task| Order::Do(sequence, task));
-        let sent = order.and_then(|order| {
-            let queued = self.end.orders.enqueue(order);
-            queued.map_err(|_| Refusal::Busy)
-        });
+    fn request(&mut self, sequence: u16, command: Result<ValidatedCommand, Refusal>) {
+        let sent = command.and_then(|command| self.end.request(sequence, command));
         if let Err(refusal) = sent {
             self.answered = Some((sequence, Err(refusal)));
         }
@@ -296,13 +286,16 @@ impl<'a> LinkPort<'a> {
             return;
         };
         let planned = Trajectory::plan(start.from, &motion.shape(), &MOTION);
-        let task = planned.map(|trajectory| {
+        let command = planned.map(|trajectory| {
             ValidatedCommand::Follow(TimedTrajectory {
                 trajectory,
                 starts_us: start.at_us,
             })
         });
-        self.order(sequence, task.map_err(|error| reference::refusal(&error)));
+        self.request(
+            sequence,
+            command.map_err(|error| reference::refusal(&error)),
+        );
     }
 
     fn forget_records(&mut self) {
@@ -339,6 +332,15 @@ impl<'a> LinkPort<'a> {
         }
         while let Some(notice) = self.end.notices.dequeue() {
             let message = match notice {
+                Notice::Dropped(sequence) => {
+                    self.settle(sequence, Err(Refusal::Stale));
+                    self.saving.take_if(|(saving, _)| *saving == sequence);
+                    Some(ToHost::Ack {
+                        sequence,
+                        result: Err(Refusal::Stale),
+                        moment: None,
+                    })
+                }
                 Notice::Ack(sequence, result, moment) => self.ack(sequence, result, moment),
                 Notice::Began(moment) => Some(ToHost::Began(moment)),
                 Notice::Absent(joint, missing) => Some(ToHost::Absent { joint, missing }),
@@ -352,7 +354,7 @@ impl<'a> LinkPort<'a> {
                 Notice::Unprepared(joint) => Some(ToHost::Unprepared { joint }),
                 Notice::Port(counters) => Some(ToHost::Port(counters)),
                 Notice::Tripped(trip) => Some(ToHost::Tripped(trip)),
-                Notice::Halted(halt) => Some(ToHost::Halted(halt)),
+                Notice::Off(report) => Some(ToHost::Off(report)),
                 Notice::Concluded(conclusion) => Some(ToHost::Concluded(conclusion)),
                 Notice::Temperature(joint, value) => Some(ToHost::Temperature { joint, value }),
                 Notice::StartPoint(sequence, start, moment) => {

@@ -1,55 +1,58 @@
-//! The application: bring-up, the tick, safety, telemetry.
+//! The application: core, bus and link joined.
+//!
+//! ```text
+//!        LinkPort, PortEnd (thread)                          servo UART (interrupt)
+//!              | commands, signals        records, notices         | bytes
+//!      +-------v------------------------------------^--+   +-------v--------+
+//!      |                   Channels                    |   |  BusSequencer  |
+//!      +-------+------------------------------------^--+   +---^-------+----+
+//!              |                                    |          |leave, |samples
+//!      +-------v------------------------------------+----------+command|-----+
+//!      |                            Bridge                             v     |
+//!      |       Core: Supervisor - who may drive;  ControlLoop - what with    |
+//!      +---------------------------------------------------------------------+
+//! ```
 //!
 //! One tick, at the running period:
 //!
 //! ```text
 //! start   SYNC_WR(PWM decided last tick)  CYCLE -> positions   poll  -> Sampled
-//!         estimate -> predict -> control -> PWM for next tick  decide
-//!         record -> mailbox                                    publish
+//!         ControlLoop::step -> PWM for next tick               decide
+//!         record -> channels                                   publish
 //! ```
 //!
 //! The PWM goes out at the start of the tick after the one that decided it, so
 //! the delay from sample to torque is one period, always, and the prediction
 //! accounts for it.
 //!
+//! [`Bridge`] belongs in the highest-priority interrupt; [`LinkPort`] in thread
+//! mode. They share [`Channels`] and nothing else. In each poll the bridge heeds stops,
+//! hellos and commands, passes the supervisor's leave to the sequencer, and then lets the
+//! sequencer go on: nothing on the bus outlives the leave that it was begun with.
+//!
 //! | module         | what                                                    |
 //! |----------------|---------------------------------------------------------|
-//! | [`supervisor`] | states, events, and what follows from them: a table     |
-//! | `judge`        | what is in doubt, and the way to torque off             |
-//! | `guard`        | limits, tick by tick; the brake before the angle limit  |
-//! | `integrity`    | whether the numbers in memory are those that were set   |
-//! | `halt`         | the stop sequence until the servos stand                |
-//! | `care`         | temperatures, and pings of servos that fall silent      |
-//! | `schedule`     | what the bus is used for, and when                      |
-//! | `settle`       | stock servos made ready, and given back                 |
-//! | `tick`, `law`, `course` | what a tick decides; set-ups; references       |
-//! | `experiment`   | experiments, from the permission to the end             |
-//! | `orders`, `check` | what the host wants, and whether it may              |
+//! | [`app_core`]   | supervisor and control loop, without bus and queues     |
+//! | [`command`]    | commands of the host, validated                         |
+//! | `requests`     | what the host wants, in the tick                        |
+//! | `bus_events`   | what the bus brought, and what follows                  |
+//! | `link_port`    | the board's end of the control link                     |
 //! | [`gateway`]    | the transparent port                                    |
-//! | [`limits`]     | numbers that nobody can set                             |
-//! | [`replay`]     | the same ticks again, from what was recorded            |
-//!
-//! [`Bridge`] belongs in the highest-priority interrupt; [`LinkPort`] in thread
-//! mode. They share [`Mailboxes`] and nothing else.
+//! | `channels`     | queues and signals between tick and thread mode         |
 
 pub mod app_core;
-mod care;
+mod bus_events;
+mod channels;
 pub mod command;
 pub mod gateway;
-mod halt;
-mod judge;
 mod link_port;
-mod mailbox;
-mod orders;
 mod queue;
-mod schedule;
-mod settle;
-mod tick;
+mod requests;
 
 pub use crate::control_loop::limits;
 pub use crate::control_loop::{can_run, permits, why_not};
+pub use channels::{BridgeEnd, Channels, LinkEnd};
 pub use link_port::LinkPort;
-pub use mailbox::{BridgeEnd, LinkEnd, Mailboxes};
 
 use crate::servo::port::SetBaud;
 use core::convert::Infallible;
@@ -58,17 +61,13 @@ use embedded_hal_nb::serial::{Read, Write};
 
 use crate::JOINTS;
 use crate::control_loop::{LoopConfig, Violation};
-use crate::link::message::{Fault, Missing, Mode, Refusal, Sample, Settings};
-use crate::servo::Firmware;
-use crate::servo::master::Master;
-use crate::servo::morpheus::ServoId;
-use crate::servo::protocol1::Alarms;
-use app_core::Core;
-use care::Care;
+use crate::link::message::{Fault, Mode, Record, Refusal, Settings};
+use crate::sequencer::{BusLeave, BusSequencer, Dropouts};
+use crate::servo::ServoId;
+use crate::supervisor::State;
+pub use app_core::MemoryRegion;
+use app_core::{Core, TickSamples};
 use gateway::Gateway;
-use halt::Halting;
-use schedule::{Search, Stage};
-use settle::Stock;
 
 /// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.
 pub const SERVO_IDS: [ServoId; JOINTS] = match (ServoId::new(1), ServoId::new(2)) {
@@ -85,32 +84,20 @@ pub enum Progress {
     /// A step of bring-up or of the stop sequence, or a look at a bus that is
     /// somebody else's; torque is off.
     Searching,
-    /// A client's question in the slack of a tick.
+    /// An idle slot of a tick has been used.
     Served,
 }
 
 /// The application, as seen from the tick.
 pub struct Bridge<'a, S, D> {
-    master: Master<S, D>,
+    sequencer: BusSequencer<S, D>,
     end: BridgeEnd<'a>,
     core: Core,
-    care: Care,
-    /// The watch over servos that were told to stop.
-    halting: Option<Halting>,
-    stage: Stage,
-    /// What is asked of the bus is the chore at hand, not a client's question.
-    is_chore_asked: bool,
-    search: Search,
-    /// What the servos ran when they were found last.
-    firmware: Option<Firmware>,
-    stock: [Stock; JOINTS],
     gateway: Gateway,
-    /// The stop sequence is owed to a fault.
-    stop_due: bool,
     /// What the last tick brought.
-    samples: [Sample; JOINTS],
-    alarms: [Alarms; JOINTS],
-    bus_us: u32,
+    sampled: TickSamples,
+    /// The first temperature of each joint since the servos were found.
+    first_temperature: [Option<u16>; JOINTS],
     /// Records that found no room.
     dropped: u32,
     /// By how much the clock has gone back so far.
@@ -136,20 +123,11 @@ where
     ) -> Result<Self, Refusal> {
         Ok(Self {
             core: Core::new(LoopConfig::build(settings)?, now_us),
-            care: Care::default(),
-            master: Master::new(serial, direction, SERVO_IDS),
+            sequencer: BusSequencer::new(serial, direction, SERVO_IDS, now_us),
             end,
-            halting: None,
-            stage: Stage::Stop,
-            is_chore_asked: false,
-            search: Search::default(),
-            firmware: None,
-            stock: [Stock::default(); JOINTS],
             gateway: Gateway::default(),
-            stop_due: false,
-            samples: [Sample::Missing(Missing::NotAsked); JOINTS],
-            alarms: [Alarms::NONE; JOINTS],
-            bus_us: 0,
+            sampled: TickSamples::NONE,
+            first_temperature: [None; JOINTS],
             dropped: 0,
             set_back_us: 0,
         })
@@ -162,33 +140,51 @@ where
     /// or until the serial port has something to say.
     pub fn poll(&mut self, now_us: u64) -> nb::Result<Progress, Infallible> {
         let now_us = self.monotonic_now(now_us);
-        self.take_orders();
-        self.heed_client();
-        let finished = self.master.poll(now_us);
-        self.pass_overheard();
-        if let Ok(outcome) = finished {
-            return Ok(self.finish(&outcome));
+        self.core.check_state();
+        self.heed_core();
+        self.take_requests();
+        self.listen_to_client();
+        self.sequencer.permit(self.leave(), now_us);
+        if let Some(event) = self.sequencer.poll(now_us) {
+            let progress = self.take_bus_event(event);
+            self.pass_overheard();
+            return Ok(progress);
         }
-        if self.master.is_idle() {
-            if now_us >= self.core.next_start_us() {
-                self.begin_next();
-                let _ = self.master.poll(now_us);
-                if self.stage == Stage::Released {
-                    return Ok(Progress::Searching);
-                }
-            } else if !self.take_care() {
-                self.serve_client();
+        self.pass_overheard();
+        let tick_due_us = self.core.next_start_us();
+        if !self.sequencer.is_idle() {
+            return Err(nb::Error::WouldBlock);
+        }
+        if self.sequencer.is_lent() {
+            self.relay();
+        } else if self.sequencer.is_ticking() {
+            if now_us >= tick_due_us {
+                self.begin_tick();
+            } else if !self.use_idle_slot(tick_due_us) {
+                self.serve_client(tick_due_us);
             }
         }
         Err(nb::Error::WouldBlock)
     }
 
+    /// The supervisor's leave for the bus.
+    fn leave(&self) -> BusLeave {
+        match self.core.state() {
+            State::Boot => BusLeave::Search,
+            State::Idle | State::Fault => BusLeave::Off,
+            State::Armed => BusLeave::Armed,
+            State::Running | State::Degraded => BusLeave::Drive,
+            State::Passthrough => BusLeave::Lend,
+        }
+    }
+
     /// When to poll again at the latest.
     pub fn wake_at_us(&self) -> u64 {
-        let wake_us = if self.master.is_idle() {
-            self.core.next_start_us().min(self.client_wake_us())
+        let wake_us = self.sequencer.wake_at_us(self.core.next_start_us());
+        let wake_us = if self.sequencer.is_idle() {
+            wake_us.min(self.client_wake_us())
         } else {
-            self.master.wake_at_us()
+            wake_us
         };
         wake_us.saturating_sub(self.set_back_us)
     }
@@ -212,7 +208,7 @@ where
 
     /// How many bytes on the bus make it worth to poll before that, if any.
     pub fn bytes_wanted(&self) -> Option<usize> {
-        self.master.bytes_wanted()
+        self.sequencer.bytes_wanted()
     }
 
     /// What the bridge is doing.
@@ -225,9 +221,59 @@ where
         self.core.tick()
     }
 
-    /// Turns a bit of a number that the tick computes with, which one by `draw`: to
-    /// see what becomes of it.
-    pub fn corrupt(&mut self, draw: u32) {
-        self.core.inject_error(draw);
+    /// Turns a bit of the memory that ticks are decided from, chosen by `draw`: for tests
+    /// of what becomes of it.
+    pub fn inject_error(&mut self, region: MemoryRegion, draw: u32) {
+        self.core.inject_error(region, draw);
+    }
+
+    // The tick
+
+    /// Puts the decided command in force and keeps the schedule.
+    fn begin_tick(&mut self) {
+        let least_us = self.sequencer.least_period_us();
+        // A client that waits gets what would be margin.
+        let available_us = if self.gateway.is_waiting() {
+            least_us
+        } else {
+            self.core.period_us(least_us)
+        };
+        let command = self.core.begin_tick(least_us);
+        self.heed_core();
+        self.sequencer.permit(self.leave(), self.core.now_us());
+        let (tick, dropouts) = (self.core.tick(), self.dropouts());
+        self.sequencer
+            .begin_tick(command.pwm, tick, &dropouts, available_us);
+    }
+
+    fn dropouts(&self) -> Dropouts {
+        Dropouts {
+            in_row: core::array::from_fn(|joint| self.core.lost_in_row(joint)),
+            allowed: self.core.config().dropout_ticks(),
+        }
+    }
+
+    fn use_idle_slot(&mut self, tick_due_us: u64) -> bool {
+        let dropouts = self.dropouts();
+        self.sequencer.use_idle_slot(tick_due_us, &dropouts)
+    }
+
+    /// Everything that is decided in a tick. Bracket it with a stopwatch for
+    /// [`Bridge::publish`].
+    pub fn decide(&mut self) -> Record {
+        let record = self.core.decide(&self.sampled);
+        self.heed_core();
+        record
+    }
+
+    /// Publishes the tick's record. True if the tick began in time and went through every
+    /// machine: feed the watchdog then.
+    pub fn publish(&mut self, mut record: Record, compute_ns: u32) -> bool {
+        record.timing.compute_ns = compute_ns;
+        record.dropped = self.dropped;
+        if self.end.records.enqueue(record).is_err() {
+            self.dropped = self.dropped.wrapping_add(1);
+        }
+        self.core.is_tick_good()
     }
 }

@@ -85,30 +85,33 @@ impl LoopConfig {
             return Err(Refusal::OutOfRange);
         }
         let control = ControlConfig::build(&settings.setup)?;
-        Ok(Self::of(control, settings.limits))
+        Ok(Self::of(&control, settings.limits))
     }
 
     /// The configuration with these [valid](Limits::is_valid) limits.
-    pub(crate) fn of(control: ControlConfig, limits: Limits) -> Self {
+    pub(crate) fn of(control: &ControlConfig, limits: Limits) -> Self {
         let monitors = MonitorConfig::new(limits, control.period_us.get());
         Self {
-            control,
+            control: *control,
             monitors,
             monitors_check: CheckWord::of(&monitors),
         }
     }
 
     /// The same limits with another set-up.
-    pub(crate) fn with_control(&self, control: ControlConfig) -> Self {
+    pub(crate) fn with_control(&self, control: &ControlConfig) -> Self {
         if control.period_us == self.control.period_us {
-            return Self { control, ..*self };
+            return Self {
+                control: *control,
+                ..*self
+            };
         }
         Self::of(control, *self.limits())
     }
 
     /// The same set-up with other [valid](Limits::is_valid) limits.
     pub(crate) fn with_limits(&self, limits: Limits) -> Self {
-        Self::of(self.control, limits)
+        Self::of(&self.control, limits)
     }
 
     /// Tick period in µs.

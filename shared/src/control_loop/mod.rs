@@ -45,15 +45,15 @@
 //! ```
 //! use armbridge_shared::actuator::Joint;
 //! use armbridge_shared::arm::{Parameters, State};
-//! use armbridge_shared::control_loop::{ControlLoop, LoopConfig, Permission, TickInput};
-//! use armbridge_shared::link::message::{Drive, Sample, Settings};
+//! use armbridge_shared::control_loop::{ControlLoop, Instant, LoopConfig, Permission, TickInput};
+//! use armbridge_shared::link::message::{Sample, Settings};
 //! use nalgebra::Vector2;
 //!
 //! let config = LoopConfig::build(&Settings::default()).unwrap();
 //! let (arm, servo) = (Parameters::<f32>::paper(), Joint::<f32>::paper());
 //! let mut plant = State::at_rest(Vector2::new(0.2, -0.1));
 //! let (mut control, mut input) = (ControlLoop::new(&config), TickInput::AT_REST);
-//! control.regulate(&config, [0.0, 0.0], true, 0);
+//! control.regulate(&config, [0.0, 0.0], Instant::default());
 //! for tick in 1..=2_000 {
 //!     input.samples = [plant.q.x, plant.q.y].map(|q| Sample::Counts(servo.position(q) as u16));
 //!     (input.acts_us, input.permission) = (tick * 1_000, Permission::Drive);
@@ -68,6 +68,7 @@
 //! | module         | what                                                     |
 //! |----------------|----------------------------------------------------------|
 //! | [`LoopConfig`] | what a tick computes with, under check words             |
+//! | `drive_command` | what drives the motors, and since when                  |
 //! | `tick`         | inputs and outputs                                       |
 //! | `pipeline`     | from state and reference to PWM                          |
 //! | `monitors`     | what is detected, what is limited                        |
@@ -76,6 +77,7 @@
 //! | [`limits`]     | numbers that no host can set                             |
 
 mod config;
+mod drive_command;
 mod experiment;
 pub mod limits;
 mod monitors;
@@ -87,16 +89,18 @@ pub use config::{CHECK_US, ControlConfig, LoopConfig, can_run, why_not};
 pub use experiment::permits;
 pub use monitors::Violation;
 pub use pipeline::ActuatorCommand;
-pub use tick::{Fallback, Permission, TickInput, TickOutput};
+pub use tick::{Fallback, Instant, Permission, TickInput, TickOutput};
 
 use crate::JOINTS;
 use crate::arm::State;
 use crate::control::Reference;
 use crate::control::trajectory::stream::Point;
 use crate::estimate::Estimate;
+use crate::flow_token::{FlowToken, Machine};
 use crate::link::experiment::{Experiment, Objection};
 use crate::link::message::{Drive, Fault, Guards, Missing, Refusal, Sample};
 use crate::servo::protocol1::Alarms;
+use drive_command::DriveCommand;
 use experiment::ActiveExperiment;
 use monitors::{MonitorInput, Monitors};
 use nalgebra::Vector2;
@@ -114,9 +118,7 @@ pub struct ControlLoop {
     is_fresh: bool,
     monitors: Monitors,
     /// What drives the motors while that is permitted.
-    drive: Drive,
-    /// Of [`Drive::Torque`].
-    torque_nm: [f32; JOINTS],
+    commanded: DriveCommand,
     source: ReferenceSource,
     /// Of [`Drive::Experiment`].
     experiment: ActiveExperiment,
@@ -138,6 +140,7 @@ impl TickInput {
         permission: Permission::Off,
         host_silent_us: 0,
         is_config_intact: true,
+        token: FlowToken::begin(0),
     };
 }
 
@@ -173,8 +176,7 @@ impl ControlLoop {
             estimate: config.control.estimator.at_rest(upright),
             is_fresh: true,
             monitors: Monitors::default(),
-            drive: Drive::Hold,
-            torque_nm: [0.0; JOINTS],
+            commanded: DriveCommand::new(Drive::Hold, [0.0; JOINTS], 0),
             source: ReferenceSource::hold(upright),
             experiment: ActiveExperiment::default(),
             bump_nm: Vector2::zeros(),
@@ -190,7 +192,10 @@ impl ControlLoop {
             permission: input.permission,
             fault: None,
         };
-        let mut fallback = self.watch_host(config, input, &mut verdict);
+        self.check_command(&mut verdict);
+        let mut fallback = self
+            .watch_host(config, input, &mut verdict)
+            .or_else(|| self.watch_age(config, input, &mut verdict));
         let counts = input.samples.map(Sample::counts);
         let measured = config.control.angles(counts);
         let is_fresh = self.is_fresh;
@@ -224,7 +229,7 @@ impl ControlLoop {
         let ahead = self.predict(config, &input.in_force);
         let mut reference = self.source.at(input.acts_us);
         let mut experiment_end = None;
-        if verdict.is_driven() && self.drive == Drive::Experiment {
+        if verdict.is_driven() && self.drive() == Drive::Experiment {
             let pwm = input.in_force.pwm;
             let fast_ticks = config.monitors.fast_ticks();
             let (at_us, asked) = (input.acts_us, &mut reference);
@@ -258,6 +263,7 @@ impl ControlLoop {
             fallback,
             experiment_end,
             fault: verdict.fault,
+            token: input.token.stamp(Machine::ControlLoop),
         }
     }
 
@@ -285,7 +291,7 @@ impl ControlLoop {
         if silent_us <= allowed_us(limits.hold_ms) || !verdict.is_driven() {
             return None;
         }
-        match self.drive {
+        match self.drive() {
             // They hold already.
             Drive::Regulate | Drive::Hold => None,
             Drive::Track => Some(self.brake(input.acts_us)),
@@ -301,8 +307,49 @@ impl ControlLoop {
         }
     }
 
+    /// A command that drives and is too old ends, however alive the host is.
+    fn watch_age(
+        &mut self,
+        config: &LoopConfig,
+        input: &TickInput,
+        verdict: &mut Verdict,
+    ) -> Option<Fallback> {
+        if !verdict.is_driven() || !self.is_aged(config, input.acts_us) {
+            return None;
+        }
+        if self.drive() == Drive::Track {
+            return Some(self.brake(input.acts_us));
+        }
+        verdict.permission = Permission::Armed;
+        Some(Fallback::Release)
+    }
+
+    /// Whether what drives was commanded too long ago, at this time.
+    pub fn is_aged(&self, config: &LoopConfig, at_us: u64) -> bool {
+        let limits = config.limits();
+        let most_ms = match self.drive() {
+            Drive::Torque => limits.torque_age_ms,
+            Drive::Track if self.source.is_streamed() => limits.stream_age_ms,
+            Drive::Regulate | Drive::Hold => limits.setpoint_age_ms,
+            Drive::Track | Drive::Experiment => 0,
+        };
+        most_ms > 0 && self.commanded.age_us(at_us) > u64::from(most_ms) * 1_000
+    }
+
+    /// Nothing is driven by a command that is not what was commanded.
+    fn check_command(&self, verdict: &mut Verdict) {
+        if verdict.is_armed() && !self.commanded.is_intact() {
+            verdict.trip(Violation::plain(Fault::Corrupted));
+        }
+    }
+
+    /// Turns a bit of what drives, chosen by `draw`: for tests of what becomes of it.
+    pub fn inject_error(&mut self, draw: u32) {
+        self.commanded.inject_error(draw);
+    }
+
     fn brake(&mut self, at_us: u64) -> Fallback {
-        self.drive = Drive::Hold;
+        self.commanded = self.commanded.with_drive(Drive::Hold);
         self.source.brake(at_us);
         Fallback::Brake
     }
@@ -373,9 +420,9 @@ impl ControlLoop {
         let Demand {
             mut torque_nm,
             mut friction_nm,
-        } = match self.drive {
+        } = match self.drive() {
             Drive::Torque => Demand {
-                torque_nm: self.torque_nm.into(),
+                torque_nm: self.commanded.torque_nm().into(),
                 friction_nm: Vector2::zeros(),
             },
             Drive::Regulate | Drive::Track | Drive::Hold | Drive::Experiment => {
@@ -383,7 +430,7 @@ impl ControlLoop {
             }
         };
         let control = &config.control;
-        let exactly = (self.drive == Drive::Experiment).then(|| {
+        let exactly = (self.drive() == Drive::Experiment).then(|| {
             self.experiment
                 .override_torque(&control.joints, &mut torque_nm, &mut friction_nm)
         });
@@ -410,12 +457,17 @@ impl ControlLoop {
 
     /// What drives the motors while that is permitted.
     pub fn drive(&self) -> Drive {
-        self.drive
+        self.commanded.drive()
     }
 
     /// Samples of this joint that are missing in a row.
     pub fn lost_in_row(&self, joint: usize) -> u32 {
         self.monitors.lost_in_row(joint)
+    }
+
+    /// Nothing is commanded yet, at this time in µs.
+    pub fn reset_command(&mut self, now_us: u64) {
+        self.commanded = DriveCommand::new(Drive::Hold, [0.0; JOINTS], now_us);
     }
 
     /// The arm may be anywhere: the estimator begins anew with the next samples, and
@@ -467,23 +519,15 @@ impl ControlLoop {
         self.bump_nm = torque_nm - own.torque_nm;
     }
 
-    /// Constant joint torques in N m from the next tick on.
-    pub fn hold_torque(&mut self, torque_nm: [f32; JOINTS]) {
-        self.drive = Drive::Torque;
-        self.torque_nm = torque_nm;
+    /// Constant joint torques in N m from the next tick on, commanded at this time.
+    pub fn hold_torque(&mut self, torque_nm: [f32; JOINTS], now_us: u64) {
+        self.commanded = DriveCommand::new(Drive::Torque, torque_nm, now_us);
     }
 
-    /// Holds the arm at these angles in rad, a step if it is elsewhere. Motors have been
-    /// driven until now or not; what is decided next acts at `acts_us`.
-    pub fn regulate(
-        &mut self,
-        config: &LoopConfig,
-        angle_rad: [f32; JOINTS],
-        was_driven: bool,
-        acts_us: u64,
-    ) {
+    /// Holds the arm at these angles in rad, a step if it is elsewhere.
+    pub fn regulate(&mut self, config: &LoopConfig, angle_rad: [f32; JOINTS], now: Instant) {
         let source = ReferenceSource::hold(angle_rad.into());
-        self.follow(config, Drive::Regulate, source, was_driven, acts_us);
+        self.follow(config, Drive::Regulate, source, now);
     }
 
     /// Makes the arm follow a source, from a torque that followed none without a step.
@@ -492,14 +536,14 @@ impl ControlLoop {
         config: &LoopConfig,
         drive: Drive,
         source: ReferenceSource,
-        was_driven: bool,
-        acts_us: u64,
+        now: Instant,
     ) {
-        let was_constant = match self.drive {
-            Drive::Torque | Drive::Experiment => was_driven,
+        let acts_us = now.acts_us;
+        let was_constant = match self.drive() {
+            Drive::Torque | Drive::Experiment => now.is_driven,
             Drive::Regulate | Drive::Track | Drive::Hold => false,
         };
-        self.drive = drive;
+        self.commanded = DriveCommand::new(drive, [0.0; JOINTS], now.us);
         self.source = source;
         if was_constant {
             let reference = self.source.at(acts_us);
@@ -509,9 +553,9 @@ impl ControlLoop {
 
     /// The source, or, if the arm follows none, rest where it is.
     #[inline(never)]
-    pub fn present_source(&self, is_driven: bool, acts_us: u64) -> ReferenceSource {
-        match self.drive {
-            _ if !is_driven => ReferenceSource::hold(self.state.q),
+    pub fn present_source(&self, now: Instant) -> ReferenceSource {
+        match self.drive() {
+            _ if !now.is_driven => ReferenceSource::hold(self.state.q),
             Drive::Torque => ReferenceSource::hold(self.state.q),
             Drive::Regulate | Drive::Track | Drive::Hold => self.source.clone(),
             // Nothing has been decided by it.
@@ -521,14 +565,14 @@ impl ControlLoop {
                     ddq: Vector2::zeros(),
                     ..self.reference
                 };
-                ReferenceSource::braking(&from, acts_us)
+                ReferenceSource::braking(&from, now.acts_us)
             }
         }
     }
 
     /// Where a motion that is asked for now would begin.
-    pub fn start_point(&self, is_driven: bool, now_us: u64, acts_us: u64) -> StartPoint {
-        self.present_source(is_driven, acts_us).start_point(now_us)
+    pub fn start_point(&self, now: Instant) -> StartPoint {
+        self.present_source(now).start_point(now.us)
     }
 
     /// The source with a planned motion added.
@@ -538,12 +582,10 @@ impl ControlLoop {
     pub fn with_motion(
         &self,
         motion: TimedTrajectory,
-        is_driven: bool,
-        now_us: u64,
-        acts_us: u64,
+        now: Instant,
     ) -> Result<ReferenceSource, Refusal> {
-        let mut source = self.present_source(is_driven, acts_us);
-        source.change_to(motion, now_us)?;
+        let mut source = self.present_source(now);
+        source.change_to(motion, now.us)?;
         Ok(source)
     }
 
@@ -551,21 +593,15 @@ impl ControlLoop {
     ///
     /// # Errors
     /// Why the point cannot be.
-    pub fn with_point(
-        &self,
-        point: Point<f32>,
-        is_driven: bool,
-        now_us: u64,
-        acts_us: u64,
-    ) -> Result<ReferenceSource, Refusal> {
-        let mut source = self.present_source(is_driven, acts_us);
-        source.push(now_us, point)?;
+    pub fn with_point(&self, point: Point<f32>, now: Instant) -> Result<ReferenceSource, Refusal> {
+        let mut source = self.present_source(now);
+        source.push(now.us, point)?;
         Ok(source)
     }
 
     /// Whether the very same experiment is what drives the motors.
     pub fn is_running(&self, plan: &Experiment, is_driven: bool) -> bool {
-        is_driven && self.drive == Drive::Experiment && self.experiment.plan == *plan
+        is_driven && self.drive() == Drive::Experiment && self.experiment.plan == *plan
     }
 
     /// Where the arm comes to rest for an experiment that begins now, if it may.
@@ -577,11 +613,10 @@ impl ControlLoop {
         &self,
         config: &LoopConfig,
         plan: &Experiment,
-        is_driven: bool,
-        acts_us: u64,
+        now: Instant,
     ) -> Result<ReferenceSource, Objection> {
-        let mut source = self.present_source(is_driven, acts_us);
-        source.brake(acts_us);
+        let mut source = self.present_source(now);
+        source.brake(now.acts_us);
         experiment::admit(plan, &config.monitors, &self.state, source.end())?;
         Ok(source)
     }
@@ -592,16 +627,15 @@ impl ControlLoop {
         config: &LoopConfig,
         plan: Experiment,
         source: ReferenceSource,
-        was_driven: bool,
-        acts_us: u64,
+        now: Instant,
     ) {
-        self.follow(config, Drive::Experiment, source, was_driven, acts_us);
+        self.follow(config, Drive::Experiment, source, now);
         self.experiment = ActiveExperiment::of(plan);
     }
 
     /// What drives the motors is this: of a recorded tick.
     pub fn set_drive(&mut self, drive: Drive) {
-        self.drive = drive;
+        self.commanded = self.commanded.with_drive(drive);
     }
 
     /// Goes on from what a recorded tick estimated and asked for.

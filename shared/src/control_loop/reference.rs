@@ -123,12 +123,20 @@ impl ReferenceSource {
         }
     }
 
+    /// Whether the host streams it.
+    pub fn is_streamed(&self) -> bool {
+        matches!(self.source, Source::Streamed(_))
+    }
+
     /// Where it ends, if nothing else is asked for, in rad.
     pub fn end(&self) -> Vector2<f32> {
         self.clone().at(u64::MAX).q
     }
 
     /// Takes a streamed point, and leaves whatever motion there was for it.
+    ///
+    /// # Errors
+    /// Why the point cannot be.
     pub fn push(&mut self, now_us: u64, point: Point<f32>) -> Result<(), Refusal> {
         if let Source::Streamed(stream) = &mut self.source {
             if self.then.is_some() {

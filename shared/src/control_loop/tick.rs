@@ -5,6 +5,7 @@ use super::pipeline::ActuatorCommand;
 use crate::JOINTS;
 use crate::arm::State;
 use crate::control::Reference;
+use crate::flow_token::FlowToken;
 use crate::link::experiment::ExperimentEnd;
 use crate::link::message::{Guards, Sample};
 use crate::servo::protocol1::Alarms;
@@ -21,6 +22,17 @@ pub enum Permission {
     Armed,
     /// The motors may be driven.
     Drive,
+}
+
+/// When a command is taken, between two ticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Instant {
+    /// Now, in µs.
+    pub us: u64,
+    /// When what is decided next acts, in µs: the planned beginning of the next tick.
+    pub acts_us: u64,
+    /// Motors have been driven until now.
+    pub is_driven: bool,
 }
 
 /// The inputs of one tick.
@@ -41,6 +53,8 @@ pub struct TickInput {
     pub host_silent_us: u64,
     /// The configuration is as it was built.
     pub is_config_intact: bool,
+    /// Stamps of this tick so far.
+    pub token: FlowToken,
 }
 
 /// How the loop gives up what drives the motors, when the host is quiet or an
@@ -74,4 +88,6 @@ pub struct TickOutput {
     pub experiment_end: Option<ExperimentEnd>,
     /// Why the motors must be off; the command is [`ActuatorCommand::OFF`] then.
     pub fault: Option<Violation>,
+    /// The token with the loop's own stamp.
+    pub token: FlowToken,
 }

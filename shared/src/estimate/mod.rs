@@ -207,15 +207,15 @@ impl<T: Real> Estimator<T> {
     /// An estimate that knows the arm to be at rest at `q` at the next samples,
     /// and nothing else.
     pub fn at_rest(&self, q: Vector2<T>) -> Estimate<T> {
-        self.from_state(&State::at_rest(q), Vector2::zeros())
+        self.begin_at(&State::at_rest(q), Vector2::zeros())
     }
 
     /// An estimate that goes on from what another estimator knows.
     pub fn take_over(&self, other: &Estimate<T>) -> Estimate<T> {
-        self.from_state(&other.state(), other.disturbance())
+        self.begin_at(&other.state(), other.disturbance())
     }
 
-    fn from_state(&self, state: &State<T>, disturbance: Vector2<T>) -> Estimate<T> {
+    fn begin_at(&self, state: &State<T>, disturbance: Vector2<T>) -> Estimate<T> {
         let (covariance, disturbance) = match self {
             Self::FiniteDifference(_) | Self::Luenberger(_) => {
                 (Covariance::zero(), Vector2::zeros())

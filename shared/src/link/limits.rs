@@ -40,6 +40,8 @@ pub mod hard {
     pub const STUCK_NM: f32 = 1.0;
     /// Silence of the host, in ms.
     pub const SILENCE_MS: u16 = 2_000;
+    /// Age of a constant torque and of a stream's last point, in ms.
+    pub const AGE_MS: u16 = 10_000;
 }
 
 /// What the supervisor allows; replaced as one group while the board is idle.
@@ -81,6 +83,15 @@ pub struct Limits {
     pub hold_ms: u16,
     /// Silence of the host after which torque goes off, in ms.
     pub silence_ms: u16,
+    /// Age in ms at which a constant torque ends, however alive the host is.
+    pub torque_age_ms: u16,
+    /// Age in ms of a stream's last point at which the arm is braked and held.
+    pub stream_age_ms: u16,
+    /// Age in ms at which a setpoint ends, and the torque with it; 0: never.
+    pub setpoint_age_ms: u16,
+    /// Silence in ms after which a client of the transparent port that may have set a motor
+    /// moving loses the bus; 0: never.
+    pub client_silence_ms: u16,
 }
 
 checked!(Limits {
@@ -101,6 +112,10 @@ checked!(Limits {
     quiet_ms,
     hold_ms,
     silence_ms,
+    torque_age_ms,
+    stream_age_ms,
+    setpoint_age_ms,
+    client_silence_ms,
 });
 
 impl Default for Limits {
@@ -125,6 +140,10 @@ impl Default for Limits {
             quiet_ms: 0,
             hold_ms: 100,
             silence_ms: 500,
+            torque_age_ms: 2_000,
+            stream_age_ms: 2_000,
+            setpoint_age_ms: 0,
+            client_silence_ms: 500,
         }
     }
 }
@@ -154,6 +173,8 @@ impl Limits {
             && (1..=hard::OVERRUNS).contains(&self.overruns)
             && self.hold_ms <= self.silence_ms
             && (1..=hard::SILENCE_MS).contains(&self.silence_ms)
+            && (1..=hard::AGE_MS).contains(&self.torque_age_ms)
+            && (1..=hard::AGE_MS).contains(&self.stream_age_ms)
     }
 }
 

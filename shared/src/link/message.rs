@@ -11,9 +11,10 @@
 pub use super::board::{BoardReport, End, LastEnd, SettingsFrom, Stack};
 use super::experiment::{Conclusion, Experiment, Objection};
 pub use super::limits::Limits;
-pub use super::mode::{Drive, Fault, Guards, Halt, Mode, Standstill, StopSource, Trip};
+pub use super::mode::{Drive, Fault, Guards, Mode, OffReport, OffState, StopSource, Trip};
 use super::motion::Motion;
 pub use super::setup::{Controller, Gains, Settings, Setup};
+pub use crate::servo::{Missing, Sample};
 
 use crate::JOINTS;
 use crate::control::trajectory::Quantity;
@@ -97,8 +98,8 @@ pub enum ToHost {
     Board(BoardReport),
     /// Why there is a fault; after a hello too, while it is latched.
     Tripped(Trip),
-    /// What the servos did after the stop sequence.
-    Halted(Halt),
+    /// What is known of motors that shall be off.
+    Off(OffReport),
     /// How an experiment ended, unless by a fault or a goodbye: told once.
     Concluded(Conclusion),
     /// A servo's temperature, as polled with torque on or off.
@@ -137,6 +138,8 @@ pub struct PortCounters {
     pub halves: u32,
     /// Bytes that the client did not fetch in time.
     pub lost: u32,
+    /// How often the bus was taken back from a client that had fallen silent.
+    pub ended: u32,
 }
 
 /// Identity of one end of the link.
@@ -206,6 +209,9 @@ pub enum Refusal {
     Faulted,
     /// Servos are still being brought up, or do not answer.
     NotReady,
+    /// After a stop, motors have not been seen to be off, and the host has not been told
+    /// which are not: send it again. That takes 0.3 s at most.
+    NotOff,
     /// The board is not armed; send [`Command::Arm`] first.
     Disarmed,
     /// The board has been reset since; its report tells the session.
@@ -307,51 +313,4 @@ pub struct Timing {
     pub compute_ns: u32,
     /// Ticks skipped so far because the one before was not done.
     pub missed: u32,
-}
-
-/// What a servo answered when asked for its position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
-pub enum Sample {
-    /// Position in encoder counts, 0..=1023.
-    Counts(u16),
-    /// Nothing to use, and why.
-    Missing(Missing),
-}
-
-impl Sample {
-    /// The counts, if there are any.
-    pub fn counts(self) -> Option<u16> {
-        match self {
-            Self::Counts(counts) => Some(counts),
-            Self::Missing(_) => None,
-        }
-    }
-
-    /// Why there are none.
-    pub fn missing(self) -> Option<Missing> {
-        match self {
-            Self::Counts(_) => None,
-            Self::Missing(missing) => Some(missing),
-        }
-    }
-}
-
-/// Kinds of missing samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Missing {
-    /// Not asked.
-    NotAsked,
-    /// Nothing was heard.
-    Silence,
-    /// Only our own request was heard.
-    EchoOnly,
-    /// A reply with a wrong checksum.
-    BadChecksum,
-    /// A reply from another servo.
-    WrongId,
-    /// A reply ended early.
-    Short,
-    /// The receiver reported framing, noise or overrun.
-    Line,
 }

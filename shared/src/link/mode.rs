@@ -123,6 +123,11 @@ pub enum StopSource {
     Flood,
 }
 
+impl StopSource {
+    /// All there are.
+    pub const ALL: [Self; 3] = [Self::Host, Self::Pin, Self::Flood];
+}
+
 /// What tripped the supervisor: the first cause, with the values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Trip {
@@ -140,24 +145,26 @@ pub struct Trip {
     pub limit: f32,
 }
 
-/// What became of the stop sequence after a fault.
+/// What is known of motors that shall be off: after a fault, and whenever one is not seen
+/// to be off for long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
-pub struct Halt {
-    /// How often it was sent.
+pub struct OffReport {
+    /// How often the stop sequence was sent.
     pub stops: u16,
-    /// What each joint's servo did then.
-    pub joints: [Standstill; crate::JOINTS],
+    /// What is known of each joint's motor.
+    pub joints: [OffState; crate::JOINTS],
 }
 
-/// What a servo does after the stop sequence.
+/// What is known of a motor that shall be off. A joint that stands may still be driven,
+/// against an obstacle: that it stands says nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
-pub enum Standstill {
-    /// It stands still.
-    Still,
-    /// It does not answer: whether it stands is not known.
-    Silent,
-    /// It still moves, pushed by its motor or by something else.
-    Moving,
+pub enum OffState {
+    /// Its servo's registers read back as off.
+    Off,
+    /// It has been told to be off, and answers, but that it is off has not been seen.
+    Unconfirmed,
+    /// Its servo does not answer.
+    OutOfReach,
 }
 
 /// What the supervisor changed of the torque that was wanted, as bits.

@@ -99,6 +99,7 @@ pub(crate) fn seeds() -> Seeds {
         refused: 1,
         halves: 0,
         lost: 0,
+        ended: 0,
     };
     let to_host = [
         ("hello-answer", ToHost::Hello(hello)),

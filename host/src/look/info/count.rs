@@ -147,7 +147,7 @@ fn kind(what: &What) -> &'static str {
             ToHost::Port(_) => "port",
             ToHost::Board(_) => "board",
             ToHost::Tripped(_) => "tripped",
-            ToHost::Halted(_) => "halted",
+            ToHost::Off(_) => "off",
             ToHost::Concluded(_) => "concluded",
             ToHost::Temperature { .. } => "temperature",
             ToHost::Record(_) => "record",

@@ -41,7 +41,7 @@ const fn most(bound: f32) -> Range {
 }
 
 #[rustfmt::skip]
-pub(super) const LIMITS: [Parameter; 17] = [
+pub(super) const LIMITS: [Parameter; 21] = [
     limits!(angle_rad "rad"
         "Joint angles beyond which torque goes off. The arm is braked before."
         most(hard::ANGLE_RAD)),
@@ -95,4 +95,18 @@ pub(super) const LIMITS: [Parameter; 17] = [
     limit!(silence_ms "ms"
         "Silence of the host after which torque goes off."
         Range::whole(1, SILENCE_MS)),
+    limit!(torque_age_ms "ms"
+        "Age at which a constant torque ends unless it is commanded again, however alive the host \
+         is."
+        Range::whole(1, hard::AGE_MS as u32)),
+    limit!(stream_age_ms "ms"
+        "Age of a stream's last point at which the arm is braked and held."
+        Range::whole(1, hard::AGE_MS as u32)),
+    limit!(setpoint_age_ms "ms"
+        "Age at which a setpoint that is held ends, and the torque with it; 0: never."
+        Range::whole(0, u16::MAX as u32)),
+    limit!(client_silence_ms "ms"
+        "Silence after which a client of the transparent port that may have set a motor moving \
+         loses the bus, motors off; 0: never."
+        Range::whole(0, u16::MAX as u32)),
 ];

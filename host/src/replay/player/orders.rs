@@ -139,7 +139,7 @@ impl Player {
                 self.board.follow(&motion, departure, moment)
             }
             (Command::Follow(_), None) => self.board.start_point(moment).map(|_| ()),
-            (command, _) => self.board.command(command, moment),
+            (command, _) => self.board.command(command, moment, result),
         };
         if computed.is_ok() {
             match command {

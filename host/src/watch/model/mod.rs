@@ -16,7 +16,7 @@ pub use spread::Spread;
 
 use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::{
-    BoardReport, Drive, Halt, Mode, Record, Settings, ToHost, Trip,
+    BoardReport, Drive, Mode, OffReport, Record, Settings, ToHost, Trip,
 };
 use armbridge_shared::link::schema;
 use armbridge_shared::servo::Firmware;
@@ -44,7 +44,7 @@ pub struct Model {
     /// Why there is a fault, while there is one.
     pub trip: Option<Trip>,
     /// What the servos did then.
-    pub halt: Option<Halt>,
+    pub off: Option<OffReport>,
     /// How the last experiment ended, until something else drives the arm.
     pub concluded: Option<Conclusion>,
     /// What is in the way, in words; not a fault.
@@ -142,7 +142,7 @@ impl Model {
             ToHost::Passthrough => self.is_passthrough = true,
             ToHost::Board(report) => self.reported(report),
             ToHost::Tripped(trip) => self.trip = Some(trip),
-            ToHost::Halted(halt) => self.halt = Some(halt),
+            ToHost::Off(report) => self.off = Some(report),
             ToHost::Temperature { joint, value } => {
                 if let Some(known) = self.bus.temperature.get_mut(usize::from(joint)) {
                     *known = Some(value);
@@ -175,7 +175,7 @@ impl Model {
             .record
             .is_some_and(|last| matches!(last.mode, Mode::Fault(_)));
         if was_fault && !is_fault {
-            (self.trip, self.halt) = (None, None);
+            (self.trip, self.off) = (None, None);
         }
         if record.mode.is_armed() {
             self.trouble = None;

@@ -110,8 +110,8 @@ fn tripped(model: &Model, fault: Fault) -> Vec<Line<'static>> {
         let (cause, advice) = trip::words(fault);
         (cause.to_owned(), String::new(), advice)
     };
-    let halt = model.halt.as_ref().map(trip::halt);
-    let after = halt.unwrap_or_else(|| "stopping".to_owned());
+    let off = model.off.as_ref().map(trip::off);
+    let after = off.unwrap_or_else(|| "stopping".to_owned());
     vec![
         said("FAULT", theme::bad(), &cause),
         Line::from(format!("   {seen}{after}")),

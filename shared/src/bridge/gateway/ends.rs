@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use crate::bridge::mailbox::CLIENT_BYTES;
+use crate::bridge::channels::CLIENT_BYTES;
 use crate::bridge::queue::{Receiver, Sender};
 
 /// What a client has set its serial port to.

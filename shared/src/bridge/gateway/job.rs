@@ -17,21 +17,15 @@
 
 mod reading;
 
-pub(super) use reading::{Reading, Target};
+pub(super) use reading::Reading;
 
-use super::voice::{Bytes, Voice};
+use super::response::{BYTES_MAX, Bytes, Responder};
+use crate::sequencer::TimeBudget;
+use crate::servo::Query;
 use crate::servo::protocol1::Alarms;
 
 /// One request for the bus.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Ask {
-    /// What to send.
-    pub packet: Bytes,
-    /// Who shall answer.
-    pub id: u8,
-    /// Bytes of the awaited answer, 0 if there will be none.
-    pub reply_bytes: u8,
-}
+pub type Ask = Query<BYTES_MAX>;
 
 /// Where a job stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,32 +39,6 @@ pub enum Progress {
     Silent,
 }
 
-/// How long the bus is free, and how long things take there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Slack {
-    /// Until the answer must be over.
-    pub budget_us: u32,
-    /// One byte on the wire.
-    pub byte_ns: u32,
-    /// From the end of a request until a servo begins to answer, at most. Of a
-    /// stock servo: its return delay, 500 µs ex works, and what it needs beyond.
-    pub latency_us: u32,
-}
-
-impl Slack {
-    /// How many bytes of request and answer there is time for.
-    fn bytes(self) -> usize {
-        let speaking_us = self.budget_us.saturating_sub(self.latency_us);
-        let bytes = u64::from(speaking_us) * 1_000 / u64::from(self.byte_ns.max(1));
-        usize::try_from(bytes).unwrap_or(usize::MAX)
-    }
-
-    /// Whether a request and its answer are sure to be over.
-    pub(in crate::bridge) fn has_time_for(self, ask: &Ask) -> bool {
-        ask.packet.len() + usize::from(ask.reply_bytes) <= self.bytes()
-    }
-}
-
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Task {
     /// One request, whose answer goes to the client as it is.
@@ -82,7 +50,7 @@ enum Task {
 /// One thing that the client asked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Job {
-    voice: Voice,
+    responder: Responder,
     task: Task,
     /// Of all answers so far.
     alarms: Alarms,
@@ -90,18 +58,18 @@ pub struct Job {
 
 impl Job {
     /// One request that is not a READ.
-    pub(super) fn single(voice: Voice, ask: Ask) -> Self {
+    pub(super) fn single(responder: Responder, ask: Ask) -> Self {
         Self {
-            voice,
+            responder,
             task: Task::Single(ask),
             alarms: Alarms::NONE,
         }
     }
 
     /// A reading, with a request for each piece of it.
-    pub(super) fn read(voice: Voice, reading: Reading) -> Self {
+    pub(super) fn read(responder: Responder, reading: Reading) -> Self {
         Self {
-            voice,
+            responder,
             task: Task::Read(reading),
             alarms: Alarms::NONE,
         }
@@ -109,19 +77,19 @@ impl Job {
 
     /// The next request, as long as there is time for; `None` if there is not
     /// time enough for any. Its answer goes to [`Job::took`].
-    pub fn next(&mut self, slack: Slack) -> Option<Ask> {
+    pub fn next(&mut self, budget: TimeBudget) -> Option<Ask> {
         match &mut self.task {
-            Task::Single(ask) => slack.has_time_for(ask).then(|| ask.clone()),
-            Task::Read(reading) => reading.next(slack.bytes()),
+            Task::Single(ask) => budget.fits(ask).then(|| ask.clone()),
+            Task::Read(reading) => reading.next(budget.bytes()),
         }
     }
 
     /// Whether it comes to an end if there is so much time again and again.
     /// If not, [`Job::refusal`] is the answer.
-    pub fn can_ever_fit(&self, slack: Slack) -> bool {
+    pub fn can_ever_fit(&self, budget: TimeBudget) -> bool {
         match &self.task {
-            Task::Single(ask) => slack.has_time_for(ask),
-            Task::Read(reading) => reading.can_ever_fit(slack.bytes()),
+            Task::Single(ask) => budget.fits(ask),
+            Task::Read(reading) => reading.can_ever_fit(budget.bytes()),
         }
     }
 
@@ -136,15 +104,15 @@ impl Job {
         };
         self.alarms = self.alarms.or(Alarms::from_bits(error));
         let Task::Read(reading) = &mut self.task else {
-            return Progress::Done(self.voice.says(self.alarms, data));
+            return Progress::Done(self.responder.reply(self.alarms, data));
         };
         if reading.took(data) {
             if !reading.is_complete() {
                 return Progress::More;
             }
-            Progress::Done(self.voice.says(self.alarms, reading.data()))
-        } else if data == self.voice.refusal_data() {
-            Progress::Done(self.voice.says(self.alarms, data))
+            Progress::Done(self.responder.reply(self.alarms, reading.data()))
+        } else if data == self.responder.firmware.refusal() {
+            Progress::Done(self.responder.reply(self.alarms, data))
         } else {
             Progress::Silent
         }
@@ -152,12 +120,12 @@ impl Job {
 
     /// The id of the servo that is asked.
     pub fn servo(&self) -> u8 {
-        self.voice.id()
+        self.responder.id
     }
 
-    /// "I will not", in the servo's name.
+    /// The refusal in the servo's name.
     pub fn refusal(&self) -> Bytes {
-        self.voice.refuses()
+        self.responder.refusal()
     }
 }
 

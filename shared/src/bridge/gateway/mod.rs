@@ -16,9 +16,9 @@
 //! | [`Framer`] | the client's bytes as whole packets; half a packet times out    |
 //! | [`judge`]  | what may be done with a packet while ticks run                  |
 //! | [`Job`]    | the board's own requests for it, each as long as time is        |
-//! | `voice`    | answers in the servo's protocol                                 |
+//! | `response` | replies in the name of a servo                                  |
 //! | [`PortEnd`]| the queues between the tick and the board's second port         |
-//! | `relay`    | the bus while it is the client's                                |
+//! | `relay`    | the bus while it is lent to the client                          |
 //! | `serve`    | how the tick serves the client beside its own work              |
 
 mod ends;
@@ -28,15 +28,15 @@ mod job;
 mod packets;
 mod policy;
 mod relay;
+mod response;
 mod serve;
-mod voice;
 
 pub(super) use ends::BusSide;
 pub use ends::{ClientLine, PortEnd};
 pub use framer::{Framer, Item};
-pub use job::{Ask, Job, Progress, Slack};
-pub use policy::{Verdict, is_deafening, judge};
-pub use voice::{BYTES_MAX, Bytes};
+pub use job::{Ask, Job, Progress};
+pub use policy::{Verdict, judge};
+pub use response::{BYTES_MAX, Bytes};
 
 use super::limits::CLAIM_US;
 use crate::link::message::PortCounters;
@@ -44,7 +44,7 @@ use crate::link::message::PortCounters;
 /// Shortest time between two reports of the counters, in µs.
 const REPORT_US: u64 = 100_000;
 
-/// The client's affairs, as the tick keeps them.
+/// The transparent port's state, as the tick keeps it.
 #[derive(Debug, Default)]
 pub(super) struct Gateway {
     framer: Framer,
@@ -65,8 +65,10 @@ pub(super) struct Gateway {
     was_open: bool,
     /// The host has asked for the bus: no client takes it before this time.
     claimed_until_us: u64,
-    /// The bus is listened to for the client.
-    relays: bool,
+    /// When a packet of the client's was last relayed, in µs, and whether one of them may
+    /// have set a motor moving.
+    relayed_us: u64,
+    may_have_driven: bool,
 }
 
 impl Gateway {
@@ -75,9 +77,24 @@ impl Gateway {
         self.job.is_some()
     }
 
-    /// The bus is the client's, or has been since it was last taken back.
-    pub(super) fn has_bus(&self) -> bool {
-        self.relays || self.was_open
+    /// The bus is no longer the client's.
+    pub(super) fn end_relay(&mut self) {
+        self.was_open = false;
+        self.may_have_driven = false;
+    }
+
+    fn count(&mut self, is_passed: bool) {
+        let has_waited = core::mem::take(&mut self.has_waited);
+        let counters = &mut self.counters;
+        let which = if is_passed {
+            &mut counters.passed
+        } else {
+            &mut counters.refused
+        };
+        *which = which.wrapping_add(1);
+        if is_passed && has_waited {
+            counters.delayed = counters.delayed.wrapping_add(1);
+        }
     }
 
     /// The host has given an order: for a while the bus stays where it is.

@@ -3,19 +3,14 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
-use super::super::mailbox::Notice;
-use super::super::schedule::Stage;
+use super::super::channels::Notice;
 use super::super::{Bridge, SERVO_IDS};
-use super::{ClientLine, Item, Job, Progress as Answered, REPORT_US, Slack, Verdict, judge};
+use super::{ClientLine, Progress as Answered, REPORT_US, Verdict, judge};
 use crate::link::message::Sample;
-use crate::servo::master::Asked;
-use crate::servo::master::timing::{GUARD_US, latency_us, prepared_latency_us};
-use crate::servo::port::{SetBaud, byte_ns};
+use crate::sequencer::SearchStep;
+use crate::sequencer::State as BusState;
+use crate::servo::port::SetBaud;
 use crate::supervisor::{Event, State};
-
-/// What a tick may begin late because of the client before it is an error: none;
-/// this much is kept free for the board to get from one to the other.
-const RESERVE_US: u64 = 10;
 
 /// A question, or the next piece of it, that finds no room for so long, in µs,
 /// is dropped: the vendor's SDK waits 34 ms for an answer, and one that comes
@@ -32,30 +27,38 @@ where
     S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
-    /// Takes what the client says, and decides whose the bus is.
-    pub(in crate::bridge) fn heed_client(&mut self) {
+    /// Takes what the client has sent, and decides whose the bus is.
+    pub(in crate::bridge) fn listen_to_client(&mut self) {
+        let now_us = self.core.now_us();
         let gateway = &mut self.gateway;
         while gateway.item.is_none()
             && let Some(byte) = self.end.client.take()
         {
-            gateway.item = gateway.framer.push(byte, self.core.now_us());
+            gateway.item = gateway.framer.push(byte, now_us);
         }
         if gateway.item.is_none() {
-            gateway.item = gateway.framer.expire(self.core.now_us());
+            gateway.item = gateway.framer.expire(now_us);
         }
         gateway.counters.halves = gateway.framer.halves();
         let ClientLine { is_open, .. } = self.end.client.line();
         let is_waiting = gateway.item.is_some();
         if self.core.state() == State::Passthrough {
             gateway.was_open |= is_open;
-            if gateway.was_open && !is_open && !is_waiting {
+            let is_closed = gateway.was_open && !is_open && !is_waiting;
+            let is_silent = self.client_silent_at_us().is_some_and(|at| now_us >= at);
+            if is_silent {
+                let ended = &mut self.gateway.counters.ended;
+                *ended = ended.wrapping_add(1);
+            }
+            if is_closed || is_silent {
                 // Never refused.
                 let _ = self.apply(Event::ClientLeft);
             }
         } else if is_waiting
-            && self.core.now_us() >= gateway.claimed_until_us
+            && now_us >= gateway.claimed_until_us
             // The stop sequence comes before anything of a client's.
-            && !matches!(self.stage, Stage::Stop | Stage::StopHere)
+            && self.sequencer.state() != BusState::Search(SearchStep::Stop)
+            && !self.sequencer.is_stopping()
         {
             let _ = self.apply(Event::ClientCame);
         }
@@ -64,82 +67,44 @@ where
 
     /// When the client's affairs need a look at the latest.
     pub(in crate::bridge) fn client_wake_us(&self) -> u64 {
-        self.gateway.framer.wake_at_us().unwrap_or(u64::MAX)
-    }
-
-    /// The bus is idle: is there something to do on it for the client?
-    pub(in crate::bridge) fn serve_client(&mut self) {
-        match self.stage {
-            Stage::Released => self.relay(),
-            Stage::Ticking => self.serve_in_slack(),
-            Stage::StopHere
-            | Stage::Stop
-            | Stage::Ping { .. }
-            | Stage::Start
-            | Stage::Settle(_) => {}
-        }
+        let framer = self.gateway.framer.wake_at_us();
+        let silent = self.client_silent_at_us();
+        [framer, silent]
+            .into_iter()
+            .flatten()
+            .min()
+            .unwrap_or(u64::MAX)
     }
 
     /// Hands over what was heard of the servos.
     pub(in crate::bridge) fn pass_overheard(&mut self) {
-        while let Some(byte) = self.master.overheard() {
+        while let Some(byte) = self.sequencer.overheard() {
             self.give(&[byte]);
         }
     }
 
     /// Between ticks: one question at a time, if it fits.
-    fn serve_in_slack(&mut self) {
+    pub(in crate::bridge) fn serve_client(&mut self, tick_due_us: u64) {
         if self.gateway.job.is_none() {
             self.judge();
         }
-        let Some(servo) = self.gateway.job.as_ref().map(Job::servo) else {
+        let now_us = self.core.now_us();
+        let Some(job) = &mut self.gateway.job else {
             return;
         };
-        if self.core.now_us().saturating_sub(self.gateway.since_us) > PATIENCE_US {
+        if now_us.saturating_sub(self.gateway.since_us) > PATIENCE_US {
             self.gateway.job = None;
-            self.count(false);
+            self.gateway.count(false);
             return;
         }
-        let slack = self.slack_now(servo);
-        let next = self.gateway.job.as_mut().and_then(|job| job.next(slack));
-        let Some(ask) = next else {
+        let budget = self.sequencer.time_budget(job.servo(), tick_due_us);
+        let Some(query) = budget.and_then(|budget| job.next(budget)) else {
             self.gateway.has_waited = true;
             return;
         };
-        let asked = Asked {
-            id: ask.id,
-            reply_bytes: ask.reply_bytes,
-            latency_us: slack.latency_us,
-        };
-        self.gateway.since_us = self.core.now_us();
+        self.gateway.since_us = now_us;
         self.gateway.tries += 1;
-        // Idle was just seen, and our own requests are short.
-        let _ = self.master.ask(&ask.packet, asked, self.core.now_us());
-        let _ = self.master.poll(self.core.now_us());
-    }
-
-    /// Until the next tick.
-    pub(in crate::bridge) fn slack_now(&self, id: u8) -> Slack {
-        let begins_us = self.core.now_us().max(self.master.ready_at_us());
-        let budget_us = self
-            .core
-            .next_start_us()
-            .saturating_sub(begins_us + GUARD_US + RESERVE_US);
-        self.slack(id, budget_us as u32)
-    }
-
-    /// A servo that bring-up has not set may take as long as any.
-    fn slack(&self, id: u8, budget_us: u32) -> Slack {
-        let (firmware, baud) = (self.master.firmware(), self.master.baud());
-        Slack {
-            budget_us,
-            byte_ns: byte_ns(baud),
-            latency_us: if is_ours(id) {
-                prepared_latency_us(firmware, baud)
-            } else {
-                latency_us(firmware)
-            },
-        }
+        self.sequencer.ask_for_client(query, tick_due_us);
     }
 
     /// What may be done with the packet that waits?
@@ -147,38 +112,38 @@ where
         let Some(item) = self.gateway.item.take() else {
             return;
         };
-        let Item::Packet(_) = item else {
-            self.count(false);
+        let frame = self.gateway.framer.frame(item);
+        let Some(request) = frame.request() else {
+            self.gateway.count(false);
             return;
         };
-        let firmware = self.master.firmware();
-        let samples = self.samples.map(Sample::counts);
-        let packet = self.gateway.framer.bytes();
-        match judge(firmware, SERVO_IDS, samples, packet) {
+        let samples = self.sampled.samples.map(Sample::counts);
+        match judge(self.sequencer.firmware(), SERVO_IDS, samples, request) {
             Verdict::Ask(job) => {
                 let period_us = self.core.config().period_us().get();
-                let rests_us = (2 * GUARD_US + RESERVE_US) as u32;
-                let taken_us = (self.bus_us + rests_us).saturating_sub(SHORTER_US);
-                let slack = self.slack(job.servo(), period_us.saturating_sub(taken_us));
+                let exchange_us = self.sampled.bus_us.saturating_sub(SHORTER_US);
+                let budget = self
+                    .sequencer
+                    .spare_budget(job.servo(), period_us, exchange_us);
                 self.gateway.since_us = self.core.now_us();
                 self.gateway.tries = 0;
-                if job.can_ever_fit(slack) {
+                if job.can_ever_fit(budget) {
                     self.gateway.job = Some(job);
                 } else {
                     // In the name of a servo that may not be there, nothing.
-                    if is_ours(job.servo()) {
+                    if SERVO_IDS.iter().any(|ours| ours.get() == job.servo()) {
                         self.give(&job.refusal());
                     }
-                    self.count(false);
+                    self.gateway.count(false);
                 }
             }
             Verdict::Answer(bytes) => {
                 self.give(&bytes);
-                self.count(true);
+                self.gateway.count(true);
             }
             Verdict::Refuse(bytes) => {
                 self.give(&bytes);
-                self.count(false);
+                self.gateway.count(false);
             }
         }
     }
@@ -188,7 +153,7 @@ where
         let Some(job) = &mut self.gateway.job else {
             return;
         };
-        let reply = self.master.reply();
+        let reply = self.sequencer.reply();
         let reply = reply.map(|payload| (payload.alarms.bits(), payload.data.as_slice()));
         match job.took(reply) {
             Answered::More => {
@@ -202,10 +167,10 @@ where
             Answered::Silent => {}
         }
         self.gateway.job = None;
-        self.count(true);
+        self.gateway.count(true);
     }
 
-    pub(super) fn give(&mut self, bytes: &[u8]) {
+    fn give(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if !self.end.client.give(*byte) {
                 let lost = &mut self.gateway.counters.lost;
@@ -214,39 +179,17 @@ where
         }
     }
 
-    pub(super) fn count(&mut self, is_passed: bool) {
-        let has_waited = core::mem::take(&mut self.gateway.has_waited);
-        let counters = &mut self.gateway.counters;
-        let which = if is_passed {
-            &mut counters.passed
-        } else {
-            &mut counters.refused
-        };
-        *which = which.wrapping_add(1);
-        if is_passed && has_waited {
-            counters.delayed = counters.delayed.wrapping_add(1);
-        }
-    }
-
     fn report_port(&mut self) {
+        let now_us = self.core.now_us();
         let gateway = &mut self.gateway;
-        let is_due = self.core.now_us().saturating_sub(gateway.reported_us) >= REPORT_US;
+        let is_due = now_us.saturating_sub(gateway.reported_us) >= REPORT_US;
         if is_due && gateway.counters != gateway.reported {
-            gateway.reported_us = self.core.now_us();
+            gateway.reported_us = now_us;
             // Lost if the host does not fetch it: the next one says more.
-            if self
-                .end
-                .notices
-                .enqueue(Notice::Port(gateway.counters))
-                .is_ok()
-            {
+            let notice = Notice::Port(gateway.counters);
+            if self.end.notices.enqueue(notice).is_ok() {
                 gateway.reported = gateway.counters;
             }
         }
     }
-}
-
-/// Whether bring-up has found this servo.
-fn is_ours(id: u8) -> bool {
-    SERVO_IDS.iter().any(|ours| ours.get() == id)
 }

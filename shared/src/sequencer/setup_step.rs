@@ -1,5 +1,4 @@
-//! What is done with stock servos, as steps: which follows which, and what each
-//! asks of a servo.
+//! Set-up steps of stock servos: which follows which, and what each asks of a servo.
 
 use heapless::Vec;
 
@@ -18,7 +17,7 @@ const LEVEL_READ: u8 = 1;
 
 /// What the bridge changes in a stock servo's EEPROM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Settings {
+pub(super) struct ServoSettings {
     return_delay: u8,
     limits: [u8; 4],
     /// What the torque limit is at power-up.
@@ -26,7 +25,7 @@ pub(super) struct Settings {
     level: u8,
 }
 
-impl Settings {
+impl ServoSettings {
     pub(super) fn of(memory: &[u8]) -> Option<Self> {
         let at = |address: u8| usize::from(address - register::RETURN_DELAY);
         let limits = at(register::ANGLE_LIMITS);
@@ -46,24 +45,24 @@ impl Settings {
 
 /// What is known of a joint's stock servo.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::bridge) struct Stock {
+pub(super) struct SavedConfig {
     /// As found at first.
-    pub(super) before: Option<Settings>,
+    pub(super) before: Option<ServoSettings>,
     /// As read last.
-    pub(super) now: Option<Settings>,
+    pub(super) now: Option<ServoSettings>,
 }
 
-/// Something to be done with the stock servos, one after the other.
+/// One step of the set-up of one servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::bridge) struct Chore {
-    pub(super) purpose: Purpose,
+pub(crate) struct SetupStep {
+    pub(super) goal: SetupGoal,
     pub(super) joint: usize,
     pub(super) step: Step,
 }
 
-/// What it is for.
+/// What the set-up is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Purpose {
+pub(crate) enum SetupGoal {
     /// To see what they are set to.
     Look,
     /// Ready for torque.
@@ -74,7 +73,7 @@ pub(super) enum Purpose {
 
 /// What is done with one servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Step {
+pub(crate) enum Step {
     Look,
     /// To one that does not answer READ.
     MakeItAnswer,
@@ -104,27 +103,32 @@ impl Step {
 }
 
 /// A request to one servo.
-pub(super) enum Errand {
+pub(super) enum RegisterAccess {
     Read,
     Write(u8, Vec<u8, 4>),
 }
 
-impl Chore {
-    pub(in crate::bridge) const LOOK: Self = Self {
-        purpose: Purpose::Look,
+impl SetupStep {
+    pub(super) const LOOK: Self = Self {
+        goal: SetupGoal::Look,
         joint: 0,
         step: Step::Look,
     };
-    pub(in crate::bridge) const PREPARE: Self = Self {
-        purpose: Purpose::Prepare,
+    pub(super) const PREPARE: Self = Self {
+        goal: SetupGoal::Prepare,
         joint: 0,
         step: Step::TorqueOff,
     };
-    pub(in crate::bridge) const RESTORE: Self = Self {
-        purpose: Purpose::Restore,
+    pub(super) const RESTORE: Self = Self {
+        goal: SetupGoal::Restore,
         joint: 0,
         step: Step::TorqueOff,
     };
+
+    /// Whether it gives the servos back.
+    pub(super) fn is_restore(self) -> bool {
+        self.goal == SetupGoal::Restore
+    }
 
     /// The step after this one; `None` after the last joint's last.
     pub(super) fn after(self) -> Option<Self> {
@@ -132,54 +136,54 @@ impl Chore {
             Check, Delay, Level, Look, LookAgain, MakeItAnswer, Mode, Standstill, TorqueOff,
             TorqueOn,
         };
-        let step = match (self.purpose, self.step) {
+        let step = match (self.goal, self.step) {
             (_, MakeItAnswer) => Some(LookAgain),
             // An EEPROM is written with torque off.
             (_, TorqueOff) => Some(Mode),
             (_, Mode) => Some(Delay),
-            (Purpose::Restore, Delay) => Some(Level),
+            (SetupGoal::Restore, Delay) => Some(Level),
             (_, Delay) => Some(Standstill),
             (_, Standstill) => Some(TorqueOn),
             (_, TorqueOn) => Some(Check),
             (_, Check | Level | Look | LookAgain) => None,
         };
-        match (step, self.purpose) {
+        match (step, self.goal) {
             (Some(step), _) => Some(Self { step, ..self }),
             (None, _) if self.joint + 1 >= JOINTS => None,
-            (None, purpose) => Some(Self {
+            (None, goal) => Some(Self {
                 joint: self.joint + 1,
-                ..match purpose {
-                    Purpose::Look => Self::LOOK,
-                    Purpose::Prepare => Self::PREPARE,
-                    Purpose::Restore => Self::RESTORE,
+                ..match goal {
+                    SetupGoal::Look => Self::LOOK,
+                    SetupGoal::Prepare => Self::PREPARE,
+                    SetupGoal::Restore => Self::RESTORE,
                 }
             }),
         }
     }
 
     /// What the servo shall be set to: ready, or as it was found.
-    fn wanted(self, stock: &Stock) -> Option<Settings> {
-        match self.purpose {
-            Purpose::Look => stock.now,
-            Purpose::Prepare => Some(Settings {
+    fn wanted(self, stock: &SavedConfig) -> Option<ServoSettings> {
+        match self.goal {
+            SetupGoal::Look => stock.now,
+            SetupGoal::Prepare => Some(ServoSettings {
                 return_delay: RETURN_DELAY,
                 limits: WHEEL,
                 level: stock.now?.level.max(LEVEL_READ),
                 ..stock.now?
             }),
-            Purpose::Restore => stock.before,
+            SetupGoal::Restore => stock.before,
         }
     }
 
     /// What this step asks; `None` if there is nothing to do.
-    pub(super) fn errand(self, stock: &Stock) -> Option<Errand> {
+    pub(super) fn access(self, stock: &SavedConfig) -> Option<RegisterAccess> {
         let write = |address, data: &[u8]| {
             Vec::from_slice(data)
                 .ok()
-                .map(|d| Errand::Write(address, d))
+                .map(|d| RegisterAccess::Write(address, d))
         };
         match self.step {
-            Step::Look | Step::LookAgain | Step::Check => Some(Errand::Read),
+            Step::Look | Step::LookAgain | Step::Check => Some(RegisterAccess::Read),
             Step::MakeItAnswer => write(register::STATUS_RETURN_LEVEL, &[LEVEL_READ]),
             // The torque limit lies beside: a shutdown has left it at 0.
             Step::Standstill => {
@@ -207,7 +211,7 @@ impl Chore {
     }
 }
 
-impl Errand {
+impl RegisterAccess {
     pub(super) fn packet(&self, id: u8) -> Option<(Packet, u8)> {
         match self {
             Self::Read => {

@@ -1,0 +1,166 @@
+//! What the bus brought, and what follows from what the core decides.
+
+use crate::servo::port::SetBaud;
+use embedded_hal::digital::OutputPin;
+use embedded_hal_nb::serial::{Read, Write};
+
+use super::app_core::{BusAction, TickSamples};
+use super::channels::Notice;
+use super::{Bridge, Progress};
+use crate::control_loop::Violation;
+use crate::link::message::{Fault, Refusal};
+use crate::sequencer::{BusEvent, Health};
+use crate::servo::Firmware;
+use crate::supervisor::{Event, State};
+
+impl<S, D> Bridge<'_, S, D>
+where
+    S: Read<u8> + Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    /// Something on the bus has come to an end.
+    pub(super) fn take_bus_event(&mut self, event: BusEvent) -> Progress {
+        match event {
+            BusEvent::Sampled(outcome, token) => {
+                self.sampled = TickSamples {
+                    samples: outcome.samples,
+                    alarms: outcome.alarms,
+                    bus_us: outcome.bus_us,
+                    token,
+                };
+                return Progress::Sampled;
+            }
+            BusEvent::Client => {
+                self.finish_client();
+                return Progress::Served;
+            }
+            BusEvent::Health(health) => {
+                self.judge_health(health);
+                return Progress::Served;
+            }
+            BusEvent::Served => return Progress::Served,
+            BusEvent::Searching => {
+                // Ticks go on with torque off, from now.
+                if self.core.state() == State::Fault && self.sequencer.is_ticking() {
+                    self.core.set_next_start(self.core.now_us());
+                }
+            }
+            BusEvent::LinedUp => {
+                self.first_temperature = Default::default();
+                self.announce();
+                self.core.begin_ticking();
+            }
+            BusEvent::GivenBack => {}
+            BusEvent::FirmwareChanged => self.trip(Violation::plain(Fault::FirmwareChanged)),
+            BusEvent::Mixed(firmwares) => self.tell(Notice::Mixed(firmwares)),
+            BusEvent::Absent(joint, missing) => self.tell(Notice::Absent(joint as u8, missing)),
+            BusEvent::Unprepared(joint) => self.tell(Notice::Unprepared(joint as u8)),
+        }
+        Progress::Searching
+    }
+
+    /// Lost if the host does not fetch it: it has been told the like before.
+    fn tell(&mut self, notice: Notice) {
+        let _ = self.end.notices.enqueue(notice);
+    }
+
+    /// Tells the host what the servos are.
+    pub(super) fn announce(&mut self) {
+        let bus = &self.sequencer;
+        let notice = if bus.is_ticking() {
+            Notice::Found(bus.firmware(), bus.baud(), bus.is_prepared())
+        } else if self.core.state() == State::Passthrough {
+            Notice::Passthrough
+        } else {
+            return;
+        };
+        self.tell(notice);
+    }
+
+    /// Torque off, latched with its first cause. The stop sequence follows at once
+    /// on the bus.
+    pub(super) fn trip(&mut self, violation: Violation) {
+        self.core.trip(violation);
+        self.heed_core();
+    }
+
+    /// Changes the state as the supervisor has it.
+    pub(super) fn apply(&mut self, event: Event) -> Result<(), Refusal> {
+        let result = self.core.apply(event);
+        self.heed_core();
+        result
+    }
+
+    /// Does on the bus what the core has decided, and tells the host.
+    pub(super) fn heed_core(&mut self) {
+        if self.core.state() != State::Passthrough {
+            self.gateway.end_relay();
+        }
+        match self.core.take_bus_action() {
+            Some(BusAction::Halt) => self.sequencer.force_off(self.core.now_us()),
+            Some(BusAction::HandOver) => self.tell(Notice::Passthrough),
+            Some(BusAction::Search) | None => {}
+        }
+        if let Some(conclusion) = self.core.take_conclusion() {
+            self.tell(Notice::Concluded(conclusion));
+        }
+        if let Some(trip) = self.core.take_trip() {
+            self.tell(Notice::Tripped(trip));
+        }
+        if let Some(report) = self.sequencer.take_off_report() {
+            self.tell(Notice::Off(report));
+        }
+    }
+
+    fn judge_health(&mut self, health: Health) {
+        match health {
+            Health::Reset { joint } => {
+                let (lost, allowed) = (
+                    self.core.lost_in_row(joint),
+                    self.core.config().dropout_ticks(),
+                );
+                self.trip(Violation {
+                    fault: Fault::ServoReset,
+                    joint: Some(joint as u8),
+                    value: lost as f32,
+                    limit: allowed as f32,
+                });
+            }
+            Health::Temperature { joint, value } => self.judge_temperature(joint, value),
+        }
+    }
+
+    fn judge_temperature(&mut self, joint: usize, value: u16) {
+        self.tell(Notice::Temperature(joint as u8, value));
+        let limits = self.core.config().limits();
+        let first = self
+            .first_temperature
+            .get_mut(joint)
+            .map_or(value, |first| *first.get_or_insert(value));
+        let drift = limits.temperature_drift_counts;
+        let [coldest, hottest] = match self.sequencer.firmware() {
+            Firmware::Stock => [0, limits.temperature_c.into()],
+            Firmware::Morpheus => limits.temperature_counts,
+        };
+        let [low, high] = match self.sequencer.firmware() {
+            Firmware::Stock => [0, u16::MAX],
+            Firmware::Morpheus => [first.saturating_sub(drift), first.saturating_add(drift)],
+        };
+        // The first of these that is passed.
+        let passed = [
+            (value > hottest, hottest),
+            (value < coldest, coldest),
+            (value > high, high),
+            (value < low, low),
+        ];
+        let passed = passed.into_iter().find(|(is_passed, _)| *is_passed);
+        if let (Some((_, limit)), true) = (passed, self.core.state().is_armed()) {
+            self.trip(Violation {
+                fault: Fault::Temperature,
+                joint: Some(joint as u8),
+                value: value.into(),
+                limit: limit.into(),
+            });
+        }
+    }
+}

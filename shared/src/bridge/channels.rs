@@ -1,0 +1,299 @@
+//! Channels between the link's side, in thread mode, and the tick.
+//!
+//! Lock-free single-producer single-consumer queues and words, split once at boot. The
+//! tick never waits for them. Commands may be refused, so they have a queue that may be
+//! full. What may not be refused has none: a hello, a goodbye, a stop and a heartbeat are
+//! counters, of which each side knows what it has seen ([`Signals`]).
+//!
+//! # Epochs
+//!
+//! A hello and a stop begin a new epoch, and a command carries the epoch in which it was
+//! sent. The tick looks for signals before it takes a command, and takes none of an
+//! epoch before: what was sent before a stop cannot act after it, and what was meant for
+//! one session is not obeyed in the next.
+//!
+//! Records and notices are dropped when the host does not fetch them; records are
+//! counted then. The client of the transparent port has queues of bytes, one each way.
+
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+use heapless::spsc::Queue;
+
+use super::command::ValidatedCommand;
+use super::gateway::{BusSide, PortEnd};
+use super::queue::{Receiver, Sender, split};
+use crate::JOINTS;
+use crate::control_loop::reference::StartPoint;
+use crate::link::experiment::Conclusion;
+use crate::link::message::{
+    Missing, Moment, OffReport, PortCounters, Record, Refusal, StopSource, Trip,
+};
+use crate::servo::Firmware;
+
+/// Commands that fit between two ticks. A spsc queue holds one less than this.
+const REQUESTS: usize = 8;
+/// Acknowledgements and the like on their way to the host.
+const NOTICES: usize = 16;
+/// Records on their way to the host: at 1 kHz, 63 ms worth.
+const RECORDS: usize = 64;
+
+/// Bytes of the transparent port in either direction: two of the longest packet.
+pub(super) const CLIENT_BYTES: usize = 1024;
+
+/// A command of the host, which may be refused.
+#[derive(Clone, Debug)]
+pub(super) struct HostRequest {
+    /// In which it was sent.
+    pub(super) epoch: u32,
+    /// Sequence number to acknowledge.
+    pub(super) sequence: u16,
+    pub(super) command: ValidatedCommand,
+}
+
+/// What may not be refused, since the tick looked last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Signals {
+    /// Stop at once.
+    pub(super) stop: Option<StopSource>,
+    /// The host leaves.
+    pub(super) goodbye: bool,
+    /// A host has said hello.
+    pub(super) hello: bool,
+    /// The host is alive.
+    pub(super) heartbeat: bool,
+}
+
+/// Counters of what has been signalled, modulo 2^32 or 2^8.
+#[derive(Debug, Default)]
+struct SignalCounters {
+    epoch: AtomicU32,
+    stops: [AtomicU8; StopSource::ALL.len()],
+    goodbyes: AtomicU8,
+    hellos: AtomicU8,
+    heartbeats: AtomicU8,
+}
+
+/// From the tick to the link, besides records.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Notice {
+    /// A command was not taken, for a stop or a hello came after it.
+    Dropped(u16),
+    /// What became of a command.
+    Ack(u16, Result<(), Refusal>, Moment),
+    /// Where the motion with this sequence number begins.
+    StartPoint(u16, StartPoint, Moment),
+    /// A hello was heard.
+    Began(Moment),
+    /// The servo of this joint did not answer during bring-up.
+    Absent(u8, Missing),
+    /// What the servos run, the speed of the bus, and whether they take torque.
+    Found(Firmware, u32, bool),
+    /// They run different firmwares.
+    Mixed([Firmware; JOINTS]),
+    /// A client has the bus.
+    Passthrough,
+    /// The stock servo of this joint does not take its settings.
+    Unprepared(u8),
+    /// What became of the client's packets so far.
+    Port(PortCounters),
+    /// Why there is a fault.
+    Tripped(Trip),
+    /// What is known of motors that shall be off.
+    Off(OffReport),
+    /// How an experiment ended.
+    Concluded(Conclusion),
+    /// The temperature of this joint's servo.
+    Temperature(u8, u16),
+}
+
+/// The queues themselves; a `static` on the board.
+#[derive(Default)]
+pub struct Channels {
+    requests: Queue<HostRequest, REQUESTS>,
+    notices: Queue<Notice, NOTICES>,
+    records: Queue<Record, RECORDS>,
+    from_client: Queue<u8, CLIENT_BYTES>,
+    to_client: Queue<u8, CLIENT_BYTES>,
+    client_line: AtomicU32,
+    signals: SignalCounters,
+}
+
+impl Channels {
+    /// Empty queues.
+    pub const fn new() -> Self {
+        Self {
+            requests: Queue::new(),
+            notices: Queue::new(),
+            records: Queue::new(),
+            from_client: Queue::new(),
+            to_client: Queue::new(),
+            client_line: AtomicU32::new(0),
+            signals: SignalCounters {
+                epoch: AtomicU32::new(0),
+                stops: [const { AtomicU8::new(0) }; StopSource::ALL.len()],
+                goodbyes: AtomicU8::new(0),
+                hellos: AtomicU8::new(0),
+                heartbeats: AtomicU8::new(0),
+            },
+        }
+    }
+
+    /// The three ends: for the tick, for the link, for the transparent port.
+    pub fn split(&mut self) -> (BridgeEnd<'_>, LinkEnd<'_>, PortEnd<'_>) {
+        let (requests_in, requests_out) = split(&mut self.requests);
+        let (notices_in, notices_out) = split(&mut self.notices);
+        let (records_in, records_out) = split(&mut self.records);
+        let (client_in, client_out) = split(&mut self.from_client);
+        let (answers_in, answers_out) = split(&mut self.to_client);
+        (
+            BridgeEnd {
+                requests: requests_out,
+                notices: notices_in,
+                records: records_in,
+                signals: &self.signals,
+                seen: SeenSignals::of(&self.signals),
+                client: BusSide {
+                    from_client: client_out,
+                    to_client: answers_in,
+                    line: &self.client_line,
+                },
+            },
+            LinkEnd {
+                requests: requests_in,
+                notices: notices_out,
+                records: records_out,
+                signals: &self.signals,
+            },
+            PortEnd {
+                from_client: client_in,
+                to_client: answers_out,
+                line: &self.client_line,
+            },
+        )
+    }
+}
+
+/// What the tick has seen of the counters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct SeenSignals {
+    epoch: u32,
+    stops: [u8; StopSource::ALL.len()],
+    goodbyes: u8,
+    hellos: u8,
+    heartbeats: u8,
+}
+
+impl SeenSignals {
+    fn of(counters: &SignalCounters) -> Self {
+        let byte = |counter: &AtomicU8| counter.load(Ordering::Acquire);
+        Self {
+            // First: what was signalled with it is seen, then.
+            epoch: counters.epoch.load(Ordering::Acquire),
+            stops: counters.stops.each_ref().map(byte),
+            goodbyes: byte(&counters.goodbyes),
+            hellos: byte(&counters.hellos),
+            heartbeats: byte(&counters.heartbeats),
+        }
+    }
+}
+
+/// The tick's end.
+pub struct BridgeEnd<'a> {
+    requests: Receiver<'a, HostRequest, REQUESTS>,
+    pub(super) notices: Sender<'a, Notice, NOTICES>,
+    pub(super) records: Sender<'a, Record, RECORDS>,
+    signals: &'a SignalCounters,
+    seen: SeenSignals,
+    pub(super) client: BusSide<'a>,
+}
+
+/// The link's end.
+pub struct LinkEnd<'a> {
+    requests: Sender<'a, HostRequest, REQUESTS>,
+    pub(super) notices: Receiver<'a, Notice, NOTICES>,
+    pub(super) records: Receiver<'a, Record, RECORDS>,
+    signals: &'a SignalCounters,
+}
+
+impl BridgeEnd<'_> {
+    /// What has been signalled since the last call.
+    pub(super) fn take_signals(&mut self) -> Signals {
+        let now = SeenSignals::of(self.signals);
+        let before = core::mem::replace(&mut self.seen, now);
+        let mut stops = StopSource::ALL
+            .into_iter()
+            .zip(now.stops.iter().zip(before.stops));
+        Signals {
+            stop: stops.find_map(|(source, (now, before))| (*now != before).then_some(source)),
+            goodbye: now.goodbyes != before.goodbyes,
+            hello: now.hellos != before.hellos,
+            heartbeat: now.heartbeats != before.heartbeats,
+        }
+    }
+
+    /// The oldest command.
+    pub(super) fn take_request(&mut self) -> Option<HostRequest> {
+        self.requests.dequeue()
+    }
+
+    /// Whether a command is of the epoch that was looked at last.
+    pub(super) fn is_present(&self, request: &HostRequest) -> bool {
+        request.epoch == self.seen.epoch
+    }
+}
+
+/// Counts up; there is one writer.
+fn count(counter: &AtomicU8) {
+    let counted = counter.load(Ordering::Relaxed).wrapping_add(1);
+    counter.store(counted, Ordering::Release);
+}
+
+impl LinkEnd<'_> {
+    /// Begins a new epoch after something has been signalled.
+    fn begin_epoch(&self) {
+        let epoch = self.signals.epoch.load(Ordering::Relaxed).wrapping_add(1);
+        self.signals.epoch.store(epoch, Ordering::Release);
+    }
+
+    /// Asks for a stop.
+    pub(super) fn stop(&self, source: StopSource) {
+        for (known, counter) in StopSource::ALL.iter().zip(&self.signals.stops) {
+            if *known == source {
+                count(counter);
+            }
+        }
+        self.begin_epoch();
+    }
+
+    /// A host has said hello.
+    pub(super) fn hello(&self) {
+        count(&self.signals.hellos);
+        self.begin_epoch();
+    }
+
+    /// The host leaves.
+    pub(super) fn goodbye(&self) {
+        count(&self.signals.goodbyes);
+    }
+
+    /// The host is alive.
+    pub(super) fn heartbeat(&self) {
+        count(&self.signals.heartbeats);
+    }
+
+    /// Sends a command of the present epoch.
+    ///
+    /// # Errors
+    /// There is no room.
+    pub(super) fn request(
+        &mut self,
+        sequence: u16,
+        command: ValidatedCommand,
+    ) -> Result<(), Refusal> {
+        let request = HostRequest {
+            epoch: self.signals.epoch.load(Ordering::Relaxed),
+            sequence,
+            command,
+        };
+        self.requests.enqueue(request).map_err(|_| Refusal::Busy)
+    }
+}

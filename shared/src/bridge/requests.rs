@@ -1,0 +1,120 @@
+//! What the host wants, as the tick takes it.
+
+use crate::servo::port::SetBaud;
+use embedded_hal::digital::OutputPin;
+use embedded_hal_nb::serial::{Read, Write};
+
+use super::Bridge;
+use super::app_core::BusFacts;
+use super::channels::{HostRequest, Notice};
+use super::command::ValidatedCommand;
+use crate::control_loop::Violation;
+use crate::link::message::{Fault, Refusal, StopSource};
+use crate::servo::Firmware;
+use crate::supervisor::{Event, State};
+
+impl<S, D> Bridge<'_, S, D>
+where
+    S: Read<u8> + Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    /// Heeds stops, goodbyes and hellos, then takes commands of the present epoch.
+    pub(super) fn take_requests(&mut self) {
+        let mut has_left = self.take_signals();
+        while let Some(request) = self.end.take_request() {
+            if !self.end.is_present(&request) {
+                // The signal that began its epoch may have come just now.
+                has_left |= self.take_signals();
+            }
+            if self.end.is_present(&request) {
+                self.core.note_host();
+                self.take_command(request);
+            } else {
+                let notice = Notice::Dropped(request.sequence);
+                let _ = self.end.notices.enqueue(notice);
+            }
+        }
+        if has_left {
+            // Never refused.
+            let _ = self.apply(Event::Disarm);
+        }
+    }
+
+    /// Takes what has been signalled; whether a host has left since, whose last commands
+    /// come before its leaving.
+    fn take_signals(&mut self) -> bool {
+        let signals = self.end.take_signals();
+        if let Some(source) = signals.stop {
+            self.emergency_stop(source);
+        }
+        if signals.heartbeat {
+            self.core.note_host();
+        }
+        if signals.hello {
+            if signals.goodbye {
+                // Never refused.
+                let _ = self.apply(Event::Disarm);
+            }
+            self.greet();
+        }
+        signals.goodbye && !signals.hello
+    }
+
+    /// A host says hello.
+    fn greet(&mut self) {
+        self.core.greet();
+        self.heed_core();
+        let _ = self.end.notices.enqueue(Notice::Began(self.core.moment()));
+        self.announce();
+        if let Some(trip) = self.core.cause() {
+            let _ = self.end.notices.enqueue(Notice::Tripped(trip));
+        }
+    }
+
+    fn take_command(&mut self, request: HostRequest) {
+        let HostRequest {
+            sequence, command, ..
+        } = request;
+        self.gateway.claim(self.core.now_us());
+        let moment = self.core.moment();
+        let notice = if matches!(command, ValidatedCommand::StartPoint) {
+            self.core.start_point().map_or_else(
+                |refusal| Notice::Ack(sequence, Err(refusal), moment),
+                |start| Notice::StartPoint(sequence, start, moment),
+            )
+        } else {
+            Notice::Ack(sequence, self.perform(command), moment)
+        };
+        // Lost if the host does not fetch them: it will ask again.
+        let _ = self.end.notices.enqueue(notice);
+    }
+
+    fn perform(&mut self, command: ValidatedCommand) -> Result<(), Refusal> {
+        let bus = BusFacts {
+            is_prepared: self.sequencer.is_prepared(),
+            least_period_us: self.sequencer.least_period_us(),
+            is_stop_settled: self.sequencer.is_settled(),
+        };
+        let is_stock = self.sequencer.firmware() == Firmware::Stock;
+        let prepares = matches!(command, ValidatedCommand::Prepare) && !bus.is_prepared;
+        let restores = matches!(command, ValidatedCommand::Release) && is_stock;
+        let result = self.core.command(command, bus);
+        self.heed_core();
+        if result.is_ok() && prepares {
+            self.sequencer.prepare();
+        } else if result.is_ok() && restores {
+            self.sequencer.restore();
+        }
+        result
+    }
+
+    /// Emergency stop: the stop sequence begins when the exchange under way is over,
+    /// within a tick. One that a host asks for again begins again.
+    pub fn emergency_stop(&mut self, source: StopSource) {
+        let is_again = self.core.state() == State::Fault;
+        self.trip(Violation::plain(Fault::EmergencyStop(source)));
+        if is_again && source == StopSource::Host {
+            self.sequencer.force_off(self.core.now_us());
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! What drives the motors, kept so that a turned bit shows.
+//!
+//! Which source drives is a word that differs from any other source's in 16 bits; it, the
+//! constant torque and the age of the command lie under a [`CheckWord`], which every tick
+//! compares before it drives anything.
+
+use crate::JOINTS;
+use crate::check_word::{CheckWord, checked};
+use crate::link::message::Drive;
+
+/// See the [module](self).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DriveCommand {
+    words: Words,
+    check: CheckWord,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Words {
+    drive: u32,
+    torque_nm: [f32; JOINTS],
+    commanded_us: u64,
+}
+
+checked!(Words {
+    drive,
+    torque_nm,
+    commanded_us,
+});
+
+/// Walsh functions: any two differ in 16 bits.
+const DRIVES: [(Drive, u32); 5] = [
+    (Drive::Torque, 0x5555_5555),
+    (Drive::Regulate, 0x3333_3333),
+    (Drive::Track, 0x0F0F_0F0F),
+    (Drive::Hold, 0x00FF_00FF),
+    (Drive::Experiment, 0x6969_6969),
+];
+
+impl DriveCommand {
+    /// Drive by this, commanded at this time in µs; torques are those of
+    /// [`Drive::Torque`].
+    pub(super) fn new(drive: Drive, torque_nm: [f32; JOINTS], commanded_us: u64) -> Self {
+        let known = DRIVES.iter().find(|(known, _)| *known == drive);
+        let words = Words {
+            drive: known.map_or(0, |(_, word)| *word),
+            torque_nm,
+            commanded_us,
+        };
+        Self {
+            words,
+            check: CheckWord::of(&words),
+        }
+    }
+
+    /// The same command, driven by something else.
+    pub(super) fn with_drive(&self, drive: Drive) -> Self {
+        Self::new(drive, self.words.torque_nm, self.words.commanded_us)
+    }
+
+    /// What drives; [`Drive::Hold`] if the word is none's.
+    pub(super) fn drive(&self) -> Drive {
+        self.known().unwrap_or(Drive::Hold)
+    }
+
+    fn known(&self) -> Option<Drive> {
+        let known = DRIVES.iter().find(|(_, word)| *word == self.words.drive);
+        known.map(|(drive, _)| *drive)
+    }
+
+    /// Constant torques in N m.
+    pub(super) fn torque_nm(&self) -> [f32; JOINTS] {
+        self.words.torque_nm
+    }
+
+    /// How old the command is at this time, in µs.
+    pub(super) fn age_us(&self, now_us: u64) -> u64 {
+        now_us.saturating_sub(self.words.commanded_us)
+    }
+
+    /// Whether it is what was commanded.
+    pub(super) fn is_intact(&self) -> bool {
+        self.known().is_some() && CheckWord::of(&self.words) == self.check
+    }
+
+    /// Turns a bit, chosen by `draw`: for tests of what becomes of it.
+    pub(super) fn inject_error(&mut self, draw: u32) {
+        let (word, bit) = (draw / u32::BITS, draw % u32::BITS);
+        match self.words.torque_nm.get_mut(word as usize) {
+            Some(torque) => *torque = f32::from_bits(torque.to_bits() ^ 1 << bit),
+            None if word % 2 == 0 => self.words.drive ^= 1 << bit,
+            None => self.words.commanded_us ^= 1 << (bit + draw / 256 % 2 * 32),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_turned_bit_shows() {
+        for (drive, _) in DRIVES {
+            let command = DriveCommand::new(drive, [0.25, -0.5], 1_000_000);
+            assert!(command.is_intact() && command.drive() == drive);
+            for draw in 0..512 {
+                let mut changed = command;
+                changed.inject_error(draw);
+                assert!(!changed.is_intact(), "{drive:?}, {draw}");
+            }
+        }
+    }
+}

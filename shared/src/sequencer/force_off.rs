@@ -1,0 +1,355 @@
+//! Forced off: motors are told off, again and again, until each servo is seen to be off.
+//!
+//! Standing is not off: a servo that presses against an obstacle stands. So what counts
+//! is evidence, collected joint by joint in this order:
+//!
+//! ```text
+//!   told off, in a tick or by a stop               -> Told
+//!   answers a ping                                 -> Alive
+//!   its registers read back as off                 -> Off
+//! ```
+//!
+//! A stock servo's registers are proof: torque enable and moving speed. Of a Morpheus
+//! servo's PWM only the low byte can be read, so that its read-back counts together
+//! with the two before it, and every tick goes on telling it off.
+//!
+//! Evidence is worth nothing once a servo has been silent for [`SILENT_TICKS`], and again
+//! when it answers: the wire or the servo may have come back. Until all is collected the
+//! stop sequence is repeated, each [`REPEAT_US`], and after [`SELDOM_AFTER_US`] less often.
+//! A servo that has left the ticks' chain, as a Morpheus servo has after a reset, still
+//! answers what it is asked alone.
+//!
+//! Nothing here touches the bus: the sequencer asks what to do next and reports what
+//! came of it.
+
+use crate::JOINTS;
+use crate::link::message::{OffReport, OffState, Sample};
+use crate::servo::Firmware;
+
+/// From one stop sequence to the next while a servo is not seen to be off, in µs. In
+/// between the ticks tell it off, and read back.
+const REPEAT_US: u64 = 50_000;
+/// Motors that were told off by the ticks alone, without a fault, are told by a stop
+/// sequence if they are not seen to be off after this time, in µs.
+const PATIENCE_US: u64 = 100_000;
+/// After so long, in µs, the sequence is sent [`SELDOM`] times less often: an arm that
+/// is out of reach may stay so.
+const SELDOM_AFTER_US: u64 = 3_000_000;
+const SELDOM: u64 = 5;
+/// Ticks without an answer after which a servo is out of reach.
+const SILENT_TICKS: u32 = 3;
+/// Time in µs after which the host is told even of what is not known.
+const REPORT_US: u64 = 300_000;
+
+/// What is known of one joint's motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Evidence {
+    /// It has been told to be off.
+    #[default]
+    Told,
+    /// It has answered a ping since.
+    Alive,
+    /// And its registers read back as off.
+    Off,
+}
+
+/// A question to one servo that adds to the evidence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct OffCheck {
+    pub(super) joint: usize,
+    pub(super) kind: CheckKind,
+}
+
+/// Which.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum CheckKind {
+    /// A ping.
+    Ping,
+    /// The registers that show whether the motor is off.
+    ReadBack,
+}
+
+/// See the [module](self).
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ForceOff {
+    since_us: u64,
+    next_stop_us: u64,
+    /// Stop sequences sent since it began.
+    stops: u16,
+    joints: [Evidence; JOINTS],
+    silent_ticks: [u32; JOINTS],
+    /// Motors have been told off since it began; until then there is nothing to check.
+    is_told: bool,
+    /// A check has been made since the last tick.
+    is_checked: bool,
+    /// The joint that is asked next, if there is something to ask.
+    turn: usize,
+    /// A host is to be told of it, and what it was told last.
+    is_reported: bool,
+    reported: Option<[OffState; JOINTS]>,
+}
+
+impl ForceOff {
+    /// Motors are to be off from now on. After a fault, which `is_fault` says, the stop
+    /// sequence is sent at once and the host is told what became of it.
+    pub(super) fn begin(&mut self, now_us: u64, is_fault: bool) {
+        *self = Self {
+            since_us: now_us,
+            next_stop_us: if is_fault {
+                now_us
+            } else {
+                now_us + PATIENCE_US
+            },
+            silent_ticks: self.silent_ticks,
+            is_reported: is_fault,
+            ..Self::default()
+        };
+    }
+
+    /// Whether a stop sequence is due.
+    pub(super) fn is_stop_due(&self, now_us: u64) -> bool {
+        now_us >= self.next_stop_us && !self.is_off()
+    }
+
+    /// A stop sequence is sent now.
+    pub(super) fn note_stop(&mut self, now_us: u64) {
+        self.is_told = true;
+        self.stops = self.stops.saturating_add(1);
+        let is_old = now_us.saturating_sub(self.since_us) >= SELDOM_AFTER_US;
+        self.next_stop_us = now_us + if is_old { SELDOM } else { 1 } * REPEAT_US;
+    }
+
+    /// A tick that told every motor off has brought these samples.
+    pub(super) fn note_tick(&mut self, now_us: u64, samples: [Sample; JOINTS]) {
+        (self.is_told, self.is_checked) = (true, false);
+        let joints = self.joints.iter_mut().zip(&mut self.silent_ticks);
+        for ((evidence, silent_ticks), sample) in joints.zip(samples) {
+            let was_silent = *silent_ticks >= SILENT_TICKS;
+            *silent_ticks = match sample {
+                Sample::Counts(_) => 0,
+                Sample::Missing(_) => silent_ticks.saturating_add(1),
+            };
+            if was_silent != (*silent_ticks >= SILENT_TICKS) {
+                *evidence = Evidence::Told;
+                // The ticks tell it off as soon as it is back.
+                self.next_stop_us = self.next_stop_us.max(now_us + PATIENCE_US);
+            }
+        }
+    }
+
+    /// What to ask next, at most once a tick.
+    pub(super) fn next_check(&self) -> Option<OffCheck> {
+        if self.is_checked || !self.is_told {
+            return None;
+        }
+        (0..JOINTS).find_map(|step| {
+            let joint = (self.turn + step) % JOINTS;
+            let kind = match self.joints.get(joint)? {
+                Evidence::Told => CheckKind::Ping,
+                Evidence::Alive => CheckKind::ReadBack,
+                Evidence::Off => return None,
+            };
+            Some(OffCheck { joint, kind })
+        })
+    }
+
+    /// The check has been sent.
+    pub(super) fn note_asked(&mut self, check: OffCheck) {
+        self.is_checked = true;
+        if check.kind == CheckKind::ReadBack {
+            self.turn = check.joint + 1;
+        }
+    }
+
+    /// What came of a check; `None` if no answer did.
+    pub(super) fn note_reply(
+        &mut self,
+        check: OffCheck,
+        firmware: Firmware,
+        data: Option<&[u8]>,
+        now_us: u64,
+    ) {
+        let Some(evidence) = self.joints.get_mut(check.joint) else {
+            return;
+        };
+        *evidence = match (check.kind, data) {
+            (_, None) => {
+                self.turn = check.joint + 1;
+                Evidence::Told
+            }
+            (CheckKind::Ping, Some(data)) if firmware.is_pong(data) => Evidence::Alive,
+            (CheckKind::Ping, Some(_)) => Evidence::Told,
+            (CheckKind::ReadBack, Some(data)) => match firmware.judge_off(data) {
+                Some(true) => Evidence::Off,
+                Some(false) => {
+                    self.next_stop_us = now_us;
+                    Evidence::Told
+                }
+                None => Evidence::Told,
+            },
+        };
+    }
+
+    /// Whether every servo has been seen to be off, and has answered since.
+    pub(super) fn is_off(&self) -> bool {
+        self.joints == [Evidence::Off; JOINTS]
+    }
+
+    /// Whether all is known that can be known for now: each motor is seen to be off, or
+    /// the host has been told that it is not.
+    pub(super) fn is_settled(&self) -> bool {
+        self.is_off() || self.reported.is_some()
+    }
+
+    /// The servos have been lined up anew, by telling them off. What the host is owed of a
+    /// fault it is still told.
+    pub(super) fn resume(&mut self, now_us: u64) {
+        *self = Self {
+            since_us: now_us,
+            next_stop_us: now_us + PATIENCE_US,
+            stops: self.stops,
+            is_reported: self.is_reported,
+            reported: self.reported,
+            ..Self::default()
+        };
+    }
+
+    /// Forgets what was seen: the servos may have changed meanwhile.
+    pub(super) fn forget(&mut self) {
+        self.joints = Default::default();
+    }
+
+    /// Whether the host is told what becomes of the motors: after a fault.
+    pub(super) fn is_reported(&self) -> bool {
+        self.is_reported
+    }
+
+    /// What the host is to be told, when that changes.
+    pub(super) fn take_report(&mut self, now_us: u64) -> Option<OffReport> {
+        let is_old = now_us.saturating_sub(self.since_us) >= REPORT_US;
+        let is_off = self.is_off();
+        // What is off without a fault needs no report.
+        let is_due = if self.is_reported {
+            is_off || is_old
+        } else {
+            is_old && !is_off
+        };
+        if !is_due {
+            return None;
+        }
+        let mut joints = [OffState::Off; JOINTS];
+        let known = self.joints.iter().zip(self.silent_ticks);
+        for (state, (evidence, silent_ticks)) in joints.iter_mut().zip(known) {
+            *state = match evidence {
+                Evidence::Off => OffState::Off,
+                _ if silent_ticks >= SILENT_TICKS => OffState::OutOfReach,
+                _ => OffState::Unconfirmed,
+            };
+        }
+        if self.reported == Some(joints) {
+            return None;
+        }
+        self.reported = Some(joints);
+        self.is_reported = true;
+        Some(OffReport {
+            stops: self.stops,
+            joints,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::servo::Missing;
+
+    const HEARD: Sample = Sample::Counts(512);
+    const SILENT: Sample = Sample::Missing(Missing::Silence);
+    /// Payload of a Morpheus read-back of PWM 1000 and of 1500, from 0x0F on.
+    const OFF: [u8; 2] = [1, 0xE8];
+    const ON: [u8; 2] = [1, 0xDC];
+
+    /// A tick, and the answer to what is asked after it, if anything is.
+    fn tick(off: &mut ForceOff, now_us: u64, samples: [Sample; JOINTS], read_back: &[u8]) {
+        off.note_tick(now_us, samples);
+        if let Some(check) = off.next_check() {
+            off.note_asked(check);
+            let data: &[u8] = match check.kind {
+                CheckKind::Ping => &[1],
+                CheckKind::ReadBack => read_back,
+            };
+            off.note_reply(check, Firmware::Morpheus, Some(data), now_us);
+        }
+        assert_eq!(off.next_check(), None, "one a tick");
+    }
+
+    #[test]
+    fn a_motor_is_off_when_it_is_seen_to_be() {
+        let mut off = ForceOff::default();
+        off.begin(0, true);
+        assert!(off.is_stop_due(0));
+        off.note_stop(0);
+        for ms in 1..=4 {
+            assert!(!off.is_off(), "{ms}");
+            assert_eq!(off.take_report(ms * 1_000), None);
+            tick(&mut off, ms * 1_000, [HEARD; JOINTS], &OFF);
+        }
+        assert!(off.is_off() && !off.is_stop_due(1_000_000));
+        let report = OffReport {
+            stops: 1,
+            joints: [OffState::Off; JOINTS],
+        };
+        assert_eq!(off.take_report(5_000), Some(report));
+        assert_eq!(off.take_report(6_000), None);
+    }
+
+    #[test]
+    fn a_motor_that_reads_back_as_on_is_stopped_again_at_once() {
+        let mut off = ForceOff::default();
+        off.begin(0, true);
+        off.note_stop(0);
+        for ms in 1..=2 {
+            tick(&mut off, ms * 1_000, [HEARD; JOINTS], &ON);
+        }
+        assert!(off.is_stop_due(2_000));
+        assert_eq!(off.take_report(299_999), None);
+        let report = off.take_report(300_000).unwrap();
+        assert_eq!(report.joints, [OffState::Unconfirmed; JOINTS]);
+    }
+
+    #[test]
+    fn evidence_of_a_servo_that_was_silent_is_worth_nothing() {
+        let mut off = ForceOff::default();
+        off.begin(0, true);
+        for ms in 1..=4 {
+            tick(&mut off, ms * 1_000, [HEARD; JOINTS], &OFF);
+        }
+        assert!(off.is_off());
+        for ms in 5..=7 {
+            off.note_tick(ms * 1_000, [HEARD, SILENT]);
+        }
+        assert!(!off.is_off() && off.is_stop_due(300_000));
+        let report = off.take_report(300_000).unwrap();
+        assert_eq!(report.joints, [OffState::Off, OffState::OutOfReach]);
+        for ms in 301..=302 {
+            tick(&mut off, ms * 1_000, [HEARD; JOINTS], &OFF);
+        }
+        assert!(off.is_off());
+        let report = off.take_report(303_000).unwrap();
+        assert_eq!(report.joints, [OffState::Off; JOINTS]);
+    }
+
+    #[test]
+    fn without_a_fault_the_ticks_are_given_time_first() {
+        let mut off = ForceOff::default();
+        off.begin(0, false);
+        assert!(!off.is_stop_due(99_999) && off.is_stop_due(100_000));
+        off.note_stop(100_000);
+        assert!(!off.is_stop_due(149_999) && off.is_stop_due(150_000));
+        // What is off without a fault needs no report.
+        for ms in 160..=163 {
+            tick(&mut off, ms * 1_000, [HEARD; JOINTS], &OFF);
+        }
+        assert_eq!(off.take_report(1_000_000), None);
+    }
+}

@@ -1,0 +1,178 @@
+//! Health poll: what the board asks its servos in the idle slots of the ticks.
+//!
+//! | request     | when                                          | so that            |
+//! |-------------|-----------------------------------------------|--------------------|
+//! | temperature | each [`INTERVAL_US`], one servo after the other | a hot motor is switched off |
+//! | torque      | each [`TORQUE_US`], one stock servo after the other, while motors may be driven | one that was reset, and so is limp, does not go unnoticed |
+//! | ping        | a Morpheus servo has been missing for a half, five and six eighths of what is allowed | one that was off and on again, and has left the chain, is told from one that is gone or not understood: it answers all three |
+//!
+//! A temperature goes out if its reply is sure to be over before the next tick;
+//! after [`OVERDUE_US`] without such a slot, which is so at the shortest periods, a
+//! tick may begin late for it. A ping may always: the arm is in doubt.
+//!
+//! A stock servo that was reset answers as before. Its torque enable is read though a
+//! tick may begin late for it, which is so at 1 kHz when the servo's own control step
+//! falls into the reply, once in eight times, and then by less than 100 µs.
+//!
+//! A stock servo sends its heat alarm with every answer and switches itself off, so
+//! a tick is never late for its temperature.
+
+use super::Dropouts;
+use crate::JOINTS;
+use crate::servo::master::Payload;
+use crate::servo::protocol1::Alarms;
+use crate::servo::{Firmware, Query, ServoId};
+
+/// From one temperature to the next, of the other servo. A motor's winding heats
+/// up in tens of seconds.
+const INTERVAL_US: u64 = 250_000;
+/// From one reading of a torque enable to the next, of the other servo: with the
+/// exchange itself, a reset is noticed within 100 ms.
+const TORQUE_US: u64 = 40_000;
+/// How long a temperature waits for a slot before a tick waits for it.
+const OVERDUE_US: u64 = 1_000_000;
+/// How often a servo is asked whether it is still there. On a line that lets one
+/// answer in three pass, one that is only misunderstood answers all three once in 27
+/// times.
+const PINGS: u8 = 3;
+
+/// A request for the board's own sake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum HealthRequest {
+    Temperature { joint: usize },
+    Torque { joint: usize },
+    Ping { joint: usize },
+}
+
+/// What a reply shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Health {
+    /// Temperature of this joint's servo: °C of a stock servo, counts of a Morpheus
+    /// servo's converter.
+    Temperature {
+        /// Index of the joint.
+        joint: usize,
+        /// Temperature.
+        value: u16,
+    },
+    /// The servo of this joint has been reset: it answers pings, but not in ticks, or its
+    /// torque is not enabled any more.
+    Reset {
+        /// Index of the joint.
+        joint: usize,
+    },
+}
+
+/// What has been asked when, and pings that were answered.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct HealthPoll {
+    /// The joint whose temperature is next, and when, in µs.
+    joint: usize,
+    due_us: u64,
+    /// The same for torque enable.
+    torque_joint: usize,
+    torque_due_us: u64,
+    /// Pings since the servo has been missing, and how many were answered.
+    pings: [u8; JOINTS],
+    pongs: [u8; JOINTS],
+}
+
+impl HealthPoll {
+    /// The servos were found anew.
+    pub(super) fn restart(&mut self, now_us: u64) {
+        *self = Self {
+            due_us: now_us + INTERVAL_US,
+            ..Self::default()
+        };
+    }
+
+    /// What is due, and whether a tick may begin late for it.
+    pub(super) fn next(
+        &mut self,
+        firmware: Firmware,
+        now_us: u64,
+        dropouts: &Dropouts,
+        may_drive: bool,
+    ) -> Option<(HealthRequest, bool)> {
+        let &Dropouts {
+            in_row: lost,
+            allowed,
+        } = dropouts;
+        let is_morpheus = firmware == Firmware::Morpheus;
+        let counted = self.pings.iter_mut().zip(&mut self.pongs).zip(lost);
+        for (joint, ((pings, pongs), lost)) in counted.enumerate() {
+            if lost == 0 {
+                (*pings, *pongs) = (0, 0);
+            }
+            let due = 8 * lost >= (4 + u32::from(*pings)) * allowed;
+            if is_morpheus && due && *pings < PINGS {
+                return Some((HealthRequest::Ping { joint }, true));
+            }
+        }
+        let joint = self.torque_joint;
+        if !is_morpheus && may_drive && now_us >= self.torque_due_us {
+            return Some((HealthRequest::Torque { joint }, true));
+        }
+        let joint = self.joint;
+        let overdue_us = now_us.checked_sub(self.due_us)?;
+        let may_be_late = is_morpheus && overdue_us >= OVERDUE_US;
+        Some((HealthRequest::Temperature { joint }, may_be_late))
+    }
+
+    /// The request has been sent.
+    pub(super) fn note_asked(&mut self, request: HealthRequest, now_us: u64) {
+        match request {
+            HealthRequest::Temperature { joint } => {
+                self.due_us = now_us + INTERVAL_US;
+                self.joint = (joint + 1) % JOINTS;
+            }
+            HealthRequest::Torque { joint } => {
+                self.torque_due_us = now_us + TORQUE_US;
+                self.torque_joint = (joint + 1) % JOINTS;
+            }
+            HealthRequest::Ping { joint } => {
+                if let Some(pings) = self.pings.get_mut(joint) {
+                    *pings += 1;
+                }
+            }
+        }
+    }
+
+    /// What a reply shows, or that there was none.
+    pub(super) fn note_reply(
+        &mut self,
+        request: HealthRequest,
+        firmware: Firmware,
+        reply: Option<&Payload>,
+    ) -> Option<Health> {
+        let data = reply.map(|reply| reply.data.as_slice());
+        let alarms = reply.map_or(Alarms::NONE, |reply| reply.alarms);
+        match request {
+            HealthRequest::Ping { joint } => {
+                let pongs = self.pongs.get_mut(joint)?;
+                *pongs += u8::from(data.is_some_and(|data| firmware.is_pong(data)));
+                (*pongs == PINGS).then_some(Health::Reset { joint })
+            }
+            // What a servo complains of is told with its samples.
+            HealthRequest::Torque { joint } => {
+                let is_reset = data == Some(&[0]) && alarms.is_empty();
+                is_reset.then_some(Health::Reset { joint })
+            }
+            HealthRequest::Temperature { joint } => {
+                let value = firmware.temperature(data?)?;
+                Some(Health::Temperature { joint, value })
+            }
+        }
+    }
+}
+
+impl HealthRequest {
+    /// The request, to this servo.
+    pub(super) fn query(self, firmware: Firmware, servo: ServoId) -> Option<Query> {
+        match self {
+            Self::Ping { .. } => Some(firmware.ping_query(servo)),
+            Self::Torque { .. } => firmware.torque_query(servo),
+            Self::Temperature { .. } => firmware.temperature_query(servo),
+        }
+    }
+}

@@ -1,0 +1,577 @@
+//! The bus sequencer: what the servo bus is used for, and who may use it.
+//!
+//! It is in exactly one of four states:
+//!
+//! ```text
+//!             lined up                  leave to drive
+//!  Search ---------------> ForceOff <------------------> Drive
+//!    ^ ^                    |  ^  |     leave withdrawn    |
+//!    | +--- search ---------+  |  |                        |
+//!    |                         |  | leave to lend          | leave to lend
+//!    |    leave withdrawn      |  v                        |
+//!    +-------------------------+ Lent <--------------------+
+//! ```
+//!
+//! | state      | the bus carries                                                |
+//! |------------|----------------------------------------------------------------|
+//! | `Search`   | stops, pings and settings, until the servos are lined up       |
+//! | `ForceOff` | one exchange a tick that tells every motor off, stop sequences and read-backs until each is [seen to be off](force_off) |
+//! | `Drive`    | one exchange a tick with the control loop's command            |
+//! | `Lent`     | a client's packets, as they came                               |
+//!
+//! # Who may drive
+//!
+//! [`BusSequencer::permit`] passes on the supervisor's leave, before anything is begun.
+//! Without leave to drive no exchange carries a torque, and without leave to lend no
+//! byte of a client's is relayed, whatever was asked for before: `ForceOff` is where the
+//! sequencer goes by itself. From `Lent` the way leads through a stop at every speed
+//! that the client used and through `Search`, for what a client did is not known.
+//!
+//! # Idle slots
+//!
+//! Between two ticks the bus is free for a while. One arbiter gives that time away, to
+//! one [`IdleRequest`] at a time: to read-backs first, then to health polls, then to a
+//! client. Each is registered with its owner and the reply that it expects, and a reply
+//! goes to its owner and to no other.
+//!
+//! # Timing
+//!
+//! Call [`poll`](BusSequencer::poll) whenever something has happened on the bus, and at
+//! [`wake_at_us`](BusSequencer::wake_at_us) at the latest; it never waits. Stop sequences
+//! last 7 ms at 1 Mbaud, so with motors off ticks may begin late. A tick with motors
+//! driven begins late, by some 100 µs, only where a health poll is worth it.
+//!
+//! | module        | what                                                        |
+//! |---------------|-------------------------------------------------------------|
+//! | `force_off`   | evidence that motors are off                                |
+//! | `stop_plan`   | stops at several speeds                                     |
+//! | `discovery`   | which servos there are, and at which speed                  |
+//! | `servo_setup` | stock servos made ready, and given back                     |
+//! | `health_poll` | temperatures, and pings of servos that fall silent          |
+//! | `time_budget` | what fits between two ticks                                 |
+//! | `steps`       | how transactions begin, end, and lead to each other         |
+
+mod discovery;
+mod force_off;
+mod health_poll;
+mod servo_setup;
+mod setup_step;
+mod steps;
+mod stop_plan;
+mod time_budget;
+
+pub use health_poll::Health;
+pub use time_budget::TimeBudget;
+
+use crate::JOINTS;
+use crate::actuator::Pwm;
+use crate::flow_token::FlowToken;
+use crate::link::message::{Missing, OffReport};
+use crate::servo::master::timing::{GUARD_US, latency_us, prepared_latency_us, tick_us};
+use crate::servo::master::{Master, Outcome, Payload, Transaction};
+use crate::servo::port::{BAUD_RATES, SetBaud};
+use crate::servo::{ClientFrame, Firmware, Query, ServoId};
+use discovery::Discovery;
+use embedded_hal::digital::OutputPin;
+use embedded_hal_nb::serial::{Read, Write};
+use force_off::{ForceOff, OffCheck};
+use health_poll::{HealthPoll, HealthRequest};
+use servo_setup::ServoSetup;
+use setup_step::SetupStep;
+use stop_plan::{Speeds, StopPlan, add_speed};
+
+/// Margin in µs that client traffic leaves before a tick: it must never delay one.
+const RESERVE_US: u64 = 10;
+/// Rates that a client may set: what an AX-12A can do, in bits per second.
+const CLIENT_BAUD: core::ops::RangeInclusive<u32> = 7_800..=2_000_000;
+/// Ticks without an answer after which a servo is taken for wedged.
+const SILENT_TICKS: u32 = 3;
+/// Ticks in which a wedged servo is told off, two of this many for each joint: twice
+/// in 20 ms at 1 kHz, and else the ticks tell both.
+const WEDGED_TICKS: u32 = 4;
+
+/// The supervisor's leave: what the bus may be used for now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusLeave {
+    /// For nothing but finding the servos, motors off.
+    Search,
+    /// For ticks with motors off.
+    Off,
+    /// The same, and each in time: motors may be driven soon.
+    Armed,
+    /// For ticks that drive the motors.
+    Drive,
+    /// For a client's packets.
+    Lend,
+}
+
+/// What the sequencer is at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum State {
+    /// The servos are being found.
+    Search(SearchStep),
+    /// Motors are told off.
+    ForceOff,
+    /// Motors are driven.
+    Drive,
+    /// The bus is a client's.
+    Lent,
+}
+
+/// Where a search is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SearchStep {
+    /// The stop sequence at the speed at hand comes next.
+    Stop,
+    /// Is this joint's servo there, and does it run this firmware?
+    Ping {
+        /// Index of the joint.
+        joint: usize,
+        /// Whose protocol is spoken.
+        firmware: Firmware,
+    },
+    /// Morpheus servos are lined up for the position chain.
+    Start,
+    /// Stock servos are read, made ready, or given back.
+    SetUp(SetupStep),
+}
+
+/// What came of a poll.
+#[derive(Clone, Copy, Debug)]
+pub enum BusEvent {
+    /// A tick's exchange is over; the tick's token, stamped.
+    Sampled(Outcome, FlowToken),
+    /// A step of a search or a stop is over; torque is off.
+    Searching,
+    /// The servos are lined up: ticks may begin.
+    LinedUp,
+    /// Stock servos have been given back: the bus is the client's.
+    GivenBack,
+    /// The servos run another firmware than before.
+    FirmwareChanged,
+    /// They run different firmwares; none is driven.
+    Mixed([Firmware; JOINTS]),
+    /// This joint's servo did not answer.
+    Absent(usize, Missing),
+    /// This joint's servo does not take what it must be set to.
+    Unprepared(usize),
+    /// A health poll has been answered.
+    Health(Health),
+    /// The client's request has been answered, or not: see [`BusSequencer::reply`].
+    Client,
+    /// An idle slot has been used.
+    Served,
+}
+
+/// Whose a request in an idle slot is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Owner {
+    Off(OffCheck),
+    Health(HealthRequest),
+    SetUp(SetupStep),
+    Client,
+    /// A packet that is relayed: replies go to the client as they are heard.
+    Relay,
+}
+
+/// A request for an idle slot.
+#[derive(Clone, Debug)]
+struct IdleRequest<const N: usize> {
+    query: Query<N>,
+    owner: Owner,
+    /// A tick may begin late for it.
+    may_be_late: bool,
+}
+
+/// Samples missing in a row, as the monitors count them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Dropouts {
+    /// Joint by joint.
+    pub in_row: [u32; JOINTS],
+    /// How many may be.
+    pub allowed: u32,
+}
+
+/// See the [module](self).
+pub struct BusSequencer<S, D> {
+    master: Master<S, D>,
+    ids: [ServoId; JOINTS],
+    state: State,
+    leave: BusLeave,
+    /// Stops that come before anything else.
+    stops: StopPlan,
+    /// Speeds at which servos may run since a client had the bus.
+    client_speeds: Speeds,
+    discovery: Discovery,
+    setup: ServoSetup,
+    health: HealthPoll,
+    off: ForceOff,
+    /// Whose request is on the bus.
+    owner: Option<Owner>,
+    /// The stop on the bus is one of the plan's.
+    is_planned_stop: bool,
+    /// Bytes of the servos are kept for the client.
+    is_listening: bool,
+    /// What the servos ran when they were found last.
+    firmware: Option<Firmware>,
+    /// When the next step of a search begins, in µs.
+    next_us: u64,
+    now_us: u64,
+    /// The tick whose exchange was begun last.
+    tick: u32,
+}
+
+impl<S, D> BusSequencer<S, D>
+where
+    S: Read<u8> + Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    /// A sequencer for servos with these ids, joint by joint, that begins with the stop
+    /// sequence.
+    pub fn new(serial: S, direction: D, ids: [ServoId; JOINTS], now_us: u64) -> Self {
+        Self {
+            master: Master::new(serial, direction, ids),
+            ids,
+            state: State::Search(SearchStep::Stop),
+            leave: BusLeave::Search,
+            stops: StopPlan::default(),
+            client_speeds: Speeds::new(),
+            discovery: Discovery::default(),
+            setup: ServoSetup::default(),
+            health: HealthPoll::default(),
+            off: ForceOff::default(),
+            owner: None,
+            is_planned_stop: false,
+            is_listening: false,
+            firmware: None,
+            next_us: now_us,
+            now_us,
+            tick: 0,
+        }
+    }
+
+    /// What the sequencer is at.
+    pub(crate) fn state(&self) -> State {
+        self.state
+    }
+
+    /// Whether there is one exchange a tick.
+    pub fn is_ticking(&self) -> bool {
+        matches!(self.state, State::ForceOff | State::Drive)
+    }
+
+    /// Whether nothing is under way on the bus.
+    pub fn is_idle(&self) -> bool {
+        self.master.is_idle()
+    }
+
+    /// What the servos run, as far as that is known.
+    pub fn firmware(&self) -> Firmware {
+        self.master.firmware()
+    }
+
+    /// Speed of the bus in bits per second.
+    pub fn baud(&self) -> u32 {
+        self.master.baud()
+    }
+
+    /// Whether torque can be given to the servos.
+    pub fn is_prepared(&self) -> bool {
+        self.master.is_prepared()
+    }
+
+    /// Shortest period in µs that the bus allows.
+    pub fn least_period_us(&self) -> u32 {
+        tick_us(self.firmware(), self.baud(), self.is_prepared())
+    }
+
+    /// Whether the last stop has come to an end: every motor has been seen to be off, or
+    /// the host has been told which has not.
+    pub fn is_settled(&self) -> bool {
+        self.off.is_settled()
+    }
+
+    /// What the host is to be told of motors that shall be off, when that changes.
+    pub fn take_off_report(&mut self) -> Option<OffReport> {
+        match self.state {
+            State::ForceOff => self.off.take_report(self.now_us),
+            State::Search(_) | State::Lent if self.off.is_reported() => {
+                self.off.take_report(self.now_us)
+            }
+            State::Search(_) | State::Lent | State::Drive => None,
+        }
+    }
+
+    /// The supervisor's leave from now on. What it takes away ends here.
+    pub fn permit(&mut self, leave: BusLeave, now_us: u64) {
+        self.now_us = now_us;
+        self.leave = leave;
+        match (self.state, leave) {
+            (State::Lent, BusLeave::Lend)
+            | (
+                State::Search(_),
+                BusLeave::Search | BusLeave::Off | BusLeave::Armed | BusLeave::Drive,
+            )
+            | (State::ForceOff, BusLeave::Off | BusLeave::Armed)
+            | (State::Drive, BusLeave::Drive) => {}
+            (State::Search(SearchStep::SetUp(step)), BusLeave::Lend) if step.is_restore() => {}
+            (State::Drive, BusLeave::Off | BusLeave::Armed) => {
+                self.state = State::ForceOff;
+                self.off.begin(now_us, false);
+            }
+            (State::ForceOff, BusLeave::Drive) => self.state = State::Drive,
+            (State::Search(_) | State::ForceOff | State::Drive, BusLeave::Lend) => {
+                self.lend();
+            }
+            (State::Lent, _) => self.take_back(),
+            (State::ForceOff | State::Drive, BusLeave::Search) => {
+                self.off = ForceOff::default();
+                self.search();
+            }
+        }
+    }
+
+    /// Every motor is to be off at once, by the stop sequence: after a fault, or when a
+    /// stop is asked for again. The exchange under way ends first, within a tick.
+    pub fn force_off(&mut self, now_us: u64) {
+        self.now_us = now_us;
+        if self.state == State::Lent {
+            self.take_back();
+        } else if self.state == State::Drive {
+            self.state = State::ForceOff;
+        }
+        self.off.begin(now_us, true);
+        self.plan_stops();
+    }
+
+    /// Stops at the speed in use; and, if a client has had the bus since motors were seen
+    /// to be off, at each that it has used or may have set the servos to.
+    fn plan_stops(&mut self) {
+        let mut likely = Speeds::new();
+        add_speed(&mut likely, self.baud());
+        for baud in &self.client_speeds {
+            add_speed(&mut likely, *baud);
+        }
+        let others: &[u32] = if self.client_speeds.is_empty() {
+            &[]
+        } else {
+            &BAUD_RATES
+        };
+        self.stops = StopPlan::new(likely, others);
+        self.off.note_stop(self.now_us);
+    }
+
+    fn search(&mut self) {
+        self.discovery.rewind();
+        self.state = State::Search(SearchStep::Stop);
+        self.next_us = self.now_us;
+        if !self.client_speeds.is_empty() {
+            self.plan_stops();
+        }
+    }
+
+    /// The client finds every motor off.
+    fn lend(&mut self) {
+        self.plan_stops();
+        let baud = self.baud();
+        add_speed(&mut self.client_speeds, baud);
+        self.state = State::Lent;
+        self.next_us = self.now_us;
+    }
+
+    fn take_back(&mut self) {
+        self.is_listening = false;
+        self.master.listen_in(false);
+        self.off.forget();
+        self.search();
+    }
+
+    /// Makes stock servos ready for torque.
+    pub fn prepare(&mut self) {
+        self.set_up(SetupStep::PREPARE);
+    }
+
+    /// Gives stock servos back as they were found, then lends the bus.
+    pub fn restore(&mut self) {
+        self.plan_stops();
+        self.set_up(SetupStep::RESTORE);
+    }
+
+    fn set_up(&mut self, step: SetupStep) {
+        self.state = State::Search(SearchStep::SetUp(step));
+        self.next_us = self.now_us;
+    }
+
+    /// Begins a tick: the servos are told `pwm` if there is leave to drive, and are told
+    /// off otherwise. The exchange may take `available_us`.
+    pub fn begin_tick(
+        &mut self,
+        pwm: [Pwm; JOINTS],
+        tick: u32,
+        dropouts: &Dropouts,
+        available_us: u32,
+    ) {
+        self.tick = tick;
+        self.master.set_available(available_us);
+        let transaction = match self.state {
+            State::Drive if self.leave == BusLeave::Drive => Transaction::Drive(pwm),
+            State::ForceOff => self.off_exchange(tick, dropouts),
+            State::Drive | State::Search(_) | State::Lent => return,
+        };
+        // The bus is idle when a tick is due.
+        let _ = self.master.begin(transaction, self.now_us);
+        let _ = self.master.poll(self.now_us);
+    }
+
+    /// A tick that tells every motor off. One that is silent may be wedged, and hears
+    /// but one kind of packet.
+    fn off_exchange(&self, tick: u32, dropouts: &Dropouts) -> Transaction {
+        if self.off.is_off() {
+            return Transaction::Drive([Pwm::OFF; JOINTS]);
+        }
+        let turn = tick % (WEDGED_TICKS * JOINTS as u32);
+        let joint = (turn / WEDGED_TICKS) as usize;
+        let is_silent = dropouts
+            .in_row
+            .get(joint)
+            .is_some_and(|silent| *silent > SILENT_TICKS);
+        match turn % WEDGED_TICKS {
+            turn @ (0 | 1) if is_silent => Transaction::Quell {
+                joint,
+                aside: turn == 0,
+            },
+            // Servos that are prepared hold their shafts, at no speed.
+            _ if self.is_prepared() => Transaction::Drive([Pwm::OFF; JOINTS]),
+            _ => Transaction::HoldOff,
+        }
+    }
+
+    /// When to poll again at the latest, with the next tick due then.
+    pub fn wake_at_us(&self, tick_due_us: u64) -> u64 {
+        if !self.master.is_idle() {
+            return self.master.wake_at_us();
+        }
+        match self.state {
+            State::ForceOff | State::Drive => tick_due_us,
+            State::Search(_) | State::Lent => self.next_us,
+        }
+    }
+
+    /// How many bytes on the bus make it worth to poll before that, if any.
+    pub fn bytes_wanted(&self) -> Option<usize> {
+        self.master.bytes_wanted()
+    }
+
+    /// Time until the next tick for a request to this servo and its reply; none where
+    /// there are no idle slots now.
+    pub fn time_budget(&self, id: u8, tick_due_us: u64) -> Option<TimeBudget> {
+        if !(self.is_ticking() && self.master.is_idle()) {
+            return None;
+        }
+        let begins_us = self.now_us.max(self.master.ready_at_us());
+        let budget_us = tick_due_us.saturating_sub(begins_us + GUARD_US + RESERVE_US);
+        Some(self.budget_of(id, budget_us as u32))
+    }
+
+    /// What is left of a period after an exchange of so much, for this servo.
+    pub fn spare_budget(&self, id: u8, period_us: u32, exchange_us: u32) -> TimeBudget {
+        let rests_us = (2 * GUARD_US + RESERVE_US) as u32;
+        self.budget_of(id, period_us.saturating_sub(exchange_us + rests_us))
+    }
+
+    fn budget_of(&self, id: u8, budget_us: u32) -> TimeBudget {
+        let (firmware, baud) = (self.firmware(), self.baud());
+        let latency_us = if self.ids.iter().any(|ours| ours.get() == id) {
+            prepared_latency_us(firmware, baud)
+        } else {
+            // Settings of a servo that is not ours are not known.
+            latency_us(firmware)
+        };
+        TimeBudget::new(budget_us, baud, latency_us)
+    }
+
+    /// Asks a client's question in the idle slot at hand. The caller has made it fit.
+    pub fn ask_for_client<const N: usize>(&mut self, query: Query<N>, tick_due_us: u64) {
+        let request = IdleRequest {
+            query,
+            owner: Owner::Client,
+            may_be_late: false,
+        };
+        let _ = self.request(&request, tick_due_us);
+    }
+
+    /// Gives the idle slot at hand to this request, if it fits.
+    fn request<const N: usize>(&mut self, request: &IdleRequest<N>, tick_due_us: u64) -> bool {
+        let IdleRequest {
+            query,
+            owner,
+            may_be_late,
+        } = request;
+        let Some(budget) = self.time_budget(query.id, tick_due_us) else {
+            return false;
+        };
+        if !(*may_be_late || budget.fits(query)) {
+            return false;
+        }
+        let expected = query.expected_reply(budget.latency_us);
+        if self
+            .master
+            .ask(&query.packet, expected, self.now_us)
+            .is_err()
+        {
+            return false;
+        }
+        self.owner = Some(*owner);
+        let _ = self.master.poll(self.now_us);
+        true
+    }
+
+    /// What the last request was answered.
+    pub fn reply(&self) -> Option<&Payload> {
+        self.master.reply()
+    }
+
+    /// Whether stops come before anything else.
+    pub fn is_stopping(&self) -> bool {
+        !self.stops.is_done() || (self.is_planned_stop && !self.is_idle())
+    }
+
+    /// Whether a client's packet would be relayed now.
+    pub fn is_lent(&self) -> bool {
+        self.state == State::Lent
+            && self.leave == BusLeave::Lend
+            && !self.is_stopping()
+            && self.is_idle()
+    }
+
+    /// Relays a client's packet as it came, at the client's speed; whether it was sent.
+    /// Never one that wedges servos: only switching their power off brings them back.
+    pub fn relay(&mut self, frame: &ClientFrame<'_>, baud: u32) -> bool {
+        if !self.is_lent() || frame.wedges_servo() {
+            return false;
+        }
+        let firmware = frame
+            .request()
+            .map_or(self.firmware(), |request| request.firmware);
+        let baud = Some(baud)
+            .filter(|baud| CLIENT_BAUD.contains(baud))
+            .unwrap_or(self.baud());
+        add_speed(&mut self.client_speeds, baud);
+        let _ = self.master.set_line(firmware, baud);
+        let expected = frame.expected_reply();
+        let is_sent = self
+            .master
+            .ask(frame.bytes(), expected, self.now_us)
+            .is_ok();
+        if is_sent {
+            self.owner = Some(Owner::Relay);
+            let _ = self.master.poll(self.now_us);
+        }
+        is_sent
+    }
+
+    /// The oldest byte that servos have sent while the bus is lent.
+    pub fn overheard(&mut self) -> Option<u8> {
+        self.master.overheard()
+    }
+}

@@ -1,0 +1,349 @@
+//! Steps: how transactions of the sequencer begin, end, and lead to each other.
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal_nb::serial::{Read, Write};
+
+use super::discovery::Next;
+use super::force_off::CheckKind;
+use super::health_poll::HealthRequest;
+use super::servo_setup::Progress;
+use super::setup_step::{SetupGoal, SetupStep};
+use super::{
+    BusEvent, BusLeave, BusSequencer, Discovery, Dropouts, IdleRequest, Owner, SearchStep, State,
+};
+use crate::JOINTS;
+use crate::flow_token::{FlowToken, Machine};
+use crate::link::message::{Missing, Sample};
+use crate::servo::ExpectedReply;
+use crate::servo::Firmware;
+use crate::servo::master::timing::latency_us;
+use crate::servo::master::{Outcome, Transaction};
+use crate::servo::port::SetBaud;
+
+/// Rest between two attempts to find the servos, in µs.
+const SEARCH_PAUSE_US: u64 = 50_000;
+/// How often a board whose bus is lent looks whether all is well, in µs.
+const LOOK_US: u64 = 10_000;
+
+impl<S, D> BusSequencer<S, D>
+where
+    S: Read<u8> + Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    /// Advances the bus as far as it goes without waiting. `None` when nothing has come
+    /// to an end; a tick that is due at `tick_due_us` is the caller's to
+    /// [begin](Self::begin_tick).
+    pub fn poll(&mut self, now_us: u64) -> Option<BusEvent> {
+        self.now_us = now_us;
+        if let Ok(outcome) = self.master.poll(now_us) {
+            return Some(self.finish(&outcome));
+        }
+        if !self.master.is_idle() {
+            return None;
+        }
+        if let Some((stop, baud)) = self.stops.take() {
+            return self.begin_stop(stop, baud);
+        }
+        match self.state {
+            State::Search(step) if now_us >= self.next_us => self.begin_search_step(step),
+            State::ForceOff if self.off.is_stop_due(now_us) && self.leave == BusLeave::Off => {
+                self.plan_stops();
+                let (stop, baud) = self.stops.take()?;
+                self.begin_stop(stop, baud)
+            }
+            State::Lent if now_us >= self.next_us => {
+                self.next_us = now_us + LOOK_US;
+                if !self.is_listening {
+                    self.is_listening = true;
+                    self.master.listen_in(true);
+                }
+                Some(BusEvent::Searching)
+            }
+            State::Search(_) | State::ForceOff | State::Drive | State::Lent => None,
+        }
+    }
+
+    fn begin_stop(&mut self, stop: Transaction, baud: u32) -> Option<BusEvent> {
+        // Stock servos let go of their shafts.
+        self.master.set_prepared(false);
+        // Idle was just seen: it is not busy.
+        let _ = self.master.set_line(self.firmware(), baud);
+        self.begin(stop);
+        self.is_planned_stop = true;
+        None
+    }
+
+    fn begin(&mut self, transaction: Transaction) {
+        self.owner = None;
+        self.is_planned_stop = false;
+        // Idle was just seen: it is not busy.
+        let _ = self.master.begin(transaction, self.now_us);
+        let _ = self.master.poll(self.now_us);
+    }
+
+    fn begin_search_step(&mut self, step: SearchStep) -> Option<BusEvent> {
+        let transaction = match step {
+            SearchStep::Stop => {
+                self.master.set_prepared(false);
+                self.discovery.begin();
+                self.set_bus_line(Firmware::Morpheus);
+                Transaction::Stop
+            }
+            SearchStep::Ping { joint, firmware } => {
+                self.set_bus_line(firmware);
+                Transaction::Ping { joint }
+            }
+            SearchStep::Start => Transaction::Start,
+            SearchStep::SetUp(step) => return self.begin_set_up(step),
+        };
+        self.begin(transaction);
+        None
+    }
+
+    /// At the speed of the search.
+    fn set_bus_line(&mut self, firmware: Firmware) {
+        let baud = self.discovery.baud().unwrap_or(self.baud());
+        // Idle was just seen: it is not busy.
+        let _ = self.master.set_line(firmware, baud);
+    }
+
+    fn begin_set_up(&mut self, step: SetupStep) -> Option<BusEvent> {
+        let (step, packet, reply_bytes) = match self.setup.request(step, self.ids) {
+            Ok(request) => request,
+            Err(goal) => return Some(self.finish_set_up(goal)),
+        };
+        let id = self.ids.get(step.joint).map_or(0, |id| id.get());
+        let expected = ExpectedReply {
+            id,
+            reply_bytes,
+            latency_us: latency_us(Firmware::Stock),
+        };
+        self.state = State::Search(SearchStep::SetUp(step));
+        self.owner = Some(Owner::SetUp(step));
+        // Idle was just seen, and our own packets are short.
+        let _ = self.master.ask(&packet, expected, self.now_us);
+        let _ = self.master.poll(self.now_us);
+        None
+    }
+
+    /// Gives the idle slot at hand to what the board asks for its own sake. True if it
+    /// has.
+    pub fn use_idle_slot(&mut self, tick_due_us: u64, dropouts: &Dropouts) -> bool {
+        if !(self.is_ticking() && self.master.is_idle()) {
+            return false;
+        }
+        if self.check_off(tick_due_us) {
+            return true;
+        }
+        let firmware = self.firmware();
+        let may_drive = matches!(self.leave, BusLeave::Armed | BusLeave::Drive);
+        let due = self.health.next(firmware, self.now_us, dropouts, may_drive);
+        let Some((health, may_be_late)) = due else {
+            return false;
+        };
+        let joint = match health {
+            HealthRequest::Temperature { joint }
+            | HealthRequest::Torque { joint }
+            | HealthRequest::Ping { joint } => joint,
+        };
+        let servo = self.ids.get(joint).copied();
+        let Some(query) = servo.and_then(|servo| health.query(firmware, servo)) else {
+            return false;
+        };
+        let request = IdleRequest {
+            query,
+            owner: Owner::Health(health),
+            may_be_late,
+        };
+        let is_asked = self.request(&request, tick_due_us);
+        if is_asked {
+            self.health.note_asked(health, self.now_us);
+        }
+        is_asked
+    }
+
+    /// Asks for evidence that a motor is off. An arm that is to be driven soon has ticks
+    /// in time.
+    fn check_off(&mut self, tick_due_us: u64) -> bool {
+        if self.state != State::ForceOff {
+            return false;
+        }
+        let Some(check) = self.off.next_check() else {
+            return false;
+        };
+        let Some(servo) = self.ids.get(check.joint).copied() else {
+            return false;
+        };
+        let query = match check.kind {
+            CheckKind::Ping => self.firmware().ping_query(servo),
+            CheckKind::ReadBack => self.firmware().off_query(servo),
+        };
+        let request = IdleRequest {
+            query,
+            owner: Owner::Off(check),
+            may_be_late: self.leave == BusLeave::Off,
+        };
+        let is_asked = self.request(&request, tick_due_us);
+        if is_asked {
+            self.off.note_asked(check);
+        }
+        is_asked
+    }
+
+    /// A transaction is over: what does it mean?
+    fn finish(&mut self, outcome: &Outcome) -> BusEvent {
+        match (outcome.transaction, self.state) {
+            (
+                Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. },
+                State::Lent,
+            ) => BusEvent::Searching,
+            (Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. }, _) => {
+                let is_off = outcome.transaction.is_off();
+                if is_off && self.state == State::ForceOff {
+                    self.off.note_tick(self.now_us, outcome.samples);
+                }
+                let token = FlowToken::begin(self.tick).stamp(Machine::Sequencer);
+                BusEvent::Sampled(*outcome, token)
+            }
+            (Transaction::Ask(_), _) => self.finish_request(),
+            (Transaction::Stop, State::Search(SearchStep::Stop)) if !self.is_planned_stop => {
+                let Next::Ping { joint, firmware } = Discovery::FIRST else {
+                    return BusEvent::Searching;
+                };
+                self.state = State::Search(SearchStep::Ping { joint, firmware });
+                BusEvent::Searching
+            }
+            (Transaction::Ping { joint }, State::Search(SearchStep::Ping { firmware, .. })) => {
+                let sample = outcome.samples.get(joint).copied();
+                let next = self.discovery.pinged(joint, firmware, sample);
+                self.finish_ping(next)
+            }
+            (Transaction::Start, State::Search(SearchStep::Start)) => {
+                match first_missing(outcome.samples) {
+                    Some((joint, missing)) => self.absent(joint, missing),
+                    None => self.line_up(),
+                }
+            }
+            // One of a plan's stops, or the state has changed since.
+            (
+                Transaction::Stop
+                | Transaction::BriefStop
+                | Transaction::Ping { .. }
+                | Transaction::Start,
+                _,
+            ) => BusEvent::Searching,
+        }
+    }
+
+    fn finish_ping(&mut self, next: Next) -> BusEvent {
+        let step = match next {
+            Next::Ping { joint, firmware } => SearchStep::Ping { joint, firmware },
+            Next::OtherSpeed => SearchStep::Stop,
+            Next::Found(found) => {
+                let before = self.firmware.replace(found);
+                self.set_bus_line(found);
+                self.state = State::Search(match found {
+                    Firmware::Morpheus => SearchStep::Start,
+                    Firmware::Stock => SearchStep::SetUp(SetupStep::LOOK),
+                });
+                let is_changed = before.is_some_and(|before| before != found);
+                return if is_changed {
+                    BusEvent::FirmwareChanged
+                } else {
+                    BusEvent::Searching
+                };
+            }
+            Next::Mixed(firmwares) => {
+                self.search_again();
+                return BusEvent::Mixed(firmwares);
+            }
+            Next::Absent(joint, missing) => return self.absent(joint, missing),
+        };
+        self.state = State::Search(step);
+        BusEvent::Searching
+    }
+
+    fn absent(&mut self, joint: usize, missing: Missing) -> BusEvent {
+        self.search_again();
+        BusEvent::Absent(joint, missing)
+    }
+
+    /// From the beginning, after a pause.
+    fn search_again(&mut self) {
+        self.state = State::Search(SearchStep::Stop);
+        self.next_us = self.now_us + SEARCH_PAUSE_US;
+    }
+
+    fn line_up(&mut self) -> BusEvent {
+        self.state = State::ForceOff;
+        self.off.resume(self.now_us);
+        self.health.restart(self.now_us);
+        BusEvent::LinedUp
+    }
+
+    fn finish_request(&mut self) -> BusEvent {
+        let Some(owner) = self.owner.take() else {
+            return BusEvent::Served;
+        };
+        let firmware = self.firmware();
+        let data = self.master.reply().map(|reply| reply.data.as_slice());
+        match owner {
+            Owner::Off(check) => {
+                self.off.note_reply(check, firmware, data, self.now_us);
+                if self.off.is_off() {
+                    self.client_speeds.clear();
+                }
+                BusEvent::Served
+            }
+            Owner::Health(request) => self
+                .health
+                .note_reply(request, firmware, self.master.reply())
+                .map_or(BusEvent::Served, BusEvent::Health),
+            Owner::Client => BusEvent::Client,
+            Owner::Relay => BusEvent::Searching,
+            Owner::SetUp(step) => {
+                if self.state != State::Search(SearchStep::SetUp(step)) {
+                    return BusEvent::Searching;
+                }
+                match self.setup.note_reply(step, data) {
+                    Progress::Step(next, pause_us) => {
+                        self.state = State::Search(SearchStep::SetUp(next));
+                        self.next_us = self.now_us + pause_us;
+                        BusEvent::Searching
+                    }
+                    Progress::Done(goal) => self.finish_set_up(goal),
+                    Progress::Refused(joint) => {
+                        self.search_again();
+                        BusEvent::Unprepared(joint)
+                    }
+                    Progress::Silent(joint) => self.absent(joint, Missing::Silence),
+                }
+            }
+        }
+    }
+
+    fn finish_set_up(&mut self, goal: SetupGoal) -> BusEvent {
+        match goal {
+            SetupGoal::Look => self.line_up(),
+            SetupGoal::Prepare => {
+                self.master.set_prepared(true);
+                self.line_up()
+            }
+            SetupGoal::Restore => {
+                self.setup.forget();
+                self.state = State::Lent;
+                BusEvent::GivenBack
+            }
+        }
+    }
+}
+
+fn first_missing(samples: [Sample; JOINTS]) -> Option<(usize, Missing)> {
+    samples
+        .into_iter()
+        .enumerate()
+        .find_map(|(joint, sample)| match sample {
+            Sample::Missing(missing) => Some((joint, missing)),
+            Sample::Counts(_) => None,
+        })
+}

@@ -1,0 +1,135 @@
+//! Stop plan: the stops to be sent before anything else, at every speed that matters.
+//!
+//! Where servos may run at any of several speeds, a full sequence at each would keep
+//! the last one waiting: 7 ms at 1 Mbaud, 52 ms at 57600. So the brief stop is sent at
+//! each of them first, the likeliest first, and full sequences follow where servos are
+//! likely to be. A search sends them at the other speeds.
+
+use crate::servo::master::Transaction;
+use heapless::Vec;
+
+/// Speeds that are remembered: those of the servos, a client's last, and those at which
+/// servos are looked for.
+const SPEEDS_MAX: usize = 8;
+
+/// Speeds in bits per second, without repetition.
+pub(super) type Speeds = Vec<u32, SPEEDS_MAX>;
+
+/// Adds a speed; of too many the oldest after the first goes.
+pub(super) fn add_speed(speeds: &mut Speeds, baud: u32) {
+    if speeds.contains(&baud) {
+        return;
+    }
+    if speeds.is_full() {
+        speeds.remove(1);
+    }
+    // There is room.
+    let _ = speeds.push(baud);
+}
+
+/// Stops, and how far they have got.
+#[derive(Clone, Debug, Default)]
+pub(super) struct StopPlan {
+    /// Where servos may be.
+    possible: Speeds,
+    /// Where they are likely to be: the first so many of these.
+    likely: usize,
+    next: usize,
+}
+
+impl StopPlan {
+    /// Brief stops at `likely` speeds and at `others`, then full sequences at the likely
+    /// ones.
+    pub(super) fn new(likely: Speeds, others: &[u32]) -> Self {
+        let count = likely.len();
+        let mut possible = likely;
+        for baud in others {
+            if !possible.contains(baud) {
+                // Those there is no room for are met by the search.
+                let _ = possible.push(*baud);
+            }
+        }
+        Self {
+            possible,
+            likely: count,
+            next: 0,
+        }
+    }
+
+    /// Brief stops: one speed alone needs none, for the sequence begins with it.
+    fn briefs(&self) -> usize {
+        match self.possible.len() {
+            1 => 0,
+            count => count,
+        }
+    }
+
+    /// Whether all have been taken.
+    pub(super) fn is_done(&self) -> bool {
+        self.next >= self.briefs() + self.likely
+    }
+
+    /// The next stop, and the speed at which it is to be sent.
+    pub(super) fn take(&mut self) -> Option<(Transaction, u32)> {
+        if self.is_done() {
+            return None;
+        }
+        let (transaction, index) = match self.next.checked_sub(self.briefs()) {
+            None => (Transaction::BriefStop, self.next),
+            Some(index) => (Transaction::Stop, index),
+        };
+        let baud = *self.possible.get(index)?;
+        self.next += 1;
+        Some((transaction, baud))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(speeds: &[u32]) -> StopPlan {
+        let mut all = Speeds::new();
+        for baud in speeds {
+            add_speed(&mut all, *baud);
+        }
+        StopPlan::new(all, &[])
+    }
+
+    #[test]
+    fn brief_stops_at_all_speeds_come_first() {
+        use Transaction::{BriefStop, Stop};
+        let mut one = plan(&[1_000_000, 1_000_000]);
+        assert_eq!(one.take(), Some((Stop, 1_000_000)));
+        assert_eq!(one.take(), None);
+        let mut two = plan(&[57_142, 1_000_000]);
+        let sent = [(); 5].map(|()| two.take());
+        let expected = [
+            Some((BriefStop, 57_142)),
+            Some((BriefStop, 1_000_000)),
+            Some((Stop, 57_142)),
+            Some((Stop, 1_000_000)),
+            None,
+        ];
+        assert_eq!(sent, expected);
+        assert_eq!(StopPlan::default().take(), None);
+        let mut wide = StopPlan::new(Speeds::from_slice(&[500_000]).unwrap(), &[500_000, 57_142]);
+        let sent = [(); 4].map(|()| wide.take());
+        let expected = [
+            Some((BriefStop, 500_000)),
+            Some((BriefStop, 57_142)),
+            Some((Stop, 500_000)),
+            None,
+        ];
+        assert_eq!(sent, expected);
+    }
+
+    #[test]
+    fn the_first_speed_and_the_latest_are_remembered() {
+        let mut speeds = Speeds::new();
+        for baud in 1..=20 {
+            add_speed(&mut speeds, baud);
+        }
+        assert_eq!(speeds, [1, 14, 15, 16, 17, 18, 19, 20]);
+    }
+}

@@ -1,0 +1,31 @@
+//! Torque off, on the whole bench: whichever party drives the motors, and whatever
+//! fails, they are off in time and stay off.
+//!
+//! | module        | motors that must be off                                     |
+//! |---------------|-------------------------------------------------------------|
+//! | `passthrough` | those of a client of the transparent port, after a stop     |
+//! | `silence`     | those of a client that hangs                                |
+//! | `outages`     | stock servos whose wire was cut                             |
+//! | `sessions`    | those that another session drove, after a hello or goodbye  |
+//! | `age`         | those whose command is old, though the host is alive        |
+//! | `clearing`    | those of a host that stops and clears in one write          |
+//! | `resets`      | those of an arm of which a stock servo was reset            |
+//! | `memory`      | all, when a bit of what says who may drive has turned       |
+//!
+//! `rig` is the board with everything around it, `host` and `client` its two users;
+//! `reports` decodes the board's messages on torque, `cases` runs a table. A motor is
+//! judged by the duty that the virtual servo gives it.
+
+mod age;
+mod cases;
+mod clearing;
+mod client;
+mod host;
+mod memory;
+mod outages;
+mod passthrough;
+mod reports;
+mod resets;
+mod rig;
+mod sessions;
+mod silence;
