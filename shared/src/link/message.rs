@@ -14,6 +14,7 @@ pub use super::limits::Limits;
 pub use super::mode::{Drive, Fault, Guards, Halt, Mode, Standstill, StopSource, Trip};
 use super::motion::Motion;
 pub use super::setup::{Controller, Gains, Settings, Setup};
+pub use crate::servo::{Missing, Sample};
 
 use crate::JOINTS;
 use crate::control::trajectory::Quantity;
@@ -307,51 +308,4 @@ pub struct Timing {
     pub compute_ns: u32,
     /// Ticks skipped so far because the one before was not done.
     pub missed: u32,
-}
-
-/// What a servo answered when asked for its position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
-pub enum Sample {
-    /// Position in encoder counts, 0..=1023.
-    Counts(u16),
-    /// Nothing to use, and why.
-    Missing(Missing),
-}
-
-impl Sample {
-    /// The counts, if there are any.
-    pub fn counts(self) -> Option<u16> {
-        match self {
-            Self::Counts(counts) => Some(counts),
-            Self::Missing(_) => None,
-        }
-    }
-
-    /// Why there are none.
-    pub fn missing(self) -> Option<Missing> {
-        match self {
-            Self::Counts(_) => None,
-            Self::Missing(missing) => Some(missing),
-        }
-    }
-}
-
-/// Kinds of missing samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Missing {
-    /// Not asked.
-    NotAsked,
-    /// Nothing was heard.
-    Silence,
-    /// Only our own request was heard.
-    EchoOnly,
-    /// A reply with a wrong checksum.
-    BadChecksum,
-    /// A reply from another servo.
-    WrongId,
-    /// A reply ended early.
-    Short,
-    /// The receiver reported framing, noise or overrun.
-    Line,
 }

@@ -3,6 +3,7 @@
 //! | module       | what                                                     |
 //! |--------------|----------------------------------------------------------|
 //! | [`Firmware`] | which program runs on a servo                            |
+//! | [`Sample`]   | a servo's position in a tick, or why it is missing       |
 //! | [`morpheus`] | packets of the Morpheus firmware, only the harmless ones |
 //! | [`protocol1`] | Dynamixel Protocol 1.0, what a stock AX-12A speaks      |
 //! | [`table`]    | the registers of either firmware                         |
@@ -22,8 +23,10 @@ pub mod stop;
 pub mod table;
 
 mod firmware;
+mod sample;
 
 pub use firmware::Firmware;
+pub use sample::{Missing, Sample};
 
 /// Time of one byte on the wire: ten bits at 1 Mbaud.
 pub const BYTE_US: u64 = 10;

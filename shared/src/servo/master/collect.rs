@@ -1,11 +1,10 @@
 //! What came back while the master listened.
 
-use super::super::Firmware;
 use super::super::morpheus::{self, MASTER, Reply, ServoId};
 use super::super::protocol1::{self, Alarms, Status};
+use super::super::{Firmware, Missing, Sample};
 use super::transaction::Asked;
 use crate::JOINTS;
-use crate::link::message::{Missing, Sample};
 use heapless::Vec;
 
 /// Length of a Morpheus answer to a ping, and of a position.

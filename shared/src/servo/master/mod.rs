@@ -36,12 +36,11 @@ mod transaction;
 pub use collect::Payload;
 pub use transaction::{Asked, Outcome, Transaction};
 
-use super::Firmware;
 use super::morpheus::ServoId;
 use super::port::{SetBaud, bytes_us};
 use super::protocol1::Alarms;
+use super::{Firmware, Missing, Sample};
 use crate::JOINTS;
-use crate::link::message::{Missing, Sample};
 use collect::Collect;
 use core::convert::Infallible;
 use echo::Echo;

@@ -4,12 +4,11 @@ use super::super::morpheus::{Request, ServoId};
 use super::super::port::bytes_us;
 use super::super::protocol1::{Alarms, BROADCAST, Instruction, register};
 use super::super::stop::{StopStep, stop_step_for};
-use super::super::{Firmware, Packet};
+use super::super::{Firmware, Packet, Sample};
 use super::collect::Awaited;
 use super::timing::{GUARD_US, Windows, gap_us};
 use crate::JOINTS;
 use crate::actuator::Pwm;
-use crate::link::message::Sample;
 
 /// What can be asked of the bus. The servos' firmware is what
 /// [`Master::set_line`](super::Master::set_line) was told.
