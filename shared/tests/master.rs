@@ -9,10 +9,10 @@ use std::convert::Infallible;
 use std::rc::Rc;
 
 use armbridge_shared::actuator::Pwm;
-use armbridge_shared::link::message::{Missing, Sample};
 use armbridge_shared::servo::master::{Busy, Master, Outcome, Transaction};
 use armbridge_shared::servo::morpheus::{MASTER, Parser, ServoId};
 use armbridge_shared::servo::port::SetBaud;
+use armbridge_shared::servo::{Firmware, Missing, Sample};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_nb::serial;
 use proptest::prelude::*;
@@ -237,6 +237,48 @@ fn the_stop_sequence_keeps_its_gaps() {
         "{} µs",
         line.now_us - before_us
     );
+}
+
+#[test]
+fn the_brief_stop_takes_less_than_half_a_millisecond() {
+    let mut test = Test::new(false);
+    let before_us = test.port.0.borrow().now_us;
+    test.run(Transaction::BriefStop, Vec::new());
+    let line = test.port.0.borrow();
+    #[rustfmt::skip]
+    assert_eq!(line.sent, [
+        0xFF, 0xFF,
+        0xAA, 6, 0xFF, 0xFE, 3, 0x10, 0xE8, 3, 0xF8,
+        0xFF, 0xFF, 0xFE, 4, 3, 24, 0, 0xE2,
+    ]);
+    assert_eq!(line.undriven, 0);
+    let took_us = line.now_us - before_us;
+    assert!((390..500).contains(&took_us), "{took_us} µs");
+}
+
+#[test]
+fn a_tick_with_motors_off_says_so_in_either_protocol() {
+    let mut test = Test::new(false);
+    let outcome = test.run(Transaction::HoldOff, chain());
+    assert_eq!(outcome.samples, [Sample::Counts(500), Sample::Counts(501)]);
+    #[rustfmt::skip]
+    assert_eq!(test.port.0.borrow().sent, [
+        0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3, 1, 0, 0xE8, 3, 2, 0, 0xE8, 3, 0x7A,
+        0xAA, 3, 0xFF, 0xFE, 7, 0xF5,
+    ]);
+    // Prepared or not: torque enable 0 to all, then two READs.
+    for is_prepared in [false, true] {
+        let mut test = Test::new(false);
+        test.master.set_line(Firmware::Stock, 1_000_000).unwrap();
+        test.master.set_prepared(is_prepared);
+        test.run(Transaction::HoldOff, Vec::new());
+        #[rustfmt::skip]
+        assert_eq!(test.port.0.borrow().sent, [
+            0xFF, 0xFF, 0xFE, 4, 3, 24, 0, 0xE2,
+            0xFF, 0xFF, 1, 4, 2, 36, 2, 0xD2,
+            0xFF, 0xFF, 2, 4, 2, 36, 2, 0xD1,
+        ]);
+    }
 }
 
 proptest! {

@@ -134,7 +134,7 @@ impl State {
 /// Who answers, with which error byte, and what; `None` if it is no packet.
 fn reply(bytes: &[u8]) -> Option<(u8, u8, Vec<u8>)> {
     let mut stock = frame::Parser::<{ frame::FRAME_MAX }>::new();
-    let mut morpheus = morpheus::frame::Parser::<{ morpheus::frame::FRAME_MAX }>::any();
+    let mut morpheus = morpheus::frame::Parser::<{ morpheus::frame::FRAME_MAX }>::new();
     bytes.iter().find_map(|byte| {
         if let Some(Ok(found)) = stock.push(*byte) {
             let status = Status::decode(&found)?;

@@ -6,7 +6,7 @@ use armbridge_shared::servo::BYTE_US;
 use armbridge_shared::servo::master::timing::GUARD_US;
 use armbridge_shared::servo::master::{Asked, Master, Outcome, Transaction};
 use armbridge_shared::servo::morpheus::{Request, ServoId};
-use armbridge_shared::servo::stop::{StopStep, stop_steps};
+use armbridge_shared::servo::stop::{StopStep, brief_stop_step, stop_steps};
 use armbridge_tests::random::Random;
 use embedded_hal_nb::serial::ErrorKind;
 
@@ -37,18 +37,8 @@ fn ids() -> [ServoId; 2] {
 /// sent, pauses, and windows.
 fn expected(transaction: Transaction) -> (Vec<u8>, u64) {
     match transaction {
-        Transaction::Stop => {
-            let (mut sent, mut pauses_us) = (Vec::new(), 0);
-            for step in stop_steps(ids()) {
-                match step {
-                    StopStep::Send(packet) => sent.extend(packet),
-                    StopStep::Repeat(byte, count) => sent.extend(vec![byte; count.into()]),
-                    StopStep::Pause { us } => pauses_us += u64::from(us),
-                }
-            }
-            let limit_us = pauses_us + BYTE_US * sent.len() as u64;
-            (sent, limit_us)
-        }
+        Transaction::Stop => steps(stop_steps(ids())),
+        Transaction::BriefStop => steps((0..).map_while(brief_stop_step)),
         Transaction::Ping { joint } => match ids().get(joint) {
             Some(id) => (Request::Ping(*id).encode().to_vec(), 60 + 400),
             None => (Vec::new(), 0),
@@ -60,6 +50,7 @@ fn expected(transaction: Transaction) -> (Vec<u8>, u64) {
             sent.extend(Request::Cycle.encode());
             (sent, 160 + 80 + 60 + 450)
         }
+        Transaction::HoldOff => expected(Transaction::Drive([Pwm::OFF; 2])),
         Transaction::Quell { joint, aside } => {
             let off = if aside {
                 Request::SideStep([ids()[joint]; 2])
@@ -75,14 +66,28 @@ fn expected(transaction: Transaction) -> (Vec<u8>, u64) {
     }
 }
 
+/// What these steps send, and how long they take in µs.
+fn steps(steps: impl Iterator<Item = StopStep>) -> (Vec<u8>, u64) {
+    let (mut sent, mut pauses_us) = (Vec::new(), 0);
+    for step in steps {
+        match step {
+            StopStep::Send(packet) => sent.extend(packet),
+            StopStep::Repeat(byte, count) => sent.extend(vec![byte; count.into()]),
+            StopStep::Pause { us } => pauses_us += u64::from(us),
+        }
+    }
+    let limit_us = pauses_us + BYTE_US * sent.len() as u64;
+    (sent, limit_us)
+}
+
 /// What servos in their right minds answer.
 fn answers(random: &mut Random, transaction: Transaction) -> ([u16; 2], Vec<Vec<u8>>) {
     let ping = |id| reply(id, &[1]);
     match transaction {
-        Transaction::Stop => ([0; 2], Vec::new()),
+        Transaction::Stop | Transaction::BriefStop => ([0; 2], Vec::new()),
         Transaction::Ping { joint } => ([0; 2], vec![ping(joint as u8 + 1)]),
         Transaction::Start => ([0; 2], vec![ping(1), ping(2)]),
-        Transaction::Drive(_) | Transaction::Quell { .. } => {
+        Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. } => {
             let counts = [0; 2].map(|_| random.below(1024) as u16);
             let [a, b] = counts;
             (counts, vec![position(1, a), position(2, b)])
@@ -108,7 +113,7 @@ impl Test {
 
     fn transaction(&mut self) -> Transaction {
         let random = &mut self.random;
-        match random.below(8) {
+        match random.below(10) {
             0 => Transaction::Stop,
             1 | 2 => Transaction::Ping {
                 joint: random.below(3) as usize,
@@ -119,6 +124,8 @@ impl Test {
                 joint: random.below(2) as usize,
                 aside: random.once_in(2),
             },
+            6 => Transaction::BriefStop,
+            7 => Transaction::HoldOff,
             _ => Transaction::Drive([0; 2].map(|_| Pwm::saturating(random.below(2100) as u16))),
         }
     }
@@ -230,7 +237,9 @@ impl Test {
                 continue;
             };
             let answer = match transaction {
-                Transaction::Drive(_) | Transaction::Quell { .. } => position(id, counts),
+                Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. } => {
+                    position(id, counts)
+                }
                 Transaction::Ping { joint } if joint + 1 == usize::from(id) => reply(id, &[1]),
                 Transaction::Start => reply(id, &[1]),
                 _ => panic!("{outcome:?} was believed"),
@@ -293,10 +302,13 @@ fn the_master_ends_in_time_and_believes_only_answers() {
                 if is_quiet {
                     for (joint, counts) in counts.into_iter().enumerate() {
                         let is_asked = match transaction {
-                            Transaction::Stop | Transaction::Ask(_) => false,
+                            Transaction::Stop | Transaction::BriefStop | Transaction::Ask(_) => {
+                                false
+                            }
                             Transaction::Ping { joint: asked } => asked == joint,
                             Transaction::Start
                             | Transaction::Drive(_)
+                            | Transaction::HoldOff
                             | Transaction::Quell { .. } => true,
                         };
                         let sample = outcome.samples[joint];

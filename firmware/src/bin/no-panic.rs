@@ -257,7 +257,7 @@ fn packets() {
     use morpheus::frame as m;
     use protocol1::frame as p;
     let mut parsers = (
-        m::Parser::<{ m::FRAME_MAX }>::any(),
+        m::Parser::<{ m::FRAME_MAX }>::new(),
         p::Parser::<{ p::FRAME_MAX }>::new(),
     );
     while any() {

@@ -1,13 +1,12 @@
 //! What came back on a request: echo, packets, and the rest.
 
-use armbridge_shared::servo::morpheus::frame::FRAME_MAX as MORPHEUS_MAX;
-use armbridge_shared::servo::morpheus::{self, MASTER};
-use armbridge_shared::servo::protocol1::frame::FRAME_MAX as PROTOCOL1_MAX;
-use armbridge_shared::servo::protocol1::{self, Alarms, Status};
+use armbridge_shared::servo::protocol::Damage;
+use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
 
 use super::diagnosis::{Diagnosis, REFUSING, Refusal};
 use super::request::Request;
-use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::{Firmware, ReplyParser};
 
 /// Payload with which Morpheus says no.
 const NOK: [u8; 1] = [0x08];
@@ -23,12 +22,6 @@ pub struct Packet {
     pub data: Vec<u8>,
 }
 
-#[derive(Debug)]
-enum Parser {
-    Morpheus(Box<morpheus::frame::Parser<MORPHEUS_MAX>>),
-    Stock(Box<protocol1::Parser<PROTOCOL1_MAX>>),
-}
-
 /// Collects what is heard on one request.
 #[derive(Debug)]
 pub(super) struct Heard<'a> {
@@ -36,7 +29,7 @@ pub(super) struct Heard<'a> {
     echo: &'a [u8],
     echoed: usize,
     echo_is_damaged: bool,
-    parser: Parser,
+    parser: Box<ReplyParser<FRAME_MAX>>,
     pub(super) packets: Vec<Packet>,
     damaged: Option<u8>,
     /// Bytes that are not echo.
@@ -46,15 +39,11 @@ pub(super) struct Heard<'a> {
 impl<'a> Heard<'a> {
     /// Nothing yet. `echo` is what will come back of what was sent.
     pub(super) fn new(firmware: Firmware, echo: &'a [u8]) -> Self {
-        let parser = match firmware {
-            Firmware::Morpheus => Parser::Morpheus(Box::new(morpheus::frame::Parser::to(MASTER))),
-            Firmware::Stock => Parser::Stock(Box::default()),
-        };
         Self {
             echo,
             echoed: 0,
             echo_is_damaged: false,
-            parser,
+            parser: Box::new(ReplyParser::to_bridge(firmware, FRAME_MAX)),
             packets: Vec::new(),
             damaged: None,
             bytes: 0,
@@ -68,38 +57,20 @@ impl<'a> Heard<'a> {
             return;
         }
         self.bytes += 1;
-        match &mut self.parser {
-            Parser::Morpheus(parser) => match parser.push(byte) {
-                Some(Ok(frame)) => self.packets.push(Packet {
-                    from: frame.source,
-                    alarms: Alarms::NONE,
-                    data: frame.data.to_vec(),
-                }),
-                Some(Err(morpheus::Damage::Checksum { source })) => self.damaged = Some(source),
-                Some(Err(morpheus::Damage::Header)) | None => {}
-            },
-            Parser::Stock(parser) => match parser.push(byte) {
-                Some(Ok(frame)) => {
-                    if let Some(status) = Status::decode(&frame) {
-                        self.packets.push(Packet {
-                            from: status.id,
-                            alarms: status.alarms,
-                            data: status.parameters.to_vec(),
-                        });
-                    }
-                }
-                Some(Err(protocol1::Damage::Checksum { id })) => self.damaged = Some(id),
-                Some(Err(protocol1::Damage::Header)) | None => {}
-            },
+        match self.parser.push(byte) {
+            Some(Ok(Some(reply))) => self.packets.push(Packet {
+                from: reply.id,
+                alarms: reply.alarms,
+                data: reply.data.to_vec(),
+            }),
+            Some(Err(Damage::Checksum { id })) => self.damaged = Some(id),
+            Some(Ok(None) | Err(Damage::Header)) | None => {}
         }
     }
 
     /// Bytes of a packet that has begun and not ended.
     fn begun(&self) -> usize {
-        match &self.parser {
-            Parser::Morpheus(parser) => parser.bytes_held(),
-            Parser::Stock(parser) => parser.bytes_held(),
-        }
+        self.parser.bytes_held()
     }
 
     /// Whether all that was sent has come back, if it does.

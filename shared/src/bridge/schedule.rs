@@ -125,7 +125,7 @@ where
         match (outcome.transaction, self.stage) {
             // The bus was released meanwhile: whatever came is nobody's.
             (_, Stage::Released) => {}
-            (Transaction::Drive(_) | Transaction::Quell { .. }, _) => {
+            (Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. }, _) => {
                 self.record.samples = outcome.samples;
                 self.record.alarms = outcome.alarms.map(Alarms::bits);
                 self.record.timing.bus_us = outcome.bus_us;
@@ -143,7 +143,7 @@ where
             (Transaction::Stop, Stage::StopHere) => self.stage = Stage::Stop,
             (Transaction::Stop, Stage::Stop) => self.stage = FIRST_PING,
             // A fault's stop: ticks go on with torque off, from now.
-            (Transaction::Stop, _) => self.next_start_us = self.now_us,
+            (Transaction::Stop | Transaction::BriefStop, _) => self.next_start_us = self.now_us,
             (Transaction::Ping { joint }, Stage::Ping { firmware, .. }) => {
                 self.pinged(joint, firmware, outcome.samples.get(joint).copied());
             }

@@ -1,15 +1,17 @@
 //! The servo bus: wire formats and the half-duplex master.
 //!
-//! | module       | what                                                     |
-//! |--------------|----------------------------------------------------------|
-//! | [`Firmware`] | which program runs on a servo                            |
-//! | [`Sample`]   | a servo's position in a tick, or why it is missing       |
-//! | [`morpheus`] | packets of the Morpheus firmware, only the harmless ones |
+//! | module        | what                                                    |
+//! |---------------|---------------------------------------------------------|
+//! | [`Firmware`]  | which program runs on a servo                           |
+//! | [`protocol`]  | the codec: what everything above a wire format needs    |
+//! | [`morpheus`]  | the Morpheus firmware's packets, only the harmless ones |
 //! | [`protocol1`] | Dynamixel Protocol 1.0, what a stock AX-12A speaks      |
-//! | [`table`]    | the registers of either firmware                         |
-//! | [`master`]   | one transaction at a time, advanced by `poll(now_us)`    |
-//! | [`port`]     | a serial port whose speed can be changed                 |
-//! | [`stop`]     | the sequence that ends with every motor off              |
+//! | [`ClientFrame`] | a packet of another master, taken apart               |
+//! | [`Sample`]    | a servo's position in a tick, or why it is missing      |
+//! | [`table`]     | the registers of either firmware                        |
+//! | [`master`]    | one transaction at a time, advanced by `poll(now_us)`   |
+//! | [`port`]      | a serial port whose speed can be changed                |
+//! | [`stop`]      | the sequences that end with every motor off             |
 //!
 //! The bus is one wire, 8N1, at 1 Mbaud unless the servos are set to less: there a
 //! byte takes 10 µs. A servo never speaks unasked; a Morpheus servo never times
@@ -18,14 +20,23 @@
 pub mod master;
 pub mod morpheus;
 pub mod port;
+pub mod protocol;
 pub mod protocol1;
 pub mod stop;
 pub mod table;
 
+mod client;
 mod firmware;
+mod id;
+mod instruction;
+mod query;
 mod sample;
 
-pub use firmware::Firmware;
+pub use client::{ClientFrame, ClientRequest};
+pub use firmware::{Firmware, ReplyParser};
+pub use id::ServoId;
+pub use instruction::{Instruction, Misread, SyncBlocks};
+pub use query::{ExpectedReply, Query};
 pub use sample::{Missing, Sample};
 
 /// Time of one byte on the wire: ten bits at 1 Mbaud.

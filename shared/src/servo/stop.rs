@@ -17,11 +17,47 @@
 //!
 //! The steps are data: the bus master runs them on its interrupts, a panic
 //! handler runs the same list by polling.
+//!
+//! # The brief stop
+//!
+//! The full sequence takes 7 ms at 1 Mbaud and more at other speeds: too long to
+//! wait for where servos may run at any of several. [`brief_stop_step`] has the
+//! two plain orders only, 0.39 ms at 1 Mbaud, to be sent at each speed first:
+//!
+//! | step                | why                                                 |
+//! |---------------------|-----------------------------------------------------|
+//! | 2 × 0xFF            | ends what a Morpheus servo was cut off in, see below |
+//! | broadcast WRITE 1000 | stops Morpheus servos                              |
+//! | torque enable 0     | stops stock servos                                  |
+//!
+//! The order is right for either firmware. A Morpheus servo that listens has taken
+//! WRITE 1000 as a whole when the zeros of torque enable come, and looks for 0xAA
+//! then, which is not among them. One that does not listen is inside a packet that
+//! was cut off, and takes what comes for the rest of it:
+//!
+//! * inside the checked SYNC_WR, by which the bridge gives torque, nothing takes
+//!   effect before a checksum that is right;
+//! * inside an unchecked one after its own id, it takes the next two bytes for its
+//!   PWM. Without the two 0xFF these would be the header and the length of WRITE
+//!   1000, AA 06: a PWM of 1706. 0xFFFF is refused;
+//! * elsewhere in an unchecked one it waits for its own id before it takes a PWM.
+//!   Ids 1 and 2 are not among the bytes that follow. (A servo with id 3 would take
+//!   03 18 00 for a PWM of 24: the bridge drives none.)
+//! * after the header, 0xFF is a length that it refuses, and it listens again.
+//!
+//! The other way round the zeros would come first and WRITE 1000 later. To a stock
+//! servo 0xFF 0xFF and the head of WRITE 1000 are a packet for id 170 that ends
+//! within WRITE 1000. What is wedged, or waits for more than these bytes, is left to
+//! the full sequence, which must follow.
 
-use super::morpheus::{Request, ServoId};
-use super::protocol1::{BROADCAST, Instruction, register};
-use super::{Firmware, Packet};
+use super::Firmware;
+use super::morpheus::Request;
+use super::protocol1::torque_off;
+use super::{Packet, ServoId};
 use crate::JOINTS;
+
+/// Byte that flushes a servo's receiver.
+pub const FLUSH: u8 = 0xFF;
 
 /// Bytes of 0xFF that flush a servo's receiver: it gives up a packet 200 bytes
 /// after the header; ten more for the header and for luck with phase.
@@ -54,7 +90,7 @@ pub fn stop_step_for(index: u8, firmware: Firmware, ids: [ServoId; JOINTS]) -> O
     match (firmware, index) {
         (Firmware::Morpheus, _) => stop_step(index, ids),
         (Firmware::Stock, 0 | 2) => Some(StopStep::Pause { us: PACKET_GAP_US }),
-        (Firmware::Stock, 1) => torque_off().map(StopStep::Send),
+        (Firmware::Stock, 1) => Some(StopStep::Send(torque_off())),
         (Firmware::Stock, _) => stop_step(index - 3, ids),
     }
 }
@@ -72,7 +108,7 @@ fn stop_step(index: u8, ids: [ServoId; JOINTS]) -> Option<StopStep> {
         0 => pause(2 * PACKET_GAP_US),
         1 => send(Request::StopAll),
         2 => pause(PACKET_GAP_US),
-        3 => StopStep::Repeat(0xFF, FLUSH_BYTES),
+        3 => StopStep::Repeat(FLUSH, FLUSH_BYTES),
         4 => pause(PACKET_GAP_US),
         5 => send(Request::StopAll),
         6 => pause(PACKET_GAP_US),
@@ -80,19 +116,26 @@ fn stop_step(index: u8, ids: [ServoId; JOINTS]) -> Option<StopStep> {
         8 => pause(CONTROL_STEP_US),
         9 => send(Request::Release(ids)),
         10 => pause(CONTROL_STEP_US),
-        11 | 13 => StopStep::Send(torque_off()?),
+        11 | 13 => StopStep::Send(torque_off()),
         12 | 14 => pause(PACKET_GAP_US),
         _ => return None,
     })
 }
 
-/// To all stock servos: let go of the shaft. No reply.
-fn torque_off() -> Option<Packet> {
-    let off = Instruction::Write {
-        address: register::TORQUE_ENABLE,
-        data: &[0],
-    };
-    off.encode(BROADCAST)
+/// The step of the brief stop with this index; `None` after the last. Right for
+/// servos with either firmware.
+pub fn brief_stop_step(index: u8) -> Option<StopStep> {
+    Some(match index {
+        // Whoever is speaking finishes first: a reply lasts 70 µs.
+        0 => StopStep::Pause {
+            us: 2 * PACKET_GAP_US,
+        },
+        1 => StopStep::Repeat(FLUSH, 2),
+        2 => StopStep::Send(Request::StopAll.encode()),
+        4 => StopStep::Send(torque_off()),
+        3 | 5 => StopStep::Pause { us: PACKET_GAP_US },
+        _ => return None,
+    })
 }
 
 /// All steps in order, for a handler that polls.
@@ -102,6 +145,7 @@ pub fn stop_steps(ids: [ServoId; JOINTS]) -> impl Iterator<Item = StopStep> {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use super::*;
 
     #[test]
@@ -109,7 +153,7 @@ mod tests {
         let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
         let sent = |step: &StopStep| !matches!(step, StopStep::Pause { .. });
         let last = stop_steps(ids).filter(sent).last();
-        assert_eq!(last, Some(StopStep::Send(torque_off().unwrap())));
+        assert_eq!(last, Some(StopStep::Send(torque_off())));
         let release = StopStep::Send(Request::Release(ids).encode());
         assert!(stop_steps(ids).any(|step| step == release));
         assert_eq!(stop_steps(ids).count(), 15);
@@ -117,6 +161,31 @@ mod tests {
             Some(StopStep::Send(packet)) => Some(packet),
             _ => None,
         });
-        assert_eq!(first, torque_off());
+        assert_eq!(first, Some(torque_off()));
+    }
+
+    #[test]
+    fn brief_stop_is_short_and_cannot_be_taken_for_a_torque() {
+        let steps = (0..).map_while(brief_stop_step);
+        let mut sent = heapless::Vec::<u8, 32>::new();
+        let mut us = 0;
+        for step in steps {
+            match step {
+                StopStep::Send(packet) => sent.extend(packet),
+                StopStep::Repeat(byte, count) => sent.extend((0..count).map(|_| byte)),
+                StopStep::Pause { us: pause_us } => us += pause_us,
+            }
+        }
+        assert_eq!(us + 10 * sent.len() as u32, 390);
+        let stop_all = Request::StopAll.encode();
+        assert_eq!(
+            sent.as_slice(),
+            [&[0xFF; 2][..], &stop_all, &torque_off()].concat()
+        );
+        // A servo of the bridge finds no block of its own in it, wherever in an
+        // unchecked SYNC_WR it was cut off; a PWM that was due is refused.
+        assert!(!sent.contains(&1) && !sent.contains(&2));
+        let due = u16::from_le_bytes([sent[0], sent[1]]);
+        assert!(due > 2000 && u16::from_le_bytes([0, sent[0]]) > 2000);
     }
 }

@@ -16,9 +16,9 @@
 //!
 //! | byte | then                        | what is asked                           |
 //! |------|-----------------------------|-----------------------------------------|
-//! | 0    |                             | stop                                    |
+//! | 0    |                             | stop; the brief one from 128 on         |
 //! | 1    | n                           | a ping of joint n % 3                   |
-//! | 2    |                             | START                                   |
+//! | 2    |                             | START; a tick with motors off from 128 on |
 //! | 3, 4 | four bytes                  | drive, with a PWM for each joint        |
 //! | 5    | id, m, n, n % 32 bytes      | these, answered with m bytes by this id |
 //! | 6, 7 | n                           | nothing: Morpheus or stock servos from now on, at the n-th baud rate, prepared if n is 128 or more |
@@ -30,7 +30,7 @@ use armbridge_shared::servo::master::{Asked, Busy, Master, Transaction};
 use armbridge_shared::servo::morpheus::{Request, ServoId};
 use armbridge_shared::servo::port::BAUD_RATES;
 use armbridge_shared::servo::protocol1::{BROADCAST, Instruction, register};
-use armbridge_shared::servo::stop::{StopStep, stop_step_for};
+use armbridge_shared::servo::stop::{StopStep, brief_stop_step, stop_step_for};
 use armbridge_shared::servo::{Firmware, Packet};
 use embedded_hal_nb::serial::ErrorKind;
 use line::{Line, Port, Transmitter};
@@ -126,11 +126,14 @@ impl Run {
     /// Asks the master for what the script says.
     fn ask(&mut self, script: &mut impl Iterator<Item = u8>) -> Option<()> {
         self.port.edit(Line::forget);
-        let transaction = match script.next()? % 8 {
+        let kind = script.next()?;
+        let transaction = match kind % 8 {
+            0 if kind >= 128 => Transaction::BriefStop,
             0 => Transaction::Stop,
             1 => Transaction::Ping {
                 joint: usize::from(script.next()? % 3),
             },
+            2 if kind >= 128 => Transaction::HoldOff,
             2 => Transaction::Start,
             3 => Transaction::Drive([pwm(script)?, pwm(script)?]),
             4 => Transaction::Quell {
@@ -189,12 +192,10 @@ fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> 
     let packets: Vec<Packet> = match (transaction, firmware) {
         (Transaction::Stop, _) => {
             let steps = (0..).map_while(|index| stop_step_for(index, firmware, ids()));
-            let sent = steps.flat_map(|step| match step {
-                StopStep::Send(packet) => packet.to_vec(),
-                StopStep::Repeat(byte, count) => vec![byte; count.into()],
-                StopStep::Pause { .. } => Vec::new(),
-            });
-            return sent.collect();
+            return steps.flat_map(bytes).collect();
+        }
+        (Transaction::BriefStop, _) => {
+            return (0..).map_while(brief_stop_step).flat_map(bytes).collect();
         }
         (Transaction::Ping { joint }, _) => {
             let packet = |id: &ServoId| match firmware {
@@ -216,14 +217,17 @@ fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> 
                 count: 2,
                 blocks: &[1, a, b, 2, c, d],
             };
-            let position = Instruction::Read {
-                address: register::PRESENT_POSITION,
-                count: 2,
-            };
             // To servos in another mode a duty would be something else.
             let duties = is_prepared.then(|| stock(duties, BROADCAST));
-            let positions = [1, 2].map(|id| stock(position, id));
-            duties.into_iter().chain(positions).collect()
+            duties.into_iter().chain(positions()).collect()
+        }
+        (Transaction::HoldOff, Firmware::Stock) => {
+            let let_go = Instruction::Write {
+                address: register::TORQUE_ENABLE,
+                data: &[0],
+            };
+            let let_go = stock(let_go, BROADCAST);
+            [let_go].into_iter().chain(positions()).collect()
         }
         (Transaction::Quell { joint, aside }, Firmware::Morpheus) => {
             let off = if aside {
@@ -234,7 +238,8 @@ fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> 
             let rest = Packet::from_slice(&[0xFF; 2]).expect("two bytes");
             vec![off.encode(), rest, Request::Cycle.encode()]
         }
-        (Transaction::Quell { .. }, Firmware::Stock) => {
+        (Transaction::HoldOff, Firmware::Morpheus)
+        | (Transaction::Quell { .. }, Firmware::Stock) => {
             let off = Transaction::Drive([Pwm::OFF; 2]);
             return expected(off, firmware, is_prepared);
         }
@@ -242,6 +247,24 @@ fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> 
         (Transaction::Ask(_), _) => Vec::new(),
     };
     packets.concat()
+}
+
+/// Readings of stock servos' positions.
+fn positions() -> [Packet; 2] {
+    let position = Instruction::Read {
+        address: register::PRESENT_POSITION,
+        count: 2,
+    };
+    [1, 2].map(|id| stock(position, id))
+}
+
+/// What a step of the stop sequence sends.
+fn bytes(step: StopStep) -> Vec<u8> {
+    match step {
+        StopStep::Send(packet) => packet.to_vec(),
+        StopStep::Repeat(byte, count) => vec![byte; count.into()],
+        StopStep::Pause { .. } => Vec::new(),
+    }
 }
 
 fn stock(instruction: Instruction, id: u8) -> Packet {

@@ -1,7 +1,8 @@
 //! Packets of Morpheus servos, and what the bridge makes of replies.
 
 use armbridge_shared::servo::morpheus::frame::{FRAME_MAX, LENGTH_MAX, Parser};
-use armbridge_shared::servo::morpheus::{Damage, HEADER, MASTER, Reply, checksum};
+use armbridge_shared::servo::morpheus::{Damage, HEADER, MASTER, Morpheus, checksum};
+use armbridge_shared::servo::protocol::Protocol;
 
 use super::packets::{Found, Packets, feed};
 
@@ -19,9 +20,9 @@ const REPLY: usize = 7;
 /// # Panics
 /// If one of them does what it must not.
 pub fn check(input: &[u8]) -> usize {
-    feed(Any::<REPLY>(Parser::any()), input, NEUTRAL, &ANSWER)
-        + feed(Any::<16>(Parser::any()), input, NEUTRAL, &ANSWER)
-        + feed(Any::<FRAME_MAX>(Parser::any()), input, NEUTRAL, &ANSWER)
+    feed(Any::<REPLY>(Parser::new()), input, NEUTRAL, &ANSWER)
+        + feed(Any::<16>(Parser::new()), input, NEUTRAL, &ANSWER)
+        + feed(Any::<FRAME_MAX>(Parser::new()), input, NEUTRAL, &ANSWER)
         + feed(
             ToMaster::<REPLY>(Parser::to(MASTER)),
             input,
@@ -76,16 +77,12 @@ fn push<const N: usize>(parser: &mut Parser<N>, byte: u8) -> Option<Found> {
     Some(match parser.push(byte)? {
         Ok(frame) => {
             let bytes = frame.encode::<N>().expect("it came out of a parser");
-            let reply = Reply::of(&frame);
-            let is_ours = frame.destination == MASTER && bytes.len() <= REPLY;
-            assert_eq!(reply.is_some(), is_ours, "{frame:?}");
-            if let Some(reply) = reply {
-                assert_eq!(reply.source, frame.source);
-                assert_eq!(reply.is_ping(), frame.data == [1]);
-                let counts = reply.position();
-                assert!(counts.is_none_or(|counts| counts.to_be_bytes() == *frame.data));
-                assert_eq!(counts.is_some(), frame.data.len() == 2 && frame.data[0] < 4);
-            }
+            let reply = Morpheus::reply(&frame).expect("servos send anything");
+            assert_eq!((reply.id, reply.data), (frame.source, frame.data));
+            assert_eq!(Morpheus::is_pong(reply.data), frame.data == [1]);
+            let counts = Morpheus::position(reply.data);
+            assert!(counts.is_none_or(|counts| counts.to_be_bytes() == *frame.data));
+            assert_eq!(counts.is_some(), frame.data.len() == 2 && frame.data[0] < 4);
             Found::Intact(bytes.to_vec())
         }
         Err(Damage::Checksum { .. }) => Found::Damaged,

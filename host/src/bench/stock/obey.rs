@@ -183,7 +183,10 @@ impl Ax12a {
                 let (_, data) = own?;
                 Outcome::write(self.memory.check(address, data), address, data)
             }
-            Instruction::SyncWrite { .. } => Outcome::only(Alarms::INSTRUCTION),
+            // The last two are none of Protocol 1.0's.
+            Instruction::SyncWrite { .. } | Instruction::Start | Instruction::Cycle => {
+                Outcome::only(Alarms::INSTRUCTION)
+            }
         })
     }
 

@@ -20,9 +20,10 @@
 //! than two 0xFF is no half packet but a flush, and is passed on; 0xAA after it
 //! is Morpheus's header and not an id of Protocol 1.0.
 
-use crate::servo::Firmware;
 use crate::servo::morpheus::HEADER as MORPHEUS;
+use crate::servo::protocol::Extent;
 use crate::servo::protocol1::frame::HEADER as STOCK;
+use crate::servo::{ClientFrame, Firmware};
 use heapless::Vec;
 
 /// A stock servo gives up a packet after so long without a byte (e-Manual,
@@ -114,6 +115,15 @@ impl Framer {
         self.bytes.get(..self.taken).unwrap_or_default()
     }
 
+    /// The item handed out last, taken apart: the same bytes.
+    pub fn frame(&self, item: Item) -> ClientFrame<'_> {
+        let firmware = match item {
+            Item::Packet(firmware) => Some(firmware),
+            Item::Raw => None,
+        };
+        ClientFrame::new(firmware, self.bytes())
+    }
+
     /// Ends the wait for bytes that do not come: drops half a packet and hands
     /// out what cannot be part of one, as [`Item::Raw`].
     pub fn expire(&mut self, now_us: u64) -> Option<Item> {
@@ -172,16 +182,16 @@ impl Framer {
 
 /// What bytes can become that begin here.
 fn look(bytes: &[u8]) -> Look {
+    let mut is_open = false;
+    for firmware in Firmware::ALL {
+        match firmware.extent(bytes) {
+            Extent::Whole(length) => return Look::Whole(Item::Packet(firmware), length),
+            Extent::Open => is_open = true,
+            Extent::Stray | Extent::Refused => {}
+        }
+    }
     match *bytes {
-        [MORPHEUS, length @ 3..=200, ..] => {
-            let item = Item::Packet(Firmware::Morpheus);
-            Look::Whole(item, usize::from(length) + 3)
-        }
-        [STOCK, STOCK, STOCK, ..] => Look::Raw,
-        [STOCK, STOCK, _, length @ 2..=255, ..] => {
-            let item = Item::Packet(Firmware::Stock);
-            Look::Whole(item, usize::from(length) + 4)
-        }
+        _ if is_open => Look::Open,
         [STOCK, STOCK, PROTOCOL2, 0, _, low, high, ..] => {
             let length = usize::from(u16::from_le_bytes([low, high]));
             if (PROTOCOL2_LENGTH_MIN..=CAPACITY - 7).contains(&length) {
@@ -190,11 +200,7 @@ fn look(bytes: &[u8]) -> Look {
                 Look::Raw
             }
         }
-        []
-        | [MORPHEUS | STOCK]
-        | [STOCK, STOCK]
-        | [STOCK, STOCK, _]
-        | [STOCK, STOCK, PROTOCOL2, 0, ..] => Look::Open,
+        [STOCK, STOCK, PROTOCOL2, 0, ..] => Look::Open,
         _ => Look::Raw,
     }
 }

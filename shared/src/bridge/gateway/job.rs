@@ -17,21 +17,14 @@
 
 mod reading;
 
-pub(super) use reading::{Reading, Target};
+pub(super) use reading::Reading;
 
-use super::voice::{Bytes, Voice};
+use super::response::{BYTES_MAX, Bytes, Responder};
+use crate::servo::Query;
 use crate::servo::protocol1::Alarms;
 
 /// One request for the bus.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Ask {
-    /// What to send.
-    pub packet: Bytes,
-    /// Who shall answer.
-    pub id: u8,
-    /// Bytes of the awaited answer, 0 if there will be none.
-    pub reply_bytes: u8,
-}
+pub type Ask = Query<BYTES_MAX>;
 
 /// Where a job stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -82,7 +75,7 @@ enum Task {
 /// One thing that the client asked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Job {
-    voice: Voice,
+    responder: Responder,
     task: Task,
     /// Of all answers so far.
     alarms: Alarms,
@@ -90,18 +83,18 @@ pub struct Job {
 
 impl Job {
     /// One request that is not a READ.
-    pub(super) fn single(voice: Voice, ask: Ask) -> Self {
+    pub(super) fn single(responder: Responder, ask: Ask) -> Self {
         Self {
-            voice,
+            responder,
             task: Task::Single(ask),
             alarms: Alarms::NONE,
         }
     }
 
     /// A reading, with a request for each piece of it.
-    pub(super) fn read(voice: Voice, reading: Reading) -> Self {
+    pub(super) fn read(responder: Responder, reading: Reading) -> Self {
         Self {
-            voice,
+            responder,
             task: Task::Read(reading),
             alarms: Alarms::NONE,
         }
@@ -136,15 +129,15 @@ impl Job {
         };
         self.alarms = self.alarms.or(Alarms::from_bits(error));
         let Task::Read(reading) = &mut self.task else {
-            return Progress::Done(self.voice.says(self.alarms, data));
+            return Progress::Done(self.responder.reply(self.alarms, data));
         };
         if reading.took(data) {
             if !reading.is_complete() {
                 return Progress::More;
             }
-            Progress::Done(self.voice.says(self.alarms, reading.data()))
-        } else if data == self.voice.refusal_data() {
-            Progress::Done(self.voice.says(self.alarms, data))
+            Progress::Done(self.responder.reply(self.alarms, reading.data()))
+        } else if data == self.responder.firmware.refusal() {
+            Progress::Done(self.responder.reply(self.alarms, data))
         } else {
             Progress::Silent
         }
@@ -152,12 +145,12 @@ impl Job {
 
     /// The id of the servo that is asked.
     pub fn servo(&self) -> u8 {
-        self.voice.id()
+        self.responder.id
     }
 
-    /// "I will not", in the servo's name.
+    /// The refusal in the servo's name.
     pub fn refusal(&self) -> Bytes {
-        self.voice.refuses()
+        self.responder.refusal()
     }
 }
 

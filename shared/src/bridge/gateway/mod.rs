@@ -16,7 +16,7 @@
 //! | [`Framer`] | the client's bytes as whole packets; half a packet times out    |
 //! | [`judge`]  | what may be done with a packet while ticks run                  |
 //! | [`Job`]    | the board's own requests for it, each as long as time is        |
-//! | `voice`    | answers in the servo's protocol                                 |
+//! | `response` | replies in the name of a servo                                  |
 //! | [`PortEnd`]| the queues between the tick and the board's second port         |
 //! | `relay`    | the bus while it is the client's                                |
 //! | `serve`    | how the tick serves the client beside its own work              |
@@ -28,15 +28,15 @@ mod job;
 mod packets;
 mod policy;
 mod relay;
+mod response;
 mod serve;
-mod voice;
 
 pub(super) use ends::BusSide;
 pub use ends::{ClientLine, PortEnd};
 pub use framer::{Framer, Item};
 pub use job::{Ask, Job, Progress, Slack};
-pub use policy::{Verdict, is_deafening, judge};
-pub use voice::{BYTES_MAX, Bytes};
+pub use policy::{Verdict, judge};
+pub use response::{BYTES_MAX, Bytes};
 
 use super::limits::CLAIM_US;
 use crate::link::message::PortCounters;

@@ -43,11 +43,9 @@ mod morpheus;
 mod stock;
 
 use super::job::Job;
-use super::voice::Bytes;
+use super::response::{Bytes, Responder};
 use crate::JOINTS;
-use crate::servo::Firmware;
-use crate::servo::morpheus::frame::LENGTH_MAX;
-use crate::servo::morpheus::{HEADER, ServoId};
+use crate::servo::{ClientRequest, Firmware, ServoId};
 
 /// What becomes of a packet.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -60,27 +58,21 @@ pub enum Verdict {
     Refuse(Bytes),
 }
 
-impl Verdict {
-    const SILENT_REFUSAL: Self = Self::Refuse(Bytes::new());
-}
-
-/// Judges one whole packet.
+/// Judges one packet.
 pub fn judge(
     bus: Firmware,
     controlled: [ServoId; JOINTS],
     samples: [Option<u16>; JOINTS],
-    packet: &[u8],
+    request: &ClientRequest,
 ) -> Verdict {
-    match bus {
-        Firmware::Stock => stock::judge(controlled, packet),
-        Firmware::Morpheus => morpheus::judge(controlled, samples, packet),
+    if request.firmware != bus {
+        return Verdict::Refuse(Bytes::new());
     }
-}
-
-/// Whether every Morpheus servo that hears this packet would be deaf to
-/// commands until power-off: not to be passed on even while nothing is driven.
-pub fn is_deafening(packet: &[u8]) -> bool {
-    matches!(packet, [HEADER, length, ..] if *length > LENGTH_MAX)
+    let responder = Responder::to(request);
+    match bus {
+        Firmware::Stock => stock::judge(responder, controlled, request),
+        Firmware::Morpheus => morpheus::judge(responder, controlled, samples, request),
+    }
 }
 
 fn is_controlled(controlled: [ServoId; JOINTS], id: u8) -> bool {

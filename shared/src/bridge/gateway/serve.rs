@@ -7,9 +7,8 @@ use super::super::mailbox::Notice;
 use super::super::schedule::Stage;
 use super::super::supervisor::{Event, State};
 use super::super::{Bridge, SERVO_IDS};
-use super::{ClientLine, Item, Job, Progress as Answered, REPORT_US, Slack, Verdict, judge};
+use super::{ClientLine, Job, Progress as Answered, REPORT_US, Slack, Verdict, judge};
 use crate::link::message::Sample;
-use crate::servo::master::Asked;
 use crate::servo::master::timing::{GUARD_US, latency_us, prepared_latency_us};
 use crate::servo::port::{SetBaud, byte_ns};
 
@@ -106,15 +105,11 @@ where
             self.gateway.has_waited = true;
             return;
         };
-        let asked = Asked {
-            id: ask.id,
-            reply_bytes: ask.reply_bytes,
-            latency_us: slack.latency_us,
-        };
+        let expected = ask.expected_reply(slack.latency_us);
         self.gateway.since_us = self.now_us;
         self.gateway.tries += 1;
         // Idle was just seen, and our own requests are short.
-        let _ = self.master.ask(&ask.packet, asked, self.now_us);
+        let _ = self.master.ask(&ask.packet, expected, self.now_us);
         let _ = self.master.poll(self.now_us);
     }
 
@@ -146,14 +141,14 @@ where
         let Some(item) = self.gateway.item.take() else {
             return;
         };
-        let Item::Packet(_) = item else {
+        let frame = self.gateway.framer.frame(item);
+        let Some(request) = frame.request() else {
             self.count(false);
             return;
         };
         let firmware = self.master.firmware();
         let samples = self.record.samples.map(Sample::counts);
-        let packet = self.gateway.framer.bytes();
-        match judge(firmware, SERVO_IDS, samples, packet) {
+        match judge(firmware, SERVO_IDS, samples, request) {
             Verdict::Ask(job) => {
                 let period_us = self.law.period_us().get() as u32;
                 let rests_us = (2 * GUARD_US + RESERVE_US) as u32;

@@ -22,6 +22,7 @@
 //! | module          | what                                                  |
 //! |-----------------|-------------------------------------------------------|
 //! | [`Transaction`] | what can be asked, as tables of steps                 |
+//! | `exchange`      | what a protocol contributes: its steps and times      |
 //! | [`timing`]      | how long servos may take, how long the wire must rest |
 //! | `collect`       | what was heard, sorted; why something is missing      |
 //! | `echo`          | telling our own echo from a reply                     |
@@ -29,14 +30,18 @@
 
 mod collect;
 mod echo;
+pub(super) mod exchange;
 mod step;
 pub mod timing;
 mod transaction;
 
+pub use super::ExpectedReply;
+/// Former name of [`ExpectedReply`].
+pub use super::ExpectedReply as Asked;
 pub use collect::Payload;
-pub use transaction::{Asked, Outcome, Transaction};
+pub use transaction::{Outcome, Transaction};
 
-use super::morpheus::ServoId;
+use super::ServoId;
 use super::port::{SetBaud, bytes_us};
 use super::protocol1::Alarms;
 use super::{Firmware, Missing, Sample};
@@ -46,8 +51,8 @@ use core::convert::Infallible;
 use echo::Echo;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
+use exchange::Line;
 use timing::GUARD_US;
-use transaction::Line;
 
 /// Reads from the port in one poll: the longest transmission's echo and more.
 const DRAIN_MAX: usize = 256;
@@ -213,7 +218,12 @@ where
     ///
     /// # Errors
     /// [`AskError`]; nothing is sent then.
-    pub fn ask(&mut self, packet: &[u8], asked: Asked, now_us: u64) -> Result<(), AskError> {
+    pub fn ask(
+        &mut self,
+        packet: &[u8],
+        asked: ExpectedReply,
+        now_us: u64,
+    ) -> Result<(), AskError> {
         if !self.is_idle() {
             return Err(AskError::Busy);
         }

@@ -5,7 +5,7 @@ use embedded_hal_nb::serial::{Read, Write};
 
 use super::super::port::{SetBaud, bytes_us};
 use super::collect::Collect;
-use super::transaction::Step;
+use super::exchange::Step;
 use super::{DRAIN_MAX, Master, Phase};
 
 impl<S, D> Master<S, D>

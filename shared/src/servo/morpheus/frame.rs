@@ -1,5 +1,7 @@
 //! Header, length and checksum: what requests and replies share.
 
+use super::Morpheus;
+use crate::servo::protocol;
 use heapless::Vec;
 
 /// First byte of every packet.
@@ -8,8 +10,12 @@ pub const HEADER: u8 = 0xAA;
 pub const BROADCAST: u8 = 0xFF;
 /// Bytes of a packet beside its data.
 pub const OVERHEAD: usize = 5;
+/// Smallest LEN: destination, source and one byte.
+pub(super) const LENGTH_MIN: u8 = 3;
 /// Largest LEN that does not silence a servo until power-off.
 pub const LENGTH_MAX: u8 = 127;
+/// Largest LEN that a servo takes for one.
+pub(super) const LENGTH_HEARD_MAX: u8 = 200;
 /// Bytes of the longest packet with such a LEN.
 pub const FRAME_MAX: usize = LENGTH_MAX as usize + 3;
 
@@ -34,7 +40,7 @@ impl Frame<'_> {
     /// above [`LENGTH_MAX`], or if there is nothing in it.
     pub fn encode<const N: usize>(&self) -> Option<Vec<u8, N>> {
         let length = u8::try_from(self.data.len() + 2).ok()?;
-        if !(3..=LENGTH_MAX).contains(&length) {
+        if !(LENGTH_MIN..=LENGTH_MAX).contains(&length) {
             return None;
         }
         let mut bytes = Vec::new();
@@ -47,102 +53,8 @@ impl Frame<'_> {
     }
 }
 
-/// Why bytes are no packet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Damage {
-    /// A wrong checksum.
-    Checksum {
-        /// The source it came with, for what that is worth.
-        source: u8,
-    },
-    /// A length that no expected packet has, or somebody else's packet.
-    Header,
-}
-
-/// Finds packets in a stream of bytes, one byte at a time, of up to `N` bytes.
-///
-/// Bytes before a header are skipped. After a damaged packet the search goes on
-/// with the next byte, so that garbage costs one packet at the most: the one
-/// that its last header swallowed.
-#[derive(Clone, Debug)]
-pub struct Parser<const N: usize> {
-    bytes: Vec<u8, N>,
-    /// The only destination that is believed; `None` for any.
-    only_to: Option<u8>,
-}
-
-impl<const N: usize> Parser<N> {
-    /// A parser for packets to anybody.
-    pub const fn any() -> Self {
-        Self {
-            bytes: Vec::new(),
-            only_to: None,
-        }
-    }
-
-    /// A parser for packets to this address only. It falls for fewer stray
-    /// headers.
-    pub const fn to(address: u8) -> Self {
-        Self {
-            bytes: Vec::new(),
-            only_to: Some(address),
-        }
-    }
-
-    /// Takes one byte; `Some` when it ends a packet, or what looked like one.
-    pub fn push(&mut self, byte: u8) -> Option<Result<Frame<'_>, Damage>> {
-        if self.ends() {
-            self.bytes.clear();
-        }
-        let is_plausible = match self.bytes.len() {
-            0 if byte != HEADER => return None,
-            1 => (3..=LENGTH_MAX).contains(&byte) && usize::from(byte) + 3 <= N,
-            2 => self.only_to.is_none_or(|address| address == byte),
-            _ => true,
-        };
-        if !is_plausible {
-            self.bytes.clear();
-            // What broke the packet may begin the next one.
-            if byte == HEADER {
-                let _ = self.bytes.push(byte);
-            }
-            return Some(Err(Damage::Header));
-        }
-        // There is room: a length beyond N was refused.
-        let _ = self.bytes.push(byte);
-        if !self.ends() {
-            return None;
-        }
-        let [_, _, destination, source, data @ .., sum] = self.bytes.as_slice() else {
-            return None;
-        };
-        let body = self.bytes.get(1..self.bytes.len() - 1).unwrap_or_default();
-        Some(if checksum(body) == *sum {
-            Ok(Frame {
-                destination: *destination,
-                source: *source,
-                data,
-            })
-        } else {
-            Err(Damage::Checksum { source: *source })
-        })
-    }
-
-    /// The last byte pushed was the last of a packet.
-    fn ends(&self) -> bool {
-        matches!(self.bytes.get(1), Some(length) if self.bytes.len() == usize::from(*length) + 3)
-    }
-
-    /// Bytes of a packet that has begun and not ended.
-    pub fn bytes_held(&self) -> usize {
-        if self.ends() { 0 } else { self.bytes.len() }
-    }
-
-    /// Forgets a packet that has begun.
-    pub fn reset(&mut self) {
-        self.bytes.clear();
-    }
-}
+/// Finds packets in a stream of bytes, of up to `N` bytes.
+pub type Parser<const N: usize> = protocol::Parser<Morpheus, N>;
 
 #[cfg(test)]
 mod tests {
@@ -161,7 +73,7 @@ mod tests {
         ) {
             let frame = Frame { destination, source, data: &data };
             let bytes = frame.encode::<FRAME_MAX>().unwrap();
-            let mut parser = Parser::<FRAME_MAX>::any();
+            let mut parser = Parser::<FRAME_MAX>::new();
             for byte in garbage {
                 prop_assert_eq!(parser.push(byte), None);
             }
@@ -182,7 +94,7 @@ mod tests {
             const SHORT: usize = 16;
             let ping = Frame { destination: 0xFE, source: 1, data: &[1] };
             let bytes = ping.encode::<SHORT>().unwrap();
-            let mut parser = Parser::<SHORT>::any();
+            let mut parser = Parser::<SHORT>::new();
             for byte in garbage {
                 let _ = parser.push(byte);
             }

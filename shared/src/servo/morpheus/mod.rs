@@ -19,17 +19,40 @@
 //! | SYNC_WR to the PWM register 0x10         | checksum ignored, some values ignored |
 //! | any write to 0x00..=0x0A                 | EEPROM: deaf for 8.5 ms a byte, or reset |
 //!
-//! So there is no general packet here: [`Request`] lists what the bridge says,
-//! and [`safe_read::Plan`] what may be read. Torque goes by SYNC_WR to 0x0F
-//! with three bytes a servo, which honours the checksum and takes every value.
+//! So there is no encoder of general packets here: [`Request`] lists what the
+//! bridge sends, and [`safe_read::Plan`] what may be read. Torque goes by SYNC_WR
+//! to 0x0F with three bytes a servo, which honours the checksum and takes every
+//! value.
+//!
+//! | part        | what                                                        |
+//! |-------------|-------------------------------------------------------------|
+//! | [`Morpheus`] | the codec: finds packets and takes them apart              |
+//! | [`Request`] | requests of the bridge                                      |
+//! | [`safe_read`] | readings of registers that deafen no servo                |
+//! | `exchange`  | the packets of a tick, and how long servos take             |
+//!
+//! # Off read-back
+//!
+//! A servo tells the low byte of its PWM only; the high byte always reads 0. Off is
+//! 1000 = 0x03E8, so a low byte of 0xE8 is what a servo answers that is off, but
+//! also one with a PWM of 232, 488, 744, 1256, 1512 or 1768. Other low bytes are
+//! certainly not off. [`Firmware::judge_off`](super::Firmware::judge_off) is thus
+//! evidence, not proof: combine it with a stop whose echo was undamaged and a ping
+//! that was answered.
 
+mod codec;
+pub(super) mod exchange;
 pub mod frame;
 pub mod safe_read;
 
 use super::Packet;
+pub use super::ServoId;
+pub use super::protocol::Damage;
+use super::protocol::Protocol;
 use crate::JOINTS;
 use crate::actuator::Pwm;
-pub use frame::{BROADCAST, Damage, Frame, HEADER, checksum};
+pub use codec::Morpheus;
+pub use frame::{BROADCAST, Frame, HEADER, checksum};
 
 /// Our address. At least 0x20, so that no servo mistakes it for a register,
 /// and never a servo's: [`ServoId`] excludes it.
@@ -37,49 +60,31 @@ pub const MASTER: u8 = 0xFE;
 
 /// Longest request: [`Request::Drive`] for both servos.
 pub const REQUEST_MAX: usize = 5 + 3 + 4 * JOINTS;
-/// Most payload bytes of a reply that the bridge asks for (position: two).
-const REPLY_DATA_MAX: usize = 2;
-/// Bytes of such a reply.
-const REPLY_MAX: usize = frame::OVERHEAD + REPLY_DATA_MAX;
-/// Finds such replies.
-pub type Parser = frame::Parser<REPLY_MAX>;
+/// Finds the replies of a tick, of which a position is the longest.
+pub type Parser = frame::Parser<{ Morpheus::TICK_REPLY_MAX }>;
 
-/// Address of a servo: 1..=253.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ServoId(u8);
-
-impl ServoId {
-    /// `None` for 0, for 254 (the master: a servo with this id answers itself
-    /// for ever) and for 255 (broadcast).
-    pub const fn new(id: u8) -> Option<Self> {
-        match id {
-            1..=253 => Some(Self(id)),
-            _ => None,
-        }
-    }
-
-    /// The address on the wire.
-    pub const fn get(self) -> u8 {
-        self.0
-    }
-}
-
-/// Command codes of the firmware that the bridge uses.
+/// Command codes of the firmware (`Serial.h`).
 mod command {
     pub(super) const PING: u8 = 0x01;
+    pub(super) const READ: u8 = 0x02;
     pub(super) const WRITE: u8 = 0x03;
     pub(super) const START: u8 = 0x06;
     pub(super) const CYCLE: u8 = 0x07;
+    pub(super) const RESET: u8 = 0x09;
     pub(super) const SYNC_WR: u8 = 0x83;
 }
 
-/// Register addresses that the bridge writes.
+/// Register addresses (`Eprom.h` of the firmware). Two bytes, low byte first, are
+/// position, temperature and PWM.
 mod register {
+    pub(super) const POSITION: u8 = 0x0B;
+    pub(super) const TEMPERATURE: u8 = 0x0E;
     /// High byte of the temperature: read-only, so that a write to it is void.
     /// SYNC_WR from here reaches the PWM register by the checked path.
     pub(super) const BEFORE_PWM: u8 = 0x0F;
     pub(super) const PWM: u8 = 0x10;
+    /// After the last; a READ beyond it is refused.
+    pub(super) const END: u8 = 0x12;
 }
 
 /// Everything the bridge says to Morpheus servos.
@@ -152,41 +157,6 @@ fn packet(destination: u8, data: &[u8]) -> Packet {
     frame.encode().unwrap_or_default()
 }
 
-/// A reply addressed to us.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reply {
-    /// Address of the servo that sent it.
-    pub source: u8,
-    /// Payload; bytes from `len` on are zero.
-    data: [u8; REPLY_DATA_MAX],
-    len: usize,
-}
-
-impl Reply {
-    /// From an intact packet; `None` if it is not one that the bridge asks for.
-    pub fn of(frame: &Frame) -> Option<Self> {
-        let mut data = [0; REPLY_DATA_MAX];
-        let len = frame.data.len();
-        data.get_mut(..len)?.copy_from_slice(frame.data);
-        (frame.destination == MASTER).then_some(Self {
-            source: frame.source,
-            data,
-            len,
-        })
-    }
-
-    /// Position in encoder counts, if this is an answer to [`Request::Cycle`].
-    pub fn position(&self) -> Option<u16> {
-        let counts = u16::from_be_bytes(self.data);
-        (self.len == 2 && counts <= 1023).then_some(counts)
-    }
-
-    /// Whether this is an answer to [`Request::Ping`] or [`Request::Start`].
-    pub fn is_ping(&self) -> bool {
-        self.len == 1 && self.data.first() == Some(&command::PING)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     extern crate std;
@@ -229,16 +199,6 @@ mod tests {
     }
 
     #[test]
-    fn servo_ids_exclude_master_and_broadcast() {
-        let valid = (0..=255).filter_map(ServoId::new).count();
-        assert_eq!(valid, 253);
-        assert_eq!(
-            (ServoId::new(0), ServoId::new(254), ServoId::new(255)),
-            (None, None, None)
-        );
-    }
-
-    #[test]
     fn parser_finds_replies_in_noise() {
         let stream = [
             0x00, 0xAA, 0xAA, 4, 0xFE, 1, 1, 0xF4, 3, // position 500 of servo 1
@@ -249,15 +209,17 @@ mod tests {
         let mut found = std::vec::Vec::new();
         for byte in stream {
             match parser.push(byte) {
-                Some(Ok(frame)) => found.push(Ok(Reply::of(&frame).unwrap())),
-                Some(Err(Damage::Checksum { source })) => found.push(Err(source)),
+                Some(Ok(frame)) => found.push(Ok((frame.source, frame.data.to_vec()))),
+                Some(Err(Damage::Checksum { id })) => found.push(Err(id)),
                 Some(Err(Damage::Header)) | None => {}
             }
         }
         assert_eq!(found.len(), 3);
-        assert_eq!(found[0].unwrap().position(), Some(500));
+        let (_, position) = found[0].as_ref().unwrap();
+        assert_eq!(Morpheus::position(position), Some(500));
         assert_eq!(found[1], Err(2));
-        assert!(found[2].unwrap().is_ping() && found[2].unwrap().source == 2);
+        let (source, pong) = found[2].as_ref().unwrap();
+        assert!(Morpheus::is_pong(pong) && *source == 2);
         assert_eq!(parser.bytes_held(), 0);
     }
 }

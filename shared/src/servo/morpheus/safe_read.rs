@@ -16,21 +16,18 @@
 //! at the first address only. The position's low byte at 0x0B thus cannot be
 //! read; the position comes from [`Request::Cycle`](super::Request::Cycle).
 
+use super::command::READ;
+use super::register::{BEFORE_PWM as TEMPERATURE_HIGH, END, POSITION as POSITION_LOW, PWM};
 use super::{Packet, ServoId, packet};
 use core::ops::Range;
 
-const READ: u8 = 0x02;
 const MARKER: u8 = 0x00;
 const MARKER_VALID: u8 = 0xAA;
 const BAUD: u8 = 0x0A;
 /// All that the firmware accepts there.
 const BAUDS: [u8; 6] = [0, 1, 3, 16, 34, 207];
-const POSITION_LOW: u8 = 0x0B;
-const POSITION_HIGH: u8 = 0x0C;
-const TEMPERATURE_HIGH: u8 = 0x0F;
-const PWM_HIGH: u8 = 0x11;
-/// After the last register; a READ beyond it is refused.
-const END: u8 = 0x12;
+const POSITION_HIGH: u8 = POSITION_LOW + 1;
+const PWM_HIGH: u8 = PWM + 1;
 /// Largest high byte of a converter's 10 bits.
 const HIGH_MAX: u8 = 3;
 
@@ -44,6 +41,13 @@ pub struct Plan {
     /// Bytes of the reply that nobody wanted.
     skip: u8,
 }
+
+/// How to read the low byte of the PWM, all of it that a servo tells.
+pub const PWM_LOW: Plan = Plan {
+    address: TEMPERATURE_HIGH,
+    count: 2,
+    skip: 1,
+};
 
 /// Why registers cannot be read at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,6 +162,7 @@ mod tests {
     fn requests_are_as_recorded() {
         let servo = ServoId::new(1).unwrap();
         let request = |address, count| plan(address, count).unwrap().request(servo);
+        assert_eq!(plan(0x10, 1), Ok(PWM_LOW));
         let whole_rom = [0xAA, 5, 1, 0xFE, 2, 0x00, 0x0B, 0xE9];
         assert_eq!(request(0x00, 11), whole_rom);
         assert_eq!(request(0x0A, 1), [0xAA, 5, 1, 0xFE, 2, 0x0A, 1, 0xE9]);

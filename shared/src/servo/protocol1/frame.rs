@@ -1,5 +1,7 @@
 //! Header, length and checksum: what instruction and status packets share.
 
+use super::Protocol1;
+use crate::servo::protocol;
 use heapless::Vec;
 
 /// Each packet begins with two of these.
@@ -42,97 +44,13 @@ impl Frame<'_> {
     }
 }
 
-/// Why bytes are no packet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Damage {
-    /// A wrong checksum.
-    Checksum {
-        /// The id it came with, for what that is worth.
-        id: u8,
-    },
-    /// An id or a length that no packet has, after a header; or one that is
-    /// longer than what is expected here.
-    Header,
-}
-
-/// Finds packets in a stream of bytes, one byte at a time, of up to `N` bytes.
-///
-/// Bytes before a header are skipped. After a damaged packet the search goes on
-/// with the next byte, so that garbage costs one packet at the most: the one
-/// that its last header swallowed.
-#[derive(Clone, Debug, Default)]
-pub struct Parser<const N: usize> {
-    bytes: Vec<u8, N>,
-}
-
-impl<const N: usize> Parser<N> {
-    /// A parser that waits for a header.
-    pub const fn new() -> Self {
-        Self { bytes: Vec::new() }
-    }
-
-    /// Takes one byte; `Some` when it ends a packet, or what looked like one.
-    pub fn push(&mut self, byte: u8) -> Option<Result<Frame<'_>, Damage>> {
-        if self.ends() {
-            self.bytes.clear();
-        }
-        match *self.bytes.as_slice() {
-            // Waiting for a header.
-            [] | [HEADER] if byte != HEADER => {
-                self.bytes.clear();
-                return None;
-            }
-            // More of them than two: the last two count.
-            [HEADER, HEADER] if byte == HEADER => return None,
-            [HEADER, HEADER, _] if usize::from(byte) + 4 > N || byte < 2 => {
-                self.bytes.clear();
-                // What broke the packet may begin the next one.
-                if byte == HEADER {
-                    let _ = self.bytes.push(byte);
-                }
-                return Some(Err(Damage::Header));
-            }
-            _ => {}
-        }
-        // There is room: a length beyond N was refused.
-        let _ = self.bytes.push(byte);
-        if !self.ends() {
-            return None;
-        }
-        let [_, _, id, _, code, parameters @ .., sum] = self.bytes.as_slice() else {
-            return None;
-        };
-        let body = self.bytes.get(2..self.bytes.len() - 1).unwrap_or_default();
-        Some(if checksum(body) == *sum {
-            Ok(Frame {
-                id: *id,
-                code: *code,
-                parameters,
-            })
-        } else {
-            Err(Damage::Checksum { id: *id })
-        })
-    }
-
-    /// The last byte pushed was the last of a packet.
-    fn ends(&self) -> bool {
-        matches!(self.bytes.get(3), Some(length) if self.bytes.len() == usize::from(*length) + 4)
-    }
-
-    /// Bytes of a packet that has begun and not ended.
-    pub fn bytes_held(&self) -> usize {
-        if self.ends() { 0 } else { self.bytes.len() }
-    }
-
-    /// Forgets a packet that has begun.
-    pub fn reset(&mut self) {
-        self.bytes.clear();
-    }
-}
+/// Finds packets in a stream of bytes, of up to `N` bytes.
+pub type Parser<const N: usize> = protocol::Parser<Protocol1, N>;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::servo::protocol::Damage;
     use proptest::prelude::*;
 
     type Long = Parser<FRAME_MAX>;

@@ -1,6 +1,7 @@
-//! What a master asks of stock servos.
+//! Instructions as Protocol 1.0 packets.
 
 use super::frame::{BROADCAST, FRAME_MAX, Frame};
+use crate::servo::{Instruction, Misread};
 use heapless::Vec;
 
 /// Codes of the instructions (e-Manual, "Instruction").
@@ -15,74 +16,12 @@ mod code {
     pub(super) const BULK_READ: u8 = 0x92;
 }
 
-/// An instruction to an AX-12A.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Instruction<'a> {
-    /// "Are you there?" Answered whatever the status return level.
-    Ping,
-    /// Read so many bytes from this address on.
-    Read {
-        /// First byte.
-        address: u8,
-        /// How many.
-        count: u8,
-    },
-    /// Write from this address on.
-    Write {
-        /// First byte.
-        address: u8,
-        /// What.
-        data: &'a [u8],
-    },
-    /// The same, but only when [`Instruction::Action`] comes.
-    RegWrite {
-        /// First byte.
-        address: u8,
-        /// What.
-        data: &'a [u8],
-    },
-    /// Do what was registered.
-    Action,
-    /// EEPROM as ex works: id 1, 1 Mbaud.
-    FactoryReset,
-    /// Write to several servos. Always to all, never answered.
-    SyncWrite {
-        /// First byte, in every servo.
-        address: u8,
-        /// Bytes for each.
-        count: u8,
-        /// Id and bytes, servo by servo: see [`SyncBlocks`].
-        blocks: &'a [u8],
-    },
-}
-
-/// Why an intact packet is no instruction to an AX-12A.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Misread {
-    /// An instruction of the MX series, which no AX-12A knows.
-    BulkRead,
-    /// A code without meaning.
-    Unknown(u8),
-    /// Parameters that do not fit the instruction.
-    Length,
-}
-
-impl core::fmt::Display for Misread {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::BulkRead => f.write_str(
-                "BULK_READ is an instruction of the MX series; an AX-12A does not know it: \
-                 send one READ to each servo",
-            ),
-            Self::Unknown(code) => write!(f, "there is no instruction 0x{code:02X}"),
-            Self::Length => f.write_str("its parameters do not fit the instruction"),
-        }
-    }
-}
-
+/// In Protocol 1.0. Morpheus has no encoder for any instruction: see
+/// [`morpheus::Request`](crate::servo::morpheus::Request).
 impl<'a> Instruction<'a> {
     /// The bytes on the wire to the servo `id`, or to all; `None` if they are
-    /// more than `N`. [`Instruction::SyncWrite`] goes to all whatever `id` is.
+    /// more than `N`, or if Protocol 1.0 has no such instruction.
+    /// [`Instruction::SyncWrite`] goes to all whatever `id` is.
     pub fn encode<const N: usize>(&self, id: u8) -> Option<Vec<u8, N>> {
         let mut parameters: Vec<u8, FRAME_MAX> = Vec::new();
         let (id, code) = match *self {
@@ -112,6 +51,7 @@ impl<'a> Instruction<'a> {
                 parameters.extend_from_slice(blocks).ok()?;
                 (BROADCAST, code::SYNC_WRITE)
             }
+            Self::Start | Self::Cycle => return None,
         };
         let frame = Frame {
             id,
@@ -121,10 +61,10 @@ impl<'a> Instruction<'a> {
         frame.encode()
     }
 
-    /// What an intact packet asks.
+    /// The instruction of a packet.
     ///
     /// # Errors
-    /// [`Misread`] if it is not for an AX-12A.
+    /// [`Misread`] if no AX-12A knows it.
     pub fn decode(frame: &Frame<'a>) -> Result<Self, Misread> {
         match (frame.code, frame.parameters) {
             (code::PING, []) => Ok(Self::Ping),
@@ -161,27 +101,6 @@ impl<'a> Instruction<'a> {
             ) => Err(Misread::Length),
             (unknown, _) => Err(Misread::Unknown(unknown)),
         }
-    }
-}
-
-/// What a `SYNC_WRITE` carries for each servo.
-#[derive(Clone, Debug)]
-pub struct SyncBlocks<'a>(core::slice::ChunksExact<'a, u8>);
-
-impl<'a> SyncBlocks<'a> {
-    /// Takes `blocks` apart, `count` bytes a servo.
-    pub fn new(count: u8, blocks: &'a [u8]) -> Self {
-        Self(blocks.chunks_exact(usize::from(count) + 1))
-    }
-}
-
-impl<'a> Iterator for SyncBlocks<'a> {
-    /// Id and bytes.
-    type Item = (u8, &'a [u8]);
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let (id, data) = self.0.next()?.split_first()?;
-        Some((*id, data))
     }
 }
 
@@ -281,13 +200,5 @@ mod tests {
             prop_assert_eq!(frame.id, to);
             prop_assert_eq!(Instruction::decode(&frame), Ok(sent));
         }
-    }
-
-    #[test]
-    fn blocks_are_taken_apart() {
-        let mut blocks = SyncBlocks::new(2, &[1, 0, 2, 9, 0, 6]);
-        assert_eq!(blocks.next(), Some((1, &[0, 2][..])));
-        assert_eq!(blocks.next(), Some((9, &[0, 6][..])));
-        assert_eq!(blocks.next(), None);
     }
 }

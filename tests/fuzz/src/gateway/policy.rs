@@ -1,9 +1,9 @@
 //! What becomes of a packet while servos 1 and 2 are under control.
 
-use armbridge_shared::bridge::gateway::{Ask, Job, Progress, Slack, Verdict, is_deafening, judge};
-use armbridge_shared::servo::Firmware;
+use armbridge_shared::bridge::gateway::{Ask, Job, Progress, Slack, Verdict, judge};
 use armbridge_shared::servo::morpheus::{self, MASTER, ServoId};
 use armbridge_shared::servo::protocol1::{self, BROADCAST, Frame, Instruction, Status, SyncBlocks};
+use armbridge_shared::servo::{ClientRequest, Firmware};
 
 const CONTROLLED: [u8; 2] = [1, 2];
 /// What the loop has read: of the second servo nothing.
@@ -30,10 +30,12 @@ const MARKER: u8 = 0xAA;
 /// something that no servo would say.
 pub(super) fn check(protocol: Firmware, packet: &[u8]) {
     let is_long = protocol == Firmware::Morpheus && packet[1] >= 128;
-    assert_eq!(is_deafening(packet), is_long, "{packet:02x?}");
+    let request = ClientRequest::parse(protocol, packet).expect("a whole packet");
+    assert_eq!(request.wedges_servo(), is_long, "{packet:02x?}");
+    may_drive(&request);
     let controlled = CONTROLLED.map(|id| ServoId::new(id).expect("an id"));
     for bus in Firmware::ALL {
-        match judge(bus, controlled, SAMPLES, packet) {
+        match judge(bus, controlled, SAMPLES, &request) {
             Verdict::Ask(job) => {
                 assert_eq!(bus, protocol, "{packet:02x?}");
                 for budget_us in BUDGETS_US {
@@ -46,6 +48,26 @@ pub(super) fn check(protocol: Firmware, packet: &[u8]) {
             }
         }
     }
+}
+
+/// Only what reads is known not to drive, and it is answered as it should be.
+fn may_drive(request: &ClientRequest) {
+    let packet = request.bytes;
+    let (code, overhead) = match request.firmware {
+        Firmware::Morpheus => (packet[4], morpheus::frame::OVERHEAD),
+        Firmware::Stock => (packet[4], protocol1::frame::OVERHEAD),
+    };
+    let expected = request.expected_reply();
+    if !request.may_drive() {
+        let is_chain = request.firmware == Firmware::Morpheus && matches!(code, 6 | 7);
+        assert!(matches!(code, 1 | READ) || is_chain, "{packet:02x?}");
+        if code == READ && !request.is_to_all() {
+            let data = usize::from(expected.reply_bytes).saturating_sub(overhead);
+            let asked = usize::from(packet[6]).min(usize::from(u8::MAX) - overhead);
+            assert_eq!(data, asked, "{packet:02x?}");
+        }
+    }
+    assert!(expected.reply_bytes == 0 || expected.id == packet[2]);
 }
 
 /// Does a job with servos all of whose registers are 0 but the marker.
@@ -103,7 +125,7 @@ fn answer(bus: Firmware, packet: &[u8], bytes: &[u8]) {
             assert_eq!(status.id, packet[2], "{bytes:02x?}");
         }
         Firmware::Morpheus => {
-            let mut parser = morpheus::frame::Parser::<130>::any();
+            let mut parser = morpheus::frame::Parser::<130>::new();
             for byte in bytes {
                 let frame = parser
                     .push(*byte)
@@ -157,13 +179,16 @@ fn stock_is_harmless(packet: &[u8]) -> bool {
         } => {
             SyncBlocks::new(count, blocks).all(|(id, data)| is_free(id) && keeps_ids(address, data))
         }
-        Instruction::Action | Instruction::FactoryReset => false,
+        Instruction::Action
+        | Instruction::FactoryReset
+        | Instruction::Start
+        | Instruction::Cycle => false,
     }
 }
 
 /// A PING, or a READ whose answer cannot begin with 0x83, which deafens.
 fn morpheus_is_harmless(packet: &[u8]) -> bool {
-    let mut parser = morpheus::frame::Parser::<130>::any();
+    let mut parser = morpheus::frame::Parser::<130>::new();
     let (last, before) = packet.split_last().expect("a packet has bytes");
     assert!(before.iter().all(|byte| parser.push(*byte).is_none()));
     let Some(Ok(frame)) = parser.push(*last) else {

@@ -90,18 +90,22 @@ impl Line {
                 (Transaction::Ping { joint }, _) if joint + 1 != usize::from(id) => {
                     panic!("{outcome:?} was not asked")
                 }
-                (Transaction::Drive(_) | Transaction::Quell { .. }, Firmware::Morpheus) => {
-                    morpheus(id, &[high, low])
-                }
-                (Transaction::Drive(_) | Transaction::Quell { .. }, Firmware::Stock) => {
-                    stock(id, alarms, &[low, high])
-                }
+                (
+                    Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. },
+                    Firmware::Morpheus,
+                ) => morpheus(id, &[high, low]),
+                (
+                    Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. },
+                    Firmware::Stock,
+                ) => stock(id, alarms, &[low, high]),
                 (Transaction::Start, _) | (Transaction::Ping { .. }, Firmware::Morpheus) => {
                     morpheus(id, &[1])
                 }
                 // Whatever it says beyond its alarms.
                 (Transaction::Ping { .. }, Firmware::Stock) => continue,
-                (Transaction::Stop | Transaction::Ask(_), _) => panic!("{outcome:?} was believed"),
+                (Transaction::Stop | Transaction::BriefStop | Transaction::Ask(_), _) => {
+                    panic!("{outcome:?} was believed")
+                }
             };
             assert!(self.has_read(&said), "{outcome:?} from {:02x?}", self.read);
             believed += 1;

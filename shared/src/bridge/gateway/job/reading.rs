@@ -1,77 +1,23 @@
 //! Registers read piece by piece.
 //!
-//! No piece ends inside a register, so that no value is half old, half new.
+//! No piece ends inside a register, so that no value is half old, half new. A
+//! position that no READ may have comes from the control loop.
 
 use super::Ask;
-use crate::bridge::gateway::voice::Bytes;
-use crate::servo::morpheus::{self, ServoId, safe_read};
-use crate::servo::protocol1::{self, Instruction};
-use crate::servo::table::{AX12A, MORPHEUS, Table};
+use crate::bridge::gateway::response::{Bytes, Responder};
+use crate::servo::Firmware;
 
 /// Bytes of a READ request, in both protocols.
 const REQUEST_BYTES: usize = 8;
 
-/// Where Morpheus keeps the position, two bytes. No safe READ begins there.
-const POSITION: u8 = 0x0B;
-
-/// Whose registers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::bridge::gateway) enum Target {
-    /// A stock servo.
-    Stock(u8),
-    /// A Morpheus servo, and its position: that comes from the control loop.
-    Morpheus(ServoId, Option<u16>),
-}
-
-impl Target {
-    const fn table(self) -> &'static Table {
-        match self {
-            Self::Stock(_) => &AX12A,
-            Self::Morpheus(..) => &MORPHEUS,
-        }
-    }
-
-    /// Bytes of an answer beside its data.
-    const fn overhead(self) -> usize {
-        match self {
-            Self::Stock(_) => protocol1::frame::OVERHEAD,
-            Self::Morpheus(..) => morpheus::frame::OVERHEAD,
-        }
-    }
-
-    /// Bytes that must be read before the one at `address`.
-    fn run_up(self, address: u8) -> u8 {
-        match self {
-            Self::Stock(_) => 0,
-            Self::Morpheus(..) => safe_read::plan(address, 1)
-                .map_or(0, |plan| address.saturating_sub(plan.asked().start)),
-        }
-    }
-
-    fn ask(self, address: u8, count: u8) -> Option<Ask> {
-        let (packet, id, data_bytes) = match self {
-            Self::Stock(id) => {
-                let read = Instruction::Read { address, count };
-                (read.encode(id)?, id, count)
-            }
-            Self::Morpheus(servo, _) => {
-                let plan = safe_read::plan(address, count).ok()?;
-                let packet = Bytes::from_slice(&plan.request(servo)).ok()?;
-                (packet, servo.get(), plan.asked().len() as u8)
-            }
-        };
-        Some(Ask {
-            packet,
-            id,
-            reply_bytes: self.overhead() as u8 + data_bytes,
-        })
-    }
-}
-
 /// A reading of some registers, and how far it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::bridge::gateway) struct Reading {
-    target: Target,
+    firmware: Firmware,
+    /// The servo.
+    id: u8,
+    /// Where the control loop has seen it last.
+    position: Option<u16>,
     address: u8,
     /// After the last byte.
     end: u8,
@@ -85,25 +31,36 @@ impl Reading {
     /// A reading that has only what need not be asked for. `None` if the table
     /// has not all of it, if it is of no bytes, or if it needs a position that
     /// is not known.
-    pub(in crate::bridge::gateway) fn new(target: Target, address: u8, count: u8) -> Option<Self> {
+    pub(in crate::bridge::gateway) fn new(
+        of: Responder,
+        position: Option<u16>,
+        address: u8,
+        count: u8,
+    ) -> Option<Self> {
         let end = address.checked_add(count)?;
-        let is_known =
-            !matches!(target, Target::Morpheus(_, None)) || !(address..end).contains(&POSITION);
         let mut reading = Self {
-            target,
+            firmware: of.firmware,
+            id: of.id,
+            position,
             address,
             end,
             data: Bytes::new(),
             asked: 0,
         };
+        let needs_position = (address..end).any(|at| reading.is_unreadable(at));
+        let is_known = position.is_some() || !needs_position;
         reading.insert_position();
-        (count > 0 && end <= target.table().size && is_known).then_some(reading)
+        (count > 0 && end <= of.firmware.memory_bytes() && is_known).then_some(reading)
     }
 
     /// First byte that is still missing.
     fn at(&self) -> u8 {
         // No more than a table's size.
         self.address + self.data.len() as u8
+    }
+
+    fn is_unreadable(&self, address: u8) -> bool {
+        self.firmware.unreadable() == Some(address)
     }
 
     pub(in crate::bridge::gateway) fn is_complete(&self) -> bool {
@@ -118,40 +75,35 @@ impl Reading {
     pub(super) fn next(&mut self, room: usize) -> Option<Ask> {
         let at = self.at();
         self.asked = self.piece(at, room);
-        self.target.ask(at, self.asked).filter(|_| self.asked > 0)
+        let query = || self.firmware.read_query(self.id, at, self.asked);
+        (self.asked > 0).then(query).flatten()
     }
 
     pub(super) fn can_ever_fit(&self, room: usize) -> bool {
         (self.at()..self.end)
-            .filter(|at| !matches!(self.target, Target::Morpheus(..) if *at == POSITION))
+            .filter(|at| !self.is_unreadable(*at))
             .all(|at| self.piece(at, room) > 0)
     }
 
     /// How many bytes to ask for from `at` on.
     fn piece(&self, at: u8, room: usize) -> u8 {
-        let end = match self.target {
-            Target::Morpheus(..) if at < POSITION => self.end.min(POSITION),
-            Target::Morpheus(..) | Target::Stock(_) => self.end,
+        let end = match self.firmware.unreadable() {
+            Some(unreadable) if at < unreadable => self.end.min(unreadable),
+            _ => self.end,
         };
-        let run_up = usize::from(self.target.run_up(at));
-        let room = room.saturating_sub(REQUEST_BYTES + self.target.overhead() + run_up);
+        let beside = self.firmware.reply_overhead() + usize::from(self.firmware.run_up(at));
+        let room = room.saturating_sub(REQUEST_BYTES + beside);
         let left = end.saturating_sub(at);
         let piece = left.min(u8::try_from(room).unwrap_or(u8::MAX));
-        let is_split = piece < left && splits_register(self.target.table(), at + piece);
+        let is_split = piece < left && self.firmware.splits_register(at + piece);
         // Registers are of two bytes at the most.
         piece.saturating_sub(u8::from(is_split))
     }
 
     /// Takes the data of an answer; whether it is what was asked for.
     pub(super) fn took(&mut self, data: &[u8]) -> bool {
-        let wanted = match self.target {
-            Target::Stock(_) => Some(data),
-            Target::Morpheus(..) => safe_read::plan(self.at(), self.asked)
-                .ok()
-                .and_then(|plan| plan.wanted(data)),
-        };
-        let is_it = |data: &&[u8]| !data.is_empty() && data.len() == usize::from(self.asked);
-        let Some(wanted) = wanted.filter(is_it) else {
+        let wanted = self.firmware.read_reply(self.at(), self.asked, data);
+        let Some(wanted) = wanted.filter(|wanted| !wanted.is_empty()) else {
             return false;
         };
         // What is asked for is within a table, for which there is room.
@@ -162,21 +114,13 @@ impl Reading {
 
     /// Both bytes at once, so that they belong together.
     fn insert_position(&mut self) {
-        if let Target::Morpheus(_, Some(counts)) = self.target
-            && self.at() == POSITION
+        if let Some(counts) = self.position
+            && self.is_unreadable(self.at())
         {
-            let left = usize::from(self.end.saturating_sub(POSITION));
+            let left = usize::from(self.end.saturating_sub(self.at()));
             let counts = counts.to_le_bytes();
             let wanted = counts.get(..left).unwrap_or(&counts);
             let _ = self.data.extend_from_slice(wanted);
         }
     }
-}
-
-/// Whether a register has bytes on both sides of the start of this one.
-fn splits_register(table: &Table, address: u8) -> bool {
-    table
-        .registers
-        .iter()
-        .any(|register| register.address < address && address < register.end())
 }

@@ -3,7 +3,7 @@ extern crate std;
 use super::*;
 use crate::bridge::gateway::packets::{morpheus_frame, stock_frame};
 use crate::servo::Firmware;
-use crate::servo::morpheus::{self, MASTER, ServoId};
+use crate::servo::morpheus::{self, MASTER};
 use crate::servo::protocol1::{self, Instruction};
 use crate::servo::table::{AX12A, MORPHEUS};
 use proptest::prelude::*;
@@ -68,17 +68,13 @@ impl Memory {
     }
 
     fn job(&self, address: u8, count: u8) -> Option<Job> {
-        let (voice, target) = match self.bus {
-            Firmware::Stock => (Voice::Stock { id: SERVO }, Target::Stock(SERVO)),
-            Firmware::Morpheus => (
-                Voice::Morpheus {
-                    id: SERVO,
-                    client: CLIENT,
-                },
-                Target::Morpheus(ServoId::new(SERVO).unwrap(), self.position()),
-            ),
+        let responder = Responder {
+            firmware: self.bus,
+            id: SERVO,
+            client: CLIENT,
         };
-        Some(Job::read(voice, Reading::new(target, address, count)?))
+        let reading = Reading::new(responder, self.position(), address, count)?;
+        Some(Job::read(responder, reading))
     }
 
     /// What the client must get for a reading of all this at once.
@@ -207,8 +203,13 @@ proptest! {
 }
 
 fn stock_read() -> Job {
-    let reading = Reading::new(Target::Stock(SERVO), 36, 8).unwrap();
-    Job::read(Voice::Stock { id: SERVO }, reading)
+    let responder = Responder {
+        firmware: Firmware::Stock,
+        id: SERVO,
+        client: CLIENT,
+    };
+    let reading = Reading::new(responder, None, 36, 8).unwrap();
+    Job::read(responder, reading)
 }
 
 #[test]
@@ -240,7 +241,12 @@ fn what_nobody_answers_is_over_when_it_is_sent() {
         id: 0xFE,
         reply_bytes: 0,
     };
-    let mut job = Job::single(Voice::Stock { id: 0xFE }, ask.clone());
+    let responder = Responder {
+        firmware: Firmware::Stock,
+        id: 0xFE,
+        client: CLIENT,
+    };
+    let mut job = Job::single(responder, ask.clone());
     assert_eq!(job.next(slack(119)), None);
     assert_eq!(job.next(slack(120)), Some(ask));
     assert_eq!(job.took(None), Progress::Done(Bytes::new()));

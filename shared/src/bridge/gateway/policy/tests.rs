@@ -16,7 +16,16 @@ const CLIENT: u8 = 0x64;
 
 fn judge_for(bus: Firmware, samples: [Option<u16>; 2], packet: &[u8]) -> Verdict {
     let controlled = CONTROLLED.map(|id| ServoId::new(id).unwrap());
-    judge(bus, controlled, samples, packet)
+    // As the framer knows packets: by their header.
+    let protocol = if packet.first() == Some(&0xAA) {
+        Firmware::Morpheus
+    } else {
+        Firmware::Stock
+    };
+    match ClientRequest::parse(protocol, packet) {
+        Some(request) => judge(bus, controlled, samples, &request),
+        None => Verdict::Refuse(Bytes::new()),
+    }
 }
 
 /// Everything that a job puts on the bus, its readings answered with zeros (and
@@ -161,8 +170,12 @@ fn a_morpheus_client_is_told_in_its_servos_words() {
     }
     let deafening = morpheus(0x29, CLIENT, &[0; 126]);
     assert_eq!(told(&deafening), refusal(0x29, CLIENT));
-    assert!(is_deafening(&deafening));
-    assert!(!is_deafening(&morpheus(0x29, CLIENT, &[0; 125])));
+    let wedges = |packet: &[u8]| {
+        let request = ClientRequest::parse(Firmware::Morpheus, packet).unwrap();
+        request.wedges_servo()
+    };
+    assert!(wedges(&deafening));
+    assert!(!wedges(&morpheus(0x29, CLIENT, &[0; 125])));
     // Damaged, to nobody, and of the other protocol.
     assert_eq!(told(&[0xAA, 3, 0x29, 0xFE, 1, 0]), ("answer", Vec::new()));
     assert_eq!(told(&morpheus(0xFE, CLIENT, &[1])), silence);

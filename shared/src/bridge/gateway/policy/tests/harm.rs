@@ -81,7 +81,10 @@ fn stock_is_harmless(bytes: &[u8]) -> bool {
             blocks,
         } => SyncBlocks::new(count, blocks)
             .all(|(id, data)| is_free(id) && spares_ids(address, data)),
-        Instruction::Action | Instruction::FactoryReset => false,
+        Instruction::Action
+        | Instruction::FactoryReset
+        | Instruction::Start
+        | Instruction::Cycle => false,
     }
 }
 

@@ -1,0 +1,96 @@
+//! Instructions that a master can give, in any of the protocols.
+
+/// A request to one servo or to all, without header and checksum.
+///
+/// WRITE and its kin carry the bytes of consecutive registers. Protocol 1.0 has no
+/// [`Start`](Self::Start) and [`Cycle`](Self::Cycle); Morpheus has no
+/// [`RegWrite`](Self::RegWrite) and [`Action`](Self::Action).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instruction<'a> {
+    /// Presence test. Answered by a stock servo whatever its status return level.
+    Ping,
+    /// Reads registers.
+    Read {
+        /// First register.
+        address: u8,
+        /// Number of bytes.
+        count: u8,
+    },
+    /// Writes registers.
+    Write {
+        /// First register.
+        address: u8,
+        /// New contents.
+        data: &'a [u8],
+    },
+    /// Writes registers when [`Instruction::Action`] comes.
+    RegWrite {
+        /// First register.
+        address: u8,
+        /// New contents.
+        data: &'a [u8],
+    },
+    /// Executes what was registered.
+    Action,
+    /// Restores the EEPROM as ex works: id 1, 1 Mbaud.
+    FactoryReset,
+    /// Writes the same registers of several servos. Always to all, never answered.
+    SyncWrite {
+        /// First register, in every servo.
+        address: u8,
+        /// Bytes per servo.
+        count: u8,
+        /// Id and bytes, servo by servo: see [`SyncBlocks`].
+        blocks: &'a [u8],
+    },
+    /// Morpheus: every servo announces itself in turn, which forms the position
+    /// chain.
+    Start,
+    /// Morpheus: every servo of the chain sends its position.
+    Cycle,
+}
+
+/// Why an intact packet is no instruction to a servo of its protocol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Misread {
+    /// An instruction of the MX series, which no AX-12A knows.
+    BulkRead,
+    /// A code without meaning.
+    Unknown(u8),
+    /// Parameters that do not fit the instruction.
+    Length,
+}
+
+/// Blocks of an [`Instruction::SyncWrite`], one for each servo.
+#[derive(Clone, Debug)]
+pub struct SyncBlocks<'a>(core::slice::ChunksExact<'a, u8>);
+
+impl<'a> SyncBlocks<'a> {
+    /// Takes `blocks` apart, `count` bytes a servo.
+    pub fn new(count: u8, blocks: &'a [u8]) -> Self {
+        Self(blocks.chunks_exact(usize::from(count) + 1))
+    }
+}
+
+impl<'a> Iterator for SyncBlocks<'a> {
+    /// Id and bytes.
+    type Item = (u8, &'a [u8]);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (id, data) = self.0.next()?.split_first()?;
+        Some((*id, data))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_taken_apart() {
+        let mut blocks = SyncBlocks::new(2, &[1, 0, 2, 9, 0, 6]);
+        assert_eq!(blocks.next(), Some((1, &[0, 2][..])));
+        assert_eq!(blocks.next(), Some((9, &[0, 6][..])));
+        assert_eq!(blocks.next(), None);
+    }
+}

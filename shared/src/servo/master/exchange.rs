@@ -1,0 +1,68 @@
+//! What a protocol contributes to the bus master: its steps, and how long its
+//! servos take.
+
+use super::super::protocol::Protocol;
+use super::super::{ExpectedReply, Packet, ServoId};
+use super::Transaction;
+use crate::JOINTS;
+
+/// A [`Protocol`] with which the master can run a control tick.
+pub(in crate::servo) trait Exchange: Protocol {
+    /// Longest time in µs until a servo of unknown settings begins its reply.
+    const LATENCY_US: u32;
+
+    /// How much longer than its bytes the reply of a servo takes that bring-up has
+    /// set, in µs.
+    fn prepared_latency_us(baud: u32) -> u32;
+
+    /// The shortest period in µs at which a tick's exchange with two servos, and
+    /// the rest after it, is sure to be over.
+    fn tick_us(baud: u32, is_prepared: bool) -> u32;
+
+    /// Steps of a transaction that is another in each protocol; `None` ends it.
+    fn step(transaction: Transaction, index: u8, line: &Line) -> Option<Step>;
+}
+
+/// One step of a transaction.
+pub(in crate::servo) enum Step {
+    Send(Packet),
+    /// Send the packet of [`super::Master::ask`].
+    SendAsked,
+    Repeat(u8, u16),
+    Pause {
+        us: u32,
+    },
+    /// Listen for replies, for this time in µs at the most.
+    Listen(Awaited, u64),
+}
+
+/// What the steps depend on.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::servo) struct Line {
+    pub(in crate::servo) ids: [ServoId; JOINTS],
+    pub(in crate::servo) firmware: super::Firmware,
+    pub(in crate::servo) baud: u32,
+    pub(in crate::servo) available_us: u32,
+    /// Stock servos are in wheel mode and answer soon.
+    pub(in crate::servo) is_prepared: bool,
+}
+
+/// Which replies are awaited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::servo) enum Awaited {
+    /// Of the servo of this joint.
+    One(usize, Answer),
+    /// Of every servo, one after the other: Morpheus's chain.
+    Each(Answer),
+    /// To the packet of [`super::Transaction::Ask`].
+    Reply(ExpectedReply),
+}
+
+/// What a reply of the bridge's own exchanges holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::servo) enum Answer {
+    /// The servo is there.
+    Pong,
+    /// Its position.
+    Position,
+}

@@ -1,0 +1,139 @@
+//! The control tick with Morpheus servos, and how long they take.
+//!
+//! ```text
+//! SYNC_WR (16 bytes) | gap | CYCLE (6 bytes) | positions, one after the other (14)
+//! ```
+//!
+//! Times are recorded from the firmware, with two servos on the bus.
+
+use super::{Morpheus, Request};
+use crate::JOINTS;
+use crate::actuator::Pwm;
+use crate::servo::master::Transaction;
+use crate::servo::master::exchange::{Answer, Awaited, Exchange, Line, Step};
+use crate::servo::master::timing::GUARD_US;
+use crate::servo::port::bytes_us;
+
+/// A ping is answered within 87 µs; the rest is reserve.
+pub(super) const LATENCY_US: u32 = 340;
+/// START is answered 4.74 ms times the id later: enough for the first few.
+pub(super) const START_LATENCY_US: u32 = 20_000;
+/// The same for one id, rounded up.
+const START_SLOT_US: u64 = 5_000;
+
+/// Longest recorded time of a servo to begin an answer is 105 µs, to a READ of
+/// eleven bytes; inside that pass up to 9 µs between bytes now and then.
+const ANSWER_US: u32 = 150;
+
+/// Pause between SYNC_WR and CYCLE. Of two packets closer than 20 µs a servo
+/// processes only the newer. On the bench none is lost with [`GAP_MIN_US`] either,
+/// in two seconds of ticks of 600 µs, which slide past the servos' own loops
+/// (`tests/gateway`); the rest is margin, 5 % of a tick at 1 kHz, until real
+/// servos have been measured.
+const GAP_US: u32 = 80;
+/// The same pause where the period leaves no room for that margin.
+const GAP_MIN_US: u32 = 30;
+
+/// From the end of CYCLE to the last byte of two replies takes 310 µs, of which
+/// 140 are bytes; with the first servo dead its successor waits 169 µs more
+/// before it speaks. The rest, at 1 Mbaud, is reserve.
+const POSITIONS_LATENCY_US: u64 = 310;
+/// What of that two servos take that are both there.
+const POSITIONS_TYPICAL_US: u64 = 150;
+/// Bytes of two positions.
+const POSITIONS_BYTES: u32 = 14;
+/// Bytes of a tick: SYNC_WR, CYCLE, positions.
+const TICK_BYTES: u32 = 16 + 6 + POSITIONS_BYTES;
+
+impl Exchange for Morpheus {
+    const LATENCY_US: u32 = LATENCY_US;
+
+    fn prepared_latency_us(_baud: u32) -> u32 {
+        ANSWER_US
+    }
+
+    fn tick_us(baud: u32, _is_prepared: bool) -> u32 {
+        let fixed_us = u64::from(GAP_MIN_US) + POSITIONS_TYPICAL_US + GUARD_US;
+        (bytes_us(TICK_BYTES, baud) + fixed_us) as u32
+    }
+
+    fn step(transaction: Transaction, index: u8, line: &Line) -> Option<Step> {
+        match transaction {
+            Transaction::Start => start(index, line),
+            Transaction::Drive([a, b]) => {
+                let [id_a, id_b] = line.ids;
+                tick(index, Request::Drive([(id_a, a), (id_b, b)]), line)
+            }
+            Transaction::HoldOff => {
+                let off = line.ids.map(|id| (id, Pwm::OFF));
+                tick(index, Request::Drive(off), line)
+            }
+            Transaction::Quell { joint, aside } => {
+                let servo = [*line.ids.get(joint)?; JOINTS];
+                let off = if aside {
+                    Request::SideStep(servo)
+                } else {
+                    Request::Release(servo)
+                };
+                match index {
+                    0 => tick(0, off, line),
+                    // Cut short on a bad line, it takes the next two bytes for its
+                    // PWM: these are none.
+                    1 => Some(Step::Repeat(0xFF, 2)),
+                    _ => tick(index - 1, off, line),
+                }
+            }
+            _ => None,
+        }
+    }
+}
+
+fn tick(index: u8, drive: Request, line: &Line) -> Option<Step> {
+    Some(match index {
+        0 => Step::Send(drive.encode()),
+        1 => Step::Pause {
+            us: gap_us(line.available_us, line.baud),
+        },
+        2 => Step::Send(Request::Cycle.encode()),
+        3 => Step::Listen(
+            Awaited::Each(Answer::Position),
+            bytes_us(POSITIONS_BYTES, line.baud) + POSITIONS_LATENCY_US,
+        ),
+        _ => return None,
+    })
+}
+
+fn start(index: u8, line: &Line) -> Option<Step> {
+    Some(match index {
+        0 => Step::Send(Request::Start.encode()),
+        1 => {
+            let last = line.ids.iter().map(|id| id.get()).max().unwrap_or(0);
+            let slots_us = (u64::from(last) + 1) * START_SLOT_US;
+            Step::Listen(
+                Awaited::Each(Answer::Pong),
+                slots_us + bytes_us(6, line.baud),
+            )
+        }
+        _ => return None,
+    })
+}
+
+/// The pause between SYNC_WR and CYCLE, if a tick's exchange may take so long.
+fn gap_us(available_us: u32, baud: u32) -> u32 {
+    let roomy_us = Morpheus::tick_us(baud, true) + (GAP_US - GAP_MIN_US);
+    if available_us >= roomy_us {
+        GAP_US
+    } else {
+        GAP_MIN_US
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gap_is_short_where_the_period_is() {
+        assert_eq!((gap_us(1_000, 1_000_000), gap_us(600, 1_000_000)), (80, 30));
+    }
+}

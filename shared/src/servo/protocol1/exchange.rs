@@ -1,0 +1,149 @@
+//! The control tick with stock servos, and how long they take.
+//!
+//! ```text
+//! SYNC_WRITE (14 bytes) | for each servo: guard | READ (8 bytes) | position (8)
+//! ```
+//!
+//! Times are from the e-Manual, where it says anything; it says nothing of how long
+//! a servo thinks.
+
+use super::{BROADCAST, Instruction, Protocol1, register, torque_off};
+use crate::JOINTS;
+use crate::actuator::Pwm;
+use crate::servo::master::Transaction;
+use crate::servo::master::exchange::{Answer, Awaited, Exchange, Line, Step};
+use crate::servo::master::timing::GUARD_US;
+use crate::servo::port::bytes_us;
+use crate::servo::{Packet, ServoId};
+
+/// Longest return delay of a stock servo, 254 times 2 µs, and 300 µs for it to
+/// think.
+pub(super) const LATENCY_US: u32 = RETURN_DELAY_MAX_US as u32 + 300;
+const RETURN_DELAY_MAX_US: u64 = 508;
+
+/// Return delay that bring-up gives to stock servos. With the 22 µs they take
+/// themselves a status packet begins 42 µs after the READ: just late enough for
+/// the direction pin, which is lowered within 40.
+pub const RETURN_DELAY_US: u64 = 20;
+/// From READ to status packet without return delay, as measured at the wire
+/// (Xevel, notes on the USB2AX).
+const STATUS_US: u64 = 22;
+/// How much longer it takes after a WRITE of two bytes (same source), rounded up.
+const WRITE_US: u64 = 20;
+/// Each millisecond a stock servo controls its motor for so long, and sends
+/// nothing meanwhile (same source). It may fall before or into a status packet,
+/// and into a long one several times.
+const CONTROL_STEP_US: u64 = 130;
+/// What a stock servo with that delay may take longer than its bytes, if those
+/// take less than a millisecond.
+const SHORT_STATUS_US: u64 = RETURN_DELAY_US + STATUS_US + CONTROL_STEP_US;
+/// Reserve on top of that in a tick's windows.
+const RESERVE_US: u64 = 50;
+
+impl Exchange for Protocol1 {
+    const LATENCY_US: u32 = LATENCY_US;
+
+    fn prepared_latency_us(baud: u32) -> u32 {
+        // The longest answer is the whole table.
+        (SHORT_STATUS_US + WRITE_US + control_steps_us(bytes_us(56, baud))) as u32
+    }
+
+    fn tick_us(baud: u32, is_prepared: bool) -> u32 {
+        let turn_us = GUARD_US + bytes_us(8, baud) + position_us(baud, is_prepared);
+        (bytes_us(14, baud) + JOINTS as u64 * turn_us + GUARD_US) as u32
+    }
+
+    /// One `SYNC_WRITE`, if the servos are prepared for it, or the order to let go,
+    /// then a READ for each servo.
+    fn step(transaction: Transaction, index: u8, line: &Line) -> Option<Step> {
+        let pwm = match transaction {
+            Transaction::Drive(pwm) => Some(pwm),
+            Transaction::Quell { .. } => Some([Pwm::OFF; JOINTS]),
+            Transaction::HoldOff => None,
+            _ => return None,
+        };
+        let Some(after) = index.checked_sub(1) else {
+            return match pwm {
+                None => Some(Step::Send(torque_off())),
+                Some(pwm) if line.is_prepared => speeds(line.ids, pwm).map(Step::Send),
+                // To a servo in another mode the same number means another thing.
+                Some(_) => Some(Step::Pause { us: 0 }),
+            };
+        };
+        let joint = usize::from(after / 3);
+        let id = line.ids.get(joint)?.get();
+        Some(match after % 3 {
+            0 => Step::Pause {
+                us: GUARD_US as u32,
+            },
+            1 => {
+                let read = Instruction::Read {
+                    address: register::PRESENT_POSITION,
+                    count: 2,
+                };
+                Step::Send(read.encode(id)?)
+            }
+            _ => Step::Listen(
+                Awaited::One(joint, Answer::Position),
+                position_us(line.baud, line.is_prepared) + RESERVE_US,
+            ),
+        })
+    }
+}
+
+/// `SYNC_WRITE` of the moving speed, in wheel mode the duty.
+fn speeds(ids: [ServoId; JOINTS], pwm: [Pwm; JOINTS]) -> Option<Packet> {
+    let mut blocks: heapless::Vec<u8, { 3 * JOINTS }> = heapless::Vec::new();
+    for (id, pwm) in ids.iter().zip(pwm) {
+        let [low, high] = duty(pwm).to_le_bytes();
+        blocks.extend([id.get(), low, high]);
+    }
+    let instruction = Instruction::SyncWrite {
+        address: register::MOVING_SPEED,
+        count: 2,
+        blocks: &blocks,
+    };
+    instruction.encode(BROADCAST)
+}
+
+/// A PWM as a stock servo takes it: magnitude 0..=1023, bit 10 for clockwise,
+/// which is towards lower counts. Rounded to the nearest.
+fn duty(pwm: Pwm) -> u16 {
+    const FULL: u32 = 1023;
+    let off = Pwm::OFF.counts();
+    let magnitude = u32::from(pwm.counts().abs_diff(off));
+    let duty = ((magnitude * FULL + 500) / 1000).min(FULL) as u16;
+    if pwm < Pwm::OFF { duty | 1 << 10 } else { duty }
+}
+
+/// From the end of a READ to the end of a stock servo's position.
+fn position_us(baud: u32, is_prepared: bool) -> u64 {
+    let position_us = bytes_us(8, baud);
+    let delay_us = if is_prepared {
+        SHORT_STATUS_US
+    } else {
+        RETURN_DELAY_MAX_US + STATUS_US + CONTROL_STEP_US
+    };
+    position_us + delay_us + control_steps_us(position_us)
+}
+
+/// By how much the control steps of a stock servo stretch a packet that takes so
+/// long, beside the one that may precede it.
+const fn control_steps_us(packet_us: u64) -> u64 {
+    const SENDS_US: u32 = 1_000 - CONTROL_STEP_US as u32;
+    (packet_us as u32 / SENDS_US * CONTROL_STEP_US as u32) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn duty_is_sign_and_magnitude() {
+        let duty = |pwm| duty(Pwm::new(pwm).unwrap());
+        assert_eq!(
+            [0, 500, 999, 1000, 1001, 1500, 2000].map(duty),
+            [2047, 1024 + 512, 1025, 0, 1, 512, 1023]
+        );
+    }
+}
