@@ -20,6 +20,7 @@
 //! | [`store`]    | settings in flash                                         |
 //! | [`bridge`]   | the application: modes, supervisor, the tick, telemetry   |
 //! | [`lockstep`] | virtual time for an emulated board                        |
+//! | [`crc32`]    | the checksum of frames, settings, image and crash record  |
 //!
 //! Dependencies point one way: `bridge` uses `servo` and `link`, whose messages
 //! carry what `control` and `estimate` are configured by, and these use `arm` and
@@ -32,6 +33,7 @@ pub mod actuator;
 pub mod arm;
 pub mod bridge;
 pub mod control;
+pub mod crc32;
 pub mod design;
 pub mod estimate;
 pub mod experiment;
