@@ -8,7 +8,6 @@
 //! | [`protocol1`] | Dynamixel Protocol 1.0, what a stock AX-12A speaks      |
 //! | [`ClientFrame`] | a packet of another master, taken apart               |
 //! | [`Sample`]    | a servo's position in a tick, or why it is missing      |
-//! | [`table`]     | the registers of either firmware                        |
 //! | [`master`]    | one transaction at a time, advanced by `poll(now_us)`   |
 //! | [`port`]      | a serial port whose speed can be changed                |
 //! | [`stop`]      | the sequences that end with every motor off             |
@@ -23,7 +22,6 @@ pub mod port;
 pub mod protocol;
 pub mod protocol1;
 pub mod stop;
-pub mod table;
 
 mod client;
 mod firmware;
