@@ -120,8 +120,8 @@ impl Firmware {
         with_protocol!(self, P => P::position(data))
     }
 
-    /// Reading of registers; `None` if the servo has not all of them, if no READ
-    /// may have them, or if it is longer than `N`.
+    /// Reading of registers; `None` if the servo has not all of them, if no single
+    /// READ may ask for them, or if it is longer than `N`.
     pub fn read_query<const N: usize>(self, id: u8, address: u8, count: u8) -> Option<Query<N>> {
         with_protocol!(self, P => P::read_query(id, address, count))
     }

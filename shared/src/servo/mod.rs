@@ -3,10 +3,10 @@
 //! | module        | what                                                    |
 //! |---------------|---------------------------------------------------------|
 //! | [`Firmware`]  | which program runs on a servo                           |
-//! | [`protocol`]  | the codec: what everything above a wire format needs    |
+//! | [`protocol`]  | the codec: finds, parses and builds packets             |
 //! | [`morpheus`]  | the Morpheus firmware's packets, only the harmless ones |
 //! | [`protocol1`] | Dynamixel Protocol 1.0, what a stock AX-12A speaks      |
-//! | [`ClientFrame`] | a packet of another master, taken apart               |
+//! | [`ClientFrame`] | a packet of another master, parsed                    |
 //! | [`Sample`]    | a servo's position in a tick, or why it is missing      |
 //! | [`master`]    | one transaction at a time, advanced by `poll(now_us)`   |
 //! | [`port`]      | a serial port whose speed can be changed                |
