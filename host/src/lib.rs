@@ -37,6 +37,7 @@ pub mod replay;
 pub mod run_folder;
 pub mod scenario;
 pub mod serve;
+pub mod servo_table;
 pub mod session;
 pub mod station;
 pub mod summary;

@@ -20,6 +20,7 @@
 //! | [`store`]    | settings in flash                                         |
 //! | [`bridge`]   | the application: modes, supervisor, the tick, telemetry   |
 //! | [`lockstep`] | virtual time for an emulated board                        |
+//! | [`crc32`]    | the checksum of frames, settings, image and crash record  |
 //!
 //! Dependencies point one way: `bridge` uses `servo` and `link`, whose messages
 //! carry what `control` and `estimate` are configured by, and these use `arm` and
@@ -34,6 +35,7 @@ pub mod bridge;
 pub mod check_word;
 pub mod control;
 pub mod control_loop;
+pub mod crc32;
 pub mod design;
 pub mod estimate;
 pub mod experiment;

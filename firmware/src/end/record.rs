@@ -14,9 +14,9 @@
 //! CRC tell apart. So words that are in order say more than what is in them: the
 //! memory has not been without power since they were written.
 
+use armbridge_shared::crc32::checksum_of_words;
 use armbridge_shared::link::board::PLACE_LEN;
 use armbridge_shared::link::message::{End, LastEnd};
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
 /// Words of a record.
 pub const WORDS: usize = 12;
@@ -38,9 +38,6 @@ const CAUSES: [End; 8] = [
     End::HardFault,
     End::StackOverflow,
 ];
-
-/// Computed rarely, by a processor that has better use for a kilobyte.
-const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// What a record says of the program that wrote it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,7 +76,7 @@ impl Kept {
             0,
         ];
         let [content @ .., crc] = &mut words;
-        *crc = checksum(content);
+        *crc = checksum_of_words(content.iter().copied());
         words
     }
 
@@ -87,7 +84,7 @@ impl Kept {
     pub fn from_words(words: &Words) -> Option<Self> {
         let [content @ .., crc] = words;
         let [magic, code, pc, line, place @ .., tick] = content;
-        if *magic != MAGIC || *crc != checksum(content) {
+        if *magic != MAGIC || *crc != checksum_of_words(content.iter().copied()) {
             return None;
         }
         if *code == RUNNING {
@@ -108,14 +105,6 @@ impl Kept {
             tick: *tick,
         }))
     }
-}
-
-fn checksum(words: &[u32]) -> u32 {
-    let mut digest = CRC.digest();
-    for word in words {
-        digest.update(&word.to_le_bytes());
-    }
-    digest.finalize()
 }
 
 fn little(bytes: &[u8]) -> u32 {

@@ -3,6 +3,7 @@
 use super::servo::{DEFAULT_ROM, Servo};
 use super::stock::Ax12a;
 use super::wire::Device;
+use crate::servo_table::Table;
 use armbridge_shared::servo::Firmware;
 use std::fmt;
 
@@ -82,7 +83,9 @@ impl ServoKind {
     /// # Errors
     /// If no servo can be so.
     pub fn new(firmware: Firmware, id: u8, baud: u32) -> Result<Self, KindError> {
-        let range = &firmware.table().by_name("id").map(|id| id.range.clone());
+        let range = &Table::for_firmware(firmware)
+            .by_name("id")
+            .map(|id| id.range.clone());
         if let Some(range) = range
             && !range.contains(&id.into())
         {

@@ -5,7 +5,7 @@
 //! back after. A Morpheus servo answers these with its new id or at its new
 //! rate, and is deaf meanwhile for 8.5 ms a byte, or 0.1 s for all of them.
 
-use armbridge_shared::servo::table::{Register, Storage};
+use crate::servo_table::{Register, Storage, Table};
 
 use super::client::BusError;
 use super::diagnosis::Diagnosis;
@@ -241,7 +241,7 @@ impl<L: Line> Servo<'_, L> {
     }
 
     fn register(&self, name: &str) -> Result<&'static Register, ServoError> {
-        let register = self.firmware().table().by_name(name);
+        let register = Table::for_firmware(self.firmware()).by_name(name);
         register.ok_or_else(|| self.failed(BusError::Unsayable))
     }
 

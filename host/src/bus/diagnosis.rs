@@ -1,5 +1,6 @@
 //! What went wrong with an exchange, and the likely cause.
 
+use crate::servo_table::alarms;
 use armbridge_shared::servo::protocol1::Alarms;
 
 /// Why a request has no answer that can be used.
@@ -108,7 +109,7 @@ fn reasons(alarms: Alarms) -> String {
         .filter(|(alarm, _)| alarms.contains(*alarm))
         .map(|(_, cause)| *cause)
         .collect();
-    format!("{alarms} error; {}", causes.join(", "))
+    format!("{} error; {}", alarms::text(alarms), causes.join(", "))
 }
 
 #[cfg(test)]

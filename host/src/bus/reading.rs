@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use armbridge_shared::servo::table::Register;
+use crate::servo_table::Register;
 
 use super::client::BusError;
 

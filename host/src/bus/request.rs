@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
+use crate::servo_table::{Register, Storage};
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::morpheus::safe_read::{self, Plan};
 use armbridge_shared::servo::morpheus::{Frame, MASTER, Request as Morpheus, ServoId, frame};
 use armbridge_shared::servo::protocol1::Instruction;
 use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
-use armbridge_shared::servo::table::{Register, Storage};
 
 /// Whether a servo may move when this is written. What stops it does not
 /// count, so that nothing is asked before it.
@@ -79,7 +79,7 @@ impl Request {
             Some(plan) => plan.request(ServoId::new(id)?).to_vec(),
             None => stock(id, &Instruction::Read { address, count })?,
         };
-        let longest = firmware.table().size.into();
+        let longest = firmware.memory_bytes().into();
         let request = Self::new(firmware, id, bytes, longest);
         Some(Self { plan, ..request })
     }
@@ -159,15 +159,16 @@ fn morpheus(id: u8, data: &[u8]) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::servo_table::{AX12A, MORPHEUS};
 
     #[test]
     fn writes_and_resets_are_as_recorded() {
-        let pwm = Firmware::Morpheus.table().by_name("pwm").unwrap();
+        let pwm = MORPHEUS.by_name("pwm").unwrap();
         let request = Request::write(Firmware::Morpheus, 1, pwm, 1500).unwrap();
         assert_eq!(request.bytes, [0xAA, 6, 1, 0xFE, 3, 0x10, 0xDC, 5, 0]);
         let request = Request::factory_reset(Firmware::Stock, 0).unwrap();
         assert_eq!(request.bytes, [0xFF, 0xFF, 0, 2, 6, 0xF7]);
-        let goal = Firmware::Stock.table().by_name("goal_position").unwrap();
+        let goal = AX12A.by_name("goal_position").unwrap();
         let request = Request::write(Firmware::Stock, 1, goal, 512).unwrap();
         assert_eq!(request.bytes, [0xFF, 0xFF, 1, 5, 3, 30, 0, 2, 0xD6]);
     }

@@ -13,6 +13,7 @@ use super::client::{BusError, Client};
 use super::line::Line;
 use super::reading::{ServoError, Value};
 use super::servo::Servo;
+use crate::servo_table::Table;
 use armbridge_shared::servo::Firmware;
 
 /// Where to look.
@@ -196,7 +197,7 @@ fn look<L: Line>(
 fn details<L: Line>(servo: &mut Servo<L>) -> Result<Details, ServoError> {
     let readings = match servo.firmware() {
         Firmware::Morpheus => {
-            let temperature = Firmware::Morpheus.table().by_name("temperature");
+            let temperature = Table::for_firmware(Firmware::Morpheus).by_name("temperature");
             let reading = temperature.map(|register| servo.read(register));
             reading.into_iter().collect::<Result<_, _>>()?
         }

@@ -10,8 +10,8 @@
 //! | `speed`    | of the motion, 1..=10 | how fast it is, without sign            |
 //! | `pwm`      | the PWM               | its low byte; the high byte is always 0 |
 
+use crate::servo_table::{Access, Register, Storage, Table};
 use armbridge_shared::servo::protocol1::Alarms;
-use armbridge_shared::servo::table::{Access, Register, Storage};
 
 use super::client::{BusError, Client};
 use super::diagnosis::Diagnosis;
@@ -107,7 +107,7 @@ impl<'a, L: Line> Servo<'a, L> {
     /// # Errors
     /// If there is no usable answer.
     pub fn read_all(&mut self) -> Result<Vec<Reading>, ServoError> {
-        let table = self.firmware.table();
+        let table = Table::for_firmware(self.firmware);
         // What one READ reaches: where it begins, and how many bytes. Between
         // them is a Morpheus servo's position.
         let spans: &[(u8, u8)] = match self.firmware {
@@ -249,7 +249,7 @@ impl<'a, L: Line> Servo<'a, L> {
         }
         let (id, name) = (self.id, register.name);
         for (closing, why) in [("torque_enable", Closed::Torque), ("lock", Closed::Lock)] {
-            let closing = self.firmware.table().by_name(closing);
+            let closing = Table::for_firmware(self.firmware).by_name(closing);
             let read = closing.and_then(|closing| self.read(closing).ok());
             if read.is_some_and(|read| read.value == Value::Known(1)) {
                 return Err(ServoError::Closed { id, name, why });

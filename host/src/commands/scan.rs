@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use armbridge::bus::scan::{Area, Found, Report, Step, Trouble, scan};
 use armbridge::bus::{Diagnosis, Port};
 use armbridge::progress::Progress;
+use armbridge::servo_table::alarms;
 use armbridge::table;
 use armbridge_shared::servo::Firmware;
 use serde_json::{Value, json};
@@ -106,7 +107,7 @@ fn row(found: &Found) -> Vec<String> {
     let volts = details.decivolt.map(|raw| format!("{:.1} V", volts(raw)));
     let alarms = match found.firmware {
         Firmware::Morpheus => none(),
-        Firmware::Stock => found.alarms.to_string(),
+        Firmware::Stock => alarms::text(found.alarms),
     };
     vec![
         found.id.to_string(),
@@ -141,7 +142,7 @@ fn as_json(port: Option<&Port>, report: &Report) -> Value {
             "temperature_degc": temperature(Firmware::Stock),
             "temperature_counts": temperature(Firmware::Morpheus),
             "voltage_v": found.details.decivolt.map(volts),
-            "alarms": found.alarms.names().collect::<Vec<_>>(),
+            "alarms": alarms::names(found.alarms),
         })
     };
     let servos: Vec<Value> = report.found.iter().map(servo).collect();

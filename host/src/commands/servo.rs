@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use armbridge::bus::change::ChangeError;
 use armbridge::bus::reading::{Reading, ServoError, Taken, Value};
 use armbridge::bus::{Line, Servo, moves};
+use armbridge::servo_table::{Access, Register, Storage, Table, alarms};
 use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::table::{Access, Register, Storage};
 use serde_json::json;
 
 use super::{Error, Outcome, bus};
@@ -42,7 +42,7 @@ fn is_of_the_servo(error: &Error) -> bool {
 fn act<L: Line>(servo: &mut Servo<L>, args: &ServoArgs) -> Result<String, Error> {
     let id = args.id;
     if !servo.alarms().is_empty() {
-        eprintln!("servo {id} complains of: {}", servo.alarms());
+        eprintln!("servo {id} complains of: {}", alarms::text(servo.alarms()));
     }
     match &args.action {
         ServoAction::Read { register, json } => read(servo, register.as_deref(), *json),
@@ -82,7 +82,7 @@ fn read<L: Line>(
     Ok(match readings.as_slice() {
         readings if as_json => {
             let registers: Vec<_> = readings.iter().map(json_of).collect();
-            let alarms: Vec<_> = servo.alarms().names().collect();
+            let alarms = alarms::names(servo.alarms());
             let object = json!({
                 "id": servo.id(),
                 "firmware": firmware.to_string(),
@@ -148,7 +148,7 @@ fn write<L: Line>(
 
 /// By name, or by address.
 fn find(firmware: Firmware, name: &str) -> Result<&'static Register, Error> {
-    let table = firmware.table();
+    let table = Table::for_firmware(firmware);
     let by_address = || {
         let address = register_value(name).ok()?.try_into().ok()?;
         table.at(address)

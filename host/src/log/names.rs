@@ -3,6 +3,7 @@
 //! Log files, tables and plots all use these, so that a word found in one can
 //! be searched for in the others.
 
+use crate::servo_table::alarms;
 use armbridge_shared::link::message::{Command, Drive, Fault, Guards, Missing, Mode, StopSource};
 use armbridge_shared::servo::protocol1::Alarms;
 
@@ -149,15 +150,14 @@ const AND: &str = "+";
 
 /// Names of the alarms in a stock servo's error byte; empty for none.
 pub fn alarms(bits: u8) -> String {
-    let names: Vec<_> = Alarms::from_bits(bits).names().collect();
-    names.join(AND)
+    alarms::names(Alarms::from_bits(bits)).join(AND)
 }
 
 /// The error byte whose alarms have these names.
 pub fn alarms_from(names: &str) -> Option<u8> {
     let mut alarms = names.split(AND).filter(|name| !name.is_empty());
     let all = alarms.try_fold(Alarms::NONE, |all, name| {
-        Alarms::by_name(name).map(|alarm| all.or(alarm))
+        alarms::by_name(name).map(|alarm| all.or(alarm))
     });
     all.map(Alarms::bits)
 }

@@ -14,9 +14,9 @@ use armbridge::bus::reading::{Taken, Value};
 use armbridge::bus::scan::{Area, scan};
 use armbridge::bus::{Client, Servo};
 use armbridge::serve::LiveBench;
+use armbridge::servo_table::{AX12A, Access, MORPHEUS, Register, Unit};
 use armbridge_shared::servo::Firmware;
 pub(crate) use armbridge_shared::servo::Firmware as Kind;
-use armbridge_shared::servo::table::{AX12A, Access, MORPHEUS, Register, Unit};
 
 /// The arm with either firmware.
 pub(crate) const MORPHEUS_ARM: [(Kind, u8); 2] = [(Kind::Morpheus, 1), (Kind::Morpheus, 2)];

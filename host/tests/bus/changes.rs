@@ -4,8 +4,8 @@ use armbridge::bus::Servo;
 use armbridge::bus::change::ChangeError;
 use armbridge::bus::reading::{ServoError, Taken, Value};
 use armbridge::bus::scan::{Area, scan};
+use armbridge::servo_table::{AX12A, Register};
 use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::table::{AX12A, Register};
 
 use super::fake::{Bus, FakeLine, Stock, client};
 

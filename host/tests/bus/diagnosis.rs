@@ -6,9 +6,9 @@ use armbridge::bus::Diagnosis;
 use armbridge::bus::client::BusError;
 use armbridge::bus::diagnosis::Refusal;
 use armbridge::bus::request::Request;
+use armbridge::servo_table::{AX12A, MORPHEUS};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Alarms;
-use armbridge_shared::servo::table::{AX12A, MORPHEUS};
 
 use super::fake::{FLUSH, FakeLine, client};
 

@@ -11,17 +11,16 @@
 //! began anew, and nobody knows what it had said meanwhile.
 
 use cobs::{DecodeResult, DecoderState};
-use crc::{CRC_32_ISO_HDLC, Crc};
 use postcard::experimental::max_size::MaxSize;
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::message::{ToBoard, ToHost};
+use crate::crc32;
 
 /// Version of the frame layout.
 const VERSION: u8 = 1;
 const HEADER: usize = 4;
 const CRC_LEN: usize = 4;
-const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Longest frame of any message, terminator included: COBS adds a byte, and
 /// another for every 254.
@@ -78,7 +77,7 @@ impl Encoder {
         let (header, rest) = plain.split_first_chunk_mut::<HEADER>()?;
         *header = [VERSION, M::DIRECTION, low, high];
         let body = postcard::to_slice(message, rest).ok()?.len();
-        let crc = CRC.checksum(plain.get(..HEADER + body)?);
+        let crc = crc32::checksum(plain.get(..HEADER + body)?);
         plain
             .get_mut(HEADER + body..)?
             .first_chunk_mut()
@@ -167,7 +166,7 @@ impl Decoder {
         let (plain, crc) = plain
             .split_last_chunk::<CRC_LEN>()
             .ok_or(FrameError::Damaged)?;
-        if CRC.checksum(plain) != u32::from_le_bytes(*crc) {
+        if crc32::checksum(plain) != u32::from_le_bytes(*crc) {
             return Err(FrameError::Damaged);
         }
         let (header, body) = plain

@@ -1,5 +1,9 @@
-//! Frames of another master, a program on the transparent port: taken apart once,
-//! so that nobody else has to know where in a packet is what.
+//! Frames of another master, the client of the transparent port.
+//!
+//! A frame is parsed once; policy and passthrough depend on its fields, never on
+//! offsets. [`ClientFrame::expected_reply`] gives the time for which the bus must
+//! be left alone after it, [`ClientFrame::may_drive`] its danger to whoever stands
+//! beside the arm, [`ClientFrame::wedges_servo`] its danger to a servo.
 
 use super::firmware::with_protocol;
 use super::protocol::Protocol;
@@ -24,7 +28,7 @@ pub struct ClientRequest<'a> {
     pub bytes: &'a [u8],
     /// Bytes of all replies, and the longest time until they begin in µs.
     expected: (u8, u32),
-    /// Replies to the source go to no servo.
+    /// The source is an address of a master.
     is_from_master: bool,
     /// Longer than any packet may be.
     is_overlong: bool,
@@ -58,8 +62,8 @@ impl<'a> ClientRequest<'a> {
         self.destination == self.firmware.broadcast()
     }
 
-    /// Whether replies to it go to the client only. A Morpheus servo takes a reply
-    /// that is addressed to it for a request.
+    /// Whether the source is an address of a master, so that replies reach no
+    /// servo. A Morpheus servo takes a reply that is addressed to it for a request.
     pub fn is_from_master(&self) -> bool {
         self.is_from_master
     }
@@ -78,13 +82,12 @@ impl<'a> ClientRequest<'a> {
         }
     }
 
-    /// Whether a motor may move because of it, now or later, or a servo become
-    /// another than it was: by a write, a reset, or anything whose effect is not
-    /// known to be none.
+    /// Whether it could set a motor moving, now or later, or change a servo: true
+    /// of every write and reset, and in doubt.
     ///
-    /// PING, READ, START and CYCLE have none, unless a Morpheus servo is named as
-    /// their source: it would take the replies for requests, and a register's
-    /// contents for an instruction.
+    /// PING, READ, START and CYCLE are harmless, unless their source may be a
+    /// Morpheus servo (an address below 0x20, or broadcast): that servo would take
+    /// the replies for requests, and a register's contents for an instruction.
     pub fn may_drive(&self) -> bool {
         use Instruction::{Cycle, Ping, Read, Start};
         let only_asks = matches!(self.instruction, Ok(Ping | Read { .. } | Start | Cycle));

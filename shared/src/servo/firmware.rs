@@ -3,7 +3,6 @@
 use super::morpheus::Morpheus;
 use super::protocol::{Damage, Extent, Parser, Protocol, Reply};
 use super::protocol1::Protocol1;
-use super::table::{AX12A, MORPHEUS, Table};
 use super::{Query, ServoId};
 use heapless::Vec;
 use postcard::experimental::max_size::MaxSize;
@@ -121,8 +120,8 @@ impl Firmware {
         with_protocol!(self, P => P::position(data))
     }
 
-    /// Reading of registers; `None` if the servo has not all of them, if no READ
-    /// may have them, or if it is longer than `N`.
+    /// Reading of registers; `None` if the servo has not all of them, if no single
+    /// READ may ask for them, or if it is longer than `N`.
     pub fn read_query<const N: usize>(self, id: u8, address: u8, count: u8) -> Option<Query<N>> {
         with_protocol!(self, P => P::read_query(id, address, count))
     }
@@ -175,19 +174,14 @@ impl Firmware {
         let address = with_protocol!(self, P => P::TORQUE_ENABLE)?;
         self.read_query(servo.get(), address, 1)
     }
-
-    /// Its registers.
-    pub const fn table(self) -> &'static Table {
-        match self {
-            Self::Morpheus => &MORPHEUS,
-            Self::Stock => &AX12A,
-        }
-    }
 }
 
 impl core::fmt::Display for Firmware {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(self.table().firmware)
+        f.write_str(match self {
+            Self::Morpheus => "Morpheus",
+            Self::Stock => "AX-12A",
+        })
     }
 }
 
@@ -247,30 +241,9 @@ impl<const N: usize> ReplyParser<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::protocol1::register;
 
     fn servo() -> ServoId {
         ServoId::new(1).unwrap()
-    }
-
-    #[test]
-    fn registers_are_split_where_the_tables_say() {
-        for firmware in Firmware::ALL {
-            let table = firmware.table();
-            assert_eq!(firmware.memory_bytes(), table.size);
-            for address in 0..=u8::MAX {
-                let is_split = table
-                    .registers
-                    .iter()
-                    .any(|register| register.address < address && address < register.end());
-                assert_eq!(firmware.splits_register(address), is_split, "{address}");
-            }
-        }
-        assert_eq!(
-            AX12A.by_name("led").map(|led| led.address),
-            Some(register::LED)
-        );
-        assert_eq!(AX12A.by_name("id").map(|id| id.address), Some(register::ID));
     }
 
     #[test]

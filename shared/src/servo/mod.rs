@@ -3,12 +3,11 @@
 //! | module        | what                                                    |
 //! |---------------|---------------------------------------------------------|
 //! | [`Firmware`]  | which program runs on a servo                           |
-//! | [`protocol`]  | the codec: what everything above a wire format needs    |
+//! | [`protocol`]  | the codec: finds, parses and builds packets             |
 //! | [`morpheus`]  | the Morpheus firmware's packets, only the harmless ones |
 //! | [`protocol1`] | Dynamixel Protocol 1.0, what a stock AX-12A speaks      |
-//! | [`ClientFrame`] | a packet of another master, taken apart               |
+//! | [`ClientFrame`] | a packet of another master, parsed                    |
 //! | [`Sample`]    | a servo's position in a tick, or why it is missing      |
-//! | [`table`]     | the registers of either firmware                        |
 //! | [`master`]    | one transaction at a time, advanced by `poll(now_us)`   |
 //! | [`port`]      | a serial port whose speed can be changed                |
 //! | [`stop`]      | the sequences that end with every motor off             |
@@ -23,7 +22,6 @@ pub mod port;
 pub mod protocol;
 pub mod protocol1;
 pub mod stop;
-pub mod table;
 
 mod client;
 mod firmware;

@@ -1,4 +1,5 @@
-//! The codec of a servo bus protocol: what everything above the wire format needs.
+//! The codec of a servo bus protocol: all that master and transparent port know of
+//! a wire format.
 //!
 //! [`Protocol`] is implemented once for each wire format, by a unit type in the
 //! format's own folder ([`Morpheus`], [`Protocol1`]). It finds packets in a stream,
@@ -135,8 +136,8 @@ pub trait Protocol: Clone + Debug {
     /// Position in counts, 0..=1023, from the data of a tick's reply.
     fn position(data: &[u8]) -> Option<u16>;
 
-    /// Reading of registers; `None` if the servo has not all of them, if no READ
-    /// may have them, or if it is longer than `N`.
+    /// Reading of registers; `None` if the servo has not all of them, if no single
+    /// READ may ask for them, or if it is longer than `N`.
     fn read_query<const N: usize>(id: u8, address: u8, count: u8) -> Option<Query<N>>;
 
     /// Contents of the registers that [`Protocol::read_query`] asked for, from the

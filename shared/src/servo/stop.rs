@@ -33,7 +33,7 @@
 //! The order is right for either firmware. A Morpheus servo that listens has taken
 //! WRITE 1000 as a whole when the zeros of torque enable come, and looks for 0xAA
 //! then, which is not among them. One that does not listen is inside a packet that
-//! was cut off, and takes what comes for the rest of it:
+//! was cut off, and takes the next bytes for the rest of it:
 //!
 //! * inside the checked SYNC_WR, by which the bridge gives torque, nothing takes
 //!   effect before a checksum that is right;
@@ -47,7 +47,7 @@
 //!
 //! The other way round the zeros would come first and WRITE 1000 later. To a stock
 //! servo 0xFF 0xFF and the head of WRITE 1000 are a packet for id 170 that ends
-//! within WRITE 1000. What is wedged, or waits for more than these bytes, is left to
+//! within WRITE 1000. Servos that are wedged, or inside a longer packet, are left to
 //! the full sequence, which must follow.
 
 use super::Firmware;
@@ -126,7 +126,7 @@ fn stop_step(index: u8, ids: [ServoId; JOINTS]) -> Option<StopStep> {
 /// servos with either firmware.
 pub fn brief_stop_step(index: u8) -> Option<StopStep> {
     Some(match index {
-        // Whoever is speaking finishes first: a reply lasts 70 µs.
+        // A reply that is under way ends first: it lasts 70 µs.
         0 => StopStep::Pause {
             us: 2 * PACKET_GAP_US,
         },

@@ -20,8 +20,8 @@
 //! CRC covers the rest of the way, encoder to decoder, RAM included, and makes a
 //! forged record as unlikely as 64 bits do.
 
+use crate::crc32;
 use crate::link::message::Settings;
-use crc::{CRC_32_ISO_HDLC, Crc};
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::key::Key;
 
@@ -29,7 +29,6 @@ use postcard_schema::key::Key;
 const FORMAT: u8 = 1;
 const HEADER: usize = 6;
 const CRC_LEN: usize = 4;
-const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const HASH_LEN: usize = 8;
 /// Changes when, and only when, the encoding of [`Settings`] may.
 const HASH: [u8; HASH_LEN] = Key::for_path::<Settings>("armbridge/settings").to_bytes();
@@ -74,7 +73,7 @@ impl<'a> Record<'a> {
     /// The record in these bytes, if they are one.
     pub(super) fn read(bytes: &'a [u8]) -> Option<Self> {
         let (plain, crc) = bytes.split_last_chunk::<CRC_LEN>()?;
-        if CRC.checksum(plain) != u32::from_le_bytes(*crc) {
+        if crc32::checksum(plain) != u32::from_le_bytes(*crc) {
             return None;
         }
         let ([format, kind, generation @ ..], body) = plain.split_first_chunk::<HEADER>()?;
@@ -118,7 +117,7 @@ impl<'a> Record<'a> {
             .extend_from_slice(&self.generation.to_le_bytes())
             .ok()?;
         bytes.extend_from_slice(self.body).ok()?;
-        let crc = CRC.checksum(&bytes);
+        let crc = crc32::checksum(&bytes);
         bytes.extend_from_slice(&crc.to_le_bytes()).ok()?;
         Some(bytes)
     }

@@ -6,8 +6,8 @@
 //! register's range, one register that is only read, one address beyond the
 //! table, and nothing is written.
 
+use crate::servo_table::{AX12A, Access, Register, Storage};
 use armbridge_shared::servo::protocol1::Alarms;
-use armbridge_shared::servo::table::{AX12A, Access, Register, Storage};
 use std::ops::RangeInclusive;
 
 /// Bytes of the table.

@@ -53,8 +53,8 @@ mod sending;
 mod tests;
 
 use super::servo::{Action, Reading};
+use crate::servo_table::AX12A;
 use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Damage};
-use armbridge_shared::servo::table::AX12A;
 use inbox::Inbox;
 use memory::{Memory, at};
 use motor::{FULL, Motor};
@@ -140,7 +140,7 @@ impl Ax12a {
     }
 
     /// What a register holds, by its name in
-    /// [`AX12A`](armbridge_shared::servo::table::AX12A).
+    /// [`AX12A`](crate::servo_table::AX12A).
     pub fn register(&self, name: &str) -> Option<u16> {
         let register = AX12A.by_name(name)?;
         let bytes = self.memory.read(0, AX12A.size)?;

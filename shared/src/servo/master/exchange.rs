@@ -1,4 +1,4 @@
-//! What a protocol contributes to the bus master: its steps, and how long its
+//! The part of a protocol that the bus master runs: steps of a tick, and how long
 //! servos take.
 
 use super::super::protocol::Protocol;

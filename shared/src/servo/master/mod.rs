@@ -22,7 +22,7 @@
 //! | module          | what                                                  |
 //! |-----------------|-------------------------------------------------------|
 //! | [`Transaction`] | what can be asked, as tables of steps                 |
-//! | `exchange`      | what a protocol contributes: its steps and times      |
+//! | `exchange`      | the part of a protocol that runs here: steps, times   |
 //! | [`timing`]      | how long servos may take, how long the wire must rest |
 //! | `collect`       | what was heard, sorted; why something is missing      |
 //! | `echo`          | telling our own echo from a reply                     |

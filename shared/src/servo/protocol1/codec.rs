@@ -114,7 +114,9 @@ impl Protocol for Protocol1 {
     }
 
     fn read_query<const N: usize>(id: u8, address: u8, count: u8) -> Option<Query<N>> {
-        query(id, &Instruction::Read { address, count }, count)
+        let is_known = address.checked_add(count)? <= Self::MEMORY_BYTES;
+        let query = || query(id, &Instruction::Read { address, count }, count);
+        is_known.then(query).flatten()
     }
 
     fn read_reply(_address: u8, count: u8, data: &[u8]) -> Option<&[u8]> {

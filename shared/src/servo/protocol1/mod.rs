@@ -36,8 +36,8 @@ pub use exchange::RETURN_DELAY_US;
 pub use frame::{BROADCAST, Frame, Parser};
 pub use status::Status;
 
-/// Registers that the bridge itself needs, by their place in
-/// [`AX12A`](super::table::AX12A).
+/// Registers that the bridge itself needs, by their addresses (e-Manual, "AX-12A",
+/// control table).
 pub mod register {
     /// The servo's id.
     pub const ID: u8 = 3;

@@ -2,9 +2,9 @@
 
 use super::{NOTHING, Rig};
 use crate::bench::stock::at;
+use crate::servo_table::{AX12A, Access};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::{Alarms, Instruction};
-use armbridge_shared::servo::table::{AX12A, Access};
 
 const PING_1: [u8; 6] = [0xFF, 0xFF, 1, 2, 1, 0xFB];
 const PONG_1: [u8; 6] = [0xFF, 0xFF, 1, 2, 0, 0xFC];

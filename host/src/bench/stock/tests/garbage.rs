@@ -4,8 +4,8 @@
 use crate::bench::servo::Reading;
 use crate::bench::stock::Ax12a;
 use crate::bench::wire::{Device, Mechanics, Wire};
+use crate::servo_table::{AX12A, Access};
 use armbridge_shared::servo::protocol1::{Frame, Instruction};
-use armbridge_shared::servo::table::{AX12A, Access};
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg32;
 

@@ -5,7 +5,6 @@ use crate::bridge::gateway::packets::{morpheus_frame, stock_frame};
 use crate::servo::Firmware;
 use crate::servo::morpheus::{self, MASTER};
 use crate::servo::protocol1::{self, Instruction};
-use crate::servo::table::{AX12A, MORPHEUS};
 use proptest::prelude::*;
 use std::vec::Vec;
 
@@ -142,7 +141,6 @@ proptest! {
         let count = 1 + to.index(size - address);
         let (address, count) = (address as u8, count as u8);
         let mut job = memory.job(address, count).unwrap();
-        let table = if memory.bus == Firmware::Stock { &AX12A } else { &MORPHEUS };
         let mut alarms = 0;
         let mut answer = None;
         if let Task::Read(reading) = &job.task && reading.is_complete() {
@@ -164,10 +162,7 @@ proptest! {
                 Progress::More => {
                     let Task::Read(reading) = &job.task else { unreachable!() };
                     let cut = address + reading.data().len() as u8;
-                    let is_split = table
-                        .registers
-                        .iter()
-                        .any(|register| register.address < cut && cut < register.end());
+                    let is_split = memory.bus.splits_register(cut);
                     prop_assert!(!is_split, "{cut} {before:?}");
                 }
                 Progress::Done(bytes) => {

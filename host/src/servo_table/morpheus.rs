@@ -3,7 +3,7 @@
 //! Eighteen bytes, of which the first eleven are EEPROM. Reading has traps: a
 //! reading that begins in the EEPROM never reaches the RAM, and one whose first
 //! byte happens to be 0x83 deafens the other servos
-//! ([`super::super::morpheus`]).
+//! ([`armbridge_shared::servo::morpheus`]).
 
 use super::Access::{Read, ReadWrite};
 use super::Size::{Byte, Word};
@@ -13,7 +13,6 @@ use super::{Table, Unit, row};
 /// Registers of a servo that runs Morpheus.
 #[rustfmt::skip]
 pub const MORPHEUS: Table = Table {
-    firmware: "Morpheus",
     size: 18,
     registers: &[
         // Anything but 0xAA here makes the servo forget all its settings.

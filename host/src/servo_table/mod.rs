@@ -1,13 +1,18 @@
-//! What can be read from a servo and written to it: one table per firmware,
-//! both in the same form.
+//! Registers of servos by name: one table per firmware, both in the same form, and
+//! the names of alarms.
 //!
 //! A register is one byte or two, low byte first. Values here are raw, as on
 //! the wire; [`Unit`] says what they mean. Where a number is its own sign and
 //! magnitude, bit 10 is the sign: never two's complement.
+//!
+//! The board knows addresses and sizes only; a test here compares them.
 
+pub mod alarms;
 mod ax12a;
 mod morpheus;
 
+use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::protocol1::Alarms;
 pub use ax12a::AX12A;
 pub use morpheus::MORPHEUS;
 
@@ -17,8 +22,6 @@ use core::ops::RangeInclusive;
 /// Registers of one firmware, in the order of their addresses.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Table {
-    /// What runs on the servo.
-    pub firmware: &'static str,
     /// Bytes from address 0 to the last, gaps included.
     pub size: u8,
     /// In the order of their addresses, without overlap.
@@ -104,7 +107,7 @@ pub enum Unit {
     SignedPerMille,
     /// 0.111 rpm, with bit 10 for clockwise.
     SignedSpeed,
-    /// One bit for each [`Alarms`](super::protocol1::Alarms).
+    /// One bit for each of [`Alarms`].
     Alarms,
     /// Counts of the servo's converter, not calibrated.
     Counts,
@@ -113,6 +116,14 @@ pub enum Unit {
 }
 
 impl Table {
+    /// The registers of a servo with this firmware.
+    pub const fn for_firmware(firmware: Firmware) -> &'static Self {
+        match firmware {
+            Firmware::Morpheus => &MORPHEUS,
+            Firmware::Stock => &AX12A,
+        }
+    }
+
     /// The register of this name.
     pub fn by_name(&self, name: &str) -> Option<&'static Register> {
         self.registers
@@ -147,7 +158,7 @@ impl Register {
     }
 
     /// Its bytes on the wire; the low one alone if it has only one.
-    pub fn bytes_of(&self, value: u16) -> heapless::Vec<u8, 2> {
+    pub fn bytes_of(&self, value: u16) -> Vec<u8> {
         let bytes = value.to_le_bytes();
         bytes.into_iter().take(self.size.bytes().into()).collect()
     }
@@ -215,7 +226,7 @@ impl fmt::Display for Shown {
             Unit::PerMille => write!(f, "{:.1} %", number / 10.23),
             Unit::SignedPerMille => write!(f, "{:.1} %", signed / 10.23),
             Unit::SignedSpeed => write!(f, "{:.1} rpm", signed * 0.111),
-            Unit::Alarms => super::protocol1::Alarms::from_bits(raw as u8).fmt(f),
+            Unit::Alarms => f.write_str(&alarms::text(Alarms::from_bits(raw as u8))),
             Unit::Counts => write!(f, "{raw} counts"),
             Unit::Pwm => write!(f, "{:+.1} %", (number - 1000.0) / 10.0),
         }
@@ -224,9 +235,8 @@ impl fmt::Display for Shown {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
     use super::*;
-    use std::string::ToString;
+    use armbridge_shared::servo::protocol1::register;
 
     #[test]
     fn tables_are_in_order_and_in_themselves_consistent() {
@@ -248,6 +258,39 @@ mod tests {
             }
             assert_eq!(end, table.size);
         }
+    }
+
+    /// The board's own knowledge of registers.
+    #[test]
+    fn addresses_and_sizes_are_the_boards() {
+        for firmware in Firmware::ALL {
+            let table = Table::for_firmware(firmware);
+            assert_eq!(firmware.memory_bytes(), table.size);
+            for address in 0..=u8::MAX {
+                let is_split = table
+                    .registers
+                    .iter()
+                    .any(|register| register.address < address && address < register.end());
+                assert_eq!(firmware.splits_register(address), is_split, "{address}");
+            }
+        }
+        let names = [
+            ("id", register::ID),
+            ("return_delay_time", register::RETURN_DELAY),
+            ("cw_angle_limit", register::ANGLE_LIMITS),
+            ("max_torque", register::MAX_TORQUE),
+            ("status_return_level", register::STATUS_RETURN_LEVEL),
+            ("torque_enable", register::TORQUE_ENABLE),
+            ("led", register::LED),
+            ("moving_speed", register::MOVING_SPEED),
+            ("present_position", register::PRESENT_POSITION),
+            ("present_temperature", register::PRESENT_TEMPERATURE),
+        ];
+        for (name, address) in names {
+            assert_eq!(AX12A.by_name(name).unwrap().address, address, "{name}");
+        }
+        let position = MORPHEUS.by_name("position").unwrap().address;
+        assert_eq!(Firmware::Morpheus.unreadable(), Some(position));
     }
 
     #[test]

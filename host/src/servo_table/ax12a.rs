@@ -9,7 +9,6 @@ use super::{Table, Unit, row};
 /// Registers of a stock AX-12A.
 #[rustfmt::skip]
 pub const AX12A: Table = Table {
-    firmware: "AX-12A",
     size: 50,
     registers: &[
         row( 0, Word, "model_number",          Read,      Eeprom, 0..=65535, Some(12),   Unit::Number),

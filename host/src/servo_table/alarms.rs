@@ -1,0 +1,53 @@
+//! Names of a stock servo's alarms.
+
+use armbridge_shared::servo::protocol1::Alarms;
+
+/// Names, from bit 0 on (e-Manual, "Error").
+const NAMES: [&str; 7] = [
+    "input voltage",
+    "angle limit",
+    "overheating",
+    "range",
+    "checksum",
+    "overload",
+    "instruction",
+];
+
+/// The alarm of this name.
+pub fn by_name(name: &str) -> Option<Alarms> {
+    let bit = NAMES.iter().position(|known| *known == name)?;
+    Some(Alarms::from_bits(1 << bit))
+}
+
+/// The names of these alarms, from bit 0 on.
+pub fn names(alarms: Alarms) -> Vec<&'static str> {
+    let is_set = |bit: usize| alarms.bits() & (1 << bit) != 0;
+    let names = NAMES.into_iter().enumerate();
+    names
+        .filter_map(|(bit, name)| is_set(bit).then_some(name))
+        .collect()
+}
+
+/// The names of these alarms in one line.
+pub fn text(alarms: Alarms) -> String {
+    if alarms.is_empty() {
+        return "none".to_owned();
+    }
+    names(alarms).join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_bit_has_its_name() {
+        let alarms = Alarms::OVERLOAD.or(Alarms::OVERHEATING);
+        assert_eq!(text(alarms), "overheating, overload");
+        assert_eq!(names(Alarms::from_bits(0xFF)).len(), 7);
+        assert_eq!(text(Alarms::from_bits(0x80)), "none");
+        assert_eq!(text(Alarms::from_bits(64)), "instruction");
+        assert_eq!(by_name("overload"), Some(Alarms::OVERLOAD));
+        assert_eq!(by_name("none"), None);
+    }
+}
