@@ -25,7 +25,7 @@
 
 use crate::end::memory;
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
-use armbridge_shared::bridge::{Bridge, LinkPort, Progress};
+use armbridge_shared::bridge::{Bridge, LinkPort, Progress, QueueWatch};
 use armbridge_shared::link::frame;
 use armbridge_shared::link::message::{Mode, Stack, StopSource};
 use armbridge_shared::servo::port::SetBaud;
@@ -70,10 +70,10 @@ pub trait RealTime {
 /// What the real-time loop tells the rest, latest value only.
 #[derive(Default)]
 pub struct News {
-    /// The bridge has run: there may be frames to send.
+    /// There is a frame to send.
     pub ran: Signal<CriticalSectionRawMutex, ()>,
-    /// The same: there may be bytes for the client of the transparent port, or
-    /// room for its.
+    /// There are bytes for the client of the transparent port, or there is room for
+    /// its.
     pub served: Signal<CriticalSectionRawMutex, ()>,
     /// The mode has changed.
     pub mode: Signal<CriticalSectionRawMutex, Mode>,
@@ -94,7 +94,13 @@ impl News {
 ///
 /// The bridge is borrowed: a future keeps what it is given twice, as its argument
 /// and as its variable, and this one would be built on the stack first.
-pub async fn real_time<S, D, B>(bridge: &mut Bridge<'_, S, D>, mut board: B, news: &News) -> !
+/// `watch` is that of the bridge's end of the queues.
+pub async fn real_time<S, D, B>(
+    bridge: &mut Bridge<'_, S, D>,
+    mut watch: QueueWatch<'_>,
+    mut board: B,
+    news: &News,
+) -> !
 where
     S: serial::Read<u8> + serial::Write<u8> + SetBaud,
     D: OutputPin,
@@ -120,8 +126,12 @@ where
                 }
             }
             Err(nb::Error::WouldBlock) => {
-                news.ran.signal(());
-                news.served.signal(());
+                if watch.has_link_news() {
+                    news.ran.signal(());
+                }
+                if watch.has_client_news() {
+                    news.served.signal(());
+                }
                 if mode != Some(bridge.mode()) {
                     mode = Some(bridge.mode());
                     news.mode.signal(bridge.mode());
@@ -397,12 +407,13 @@ mod tests {
         ] {
             let mut mailboxes = Mailboxes::new();
             let (end, ..) = mailboxes.split();
+            let watch = end.watch();
             let bridge = Bridge::new(Nobody, Nobody, end, 0, &Settings::default());
             let Ok(mut bridge) = bridge else {
                 panic!("the default settings have no controller");
             };
             let news = News::new();
-            let _ = poll_once(real_time(&mut bridge, Switch(is_pressed), &news));
+            let _ = poll_once(real_time(&mut bridge, watch, Switch(is_pressed), &news));
             assert_eq!(news.mode.try_take(), Some(mode));
         }
     }

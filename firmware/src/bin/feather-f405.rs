@@ -19,7 +19,7 @@ use armbridge_firmware::run::{self, News};
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
 use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes, QueueWatch};
 use armbridge_shared::link::message::{BoardReport, Mode, Settings};
 use armbridge_shared::store::Store;
 use defmt_rtt as _;
@@ -88,8 +88,9 @@ fn start(thread: Spawner) {
     // Each of the tasks is spawned once, so there is always room for it.
     let spawner = TICK.start(interrupt::UART5);
     let board = Board::new(watchdog, Input::new(chip.PB8, Pull::Up));
+    let watch = tick_end.watch();
     let bridge = build(tick_end, &settings);
-    spawner.spawn(tick(bridge, board).expect("spawned once"));
+    spawner.spawn(tick(bridge, watch, board).expect("spawned once"));
 
     let Ports {
         device,
@@ -127,8 +128,8 @@ fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBrid
 }
 
 #[embassy_executor::task]
-async fn tick(bridge: &'static mut BoardBridge, board: Board) -> ! {
-    run::real_time(bridge, board, &NEWS).await
+async fn tick(bridge: &'static mut BoardBridge, watch: QueueWatch<'static>, board: Board) -> ! {
+    run::real_time(bridge, watch, board, &NEWS).await
 }
 
 #[embassy_executor::task]

@@ -20,7 +20,7 @@ use armbridge_firmware::run::{self, News};
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
 use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, LinkPort, Mailboxes, QueueWatch};
 use armbridge_shared::link::message::{BoardReport, Settings};
 use armbridge_shared::store::Store;
 use static_cell::{ConstStaticCell, StaticCell};
@@ -84,11 +84,12 @@ fn start(arguments: &Arguments) {
     }
 
     let (tick_end, link_end, client_end) = MAILBOXES.take().split();
+    let watch = tick_end.watch();
     let bridge = build(tick_end, &settings);
     // Each of the tasks is spawned once, so there is always room for it. The
     // tick first: it must be waiting when lockstep begins.
     let spawner = TICK.start(Irq::Tick);
-    spawner.spawn(tick(bridge).expect("spawned once"));
+    spawner.spawn(tick(bridge, watch).expect("spawned once"));
     let spawner = REST.start(Irq::Rest);
     spawner.spawn(tell_mode().expect("spawned once"));
     let port = PORT.init_with(|| LinkPort::new(link_end, report, settings));
@@ -113,8 +114,8 @@ fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBrid
 }
 
 #[embassy_executor::task]
-async fn tick(bridge: &'static mut BoardBridge) -> ! {
-    run::real_time(bridge, Board, &NEWS).await
+async fn tick(bridge: &'static mut BoardBridge, watch: QueueWatch<'static>) -> ! {
+    run::real_time(bridge, watch, Board, &NEWS).await
 }
 
 #[embassy_executor::task]

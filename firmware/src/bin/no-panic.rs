@@ -309,8 +309,9 @@ fn ask<T>(future: impl Future<Output = T>) {
 
 #[inline(never)]
 fn tick(end: BridgeEnd<'_>) {
+    let watch = end.watch();
     if let Ok(mut bridge) = Bridge::new(Port(Bus), Direction, end, any(), &any()) {
-        ask(run::real_time(&mut bridge, Outside, &NEWS));
+        ask(run::real_time(&mut bridge, watch, Outside, &NEWS));
     }
 }
 

@@ -56,7 +56,7 @@ mod tick;
 pub use experiment::permits;
 pub use law::{can_run, why_not};
 pub use link_port::LinkPort;
-pub use mailbox::{BridgeEnd, LinkEnd, Mailboxes};
+pub use mailbox::{BridgeEnd, LinkEnd, Mailboxes, QueueWatch};
 
 use crate::servo::port::SetBaud;
 use core::convert::Infallible;
