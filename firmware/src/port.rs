@@ -4,10 +4,19 @@
 //! the port. [`Port`] puts `embedded-hal-nb` serial traits on top: `write`
 //! never blocks while the buffer has room, `flush` blocks until the last stop
 //! bit has left, a receiver's complaint comes out of `read` as an error, once.
+//!
+//! # Waking
+//!
+//! A reply of the servos is 14 bytes, 10 µs apart, and the master can do nothing
+//! before the last of them. It says how many it waits for ([`Buffers::expect`]), and
+//! the interrupt handler wakes it when so many are there or the receiver complains
+//! ([`Buffers::is_due`]): once a reply, not once a byte, which costs a poll each, some
+//! 700 instructions. What comes while it expects nothing, our own echo or noise on an
+//! idle line, stays in the buffer until its next poll.
 
 use crate::ring::ByteRing;
 use armbridge_shared::servo::port::SetBaud;
-use core::sync::atomic::{AtomicU8, Ordering};
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering, compiler_fence};
 use embedded_hal_nb::serial::{ErrorKind, ErrorType, Read, Write};
 
 /// Bytes in either direction. The longest transmission, the stop sequence's
@@ -23,7 +32,12 @@ pub struct Buffers {
     tx: ByteRing<BUFFER_LEN>,
     /// The last complaint of the receiver, as a [`LineError`] code; 0 if none.
     error: AtomicU8,
+    /// How many received bytes end a wait; see [`NOTHING_EXPECTED`].
+    expected: AtomicU32,
 }
+
+/// No number of bytes ends a wait.
+const NOTHING_EXPECTED: u32 = 0;
 
 /// What a receiver may complain about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +68,28 @@ impl Buffers {
             rx: ByteRing::new(),
             tx: ByteRing::new(),
             error: AtomicU8::new(0),
+            expected: AtomicU32::new(NOTHING_EXPECTED),
         }
+    }
+
+    /// From whoever reads: this many bytes, or a complaint, end its wait; nothing does
+    /// if that is `None`. True if so many are there already.
+    pub fn expect(&self, bytes: Option<usize>) -> bool {
+        // No more than there is room for: a full buffer is due.
+        let expected = bytes.map_or(NOTHING_EXPECTED, |bytes| bytes.clamp(1, BUFFER_LEN) as u32);
+        self.expected.store(expected, Ordering::Relaxed);
+        // A byte that comes before this is counted here, one that comes later by
+        // its interrupt handler.
+        compiler_fence(Ordering::SeqCst);
+        expected != NOTHING_EXPECTED && self.rx.len() >= expected as usize
+    }
+
+    /// From the interrupt handler, after each byte or complaint: whether it ends the
+    /// wait of whoever reads.
+    pub fn is_due(&self) -> bool {
+        let expected = self.expected.load(Ordering::Relaxed);
+        expected != NOTHING_EXPECTED
+            && (self.rx.len() >= expected as usize || self.error.load(Ordering::Relaxed) != 0)
     }
 
     /// From the interrupt handler: a byte has come.
@@ -202,5 +237,28 @@ mod tests {
         assert_eq!(port.read(), Err(nb::Error::Other(LineError::Overrun)));
         assert!((0..BUFFER_LEN).all(|i| port.read() == Ok(i as u8)));
         assert_eq!(port.read(), Err(nb::Error::WouldBlock));
+    }
+
+    #[test]
+    fn a_wait_ends_with_the_last_byte_expected_or_a_complaint() {
+        let buffers = Buffers::new();
+        let receive = |count| (0..count).map(|_| buffers.received(0)).count();
+        // Nothing is expected: neither ends a wait.
+        receive(3);
+        buffers.complain(LineError::Framing);
+        assert!(!buffers.is_due());
+        // The complaint is older than the wait, and its reader has not come for it.
+        assert!(!buffers.expect(Some(4)));
+        assert!(buffers.is_due());
+        assert!(buffers.take_error().is_some() && !buffers.is_due());
+        receive(1);
+        assert!(buffers.is_due() && buffers.expect(Some(4)));
+        assert!(!buffers.expect(Some(5)) && !buffers.is_due());
+        buffers.complain(LineError::Noise);
+        assert!(buffers.is_due());
+        // More than there is room for: a full buffer ends it.
+        receive(BUFFER_LEN - 4);
+        assert!(buffers.expect(Some(2 * BUFFER_LEN)));
+        assert!(!buffers.expect(None));
     }
 }

@@ -54,16 +54,21 @@ impl<const N: usize> ByteRing<N> {
         Some(byte)
     }
 
+    /// How many bytes there are to pop. Exact on either side; to anybody else
+    /// both counters may move between the two readings.
+    pub fn len(&self) -> usize {
+        let popped = self.popped.load(Ordering::Acquire);
+        self.pushed.load(Ordering::Acquire).wrapping_sub(popped) as usize
+    }
+
     /// Whether there is nothing to pop.
     pub fn is_empty(&self) -> bool {
-        self.pushed.load(Ordering::Acquire) == self.popped.load(Ordering::Acquire)
+        self.len() == 0
     }
 
     /// Whether the next push would fail.
     pub fn is_full(&self) -> bool {
-        let (pushed, popped) = (&self.pushed, &self.popped);
-        let popped = popped.load(Ordering::Acquire);
-        pushed.load(Ordering::Acquire).wrapping_sub(popped) as usize >= N
+        self.len() >= N
     }
 }
 
@@ -92,7 +97,7 @@ mod tests {
         }
         assert!(ring.is_empty());
         assert!((0..4).all(|byte| ring.push(byte)));
-        assert!(ring.is_full() && !ring.push(9));
+        assert!(ring.is_full() && ring.len() == 4 && !ring.push(9));
         assert_eq!(
             [0; 5].map(|_| ring.pop()),
             [Some(0), Some(1), Some(2), Some(3), None]

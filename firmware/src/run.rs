@@ -25,11 +25,12 @@
 
 use crate::end::memory;
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
-use armbridge_shared::bridge::{Bridge, LinkPort, Progress};
+use armbridge_shared::bridge::{Bridge, LinkPort, Progress, QueueWatch};
 use armbridge_shared::link::frame;
 use armbridge_shared::link::message::{Mode, Stack, StopSource};
 use armbridge_shared::servo::port::SetBaud;
 use armbridge_shared::store::Store;
+use core::convert::Infallible;
 use core::future::{Future, poll_fn};
 use core::pin::{Pin, pin};
 use core::task::Poll;
@@ -69,10 +70,10 @@ pub trait RealTime {
 /// What the real-time loop tells the rest, latest value only.
 #[derive(Default)]
 pub struct News {
-    /// The bridge has run: there may be frames to send.
+    /// There is a frame to send.
     pub ran: Signal<CriticalSectionRawMutex, ()>,
-    /// The same: there may be bytes for the client of the transparent port, or
-    /// room for its.
+    /// There are bytes for the client of the transparent port, or there is room for
+    /// its.
     pub served: Signal<CriticalSectionRawMutex, ()>,
     /// The mode has changed.
     pub mode: Signal<CriticalSectionRawMutex, Mode>,
@@ -90,7 +91,16 @@ impl News {
 }
 
 /// The tick, for ever.
-pub async fn real_time<S, D, B>(mut bridge: Bridge<'_, S, D>, mut board: B, news: &News) -> !
+///
+/// The bridge is borrowed: a future keeps what it is given twice, as its argument
+/// and as its variable, and this one would be built on the stack first.
+/// `watch` is that of the bridge's end of the queues.
+pub async fn real_time<S, D, B>(
+    bridge: &mut Bridge<'_, S, D>,
+    mut watch: QueueWatch<'_>,
+    mut board: B,
+    news: &News,
+) -> !
 where
     S: serial::Read<u8> + serial::Write<u8> + SetBaud,
     D: OutputPin,
@@ -101,7 +111,7 @@ where
         if board.is_stop_pressed() {
             bridge.emergency_stop(StopSource::Pin);
         }
-        let progress = bridge.poll(board.now_us());
+        let progress = poll(bridge, board.now_us());
         memory::set_tick(bridge.tick());
         match progress {
             // Torque is off and the bus makes progress: no doubt in that.
@@ -109,15 +119,19 @@ where
             Ok(Progress::Served) => {}
             Ok(Progress::Sampled) => {
                 board.start_stopwatch();
-                let record = bridge.decide();
+                decide(bridge);
                 let compute_ns = board.stopwatch_ns();
-                if bridge.publish(record, compute_ns) {
+                if publish(bridge, compute_ns) {
                     board.tick_was_good();
                 }
             }
             Err(nb::Error::WouldBlock) => {
-                news.ran.signal(());
-                news.served.signal(());
+                if watch.has_link_news() {
+                    news.ran.signal(());
+                }
+                if watch.has_client_news() {
+                    news.served.signal(());
+                }
                 if mode != Some(bridge.mode()) {
                     mode = Some(bridge.mode());
                     news.mode.signal(bridge.mode());
@@ -127,6 +141,40 @@ where
             Err(nb::Error::Other(never)) => match never {},
         }
     }
+}
+
+// The three parts of a turn are functions of their own. Merged into the loop they
+// share one frame of 5 kB, and its addresses, some 490, are computed and spilled at
+// every poll, whatever that comes to do.
+
+/// [`Bridge::poll`].
+#[inline(never)]
+fn poll<S, D>(bridge: &mut Bridge<'_, S, D>, now_us: u64) -> nb::Result<Progress, Infallible>
+where
+    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    bridge.poll(now_us)
+}
+
+/// [`Bridge::decide`].
+#[inline(never)]
+fn decide<S, D>(bridge: &mut Bridge<'_, S, D>)
+where
+    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    bridge.decide();
+}
+
+/// [`Bridge::publish`].
+#[inline(never)]
+fn publish<S, D>(bridge: &mut Bridge<'_, S, D>, compute_ns: u32) -> bool
+where
+    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    bridge.publish(compute_ns)
 }
 
 /// `future` if `condition` holds; never otherwise. No `async` block does as well:
@@ -219,15 +267,16 @@ pub async fn client(
     }
 }
 
-/// Moves bytes between the host and `port`, for ever, and settings to `store`. A
-/// host that does not read delays nothing but this loop; it still hears what the
-/// host says. Now and then `watch` is asked how much stack was used.
+/// Moves bytes between the host and `port`, for ever, and settings to `store`; both
+/// are borrowed as the bridge is in [`real_time`]. A host that does not read delays
+/// nothing but this loop; it still hears what the host says. Now and then `watch` is
+/// asked how much stack was used.
 pub async fn link(
-    mut port: LinkPort<'_>,
+    port: &mut LinkPort<'_>,
     mut from_host: impl FromHost,
     mut to_host: impl ToHost,
+    store: &mut Store<impl NorFlash>,
     mut watch: impl FnMut() -> Option<Stack>,
-    mut store: Store<impl NorFlash>,
     news: &News,
 ) -> ! {
     let mut frame = [0; frame::MAX];
@@ -237,13 +286,9 @@ pub async fn link(
         if let Some(stack) = watch() {
             port.set_stack(stack);
         }
-        settings::keep(&mut port, &mut store);
-        if pending.is_empty()
-            && let Some(next) = port.transmit()
-        {
-            let len = next.len().min(frame.len());
-            frame[..len].copy_from_slice(&next[..len]);
-            pending = 0..len;
+        settings::keep(port, store);
+        if pending.is_empty() {
+            pending = 0..next_frame(port, &mut frame);
         }
         let bytes = frame.get(pending.clone()).unwrap_or_default();
         let is_silent = bytes.is_empty();
@@ -254,11 +299,31 @@ pub async fn link(
             select(from_host.read(&mut received), output).await
         };
         match happened {
-            Either::First(len) => port.receive(received.get(..len).unwrap_or(&received)),
+            Either::First(len) => receive(port, received.get(..len).unwrap_or(&received)),
             Either::Second(Either::First(())) => {}
             Either::Second(Either::Second(len)) => pending.start += len,
         }
     }
+}
+
+// Functions of their own, as the parts of the tick are: a command that designs gains
+// and a save take some kB of stack each, but not at the same time.
+
+/// [`LinkPort::receive`].
+#[inline(never)]
+fn receive(port: &mut LinkPort<'_>, bytes: &[u8]) {
+    port.receive(bytes);
+}
+
+/// Puts the next frame for the host into `frame`; its length, 0 if there is none.
+#[inline(never)]
+fn next_frame(port: &mut LinkPort<'_>, frame: &mut [u8; frame::MAX]) -> usize {
+    let Some(next) = port.transmit() else {
+        return 0;
+    };
+    let len = next.len().min(frame.len());
+    frame[..len].copy_from_slice(&next[..len]);
+    len
 }
 
 #[cfg(test)]
@@ -266,7 +331,6 @@ mod tests {
     use super::*;
     use armbridge_shared::bridge::Channels;
     use armbridge_shared::link::message::{Fault, Settings};
-    use core::convert::Infallible;
     use embassy_futures::poll_once;
 
     /// A bus that takes every byte, and nobody answers.
@@ -343,12 +407,13 @@ mod tests {
         ] {
             let mut channels = Channels::new();
             let (end, ..) = channels.split();
+            let watch = end.watch();
             let bridge = Bridge::new(Nobody, Nobody, end, 0, &Settings::default());
-            let Ok(bridge) = bridge else {
+            let Ok(mut bridge) = bridge else {
                 panic!("the default settings have no controller");
             };
             let news = News::new();
-            let _ = poll_once(real_time(bridge, Switch(is_pressed), &news));
+            let _ = poll_once(real_time(&mut bridge, watch, Switch(is_pressed), &news));
             assert_eq!(news.mode.try_take(), Some(mode));
         }
     }

@@ -11,6 +11,7 @@ const SAVES: u32 = 16;
 
 /// Prepares the store, and finds the settings to begin with. Call it after the
 /// stop sequence and before the watchdog runs: it may erase both pages.
+#[inline(never)]
 pub fn open(store: &mut Store<impl NorFlash>) -> (Settings, SettingsFrom) {
     // What is there can be loaded all the same; saving will fail, and say so.
     let prepared = store.prepare(SAVES);
@@ -30,6 +31,7 @@ pub fn open(store: &mut Store<impl NorFlash>) -> (Settings, SettingsFrom) {
 /// Keeps the settings, if the host wants that and the tick has said that torque is
 /// off; returns whether it did. The tick goes on meanwhile, but may miss bytes from
 /// the bus while a word is programmed.
+#[inline(never)]
 pub fn keep(port: &mut LinkPort<'_>, store: &mut Store<impl NorFlash>) -> bool {
     let Some((sequence, settings)) = port.take_save() else {
         return false;

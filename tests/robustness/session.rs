@@ -148,8 +148,8 @@ impl<'a> Test<'a> {
         let mut polls = 0;
         while let Ok(progress) = self.bridge.poll(now_us) {
             if progress == Progress::Sampled {
-                let record = self.bridge.decide();
-                self.bridge.publish(record, 0);
+                self.bridge.decide();
+                self.bridge.publish(0);
             }
             polls += 1;
             assert!(polls < MOST_POLLS, "the bridge does not come to rest");

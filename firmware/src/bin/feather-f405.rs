@@ -19,11 +19,11 @@ use armbridge_firmware::run::{self, News};
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
 use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort, QueueWatch};
 use armbridge_shared::link::message::{BoardReport, Mode, Settings};
 use armbridge_shared::store::Store;
 use defmt_rtt as _;
-use embassy_executor::{Executor, InterruptExecutor};
+use embassy_executor::{Executor, InterruptExecutor, Spawner};
 use embassy_futures::select::{Either, select};
 use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -31,12 +31,18 @@ use embassy_stm32::peripherals::USB_OTG_FS;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::Timer;
 use embassy_usb::UsbDevice;
-use static_cell::StaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
-static CHANNELS: StaticCell<Channels> = StaticCell::new();
+static CHANNELS: ConstStaticCell<Channels> = ConstStaticCell::new(Channels::new());
+static BRIDGE: StaticCell<BoardBridge> = StaticCell::new();
+static PORT: StaticCell<LinkPort<'static>> = StaticCell::new();
+static STORE: StaticCell<Store<Sectors>> = StaticCell::new();
 static TICK: InterruptExecutor = InterruptExecutor::new();
 static THREAD: StaticCell<Executor> = StaticCell::new();
 static NEWS: News = News::new();
+
+/// The bridge on this board's bus.
+type BoardBridge = Bridge<'static, Port<BusLine>, Direction>;
 
 defmt::timestamp!("{=u64:us}", time::now_us());
 
@@ -44,6 +50,13 @@ defmt::timestamp!("{=u64:us}", time::now_us());
 fn main() -> ! {
     end::stop_first();
     stack::paint();
+    THREAD.init(Executor::new()).run(start)
+}
+
+/// From the stop sequence to the first turn of the executors. Not inlined: what `main`
+/// calls is on the stack as long as the program runs.
+#[inline(never)]
+fn start(thread: Spawner) {
     let report = memory::begin(reset_cause());
 
     let chip = embassy_stm32::init(config());
@@ -53,8 +66,8 @@ fn main() -> ! {
     }
     defmt::info!("feather-f405, version {=str}", env!("CARGO_PKG_VERSION"));
     memory::log(&report);
-    let mut store = Store::new(Sectors::new(chip.FLASH));
-    let (settings, from) = settings::open(&mut store);
+    let store = STORE.init(Store::new(Sectors::new(chip.FLASH)));
+    let (settings, from) = settings::open(store);
     let report = BoardReport {
         settings: from,
         image: Some(image::measure()),
@@ -71,11 +84,13 @@ fn main() -> ! {
 
     let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_US);
     watchdog.unleash();
-    let (bridge, link, client) = CHANNELS.init(Channels::new()).split();
+    let (tick_end, link_end, client_end) = CHANNELS.take().split();
     // Each of the tasks is spawned once, so there is always room for it.
     let spawner = TICK.start(interrupt::UART5);
     let board = Board::new(watchdog, Input::new(chip.PB8, Pull::Up));
-    spawner.spawn(tick(bridge, board, settings).expect("spawned once"));
+    let watch = tick_end.watch();
+    let bridge = build(tick_end, &settings);
+    spawner.spawn(tick(bridge, watch, board).expect("spawned once"));
 
     let Ports {
         device,
@@ -86,20 +101,11 @@ fn main() -> ! {
         changes,
     } = usb::start(chip.USB_OTG_FS, chip.PA12, chip.PA11);
     let light = Output::new(chip.PC1, Level::Low, Speed::Low);
-    THREAD.init(Executor::new()).run(|thread| {
-        thread.spawn(run_usb(device).expect("spawned once"));
-        thread.spawn(
-            talk(
-                LinkPort::new(link, report, settings),
-                from_host,
-                to_host,
-                store,
-            )
-            .expect("spawned once"),
-        );
-        thread.spawn(pass(client, from_client, to_client, changes).expect("spawned once"));
-        thread.spawn(show_mode(light).expect("spawned once"));
-    })
+    let port = PORT.init_with(|| LinkPort::new(link_end, report, settings));
+    thread.spawn(run_usb(device).expect("spawned once"));
+    thread.spawn(talk(port, from_host, to_host, store).expect("spawned once"));
+    thread.spawn(pass(client_end, from_client, to_client, changes).expect("spawned once"));
+    thread.spawn(show_mode(light).expect("spawned once"));
 }
 
 #[embassy_stm32::interrupt]
@@ -109,14 +115,21 @@ fn UART5() {
     unsafe { TICK.on_interrupt() };
 }
 
-#[embassy_executor::task]
-async fn tick(end: BridgeEnd<'static>, board: Board, settings: Settings) -> ! {
-    let Ok(bridge) = Bridge::new(Port(BusLine), Direction, end, time::now_us(), &settings) else {
+/// Builds the bridge where it stays. Not inlined: it is on the stack as well until it
+/// is there.
+#[inline(never)]
+fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBridge {
+    BRIDGE.init_with(|| {
+        let bridge = Bridge::new(Port(BusLine), Direction, end, time::now_us(), settings);
         // Saved settings have been tried before, and the defaults are a constant:
         // every test of the bench builds the same.
-        panic!("the settings have no controller");
-    };
-    run::real_time(bridge, board, &NEWS).await
+        bridge.unwrap_or_else(|_| panic!("the settings have no controller"))
+    })
+}
+
+#[embassy_executor::task]
+async fn tick(bridge: &'static mut BoardBridge, watch: QueueWatch<'static>, board: Board) -> ! {
+    run::real_time(bridge, watch, board, &NEWS).await
 }
 
 #[embassy_executor::task]
@@ -126,14 +139,14 @@ async fn run_usb(mut device: UsbDevice<'static, embassy_stm32::usb::Driver<'stat
 
 #[embassy_executor::task]
 async fn talk(
-    port: LinkPort<'static>,
+    port: &'static mut LinkPort<'static>,
     from_host: FromUsb,
     to_host: ToUsb,
-    store: Store<Sectors>,
+    store: &'static mut Store<Sectors>,
 ) -> ! {
     let mut watch = stack::Watch::default();
     let watch = || watch.look(time::now_us(), stack::measure);
-    run::link(port, from_host, to_host, watch, store, &NEWS).await
+    run::link(port, from_host, to_host, store, watch, &NEWS).await
 }
 
 #[embassy_executor::task]

@@ -20,13 +20,19 @@ use armbridge_firmware::run::{self, News};
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
 use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort};
+use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort, QueueWatch};
 use armbridge_shared::link::message::{BoardReport, Settings};
 use armbridge_shared::store::Store;
-use static_cell::StaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
-static CHANNELS: StaticCell<Channels> = StaticCell::new();
+static CHANNELS: ConstStaticCell<Channels> = ConstStaticCell::new(Channels::new());
+static BRIDGE: StaticCell<BoardBridge> = StaticCell::new();
+static PORT: StaticCell<LinkPort<'static>> = StaticCell::new();
+static STORE: StaticCell<Store<Flash>> = StaticCell::new();
 static NEWS: News = News::new();
+
+/// The bridge on this board's bus.
+type BoardBridge = Bridge<'static, Port<BusLine>, NoPin>;
 
 defmt::timestamp!("{=u64:us}", time::now_us());
 
@@ -39,8 +45,19 @@ fn main() -> ! {
         end::stop_first();
     }
     stack::paint();
+    start(&arguments);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+/// From the stop sequence to the first turn of the executors. Not inlined: what `main`
+/// calls is on the stack as long as the program runs.
+#[inline(never)]
+fn start(arguments: &Arguments) {
+    let in_lockstep = time::is_lockstep();
     let report = memory::begin(reset_cause());
-    provoke::prepare(&arguments, report.last_end.cause);
+    provoke::prepare(arguments, report.last_end.cause);
     for uart in [&LINK, &BUS, &CLIENT] {
         uart.enable();
     }
@@ -55,8 +72,8 @@ fn main() -> ! {
     );
     memory::log(&report);
     // Taken once, here.
-    let mut store = Store::new(flash::take().expect("taken once"));
-    let (settings, from) = settings::open(&mut store);
+    let store = STORE.init(Store::new(flash::take().expect("taken once")));
+    let (settings, from) = settings::open(store);
     let report = BoardReport {
         settings: from,
         image: Some(image::measure()),
@@ -66,40 +83,46 @@ fn main() -> ! {
         watchdog::start();
     }
 
-    let (bridge, link, client) = CHANNELS.init(Channels::new()).split();
+    let (tick_end, link_end, client_end) = CHANNELS.take().split();
+    let watch = tick_end.watch();
+    let bridge = build(tick_end, &settings);
     // Each of the tasks is spawned once, so there is always room for it. The
     // tick first: it must be waiting when lockstep begins.
     let spawner = TICK.start(Irq::Tick);
-    spawner.spawn(tick(bridge, settings).expect("spawned once"));
+    spawner.spawn(tick(bridge, watch).expect("spawned once"));
     let spawner = REST.start(Irq::Rest);
     spawner.spawn(tell_mode().expect("spawned once"));
-    let port = LinkPort::new(link, report, settings);
+    let port = PORT.init_with(|| LinkPort::new(link_end, report, settings));
     if in_lockstep {
-        spawner.spawn(granted(port, client, store).expect("spawned once"));
+        spawner.spawn(granted(port, client_end, store).expect("spawned once"));
     } else {
         spawner.spawn(talk(port, store).expect("spawned once"));
-        spawner.spawn(pass(client).expect("spawned once"));
-    }
-    loop {
-        cortex_m::asm::wfi();
+        spawner.spawn(pass(client_end).expect("spawned once"));
     }
 }
 
-#[embassy_executor::task]
-async fn tick(end: BridgeEnd<'static>, settings: Settings) -> ! {
-    let Ok(bridge) = Bridge::new(Port(BusLine), NoPin, end, time::now_us(), &settings) else {
+/// Builds the bridge where it stays. Not inlined: it is on the stack as well until it
+/// is there.
+#[inline(never)]
+fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBridge {
+    BRIDGE.init_with(|| {
+        let bridge = Bridge::new(Port(BusLine), NoPin, end, time::now_us(), settings);
         // Saved settings have been tried before, and the defaults are a constant:
         // every test of the bench builds the same.
-        panic!("the settings have no controller");
-    };
-    run::real_time(bridge, Board, &NEWS).await
+        bridge.unwrap_or_else(|_| panic!("the settings have no controller"))
+    })
 }
 
 #[embassy_executor::task]
-async fn talk(port: LinkPort<'static>, store: Store<Flash>) -> ! {
+async fn tick(bridge: &'static mut BoardBridge, watch: QueueWatch<'static>) -> ! {
+    run::real_time(bridge, watch, Board, &NEWS).await
+}
+
+#[embassy_executor::task]
+async fn talk(port: &'static mut LinkPort<'static>, store: &'static mut Store<Flash>) -> ! {
     let mut watch = stack::Watch::default();
     let watch = || watch.look(time::now_us(), stack::measure);
-    run::link(port, Stream(&LINK), Stream(&LINK), watch, store, &NEWS).await
+    run::link(port, Stream(&LINK), Stream(&LINK), store, watch, &NEWS).await
 }
 
 #[embassy_executor::task]
@@ -109,7 +132,11 @@ async fn pass(client: PortEnd<'static>) -> ! {
 }
 
 #[embassy_executor::task]
-async fn granted(port: LinkPort<'static>, client: PortEnd<'static>, store: Store<Flash>) -> ! {
+async fn granted(
+    port: &'static mut LinkPort<'static>,
+    client: PortEnd<'static>,
+    store: &'static mut Store<Flash>,
+) -> ! {
     lockstep::run(port, client, store).await
 }
 

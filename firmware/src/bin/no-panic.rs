@@ -309,14 +309,15 @@ fn ask<T>(future: impl Future<Output = T>) {
 
 #[inline(never)]
 fn tick(end: BridgeEnd<'_>) {
-    if let Ok(bridge) = Bridge::new(Port(Bus), Direction, end, any(), &any()) {
-        ask(run::real_time(bridge, Outside, &NEWS));
+    let watch = end.watch();
+    if let Ok(mut bridge) = Bridge::new(Port(Bus), Direction, end, any(), &any()) {
+        ask(run::real_time(&mut bridge, watch, Outside, &NEWS));
     }
 }
 
 #[inline(never)]
 fn link(end: LinkEnd<'_>) {
-    let port = LinkPort::new(end, any(), any());
+    let mut port = LinkPort::new(end, any(), any());
     let watch = || {
         any::<bool>().then(|| Stack {
             used: any(),
@@ -324,11 +325,11 @@ fn link(end: LinkEnd<'_>) {
         })
     };
     ask(run::link(
-        port,
+        &mut port,
         Outside,
         Outside,
+        &mut Store::new(Flash),
         watch,
-        Store::new(Flash),
         &NEWS,
     ));
 }

@@ -204,8 +204,8 @@ impl Board for VirtualBoard<'_> {
             polls += 1;
             assert!(polls < MOST_POLLS, "the bridge does not come to rest");
             if progress == Progress::Sampled {
-                let record = self.bridge.decide();
-                self.bridge.publish(record, 0);
+                self.bridge.decide();
+                self.bridge.publish(0);
             }
         }
         loop {

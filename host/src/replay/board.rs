@@ -290,9 +290,9 @@ impl Board {
             bus_us: inputs.timing.bus_us,
             token: FlowToken::default(),
         };
-        let mut record = self
-            .core
-            .decide_with(&sampled, event != HostEvent::Corruption);
+        let mut record = Record::NONE;
+        self.core
+            .decide_with(&sampled, event != HostEvent::Corruption, &mut record);
         let missed = record.timing.missed;
         record.dropped = inputs.dropped;
         record.timing = inputs.timing;

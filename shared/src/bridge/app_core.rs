@@ -390,15 +390,20 @@ impl Core {
         self.in_force
     }
 
-    /// Decides the tick that has begun.
-    pub fn decide(&mut self, sampled: &TickSamples) -> Record {
+    /// Decides the tick that has begun, and makes its record of inputs and outputs.
+    pub fn decide(&mut self, sampled: &TickSamples, record: &mut Record) {
         let is_config_intact = self.check_integrity();
-        self.decide_with(sampled, is_config_intact)
+        self.decide_with(sampled, is_config_intact, record);
     }
 
     /// Decides the tick that has begun, with a configuration that is known to be intact
     /// or not.
-    pub fn decide_with(&mut self, sampled: &TickSamples, is_config_intact: bool) -> Record {
+    pub fn decide_with(
+        &mut self,
+        sampled: &TickSamples,
+        is_config_intact: bool,
+        record: &mut Record,
+    ) {
         self.timing.bus_us = sampled.bus_us;
         let input = TickInput {
             samples: sampled.samples,
@@ -414,7 +419,7 @@ impl Core {
         self.conclude(&output);
         self.next = output.command;
         self.decided = self.tick;
-        self.record(&input, &output)
+        self.record(&input, &output, record);
     }
 
     /// What the supervisor makes of a tick's outputs.
@@ -446,8 +451,8 @@ impl Core {
         self.conclusion = Some(Conclusion { tick, end });
     }
 
-    fn record(&self, input: &TickInput, output: &TickOutput) -> Record {
-        Record {
+    fn record(&self, input: &TickInput, output: &TickOutput, record: &mut Record) {
+        *record = Record {
             tick: self.tick,
             start_us: self.start_us,
             mode: self.mode(),
@@ -463,8 +468,8 @@ impl Core {
             torque_nm: output.command.torque_nm.into(),
             disturbance_nm: output.disturbance_nm,
             timing: self.timing,
-            dropped: 0,
-        }
+            dropped: record.dropped,
+        };
     }
 
     /// Compares a part of the configuration with its check word, by turns, while

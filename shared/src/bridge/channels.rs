@@ -14,13 +14,13 @@
 //!
 //! Records and notices are dropped when the host does not fetch them; records are
 //! counted then. The client of the transparent port has queues of bytes, one each way.
+//! A [`QueueWatch`] shows whether there is something new in them, without an end.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
-use heapless::spsc::Queue;
 
 use super::command::ValidatedCommand;
 use super::gateway::{BusSide, PortEnd};
-use super::queue::{Receiver, Sender, split};
+use super::queue::{Channel, Count, Receiver, Sender};
 use crate::JOINTS;
 use crate::control_loop::reference::StartPoint;
 use crate::link::experiment::Conclusion;
@@ -108,11 +108,11 @@ pub(super) enum Notice {
 /// The queues themselves; a `static` on the board.
 #[derive(Default)]
 pub struct Channels {
-    requests: Queue<HostRequest, REQUESTS>,
-    notices: Queue<Notice, NOTICES>,
-    records: Queue<Record, RECORDS>,
-    from_client: Queue<u8, CLIENT_BYTES>,
-    to_client: Queue<u8, CLIENT_BYTES>,
+    requests: Channel<HostRequest, REQUESTS>,
+    notices: Channel<Notice, NOTICES>,
+    records: Channel<Record, RECORDS>,
+    from_client: Channel<u8, CLIENT_BYTES>,
+    to_client: Channel<u8, CLIENT_BYTES>,
     client_line: AtomicU32,
     signals: SignalCounters,
 }
@@ -121,11 +121,11 @@ impl Channels {
     /// Empty queues.
     pub const fn new() -> Self {
         Self {
-            requests: Queue::new(),
-            notices: Queue::new(),
-            records: Queue::new(),
-            from_client: Queue::new(),
-            to_client: Queue::new(),
+            requests: Channel::new(),
+            notices: Channel::new(),
+            records: Channel::new(),
+            from_client: Channel::new(),
+            to_client: Channel::new(),
             client_line: AtomicU32::new(0),
             signals: SignalCounters {
                 epoch: AtomicU32::new(0),
@@ -139,11 +139,11 @@ impl Channels {
 
     /// The three ends: for the tick, for the link, for the transparent port.
     pub fn split(&mut self) -> (BridgeEnd<'_>, LinkEnd<'_>, PortEnd<'_>) {
-        let (requests_in, requests_out) = split(&mut self.requests);
-        let (notices_in, notices_out) = split(&mut self.notices);
-        let (records_in, records_out) = split(&mut self.records);
-        let (client_in, client_out) = split(&mut self.from_client);
-        let (answers_in, answers_out) = split(&mut self.to_client);
+        let (requests_in, requests_out) = self.requests.split();
+        let (notices_in, notices_out) = self.notices.split();
+        let (records_in, records_out) = self.records.split();
+        let (client_in, client_out) = self.from_client.split();
+        let (answers_in, answers_out) = self.to_client.split();
         (
             BridgeEnd {
                 requests: requests_out,
@@ -212,6 +212,50 @@ pub struct LinkEnd<'a> {
     pub(super) notices: Receiver<'a, Notice, NOTICES>,
     pub(super) records: Receiver<'a, Record, RECORDS>,
     signals: &'a SignalCounters,
+}
+
+/// Whether the tick has done something that another loop waits for: most polls of the
+/// bus have nothing for either.
+pub struct QueueWatch<'a> {
+    for_link: [&'a Count; 2],
+    for_client: [&'a Count; 2],
+    link_seen: u32,
+    client_seen: u32,
+}
+
+impl QueueWatch<'_> {
+    /// There is a record or a notice for the host that was not there before.
+    pub fn has_link_news(&mut self) -> bool {
+        is_new(self.for_link, &mut self.link_seen)
+    }
+
+    /// There is a byte for the client of the transparent port, or room for one of its.
+    pub fn has_client_news(&mut self) -> bool {
+        is_new(self.for_client, &mut self.client_seen)
+    }
+}
+
+/// Whether one of these has changed since the last time.
+fn is_new(counts: [&Count; 2], seen: &mut u32) -> bool {
+    // Each counts up, so that their sum stands still only if all do.
+    let [a, b] = counts.map(Count::get);
+    let count = a.wrapping_add(b);
+    core::mem::replace(seen, count) != count
+}
+
+impl<'a> BridgeEnd<'a> {
+    /// A watch over what this end will do.
+    pub fn watch(&self) -> QueueWatch<'a> {
+        QueueWatch {
+            for_link: [self.records.sent(), self.notices.sent()],
+            for_client: [
+                self.client.to_client.sent(),
+                self.client.from_client.received(),
+            ],
+            link_seen: 0,
+            client_seen: 0,
+        }
+    }
 }
 
 impl BridgeEnd<'_> {

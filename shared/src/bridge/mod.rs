@@ -51,7 +51,7 @@ mod requests;
 
 pub use crate::control_loop::limits;
 pub use crate::control_loop::{can_run, permits, why_not};
-pub use channels::{BridgeEnd, Channels, LinkEnd};
+pub use channels::{BridgeEnd, Channels, LinkEnd, QueueWatch};
 pub use link_port::LinkPort;
 
 use crate::servo::port::SetBaud;
@@ -98,8 +98,8 @@ pub struct Bridge<'a, S, D> {
     sampled: TickSamples,
     /// The first temperature of each joint since the servos were found.
     first_temperature: [Option<u16>; JOINTS],
-    /// Records that found no room.
-    dropped: u32,
+    /// Of the tick that was decided last, with the number of records that found no room.
+    record: Record,
     /// By how much the clock has gone back so far.
     set_back_us: u64,
 }
@@ -128,7 +128,7 @@ where
             gateway: Gateway::default(),
             sampled: TickSamples::NONE,
             first_temperature: [None; JOINTS],
-            dropped: 0,
+            record: Record::NONE,
             set_back_us: 0,
         })
     }
@@ -260,19 +260,17 @@ where
 
     /// Everything that is decided in a tick. Bracket it with a stopwatch for
     /// [`Bridge::publish`].
-    pub fn decide(&mut self) -> Record {
-        let record = self.core.decide(&self.sampled);
+    pub fn decide(&mut self) {
+        self.core.decide(&self.sampled, &mut self.record);
         self.heed_core();
-        record
     }
 
     /// Publishes the tick's record. True if the tick began in time and went through every
     /// machine: feed the watchdog then.
-    pub fn publish(&mut self, mut record: Record, compute_ns: u32) -> bool {
-        record.timing.compute_ns = compute_ns;
-        record.dropped = self.dropped;
-        if self.end.records.enqueue(record).is_err() {
-            self.dropped = self.dropped.wrapping_add(1);
+    pub fn publish(&mut self, compute_ns: u32) -> bool {
+        self.record.timing.compute_ns = compute_ns;
+        if self.end.records.enqueue(self.record).is_err() {
+            self.record.dropped = self.record.dropped.wrapping_add(1);
         }
         self.core.is_tick_good()
     }

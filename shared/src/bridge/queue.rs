@@ -4,37 +4,103 @@
 //! divides by it, with a panic in wait for a length of zero. Here the length is
 //! part of the type and told again at each use: of a power of two the division
 //! becomes a mask, and no panic is left to be reached.
+//!
+//! Each end counts what it has done, so that a third party can tell whether there is
+//! something new without holding an end ([`Count`]).
 
+use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// The end that things are put into.
-pub(super) struct Sender<'a, T, const N: usize>(Producer<'a, T>);
-
-/// The end that things are taken from.
-pub(super) struct Receiver<'a, T, const N: usize>(Consumer<'a, T>);
-
-/// Both ends of a queue, which holds up to `N - 1`.
-pub(super) fn split<T, const N: usize>(
-    queue: &mut Queue<T, N>,
-) -> (Sender<'_, T, N>, Receiver<'_, T, N>) {
-    let (producer, consumer) = queue.split();
-    (Sender(producer), Receiver(consumer))
+/// A queue of up to `N - 1` items.
+pub(super) struct Channel<T, const N: usize> {
+    queue: Queue<T, N>,
+    sent: Count,
+    received: Count,
 }
 
-impl<T, const N: usize> Sender<'_, T, N> {
+/// How many items have passed one end, modulo 2³². That end alone writes it, so that
+/// counting is a load and a store.
+#[derive(Default)]
+pub(super) struct Count(AtomicU32);
+
+/// The end that things are put into.
+pub(super) struct Sender<'a, T, const N: usize> {
+    queue: Producer<'a, T>,
+    sent: &'a Count,
+}
+
+/// The end that things are taken from.
+pub(super) struct Receiver<'a, T, const N: usize> {
+    queue: Consumer<'a, T>,
+    received: &'a Count,
+}
+
+impl Count {
+    pub(super) fn get(&self) -> u32 {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    fn add_one(&self) {
+        self.0.store(self.get().wrapping_add(1), Ordering::Relaxed);
+    }
+}
+
+impl<T, const N: usize> Default for Channel<T, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T, const N: usize> Channel<T, N> {
+    /// An empty queue.
+    pub(super) const fn new() -> Self {
+        Self {
+            queue: Queue::new(),
+            sent: Count(AtomicU32::new(0)),
+            received: Count(AtomicU32::new(0)),
+        }
+    }
+
+    /// Both ends.
+    pub(super) fn split(&mut self) -> (Sender<'_, T, N>, Receiver<'_, T, N>) {
+        let Self {
+            queue,
+            sent,
+            received,
+        } = self;
+        let (producer, consumer) = queue.split();
+        let sender = Sender {
+            queue: producer,
+            sent,
+        };
+        let receiver = Receiver {
+            queue: consumer,
+            received,
+        };
+        (sender, receiver)
+    }
+}
+
+impl<'a, T, const N: usize> Sender<'a, T, N> {
     /// Appends `item`, or gives it back if there is no room.
     pub(super) fn enqueue(&mut self, item: T) -> Result<(), T> {
-        if self.is_known() {
-            self.0.enqueue(item)
-        } else {
-            Err(item)
+        if !self.is_known() {
+            return Err(item);
         }
+        self.queue.enqueue(item)?;
+        self.sent.add_one();
+        Ok(())
+    }
+
+    /// How many this end has appended.
+    pub(super) fn sent(&self) -> &'a Count {
+        self.sent
     }
 
     /// How many more there is room for.
     pub(super) fn room(&self) -> usize {
         if self.is_known() {
-            self.0.capacity() - self.0.len()
+            self.queue.capacity() - self.queue.len()
         } else {
             0
         }
@@ -42,19 +108,25 @@ impl<T, const N: usize> Sender<'_, T, N> {
 
     /// Always; the compiler knows the length of the queue from here on.
     fn is_known(&self) -> bool {
-        self.0.capacity() + 1 == N
+        self.queue.capacity() + 1 == N
     }
 }
 
-impl<T, const N: usize> Receiver<'_, T, N> {
+impl<'a, T, const N: usize> Receiver<'a, T, N> {
     /// Takes the oldest.
     pub(super) fn dequeue(&mut self) -> Option<T> {
         // As for `Sender::is_known`.
-        if self.0.capacity() + 1 == N {
-            self.0.dequeue()
-        } else {
-            None
+        if self.queue.capacity() + 1 != N {
+            return None;
         }
+        let item = self.queue.dequeue()?;
+        self.received.add_one();
+        Some(item)
+    }
+
+    /// How many this end has taken.
+    pub(super) fn received(&self) -> &'a Count {
+        self.received
     }
 }
 
@@ -64,8 +136,8 @@ mod tests {
 
     #[test]
     fn a_full_queue_refuses_and_order_is_kept() {
-        let mut queue = Queue::<_, 4>::new();
-        let (mut sender, mut receiver) = split(&mut queue);
+        let mut channel = Channel::<_, 4>::new();
+        let (mut sender, mut receiver) = channel.split();
         // Three at a time through four cells: every alignment is met.
         for round in 0..10 {
             assert_eq!(sender.room(), 3);
@@ -77,6 +149,8 @@ mod tests {
             let expected = [Some(round), Some(round + 1), Some(round + 2), None];
             assert_eq!(taken, expected);
         }
+        // What was refused, or was not there, does not count.
+        assert_eq!((sender.sent().get(), receiver.received().get()), (30, 30));
     }
 
     #[test]
@@ -84,8 +158,8 @@ mod tests {
         extern crate std;
         // Miri, which looks at every access, is slow.
         const COUNT: u32 = if cfg!(miri) { 1_000 } else { 100_000 };
-        let mut queue = Queue::<_, 8>::new();
-        let (mut sender, mut receiver) = split(&mut queue);
+        let mut channel = Channel::<_, 8>::new();
+        let (mut sender, mut receiver) = channel.split();
         std::thread::scope(|scope| {
             scope.spawn(move || {
                 for i in 0..COUNT {

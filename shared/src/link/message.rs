@@ -17,6 +17,7 @@ pub use super::setup::{Controller, Gains, Settings, Setup};
 pub use crate::servo::{Missing, Sample};
 
 use crate::JOINTS;
+use crate::actuator::Pwm;
 use crate::control::trajectory::Quantity;
 use crate::servo::Firmware;
 use postcard::experimental::max_size::MaxSize;
@@ -300,6 +301,33 @@ pub struct Record {
     pub timing: Timing,
     /// Records dropped so far because the host did not fetch them in time.
     pub dropped: u32,
+}
+
+impl Record {
+    /// Before the first tick.
+    pub const NONE: Self = Self {
+        tick: 0,
+        start_us: 0,
+        mode: Mode::Boot,
+        guards: Guards::NONE,
+        samples: [Sample::Missing(Missing::NotAsked); JOINTS],
+        alarms: [0; JOINTS],
+        pwm_in_force: [Pwm::OFF.counts(); JOINTS],
+        pwm_next: [Pwm::OFF.counts(); JOINTS],
+        reference_rad: [0.0; JOINTS],
+        reference_speed_rad_s: [0.0; JOINTS],
+        angle_rad: [0.0; JOINTS],
+        speed_rad_s: [0.0; JOINTS],
+        torque_nm: [0.0; JOINTS],
+        disturbance_nm: [0.0; JOINTS],
+        timing: Timing {
+            start_error_us: 0,
+            bus_us: 0,
+            compute_ns: 0,
+            missed: 0,
+        },
+        dropped: 0,
+    };
 }
 
 /// How long a tick took.

@@ -2,7 +2,8 @@
 //!
 //! Interrupt driven both ways. The end of a transmission is TC, not TXE: the
 //! last stop bit has left (section 30.3.2). That interrupt wakes the tick,
-//! which lowers the direction pin; a servo may speak 45 µs later.
+//! which lowers the direction pin; a servo may speak 45 µs later. What is received
+//! wakes it when all that it expects is there (see [`crate::port`]).
 
 use super::CORE_MHZ;
 use crate::end::memory;
@@ -33,13 +34,23 @@ const RESET_MHZ: u32 = 16;
 
 static BUFFERS: Buffers = Buffers::new();
 
-/// A byte has come, or a transmission has ended.
+/// What was expected has come, or a transmission has ended.
 pub static ACTIVITY: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 /// Switches port and pins on, at the clocks that are in force.
 pub fn enable() {
     set_up();
     USART3.cr1().modify(|w| w.set_rxneie(true));
+}
+
+/// What ends the wait of the tick; see [`Buffers::expect`].
+pub fn expect(bytes: Option<usize>) -> bool {
+    BUFFERS.expect(bytes)
+}
+
+/// Whether there are bits to be sent; their end is an interrupt.
+pub fn is_sending() -> bool {
+    !BusLine.is_sent()
 }
 
 /// Port and pins without interrupts, the line released.
@@ -116,7 +127,9 @@ fn USART3() {
         if status.ore() {
             BUFFERS.complain(LineError::Overrun);
         }
-        ACTIVITY.signal(());
+        if BUFFERS.is_due() {
+            ACTIVITY.signal(());
+        }
     }
     let enabled = USART3.cr1().read();
     if enabled.txeie() && status.txe() {

@@ -12,6 +12,11 @@ use embassy_time::{Instant, Timer};
 /// How often the emergency stop is looked at, at least: in µs.
 pub const STOP_LOOK_US: u64 = 1_000;
 
+/// A transmission ends with an interrupt. Its end as computed comes some µs before it,
+/// at which the tick would find nothing to do; with so much added it wakes the tick
+/// only if the interrupt is lost.
+const SENT_GRACE_US: u64 = 50;
+
 /// The board as the real-time loop sees it.
 pub struct Board {
     stop: Input<'static>,
@@ -51,11 +56,21 @@ impl RealTime for Board {
         u32::try_from(ns).unwrap_or(u32::MAX)
     }
 
-    async fn wait(&mut self, until_us: u64, _bytes_wanted: Option<usize>) {
+    async fn wait(&mut self, until_us: u64, bytes_wanted: Option<usize>) {
+        if bus::expect(bytes_wanted) {
+            return;
+        }
+        let until_us = if bus::is_sending() {
+            until_us.saturating_add(SENT_GRACE_US)
+        } else {
+            until_us
+        };
         let until_us = until_us.min(now_us() + STOP_LOOK_US);
+        // In this order: a timer that is asked after the bus has woken the tick
+        // would be set once more.
         select(
-            Timer::at(Instant::from_micros(until_us)),
             bus::ACTIVITY.wait(),
+            Timer::at(Instant::from_micros(until_us)),
         )
         .await;
     }

@@ -36,9 +36,9 @@ use embedded_storage::nor_flash::NorFlash;
 /// Runs the bridge by grants, for ever, in place of [`crate::run::link`] and
 /// [`crate::run::client`]. The real-time loop must be waiting.
 pub async fn run(
-    mut port: LinkPort<'_>,
+    port: &mut LinkPort<'_>,
     mut client: PortEnd<'_>,
-    mut store: Store<impl NorFlash>,
+    store: &mut Store<impl NorFlash>,
 ) -> ! {
     let Some(stdio) = Stdio::open() else {
         semihosting::exit(EXIT_NO_BENCH);
@@ -54,7 +54,7 @@ pub async fn run(
             while let Some(frame) = port.transmit() {
                 bench.carry(|carries| &mut carries.link, frame);
             }
-            if !settings::keep(&mut port, &mut store) {
+            if !settings::keep(port, store) {
                 break;
             }
         }

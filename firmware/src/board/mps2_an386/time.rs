@@ -10,7 +10,7 @@
 //! In lockstep neither matters: the time is what the last grant said, and the
 //! real-time loop is woken by the next one (see [`super::lockstep`]).
 
-use super::{CLOCK_MHZ, bus, provoke, watchdog};
+use super::{BUS, CLOCK_MHZ, bus, provoke, watchdog};
 use crate::run::RealTime;
 use core::cell::Cell;
 use core::ptr;
@@ -114,10 +114,10 @@ pub fn grant(now_us: u64, is_stop_pressed: bool) {
     WAKE.signal(());
 }
 
-/// From the handler of the bus's RX interrupt: a byte is there. In lockstep it
-/// counts only once it is granted.
+/// From the handler of the bus's RX interrupt: bytes are there. In lockstep they
+/// count only once they are granted.
 pub fn on_bus_activity() {
-    if !LOCKSTEP.load(Ordering::Relaxed) {
+    if BUS.buffers().is_due() && !LOCKSTEP.load(Ordering::Relaxed) {
         WAKE.signal(());
     }
 }
@@ -168,7 +168,7 @@ impl RealTime for Board {
             critical_section::with(|cs| WAITS_FOR.borrow(cs).set((until_us, bytes)));
         } else {
             let us = until_us.saturating_sub(now_us);
-            if us == 0 {
+            if us == 0 || BUS.buffers().expect(bytes_wanted) {
                 return;
             }
             stop_alarm();
