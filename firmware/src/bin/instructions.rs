@@ -15,7 +15,7 @@ use core::hint::black_box;
 use armbridge_firmware::board::mps2_an386::semihosting;
 use armbridge_firmware::board::mps2_an386::time;
 use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Parameters, State};
+use armbridge_shared::arm::{Parameters, Posture, State};
 use armbridge_shared::control::trajectory::{Bounds, Shape, Trajectory};
 use armbridge_shared::control::{ComputedTorque, Lqr, Reference, Tuning, Weights};
 use armbridge_shared::design::placement::{self, Poles};
@@ -89,12 +89,14 @@ fn measure() -> Option<()> {
     ];
     let observer = Luenberger::new(Model::linear(&model), gains, Form::Current);
     let upright_q = Vector2::zeros();
+    // A linear model has no use for it.
+    let posture = Posture::of(upright_q);
     let mut estimate = Estimator::Luenberger(observer).at_rest(upright_q);
     show(
         "LQR and linear Luenberger observer",
         count(|| {
             observer.correct(&mut estimate, *black_box(&measured));
-            let ahead = observer.advance(&arm, &mut estimate, *black_box(&torque));
+            let ahead = observer.advance(&arm, &posture, &mut estimate, *black_box(&torque));
             lqr.feedback(&ahead, black_box(&upright))
         }),
     );

@@ -1,6 +1,6 @@
 //! What drives the motors, kept so that a turned bit shows.
 //!
-//! Which source drives is a word that differs from any other source's in 16 bits; it, the
+//! Which source drives is a word that differs from any other source's in 12 bits; it, the
 //! constant torque and the age of the command lie under a [`CheckWord`], which every tick
 //! compares before it drives anything.
 
@@ -28,14 +28,15 @@ checked!(Words {
     commanded_us,
 });
 
-/// Walsh functions: any two differ in 16 bits.
+/// Walsh functions; the last three bits are a number, by which a source is found.
 const DRIVES: [(Drive, u32); 5] = [
-    (Drive::Torque, 0x5555_5555),
-    (Drive::Regulate, 0x3333_3333),
-    (Drive::Track, 0x0F0F_0F0F),
-    (Drive::Hold, 0x00FF_00FF),
-    (Drive::Experiment, 0x6969_6969),
+    (Drive::Torque, 0x5555_5550),
+    (Drive::Regulate, 0x3333_3331),
+    (Drive::Track, 0x0F0F_0F0A),
+    (Drive::Hold, 0x00FF_00FB),
+    (Drive::Experiment, 0x6969_696C),
 ];
+const NUMBER: u32 = 0b111;
 
 impl DriveCommand {
     /// Drive by this, commanded at this time in µs; torques are those of
@@ -64,8 +65,8 @@ impl DriveCommand {
     }
 
     fn known(&self) -> Option<Drive> {
-        let known = DRIVES.iter().find(|(_, word)| *word == self.words.drive);
-        known.map(|(drive, _)| *drive)
+        let known = DRIVES.get((self.words.drive & NUMBER) as usize)?;
+        (known.1 == self.words.drive).then_some(known.0)
     }
 
     /// Constant torques in N m.
@@ -97,6 +98,16 @@ impl DriveCommand {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn words_are_far_apart() {
+        for (index, (_, word)) in DRIVES.iter().enumerate() {
+            assert_eq!((word & NUMBER) as usize, index);
+            for (_, other) in &DRIVES[..index] {
+                assert!((word ^ other).count_ones() >= 12, "{word:x} {other:x}");
+            }
+        }
+    }
 
     #[test]
     fn every_turned_bit_shows() {

@@ -92,7 +92,7 @@ pub use pipeline::ActuatorCommand;
 pub use tick::{Fallback, Instant, Permission, TickInput, TickOutput};
 
 use crate::JOINTS;
-use crate::arm::State;
+use crate::arm::{Posture, State};
 use crate::control::Reference;
 use crate::control::trajectory::stream::Point;
 use crate::estimate::Estimate;
@@ -214,6 +214,8 @@ impl ControlLoop {
             .control
             .estimator
             .correct(&mut self.estimate, believed);
+        // Of the estimate with these samples, whichever state is reported.
+        let posture = Posture::of(self.estimate.state().q);
         self.monitor(config, input, &mut verdict, |is_armed| MonitorInput {
             counts,
             missing: input.samples.map(Sample::missing),
@@ -222,11 +224,11 @@ impl ControlLoop {
             is_fresh,
             state: &state,
             torque_nm: input.in_force.total_nm().into(),
-            gravity_nm: config.control.arm.gravity(state.q).into(),
+            gravity_nm: posture.gravity(&config.control.arm).into(),
             is_armed,
         });
         // What is decided now acts from the next samples on.
-        let ahead = self.predict(config, &input.in_force);
+        let ahead = self.predict(config, &posture, &input.in_force);
         let mut reference = self.source.at(input.acts_us);
         let mut experiment_end = None;
         if verdict.is_driven() && self.drive() == Drive::Experiment {
@@ -381,7 +383,12 @@ impl ControlLoop {
     }
 
     /// The state at the next samples, until which `in_force` acts.
-    fn predict(&mut self, config: &LoopConfig, in_force: &ActuatorCommand) -> State<f32> {
+    fn predict(
+        &mut self,
+        config: &LoopConfig,
+        posture: &Posture<f32>,
+        in_force: &ActuatorCommand,
+    ) -> State<f32> {
         let control = &config.control;
         self.bump_nm *= control.fade;
         let known_nm = if control.knows_friction {
@@ -391,7 +398,7 @@ impl ControlLoop {
         };
         control
             .estimator
-            .advance(&control.arm, &mut self.estimate, known_nm)
+            .advance_from(&control.arm, posture, &mut self.estimate, known_nm)
     }
 
     /// What the controller asks for, less what the estimator knows of a disturbance.

@@ -7,7 +7,7 @@
 use super::Estimate;
 use super::model::Model;
 use crate::JOINTS;
-use crate::arm::{Parameters, State};
+use crate::arm::{Parameters, Posture, State};
 use crate::check_word::checked;
 use crate::real::Real;
 use nalgebra::Vector2;
@@ -59,10 +59,11 @@ impl<T: Real> FiniteDifference<T> {
     pub fn advance(
         &self,
         arm: &Parameters<T>,
+        posture: &Posture<T>,
         estimate: &mut Estimate<T>,
         torque: Vector2<T>,
     ) -> State<T> {
-        let state = self.model.step(arm, &estimate.state(), torque);
+        let state = self.model.step(arm, posture, &estimate.state(), torque);
         estimate.set(&state);
         state
     }

@@ -11,7 +11,7 @@
 use super::Estimate;
 use super::model::Model;
 use crate::JOINTS;
-use crate::arm::{Discrete, Parameters, State};
+use crate::arm::{Discrete, Parameters, Posture, State};
 use crate::check_word::{CheckWord, Checked, checked};
 use crate::design::placement;
 use crate::real::Real;
@@ -101,10 +101,11 @@ impl<T: Real> Luenberger<T> {
     pub fn advance(
         &self,
         arm: &Parameters<T>,
+        posture: &Posture<T>,
         estimate: &mut Estimate<T>,
         torque: Vector2<T>,
     ) -> State<T> {
-        let state = self.model.step(arm, &estimate.state(), torque);
+        let state = self.model.step(arm, posture, &estimate.state(), torque);
         estimate.set(&state);
         state
     }

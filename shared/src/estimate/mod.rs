@@ -48,7 +48,7 @@ pub use model::Model;
 use joint_estimate::{Covariance, JointEstimate};
 
 use crate::JOINTS;
-use crate::arm::{Parameters, State};
+use crate::arm::{Parameters, Posture, State};
 use crate::check_word::{CheckWord, Checked};
 use crate::design::placement::{self, Poles};
 use crate::real::Real;
@@ -250,10 +250,24 @@ impl<T: Real> Estimator<T> {
         estimate: &mut Estimate<T>,
         torque: Vector2<T>,
     ) -> State<T> {
+        let posture = Posture::of(estimate.state().q);
+        self.advance_from(arm, &posture, estimate, torque)
+    }
+
+    /// The same, for a caller who has the posture at the estimated angles already.
+    pub fn advance_from(
+        &self,
+        arm: &Parameters<T>,
+        posture: &Posture<T>,
+        estimate: &mut Estimate<T>,
+        torque: Vector2<T>,
+    ) -> State<T> {
         match self {
-            Self::FiniteDifference(difference) => difference.advance(arm, estimate, torque),
-            Self::Luenberger(observer) => observer.advance(arm, estimate, torque),
-            Self::Kalman(filter) => filter.advance(arm, estimate, torque),
+            Self::FiniteDifference(difference) => {
+                difference.advance(arm, posture, estimate, torque)
+            }
+            Self::Luenberger(observer) => observer.advance(arm, posture, estimate, torque),
+            Self::Kalman(filter) => filter.advance(arm, posture, estimate, torque),
         }
     }
 }

@@ -4,7 +4,7 @@
 //! and only these are kept: a third of the products.
 
 use crate::JOINTS;
-use crate::arm::{Discrete, Parameters, State};
+use crate::arm::{Discrete, Parameters, Posture, State};
 use crate::check_word::checked;
 use crate::real::Real;
 use nalgebra::{Matrix2, Vector2};
@@ -49,17 +49,19 @@ impl<T: Real> Model<T> {
     }
 
     /// The state one period later under a constant torque, for the arm that the
-    /// model was made of.
+    /// model was made of, in this posture.
     #[inline]
     pub(super) fn step(
         &self,
         arm: &Parameters<T>,
+        posture: &Posture<T>,
         from: &State<T>,
         torque: Vector2<T>,
     ) -> State<T> {
         let torque = match &self.gravity_slope {
             None => torque,
-            Some(slope) => torque + beyond_linear(arm, slope, from.q),
+            // The torque that the linear part lacks.
+            Some(slope) => torque + (slope * from.q - posture.gravity(arm)),
         };
         let [first, second] = &self.axes;
         let (q1, v1) = first.step(from.q.x, from.dq.x, torque.x);
@@ -74,13 +76,6 @@ impl<T: Real> Model<T> {
     pub(super) fn joints(&self) -> [Matrix2<T>; JOINTS] {
         [self.axes[0].a, self.axes[1].a]
     }
-}
-
-/// The torque in N m that the linear part lacks. Out of line, so that a model
-/// without it stays small.
-#[inline(never)]
-fn beyond_linear<T: Real>(arm: &Parameters<T>, slope: &Matrix2<T>, q: Vector2<T>) -> Vector2<T> {
-    slope * q - arm.gravity(q)
 }
 
 impl<T: Real> Axis<T> {

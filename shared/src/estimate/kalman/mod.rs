@@ -144,11 +144,11 @@ impl<T: Real> Kalman<T> {
     pub fn advance(
         &self,
         arm: &Parameters<T>,
+        posture: &Posture<T>,
         estimate: &mut Estimate<T>,
         torque: Vector2<T>,
     ) -> State<T> {
         let state = estimate.state();
-        let posture = Posture::of(state.q);
         let mass = posture.mass_diagonal(arm);
         let slope = posture.gravity_slope(arm);
         // Gravity, and all that the joints do to each other.
