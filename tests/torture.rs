@@ -7,14 +7,24 @@ use std::convert::Infallible;
 
 use armbridge::torture::{self, Case, Kind, Report};
 use armbridge::trial::for_seeds;
+use armbridge_shared::servo::Firmware;
 
 /// 34 kinds in six scenarios, and as many pairs.
 const SEEDS: u64 = 2 * 34 * 6;
 
 #[test]
 fn whatever_goes_wrong_is_named_and_ends_with_motors_off() {
+    campaign(Firmware::Morpheus);
+}
+
+#[test]
+fn whatever_goes_wrong_with_stock_servos_is_named_and_ends_with_motors_off() {
+    campaign(Firmware::Stock);
+}
+
+fn campaign(servos: Firmware) {
     let seeds: Vec<u64> = (0..SEEDS).collect();
-    let run = |seed| Ok::<_, Infallible>(torture::run(seed));
+    let run = |seed| Ok::<_, Infallible>(torture::run(seed, servos));
     let outcomes = for_seeds(&seeds, run, |_| ()).unwrap();
     let report = Report::of(&outcomes);
     let table = torture::table(&report);
@@ -29,12 +39,16 @@ fn whatever_goes_wrong_is_named_and_ends_with_motors_off() {
 
 #[test]
 fn a_seed_is_the_same_case_whenever_it_is_run() {
+    let servos = Firmware::Morpheus;
     // One of each kind of randomness: bytes, sensors, host, plant.
     for seed in [1, 6, 38, 44, 60] {
-        let (outcome, story) = torture::tell(seed);
-        assert_eq!((outcome.clone(), story.clone()), torture::tell(seed));
-        assert_eq!(outcome, torture::run(seed));
-        for injection in Case::new(seed).injections {
+        let (outcome, story) = torture::tell(seed, servos);
+        assert_eq!(
+            (outcome.clone(), story.clone()),
+            torture::tell(seed, servos)
+        );
+        assert_eq!(outcome, torture::run(seed, servos));
+        for injection in Case::new(seed, servos).injections {
             let name = injection.kind.name();
             assert!(story.matches(name).count() >= 2, "{name}: {story}");
         }

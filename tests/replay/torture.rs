@@ -2,16 +2,19 @@
 
 use armbridge::replay::{Changes, Player};
 use armbridge::torture::{Case, Kind, overhear};
+use armbridge_shared::servo::Firmware;
 
 /// Replays the case of this seed; how many ticks were compared, of how many.
 fn replay(seed: u64) -> (u64, u64) {
     // What changes in the board's memory is no input that a log has.
-    let case = Case::new(seed);
+    let case = Case::new(seed, Firmware::Morpheus);
     if case.injections.iter().any(|it| it.kind == Kind::Corrupt) {
         return (0, 0);
     }
     let mut player = Player::new(Changes::default()).unwrap();
-    let _ = overhear(seed, |event| player.take(&event).unwrap());
+    let _ = overhear(seed, Firmware::Morpheus, |event| {
+        player.take(&event).unwrap()
+    });
     let report = player.finish().unwrap();
     let text = report.text();
     assert_eq!(

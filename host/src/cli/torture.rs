@@ -1,7 +1,8 @@
 //! The command line of `torture`.
 
 use armbridge::torture::Kind;
-use clap::Args;
+use armbridge_shared::servo::Firmware;
+use clap::{Args, ValueEnum};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -9,6 +10,7 @@ Examples:
   armbridge torture --seeds 10000 --json
   armbridge torture --seeds 5000 --kinds servo-reset,servo-deaf
   armbridge torture --seed 17
+  armbridge torture --servos stock
 
 An even seed is one fault, an odd one a pair. A motor counts as on for as long as
 it is driven in a mode that should not, while its servo can be reached.";
@@ -35,10 +37,31 @@ pub(crate) struct TortureArgs {
         conflicts_with = "seed"
     )]
     pub(crate) kinds: Vec<Kind>,
+    /// Servos on the bench.
+    #[arg(long, value_enum, default_value_t = ServosName::Morpheus)]
+    pub(crate) servos: ServosName,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
     /// No progress bar, no table.
     #[arg(long)]
     pub(crate) quiet: bool,
+}
+
+/// Servos by their firmware.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ServosName {
+    /// With the open firmware Morpheus.
+    Morpheus,
+    /// AX-12A as they come.
+    Stock,
+}
+
+impl From<ServosName> for Firmware {
+    fn from(name: ServosName) -> Self {
+        match name {
+            ServosName::Morpheus => Self::Morpheus,
+            ServosName::Stock => Self::Stock,
+        }
+    }
 }

@@ -14,7 +14,7 @@ use crate::cli::TortureArgs;
 pub(crate) fn run(args: &TortureArgs) -> Outcome {
     let (report, text) = match args.seed {
         Some(seed) => {
-            let (outcome, story) = torture::tell(seed);
+            let (outcome, story) = torture::tell(seed, args.servos.into());
             (Report::of(&[outcome]), Some(story))
         }
         None => (campaign(args), None),
@@ -33,16 +33,17 @@ pub(crate) fn run(args: &TortureArgs) -> Outcome {
 
 /// Of the seeds from 0 on, those whose faults are all asked for.
 fn campaign(args: &TortureArgs) -> Report {
+    let servos = args.servos.into();
     let is_wanted = |seed: &u64| {
         let is_kind = |kind| args.kinds.is_empty() || args.kinds.contains(&kind);
-        let case = Case::new(*seed);
+        let case = Case::new(*seed, servos);
         case.injections
             .iter()
             .all(|injection| is_kind(injection.kind))
     };
     let seeds: Vec<u64> = (0..args.seeds).filter(is_wanted).collect();
     let progress = Progress::new(seeds.len() as f64, args.quiet || args.json);
-    let one = |seed| Ok::<_, Infallible>(torture::run(seed));
+    let one = |seed| Ok::<_, Infallible>(torture::run(seed, servos));
     let outcomes = trial::for_seeds(&seeds, one, |done| progress.at(done as f64));
     progress.finish();
     Report::of(&outcomes.unwrap_or_else(|never| match never {}))

@@ -8,6 +8,7 @@
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Command, Limits, Setup};
 use armbridge_shared::link::motion::Motion;
+use armbridge_shared::servo::Firmware;
 use nalgebra::Vector2;
 use serde::Serialize;
 
@@ -87,8 +88,10 @@ pub struct Injection {
 )]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Case {
-    /// Of everything in it.
+    /// Of everything in it but the servos.
     pub seed: u64,
+    /// Firmware of the servos.
+    pub servos: Firmware,
     /// What the arm is doing.
     pub scenario: Scenario,
     /// [`Setup::best`] rather than the default.
@@ -109,8 +112,8 @@ pub struct Case {
 }
 
 impl Case {
-    /// Everything that follows from a seed.
-    pub fn new(seed: u64) -> Self {
+    /// Everything that follows from a seed, with servos of this firmware.
+    pub fn new(seed: u64, servos: Firmware) -> Self {
         let mut draw = Draw::new(seed);
         let turn = seed / 2;
         let (kinds, rounds) = if seed.is_multiple_of(2) {
@@ -139,6 +142,7 @@ impl Case {
         injections.sort_by_key(|injection| injection.after_us);
         Self {
             seed,
+            servos,
             scenario,
             is_best: draw.either(),
             friction: draw.either() || holds,
@@ -306,8 +310,8 @@ mod tests {
         let mut singles = HashMap::new();
         let mut pairs = HashMap::new();
         for seed in 0..2 * 561 * 6 {
-            let case = Case::new(seed);
-            assert_eq!(case, Case::new(seed));
+            let case = Case::new(seed, Firmware::Morpheus);
+            assert_eq!(case, Case::new(seed, Firmware::Morpheus));
             let scenario = case.scenario as usize;
             match case.injections.as_slice() {
                 [only] => *singles.entry((only.kind, scenario)).or_insert(0) += 1,

@@ -43,6 +43,7 @@ enum Phase {
     SettingUp,
     Limiting,
     Waiting,
+    Preparing,
     Arming,
     Commanding,
     Working,
@@ -65,7 +66,8 @@ pub(super) struct Driver {
     strange: Vec<u8>,
     turn: usize,
     session: u32,
-    is_ready: bool,
+    /// Whether servos were found, and may be given torque.
+    is_ready: Option<bool>,
     /// What the board told of the latest fault.
     pub(super) trip: Option<Trip>,
     /// What it told of the servos after that.
@@ -95,7 +97,7 @@ impl Driver {
             strange: Vec::new(),
             turn: 0,
             session: 0,
-            is_ready: false,
+            is_ready: None,
             trip: None,
             off: None,
             record: None,
@@ -152,20 +154,29 @@ impl Driver {
             (Said::Told(ToHost::Board(report)), _) => self.session = report.session,
             (Said::Told(ToHost::Tripped(trip)), _) => self.trip = Some(trip),
             (Said::Told(ToHost::Off(report)), _) => self.off = Some(report),
-            (Said::Told(ToHost::Found { is_ready, .. }), _) => self.is_ready = is_ready,
+            (Said::Told(ToHost::Found { is_ready, .. }), _) => self.is_ready = Some(is_ready),
             (Said::Told(ToHost::Record(record)), phase) => {
                 self.record = Some(record);
                 let torques = record.torque_nm.iter();
                 self.most_nm = torques.fold(self.most_nm, |most, nm| most.max(nm.abs()));
-                if phase == Phase::Waiting && record.mode == Mode::Idle && self.is_ready {
-                    if self.arms {
-                        let session = self.session;
-                        self.next(Phase::Arming, Command::Arm { session });
-                    } else {
-                        self.phase = Phase::Working;
-                    }
+                if record.mode == Mode::Idle {
+                    self.begin(phase);
                 }
             }
+            _ => {}
+        }
+    }
+
+    /// Arms the idle board if its servos are ready, and has them made ready if they
+    /// are stock servos as they come.
+    fn begin(&mut self, phase: Phase) {
+        match (phase, self.is_ready) {
+            (Phase::Waiting, Some(false)) => self.next(Phase::Preparing, Command::Prepare),
+            (Phase::Waiting | Phase::Preparing, Some(true)) if self.arms => {
+                let session = self.session;
+                self.next(Phase::Arming, Command::Arm { session });
+            }
+            (Phase::Waiting | Phase::Preparing, Some(true)) => self.phase = Phase::Working,
             _ => {}
         }
     }

@@ -5,14 +5,15 @@
 //! right too; [`verdict`] says when there has to be one.
 
 use armbridge_shared::link::message::{Fault, StopSource};
+use armbridge_shared::servo::Firmware;
 
 use super::case::{Case, Injection, Scenario};
 use super::kind::{Harm, Kind};
 use crate::bench::wire::Way;
 use Fault::{
     AngleLimit, Clock, Corrupted, DeadZone, Diverged, EmergencyStop, HostSilent, Overrun, PwmLimit,
-    SamplesLost, SamplesRare, ServoReset, ServoSilent, SpeedLimit, Stuck, Temperature, TorqueLimit,
-    TorqueRate,
+    SamplesLost, SamplesRare, ServoAlarm, ServoReset, ServoSilent, SpeedLimit, Stuck, Temperature,
+    TorqueLimit, TorqueRate,
 };
 
 /// A row of the table.
@@ -26,7 +27,8 @@ pub struct Right {
     pub because: &'static str,
 }
 
-/// The table. Each kind is in one row.
+/// The table. Each kind is in one row, which is about either firmware unless [`STOCK`] has
+/// another.
 pub const TABLE: [Right; 19] = [
     Right {
         is_about: |kind| matches!(kind, Kind::Bytes(Way::ToServos, _)),
@@ -138,10 +140,30 @@ pub const TABLE: [Right; 19] = [
     },
 ];
 
-/// What a kind may be called.
-pub fn right(kind: Kind) -> &'static Right {
+/// What is different with stock servos.
+pub const STOCK: [Right; 2] = [
+    Right {
+        is_about: |kind| kind == Kind::ServoReset,
+        names: &[ServoReset],
+        because: "it answers as before, but its torque is not enabled any more",
+    },
+    Right {
+        is_about: |kind| kind == Kind::Hot,
+        names: &[Temperature, ServoAlarm],
+        because: "at the servo's own limit, which is the board's too, it lets go and says so in \
+                  every answer",
+    },
+];
+
+/// What a kind may be called with these servos.
+pub fn right(kind: Kind, servos: Firmware) -> &'static Right {
+    let stock: &[Right] = match servos {
+        Firmware::Morpheus => &[],
+        Firmware::Stock => &STOCK,
+    };
     let [first, ..] = &TABLE;
-    let row = TABLE.iter().find(|row| (row.is_about)(kind));
+    let mut rows = stock.iter().chain(&TABLE);
+    let row = rows.find(|row| (row.is_about)(kind));
     // Every kind has a row, as a test shows.
     row.unwrap_or(first)
 }

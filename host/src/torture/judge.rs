@@ -192,7 +192,11 @@ impl<'a, 'b> Judge<'a, 'b> {
         match self.fault {
             None => outcome.is_named_right = !injections.iter().any(|i| is(Verdict::Must, i)),
             Some((fault, at_us)) => {
-                let is_name = |i: &Injection| expect::right(i.kind).names.contains(&fault);
+                let is_name = |i: &Injection| {
+                    expect::right(i.kind, self.case.servos)
+                        .names
+                        .contains(&fault)
+                };
                 outcome.is_named_right =
                     injections.iter().any(|i| is_name(i) && !is(Verdict::No, i));
                 outcome.fault = Some(names::fault(fault));
@@ -228,8 +232,10 @@ impl<'a, 'b> Judge<'a, 'b> {
         if outcome.stop_ms > STOP_US as f64 * 1e-3 {
             outcome.fail(format!("a motor was on for {:.1} ms", outcome.stop_ms));
         }
-        if let Some((at_us, pwm)) = self.world.cosim.board.beyond {
-            outcome.fail(format!("PWM {pwm} was sent at {at_us} µs"));
+        if let Some((at_us, counts)) = self.world.cosim.board.beyond {
+            outcome.fail(format!(
+                "a PWM {counts} counts from off was sent at {at_us} µs"
+            ));
         }
         let [allowed_nm, _] = self.case.limits().torque_nm;
         let driver = self.world.driver();
@@ -253,11 +259,12 @@ mod tests {
     use super::*;
     use armbridge_shared::bridge::Channels;
     use armbridge_shared::link::message::StopSource;
+    use armbridge_shared::servo::Firmware;
 
     /// The first single of this kind, in the first scenario.
     fn case_of(kind: Kind, is_tight: bool) -> Case {
         let place = Kind::ALL.iter().position(|other| *other == kind).unwrap();
-        let case = Case::new(2 * place as u64);
+        let case = Case::new(2 * place as u64, Firmware::Morpheus);
         Case { is_tight, ..case }
     }
 

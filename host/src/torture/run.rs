@@ -3,6 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use armbridge_shared::bridge::Channels;
+use armbridge_shared::servo::Firmware;
 
 use super::case::Case;
 use super::judge::Judge;
@@ -11,20 +12,21 @@ use super::story::Story;
 use super::world::World;
 use crate::log::event::Event;
 
-/// Runs the case of this seed.
-pub fn run(seed: u64) -> Outcome {
-    judge(&Case::new(seed), &mut Story::untold(), None)
+/// Runs the case of this seed, with servos of this firmware.
+pub fn run(seed: u64, servos: Firmware) -> Outcome {
+    judge(&Case::new(seed, servos), &mut Story::untold(), None)
 }
 
 /// The same, with whatever is said on the link told to `hear`, as the board hears it.
-pub fn overhear(seed: u64, mut hear: impl FnMut(Event)) -> Outcome {
-    judge(&Case::new(seed), &mut Story::untold(), Some(&mut hear))
+pub fn overhear(seed: u64, servos: Firmware, mut hear: impl FnMut(Event)) -> Outcome {
+    let case = Case::new(seed, servos);
+    judge(&case, &mut Story::untold(), Some(&mut hear))
 }
 
 /// The same, told.
-pub fn tell(seed: u64) -> (Outcome, String) {
+pub fn tell(seed: u64, servos: Firmware) -> (Outcome, String) {
     let mut story = Story::default();
-    let case = Case::new(seed);
+    let case = Case::new(seed, servos);
     story.begin(&case);
     let outcome = judge(&case, &mut story, None);
     story.end(&outcome);

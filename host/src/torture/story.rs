@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use armbridge_shared::link::message::Mode;
+use armbridge_shared::servo::Firmware;
 
 use super::case::{Case, Injection};
 use super::expect::{self, Verdict};
@@ -45,12 +46,16 @@ impl Story {
         let setup = if case.is_best { "best" } else { "default" };
         let friction = if case.friction { "with" } else { "without" };
         let limits = if case.is_tight { ", tight limits" } else { "" };
+        let servos = match case.servos {
+            Firmware::Morpheus => "",
+            Firmware::Stock => ", stock servos",
+        };
         self.line(&format!(
-            "seed {}: {:?}, {setup} set-up, {friction} friction{limits}",
+            "seed {}: {:?}, {setup} set-up, {friction} friction{limits}{servos}",
             case.seed, case.scenario
         ));
         for injection in &case.injections {
-            let right = expect::right(injection.kind);
+            let right = expect::right(injection.kind, case.servos);
             let names: Vec<&str> = right
                 .names
                 .iter()

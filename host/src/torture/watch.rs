@@ -8,19 +8,46 @@ use armbridge_shared::actuator::Pwm;
 use crate::bench::board::{Board, Input, Output, VirtualBoard, Wake};
 use crate::log::event::{Direction, Ear, Event};
 
-/// The tick's order to both Morpheus servos: `SYNC_WR` from 0x0F on, three bytes
-/// each, of which the last two are the PWM.
-const DRIVE: [u8; 7] = [0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3];
-const DRIVE_LEN: usize = 16;
-/// Where in it the PWMs are.
-const PWM_AT: [Range<usize>; JOINTS] = [9..11, 13..15];
+/// The tick's order to both servos of one firmware.
+struct Order {
+    /// What it begins with.
+    head: [u8; 7],
+    len: usize,
+    /// Where in it each servo's number is, low byte first,
+    at: [Range<usize>; JOINTS],
+    /// and how many counts from off that is.
+    from_off: fn(u16) -> u16,
+}
+
+const ORDERS: [Order; 2] = [
+    // Morpheus: `SYNC_WR` from 0x0F on, three bytes each, of which the last two are
+    // the PWM.
+    Order {
+        head: [0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3],
+        len: 16,
+        at: [9..11, 13..15],
+        from_off: |pwm| pwm.abs_diff(Pwm::OFF.counts()),
+    },
+    // Stock: `SYNC_WRITE` of the moving speed, two bytes each: the duty, 1023 for all,
+    // with bit 10 for the sign.
+    Order {
+        head: [0xFF, 0xFF, 0xFE, 10, 0x83, 32, 2],
+        len: 14,
+        at: [8..10, 11..13],
+        from_off: |duty| {
+            let share = f64::from(duty & 1023) / 1023.0;
+            (share * f64::from(Pwm::OFF.counts())).round() as u16
+        },
+    },
+];
 
 /// The board of a case.
 pub(super) struct Watched<'a> {
     pub(super) board: VirtualBoard<'a>,
     /// Counts away from off that it may ask for.
     pub(super) allowed: u16,
-    /// The first order that it should not have given: when in µs, and the PWM.
+    /// The first order that it should not have given: when in µs, and the
+    /// counts from off.
     pub(super) beyond: Option<(u64, u16)>,
     /// Is told what is said on the link, as the board hears it.
     ear: Option<(Ear, &'a mut dyn FnMut(Event))>,
@@ -68,27 +95,29 @@ impl Board for Watched<'_> {
         } else {
             0
         };
-        for pwm in ordered(&output.bus) {
-            if pwm.abs_diff(Pwm::OFF.counts()) > allowed {
-                self.beyond.get_or_insert((now_us, pwm));
+        for counts in ordered(&output.bus) {
+            if counts > allowed {
+                self.beyond.get_or_insert((now_us, counts));
             }
         }
         Ok(wake)
     }
 }
 
-/// The PWMs in the orders among these bytes.
+/// Counts from off of the PWMs in the orders among these bytes.
 fn ordered(bytes: &[u8]) -> impl Iterator<Item = u16> {
-    bytes
-        .windows(DRIVE_LEN)
-        .filter(|packet| packet.starts_with(&DRIVE))
-        .flat_map(|packet| {
-            PWM_AT.map(|at| {
-                at.into_iter()
-                    .rev()
-                    .fold(0, |pwm, byte| pwm << 8 | u16::from(packet[byte]))
+    ORDERS.iter().flat_map(|order| {
+        bytes
+            .windows(order.len)
+            .filter(|packet| packet.starts_with(&order.head))
+            .flat_map(|packet| {
+                order.at.clone().map(|at| {
+                    let bytes = at.rev().filter_map(|byte| packet.get(byte));
+                    let number = bytes.fold(0, |number, byte| number << 8 | u16::from(*byte));
+                    (order.from_off)(number)
+                })
             })
-        })
+    })
 }
 
 #[cfg(test)]
@@ -96,12 +125,20 @@ mod tests {
     use super::*;
     use armbridge_shared::bridge::SERVO_IDS;
     use armbridge_shared::servo::morpheus::Request;
+    use armbridge_shared::servo::protocol1::{BROADCAST, Instruction};
 
     #[test]
     fn orders_are_read() {
         let [a, b] = [1_200, 3].map(|pwm| Pwm::new(pwm).unwrap());
         let mut bytes = Request::Cycle.encode().to_vec();
         bytes.extend(Request::Drive([(SERVO_IDS[0], a), (SERVO_IDS[1], b)]).encode());
-        assert_eq!(ordered(&bytes).collect::<Vec<_>>(), [1_200, 3]);
+        assert_eq!(ordered(&bytes).collect::<Vec<_>>(), [200, 997]);
+        let speeds = Instruction::SyncWrite {
+            address: 32,
+            count: 2,
+            blocks: &[1, 0xFF, 0x03, 2, 0x00, 0x06],
+        };
+        let bytes = speeds.encode::<16>(BROADCAST).unwrap();
+        assert_eq!(ordered(&bytes).collect::<Vec<_>>(), [1_000, 500]);
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::{BridgeEnd, LinkEnd, MemoryRegion, gateway::PortEnd};
+use armbridge_shared::bridge::{BridgeEnd, LinkEnd, MemoryRegion, SERVO_IDS, gateway::PortEnd};
 use armbridge_shared::link::message::Mode;
 
 use super::case::{Case, Injection, Scenario};
@@ -16,10 +16,17 @@ use crate::bench::board::VirtualBoard;
 use crate::bench::cosim::{Cosim, CosimError};
 use crate::bench::faults::host::{Meddled, Meddling};
 use crate::bench::faults::sensor::SensorFault;
+use crate::bench::kind::{KindError, ServoKind};
 use crate::bench::plant::{Plant, Push};
 use crate::bench::servo::Deafness;
 use crate::bench::wire::{ByteFault, Way};
 use crate::refusal;
+
+/// Speed of the servos' bus.
+const BAUD: u32 = 1_000_000;
+/// Heating of a stock servo in °C for one count of a Morpheus servo's converter: its limit
+/// of 70 °C is reached in 0.5 to 1.5 s, as is a Morpheus servo's of 250 counts.
+const CELSIUS_PER_COUNT: f64 = 0.1;
 
 /// All ends of a board's channels.
 pub(super) type Ends<'a> = (BridgeEnd<'a>, LinkEnd<'a>, PortEnd<'a>);
@@ -52,7 +59,12 @@ impl<'a> World<'a> {
         let board = VirtualBoard::new(ends).map_err(refusal::in_words)?;
         let arms = case.scenario != Scenario::Idle;
         let driver = Driver::new(case.setup(), limits, arms, case.command());
-        let mut bench = Bench::new(Plant::new(case.plant(), case.seed));
+        let kinds: Result<Vec<ServoKind>, KindError> = SERVO_IDS
+            .iter()
+            .map(|id| ServoKind::new(case.servos, id.get(), BAUD))
+            .collect();
+        let kinds = kinds.map_err(|error| error.to_string())?;
+        let mut bench = Bench::with_servos(Plant::new(case.plant(), case.seed), &kinds);
         bench.echo(case.echoes());
         let board = Watched::new(board, limits.pwm_counts);
         Ok(Self {
@@ -174,12 +186,15 @@ impl<'a> World<'a> {
             }
             Kind::Frozen => bench.fail_sensor(servo, SensorFault::Frozen),
             Kind::DeadZone => bench.fail_sensor(servo, SensorFault::OffTrack { seed }),
-            Kind::Hot => bench.fail_sensor(
-                servo,
-                SensorFault::Hot {
-                    counts_per_s: amount,
-                },
-            ),
+            Kind::Hot => match bench.servo_mut(servo).stock_mut() {
+                Some(stock) => stock.heat(amount * CELSIUS_PER_COUNT),
+                None => bench.fail_sensor(
+                    servo,
+                    SensorFault::Hot {
+                        counts_per_s: amount,
+                    },
+                ),
+            },
             Kind::HostVanish => meddle(Meddling::Vanish),
             Kind::HostFlood => meddle(Meddling::Flood),
             Kind::HostGarbage => meddle(Meddling::Garbage),
@@ -230,6 +245,9 @@ impl<'a> World<'a> {
         let Cosim { bench, host, .. } = &mut self.cosim;
         for servo in 0..JOINTS {
             bench.mend_sensors(servo);
+            if let Some(stock) = bench.servo_mut(servo).stock_mut() {
+                stock.cool();
+            }
             bench.mute(servo, false);
             bench.deafen(servo, false);
         }

@@ -51,6 +51,8 @@ struct Effort {
 pub(super) struct Protection {
     pub(super) temperature_c: f64,
     pub(super) supply_decivolt: u8,
+    /// By something outside.
+    pub(super) heated_c_per_s: f64,
     effort: Option<Effort>,
     is_overloaded: bool,
 }
@@ -60,6 +62,7 @@ impl Protection {
         Self {
             temperature_c: AIR_C,
             supply_decivolt: SUPPLY_DECIVOLT,
+            heated_c_per_s: 0.0,
             effort: None,
             is_overloaded: false,
         }
@@ -69,6 +72,11 @@ impl Protection {
     pub(super) fn power_up(&mut self) {
         self.effort = None;
         self.is_overloaded = false;
+    }
+
+    /// As cold as the air, and heated by nothing outside.
+    pub(super) fn cool(&mut self) {
+        (self.temperature_c, self.heated_c_per_s) = (AIR_C, 0.0);
     }
 
     /// Looks at what the control step did, keeps the registers that show heat
@@ -111,7 +119,8 @@ impl Protection {
         let share = f64::from(duty) / f64::from(FULL);
         let in_w = STALL_W * share * share;
         let out_w = (self.temperature_c - AIR_C) / RESISTANCE_K_PER_W;
-        self.temperature_c += (in_w - out_w) * period_s / HEAT_J_PER_K;
+        let own_c_per_s = (in_w - out_w) / HEAT_J_PER_K;
+        self.temperature_c += (own_c_per_s + self.heated_c_per_s) * period_s;
     }
 
     fn is_stalled(&mut self, memory: &Memory, output: Output, now_ns: u64) -> bool {
