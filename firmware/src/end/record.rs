@@ -15,8 +15,8 @@
 //! memory has not been without power since they were written.
 
 use armbridge_shared::link::board::PLACE_LEN;
+use armbridge_shared::link::frame::CRC;
 use armbridge_shared::link::message::{End, LastEnd};
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
 /// Words of a record.
 pub const WORDS: usize = 12;
@@ -38,9 +38,6 @@ const CAUSES: [End; 8] = [
     End::HardFault,
     End::StackOverflow,
 ];
-
-/// Computed rarely, by a processor that has better use for a kilobyte.
-const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// What a record says of the program that wrote it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
