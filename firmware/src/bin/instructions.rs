@@ -1,4 +1,5 @@
-//! How many instructions the core's mathematics takes, counted under QEMU.
+//! How many instructions the core's mathematics and the link's frames take, counted
+//! under QEMU.
 //!
 //! With `-icount shift=0` every instruction takes one virtual nanosecond, so a
 //! clock counts instructions. Each function is called many times on inputs that
@@ -20,6 +21,10 @@ use armbridge_shared::control::trajectory::{Bounds, Shape, Trajectory};
 use armbridge_shared::control::{ComputedTorque, Lqr, Reference, Tuning, Weights};
 use armbridge_shared::design::placement::{self, Poles};
 use armbridge_shared::estimate::{Config, Estimator, Form, Luenberger, Model};
+use armbridge_shared::link::frame::{Decoder, Encoder};
+use armbridge_shared::link::message::{
+    Command, Drive, Guards, Mode, Record, Sample, Timing, ToBoard, ToHost,
+};
 use armbridge_shared::real::Real;
 use cortex_m_semihosting::hprintln;
 use nalgebra::Vector2;
@@ -147,5 +152,56 @@ fn measure() -> Option<()> {
         "minimum-jerk trajectory",
         count(|| trajectory.at(black_box(0.4))),
     );
+    frames();
     Some(())
+}
+
+/// A record on its way to the host, and a command from it.
+fn frames() {
+    let message = ToHost::Record(record());
+    let mut encoder = Encoder::default();
+    show(
+        "frame of a record",
+        count(|| encoder.encode(black_box(&message)).1.len()),
+    );
+    let command = ToBoard::Command(Command::Regulate([0.15, -0.1]));
+    let (mut encoder, mut decoder) = (Encoder::default(), Decoder::default());
+    let frame = encoder.encode(&command).1;
+    show(
+        "command out of a frame",
+        count(|| {
+            let messages = frame.iter().filter_map(|byte| {
+                let received = decoder.push::<ToBoard>(*black_box(byte))?;
+                received.ok()
+            });
+            messages.count()
+        }),
+    );
+}
+
+/// A record of an arm that is held, as long as they get.
+fn record() -> Record {
+    Record {
+        tick: 1_000_000,
+        start_us: 1_000_000_000,
+        mode: Mode::Running(Drive::Regulate),
+        guards: Guards::NONE,
+        samples: [Sample::Counts(511), Sample::Counts(540)],
+        alarms: [0; JOINTS],
+        pwm_in_force: [1_021, 987],
+        pwm_next: [1_022, 986],
+        reference_rad: [0.15, -0.1],
+        reference_speed_rad_s: [0.0; JOINTS],
+        angle_rad: [0.1487, -0.0991],
+        speed_rad_s: [0.0123, -0.0312],
+        torque_nm: [0.0521, -0.0178],
+        disturbance_nm: [0.0; JOINTS],
+        timing: Timing {
+            start_error_us: 0,
+            bus_us: 547,
+            compute_ns: 12_280,
+            missed: 0,
+        },
+        dropped: 0,
+    }
 }

@@ -10,7 +10,6 @@
 //! predecessor's says how many were lost; the number 0, out of turn, that the sender
 //! began anew, and nobody knows what it had said meanwhile.
 
-use cobs::{DecodeResult, DecoderState};
 use postcard::experimental::max_size::MaxSize;
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -71,22 +70,53 @@ impl Encoder {
         (sequence, self.frame.get(..len).unwrap_or_default())
     }
 
+    /// Writes the frame where it will be sent from: the plain bytes behind the place of
+    /// the first COBS code, and then codes in place of zeros.
     fn write<M: Message>(frame: &mut [u8; MAX], message: &M, sequence: u16) -> Option<usize> {
-        let mut plain = [0; MAX];
+        let (first_code, plain) = frame.split_first_mut()?;
         let [low, high] = sequence.to_le_bytes();
         let (header, rest) = plain.split_first_chunk_mut::<HEADER>()?;
         *header = [VERSION, M::DIRECTION, low, high];
         let body = postcard::to_slice(message, rest).ok()?.len();
-        let crc = crc32::checksum(plain.get(..HEADER + body)?);
-        plain
-            .get_mut(HEADER + body..)?
-            .first_chunk_mut()
-            .map(|to| *to = crc.to_le_bytes())?;
-        let plain = plain.get(..HEADER + body + CRC_LEN)?;
-        let len = cobs::try_encode(plain, frame.get_mut(..MAX - 1)?).ok()?;
-        *frame.get_mut(len)? = 0;
-        Some(len + 1)
+        let (content, rest) = plain.split_at_mut_checked(HEADER + body)?;
+        let (crc, rest) = rest.split_first_chunk_mut()?;
+        *crc = crc32::checksum(content).to_le_bytes();
+        *rest.first_mut()? = 0;
+        let plain = plain.get_mut(..HEADER + body + CRC_LEN)?;
+        *first_code = stuff(plain);
+        // The first code and the terminator.
+        Some(plain.len() + 2)
     }
+}
+
+/// COBS in place: replaces each zero by the distance to the next one, and the last by
+/// the distance to the end; returns the distance from the byte before `plain` to the
+/// first. One pass from the end backwards, in which each distance is known when its
+/// place is reached.
+fn stuff(plain: &mut [u8]) -> u8 {
+    // A distance of 255 would stand for 254 bytes without a zero after them.
+    const { assert!(MAX <= 255, "a longer frame may need more codes than zeros") };
+    let mut distance = 1;
+    for byte in plain.iter_mut().rev() {
+        if *byte == 0 {
+            *byte = distance;
+            distance = 1;
+        } else {
+            distance += 1;
+        }
+    }
+    distance
+}
+
+/// The reverse of [`stuff`], whose first code is the first byte of `frame`; no byte of
+/// it is zero. `None` if the last code does not lead to the end.
+fn unstuff(frame: &mut [u8]) -> Option<&[u8]> {
+    let mut at = 0;
+    while at < frame.len() {
+        // The first code is no byte of the message.
+        at += usize::from(core::mem::take(frame.get_mut(at)?));
+    }
+    frame.get(1..).filter(|_| at == frame.len())
 }
 
 /// Why a frame was not understood.
@@ -113,15 +143,12 @@ pub struct Received<M> {
     pub lost: u16,
 }
 
-/// What a frame of [`MAX`] bytes can hold at the most: COBS adds at least one, and
-/// then there is the terminator.
-const PLAIN_MAX: usize = MAX - 2;
-
 /// Finds frames in a stream, one byte at a time.
 #[derive(Debug)]
 pub struct Decoder {
-    cobs: DecoderState,
-    plain: [u8; PLAIN_MAX],
+    /// The frame so far, as received.
+    frame: [u8; MAX],
+    /// Its length so far; [`MAX`] if it is too long.
     len: usize,
     next: Option<u16>,
 }
@@ -129,8 +156,7 @@ pub struct Decoder {
 impl Default for Decoder {
     fn default() -> Self {
         Self {
-            cobs: DecoderState::default(),
-            plain: [0; PLAIN_MAX],
+            frame: [0; MAX],
             len: 0,
             next: None,
         }
@@ -140,29 +166,24 @@ impl Default for Decoder {
 impl Decoder {
     /// Takes one byte; `Some` when it ends a frame.
     pub fn push<M: Message>(&mut self, byte: u8) -> Option<Result<Received<M>, FrameError>> {
-        match self.cobs.feed(byte) {
+        if byte != 0 {
+            if let Some(slot) = self.frame.get_mut(self.len) {
+                *slot = byte;
+                self.len += 1;
+            }
+            return None;
+        }
+        match core::mem::take(&mut self.len) {
             // Two terminators in a row are no frame, but sent to get into step.
-            Ok(DecodeResult::NoData) => None,
-            Ok(DecodeResult::DataStart) => {
-                self.len = 0;
-                None
-            }
-            Ok(DecodeResult::DataContinue(byte)) => {
-                if let Some(slot) = self.plain.get_mut(self.len) {
-                    *slot = byte;
-                }
-                // Past the end: remember that it was too long, never wrap.
-                self.len = (self.len + 1).min(PLAIN_MAX + 1);
-                None
-            }
-            Ok(DecodeResult::DataComplete) => Some(self.finish()),
-            // Ended too soon.
-            Err(_) => Some(Err(FrameError::Damaged)),
+            0 => None,
+            len => Some(self.finish(len)),
         }
     }
 
-    fn finish<M: Message>(&mut self) -> Result<Received<M>, FrameError> {
-        let plain = self.plain.get(..self.len).ok_or(FrameError::Damaged)?;
+    fn finish<M: Message>(&mut self, len: usize) -> Result<Received<M>, FrameError> {
+        // A frame that fills the buffer has no room for its terminator: too long.
+        let frame = self.frame.get_mut(..len).filter(|_| len < MAX);
+        let plain = frame.and_then(unstuff).ok_or(FrameError::Damaged)?;
         let (plain, crc) = plain
             .split_last_chunk::<CRC_LEN>()
             .ok_or(FrameError::Damaged)?;
@@ -198,6 +219,7 @@ impl Decoder {
 mod tests {
     use super::*;
     use crate::link::message::Command;
+    use proptest::collection::vec as vec_of;
     use proptest::prelude::*;
 
     fn decode<M: Message>(
@@ -237,6 +259,46 @@ mod tests {
             let got = decode::<ToBoard>(&mut Decoder::default(), &bad);
             prop_assert!(got.iter().all(Result::is_err), "{:?}", got);
         }
+
+        /// Both ways agree with the implementation that others use.
+        #[test]
+        fn cobs_is_what_it_is_elsewhere(plain in vec_of(prop_oneof![Just(0), any::<u8>()], 1..MAX - 1)) {
+            let mut frame = vec![0; plain.len() + 1];
+            frame[1..].copy_from_slice(&plain);
+            frame[0] = stuff(&mut frame[1..]);
+            let mut theirs = [0; MAX];
+            let len = cobs::encode(&plain, &mut theirs);
+            prop_assert_eq!(&frame, &theirs[..len]);
+            prop_assert_eq!(unstuff(&mut frame), Some(plain.as_slice()));
+        }
+
+        /// What is no COBS, of any length, is damaged for both.
+        #[test]
+        fn garbage_is_garbage_elsewhere(mut frame in vec_of(1..=u8::MAX, 1..MAX)) {
+            let mut theirs = cobs::DecoderState::default();
+            frame.push(0);
+            let results: Vec<_> = frame.iter().map(|byte| theirs.feed(*byte)).collect();
+            frame.pop();
+            let plain = unstuff(&mut frame).map(<[u8]>::to_vec);
+            let ends = matches!(results.last(), Some(Ok(cobs::DecodeResult::DataComplete)));
+            prop_assert_eq!(plain.is_some(), ends);
+        }
+    }
+
+    #[test]
+    fn a_frame_that_is_too_long_is_damaged_once() {
+        let mut bytes = vec![1; 3 * MAX];
+        bytes.push(0);
+        let mut decoder = Decoder::default();
+        let got = decode::<ToBoard>(&mut decoder, &bytes);
+        assert_eq!(got, [Err(FrameError::Damaged)]);
+        // The next is understood.
+        let mut encoder = Encoder::default();
+        let frame = encoder.encode(&ToBoard::Heartbeat).1;
+        assert!(matches!(
+            decode::<ToBoard>(&mut decoder, frame)[..],
+            [Ok(_)]
+        ));
     }
 
     #[test]

@@ -18,12 +18,20 @@ const MOMENT: Moment = Moment {
     at_us: 1_000_700,
 };
 
+const HELLO: Hello = Hello {
+    schema: *b"a schema",
+    version: [1, 2, 3],
+};
+
 /// One message of each kind.
 pub(crate) fn seeds() -> Seeds {
-    let hello = Hello {
-        schema: *b"a schema",
-        version: [1, 2, 3],
-    };
+    let mut seeds = Seeds::new();
+    seeds.extend(to_board().map(|(name, message)| (name.to_owned(), frame(&message))));
+    seeds.extend(to_host().map(|(name, message)| (name.to_owned(), frame(&message))));
+    seeds
+}
+
+fn to_board() -> [(&'static str, ToBoard); 13] {
     let mut vias = [None; _];
     vias[0] = Some(Via {
         at_s: 0.5,
@@ -46,8 +54,8 @@ pub(crate) fn seeds() -> Seeds {
         angle_rad: [0.25, -0.25],
         speed_rad_s: Some([0.5, -0.5]),
     };
-    let to_board = [
-        ("hello", ToBoard::Hello(hello)),
+    [
+        ("hello", ToBoard::Hello(HELLO)),
         ("heartbeat", ToBoard::Heartbeat),
         ("idle", ToBoard::Command(Command::Idle)),
         ("torque", ToBoard::Command(Command::Torque([0.125, -0.25]))),
@@ -69,7 +77,10 @@ pub(crate) fn seeds() -> Seeds {
             "configure",
             ToBoard::Command(Command::Configure(Setup::default())),
         ),
-    ];
+    ]
+}
+
+fn to_host() -> [(&'static str, ToHost); 14] {
     let refused = ToHost::Ack {
         sequence: 7,
         result: Err(Refusal::Unstable { re: 1.5, im: 0.25 }),
@@ -101,8 +112,8 @@ pub(crate) fn seeds() -> Seeds {
         lost: 0,
         ended: 0,
     };
-    let to_host = [
-        ("hello-answer", ToHost::Hello(hello)),
+    [
+        ("hello-answer", ToHost::Hello(HELLO)),
         ("accepted", accepted),
         ("refused", refused),
         ("departs", departs),
@@ -116,11 +127,7 @@ pub(crate) fn seeds() -> Seeds {
         ("passthrough", ToHost::Passthrough),
         ("port", ToHost::Port(counters)),
         ("record", ToHost::Record(record())),
-    ];
-    let mut seeds = Seeds::new();
-    seeds.extend(to_board.map(|(name, message)| (name.to_owned(), frame(&message))));
-    seeds.extend(to_host.map(|(name, message)| (name.to_owned(), frame(&message))));
-    seeds
+    ]
 }
 
 fn concluded() -> ToHost {
