@@ -266,7 +266,7 @@ fn a_tick_with_motors_off_says_so_in_either_protocol() {
         0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3, 1, 0, 0xE8, 3, 2, 0, 0xE8, 3, 0x7A,
         0xAA, 3, 0xFF, 0xFE, 7, 0xF5,
     ]);
-    // Prepared or not: torque enable 0 to all, then two READs.
+    // Prepared or not: torque enable 0 to all before each READ.
     for is_prepared in [false, true] {
         let mut test = Test::new(false);
         test.master.set_line(Firmware::Stock, 1_000_000).unwrap();
@@ -276,6 +276,7 @@ fn a_tick_with_motors_off_says_so_in_either_protocol() {
         assert_eq!(test.port.0.borrow().sent, [
             0xFF, 0xFF, 0xFE, 4, 3, 24, 0, 0xE2,
             0xFF, 0xFF, 1, 4, 2, 36, 2, 0xD2,
+            0xFF, 0xFF, 0xFE, 4, 3, 24, 0, 0xE2,
             0xFF, 0xFF, 2, 4, 2, 36, 2, 0xD1,
         ]);
     }

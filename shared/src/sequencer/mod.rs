@@ -423,8 +423,9 @@ where
         let _ = self.master.poll(self.now_us);
     }
 
-    /// A tick that tells every motor off. One that is silent may be wedged, and hears
-    /// but one kind of packet.
+    /// A tick that tells every motor off. A Morpheus servo that is silent may be wedged,
+    /// and hears but one kind of packet. A stock servo that is silent may be inside a
+    /// packet that was cut off, and hears the first order after its end: each tick has one.
     fn off_exchange(&self, tick: u32, dropouts: &Dropouts) -> Transaction {
         if self.off.is_off() {
             return Transaction::Drive([Pwm::OFF; JOINTS]);
@@ -435,8 +436,9 @@ where
             .in_row
             .get(joint)
             .is_some_and(|silent| *silent > SILENT_TICKS);
+        let may_be_wedged = is_silent && self.firmware() == Firmware::Morpheus;
         match turn % WEDGED_TICKS {
-            turn @ (0 | 1) if is_silent => Transaction::Quell {
+            turn @ (0 | 1) if may_be_wedged => Transaction::Quell {
                 joint,
                 aside: turn == 0,
             },
