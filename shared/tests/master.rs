@@ -282,6 +282,41 @@ fn a_tick_with_motors_off_says_so_in_either_protocol() {
     }
 }
 
+#[test]
+fn an_order_to_drive_is_taken_back_before_it_is_sent_and_not_after() {
+    let full = Transaction::Drive([Pwm::MAX; 2]);
+    for (firmware, polls, is_back) in [
+        (Firmware::Morpheus, 0, true),
+        (Firmware::Morpheus, 100, false),
+        (Firmware::Stock, 0, true),
+        (Firmware::Stock, 100, false),
+    ] {
+        let mut test = Test::new(false);
+        test.master.set_line(firmware, 1_000_000).unwrap();
+        test.master.set_prepared(true);
+        let now_us = test.port.0.borrow().now_us;
+        test.master.begin(full, now_us).unwrap();
+        for _ in 0..polls {
+            let now_us = test.port.0.borrow().now_us;
+            assert!(test.master.poll(now_us).is_err());
+            test.port.0.borrow_mut().now_us += 1;
+        }
+        test.master.withhold();
+        let outcome = loop {
+            let now_us = test.port.0.borrow().now_us;
+            if let Ok(outcome) = test.master.poll(now_us) {
+                break outcome;
+            }
+            test.port.0.borrow_mut().now_us += 1;
+        };
+        assert_eq!(
+            outcome.transaction.is_off(),
+            is_back,
+            "{firmware:?} {polls}"
+        );
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 256, ..ProptestConfig::default() })]
 

@@ -306,6 +306,9 @@ where
     pub fn permit(&mut self, leave: BusLeave, now_us: u64) {
         self.now_us = now_us;
         self.leave = leave;
+        if leave != BusLeave::Drive {
+            self.master.withhold();
+        }
         match (self.state, leave) {
             (State::Lent, BusLeave::Lend)
             | (
@@ -332,9 +335,11 @@ where
     }
 
     /// Every motor is to be off at once, by the stop sequence: after a fault, or when a
-    /// stop is asked for again. The exchange under way ends first, within a tick.
+    /// stop is asked for again. The exchange under way ends first, within a tick; what it has
+    /// not yet told the motors is off.
     pub fn force_off(&mut self, now_us: u64) {
         self.now_us = now_us;
+        self.master.withhold();
         if self.state == State::Lent {
             self.take_back();
         } else if self.state == State::Drive {
