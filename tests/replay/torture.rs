@@ -13,7 +13,7 @@ fn replay(seed: u64) -> (u64, u64) {
     }
     let mut player = Player::new(Changes::default()).unwrap();
     let _ = overhear(seed, Firmware::Morpheus, |event| {
-        player.take(&event).unwrap()
+        player.take(&event).unwrap();
     });
     let report = player.finish().unwrap();
     let text = report.text();
