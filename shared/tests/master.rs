@@ -266,7 +266,7 @@ fn a_tick_with_motors_off_says_so_in_either_protocol() {
         0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3, 1, 0, 0xE8, 3, 2, 0, 0xE8, 3, 0x7A,
         0xAA, 3, 0xFF, 0xFE, 7, 0xF5,
     ]);
-    // Prepared or not: torque enable 0 to all, then two READs.
+    // Prepared or not: torque enable 0 to all before each READ.
     for is_prepared in [false, true] {
         let mut test = Test::new(false);
         test.master.set_line(Firmware::Stock, 1_000_000).unwrap();
@@ -276,8 +276,44 @@ fn a_tick_with_motors_off_says_so_in_either_protocol() {
         assert_eq!(test.port.0.borrow().sent, [
             0xFF, 0xFF, 0xFE, 4, 3, 24, 0, 0xE2,
             0xFF, 0xFF, 1, 4, 2, 36, 2, 0xD2,
+            0xFF, 0xFF, 0xFE, 4, 3, 24, 0, 0xE2,
             0xFF, 0xFF, 2, 4, 2, 36, 2, 0xD1,
         ]);
+    }
+}
+
+#[test]
+fn an_order_to_drive_is_taken_back_before_it_is_sent_and_not_after() {
+    let full = Transaction::Drive([Pwm::MAX; 2]);
+    for (firmware, polls, is_back) in [
+        (Firmware::Morpheus, 0, true),
+        (Firmware::Morpheus, 100, false),
+        (Firmware::Stock, 0, true),
+        (Firmware::Stock, 100, false),
+    ] {
+        let mut test = Test::new(false);
+        test.master.set_line(firmware, 1_000_000).unwrap();
+        test.master.set_prepared(true);
+        let now_us = test.port.0.borrow().now_us;
+        test.master.begin(full, now_us).unwrap();
+        for _ in 0..polls {
+            let now_us = test.port.0.borrow().now_us;
+            assert!(test.master.poll(now_us).is_err());
+            test.port.0.borrow_mut().now_us += 1;
+        }
+        test.master.withhold();
+        let outcome = loop {
+            let now_us = test.port.0.borrow().now_us;
+            if let Ok(outcome) = test.master.poll(now_us) {
+                break outcome;
+            }
+            test.port.0.borrow_mut().now_us += 1;
+        };
+        assert_eq!(
+            outcome.transaction.is_off(),
+            is_back,
+            "{firmware:?} {polls}"
+        );
     }
 }
 

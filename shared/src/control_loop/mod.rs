@@ -225,6 +225,7 @@ impl ControlLoop {
             state: &state,
             torque_nm: input.in_force.total_nm().into(),
             gravity_nm: posture.gravity(&config.control.arm).into(),
+            is_alarmed: input.alarms.map(|alarms| !alarms.and(SHUTDOWN).is_empty()),
             is_armed,
         });
         // What is decided now acts from the next samples on.
@@ -367,14 +368,6 @@ impl ControlLoop {
             let seen = seen(verdict.is_armed());
             if let Err(violation) = self.monitors.judge(&config.monitors, &seen) {
                 verdict.trip(violation);
-            }
-            let mut alarms = input.alarms.iter();
-            let shutdown = alarms.position(|alarms| !alarms.and(SHUTDOWN).is_empty());
-            if let (Some(joint), true) = (shutdown, verdict.is_armed()) {
-                verdict.trip(Violation {
-                    joint: Some(joint as u8),
-                    ..Violation::plain(Fault::ServoAlarm)
-                });
             }
         }
         if verdict.is_armed() && !input.is_config_intact {

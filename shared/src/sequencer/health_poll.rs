@@ -10,9 +10,10 @@
 //! after [`OVERDUE_US`] without such a slot, which is so at the shortest periods, a
 //! tick may begin late for it. A ping may always: the arm is in doubt.
 //!
-//! A stock servo that was reset answers as before. Its torque enable is read though a
-//! tick may begin late for it, which is so at 1 kHz when the servo's own control step
-//! falls into the reply, once in eight times, and then by less than 100 µs.
+//! A stock servo that was reset answers as before. Its torque enable is read in a slot
+//! that is long enough; after [`TORQUE_OVERDUE_US`] without one, which is so at 1 kHz, a
+//! tick may begin late for it: when the servo's own control step falls into the reply,
+//! once in eight times, and then by less than 100 µs.
 //!
 //! A stock servo sends its heat alarm with every answer and switches itself off, so
 //! a tick is never late for its temperature.
@@ -29,6 +30,8 @@ const INTERVAL_US: u64 = 250_000;
 /// From one reading of a torque enable to the next, of the other servo: with the
 /// exchange itself, a reset is noticed within 100 ms.
 const TORQUE_US: u64 = 40_000;
+/// How long that waits for a slot before a tick waits for it.
+const TORQUE_OVERDUE_US: u64 = 5_000;
 /// How long a temperature waits for a slot before a tick waits for it.
 const OVERDUE_US: u64 = 1_000_000;
 /// How often a servo is asked whether it is still there. On a line that lets one
@@ -111,7 +114,8 @@ impl HealthPoll {
         }
         let joint = self.torque_joint;
         if !is_morpheus && may_drive && now_us >= self.torque_due_us {
-            return Some((HealthRequest::Torque { joint }, true));
+            let may_be_late = now_us >= self.torque_due_us + TORQUE_OVERDUE_US;
+            return Some((HealthRequest::Torque { joint }, may_be_late));
         }
         let joint = self.joint;
         let overdue_us = now_us.checked_sub(self.due_us)?;

@@ -306,6 +306,9 @@ where
     pub fn permit(&mut self, leave: BusLeave, now_us: u64) {
         self.now_us = now_us;
         self.leave = leave;
+        if leave != BusLeave::Drive {
+            self.master.withhold();
+        }
         match (self.state, leave) {
             (State::Lent, BusLeave::Lend)
             | (
@@ -332,9 +335,11 @@ where
     }
 
     /// Every motor is to be off at once, by the stop sequence: after a fault, or when a
-    /// stop is asked for again. The exchange under way ends first, within a tick.
+    /// stop is asked for again. The exchange under way ends first, within a tick; what it has
+    /// not yet told the motors is off.
     pub fn force_off(&mut self, now_us: u64) {
         self.now_us = now_us;
+        self.master.withhold();
         if self.state == State::Lent {
             self.take_back();
         } else if self.state == State::Drive {
@@ -423,8 +428,9 @@ where
         let _ = self.master.poll(self.now_us);
     }
 
-    /// A tick that tells every motor off. One that is silent may be wedged, and hears
-    /// but one kind of packet.
+    /// A tick that tells every motor off. A Morpheus servo that is silent may be wedged,
+    /// and hears but one kind of packet. A stock servo that is silent may be inside a
+    /// packet that was cut off, and hears the first order after its end: each tick has one.
     fn off_exchange(&self, tick: u32, dropouts: &Dropouts) -> Transaction {
         if self.off.is_off() {
             return Transaction::Drive([Pwm::OFF; JOINTS]);
@@ -435,8 +441,9 @@ where
             .in_row
             .get(joint)
             .is_some_and(|silent| *silent > SILENT_TICKS);
+        let may_be_wedged = is_silent && self.firmware() == Firmware::Morpheus;
         match turn % WEDGED_TICKS {
-            turn @ (0 | 1) if is_silent => Transaction::Quell {
+            turn @ (0 | 1) if may_be_wedged => Transaction::Quell {
                 joint,
                 aside: turn == 0,
             },

@@ -15,6 +15,9 @@
 //! a SYNC_WR would take for full drive. After the flush none is. Stock servos
 //! find no header of theirs in what comes before.
 //!
+//! Where only stock servos are known to be, torque enable 0 comes first, and again right
+//! after the flush: a stock servo that was inside a long packet listens from then on.
+//!
 //! The steps are data: the bus master runs them on its interrupts, a panic
 //! handler runs the same list by polling.
 //!
@@ -89,9 +92,10 @@ pub enum StopStep {
 pub fn stop_step_for(index: u8, firmware: Firmware, ids: [ServoId; JOINTS]) -> Option<StopStep> {
     match (firmware, index) {
         (Firmware::Morpheus, _) => stop_step(index, ids),
-        (Firmware::Stock, 0 | 2) => Some(StopStep::Pause { us: PACKET_GAP_US }),
-        (Firmware::Stock, 1) => Some(StopStep::Send(torque_off())),
-        (Firmware::Stock, _) => stop_step(index - 3, ids),
+        (Firmware::Stock, 0 | 2 | 11) => Some(StopStep::Pause { us: PACKET_GAP_US }),
+        (Firmware::Stock, 1 | 10) => Some(StopStep::Send(torque_off())),
+        (Firmware::Stock, 3..10) => stop_step(index - 3, ids),
+        (Firmware::Stock, _) => stop_step(index - 5, ids),
     }
 }
 
@@ -157,11 +161,19 @@ mod tests {
         let release = StopStep::Send(Request::Release(ids).encode());
         assert!(stop_steps(ids).any(|step| step == release));
         assert_eq!(stop_steps(ids).count(), 15);
-        let first = (0..).find_map(|index| match stop_step_for(index, Firmware::Stock, ids) {
-            Some(StopStep::Send(packet)) => Some(packet),
-            _ => None,
-        });
-        assert_eq!(first, Some(torque_off()));
+        let stock: std::vec::Vec<StopStep> = (0..)
+            .map_while(|index| stop_step_for(index, Firmware::Stock, ids))
+            .collect();
+        let off = StopStep::Send(torque_off());
+        assert_eq!(stock.iter().find(|step| sent(step)), Some(&off));
+        // Between the flush and the next order to stock servos there is one packet.
+        let after_flush = stock
+            .iter()
+            .skip_while(|step| !matches!(step, StopStep::Repeat(..)));
+        assert_eq!(after_flush.filter(|step| sent(step)).nth(2), Some(&off));
+        let others = stock.iter().filter(|step| sent(step) && **step != off);
+        let all: std::vec::Vec<StopStep> = stop_steps(ids).collect();
+        assert!(others.eq(all.iter().filter(|step| sent(step) && **step != off)));
     }
 
     #[test]

@@ -227,7 +227,8 @@ fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> 
                 data: &[0],
             };
             let let_go = stock(let_go, BROADCAST);
-            [let_go].into_iter().chain(positions()).collect()
+            let turns = positions().map(|read| [let_go.clone(), read]);
+            turns.into_iter().flatten().collect()
         }
         (Transaction::Quell { joint, aside }, Firmware::Morpheus) => {
             let off = if aside {

@@ -52,6 +52,10 @@ use torque::{TorqueConfig, TorqueLimiter};
 
 pub(super) use debounce::Debounce;
 
+/// Samples in a row with an alarm. One may be damage that its checksum did not tell: one in
+/// 256 does not. A servo that has let go goes on saying so.
+const ALARM_SAMPLES: u32 = 2;
+
 /// What is wrong, and by how much.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Violation {
@@ -96,6 +100,8 @@ pub(super) struct MonitorInput<'a> {
     pub(super) torque_nm: [f32; JOINTS],
     /// What of it gravity takes at these angles, in N m.
     pub(super) gravity_nm: [f32; JOINTS],
+    /// The servo says with its sample that it has let go of its shaft.
+    pub(super) is_alarmed: [bool; JOINTS],
     /// The motors may be driven.
     pub(super) is_armed: bool,
 }
@@ -143,6 +149,7 @@ struct JointMonitors {
     innovation: Innovation,
     motion: Motion,
     stall: Stall,
+    alarmed: Debounce,
 }
 
 impl MonitorConfig {
@@ -226,6 +233,12 @@ impl Monitors {
         for (i, joint) in self.joints.iter_mut().enumerate() {
             let id = i as u8;
             if let Some(counts) = seen.counts[i] {
+                if joint.alarmed.note(seen.is_alarmed[i], ALARM_SAMPLES) {
+                    return Err(Violation {
+                        joint: Some(id),
+                        ..Violation::plain(Fault::ServoAlarm)
+                    });
+                }
                 joint.innovation.place(limits, id, counts)?;
                 let push_nm = seen.torque_nm[i] - seen.gravity_nm[i];
                 joint

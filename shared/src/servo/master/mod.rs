@@ -46,6 +46,7 @@ use super::port::{SetBaud, bytes_us};
 use super::protocol1::Alarms;
 use super::{Firmware, Missing, Sample};
 use crate::JOINTS;
+use crate::actuator::Pwm;
 use collect::Collect;
 use core::convert::Infallible;
 use echo::Echo;
@@ -258,6 +259,13 @@ where
             until_us: self.begun_us,
         };
         Ok(())
+    }
+
+    /// Takes back an order to drive that has not been sent yet: it will be one to be off.
+    pub fn withhold(&mut self) {
+        if let (Transaction::Drive(pwm), 0) = (&mut self.transaction, self.next_step) {
+            *pwm = [Pwm::OFF; JOINTS];
+        }
     }
 
     /// Advances the transaction as far as it goes without waiting.

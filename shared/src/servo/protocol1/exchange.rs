@@ -4,6 +4,15 @@
 //! SYNC_WRITE (14 bytes) | for each servo: guard | READ (8 bytes) | position (8)
 //! ```
 //!
+//! With motors held off, before each READ:
+//!
+//! ```text
+//! guard | torque enable 0 (8 bytes) | guard | READ (8 bytes) | position (8)
+//! ```
+//!
+//! A servo that was cut off inside a packet takes up to 254 bytes for its rest, and hears
+//! the first order after them: the more bytes a tick has, the sooner.
+//!
 //! Times are from the e-Manual, where it says anything; it says nothing of how long
 //! a servo thinks.
 
@@ -39,6 +48,10 @@ const CONTROL_STEP_US: u64 = 130;
 const SHORT_STATUS_US: u64 = RETURN_DELAY_US + STATUS_US + CONTROL_STEP_US;
 /// Reserve on top of that in a tick's windows.
 const RESERVE_US: u64 = 50;
+/// The wire is left alone between two packets.
+const REST: Step = Step::Pause {
+    us: GUARD_US as u32,
+};
 
 impl Exchange for Protocol1 {
     const LATENCY_US: u32 = LATENCY_US;
@@ -50,45 +63,62 @@ impl Exchange for Protocol1 {
 
     fn tick_us(baud: u32, is_prepared: bool) -> u32 {
         let turn_us = GUARD_US + bytes_us(8, baud) + position_us(baud, is_prepared);
-        (bytes_us(14, baud) + JOINTS as u64 * turn_us + GUARD_US) as u32
+        let orders_us = if is_prepared {
+            bytes_us(14, baud)
+        } else {
+            JOINTS as u64 * (GUARD_US + bytes_us(8, baud))
+        };
+        (orders_us + JOINTS as u64 * turn_us + GUARD_US) as u32
     }
 
-    /// One `SYNC_WRITE`, if the servos are prepared for it, or the order to let go,
-    /// then a READ for each servo.
+    /// One `SYNC_WRITE`, if the servos are prepared for it, then a READ for each servo; or
+    /// for each the order to let go and a READ.
     fn step(transaction: Transaction, index: u8, line: &Line) -> Option<Step> {
         let pwm = match transaction {
-            Transaction::Drive(pwm) => Some(pwm),
-            Transaction::Quell { .. } => Some([Pwm::OFF; JOINTS]),
-            Transaction::HoldOff => None,
+            Transaction::Drive(pwm) => pwm,
+            Transaction::Quell { .. } => [Pwm::OFF; JOINTS],
+            Transaction::HoldOff => return hold_off(index, line),
             _ => return None,
         };
         let Some(after) = index.checked_sub(1) else {
-            return match pwm {
-                None => Some(Step::Send(torque_off())),
-                Some(pwm) if line.is_prepared => speeds(line.ids, pwm).map(Step::Send),
+            return if line.is_prepared {
+                speeds(line.ids, pwm).map(Step::Send)
+            } else {
                 // To a servo in another mode the same number means another thing.
-                Some(_) => Some(Step::Pause { us: 0 }),
+                Some(Step::Pause { us: 0 })
             };
         };
-        let joint = usize::from(after / 3);
-        let id = line.ids.get(joint)?.get();
-        Some(match after % 3 {
-            0 => Step::Pause {
-                us: GUARD_US as u32,
-            },
-            1 => {
-                let read = Instruction::Read {
-                    address: register::PRESENT_POSITION,
-                    count: 2,
-                };
-                Step::Send(read.encode(id)?)
-            }
-            _ => Step::Listen(
-                Awaited::One(joint, Answer::Position),
-                position_us(line.baud, line.is_prepared) + RESERVE_US,
-            ),
-        })
+        ask_position(usize::from(after / 3), after % 3, line)
     }
+}
+
+fn hold_off(index: u8, line: &Line) -> Option<Step> {
+    let joint = usize::from(index / 5);
+    match index % 5 {
+        _ if joint >= JOINTS => None,
+        0 => Some(REST),
+        1 => Some(Step::Send(torque_off())),
+        step => ask_position(joint, step - 2, line),
+    }
+}
+
+/// The steps by which the servo of this joint is asked where it is.
+fn ask_position(joint: usize, step: u8, line: &Line) -> Option<Step> {
+    let id = line.ids.get(joint)?.get();
+    Some(match step {
+        0 => REST,
+        1 => {
+            let read = Instruction::Read {
+                address: register::PRESENT_POSITION,
+                count: 2,
+            };
+            Step::Send(read.encode(id)?)
+        }
+        _ => Step::Listen(
+            Awaited::One(joint, Answer::Position),
+            position_us(line.baud, line.is_prepared) + RESERVE_US,
+        ),
+    })
 }
 
 /// `SYNC_WRITE` of the moving speed, in wheel mode the duty.

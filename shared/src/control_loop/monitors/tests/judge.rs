@@ -19,6 +19,7 @@ fn seen(state: &State<f32>) -> MonitorInput<'_> {
         state,
         torque_nm: [0.05; 2],
         gravity_nm: [0.0; 2],
+        is_alarmed: [false; 2],
         is_armed: true,
     }
 }
@@ -44,6 +45,7 @@ fn each_doubt_has_its_own_fault() {
     let table = [
         (MonitorInput { counts: [Some(512), Some(7)], ..base }, Fault::DeadZone, 2),
         (MonitorInput { predicted_rad: [0.0, 0.11], ..base }, Fault::Diverged, 3),
+        (MonitorInput { is_alarmed: [false, true], ..base }, Fault::ServoAlarm, 2),
         (seen(&out), Fault::AngleLimit, 1),
         (seen(&fast), Fault::SpeedLimit, 10),
         (seen(&endless), Fault::NotFinite, 1),
