@@ -30,14 +30,6 @@
 //! What follows from a fault, who may drive and when motors are seen to be off is not
 //! decided here: that is for the [`supervisor`](crate::supervisor) and the bus.
 //!
-//! # Bumpless
-//!
-//! A set-up may be replaced while torque is on. The estimator goes on from the
-//! state it is handed, and what the torque would jump by is added to it and
-//! faded out, so that the servos see no step. So is a constant torque when the
-//! arm is made to follow a reference. A setpoint elsewhere, and holding an arm
-//! whose motors were off, are steps: they are asked for as such.
-//!
 //! # Example
 //!
 //! The loop closed around an arm, and nothing else:
@@ -68,14 +60,17 @@
 //! | module         | what                                                     |
 //! |----------------|----------------------------------------------------------|
 //! | [`LoopConfig`] | what a tick computes with, under check words             |
+//! | `commands`     | what drives the motors is replaced, without a jump       |
 //! | `drive_command` | what drives the motors, and since when                  |
 //! | `tick`         | inputs and outputs                                       |
+//! | `time_out`     | a silent host, and commands that are too old             |
 //! | `pipeline`     | from state and reference to PWM                          |
 //! | `monitors`     | what is detected, what is limited                        |
 //! | [`reference`]  | where the reference comes from                           |
 //! | `experiment`   | experiments, from admission to the end                   |
 //! | [`limits`]     | numbers that no host can set                             |
 
+mod commands;
 mod config;
 mod drive_command;
 mod experiment;
@@ -84,6 +79,7 @@ mod monitors;
 mod pipeline;
 pub mod reference;
 mod tick;
+mod time_out;
 
 pub use config::{CHECK_US, ControlConfig, LoopConfig, can_run, why_not};
 pub use experiment::permits;
@@ -94,18 +90,17 @@ pub use tick::{Fallback, Instant, Permission, TickInput, TickOutput};
 use crate::JOINTS;
 use crate::arm::{Posture, State};
 use crate::control::Reference;
-use crate::control::trajectory::stream::Point;
 use crate::estimate::Estimate;
-use crate::flow_token::{FlowToken, Machine};
-use crate::link::experiment::{Experiment, Objection};
-use crate::link::message::{Drive, Fault, Guards, Missing, Refusal, Sample};
+use crate::flow_token::Machine;
+use crate::link::message::{Drive, Fault, Guards, Sample};
 use crate::servo::protocol1::Alarms;
 use drive_command::DriveCommand;
 use experiment::ActiveExperiment;
 use monitors::{MonitorInput, Monitors};
 use nalgebra::Vector2;
 use pipeline::Demand;
-use reference::{ReferenceSource, StartPoint, TimedTrajectory};
+use reference::ReferenceSource;
+use tick::Verdict;
 
 /// Alarms upon which a stock servo, as it comes, lets go of its shaft.
 const SHUTDOWN: Alarms = Alarms::OVERHEATING.or(Alarms::OVERLOAD);
@@ -128,44 +123,6 @@ pub struct ControlLoop {
     state: State<f32>,
     reference: Reference<f32>,
     command: ActuatorCommand,
-}
-
-impl TickInput {
-    /// A tick that brought nothing, with motors off.
-    pub const AT_REST: Self = Self {
-        samples: [Sample::Missing(Missing::NotAsked); JOINTS],
-        alarms: [Alarms::NONE; JOINTS],
-        in_force: ActuatorCommand::OFF,
-        acts_us: 0,
-        permission: Permission::Off,
-        host_silent_us: 0,
-        is_config_intact: true,
-        token: FlowToken::begin(0),
-    };
-}
-
-/// What a tick has come to so far.
-struct Verdict {
-    permission: Permission,
-    fault: Option<Violation>,
-}
-
-impl Verdict {
-    fn is_armed(&self) -> bool {
-        matches!(self.permission, Permission::Armed | Permission::Drive)
-    }
-
-    fn is_driven(&self) -> bool {
-        self.permission == Permission::Drive
-    }
-
-    /// Motors off; the first cause stays, for what follows is often its consequence.
-    fn trip(&mut self, violation: Violation) {
-        self.fault.get_or_insert(violation);
-        if self.permission != Permission::Unmonitored {
-            self.permission = Permission::Off;
-        }
-    }
 }
 
 impl ControlLoop {
@@ -270,75 +227,6 @@ impl ControlLoop {
         }
     }
 
-    /// How long the host has been silent: hold, then let go.
-    fn watch_host(
-        &mut self,
-        config: &LoopConfig,
-        input: &TickInput,
-        verdict: &mut Verdict,
-    ) -> Option<Fallback> {
-        if !verdict.is_armed() {
-            return None;
-        }
-        let silent_us = input.host_silent_us;
-        let limits = config.limits();
-        let allowed_us = |ms: u16| u64::from(ms) * 1_000;
-        if silent_us > allowed_us(limits.silence_ms) {
-            verdict.trip(Violation {
-                value: silent_us as f32 * 1e-6,
-                limit: f32::from(limits.silence_ms) * 1e-3,
-                ..Violation::plain(Fault::HostSilent)
-            });
-            return None;
-        }
-        if silent_us <= allowed_us(limits.hold_ms) || !verdict.is_driven() {
-            return None;
-        }
-        match self.drive() {
-            // They hold already.
-            Drive::Regulate | Drive::Hold => None,
-            Drive::Track => Some(self.brake(input.acts_us)),
-            Drive::Torque => {
-                verdict.permission = Permission::Armed;
-                Some(Fallback::Release)
-            }
-            // It ends when this tick's samples have been looked at.
-            Drive::Experiment => {
-                self.experiment.note_quiet();
-                None
-            }
-        }
-    }
-
-    /// A command that drives and is too old ends, however alive the host is.
-    fn watch_age(
-        &mut self,
-        config: &LoopConfig,
-        input: &TickInput,
-        verdict: &mut Verdict,
-    ) -> Option<Fallback> {
-        if !verdict.is_driven() || !self.is_aged(config, input.acts_us) {
-            return None;
-        }
-        if self.drive() == Drive::Track {
-            return Some(self.brake(input.acts_us));
-        }
-        verdict.permission = Permission::Armed;
-        Some(Fallback::Release)
-    }
-
-    /// Whether what drives was commanded too long ago, at this time.
-    pub fn is_aged(&self, config: &LoopConfig, at_us: u64) -> bool {
-        let limits = config.limits();
-        let most_ms = match self.drive() {
-            Drive::Torque => limits.torque_age_ms,
-            Drive::Track if self.source.is_streamed() => limits.stream_age_ms,
-            Drive::Regulate | Drive::Hold => limits.setpoint_age_ms,
-            Drive::Track | Drive::Experiment => 0,
-        };
-        most_ms > 0 && self.commanded.age_us(at_us) > u64::from(most_ms) * 1_000
-    }
-
     /// Nothing is driven by a command that is not what was commanded.
     fn check_command(&self, verdict: &mut Verdict) {
         if verdict.is_armed() && !self.commanded.is_intact() {
@@ -349,12 +237,6 @@ impl ControlLoop {
     /// Turns a bit of what drives, chosen by `draw`: for tests of what becomes of it.
     pub fn inject_error(&mut self, draw: u32) {
         self.commanded.inject_error(draw);
-    }
-
-    fn brake(&mut self, at_us: u64) -> Fallback {
-        self.commanded = self.commanded.with_drive(Drive::Hold);
-        self.source.brake(at_us);
-        Fallback::Brake
     }
 
     fn monitor<'a>(
@@ -455,191 +337,8 @@ impl ControlLoop {
         Ok(command)
     }
 
-    /// What drives the motors while that is permitted.
-    pub fn drive(&self) -> Drive {
-        self.commanded.drive()
-    }
-
     /// Samples of this joint that are missing in a row.
     pub fn lost_in_row(&self, joint: usize) -> u32 {
         self.monitors.lost_in_row(joint)
-    }
-
-    /// Nothing is commanded yet, at this time in µs.
-    pub fn reset_command(&mut self, now_us: u64) {
-        self.commanded = DriveCommand::new(Drive::Hold, [0.0; JOINTS], now_us);
-    }
-
-    /// The arm may be anywhere: the estimator begins anew with the next samples, and
-    /// no reference is left of before.
-    pub fn reset_estimate(&mut self) {
-        self.is_fresh = true;
-        self.source = ReferenceSource::hold(Vector2::zeros());
-    }
-
-    /// The monitors begin anew.
-    pub fn reset_monitors(&mut self) {
-        self.monitors = Monitors::default();
-    }
-
-    /// Goes over to another configuration, without a step in the torque if motors are
-    /// driven; what is decided next acts at `acts_us`.
-    pub fn install(
-        &mut self,
-        before: &LoopConfig,
-        config: &LoopConfig,
-        is_driven: bool,
-        acts_us: u64,
-    ) {
-        if is_driven {
-            let reference = self.source.at(acts_us);
-            let asked = self.demand(before, &self.estimate.state(), &reference);
-            self.estimate = config.control.estimator.take_over(&self.estimate);
-            self.fade_from(config, asked.torque_nm, &reference);
-        } else {
-            self.is_fresh = true;
-            self.estimate = config.control.estimator.at_rest(Vector2::zeros());
-            self.bump_nm = Vector2::zeros();
-        }
-        if before.period_us() != config.period_us() {
-            self.reset_monitors();
-        }
-    }
-
-    /// Begins to follow `reference` with this torque; the offset decays within
-    /// half a second.
-    fn fade_from(
-        &mut self,
-        config: &LoopConfig,
-        torque_nm: Vector2<f32>,
-        reference: &Reference<f32>,
-    ) {
-        self.bump_nm = Vector2::zeros();
-        let own = self.demand(config, &self.estimate.state(), reference);
-        self.bump_nm = torque_nm - own.torque_nm;
-    }
-
-    /// Constant joint torques in N m from the next tick on, commanded at this time.
-    pub fn hold_torque(&mut self, torque_nm: [f32; JOINTS], now_us: u64) {
-        self.commanded = DriveCommand::new(Drive::Torque, torque_nm, now_us);
-    }
-
-    /// Holds the arm at these angles in rad, a step if it is elsewhere.
-    pub fn regulate(&mut self, config: &LoopConfig, angle_rad: [f32; JOINTS], now: Instant) {
-        let source = ReferenceSource::hold(angle_rad.into());
-        self.follow(config, Drive::Regulate, source, now);
-    }
-
-    /// Makes the arm follow a source, from a torque that followed none without a step.
-    pub fn follow(
-        &mut self,
-        config: &LoopConfig,
-        drive: Drive,
-        source: ReferenceSource,
-        now: Instant,
-    ) {
-        let acts_us = now.acts_us;
-        let was_constant = match self.drive() {
-            Drive::Torque | Drive::Experiment => now.is_driven,
-            Drive::Regulate | Drive::Track | Drive::Hold => false,
-        };
-        self.commanded = DriveCommand::new(drive, [0.0; JOINTS], now.us);
-        self.source = source;
-        if was_constant {
-            let reference = self.source.at(acts_us);
-            self.fade_from(config, self.command.total_nm(), &reference);
-        }
-    }
-
-    /// The source, or, if the arm follows none, rest where it is.
-    #[inline(never)]
-    pub fn present_source(&self, now: Instant) -> ReferenceSource {
-        match self.drive() {
-            _ if !now.is_driven => ReferenceSource::hold(self.state.q),
-            Drive::Torque => ReferenceSource::hold(self.state.q),
-            Drive::Regulate | Drive::Track | Drive::Hold => self.source.clone(),
-            // Nothing has been decided by it.
-            Drive::Experiment if !self.experiment.is_started() => self.source.clone(),
-            Drive::Experiment => {
-                let from = Reference {
-                    ddq: Vector2::zeros(),
-                    ..self.reference
-                };
-                ReferenceSource::braking(&from, now.acts_us)
-            }
-        }
-    }
-
-    /// Where a motion that is asked for now would begin.
-    pub fn start_point(&self, now: Instant) -> StartPoint {
-        self.present_source(now).start_point(now.us)
-    }
-
-    /// The source with a planned motion added.
-    ///
-    /// # Errors
-    /// Its time has passed, or it would begin elsewhere than the arm is asked to be.
-    pub fn with_motion(
-        &self,
-        motion: TimedTrajectory,
-        now: Instant,
-    ) -> Result<ReferenceSource, Refusal> {
-        let mut source = self.present_source(now);
-        source.change_to(motion, now.us)?;
-        Ok(source)
-    }
-
-    /// The source with a streamed point added.
-    ///
-    /// # Errors
-    /// Why the point cannot be.
-    pub fn with_point(&self, point: Point<f32>, now: Instant) -> Result<ReferenceSource, Refusal> {
-        let mut source = self.present_source(now);
-        source.push(now.us, point)?;
-        Ok(source)
-    }
-
-    /// Whether the very same experiment is what drives the motors.
-    pub fn is_running(&self, plan: &Experiment, is_driven: bool) -> bool {
-        is_driven && self.drive() == Drive::Experiment && self.experiment.plan == *plan
-    }
-
-    /// Where the arm comes to rest for an experiment that begins now, if it may.
-    ///
-    /// # Errors
-    /// Why it may not.
-    #[inline(never)]
-    pub fn admit(
-        &self,
-        config: &LoopConfig,
-        plan: &Experiment,
-        now: Instant,
-    ) -> Result<ReferenceSource, Objection> {
-        let mut source = self.present_source(now);
-        source.brake(now.acts_us);
-        experiment::admit(plan, &config.monitors, &self.state, source.end())?;
-        Ok(source)
-    }
-
-    /// Begins an experiment from where it was [admitted](Self::admit).
-    pub fn begin_experiment(
-        &mut self,
-        config: &LoopConfig,
-        plan: Experiment,
-        source: ReferenceSource,
-        now: Instant,
-    ) {
-        self.follow(config, Drive::Experiment, source, now);
-        self.experiment = ActiveExperiment::of(plan);
-    }
-
-    /// What drives the motors is this: of a recorded tick.
-    pub fn set_drive(&mut self, drive: Drive) {
-        self.commanded = self.commanded.with_drive(drive);
-    }
-
-    /// Goes on from what a recorded tick estimated and asked for.
-    pub fn resume(&mut self, state: State<f32>, reference: Reference<f32>) {
-        (self.state, self.reference) = (state, reference);
     }
 }

@@ -7,7 +7,7 @@ use crate::arm::State;
 use crate::control::Reference;
 use crate::flow_token::FlowToken;
 use crate::link::experiment::ExperimentEnd;
-use crate::link::message::{Guards, Sample};
+use crate::link::message::{Guards, Missing, Sample};
 use crate::servo::protocol1::Alarms;
 
 /// What the supervisor permits in a tick.
@@ -57,6 +57,20 @@ pub struct TickInput {
     pub token: FlowToken,
 }
 
+impl TickInput {
+    /// A tick that brought nothing, with motors off.
+    pub const AT_REST: Self = Self {
+        samples: [Sample::Missing(Missing::NotAsked); JOINTS],
+        alarms: [Alarms::NONE; JOINTS],
+        in_force: ActuatorCommand::OFF,
+        acts_us: 0,
+        permission: Permission::Off,
+        host_silent_us: 0,
+        is_config_intact: true,
+        token: FlowToken::begin(0),
+    };
+}
+
 /// How the loop gives up what drives the motors, when the host is quiet or an
 /// experiment is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,4 +104,28 @@ pub struct TickOutput {
     pub fault: Option<Violation>,
     /// The token with the loop's own stamp.
     pub token: FlowToken,
+}
+
+/// Permission and first fault of a tick, as far as it has come.
+pub(super) struct Verdict {
+    pub(super) permission: Permission,
+    pub(super) fault: Option<Violation>,
+}
+
+impl Verdict {
+    pub(super) fn is_armed(&self) -> bool {
+        matches!(self.permission, Permission::Armed | Permission::Drive)
+    }
+
+    pub(super) fn is_driven(&self) -> bool {
+        self.permission == Permission::Drive
+    }
+
+    /// Motors off; the first cause stays, for what follows is often its consequence.
+    pub(super) fn trip(&mut self, violation: Violation) {
+        self.fault.get_or_insert(violation);
+        if self.permission != Permission::Unmonitored {
+            self.permission = Permission::Off;
+        }
+    }
 }

@@ -1,0 +1,210 @@
+//! Commands to the control loop: what drives the motors from now on, between two ticks.
+//!
+//! A command replaces reference source, torque or experiment at once; its first effect is
+//! the command of the next tick. Motions, streamed points and experiments are admitted
+//! from where the present source ends, so that the reference has no jump.
+//!
+//! # Bumpless
+//!
+//! A set-up may be replaced while torque is on. The estimator goes on from the
+//! state it is handed, and what the torque would jump by is added to it and
+//! faded out, so that the servos see no step. So is a constant torque when the
+//! arm is made to follow a reference. A setpoint elsewhere, and holding an arm
+//! whose motors were off, are steps: they are asked for as such.
+
+use super::experiment::{self, ActiveExperiment};
+use super::monitors::Monitors;
+use super::reference::{ReferenceSource, StartPoint, TimedTrajectory};
+use super::{ControlLoop, DriveCommand, Instant, LoopConfig};
+use crate::JOINTS;
+use crate::arm::State;
+use crate::control::Reference;
+use crate::control::trajectory::stream::Point;
+use crate::link::experiment::{Experiment, Objection};
+use crate::link::message::{Drive, Refusal};
+use nalgebra::Vector2;
+
+impl ControlLoop {
+    /// What drives the motors while that is permitted.
+    pub fn drive(&self) -> Drive {
+        self.commanded.drive()
+    }
+
+    /// Nothing is commanded yet, at this time in µs.
+    pub fn reset_command(&mut self, now_us: u64) {
+        self.commanded = DriveCommand::new(Drive::Hold, [0.0; JOINTS], now_us);
+    }
+
+    /// The arm may be anywhere: the estimator begins anew with the next samples, and
+    /// no reference is left of before.
+    pub fn reset_estimate(&mut self) {
+        self.is_fresh = true;
+        self.source = ReferenceSource::hold(Vector2::zeros());
+    }
+
+    /// The monitors begin anew.
+    pub fn reset_monitors(&mut self) {
+        self.monitors = Monitors::default();
+    }
+
+    /// Goes over to another configuration, without a step in the torque if motors are
+    /// driven; what is decided next acts at `acts_us`.
+    pub fn install(
+        &mut self,
+        before: &LoopConfig,
+        config: &LoopConfig,
+        is_driven: bool,
+        acts_us: u64,
+    ) {
+        if is_driven {
+            let reference = self.source.at(acts_us);
+            let asked = self.demand(before, &self.estimate.state(), &reference);
+            self.estimate = config.control.estimator.take_over(&self.estimate);
+            self.fade_from(config, asked.torque_nm, &reference);
+        } else {
+            self.is_fresh = true;
+            self.estimate = config.control.estimator.at_rest(Vector2::zeros());
+            self.bump_nm = Vector2::zeros();
+        }
+        if before.period_us() != config.period_us() {
+            self.reset_monitors();
+        }
+    }
+
+    /// Begins to follow `reference` with this torque; the offset decays within
+    /// half a second.
+    fn fade_from(
+        &mut self,
+        config: &LoopConfig,
+        torque_nm: Vector2<f32>,
+        reference: &Reference<f32>,
+    ) {
+        self.bump_nm = Vector2::zeros();
+        let own = self.demand(config, &self.estimate.state(), reference);
+        self.bump_nm = torque_nm - own.torque_nm;
+    }
+
+    /// Constant joint torques in N m from the next tick on, commanded at this time.
+    pub fn hold_torque(&mut self, torque_nm: [f32; JOINTS], now_us: u64) {
+        self.commanded = DriveCommand::new(Drive::Torque, torque_nm, now_us);
+    }
+
+    /// Holds the arm at these angles in rad, a step if it is elsewhere.
+    pub fn regulate(&mut self, config: &LoopConfig, angle_rad: [f32; JOINTS], now: Instant) {
+        let source = ReferenceSource::hold(angle_rad.into());
+        self.follow(config, Drive::Regulate, source, now);
+    }
+
+    /// Makes the arm follow a source, from a torque that followed none without a step.
+    pub fn follow(
+        &mut self,
+        config: &LoopConfig,
+        drive: Drive,
+        source: ReferenceSource,
+        now: Instant,
+    ) {
+        let acts_us = now.acts_us;
+        let was_constant = match self.drive() {
+            Drive::Torque | Drive::Experiment => now.is_driven,
+            Drive::Regulate | Drive::Track | Drive::Hold => false,
+        };
+        self.commanded = DriveCommand::new(drive, [0.0; JOINTS], now.us);
+        self.source = source;
+        if was_constant {
+            let reference = self.source.at(acts_us);
+            self.fade_from(config, self.command.total_nm(), &reference);
+        }
+    }
+
+    /// The source, or, if the arm follows none, rest where it is.
+    #[inline(never)]
+    pub fn present_source(&self, now: Instant) -> ReferenceSource {
+        match self.drive() {
+            _ if !now.is_driven => ReferenceSource::hold(self.state.q),
+            Drive::Torque => ReferenceSource::hold(self.state.q),
+            Drive::Regulate | Drive::Track | Drive::Hold => self.source.clone(),
+            // Nothing has been decided by it.
+            Drive::Experiment if !self.experiment.is_started() => self.source.clone(),
+            Drive::Experiment => {
+                let from = Reference {
+                    ddq: Vector2::zeros(),
+                    ..self.reference
+                };
+                ReferenceSource::braking(&from, now.acts_us)
+            }
+        }
+    }
+
+    /// Where a motion that is asked for now would begin.
+    pub fn start_point(&self, now: Instant) -> StartPoint {
+        self.present_source(now).start_point(now.us)
+    }
+
+    /// The source with a planned motion added.
+    ///
+    /// # Errors
+    /// Its time has passed, or it would begin elsewhere than the arm is asked to be.
+    pub fn with_motion(
+        &self,
+        motion: TimedTrajectory,
+        now: Instant,
+    ) -> Result<ReferenceSource, Refusal> {
+        let mut source = self.present_source(now);
+        source.change_to(motion, now.us)?;
+        Ok(source)
+    }
+
+    /// The source with a streamed point added.
+    ///
+    /// # Errors
+    /// Why the point cannot be.
+    pub fn with_point(&self, point: Point<f32>, now: Instant) -> Result<ReferenceSource, Refusal> {
+        let mut source = self.present_source(now);
+        source.push(now.us, point)?;
+        Ok(source)
+    }
+
+    /// Whether the very same experiment is what drives the motors.
+    pub fn is_running(&self, plan: &Experiment, is_driven: bool) -> bool {
+        is_driven && self.drive() == Drive::Experiment && self.experiment.plan == *plan
+    }
+
+    /// Where the arm comes to rest for an experiment that begins now, if it may.
+    ///
+    /// # Errors
+    /// Why it may not.
+    #[inline(never)]
+    pub fn admit(
+        &self,
+        config: &LoopConfig,
+        plan: &Experiment,
+        now: Instant,
+    ) -> Result<ReferenceSource, Objection> {
+        let mut source = self.present_source(now);
+        source.brake(now.acts_us);
+        experiment::admit(plan, &config.monitors, &self.state, source.end())?;
+        Ok(source)
+    }
+
+    /// Begins an experiment from where it was [admitted](Self::admit).
+    pub fn begin_experiment(
+        &mut self,
+        config: &LoopConfig,
+        plan: Experiment,
+        source: ReferenceSource,
+        now: Instant,
+    ) {
+        self.follow(config, Drive::Experiment, source, now);
+        self.experiment = ActiveExperiment::of(plan);
+    }
+
+    /// What drives the motors is this: of a recorded tick.
+    pub fn set_drive(&mut self, drive: Drive) {
+        self.commanded = self.commanded.with_drive(drive);
+    }
+
+    /// Goes on from what a recorded tick estimated and asked for.
+    pub fn resume(&mut self, state: State<f32>, reference: Reference<f32>) {
+        (self.state, self.reference) = (state, reference);
+    }
+}
