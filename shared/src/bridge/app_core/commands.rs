@@ -1,0 +1,167 @@
+//! Commands of the host, taken or refused; see [`Core::command`].
+
+use super::{BusFacts, Core};
+use crate::bridge::command::ValidatedCommand;
+use crate::control_loop::reference::{ReferenceSource, StartPoint};
+use crate::control_loop::{ControlConfig, Instant};
+use crate::link::experiment::{Experiment, ExperimentEnd};
+use crate::link::message::{Drive, Limits, Refusal};
+use crate::supervisor::{Event, State};
+
+impl Core {
+    fn instant(&self) -> Instant {
+        Instant {
+            us: self.now_us,
+            acts_us: self.next_start_us,
+            is_driven: self.state().is_driven(),
+        }
+    }
+
+    /// Where a motion that is asked for now would begin.
+    ///
+    /// # Errors
+    /// Why there may be none.
+    pub fn start_point(&self) -> Result<StartPoint, Refusal> {
+        self.supervisor.check(Event::Drive)?;
+        Ok(self.control_loop.start_point(self.instant()))
+    }
+
+    /// Takes a command, all but those that are for the bus alone.
+    ///
+    /// # Errors
+    /// Why not; nothing has changed then.
+    pub fn command(&mut self, command: ValidatedCommand, bus: BusFacts) -> Result<(), Refusal> {
+        let now = self.instant();
+        match command {
+            ValidatedCommand::Idle => {
+                self.replace_experiment(now.is_driven);
+                self.apply(Event::Disarm)
+            }
+            ValidatedCommand::Arm => self.arm(bus),
+            // A stop that has come to no end is not cleared.
+            ValidatedCommand::ClearFault
+                if self.state() == State::Fault && !bus.is_stop_settled =>
+            {
+                Err(Refusal::NotOff)
+            }
+            ValidatedCommand::ClearFault => self.apply(Event::ClearFault),
+            ValidatedCommand::Torque(torque_nm) => {
+                self.begin_drive()?;
+                self.control_loop.hold_torque(torque_nm, now.us);
+                Ok(())
+            }
+            ValidatedCommand::Regulate(angle_rad) => {
+                let source = ReferenceSource::hold(angle_rad.into());
+                self.follow(Drive::Regulate, source)
+            }
+            ValidatedCommand::Follow(motion) => {
+                self.supervisor.check(Event::Drive)?;
+                let source = self.control_loop.with_motion(motion, now)?;
+                self.follow(Drive::Track, source)
+            }
+            ValidatedCommand::Stream(point) => {
+                self.supervisor.check(Event::Drive)?;
+                let source = self.control_loop.with_point(point, now)?;
+                self.follow(Drive::Track, source)
+            }
+            ValidatedCommand::Experiment(plan) => self.begin_experiment(plan),
+            ValidatedCommand::Prepare if bus.is_prepared => self.supervisor.check(Event::Prepare),
+            ValidatedCommand::Prepare => self.apply(Event::Prepare),
+            ValidatedCommand::Release => self.apply(Event::Release),
+            ValidatedCommand::Install(control) => self.install(&control),
+            ValidatedCommand::Limit(limits) => self.limit(limits),
+            ValidatedCommand::StartPoint => Ok(()),
+            ValidatedCommand::Save => self.apply(Event::Keep),
+        }
+    }
+
+    /// The servos can be given torque as often as the set-up wants.
+    fn arm(&mut self, bus: BusFacts) -> Result<(), Refusal> {
+        self.supervisor.check(Event::Arm)?;
+        if !bus.is_prepared {
+            return Err(Refusal::Unprepared);
+        }
+        let least_us = bus.least_period_us;
+        if self.config.period_us().get() < least_us {
+            return Err(Refusal::TooFast { least_us });
+        }
+        self.apply(Event::Arm)
+    }
+
+    /// Motors may be driven from now on, by something else than before.
+    fn begin_drive(&mut self) -> Result<(), Refusal> {
+        let was_driven = self.state().is_driven();
+        self.apply(Event::Drive)?;
+        self.replace_experiment(was_driven);
+        Ok(())
+    }
+
+    fn follow(&mut self, drive: Drive, source: ReferenceSource) -> Result<(), Refusal> {
+        let now = self.instant();
+        self.begin_drive()?;
+        self.control_loop.follow(&self.config, drive, source, now);
+        Ok(())
+    }
+
+    /// Something else is asked of the arm.
+    fn replace_experiment(&mut self, was_driven: bool) {
+        if was_driven && self.control_loop.drive() == Drive::Experiment {
+            self.conclude_experiment(ExperimentEnd::Replaced);
+        }
+    }
+
+    #[inline(never)]
+    fn begin_experiment(&mut self, plan: Experiment) -> Result<(), Refusal> {
+        self.supervisor.check(Event::Drive)?;
+        let now = self.instant();
+        if self.control_loop.is_running(&plan, now.is_driven) {
+            return Ok(());
+        }
+        let source = self
+            .control_loop
+            .admit(&self.config, &plan, now)
+            .map_err(Refusal::Experiment)?;
+        self.begin_drive()?;
+        self.control_loop
+            .begin_experiment(&self.config, plan, source, now);
+        Ok(())
+    }
+
+    /// Replaces the set-up, without a step in the torque if that is on.
+    fn install(&mut self, control: &ControlConfig) -> Result<(), Refusal> {
+        self.apply(Event::Configure)?;
+        let state = self.state();
+        let is_driven = state.is_driven();
+        let is_experimenting = is_driven && self.control_loop.drive() == Drive::Experiment;
+        let is_other_period = control.period_us() != self.config.period_us();
+        if is_experimenting || (state.is_armed() && is_other_period) {
+            return Err(Refusal::NotIdle);
+        }
+        let config = self.config.with_control(control);
+        self.control_loop
+            .install(&self.config, &config, is_driven, self.next_start_us);
+        self.config = config;
+        Ok(())
+    }
+
+    fn limit(&mut self, limits: Limits) -> Result<(), Refusal> {
+        self.apply(Event::Keep)?;
+        self.config = self.config.with_limits(limits);
+        self.control_loop.reset_monitors();
+        Ok(())
+    }
+
+    /// A host says hello: what another host has armed is not for this one.
+    pub fn greet(&mut self) {
+        if self.state().is_armed() {
+            // Never refused.
+            let _ = self.apply(Event::Disarm);
+        }
+        // What was before is in no log of this host.
+        self.control_loop.reset_estimate();
+        // After a fault the monitors know which servo may be deaf.
+        if self.state() != State::Fault {
+            self.control_loop.reset_monitors();
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! A tick of the core: begun on time, decided when its samples are in, recorded.
+
+use super::{Core, TickSamples};
+use crate::actuator::Pwm;
+use crate::control_loop::limits::LATE_MAX_US;
+use crate::control_loop::{ActuatorCommand, CHECK_US, Fallback, TickInput, TickOutput, Violation};
+use crate::flow_token::Machine;
+use crate::link::experiment::{Conclusion, ExperimentEnd};
+use crate::link::message::{Fault, Record, Timing};
+use crate::servo::protocol1::Alarms;
+use crate::supervisor::Event;
+
+impl Core {
+    /// Whether the tick may feed the watchdog: it began in time, and went through every
+    /// machine.
+    pub fn is_tick_good(&self) -> bool {
+        self.overruns_in_row == 0 && self.token.is_complete(self.tick)
+    }
+
+    /// The period in µs on a bus that allows periods of so much. One that is too slow
+    /// for the configured period is read as fast as it goes; no torque comes on then.
+    pub fn period_us(&self, least_period_us: u32) -> u32 {
+        self.config.period_us().get().max(least_period_us)
+    }
+
+    /// Begins a tick on a bus that allows periods of so much: puts the command that
+    /// was decided last in force, and plans the next tick.
+    pub fn begin_tick(&mut self, least_period_us: u32) -> ActuatorCommand {
+        let period_us = u64::from(self.period_us(least_period_us));
+        let late_us = self.now_us.saturating_sub(self.next_start_us);
+        let missed = if late_us < period_us {
+            0
+        } else {
+            late_us.checked_div(period_us).unwrap_or(0)
+        };
+        self.next_start_us += (missed + 1) * period_us;
+        if missed > 0 && self.state().is_armed() {
+            self.overruns_in_row = self.overruns_in_row.saturating_add(1);
+            if self.overruns_in_row >= self.config.limits().overruns || late_us > LATE_MAX_US {
+                self.trip(Violation {
+                    value: late_us as f32 * 1e-6,
+                    limit: period_us as f32 * 1e-6,
+                    ..Violation::plain(Fault::Overrun)
+                });
+            }
+        } else {
+            self.overruns_in_row = 0;
+        }
+        if !self.state().is_driven() {
+            self.next = ActuatorCommand::OFF;
+        }
+        self.in_force = self.next;
+        self.tick = self.tick.wrapping_add(1);
+        self.start_us = self.now_us;
+        self.timing = Timing {
+            start_error_us: late_us as u32,
+            missed: self.timing.missed.wrapping_add(missed as u32),
+            ..Timing::default()
+        };
+        self.in_force
+    }
+
+    /// Decides the tick that has begun, and makes its record of inputs and outputs.
+    pub fn decide(&mut self, sampled: &TickSamples, record: &mut Record) {
+        let is_config_intact = self.check_integrity();
+        self.decide_with(sampled, is_config_intact, record);
+    }
+
+    /// Decides the tick that has begun, with a configuration that is known to be intact
+    /// or not.
+    pub fn decide_with(
+        &mut self,
+        sampled: &TickSamples,
+        is_config_intact: bool,
+        record: &mut Record,
+    ) {
+        self.timing.bus_us = sampled.bus_us;
+        let input = TickInput {
+            samples: sampled.samples,
+            alarms: sampled.alarms,
+            in_force: self.in_force,
+            acts_us: self.next_start_us,
+            permission: self.supervisor.permission(),
+            host_silent_us: self.now_us.saturating_sub(self.heard_us),
+            is_config_intact,
+            token: sampled.token,
+        };
+        let output = self.control_loop.step(&self.config, &input);
+        self.conclude(&output);
+        self.next = output.command;
+        self.decided = self.tick;
+        self.record(&input, &output, record);
+    }
+
+    /// What the supervisor makes of a tick's outputs.
+    fn conclude(&mut self, output: &TickOutput) {
+        let event = if output.is_complete {
+            Event::SamplesBack
+        } else {
+            Event::SampleLost
+        };
+        let fallback = output.fallback.map(|fallback| match fallback {
+            Fallback::Brake => Event::Brake,
+            Fallback::Release => Event::Slacken,
+        });
+        for event in [Some(event), fallback].into_iter().flatten() {
+            // Never refused.
+            let _ = self.apply(event);
+        }
+        if let Some(end) = output.experiment_end {
+            self.conclude_experiment(end);
+        }
+        if let Some(violation) = output.fault {
+            self.trip(violation);
+        }
+        self.token = output.token.stamp(Machine::Supervisor);
+    }
+
+    pub(super) fn conclude_experiment(&mut self, end: ExperimentEnd) {
+        let tick = self.tick;
+        self.conclusion = Some(Conclusion { tick, end });
+    }
+
+    fn record(&self, input: &TickInput, output: &TickOutput, record: &mut Record) {
+        *record = Record {
+            tick: self.tick,
+            start_us: self.start_us,
+            mode: self.mode(),
+            guards: output.guards,
+            samples: input.samples,
+            alarms: input.alarms.map(Alarms::bits),
+            pwm_in_force: input.in_force.pwm.map(Pwm::counts),
+            pwm_next: output.command.pwm.map(Pwm::counts),
+            reference_rad: output.reference.q.into(),
+            reference_speed_rad_s: output.reference.dq.into(),
+            angle_rad: output.estimate.q.into(),
+            speed_rad_s: output.estimate.dq.into(),
+            torque_nm: output.command.torque_nm.into(),
+            disturbance_nm: output.disturbance_nm,
+            timing: self.timing,
+            dropped: record.dropped,
+        };
+    }
+
+    /// Compares a part of the configuration with its check word, by turns, while
+    /// motors may be driven.
+    fn check_integrity(&mut self) -> bool {
+        const { assert!(CHECK_US < 10_000) };
+        if !self.state().is_armed() {
+            return true;
+        }
+        let check = &mut self.integrity;
+        if let Some(wait) = check.wait.checked_sub(1) {
+            check.wait = wait;
+            return true;
+        }
+        let (sections, ticks) = self.config.check_pace();
+        check.wait = ticks - 1;
+        (0..sections).all(|_| {
+            check.section = check.section.wrapping_add(1);
+            self.config.check_section(check.section)
+        })
+    }
+
+    /// The servos are lined up: ticks begin now.
+    pub fn begin_ticking(&mut self) {
+        self.next_start_us = self.now_us;
+        self.control_loop.reset_monitors();
+        self.control_loop.reset_estimate();
+        self.overruns_in_row = 0;
+        // Never refused.
+        let _ = self.apply(Event::BusReady);
+    }
+
+    /// Whether what drives was commanded too long ago for the tick under way.
+    pub fn is_command_aged(&self) -> bool {
+        self.control_loop.is_aged(&self.config, self.next_start_us)
+    }
+}
