@@ -30,7 +30,7 @@
 //! # Idle slots
 //!
 //! Between two ticks the bus is free for a while. One arbiter gives that time away, to
-//! one [`IdleRequest`] at a time: to read-backs first, then to health polls, then to a
+//! one `IdleRequest` at a time: to read-backs first, then to health polls, then to a
 //! client. Each is registered with its owner and the reply that it expects, and a reply
 //! goes to its owner and to no other.
 //!
@@ -48,12 +48,18 @@
 //! | `discovery`   | which servos there are, and at which speed                  |
 //! | `servo_setup` | stock servos made ready, and given back                     |
 //! | `health_poll` | temperatures, and pings of servos that fall silent          |
-//! | `time_budget` | what fits between two ticks                                 |
+//! | `exchange`    | the exchange of a tick                                      |
+//! | `idle_slot`   | the arbiter of the time between two exchanges               |
+//! | `time_budget` | what fits into that time                                    |
+//! | `lent`        | the bus lent to a client                                    |
 //! | `steps`       | how transactions begin, end, and lead to each other         |
 
 mod discovery;
+mod exchange;
 mod force_off;
 mod health_poll;
+mod idle_slot;
+mod lent;
 mod servo_setup;
 mod setup_step;
 mod steps;
@@ -64,31 +70,21 @@ pub use health_poll::Health;
 pub use time_budget::TimeBudget;
 
 use crate::JOINTS;
-use crate::actuator::Pwm;
 use crate::flow_token::FlowToken;
 use crate::link::message::{Missing, OffReport};
-use crate::servo::master::timing::{GUARD_US, latency_us, prepared_latency_us, tick_us};
-use crate::servo::master::{Master, Outcome, Payload, Transaction};
+use crate::servo::master::timing::tick_us;
+use crate::servo::master::{Master, Outcome, Payload};
 use crate::servo::port::{BAUD_RATES, SetBaud};
-use crate::servo::{ClientFrame, Firmware, Query, ServoId};
+use crate::servo::{Firmware, ServoId};
 use discovery::Discovery;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
-use force_off::{ForceOff, OffCheck};
-use health_poll::{HealthPoll, HealthRequest};
+use force_off::ForceOff;
+use health_poll::HealthPoll;
+use idle_slot::Owner;
 use servo_setup::ServoSetup;
 use setup_step::SetupStep;
 use stop_plan::{Speeds, StopPlan, add_speed};
-
-/// Margin in µs that client traffic leaves before a tick: it must never delay one.
-const RESERVE_US: u64 = 10;
-/// Rates that a client may set: what an AX-12A can do, in bits per second.
-const CLIENT_BAUD: core::ops::RangeInclusive<u32> = 7_800..=2_000_000;
-/// Ticks without an answer after which a servo is taken for wedged.
-const SILENT_TICKS: u32 = 3;
-/// Ticks in which a wedged servo is told off, two of this many for each joint: twice
-/// in 20 ms at 1 kHz, and else the ticks tell both.
-const WEDGED_TICKS: u32 = 4;
 
 /// The supervisor's leave: what the bus may be used for now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,26 +157,6 @@ pub enum BusEvent {
     Client,
     /// An idle slot has been used.
     Served,
-}
-
-/// Whose a request in an idle slot is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Owner {
-    Off(OffCheck),
-    Health(HealthRequest),
-    SetUp(SetupStep),
-    Client,
-    /// A packet that is relayed: replies go to the client as they are heard.
-    Relay,
-}
-
-/// A request for an idle slot.
-#[derive(Clone, Debug)]
-struct IdleRequest<const N: usize> {
-    query: Query<N>,
-    owner: Owner,
-    /// A tick may begin late for it.
-    may_be_late: bool,
 }
 
 /// Samples missing in a row, as the monitors count them.
@@ -375,22 +351,6 @@ where
         }
     }
 
-    /// The client finds every motor off.
-    fn lend(&mut self) {
-        self.plan_stops();
-        let baud = self.baud();
-        add_speed(&mut self.client_speeds, baud);
-        self.state = State::Lent;
-        self.next_us = self.now_us;
-    }
-
-    fn take_back(&mut self) {
-        self.is_listening = false;
-        self.master.listen_in(false);
-        self.off.forget();
-        self.search();
-    }
-
     /// Makes stock servos ready for torque.
     pub fn prepare(&mut self) {
         self.set_up(SetupStep::PREPARE);
@@ -405,52 +365,6 @@ where
     fn set_up(&mut self, step: SetupStep) {
         self.state = State::Search(SearchStep::SetUp(step));
         self.next_us = self.now_us;
-    }
-
-    /// Begins a tick: the servos are told `pwm` if there is leave to drive, and are told
-    /// off otherwise. The exchange may take `available_us`.
-    pub fn begin_tick(
-        &mut self,
-        pwm: [Pwm; JOINTS],
-        tick: u32,
-        dropouts: &Dropouts,
-        available_us: u32,
-    ) {
-        self.tick = tick;
-        self.master.set_available(available_us);
-        let transaction = match self.state {
-            State::Drive if self.leave == BusLeave::Drive => Transaction::Drive(pwm),
-            State::ForceOff => self.off_exchange(tick, dropouts),
-            State::Drive | State::Search(_) | State::Lent => return,
-        };
-        // The bus is idle when a tick is due.
-        let _ = self.master.begin(transaction, self.now_us);
-        let _ = self.master.poll(self.now_us);
-    }
-
-    /// A tick that tells every motor off. A Morpheus servo that is silent may be wedged,
-    /// and hears but one kind of packet. A stock servo that is silent may be inside a
-    /// packet that was cut off, and hears the first order after its end: each tick has one.
-    fn off_exchange(&self, tick: u32, dropouts: &Dropouts) -> Transaction {
-        if self.off.is_off() {
-            return Transaction::Drive([Pwm::OFF; JOINTS]);
-        }
-        let turn = tick % (WEDGED_TICKS * JOINTS as u32);
-        let joint = (turn / WEDGED_TICKS) as usize;
-        let is_silent = dropouts
-            .in_row
-            .get(joint)
-            .is_some_and(|silent| *silent > SILENT_TICKS);
-        let may_be_wedged = is_silent && self.firmware() == Firmware::Morpheus;
-        match turn % WEDGED_TICKS {
-            turn @ (0 | 1) if may_be_wedged => Transaction::Quell {
-                joint,
-                aside: turn == 0,
-            },
-            // Servos that are prepared hold their shafts, at no speed.
-            _ if self.is_prepared() => Transaction::Drive([Pwm::OFF; JOINTS]),
-            _ => Transaction::HoldOff,
-        }
     }
 
     /// When to poll again at the latest, with the next tick due then.
@@ -469,70 +383,6 @@ where
         self.master.bytes_wanted()
     }
 
-    /// Time until the next tick for a request to this servo and its reply; none where
-    /// there are no idle slots now.
-    pub fn time_budget(&self, id: u8, tick_due_us: u64) -> Option<TimeBudget> {
-        if !(self.is_ticking() && self.master.is_idle()) {
-            return None;
-        }
-        let begins_us = self.now_us.max(self.master.ready_at_us());
-        let budget_us = tick_due_us.saturating_sub(begins_us + GUARD_US + RESERVE_US);
-        Some(self.budget_of(id, budget_us as u32))
-    }
-
-    /// What is left of a period after an exchange of so much, for this servo.
-    pub fn spare_budget(&self, id: u8, period_us: u32, exchange_us: u32) -> TimeBudget {
-        let rests_us = (2 * GUARD_US + RESERVE_US) as u32;
-        self.budget_of(id, period_us.saturating_sub(exchange_us + rests_us))
-    }
-
-    fn budget_of(&self, id: u8, budget_us: u32) -> TimeBudget {
-        let (firmware, baud) = (self.firmware(), self.baud());
-        let latency_us = if self.ids.iter().any(|ours| ours.get() == id) {
-            prepared_latency_us(firmware, baud)
-        } else {
-            // Settings of a servo that is not ours are not known.
-            latency_us(firmware)
-        };
-        TimeBudget::new(budget_us, baud, latency_us)
-    }
-
-    /// Asks a client's question in the idle slot at hand. The caller has made it fit.
-    pub fn ask_for_client<const N: usize>(&mut self, query: Query<N>, tick_due_us: u64) {
-        let request = IdleRequest {
-            query,
-            owner: Owner::Client,
-            may_be_late: false,
-        };
-        let _ = self.request(&request, tick_due_us);
-    }
-
-    /// Gives the idle slot at hand to this request, if it fits.
-    fn request<const N: usize>(&mut self, request: &IdleRequest<N>, tick_due_us: u64) -> bool {
-        let IdleRequest {
-            query,
-            owner,
-            may_be_late,
-        } = request;
-        let Some(budget) = self.time_budget(query.id, tick_due_us) else {
-            return false;
-        };
-        if !(*may_be_late || budget.fits(query)) {
-            return false;
-        }
-        let expected = query.expected_reply(budget.latency_us);
-        if self
-            .master
-            .ask(&query.packet, expected, self.now_us)
-            .is_err()
-        {
-            return false;
-        }
-        self.owner = Some(*owner);
-        let _ = self.master.poll(self.now_us);
-        true
-    }
-
     /// What the last request was answered.
     pub fn reply(&self) -> Option<&Payload> {
         self.master.reply()
@@ -541,44 +391,5 @@ where
     /// Whether stops come before anything else.
     pub fn is_stopping(&self) -> bool {
         !self.stops.is_done() || (self.is_planned_stop && !self.is_idle())
-    }
-
-    /// Whether a client's packet would be relayed now.
-    pub fn is_lent(&self) -> bool {
-        self.state == State::Lent
-            && self.leave == BusLeave::Lend
-            && !self.is_stopping()
-            && self.is_idle()
-    }
-
-    /// Relays a client's packet as it came, at the client's speed; whether it was sent.
-    /// Never one that wedges servos: only switching their power off brings them back.
-    pub fn relay(&mut self, frame: &ClientFrame<'_>, baud: u32) -> bool {
-        if !self.is_lent() || frame.wedges_servo() {
-            return false;
-        }
-        let firmware = frame
-            .request()
-            .map_or(self.firmware(), |request| request.firmware);
-        let baud = Some(baud)
-            .filter(|baud| CLIENT_BAUD.contains(baud))
-            .unwrap_or(self.baud());
-        add_speed(&mut self.client_speeds, baud);
-        let _ = self.master.set_line(firmware, baud);
-        let expected = frame.expected_reply();
-        let is_sent = self
-            .master
-            .ask(frame.bytes(), expected, self.now_us)
-            .is_ok();
-        if is_sent {
-            self.owner = Some(Owner::Relay);
-            let _ = self.master.poll(self.now_us);
-        }
-        is_sent
-    }
-
-    /// The oldest byte that servos have sent while the bus is lent.
-    pub fn overheard(&mut self) -> Option<u8> {
-        self.master.overheard()
     }
 }

@@ -4,13 +4,10 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
 use super::discovery::Next;
-use super::force_off::CheckKind;
-use super::health_poll::HealthRequest;
+use super::idle_slot::Owner;
 use super::servo_setup::Progress;
 use super::setup_step::{SetupGoal, SetupStep};
-use super::{
-    BusEvent, BusLeave, BusSequencer, Discovery, Dropouts, IdleRequest, Owner, SearchStep, State,
-};
+use super::{BusEvent, BusLeave, BusSequencer, Discovery, SearchStep, State};
 use crate::JOINTS;
 use crate::flow_token::{FlowToken, Machine};
 use crate::link::message::{Missing, Sample};
@@ -124,70 +121,6 @@ where
         let _ = self.master.ask(&packet, expected, self.now_us);
         let _ = self.master.poll(self.now_us);
         None
-    }
-
-    /// Gives the idle slot at hand to what the board asks for its own sake. True if it
-    /// has.
-    pub fn use_idle_slot(&mut self, tick_due_us: u64, dropouts: &Dropouts) -> bool {
-        if !(self.is_ticking() && self.master.is_idle()) {
-            return false;
-        }
-        if self.check_off(tick_due_us) {
-            return true;
-        }
-        let firmware = self.firmware();
-        let may_drive = matches!(self.leave, BusLeave::Armed | BusLeave::Drive);
-        let due = self.health.next(firmware, self.now_us, dropouts, may_drive);
-        let Some((health, may_be_late)) = due else {
-            return false;
-        };
-        let joint = match health {
-            HealthRequest::Temperature { joint }
-            | HealthRequest::Torque { joint }
-            | HealthRequest::Ping { joint } => joint,
-        };
-        let servo = self.ids.get(joint).copied();
-        let Some(query) = servo.and_then(|servo| health.query(firmware, servo)) else {
-            return false;
-        };
-        let request = IdleRequest {
-            query,
-            owner: Owner::Health(health),
-            may_be_late,
-        };
-        let is_asked = self.request(&request, tick_due_us);
-        if is_asked {
-            self.health.note_asked(health, self.now_us);
-        }
-        is_asked
-    }
-
-    /// Asks for evidence that a motor is off. An arm that is to be driven soon has ticks
-    /// in time.
-    fn check_off(&mut self, tick_due_us: u64) -> bool {
-        if self.state != State::ForceOff {
-            return false;
-        }
-        let Some(check) = self.off.next_check() else {
-            return false;
-        };
-        let Some(servo) = self.ids.get(check.joint).copied() else {
-            return false;
-        };
-        let query = match check.kind {
-            CheckKind::Ping => self.firmware().ping_query(servo),
-            CheckKind::ReadBack => self.firmware().off_query(servo),
-        };
-        let request = IdleRequest {
-            query,
-            owner: Owner::Off(check),
-            may_be_late: self.leave == BusLeave::Off,
-        };
-        let is_asked = self.request(&request, tick_due_us);
-        if is_asked {
-            self.off.note_asked(check);
-        }
-        is_asked
     }
 
     /// A transaction is over: what does it mean?

@@ -1,0 +1,68 @@
+//! The exchange of a tick: a torque under leave to drive, and motors off otherwise.
+
+use super::{BusLeave, BusSequencer, Dropouts, State};
+use crate::JOINTS;
+use crate::actuator::Pwm;
+use crate::servo::Firmware;
+use crate::servo::master::Transaction;
+use crate::servo::port::SetBaud;
+use embedded_hal::digital::OutputPin;
+use embedded_hal_nb::serial::{Read, Write};
+
+/// Ticks without an answer after which a servo is taken for wedged.
+const SILENT_TICKS: u32 = 3;
+/// Ticks in which a wedged servo is told off, two of this many for each joint: twice
+/// in 20 ms at 1 kHz, and else the ticks tell both.
+const WEDGED_TICKS: u32 = 4;
+
+impl<S, D> BusSequencer<S, D>
+where
+    S: Read<u8> + Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    /// Begins a tick: the servos are told `pwm` if there is leave to drive, and are told
+    /// off otherwise. The exchange may take `available_us`.
+    pub fn begin_tick(
+        &mut self,
+        pwm: [Pwm; JOINTS],
+        tick: u32,
+        dropouts: &Dropouts,
+        available_us: u32,
+    ) {
+        self.tick = tick;
+        self.master.set_available(available_us);
+        let transaction = match self.state {
+            State::Drive if self.leave == BusLeave::Drive => Transaction::Drive(pwm),
+            State::ForceOff => self.off_exchange(tick, dropouts),
+            State::Drive | State::Search(_) | State::Lent => return,
+        };
+        // The bus is idle when a tick is due.
+        let _ = self.master.begin(transaction, self.now_us);
+        let _ = self.master.poll(self.now_us);
+    }
+
+    /// A tick that tells every motor off. A Morpheus servo that is silent may be wedged,
+    /// and hears but one kind of packet. A stock servo that is silent may be inside a
+    /// packet that was cut off, and hears the first order after its end: each tick has one.
+    fn off_exchange(&self, tick: u32, dropouts: &Dropouts) -> Transaction {
+        if self.off.is_off() {
+            return Transaction::Drive([Pwm::OFF; JOINTS]);
+        }
+        let turn = tick % (WEDGED_TICKS * JOINTS as u32);
+        let joint = (turn / WEDGED_TICKS) as usize;
+        let is_silent = dropouts
+            .in_row
+            .get(joint)
+            .is_some_and(|silent| *silent > SILENT_TICKS);
+        let may_be_wedged = is_silent && self.firmware() == Firmware::Morpheus;
+        match turn % WEDGED_TICKS {
+            turn @ (0 | 1) if may_be_wedged => Transaction::Quell {
+                joint,
+                aside: turn == 0,
+            },
+            // Servos that are prepared hold their shafts, at no speed.
+            _ if self.is_prepared() => Transaction::Drive([Pwm::OFF; JOINTS]),
+            _ => Transaction::HoldOff,
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! Idle slots: the time between a tick's exchange and the next tick, given to one request.
+//!
+//! A request is registered with its owner and the reply that it expects; what is answered
+//! goes to that owner and to no other. It must fit the time that is left, unless a tick
+//! may begin late for it.
+
+use super::force_off::{CheckKind, OffCheck};
+use super::health_poll::HealthRequest;
+use super::setup_step::SetupStep;
+use super::time_budget::TimeBudget;
+use super::{BusLeave, BusSequencer, Dropouts, State};
+use crate::servo::Query;
+use crate::servo::master::timing::{GUARD_US, latency_us, prepared_latency_us};
+use crate::servo::port::SetBaud;
+use embedded_hal::digital::OutputPin;
+use embedded_hal_nb::serial::{Read, Write};
+
+/// Margin in µs that client traffic leaves before a tick: it must never delay one.
+const RESERVE_US: u64 = 10;
+
+/// Whose a request in an idle slot is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Owner {
+    Off(OffCheck),
+    Health(HealthRequest),
+    SetUp(SetupStep),
+    Client,
+    /// A packet that is relayed: replies go to the client as they are heard.
+    Relay,
+}
+
+/// A request for an idle slot.
+#[derive(Clone, Debug)]
+pub(super) struct IdleRequest<const N: usize> {
+    pub(super) query: Query<N>,
+    pub(super) owner: Owner,
+    /// A tick may begin late for it.
+    pub(super) may_be_late: bool,
+}
+
+impl<S, D> BusSequencer<S, D>
+where
+    S: Read<u8> + Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    /// Gives the idle slot at hand to what the board asks for its own sake. True if it
+    /// has.
+    pub fn use_idle_slot(&mut self, tick_due_us: u64, dropouts: &Dropouts) -> bool {
+        if !(self.is_ticking() && self.master.is_idle()) {
+            return false;
+        }
+        if self.check_off(tick_due_us) {
+            return true;
+        }
+        let firmware = self.firmware();
+        let may_drive = matches!(self.leave, BusLeave::Armed | BusLeave::Drive);
+        let due = self.health.next(firmware, self.now_us, dropouts, may_drive);
+        let Some((health, may_be_late)) = due else {
+            return false;
+        };
+        let joint = match health {
+            HealthRequest::Temperature { joint }
+            | HealthRequest::Torque { joint }
+            | HealthRequest::Ping { joint } => joint,
+        };
+        let servo = self.ids.get(joint).copied();
+        let Some(query) = servo.and_then(|servo| health.query(firmware, servo)) else {
+            return false;
+        };
+        let request = IdleRequest {
+            query,
+            owner: Owner::Health(health),
+            may_be_late,
+        };
+        let is_asked = self.request(&request, tick_due_us);
+        if is_asked {
+            self.health.note_asked(health, self.now_us);
+        }
+        is_asked
+    }
+
+    /// Asks for evidence that a motor is off. An arm that is to be driven soon has ticks
+    /// in time.
+    fn check_off(&mut self, tick_due_us: u64) -> bool {
+        if self.state != State::ForceOff {
+            return false;
+        }
+        let Some(check) = self.off.next_check() else {
+            return false;
+        };
+        let Some(servo) = self.ids.get(check.joint).copied() else {
+            return false;
+        };
+        let query = match check.kind {
+            CheckKind::Ping => self.firmware().ping_query(servo),
+            CheckKind::ReadBack => self.firmware().off_query(servo),
+        };
+        let request = IdleRequest {
+            query,
+            owner: Owner::Off(check),
+            may_be_late: self.leave == BusLeave::Off,
+        };
+        let is_asked = self.request(&request, tick_due_us);
+        if is_asked {
+            self.off.note_asked(check);
+        }
+        is_asked
+    }
+
+    /// Time until the next tick for a request to this servo and its reply; none where
+    /// there are no idle slots now.
+    pub fn time_budget(&self, id: u8, tick_due_us: u64) -> Option<TimeBudget> {
+        if !(self.is_ticking() && self.master.is_idle()) {
+            return None;
+        }
+        let begins_us = self.now_us.max(self.master.ready_at_us());
+        let budget_us = tick_due_us.saturating_sub(begins_us + GUARD_US + RESERVE_US);
+        Some(self.budget_of(id, budget_us as u32))
+    }
+
+    /// What is left of a period after an exchange of so much, for this servo.
+    pub fn spare_budget(&self, id: u8, period_us: u32, exchange_us: u32) -> TimeBudget {
+        let rests_us = (2 * GUARD_US + RESERVE_US) as u32;
+        self.budget_of(id, period_us.saturating_sub(exchange_us + rests_us))
+    }
+
+    fn budget_of(&self, id: u8, budget_us: u32) -> TimeBudget {
+        let (firmware, baud) = (self.firmware(), self.baud());
+        let latency_us = if self.ids.iter().any(|ours| ours.get() == id) {
+            prepared_latency_us(firmware, baud)
+        } else {
+            // Settings of a servo that is not ours are not known.
+            latency_us(firmware)
+        };
+        TimeBudget::new(budget_us, baud, latency_us)
+    }
+
+    /// Asks a client's question in the idle slot at hand. The caller has made it fit.
+    pub fn ask_for_client<const N: usize>(&mut self, query: Query<N>, tick_due_us: u64) {
+        let request = IdleRequest {
+            query,
+            owner: Owner::Client,
+            may_be_late: false,
+        };
+        let _ = self.request(&request, tick_due_us);
+    }
+
+    /// Gives the idle slot at hand to this request, if it fits.
+    pub(super) fn request<const N: usize>(
+        &mut self,
+        request: &IdleRequest<N>,
+        tick_due_us: u64,
+    ) -> bool {
+        let IdleRequest {
+            query,
+            owner,
+            may_be_late,
+        } = request;
+        let Some(budget) = self.time_budget(query.id, tick_due_us) else {
+            return false;
+        };
+        if !(*may_be_late || budget.fits(query)) {
+            return false;
+        }
+        let expected = query.expected_reply(budget.latency_us);
+        if self
+            .master
+            .ask(&query.packet, expected, self.now_us)
+            .is_err()
+        {
+            return false;
+        }
+        self.owner = Some(*owner);
+        let _ = self.master.poll(self.now_us);
+        true
+    }
+}
