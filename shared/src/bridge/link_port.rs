@@ -304,10 +304,17 @@ impl<'a> LinkPort<'a> {
 
     /// The next frame for the host, if there is one.
     pub fn transmit(&mut self) -> Option<&[u8]> {
-        let message = self.next_message()?;
-        Some(self.encoder.encode(&message).1)
+        if let Some(message) = self.next_message() {
+            return Some(self.encoder.encode(&message).1);
+        }
+        if !self.is_greeted {
+            return None;
+        }
+        let Self { end, encoder, .. } = self;
+        end.records.take(|record| encoder.encode_record(record))
     }
 
+    /// The next message, records apart: they are encoded where they lie.
     fn next_message(&mut self) -> Option<ToHost> {
         if core::mem::take(&mut self.owed.hello) {
             return Some(ToHost::Hello(schema::HELLO));
@@ -366,6 +373,6 @@ impl<'a> LinkPort<'a> {
                 return message;
             }
         }
-        self.end.records.dequeue().map(ToHost::Record)
+        None
     }
 }

@@ -124,6 +124,17 @@ impl<'a, T, const N: usize> Receiver<'a, T, N> {
         Some(item)
     }
 
+    /// Takes the oldest, which `read` is given where it lies.
+    pub(super) fn take<R>(&mut self, read: impl FnOnce(&T) -> R) -> Option<R> {
+        if self.queue.capacity() + 1 != N {
+            return None;
+        }
+        let result = read(self.queue.peek()?);
+        self.queue.dequeue();
+        self.received.add_one();
+        Some(result)
+    }
+
     /// How many this end has taken.
     pub(super) fn received(&self) -> &'a Count {
         self.received

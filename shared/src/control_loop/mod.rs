@@ -98,7 +98,7 @@ use drive_command::DriveCommand;
 use experiment::ActiveExperiment;
 use monitors::{MonitorInput, Monitors};
 use nalgebra::Vector2;
-use pipeline::Demand;
+use pipeline::{Demand, FeedForward};
 use reference::ReferenceSource;
 use tick::Verdict;
 
@@ -119,6 +119,7 @@ pub struct ControlLoop {
     experiment: ActiveExperiment,
     /// What is still added to the torque since the set-up was replaced.
     bump_nm: Vector2<f32>,
+    feed_forward: FeedForward,
     /// What the last tick estimated, asked for and decided.
     state: State<f32>,
     reference: Reference<f32>,
@@ -137,6 +138,7 @@ impl ControlLoop {
             source: ReferenceSource::hold(upright),
             experiment: ActiveExperiment::default(),
             bump_nm: Vector2::zeros(),
+            feed_forward: FeedForward::NONE,
             state: State::at_rest(upright),
             reference: Reference::at_rest(upright),
             command: ActuatorCommand::OFF,
@@ -282,8 +284,9 @@ impl ControlLoop {
         config: &LoopConfig,
         state: &State<f32>,
         reference: &Reference<f32>,
+        forward_nm: Vector2<f32>,
     ) -> Demand {
-        let demand = config.control.demand(state, reference);
+        let demand = config.control.demand(state, reference, forward_nm);
         Demand {
             torque_nm: demand.torque_nm + self.bump_nm - self.estimate.disturbance(),
             ..demand
@@ -308,7 +311,8 @@ impl ControlLoop {
                 friction_nm: Vector2::zeros(),
             },
             Drive::Regulate | Drive::Track | Drive::Hold | Drive::Experiment => {
-                self.demand(config, ahead, reference)
+                let forward_nm = self.feed_forward.at(&config.control, reference);
+                self.demand(config, ahead, reference, forward_nm)
             }
         };
         let control = &config.control;

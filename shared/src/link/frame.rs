@@ -11,9 +11,9 @@
 //! began anew, and nobody knows what it had said meanwhile.
 
 use postcard::experimental::max_size::MaxSize;
-use serde::{Serialize, de::DeserializeOwned};
+use serde::{Serialize, Serializer, de::DeserializeOwned};
 
-use super::message::{ToBoard, ToHost};
+use super::message::{Record, ToBoard, ToHost};
 use crate::crc32;
 
 /// Version of the frame layout.
@@ -62,21 +62,35 @@ impl Default for Encoder {
 impl Encoder {
     /// The frame for `message` and its sequence number.
     pub fn encode<M: Message>(&mut self, message: &M) -> (u16, &[u8]) {
+        self.frame(M::DIRECTION, message)
+    }
+
+    /// The frame for the [`ToHost::Record`] of this record, without a copy of it.
+    pub fn encode_record(&mut self, record: &Record) -> &[u8] {
+        self.frame(ToHost::DIRECTION, &RecordMessage(record)).1
+    }
+
+    fn frame<T: Serialize>(&mut self, direction: u8, message: &T) -> (u16, &[u8]) {
         let sequence = self.sequence;
         self.sequence = sequence.wrapping_add(1);
         // Buffers hold the longest message there is (`MAX`), so that this is
         // never empty; if it were, the receiver would count a lost frame.
-        let len = Self::write(&mut self.frame, message, sequence).unwrap_or(0);
+        let len = Self::write(&mut self.frame, direction, message, sequence).unwrap_or(0);
         (sequence, self.frame.get(..len).unwrap_or_default())
     }
 
     /// Writes the frame where it will be sent from: the plain bytes behind the place of
     /// the first COBS code, and then codes in place of zeros.
-    fn write<M: Message>(frame: &mut [u8; MAX], message: &M, sequence: u16) -> Option<usize> {
+    fn write<T: Serialize>(
+        frame: &mut [u8; MAX],
+        direction: u8,
+        message: &T,
+        sequence: u16,
+    ) -> Option<usize> {
         let (first_code, plain) = frame.split_first_mut()?;
         let [low, high] = sequence.to_le_bytes();
         let (header, rest) = plain.split_first_chunk_mut::<HEADER>()?;
-        *header = [VERSION, M::DIRECTION, low, high];
+        *header = [VERSION, direction, low, high];
         let body = postcard::to_slice(message, rest).ok()?.len();
         let (content, rest) = plain.split_at_mut_checked(HEADER + body)?;
         let (crc, rest) = rest.split_first_chunk_mut()?;
@@ -117,6 +131,18 @@ fn unstuff(frame: &mut [u8]) -> Option<&[u8]> {
         at += usize::from(core::mem::take(frame.get_mut(at)?));
     }
     frame.get(1..).filter(|_| at == frame.len())
+}
+
+/// Place of [`ToHost::Record`] among its variants; a test compares both.
+const RECORD_INDEX: u32 = 16;
+
+/// [`ToHost::Record`] of a borrowed record.
+struct RecordMessage<'a>(&'a Record);
+
+impl Serialize for RecordMessage<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_newtype_variant("ToHost", RECORD_INDEX, "Record", self.0)
+    }
 }
 
 /// Why a frame was not understood.
@@ -332,6 +358,18 @@ mod tests {
         let got = decode::<ToBoard>(&mut Decoder::default(), &bytes);
         assert!(got.iter().flatten().all(|r| r.lost == 0), "{got:?}");
         assert_eq!(got.len(), 6);
+    }
+
+    #[test]
+    fn a_record_is_the_same_with_and_without_a_copy() {
+        let record = Record {
+            tick: 7,
+            start_us: 7_000,
+            ..Record::NONE
+        };
+        let (mut copying, mut encoder) = (Encoder::default(), Encoder::default());
+        let copied = copying.encode(&ToHost::Record(record)).1;
+        assert_eq!(encoder.encode_record(&record), copied);
     }
 
     #[test]
