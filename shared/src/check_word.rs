@@ -85,6 +85,20 @@ impl<T: Checked, const N: usize> Checked for [T; N] {
     }
 }
 
+impl<T: Checked, const N: usize> Checked for heapless::Vec<T, N> {
+    fn check(&self, sum: &mut CheckWord) {
+        self.as_slice().check(sum);
+    }
+}
+
+impl<T: Checked, const N: usize> Checked for heapless::Deque<T, N> {
+    fn check(&self, sum: &mut CheckWord) {
+        for value in self {
+            value.check(sum);
+        }
+    }
+}
+
 impl<T: Checked> Checked for Option<T> {
     fn check(&self, sum: &mut CheckWord) {
         sum.word(self.is_some().into());

@@ -1,5 +1,5 @@
-//! Memory faults: a bit that turns in what says who may drive, or what with, switches
-//! the motors off, in every state.
+//! Memory faults: a turned bit in what says who may drive, or what with, switches the
+//! motors off, in every state.
 
 use armbridge_shared::bridge::MemoryRegion;
 use armbridge_shared::link::message::{Command, Drive, Fault, Mode, Refusal};
@@ -25,16 +25,18 @@ enum Doing {
     Torque,
     Regulate,
     Track,
+    Stream,
     Passthrough,
 }
 
 impl Doing {
-    const ALL: [Self; 6] = [
+    const ALL: [Self; 7] = [
         Self::Idle,
         Self::Armed,
         Self::Torque,
         Self::Regulate,
         Self::Track,
+        Self::Stream,
         Self::Passthrough,
     ];
 
@@ -53,6 +55,14 @@ impl Doing {
                 to_rad: [0.3, -0.3],
                 duration_s: Some(2.0),
             })),
+            Self::Stream => {
+                let stream = Command::Stream {
+                    at_us: rig.now_us() + 500_000,
+                    angle_rad: [0.2, -0.2],
+                    speed_rad_s: None,
+                };
+                rig.drive(stream);
+            }
             Self::Passthrough => {
                 // The host's own commands keep clients off the bus for a while.
                 rig.pass_ms(2_100);
@@ -67,7 +77,7 @@ impl Doing {
             Self::Armed => mode == Some(Mode::Armed),
             Self::Torque => mode == Some(Mode::Running(Drive::Torque)),
             Self::Regulate => mode == Some(Mode::Running(Drive::Regulate)),
-            Self::Track => mode == Some(Mode::Running(Drive::Track)),
+            Self::Track | Self::Stream => mode == Some(Mode::Running(Drive::Track)),
             Self::Passthrough => mode == Some(Mode::Passthrough),
         };
         assert!(is_at_it, "{self:?}: {mode:?}");
@@ -110,6 +120,18 @@ fn every_turned_bit_of_the_state_switches_off() {
         with_rig(World::Bench, bench, |rig| {
             run_cases((0..STATE_BITS).map(|bit| (doing, bit)), |(doing, bit)| {
                 turn(rig, *doing, MemoryRegion::State, *bit)
+            });
+        });
+    }
+}
+
+#[test]
+fn every_turned_bit_of_a_reference_switches_off() {
+    for doing in [Doing::Armed, Doing::Regulate, Doing::Track, Doing::Stream] {
+        let bench = bench(&between_obstacles(), Firmware::Morpheus);
+        with_rig(World::Bench, bench, |rig| {
+            run_cases((0..u32::BITS).map(|bit| (doing, bit)), |(doing, bit)| {
+                turn(rig, *doing, MemoryRegion::Reference, *bit)
             });
         });
     }

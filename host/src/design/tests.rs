@@ -99,7 +99,7 @@ fn grows(setup: &Setup, wrong: Wrong) -> bool {
     for tick in 0..4 * quarter {
         let prior = estimate.state();
         let rest = Reference::at_rest(Vector2::zeros());
-        let demand = law.demand(&arm, &prior, &rest);
+        let demand = law.demand(&arm, &prior, &rest, law.feed_forward(&arm, &rest));
         let asked = demand.torque_nm - estimate.disturbance();
         torques.rotate_right(1);
         torques[0] = asked;

@@ -36,18 +36,29 @@ pub struct Demand<T> {
 }
 
 impl<T: Real> Controller<T> {
-    /// The demand for the state and the reference of one instant.
+    /// The torque in N m that the reference itself takes; zero from a law that works it
+    /// out at the state.
+    pub fn feed_forward(&self, arm: &Parameters<T>, reference: &Reference<T>) -> Vector2<T> {
+        match self {
+            Self::StateFeedback(_) => {
+                Posture::of(reference.q).inverse_dynamics(arm, reference.dq, reference.ddq)
+            }
+            Self::ComputedTorque(_) => Vector2::zeros(),
+        }
+    }
+
+    /// The demand for the state and the reference of one instant, with the reference's
+    /// [feed-forward](Self::feed_forward) in N m.
     pub fn demand(
         &self,
         arm: &Parameters<T>,
         state: &State<T>,
         reference: &Reference<T>,
+        forward_nm: Vector2<T>,
     ) -> Demand<T> {
         match self {
             Self::StateFeedback(lqr) => {
                 let feedback_nm = lqr.feedback(state, &reference.state());
-                let posture = Posture::of(reference.q);
-                let forward_nm = posture.inverse_dynamics(arm, reference.dq, reference.ddq);
                 Demand {
                     torque_nm: forward_nm + feedback_nm,
                     feedback_nm,

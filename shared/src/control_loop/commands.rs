@@ -14,6 +14,7 @@
 
 use super::experiment::{self, ActiveExperiment};
 use super::monitors::Monitors;
+use super::pipeline::FeedForward;
 use super::reference::{ReferenceSource, StartPoint, TimedTrajectory};
 use super::{ControlLoop, DriveCommand, Instant, LoopConfig};
 use crate::JOINTS;
@@ -56,9 +57,11 @@ impl ControlLoop {
         is_driven: bool,
         acts_us: u64,
     ) {
+        self.feed_forward = FeedForward::NONE;
         if is_driven {
             let reference = self.source.at(acts_us);
-            let asked = self.demand(before, &self.estimate.state(), &reference);
+            let forward_nm = before.control.feed_forward(&reference);
+            let asked = self.demand(before, &self.estimate.state(), &reference, forward_nm);
             self.estimate = config.control.estimator.take_over(&self.estimate);
             self.fade_from(config, asked.torque_nm, &reference);
         } else {
@@ -80,7 +83,8 @@ impl ControlLoop {
         reference: &Reference<f32>,
     ) {
         self.bump_nm = Vector2::zeros();
-        let own = self.demand(config, &self.estimate.state(), reference);
+        let forward_nm = config.control.feed_forward(reference);
+        let own = self.demand(config, &self.estimate.state(), reference, forward_nm);
         self.bump_nm = torque_nm - own.torque_nm;
     }
 

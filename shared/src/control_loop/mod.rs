@@ -229,9 +229,9 @@ impl ControlLoop {
         }
     }
 
-    /// Nothing is driven by a command that is not what was commanded.
+    /// Nothing is driven by a command or a reference that is not what was commanded.
     fn check_command(&self, verdict: &mut Verdict) {
-        if verdict.is_armed() && !self.commanded.is_intact() {
+        if verdict.is_armed() && !(self.commanded.is_intact() && self.source.is_intact()) {
             verdict.trip(Violation::plain(Fault::Corrupted));
         }
     }
@@ -239,6 +239,11 @@ impl ControlLoop {
     /// Turns a bit of what drives, chosen by `draw`: for tests of what becomes of it.
     pub fn inject_error(&mut self, draw: u32) {
         self.commanded.inject_error(draw);
+    }
+
+    /// Turns a bit of the reference's numbers.
+    pub fn inject_reference_error(&mut self, draw: u32) {
+        self.source.inject_error(draw);
     }
 
     fn monitor<'a>(

@@ -56,11 +56,57 @@ pub(super) struct Demand {
     pub(super) friction_nm: Vector2<f32>,
 }
 
+/// The feed-forward of the last reference: a setpoint's is computed once.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FeedForward {
+    reference: Reference<f32>,
+    torque_nm: Vector2<f32>,
+}
+
+impl FeedForward {
+    /// Equal to no reference.
+    pub(super) const NONE: Self = Self {
+        reference: Reference {
+            q: Vector2::new(f32::NAN, f32::NAN),
+            dq: Vector2::new(0.0, 0.0),
+            ddq: Vector2::new(0.0, 0.0),
+        },
+        torque_nm: Vector2::new(0.0, 0.0),
+    };
+
+    /// The feed-forward in N m of this reference.
+    pub(super) fn at(
+        &mut self,
+        config: &ControlConfig,
+        reference: &Reference<f32>,
+    ) -> Vector2<f32> {
+        if self.reference != *reference {
+            *self = Self {
+                reference: *reference,
+                torque_nm: config.feed_forward(reference),
+            };
+        }
+        self.torque_nm
+    }
+}
+
 impl ControlConfig {
-    /// The torque that makes the arm follow, for the state and the reference of one
-    /// instant, before what the estimator knows of a disturbance is taken off.
-    pub(super) fn demand(&self, state: &State<f32>, reference: &Reference<f32>) -> Demand {
-        let demand = self.controller.demand(&self.arm, state, reference);
+    /// The torque in N m that a reference itself takes.
+    pub(super) fn feed_forward(&self, reference: &Reference<f32>) -> Vector2<f32> {
+        self.controller.feed_forward(&self.arm, reference)
+    }
+
+    /// The torque that makes the arm follow, for state, reference and its feed-forward of
+    /// one instant, before what the estimator knows of a disturbance is taken off.
+    pub(super) fn demand(
+        &self,
+        state: &State<f32>,
+        reference: &Reference<f32>,
+        forward_nm: Vector2<f32>,
+    ) -> Demand {
+        let demand = self
+            .controller
+            .demand(&self.arm, state, reference, forward_nm);
         let friction_nm = self.friction.feed_forward(demand.feedback_nm, reference.dq);
         Demand {
             torque_nm: demand.torque_nm + friction_nm,

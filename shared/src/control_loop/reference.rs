@@ -4,8 +4,12 @@
 //! reference that will be in force when it begins; until then the source before
 //! it goes on. So the two join without a step, however long planning takes, or
 //! the motion is refused for being late.
+//!
+//! The numbers of the source lie under a [`CheckWord`], which every tick compares before
+//! the arm follows them, and which is renewed only where it was right.
 
 use super::limits::MOTION;
+use crate::check_word::{CheckWord, Checked, checked};
 use crate::control::Reference;
 use crate::control::trajectory::stream::{self, Point, Stream};
 use crate::control::trajectory::{self, Trajectory};
@@ -38,9 +42,15 @@ pub struct TimedTrajectory {
     pub starts_us: u64,
 }
 
-/// The reference, and where it comes from.
+/// The reference, and where it comes from. Its numbers lie under a [`CheckWord`].
 #[derive(Clone, Debug)]
 pub struct ReferenceSource {
+    plan: Plan,
+    check: CheckWord,
+}
+
+#[derive(Clone, Debug)]
+struct Plan {
     source: Source,
     /// The motion to change to when its time comes.
     then: Option<TimedTrajectory>,
@@ -48,8 +58,35 @@ pub struct ReferenceSource {
 
 #[derive(Clone, Debug)]
 enum Source {
+    /// Rest at these angles.
+    Setpoint(Vector2<f32>),
     Planned(TimedTrajectory),
     Streamed(Stream<f32>),
+}
+
+checked!(TimedTrajectory {
+    trajectory,
+    starts_us
+});
+checked!(Plan { source, then });
+
+impl Checked for Source {
+    fn check(&self, sum: &mut CheckWord) {
+        match self {
+            Self::Setpoint(q) => {
+                sum.word(0);
+                q.check(sum);
+            }
+            Self::Planned(motion) => {
+                sum.word(1);
+                motion.check(sum);
+            }
+            Self::Streamed(stream) => {
+                sum.word(2);
+                stream.check(sum);
+            }
+        }
+    }
 }
 
 impl TimedTrajectory {
@@ -62,26 +99,47 @@ impl TimedTrajectory {
 }
 
 impl ReferenceSource {
+    fn new(source: Source) -> Self {
+        let plan = Plan { source, then: None };
+        let check = CheckWord::of(&plan);
+        Self { plan, check }
+    }
+
     /// Rest at these angles.
     pub fn hold(q: Vector2<f32>) -> Self {
-        Self {
-            source: Source::Planned(TimedTrajectory {
-                trajectory: Trajectory::hold(q),
-                starts_us: 0,
-            }),
-            then: None,
+        Self::new(Source::Setpoint(q))
+    }
+
+    /// From this reference to rest, as soon as the bounds allow.
+    pub fn braking(from: &Reference<f32>, at_us: u64) -> Self {
+        match Stream::new(from, at_us, &MOTION) {
+            Ok(stream) => Self::new(Source::Streamed(stream)),
+            // From beyond the bounds, where no bounded motion leads: at once.
+            Err(_) => Self::hold(from.q),
         }
+    }
+
+    /// Whether the numbers are those that were planned.
+    pub fn is_intact(&self) -> bool {
+        CheckWord::of(&self.plan) == self.check
+    }
+
+    /// Changes the plan; numbers that have turned before stay found out.
+    fn change<R>(&mut self, change: impl FnOnce(&mut Plan) -> R) -> R {
+        let was_intact = self.is_intact();
+        let result = change(&mut self.plan);
+        if was_intact {
+            self.check = CheckWord::of(&self.plan);
+        }
+        result
     }
 
     /// What is asked of the arm at a time that never goes back.
     pub fn at(&mut self, at_us: u64) -> Reference<f32> {
-        if let Some(motion) = self.then.take_if(|motion| motion.starts_us <= at_us) {
-            self.source = Source::Planned(motion);
+        if self.plan.is_to_change(at_us) {
+            self.change(|plan| plan.advance(at_us));
         }
-        match &mut self.source {
-            Source::Planned(motion) => motion.at(at_us),
-            Source::Streamed(stream) => stream.advance(at_us),
-        }
+        self.plan.at(at_us)
     }
 
     /// Where a motion that is asked for now would begin.
@@ -102,30 +160,19 @@ impl ReferenceSource {
         if motion.starts_us <= now_us || apart.amax() > GAP_MAX_RAD {
             return Err(Refusal::Busy);
         }
-        self.then = Some(motion);
+        self.change(|plan| plan.then = Some(motion));
         Ok(())
     }
 
     /// Comes to rest as soon as the bounds allow, and stays there.
     pub fn brake(&mut self, at_us: u64) {
-        *self = Self::braking(&self.at(at_us), at_us);
-    }
-
-    /// From this reference to rest, as soon as the bounds allow.
-    pub fn braking(from: &Reference<f32>, at_us: u64) -> Self {
-        match Stream::new(from, at_us, &MOTION) {
-            Ok(stream) => Self {
-                source: Source::Streamed(stream),
-                then: None,
-            },
-            // From beyond the bounds, where no bounded motion leads: at once.
-            Err(_) => Self::hold(from.q),
-        }
+        let from = self.at(at_us);
+        self.change(|plan| *plan = Self::braking(&from, at_us).plan);
     }
 
     /// Whether the host streams it.
     pub fn is_streamed(&self) -> bool {
-        matches!(self.source, Source::Streamed(_))
+        matches!(self.plan.source, Source::Streamed(_))
     }
 
     /// Where it ends, if nothing else is asked for, in rad.
@@ -138,24 +185,64 @@ impl ReferenceSource {
     /// # Errors
     /// Why the point cannot be.
     pub fn push(&mut self, now_us: u64, point: Point<f32>) -> Result<(), Refusal> {
-        if let Source::Streamed(stream) = &mut self.source {
-            if self.then.is_some() {
-                return Err(Refusal::Busy);
-            }
-            return stream
-                .push(now_us, point)
-                .map_err(|error| stream_refusal(&error));
+        self.change(|plan| plan.push(now_us, point))
+    }
+
+    /// Turns a bit of a number, chosen by `draw`: for tests of what becomes of it.
+    pub fn inject_error(&mut self, draw: u32) {
+        let bit = draw % u32::BITS;
+        match &mut self.plan.source {
+            Source::Setpoint(q) => q.x = f32::from_bits(q.x.to_bits() ^ 1 << bit),
+            Source::Planned(motion) => motion.starts_us ^= 1 << bit,
+            Source::Streamed(stream) => stream.inject_error(bit),
         }
-        let from = self.at(now_us);
-        let mut stream = Stream::new(&from, now_us, &MOTION).map_err(|error| refusal(&error))?;
-        stream
-            .push(now_us, point)
-            .map_err(|error| stream_refusal(&error))?;
-        *self = Self {
-            source: Source::Streamed(stream),
-            then: None,
+    }
+}
+
+impl Plan {
+    /// Whether another motion, or another way of the stream, begins until this time.
+    fn is_to_change(&self, at_us: u64) -> bool {
+        let is_due = |motion: &TimedTrajectory| motion.starts_us <= at_us;
+        self.then.as_ref().is_some_and(is_due)
+            || matches!(&self.source, Source::Streamed(stream) if stream.is_to_change(at_us))
+    }
+
+    fn advance(&mut self, at_us: u64) {
+        if let Some(motion) = self.then.take_if(|motion| motion.starts_us <= at_us) {
+            self.source = Source::Planned(motion);
+        }
+        if let Source::Streamed(stream) = &mut self.source {
+            stream.advance(at_us);
+        }
+    }
+
+    fn at(&self, at_us: u64) -> Reference<f32> {
+        match &self.source {
+            Source::Setpoint(q) => Reference::at_rest(*q),
+            Source::Planned(motion) => motion.at(at_us),
+            Source::Streamed(stream) => stream.at(at_us),
+        }
+    }
+
+    fn push(&mut self, now_us: u64, point: Point<f32>) -> Result<(), Refusal> {
+        let push = |stream: &mut Stream<f32>| {
+            let pushed = stream.push(now_us, point);
+            pushed.map_err(|error| stream_refusal(&error))
         };
-        Ok(())
+        match &mut self.source {
+            Source::Streamed(_) if self.then.is_some() => Err(Refusal::Busy),
+            Source::Streamed(stream) => push(stream),
+            Source::Setpoint(_) | Source::Planned(_) => {
+                self.advance(now_us);
+                let from = self.at(now_us);
+                let mut stream =
+                    Stream::new(&from, now_us, &MOTION).map_err(|error| refusal(&error))?;
+                push(&mut stream)?;
+                self.source = Source::Streamed(stream);
+                self.then = None;
+                Ok(())
+            }
+        }
     }
 }
 

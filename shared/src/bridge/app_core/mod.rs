@@ -56,6 +56,8 @@ pub enum MemoryRegion {
     State,
     /// What drives the motors.
     Drive,
+    /// The numbers of the reference source.
+    Reference,
 }
 
 /// What the bus brought in a tick.
@@ -320,6 +322,7 @@ impl Core {
             MemoryRegion::Config => self.config.inject_error(draw),
             MemoryRegion::State => self.supervisor.inject_error(draw),
             MemoryRegion::Drive => self.control_loop.inject_error(draw),
+            MemoryRegion::Reference => self.control_loop.inject_reference_error(draw),
         }
     }
 

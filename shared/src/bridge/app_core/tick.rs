@@ -8,7 +8,7 @@ use crate::flow_token::Machine;
 use crate::link::experiment::{Conclusion, ExperimentEnd};
 use crate::link::message::{Fault, Record, Timing};
 use crate::servo::protocol1::Alarms;
-use crate::supervisor::Event;
+use crate::supervisor::{Event, State};
 
 impl Core {
     /// Whether the tick may feed the watchdog: it began in time, and went through every
@@ -61,6 +61,7 @@ impl Core {
     }
 
     /// Decides the tick that has begun, and makes its record of inputs and outputs.
+    #[inline(never)]
     pub fn decide(&mut self, sampled: &TickSamples, record: &mut Record) {
         let is_config_intact = self.check_integrity();
         self.decide_with(sampled, is_config_intact, record);
@@ -94,16 +95,17 @@ impl Core {
 
     /// What the supervisor makes of a tick's outputs.
     fn conclude(&mut self, output: &TickOutput) {
-        let event = if output.is_complete {
-            Event::SamplesBack
-        } else {
-            Event::SampleLost
+        // Samples change no other state.
+        let samples = match (self.state(), output.is_complete) {
+            (State::Running, false) => Some(Event::SampleLost),
+            (State::Degraded, true) => Some(Event::SamplesBack),
+            _ => None,
         };
         let fallback = output.fallback.map(|fallback| match fallback {
             Fallback::Brake => Event::Brake,
             Fallback::Release => Event::Slacken,
         });
-        for event in [Some(event), fallback].into_iter().flatten() {
+        for event in [samples, fallback].into_iter().flatten() {
             // Never refused.
             let _ = self.apply(event);
         }

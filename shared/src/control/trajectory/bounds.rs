@@ -1,6 +1,7 @@
 //! What a trajectory may ask of the arm.
 
 use crate::JOINTS;
+use crate::check_word::checked;
 use crate::real::Real;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
@@ -16,6 +17,8 @@ pub struct Bounds<T> {
     /// In rad/s^2.
     pub acceleration_rad_s2: T,
 }
+
+checked!(Bounds<T> { angle_rad, speed_rad_s, acceleration_rad_s2 });
 
 /// What is bounded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]

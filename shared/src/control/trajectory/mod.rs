@@ -53,6 +53,7 @@ use self::bounds::Tightest;
 use self::path::Path;
 use self::wave::Wave;
 use super::Reference;
+use crate::check_word::checked;
 use crate::real::Real;
 use core::f64::consts::TAU;
 use nalgebra::Vector2;
@@ -74,6 +75,8 @@ pub struct Trajectory<T> {
     wave: Option<Wave<T>>,
     duration_s: T,
 }
+
+checked!(Trajectory<T> { path, wave, duration_s });
 
 impl<T: Real> Trajectory<T> {
     /// Rest at these angles for ever: what there is before anything is planned.

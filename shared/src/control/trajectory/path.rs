@@ -4,6 +4,7 @@ use super::bounds::{Quantity, Tightest};
 use super::quintic::Quintic;
 use super::waypoints::{self, Knot, Knots};
 use super::{DURATION_MAX_S, DURATION_MIN_S, Error, WAYPOINTS_MAX, Waypoint};
+use crate::check_word::checked;
 use crate::control::Reference;
 use crate::real::Real;
 use heapless::Vec;
@@ -16,6 +17,8 @@ struct Piece<T> {
     quintic: Quintic<T>,
 }
 
+checked!(Piece<T> { starts_s, quintic });
+
 /// All of them.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Path<T> {
@@ -23,6 +26,8 @@ pub(super) struct Path<T> {
     ends_s: T,
     rests_at: Vector2<T>,
 }
+
+checked!(Path<T> { pieces, ends_s, rests_at });
 
 impl<T: Real> Path<T> {
     /// Rest from the start.

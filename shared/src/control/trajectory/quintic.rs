@@ -11,6 +11,7 @@
 
 use super::bounds::{Quantity, Tightest};
 use crate::JOINTS;
+use crate::check_word::checked;
 use crate::control::Reference;
 use crate::real::Real;
 use heapless::Vec;
@@ -24,6 +25,8 @@ type Coefficients<T> = [T; 6];
 pub(super) struct Quintic<T> {
     c: [Vector2<T>; 6],
 }
+
+checked!(Quintic<T> { c });
 
 impl<T: Real> Quintic<T> {
     /// Rest.

@@ -41,6 +41,7 @@
 use super::bounds::{Bounds, Quantity, Tightest};
 use super::check_start;
 use super::quintic::Quintic;
+use crate::check_word::{CheckWord, Checked, checked};
 use crate::control::Reference;
 use crate::real::Real;
 use heapless::Deque;
@@ -106,6 +107,19 @@ pub struct Stream<T> {
     starts_us: u64,
     /// Of the way; while resting it does not end.
     ends_us: u64,
+}
+
+checked!(Point<T> { at_us, q, dq });
+checked!(Stream<T> { bounds, points, skipped, phase, way, starts_us, ends_us });
+
+impl Checked for Phase {
+    fn check(&self, sum: &mut CheckWord) {
+        sum.word(match self {
+            Self::Following => 0,
+            Self::Braking => 1,
+            Self::Resting => 2,
+        });
+    }
 }
 
 impl<T: Real> Stream<T> {
@@ -177,6 +191,12 @@ impl<T: Real> Stream<T> {
         self.points.push_back(point).map_err(|_| Error::Full)
     }
 
+    /// Whether [`advance`](Self::advance) goes over to another way at this time.
+    pub fn is_to_change(&self, now_us: u64) -> bool {
+        (self.phase != Phase::Resting && now_us >= self.ends_us)
+            || (self.phase != Phase::Following && !self.points.is_empty())
+    }
+
     /// One tick: the reference at `now_us`, which never goes back.
     pub fn advance(&mut self, now_us: u64) -> Reference<T> {
         // Each turn takes a point or a phase, so there are few.
@@ -198,7 +218,9 @@ impl<T: Real> Stream<T> {
         self.at(now_us)
     }
 
-    fn at(&self, now_us: u64) -> Reference<T> {
+    /// The reference at a time until which the stream does not
+    /// [change](Self::is_to_change).
+    pub fn at(&self, now_us: u64) -> Reference<T> {
         let until_us = now_us.min(self.ends_us);
         self.way
             .at(seconds(until_us.saturating_sub(self.starts_us)))
@@ -275,6 +297,11 @@ impl<T: Real> Stream<T> {
         self.way = Quintic::resting(q);
         self.starts_us = now_us;
         self.ends_us = u64::MAX;
+    }
+
+    /// Turns a bit of when the way begins: for tests of what becomes of it.
+    pub fn inject_error(&mut self, bit: u32) {
+        self.starts_us ^= 1 << bit;
     }
 
     fn check(&self, quantity: Quantity, values: Vector2<T>) -> Result<(), Error<T>> {

@@ -11,6 +11,7 @@
 use super::bounds::Tightest;
 use super::ramp::Envelope;
 use crate::JOINTS;
+use crate::check_word::checked;
 use crate::control::Reference;
 use crate::real::Real;
 use core::f64::consts::TAU;
@@ -30,6 +31,8 @@ pub(super) struct Wave<T> {
     pub(super) ramp_s: T,
     pub(super) duration_s: T,
 }
+
+checked!(Wave<T> { amplitude_rad, start_hz, sweep_hz_s, phase_turns, ramp_s, duration_s });
 
 impl<T: Real> Wave<T> {
     /// Adds w to a reference.
