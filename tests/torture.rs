@@ -22,6 +22,14 @@ fn whatever_goes_wrong_with_stock_servos_is_named_and_ends_with_motors_off() {
     campaign(Firmware::Stock);
 }
 
+/// Both servos are cut off inside packets. Where that of one ends, the error that it
+/// answers meets a READ, and it takes the next 255 bytes for another packet.
+#[test]
+fn a_servo_that_is_cut_off_twice_is_off_in_time() {
+    let outcome = torture::run(2_524, Firmware::Stock);
+    assert_eq!(outcome.failures, Vec::<String>::new());
+}
+
 fn campaign(servos: Firmware) {
     let seeds: Vec<u64> = (0..SEEDS).collect();
     let run = |seed| Ok::<_, Infallible>(torture::run(seed, servos));

@@ -282,6 +282,30 @@ fn a_tick_with_motors_off_says_so_in_either_protocol() {
     }
 }
 
+/// Servo 1 answers as late as with the return delay that it has ex works.
+#[test]
+fn an_answer_after_its_window_is_no_other_servos() {
+    let late = bytes(600, &[0xFF, 0xFF, 1, 4, 0, 7, 2, 0xF1]);
+    let hold_off = |test: &mut Test| test.run(Transaction::HoldOff, late.clone());
+    let mut test = Test::new(false);
+    test.master.set_line(Firmware::Stock, 1_000_000).unwrap();
+    let unknown = hold_off(&mut test);
+    let silent = Sample::Missing(Missing::Silence);
+    assert_eq!(unknown.samples, [Sample::Counts(519), silent]);
+    // Servos that let go keep their return delay: what is later is not theirs.
+    test.master.set_prepared(true);
+    test.master.note_released();
+    assert!(!test.master.is_prepared());
+    let released = hold_off(&mut test);
+    let stranger = Sample::Missing(Missing::WrongId);
+    assert_eq!(released.samples, [silent, stranger]);
+    assert_eq!(released.bus_us, 2 * (50 + 80 + 50 + 80 + 302));
+    // What is not known is not known after a stop either.
+    test.master.set_prepared(false);
+    test.master.note_released();
+    assert_eq!(hold_off(&mut test).samples, unknown.samples);
+}
+
 #[test]
 fn an_order_to_drive_is_taken_back_before_it_is_sent_and_not_after() {
     let full = Transaction::Drive([Pwm::MAX; 2]);

@@ -8,6 +8,7 @@ use armbridge::operator::{Operator, OperatorError, Script};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Missing, Setup, ToHost};
 use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::master::Readiness;
 use armbridge_shared::servo::master::timing::tick_us;
 use armbridge_shared::servo::port::{BAUD_RATES, bytes_us};
 use armbridge_tests::plant;
@@ -29,7 +30,7 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
             .into_iter()
             .zip(BAUD_RATES)
         {
-            let least_us = tick_us(firmware, rate, true);
+            let least_us = tick_us(firmware, rate, Readiness::Prepared);
             let period_us = if (firmware, rate) == (Firmware::Morpheus, 1_000_000) {
                 600
             } else {
@@ -111,7 +112,7 @@ fn what_cannot_work_is_refused_with_its_reason() {
         Setup::default(),
     );
     let why = slow.unwrap_err().to_string();
-    let least = tick_us(Firmware::Morpheus, BAUD_RATES[3], true).to_string();
+    let least = tick_us(Firmware::Morpheus, BAUD_RATES[3], Readiness::Prepared).to_string();
     assert!(why.contains(&least), "{why}");
 }
 

@@ -9,6 +9,7 @@
 use std::io::{self, Read, Write};
 use std::time::{Duration, Instant};
 
+use armbridge_shared::link::frame;
 use nusb::io::{EndpointRead, EndpointWrite};
 use nusb::transfer::{Bulk, Direction, In, Out};
 use nusb::{DeviceInfo, ErrorKind, Interface, MaybeFuture};
@@ -24,10 +25,19 @@ pub const PRODUCT_NAME: &str = "Armbridge";
 /// Class of the interface with the pipes.
 pub const VENDOR_CLASS: u8 = 0xFF;
 
-/// Bytes of a transfer: what comes in some 20 ms.
+/// Bytes of a transfer's buffer: a page, the least that Linux gives out, and more than
+/// any frame.
 const TRANSFER: usize = 4_096;
-/// Transfers under way, so that nothing is missed between two reads.
-const TRANSFERS: usize = 8;
+const _: () = assert!(TRANSFER >= frame::MAX);
+/// Transfers that are kept open; they take 256 KiB, of 16 MiB that Linux has for USB.
+///
+/// A transfer ends with a packet that is not full, and the board ends each frame with
+/// one: a transfer holds one frame, however large its buffer. While the host does not
+/// read, all transfers but the one that it read last are filled, then the board's own
+/// queue of 15 records and the frame that it has taken out. At 1 kHz that is
+/// 63 + 15 + 1 ms: records are dropped when the host stalls for more than 79 ms, less
+/// what else is told meanwhile.
+const TRANSFERS: usize = 64;
 /// How long the board may take none of our bytes.
 const STUCK: Duration = Duration::from_secs(1);
 

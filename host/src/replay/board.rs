@@ -40,6 +40,7 @@ use armbridge_shared::link::message::{
 };
 use armbridge_shared::link::motion::Motion;
 use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::master::Readiness;
 use armbridge_shared::servo::master::timing::tick_us;
 use armbridge_shared::servo::protocol1::Alarms;
 use armbridge_shared::supervisor::{Event, State};
@@ -146,9 +147,14 @@ impl Board {
     /// What the servos are: a bus that is too slow for the period stretches it.
     pub(super) fn set_line(&mut self, firmware: Firmware, baud: u32, is_ready: bool) {
         let is_prepared = is_ready || firmware == Firmware::Morpheus;
+        let readiness = if is_prepared {
+            Readiness::Prepared
+        } else {
+            Readiness::Unknown
+        };
         self.bus = BusFacts {
             is_prepared,
-            least_period_us: tick_us(firmware, baud, is_prepared),
+            least_period_us: tick_us(firmware, baud, readiness),
             is_stop_settled: true,
         };
     }

@@ -258,7 +258,7 @@ where
 
     /// Shortest period in µs that the bus allows.
     pub fn least_period_us(&self) -> u32 {
-        tick_us(self.firmware(), self.baud(), self.is_prepared())
+        tick_us(self.firmware(), self.baud(), self.master.readiness())
     }
 
     /// Whether the last stop has come to an end: every motor has been seen to be off, or

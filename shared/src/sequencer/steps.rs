@@ -61,8 +61,9 @@ where
     }
 
     fn begin_stop(&mut self, stop: Transaction, baud: u32) -> Option<BusEvent> {
-        // Stock servos let go of their shafts.
-        self.master.set_prepared(false);
+        // Stock servos let go of their shafts, but keep their return delay. The less
+        // time ticks wait for answers, the more orders reach a servo that is silent.
+        self.master.note_released();
         // Idle was just seen: it is not busy.
         let _ = self.master.set_line(self.firmware(), baud);
         self.begin(stop);

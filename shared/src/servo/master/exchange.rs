@@ -17,7 +17,7 @@ pub(in crate::servo) trait Exchange: Protocol {
 
     /// The shortest period in µs at which a tick's exchange with two servos, and
     /// the rest after it, is sure to be over.
-    fn tick_us(baud: u32, is_prepared: bool) -> u32;
+    fn tick_us(baud: u32, readiness: Readiness) -> u32;
 
     /// Steps of a transaction that is another in each protocol; `None` ends it.
     fn step(transaction: Transaction, index: u8, line: &Line) -> Option<Step>;
@@ -36,6 +36,29 @@ pub(in crate::servo) enum Step {
     Listen(Awaited, u64),
 }
 
+/// How far stock servos are set up. Morpheus servos need no set-up.
+///
+/// How soon a servo answers does not depend on its torque: the return delay is EEPROM,
+/// and outlasts a stop and a loss of supply. A client that has the bus may change it, and
+/// after a client servos are searched for. Another servo that is fitted meanwhile may
+/// answer later: it counts as silent until a search has found it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Readiness {
+    /// Their settings are not known: an answer may come late.
+    Unknown,
+    /// They answer soon, and have let go of their shafts: no torque can be given.
+    Released,
+    /// They answer soon, and are in wheel mode with torque enabled.
+    Prepared,
+}
+
+impl Readiness {
+    /// Whether the short return delay is set.
+    pub(in crate::servo) fn answers_soon(self) -> bool {
+        self != Self::Unknown
+    }
+}
+
 /// What the steps depend on.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::servo) struct Line {
@@ -43,8 +66,7 @@ pub(in crate::servo) struct Line {
     pub(in crate::servo) firmware: super::Firmware,
     pub(in crate::servo) baud: u32,
     pub(in crate::servo) available_us: u32,
-    /// Stock servos are in wheel mode and answer soon.
-    pub(in crate::servo) is_prepared: bool,
+    pub(in crate::servo) readiness: Readiness,
 }
 
 /// Which replies are awaited.

@@ -39,6 +39,7 @@ pub use super::ExpectedReply;
 /// Former name of [`ExpectedReply`].
 pub use super::ExpectedReply as Asked;
 pub use collect::Payload;
+pub use exchange::Readiness;
 pub use transaction::{Outcome, Transaction};
 
 use super::ServoId;
@@ -140,7 +141,7 @@ where
                 firmware: Firmware::Morpheus,
                 baud: super::port::BAUD_RATES[0],
                 available_us: u32::MAX,
-                is_prepared: false,
+                readiness: Readiness::Unknown,
             },
             echo: Echo::default(),
             phase: Phase::Idle,
@@ -182,15 +183,32 @@ where
         self.line.available_us = us;
     }
 
-    /// Stock servos are in wheel mode and answer soon, or no longer. Until then a
-    /// tick only asks where they are.
+    /// Stock servos have been prepared, or nothing is known of their settings. Until
+    /// they are prepared a tick only asks where they are.
     pub fn set_prepared(&mut self, is_prepared: bool) {
-        self.line.is_prepared = is_prepared;
+        self.line.readiness = if is_prepared {
+            Readiness::Prepared
+        } else {
+            Readiness::Unknown
+        };
+    }
+
+    /// Stock servos let go of their shafts: they are prepared no longer, but answer as
+    /// soon as before.
+    pub fn note_released(&mut self) {
+        if self.line.readiness == Readiness::Prepared {
+            self.line.readiness = Readiness::Released;
+        }
     }
 
     /// Whether torque can be given to the servos.
     pub fn is_prepared(&self) -> bool {
-        self.line.is_prepared || self.line.firmware == Firmware::Morpheus
+        self.line.readiness == Readiness::Prepared || self.line.firmware == Firmware::Morpheus
+    }
+
+    /// How far stock servos are set up.
+    pub fn readiness(&self) -> Readiness {
+        self.line.readiness
     }
 
     /// What runs on the servos.

@@ -6,7 +6,7 @@
 use super::super::Firmware;
 use super::super::firmware::with_protocol;
 use super::super::port::bytes_us;
-use super::exchange::Exchange;
+use super::exchange::{Exchange, Readiness};
 
 pub use super::super::protocol1::RETURN_DELAY_US;
 
@@ -26,10 +26,10 @@ pub fn prepared_latency_us(firmware: Firmware, baud: u32) -> u32 {
 }
 
 /// The shortest period at which a tick's exchange with two servos, and the rest
-/// after it, is sure to be over. Stock servos must be prepared: their return
-/// delay is long as they come.
-pub fn tick_us(firmware: Firmware, baud: u32, is_prepared: bool) -> u32 {
-    with_protocol!(firmware, P => P::tick_us(baud, is_prepared))
+/// after it, is sure to be over. It is longer with stock servos that are not
+/// prepared: their return delay is long as they come.
+pub fn tick_us(firmware: Firmware, baud: u32, readiness: Readiness) -> u32 {
+    with_protocol!(firmware, P => P::tick_us(baud, readiness))
 }
 
 /// How long to listen for the answer to a ping.
@@ -43,8 +43,16 @@ mod tests {
 
     #[test]
     fn one_kilohertz_at_one_megabaud_and_600_us_with_the_short_gap() {
-        assert_eq!(tick_us(Firmware::Morpheus, 1_000_000, true), 590);
-        assert_eq!(tick_us(Firmware::Stock, 1_000_000, true), 954);
-        assert_eq!(tick_us(Firmware::Morpheus, 57_142, true), 6_531);
+        let prepared = |firmware, baud| tick_us(firmware, baud, Readiness::Prepared);
+        assert_eq!(prepared(Firmware::Morpheus, 1_000_000), 590);
+        assert_eq!(prepared(Firmware::Stock, 1_000_000), 954);
+        assert_eq!(prepared(Firmware::Morpheus, 57_142), 6_531);
+    }
+
+    #[test]
+    fn stock_servos_that_have_let_go_answer_as_soon_as_before() {
+        let stock = |readiness| tick_us(Firmware::Stock, 1_000_000, readiness);
+        assert_eq!(stock(Readiness::Unknown), 2_050);
+        assert_eq!(stock(Readiness::Released), 1_074);
     }
 }

@@ -10,7 +10,7 @@ use super::{Morpheus, Request};
 use crate::JOINTS;
 use crate::actuator::Pwm;
 use crate::servo::master::Transaction;
-use crate::servo::master::exchange::{Answer, Awaited, Exchange, Line, Step};
+use crate::servo::master::exchange::{Answer, Awaited, Exchange, Line, Readiness, Step};
 use crate::servo::master::timing::GUARD_US;
 use crate::servo::port::bytes_us;
 
@@ -52,7 +52,7 @@ impl Exchange for Morpheus {
         ANSWER_US
     }
 
-    fn tick_us(baud: u32, _is_prepared: bool) -> u32 {
+    fn tick_us(baud: u32, _readiness: Readiness) -> u32 {
         let fixed_us = u64::from(GAP_MIN_US) + POSITIONS_TYPICAL_US + GUARD_US;
         (bytes_us(TICK_BYTES, baud) + fixed_us) as u32
     }
@@ -120,7 +120,7 @@ fn start(index: u8, line: &Line) -> Option<Step> {
 
 /// The pause between SYNC_WR and CYCLE, if a tick's exchange may take so long.
 fn gap_us(available_us: u32, baud: u32) -> u32 {
-    let roomy_us = Morpheus::tick_us(baud, true) + (GAP_US - GAP_MIN_US);
+    let roomy_us = Morpheus::tick_us(baud, Readiness::Prepared) + (GAP_US - GAP_MIN_US);
     if available_us >= roomy_us {
         GAP_US
     } else {

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! A servo that was cut off inside a packet takes up to 254 bytes for its rest, and hears
-//! the first order after them: the more bytes a tick has, the sooner.
+//! the first order after them: the more bytes a tick has and the less it waits, the sooner.
 //!
 //! Times are from the e-Manual, where it says anything; it says nothing of how long
 //! a servo thinks.
@@ -20,7 +20,7 @@ use super::{BROADCAST, Instruction, Protocol1, register, torque_off};
 use crate::JOINTS;
 use crate::actuator::Pwm;
 use crate::servo::master::Transaction;
-use crate::servo::master::exchange::{Answer, Awaited, Exchange, Line, Step};
+use crate::servo::master::exchange::{Answer, Awaited, Exchange, Line, Readiness, Step};
 use crate::servo::master::timing::GUARD_US;
 use crate::servo::port::bytes_us;
 use crate::servo::{Packet, ServoId};
@@ -61,12 +61,13 @@ impl Exchange for Protocol1 {
         (SHORT_STATUS_US + WRITE_US + control_steps_us(bytes_us(56, baud))) as u32
     }
 
-    fn tick_us(baud: u32, is_prepared: bool) -> u32 {
-        let turn_us = GUARD_US + bytes_us(8, baud) + position_us(baud, is_prepared);
-        let orders_us = if is_prepared {
-            bytes_us(14, baud)
-        } else {
-            JOINTS as u64 * (GUARD_US + bytes_us(8, baud))
+    fn tick_us(baud: u32, readiness: Readiness) -> u32 {
+        let turn_us = GUARD_US + bytes_us(8, baud) + position_us(baud, readiness);
+        let orders_us = match readiness {
+            Readiness::Prepared => bytes_us(14, baud),
+            Readiness::Released | Readiness::Unknown => {
+                JOINTS as u64 * (GUARD_US + bytes_us(8, baud))
+            }
         };
         (orders_us + JOINTS as u64 * turn_us + GUARD_US) as u32
     }
@@ -81,7 +82,7 @@ impl Exchange for Protocol1 {
             _ => return None,
         };
         let Some(after) = index.checked_sub(1) else {
-            return if line.is_prepared {
+            return if line.readiness == Readiness::Prepared {
                 speeds(line.ids, pwm).map(Step::Send)
             } else {
                 // To a servo in another mode the same number means another thing.
@@ -116,7 +117,7 @@ fn ask_position(joint: usize, step: u8, line: &Line) -> Option<Step> {
         }
         _ => Step::Listen(
             Awaited::One(joint, Answer::Position),
-            position_us(line.baud, line.is_prepared) + RESERVE_US,
+            position_us(line.baud, line.readiness) + RESERVE_US,
         ),
     })
 }
@@ -147,9 +148,9 @@ fn duty(pwm: Pwm) -> u16 {
 }
 
 /// From the end of a READ to the end of a stock servo's position.
-fn position_us(baud: u32, is_prepared: bool) -> u64 {
+fn position_us(baud: u32, readiness: Readiness) -> u64 {
     let position_us = bytes_us(8, baud);
-    let delay_us = if is_prepared {
+    let delay_us = if readiness.answers_soon() {
         SHORT_STATUS_US
     } else {
         RETURN_DELAY_MAX_US + STATUS_US + CONTROL_STEP_US
