@@ -126,10 +126,10 @@ where
 
     fn budget_of(&self, id: u8, budget_us: u32) -> TimeBudget {
         let (firmware, baud) = (self.firmware(), self.baud());
-        let latency_us = if self.ids.iter().any(|ours| ours.get() == id) {
+        let is_ours = self.ids.iter().any(|ours| ours.get() == id);
+        let latency_us = if is_ours && self.master.readiness().answers_soon() {
             prepared_latency_us(firmware, baud)
         } else {
-            // Settings of a servo that is not ours are not known.
             latency_us(firmware)
         };
         TimeBudget::new(budget_us, baud, latency_us)
