@@ -19,7 +19,7 @@
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 use super::command::ValidatedCommand;
-use super::gateway::{BusSide, PortEnd};
+use super::gateway::{BusSide, CLIENT_BYTES, PortEnd};
 use super::queue::{Channel, Count, Receiver, Sender};
 use crate::JOINTS;
 use crate::control_loop::reference::StartPoint;
@@ -40,9 +40,6 @@ const NOTICES: usize = 16;
 /// some 70 words of flash at 16 µs. A host that stalls for longer has buffers of its
 /// own in the USB transfers that it keeps open, and memory is cheaper there.
 const RECORDS: usize = 16;
-
-/// Bytes of the transparent port in either direction: two of the longest packet.
-pub(super) const CLIENT_BYTES: usize = 1024;
 
 /// A command of the host, which may be refused.
 #[derive(Clone, Debug)]

@@ -41,6 +41,7 @@ mod luenberger;
 mod model;
 
 pub use finite_difference::FiniteDifference;
+pub use joint_estimate::Estimate;
 pub use kalman::{Kalman, Tuning};
 pub use luenberger::{Form, Luenberger};
 pub use model::Model;
@@ -161,44 +162,12 @@ pub enum Estimator<T> {
     Kalman(Kalman<T>),
 }
 
-/// What an estimator knows of the arm: joint by joint angle, speed, disturbance
-/// and how sure they are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate<T> {
-    joints: [JointEstimate<T>; JOINTS],
-}
-
 impl<T: Checked> Checked for Estimator<T> {
     fn check(&self, sum: &mut CheckWord) {
         match self {
             Self::FiniteDifference(difference) => difference.check(sum),
             Self::Luenberger(observer) => observer.check(sum),
             Self::Kalman(filter) => filter.check(sum),
-        }
-    }
-}
-
-impl<T: Real> Estimate<T> {
-    /// The state at the next samples after [`Estimator::advance`], at the present
-    /// ones after [`Estimator::correct`].
-    pub fn state(&self) -> State<T> {
-        let [a, b] = &self.joints;
-        State {
-            q: Vector2::new(a.q, b.q),
-            dq: Vector2::new(a.dq, b.dq),
-        }
-    }
-
-    /// Torque in N m that acts on the joints without being commanded; zero from
-    /// an estimator that does not look for it.
-    pub fn disturbance(&self) -> Vector2<T> {
-        let [a, b] = &self.joints;
-        Vector2::new(a.d, b.d)
-    }
-
-    fn set(&mut self, state: &State<T>) {
-        for (joint, estimate) in self.joints.iter_mut().enumerate() {
-            (estimate.q, estimate.dq) = (state.q[joint], state.dq[joint]);
         }
     }
 }

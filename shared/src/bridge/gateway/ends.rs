@@ -2,8 +2,10 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use crate::bridge::channels::CLIENT_BYTES;
 use crate::bridge::queue::{Receiver, Sender};
+
+/// Bytes of the transparent port in either direction: two of the longest packet.
+pub(in crate::bridge) const CLIENT_BYTES: usize = 1024;
 
 /// What a client has set its serial port to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

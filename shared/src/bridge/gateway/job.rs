@@ -17,15 +17,12 @@
 
 mod reading;
 
+pub use reading::Ask;
 pub(super) use reading::Reading;
 
-use super::response::{BYTES_MAX, Bytes, Responder};
+use super::response::{Bytes, Responder};
 use crate::sequencer::TimeBudget;
-use crate::servo::Query;
 use crate::servo::protocol1::Alarms;
-
-/// One request for the bus.
-pub type Ask = Query<BYTES_MAX>;
 
 /// Where a job stands.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -31,7 +31,7 @@ mod relay;
 mod response;
 mod serve;
 
-pub(super) use ends::BusSide;
+pub(super) use ends::{BusSide, CLIENT_BYTES};
 pub use ends::{ClientLine, PortEnd};
 pub use framer::{Framer, Item};
 pub use job::{Ask, Job, Progress};

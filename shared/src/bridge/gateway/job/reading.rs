@@ -3,9 +3,11 @@
 //! No piece ends inside a register, so that no value is half old, half new. A
 //! position that no READ may have comes from the control loop.
 
-use super::Ask;
-use crate::bridge::gateway::response::{Bytes, Responder};
-use crate::servo::Firmware;
+use crate::bridge::gateway::response::{BYTES_MAX, Bytes, Responder};
+use crate::servo::{Firmware, Query};
+
+/// One request for the bus.
+pub type Ask = Query<BYTES_MAX>;
 
 /// Bytes of a READ request, in both protocols.
 const REQUEST_BYTES: usize = 8;
