@@ -19,7 +19,7 @@ pub struct Estimate<T> {
 pub(super) struct JointEstimate<T> {
     pub(super) q: T,
     pub(super) dq: T,
-    /// 0 from an estimator that does not look for one.
+    /// 0 from an estimator without disturbances.
     pub(super) d: T,
     /// Of the Kalman filter.
     pub(super) covariance: Covariance<T>,

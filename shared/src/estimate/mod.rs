@@ -3,8 +3,8 @@
 //! The servos report angles only; speeds must be estimated. [`Config`] says
 //! how, [`Config::build`] makes an [`Estimator`] of it for one arm and period.
 //!
-//! An [`Estimator`] is the design: model and gains, which never change. What it
-//! has learnt of the arm is an [`Estimate`], handed in and updated by each call.
+//! An [`Estimator`] is the design: model and gains, which never change. Its state is an
+//! [`Estimate`], which each call updates.
 //!
 //! # One tick
 //!
@@ -173,13 +173,13 @@ impl<T: Checked> Checked for Estimator<T> {
 }
 
 impl<T: Real> Estimator<T> {
-    /// An estimate that knows the arm to be at rest at `q` at the next samples,
-    /// and nothing else.
+    /// An estimate of an arm at rest at `q` at the next samples, without any other
+    /// information.
     pub fn at_rest(&self, q: Vector2<T>) -> Estimate<T> {
         self.begin_at(&State::at_rest(q), Vector2::zeros())
     }
 
-    /// An estimate that goes on from what another estimator knows.
+    /// An estimate that continues from that of another estimator.
     pub fn take_over(&self, other: &Estimate<T>) -> Estimate<T> {
         self.begin_at(&other.state(), other.disturbance())
     }
