@@ -319,8 +319,8 @@ fn emergency_stops_from_host_pin_and_flood_are_one_path() {
     }
 }
 
-/// That an arm falls says nothing of its motors: the host is told once they are seen to
-/// be off, and the stop sequence is not repeated then.
+/// An arm that falls gives no evidence on its motors: the board reports them once they are
+/// seen to be off, and does not repeat the stop sequence then.
 #[test]
 fn the_host_is_told_when_the_motors_are_seen_to_be_off() {
     let mut channels = Channels::new();

@@ -11,7 +11,7 @@
 //!  | poll -> decide -> publish -> feed | boxes   | run::client, log      |
 //!  +-----------------------------------+ <-----> +-----------------------+
 //!     |  woken by bus bytes and alarm                 |  USB or UART
-//!   servo bus                        host, and whoever uses the transparent port
+//!   servo bus                        host, and client of the transparent port
 //! ```
 //!
 //! | module    | what                                                     |

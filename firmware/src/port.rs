@@ -72,8 +72,8 @@ impl Buffers {
         }
     }
 
-    /// From whoever reads: this many bytes, or a complaint, end its wait; nothing does
-    /// if that is `None`. True if so many are there already.
+    /// Sets how many bytes end the reader's wait, as a complaint always does; `None` if
+    /// nothing does. True if so many are there already.
     pub fn expect(&self, bytes: Option<usize>) -> bool {
         // No more than there is room for: a full buffer is due.
         let expected = bytes.map_or(NOTHING_EXPECTED, |bytes| bytes.clamp(1, BUFFER_LEN) as u32);
@@ -84,8 +84,8 @@ impl Buffers {
         expected != NOTHING_EXPECTED && self.rx.len() >= expected as usize
     }
 
-    /// From the interrupt handler, after each byte or complaint: whether it ends the
-    /// wait of whoever reads.
+    /// Whether the last byte or complaint ends the reader's wait. The interrupt handler
+    /// calls it after each.
     pub fn is_due(&self) -> bool {
         let expected = self.expected.load(Ordering::Relaxed);
         expected != NOTHING_EXPECTED

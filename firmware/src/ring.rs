@@ -54,8 +54,8 @@ impl<const N: usize> ByteRing<N> {
         Some(byte)
     }
 
-    /// How many bytes there are to pop. Exact on either side; to anybody else
-    /// both counters may move between the two readings.
+    /// Number of bytes to pop. Exact on either side; for a third party both counters may
+    /// move between the two readings.
     pub fn len(&self) -> usize {
         let popped = self.popped.load(Ordering::Acquire);
         self.pushed.load(Ordering::Acquire).wrapping_sub(popped) as usize

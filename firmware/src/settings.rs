@@ -1,15 +1,15 @@
-//! Settings across resets: found at boot, kept when the host says so.
+//! Settings across resets: loaded at boot, saved on a command of the host.
 
 use armbridge_shared::bridge::{LinkPort, can_run};
 use armbridge_shared::link::message::{Settings, SettingsFrom};
 use armbridge_shared::store::Store;
 use embedded_storage::nor_flash::NorFlash;
 
-/// For how many saves a boot makes room: more than anybody needs who tries
-/// settings and keeps those that are good.
+/// Number of saves for which a boot makes room: more than a session of trying
+/// settings needs.
 const SAVES: u32 = 16;
 
-/// Prepares the store, and finds the settings to begin with. Call it after the
+/// Prepares the store, and loads the settings to begin with. Call it after the
 /// stop sequence and before the watchdog runs: it may erase both pages.
 #[inline(never)]
 pub fn open(store: &mut Store<impl NorFlash>) -> (Settings, SettingsFrom) {
@@ -28,8 +28,8 @@ pub fn open(store: &mut Store<impl NorFlash>) -> (Settings, SettingsFrom) {
     (settings, from)
 }
 
-/// Keeps the settings, if the host wants that and the tick has said that torque is
-/// off; returns whether it did. The tick goes on meanwhile, but may miss bytes from
+/// Saves the settings, if the host has commanded that and the tick has confirmed that
+/// torque is off; returns whether it did. The tick goes on meanwhile, but may miss bytes from
 /// the bus while a word is programmed.
 #[inline(never)]
 pub fn keep(port: &mut LinkPort<'_>, store: &mut Store<impl NorFlash>) -> bool {

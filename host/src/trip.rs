@@ -194,23 +194,23 @@ pub fn mode(mode: Mode) -> (&'static str, &'static str) {
     }
 }
 
-/// What is known of motors that shall be off.
+/// Report on motors that must be off, in words.
 pub fn off(report: &OffReport) -> String {
     let joint = |state| match state {
         OffState::Off => "is seen to be off",
         OffState::Unconfirmed => {
-            "was told to be off, which was not confirmed: switch its supply off"
+            "was commanded off, which was not confirmed: switch its supply off"
         }
-        OffState::OutOfReach => "does not answer, so that its motor may be on: look",
+        OffState::OutOfReach => "does not answer, so that its motor may be on: check it",
     };
     let [first, second] = report.joints;
     if first == second {
         let both = match first {
             OffState::Off => "both motors are seen to be off",
             OffState::Unconfirmed => {
-                "both motors were told to be off, which was not confirmed: switch the supply off"
+                "both motors were commanded off, which was not confirmed: switch the supply off"
             }
-            OffState::OutOfReach => "neither servo answers, so that motors may be on: look",
+            OffState::OutOfReach => "neither servo answers, so that motors may be on: check them",
         };
         return both.to_owned();
     }

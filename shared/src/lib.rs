@@ -22,9 +22,10 @@
 //! | [`lockstep`] | virtual time for an emulated board                        |
 //! | [`crc32`]    | the checksum of frames, settings, image and crash record  |
 //!
-//! Dependencies point one way: `bridge` uses `servo` and `link`, whose messages
-//! carry what `control` and `estimate` are configured by, and these use `arm` and
-//! `actuator`. Nothing points up.
+//! Imports point down, in the order that `tests/layers.rs` holds: `bridge` uses
+//! `supervisor`, `control_loop` and `sequencer`; these use `link`, whose messages carry
+//! the configurations of `control` and `estimate`; all use `arm` or `actuator`. `servo`
+//! uses `actuator` alone.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

@@ -103,7 +103,7 @@ fn lqr_on_finite_differences() {
     lqr_on("lqr_fd_45ms_x49", &estimator, Vector2::new(0.49, 0.0));
 }
 
-/// LQR on an estimator that believes the arm at rest here to begin with.
+/// LQR on an estimator that begins with the arm at rest here.
 fn lqr_on(name: &str, estimator: &Estimator<f64>, initial: Vector2<f64>) {
     let (arm, lqr, upright) = (Parameters::paper(), Lqr::paper(), upright());
     let mut estimate = estimator.at_rest(initial);
@@ -115,7 +115,7 @@ fn lqr_on(name: &str, estimator: &Estimator<f64>, initial: Vector2<f64>) {
     });
 }
 
-/// LQR on an observer that starts upright, whatever the arm does.
+/// LQR on an observer that starts upright.
 fn lqr_on_observer(name: &str, observer: Luenberger<f64>) {
     lqr_on(name, &Estimator::Luenberger(observer), Vector2::zeros());
 }

@@ -66,7 +66,7 @@ fn expected(transaction: Transaction) -> (Vec<u8>, u64) {
     }
 }
 
-/// What these steps send, and how long they take in µs.
+/// Bytes that these steps send, and their duration in µs.
 fn steps(steps: impl Iterator<Item = StopStep>) -> (Vec<u8>, u64) {
     let (mut sent, mut pauses_us) = (Vec::new(), 0);
     for step in steps {

@@ -1,5 +1,5 @@
-//! Torque off, on the whole bench: whichever party drives the motors, and whatever
-//! fails, they are off in time and stay off.
+//! Torque off, on the whole bench: for each party that drives the motors and each
+//! failure, they are off in time and stay off.
 //!
 //! | module        | motors that must be off                                     |
 //! |---------------|-------------------------------------------------------------|
@@ -10,7 +10,7 @@
 //! | `age`         | those whose command is old, though the host is alive        |
 //! | `clearing`    | those of a host that stops and clears in one write          |
 //! | `resets`      | those of an arm of which a stock servo was reset            |
-//! | `memory`      | all, when a bit of what says who may drive has turned       |
+//! | `memory`      | all, when a bit of state or drive command has turned        |
 //!
 //! `rig` is the board with everything around it, `host` and `client` its two users;
 //! `reports` decodes the board's messages on torque, `cases` runs a table. A motor is

@@ -53,8 +53,13 @@ fn main() -> ! {
     THREAD.init(Executor::new()).run(start)
 }
 
-/// From the stop sequence to the first turn of the executors. Not inlined: what `main`
-/// calls is on the stack as long as the program runs.
+/// Starts everything between the stop sequence and the first turn of the executors. Not
+/// inlined: what `main` calls is on the stack as long as the program runs.
+///
+/// # Panics
+/// Never: `main` calls it once, so that each cell is still full or empty as it must be
+/// and each task has its place. It takes nothing from bus or link, and motors are off;
+/// `bin/no-panic.rs` shows that nothing from outside leads to a panic later.
 #[inline(never)]
 fn start(thread: Spawner) {
     let report = memory::begin(reset_cause());
@@ -85,7 +90,6 @@ fn start(thread: Spawner) {
     let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_US);
     watchdog.unleash();
     let (tick_end, link_end, client_end) = CHANNELS.take().split();
-    // Each of the tasks is spawned once, so there is always room for it.
     let spawner = TICK.start(interrupt::UART5);
     let board = Board::new(watchdog, Input::new(chip.PB8, Pull::Up));
     let watch = tick_end.watch();
@@ -115,14 +119,16 @@ fn UART5() {
     unsafe { TICK.on_interrupt() };
 }
 
-/// Builds the bridge where it stays. Not inlined: it is on the stack as well until it
+/// Builds the bridge in its place. Not inlined: it is on the stack as well until it
 /// is there.
+///
+/// # Panics
+/// Never: `settings::open` has built a controller for saved settings, and every test of
+/// the bench builds the one for the defaults. Called once, by [`start`].
 #[inline(never)]
 fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBridge {
     BRIDGE.init_with(|| {
         let bridge = Bridge::new(Port(BusLine), Direction, end, time::now_us(), settings);
-        // Saved settings have been tried before, and the defaults are a constant:
-        // every test of the bench builds the same.
         bridge.unwrap_or_else(|_| panic!("the settings have no controller"))
     })
 }
@@ -160,8 +166,8 @@ async fn pass(
     run::client(client, from_client, to_client, changes, wake, &NEWS).await
 }
 
-/// Logs the mode and shows it: quick while searching, slow when idle or when the
-/// bus is somebody else's, steady with torque on, in between after a fault.
+/// Logs the mode and shows it by a light: it blinks fast during the search, slowly when
+/// idle or when the bus is lent, in between after a fault; it is steady with torque on.
 #[embassy_executor::task]
 async fn show_mode(mut light: Output<'static>) -> ! {
     let mut mode = Mode::Boot;

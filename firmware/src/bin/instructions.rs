@@ -1,5 +1,4 @@
-//! How many instructions the core's mathematics and the link's frames take, counted
-//! under QEMU.
+//! Instruction counts of the core's mathematics and of the link's frames, under QEMU.
 //!
 //! With `-icount shift=0` every instruction takes one virtual nanosecond, so a
 //! clock counts instructions. Each function is called many times on inputs that

@@ -51,8 +51,13 @@ fn main() -> ! {
     }
 }
 
-/// From the stop sequence to the first turn of the executors. Not inlined: what `main`
-/// calls is on the stack as long as the program runs.
+/// Starts everything between the stop sequence and the first turn of the executors. Not
+/// inlined: what `main` calls is on the stack as long as the program runs.
+///
+/// # Panics
+/// Never: `main` calls it once, so that each cell is still full or empty as it must be
+/// and each task has its place. It takes nothing from bus or link, and motors are off;
+/// `bin/no-panic.rs` shows that nothing from outside leads to a panic later.
 #[inline(never)]
 fn start(arguments: &Arguments) {
     let in_lockstep = time::is_lockstep();
@@ -71,7 +76,6 @@ fn start(arguments: &Arguments) {
         if in_lockstep { "granted" } else { "real" }
     );
     memory::log(&report);
-    // Taken once, here.
     let store = STORE.init(Store::new(flash::take().expect("taken once")));
     let (settings, from) = settings::open(store);
     let report = BoardReport {
@@ -86,8 +90,7 @@ fn start(arguments: &Arguments) {
     let (tick_end, link_end, client_end) = CHANNELS.take().split();
     let watch = tick_end.watch();
     let bridge = build(tick_end, &settings);
-    // Each of the tasks is spawned once, so there is always room for it. The
-    // tick first: it must be waiting when lockstep begins.
+    // The tick first: it must be waiting when lockstep begins.
     let spawner = TICK.start(Irq::Tick);
     spawner.spawn(tick(bridge, watch).expect("spawned once"));
     let spawner = REST.start(Irq::Rest);
@@ -101,14 +104,16 @@ fn start(arguments: &Arguments) {
     }
 }
 
-/// Builds the bridge where it stays. Not inlined: it is on the stack as well until it
+/// Builds the bridge in its place. Not inlined: it is on the stack as well until it
 /// is there.
+///
+/// # Panics
+/// Never: `settings::open` has built a controller for saved settings, and every test of
+/// the bench builds the one for the defaults. Called once, by [`start`].
 #[inline(never)]
 fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBridge {
     BRIDGE.init_with(|| {
         let bridge = Bridge::new(Port(BusLine), NoPin, end, time::now_us(), settings);
-        // Saved settings have been tried before, and the defaults are a constant:
-        // every test of the bench builds the same.
         bridge.unwrap_or_else(|_| panic!("the settings have no controller"))
     })
 }

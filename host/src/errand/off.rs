@@ -122,7 +122,7 @@ impl Task for Clear {
             }
             Step::Asked(since_us) => {
                 match view.desk.take_answer() {
-                    // Motors are seen to be off in a moment, or are told not to be.
+                    // The board soon reports that motors are off, or that they are not.
                     Some(Err(Refusal::NotOff)) => self.0 = Step::Greeting,
                     Some(Err(refusal)) => {
                         let why = refusal::in_words(refusal);

@@ -20,6 +20,7 @@
 //! |-----------|---------------------------------------------------------------|
 //! | `player`  | events in, ticks out; what is known of the board              |
 //! | `board`   | the core that boards run, with the inputs of records          |
+//! | `facts`   | what one record shows of the board                            |
 //! | `notes`   | what the board told beside records, and where it belongs      |
 //! | `compare` | two records, field by field                                   |
 //! | `report`  | what became of it                                             |
@@ -27,6 +28,7 @@
 
 mod board;
 mod compare;
+mod facts;
 mod notes;
 mod player;
 mod report;

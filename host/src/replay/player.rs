@@ -10,8 +10,9 @@ use armbridge_shared::control_loop::reference::StartPoint;
 use armbridge_shared::link::message::{Command, Mode, Record, Refusal, Settings, ToBoard, ToHost};
 
 use self::conclusions::Conclusions;
-use super::board::{self, Board, HostEvent};
+use super::board::Board;
 use super::compare;
+use super::facts::{self, HostEvent};
 use super::notes::{Note, Notes, Place, is_before};
 use super::report::{Report, Tally};
 use super::what_if::{ChangeError, Changes, Sums};
@@ -261,7 +262,7 @@ impl Player {
         self.tally.records += 1;
         let is_elsewhere = self.last.is_some_and(|last| {
             let is_planned = matches!(last.mode, Mode::Fault(_)) || self.is_stopped;
-            !is_planned && board::planned_us(record) != self.planned_us
+            !is_planned && facts::planned_us(record) != self.planned_us
         });
         let is_due = is_elsewhere || !self.board.is_ticking() || self.tally.records == 1;
         while let Some(note) = self.notes.next(Place::Between(record), is_due) {
@@ -327,12 +328,12 @@ impl Player {
         let heard = self.board.host_event(record.mode);
         let computed = self.board.decide(record, heard);
         match &self.knowledge {
-            Knowledge::Anew(_) if board::is_complete(record) && board::is_off(record) => {
+            Knowledge::Anew(_) if facts::is_complete(record) && facts::is_off(record) => {
                 self.knowledge = Knowledge::Full;
             }
             Knowledge::Anew(reason) | Knowledge::Part(reason) => {
                 // It began anew under a torque that is not known.
-                if board::is_complete(record) {
+                if facts::is_complete(record) {
                     self.knowledge = Knowledge::Part(reason.clone());
                 }
             }

@@ -5,7 +5,7 @@
 //! the wire; [`Unit`] says what they mean. Where a number is its own sign and
 //! magnitude, bit 10 is the sign: never two's complement.
 //!
-//! The board knows addresses and sizes only; a test here compares them.
+//! The board has addresses and sizes only; a test here compares them.
 
 pub mod alarms;
 mod ax12a;

@@ -27,8 +27,8 @@ pub struct Right {
     pub because: &'static str,
 }
 
-/// The table. Each kind is in one row, which is about either firmware unless [`STOCK`] has
-/// another.
+/// Names for each kind of fault, in one row each. A row holds for both firmwares unless
+/// [`STOCK`] has another.
 pub const TABLE: [Right; 19] = [
     Right {
         is_about: |kind| matches!(kind, Kind::Bytes(Way::ToServos, _)),
@@ -140,7 +140,7 @@ pub const TABLE: [Right; 19] = [
     },
 ];
 
-/// What is different with stock servos.
+/// Rows that differ with stock servos.
 pub const STOCK: [Right; 2] = [
     Right {
         is_about: |kind| kind == Kind::ServoReset,
@@ -155,7 +155,7 @@ pub const STOCK: [Right; 2] = [
     },
 ];
 
-/// What a kind may be called with these servos.
+/// The row of a kind with these servos.
 pub fn right(kind: Kind, servos: Firmware) -> &'static Right {
     let stock: &[Right] = match servos {
         Firmware::Morpheus => &[],

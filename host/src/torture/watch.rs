@@ -1,4 +1,4 @@
-//! Reads along what the board puts on the servo bus, and what is said on its link.
+//! Monitor of a case: the board's bytes on the servo bus, and the messages on its link.
 
 use std::ops::Range;
 
@@ -8,14 +8,14 @@ use armbridge_shared::actuator::Pwm;
 use crate::bench::board::{Board, Input, Output, VirtualBoard, Wake};
 use crate::log::event::{Direction, Ear, Event};
 
-/// The tick's order to both servos of one firmware.
+/// Packet of a tick that sets the PWM of both servos of one firmware.
 struct Order {
-    /// What it begins with.
+    /// Its first bytes.
     head: [u8; 7],
     len: usize,
-    /// Where in it each servo's number is, low byte first,
+    /// Place of each servo's value in it, low byte first.
     at: [Range<usize>; JOINTS],
-    /// and how many counts from off that is.
+    /// Distance of a value from off, in counts.
     from_off: fn(u16) -> u16,
 }
 
@@ -44,12 +44,11 @@ const ORDERS: [Order; 2] = [
 /// The board of a case.
 pub(super) struct Watched<'a> {
     pub(super) board: VirtualBoard<'a>,
-    /// Counts away from off that it may ask for.
+    /// Largest distance from off that it may send, in counts.
     pub(super) allowed: u16,
-    /// The first order that it should not have given: when in µs, and the
-    /// counts from off.
+    /// First packet beyond that: its time in µs, and its distance from off in counts.
     pub(super) beyond: Option<(u64, u16)>,
-    /// Is told what is said on the link, as the board hears it.
+    /// Receiver of the messages on the link, as the board hears them.
     ear: Option<(Ear, &'a mut dyn FnMut(Event))>,
 }
 

@@ -1,4 +1,4 @@
-//! What the bus brought, and what follows from what the core decides.
+//! Events of the bus, and the actions that the core's decisions cause.
 
 use crate::servo::port::SetBaud;
 use embedded_hal::digital::OutputPin;
@@ -18,7 +18,7 @@ where
     S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
-    /// Something on the bus has come to an end.
+    /// Takes an event of the bus.
     pub(super) fn take_bus_event(&mut self, event: BusEvent) -> Progress {
         match event {
             BusEvent::Sampled(outcome, token) => {
@@ -59,12 +59,12 @@ where
         Progress::Searching
     }
 
-    /// Lost if the host does not fetch it: it has been told the like before.
+    /// Queues a notice for the host. It is lost if the host does not fetch them.
     fn tell(&mut self, notice: Notice) {
         let _ = self.end.notices.enqueue(notice);
     }
 
-    /// Tells the host what the servos are.
+    /// Notifies the host of firmware, speed and readiness of the servos.
     pub(super) fn announce(&mut self) {
         let bus = &self.sequencer;
         let notice = if bus.is_ticking() {
@@ -77,21 +77,21 @@ where
         self.tell(notice);
     }
 
-    /// Torque off, latched with its first cause. The stop sequence follows at once
+    /// Switches torque off and latches the first cause. The stop sequence follows at once
     /// on the bus.
     pub(super) fn trip(&mut self, violation: Violation) {
         self.core.trip(violation);
         self.heed_core();
     }
 
-    /// Changes the state as the supervisor has it.
+    /// Applies an event to the supervisor's state.
     pub(super) fn apply(&mut self, event: Event) -> Result<(), Refusal> {
         let result = self.core.apply(event);
         self.heed_core();
         result
     }
 
-    /// Does on the bus what the core has decided, and tells the host.
+    /// Carries the core's decisions out on the bus, and notifies the host.
     pub(super) fn heed_core(&mut self) {
         if self.core.state() != State::Passthrough {
             self.gateway.end_relay();

@@ -2,8 +2,8 @@
 //!
 //! Lock-free single-producer single-consumer queues and words, split once at boot. The
 //! tick never waits for them. Commands may be refused, so they have a queue that may be
-//! full. What may not be refused has none: a hello, a goodbye, a stop and a heartbeat are
-//! counters, of which each side knows what it has seen ([`Signals`]).
+//! full. Hello, goodbye, stop and heartbeat may not: they are counters, and the tick keeps
+//! the last value that it has seen of each ([`Signals`]).
 //!
 //! # Epochs
 //!
@@ -19,7 +19,7 @@
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 use super::command::ValidatedCommand;
-use super::gateway::{BusSide, PortEnd};
+use super::gateway::{BusSide, CLIENT_BYTES, PortEnd};
 use super::queue::{Channel, Count, Receiver, Sender};
 use crate::JOINTS;
 use crate::control_loop::reference::StartPoint;
@@ -31,18 +31,15 @@ use crate::servo::Firmware;
 
 /// Commands that fit between two ticks. A spsc queue holds one less than this.
 const REQUESTS: usize = 8;
-/// Acknowledgements and the like on their way to the host.
+/// Notices that fit on the way to the host, such as acknowledgements.
 const NOTICES: usize = 16;
-/// Records on their way to the host, 104 bytes each: at 1 kHz, 15 ms worth.
+/// Records that fit on the way to the host, 104 bytes each: at 1 kHz, 15 ms worth.
 ///
 /// That is for the board's own end of the link, which is away for 2 ms at the most:
 /// gains take 39,000 instructions to design, between ticks, and a save of settings
 /// some 70 words of flash at 16 µs. A host that stalls for longer has buffers of its
 /// own in the USB transfers that it keeps open, and memory is cheaper there.
 const RECORDS: usize = 16;
-
-/// Bytes of the transparent port in either direction: two of the longest packet.
-pub(super) const CLIENT_BYTES: usize = 1024;
 
 /// A command of the host, which may be refused.
 #[derive(Clone, Debug)]
@@ -54,20 +51,20 @@ pub(super) struct HostRequest {
     pub(super) command: ValidatedCommand,
 }
 
-/// What may not be refused, since the tick looked last.
+/// Signals of the host since the tick's last look; none may be refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Signals {
     /// Stop at once.
     pub(super) stop: Option<StopSource>,
     /// The host leaves.
     pub(super) goodbye: bool,
-    /// A host has said hello.
+    /// Signals a hello.
     pub(super) hello: bool,
     /// The host is alive.
     pub(super) heartbeat: bool,
 }
 
-/// Counters of what has been signalled, modulo 2^32 or 2^8.
+/// Counters of signals, modulo 2^32 or 2^8.
 #[derive(Debug, Default)]
 struct SignalCounters {
     epoch: AtomicU32,
@@ -77,20 +74,20 @@ struct SignalCounters {
     heartbeats: AtomicU8,
 }
 
-/// From the tick to the link, besides records.
+/// Notice of the tick to the link.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Notice {
-    /// A command was not taken, for a stop or a hello came after it.
+    /// A command was not taken: a stop or a hello came after it.
     Dropped(u16),
-    /// What became of a command.
+    /// The answer to a command.
     Ack(u16, Result<(), Refusal>, Moment),
-    /// Where the motion with this sequence number begins.
+    /// The start of the motion with this sequence number.
     StartPoint(u16, StartPoint, Moment),
     /// A hello was heard.
     Began(Moment),
     /// The servo of this joint did not answer during bring-up.
     Absent(u8, Missing),
-    /// What the servos run, the speed of the bus, and whether they take torque.
+    /// Firmware of the servos, speed of the bus, and whether they take torque.
     Found(Firmware, u32, bool),
     /// They run different firmwares.
     Mixed([Firmware; JOINTS]),
@@ -98,13 +95,13 @@ pub(super) enum Notice {
     Passthrough,
     /// The stock servo of this joint does not take its settings.
     Unprepared(u8),
-    /// What became of the client's packets so far.
+    /// Counters of the client's packets.
     Port(PortCounters),
-    /// Why there is a fault.
+    /// Cause of a fault.
     Tripped(Trip),
-    /// What is known of motors that shall be off.
+    /// Evidence on motors that must be off.
     Off(OffReport),
-    /// How an experiment ended.
+    /// End of an experiment.
     Concluded(Conclusion),
     /// The temperature of this joint's servo.
     Temperature(u8, u16),
@@ -177,7 +174,7 @@ impl Channels {
     }
 }
 
-/// What the tick has seen of the counters.
+/// Values of the counters that the tick has seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct SeenSignals {
     epoch: u32,
@@ -191,7 +188,7 @@ impl SeenSignals {
     fn of(counters: &SignalCounters) -> Self {
         let byte = |counter: &AtomicU8| counter.load(Ordering::Acquire);
         Self {
-            // First: what was signalled with it is seen, then.
+            // Read first, so that signals that came with it are seen.
             epoch: counters.epoch.load(Ordering::Acquire),
             stops: counters.stops.each_ref().map(byte),
             goodbyes: byte(&counters.goodbyes),
@@ -219,8 +216,8 @@ pub struct LinkEnd<'a> {
     signals: &'a SignalCounters,
 }
 
-/// Whether the tick has done something that another loop waits for: most polls of the
-/// bus have nothing for either.
+/// Watch over the queues for the loops that wait for them: most polls of the bus change
+/// none.
 pub struct QueueWatch<'a> {
     for_link: [&'a Count; 2],
     for_client: [&'a Count; 2],
@@ -229,12 +226,13 @@ pub struct QueueWatch<'a> {
 }
 
 impl QueueWatch<'_> {
-    /// There is a record or a notice for the host that was not there before.
+    /// Whether there is a new record or notice for the host.
     pub fn has_link_news(&mut self) -> bool {
         is_new(self.for_link, &mut self.link_seen)
     }
 
-    /// There is a byte for the client of the transparent port, or room for one of its.
+    /// Whether there is a new byte for the client of the transparent port, or new room for
+    /// one from it.
     pub fn has_client_news(&mut self) -> bool {
         is_new(self.for_client, &mut self.client_seen)
     }
@@ -249,7 +247,7 @@ fn is_new(counts: [&Count; 2], seen: &mut u32) -> bool {
 }
 
 impl<'a> BridgeEnd<'a> {
-    /// A watch over what this end will do.
+    /// A watch over this end's queues.
     pub fn watch(&self) -> QueueWatch<'a> {
         QueueWatch {
             for_link: [self.records.sent(), self.notices.sent()],
@@ -264,7 +262,7 @@ impl<'a> BridgeEnd<'a> {
 }
 
 impl BridgeEnd<'_> {
-    /// What has been signalled since the last call.
+    /// The signals since the last call.
     pub(super) fn take_signals(&mut self) -> Signals {
         let now = SeenSignals::of(self.signals);
         let before = core::mem::replace(&mut self.seen, now);
@@ -313,7 +311,7 @@ impl LinkEnd<'_> {
         self.begin_epoch();
     }
 
-    /// A host has said hello.
+    /// Signals a hello.
     pub(super) fn hello(&self) {
         count(&self.signals.hellos);
         self.begin_epoch();

@@ -1,8 +1,8 @@
 //! Commands of the host, validated once into a type that cannot be invalid.
 //!
-//! [`validate`] checks all that can be checked without knowing what the board is doing,
-//! and does the work that has no place in a tick; whether a command may be taken now is
-//! the [`supervisor`](crate::supervisor)'s to say.
+//! [`validate`] checks all that does not depend on the board's state, and does the work
+//! that has no place in a tick; the [`supervisor`](crate::supervisor) decides whether a
+//! command may be taken now.
 
 use crate::JOINTS;
 use crate::control::trajectory::stream::Point;
@@ -24,7 +24,7 @@ pub enum ValidatedCommand {
     Torque([f32; JOINTS]),
     /// Hold the arm at these angles in rad.
     Regulate([f32; JOINTS]),
-    /// Where would a motion begin?
+    /// Report where a motion would begin.
     StartPoint,
     /// Follow a planned motion.
     Follow(TimedTrajectory),
@@ -42,7 +42,7 @@ pub enum ValidatedCommand {
     Install(ControlConfig),
     /// Other limits, within their hard bounds.
     Limit(Limits),
-    /// May the settings be written now?
+    /// Permit the settings to be written now.
     Save,
 }
 
@@ -50,7 +50,7 @@ pub enum ValidatedCommand {
 /// session is this one, and settings are being saved or not.
 ///
 /// # Errors
-/// Why it cannot be.
+/// The reason for the refusal.
 pub fn validate(
     command: Command,
     session: u32,

@@ -37,23 +37,23 @@ pub struct LinkPort<'a> {
     /// The host has said hello with our schema.
     is_greeted: bool,
     owed: Owed,
-    /// A motion that waits to be told where it begins.
+    /// A motion that waits for its start point.
     waiting: Option<(u16, Motion)>,
     /// The answer to a command that never got to the tick.
     answered: Option<(u16, Result<(), Refusal>)>,
     report: BoardReport,
     /// Number of the newest frame heard since the hello.
     newest: Option<u16>,
-    /// Bytes that made no sense, less what made some.
+    /// Bytes of garbage, less the weight of frames.
     spoiled: u32,
-    /// What the tick computes with, and what it has been offered.
+    /// Settings of the tick, and those it has been offered.
     settings: Settings,
     offered: Offered,
-    /// The tick is asked whether settings may be written, or has said yes.
+    /// State of a save, with its sequence number.
     saving: Option<(u16, Saving)>,
 }
 
-/// What the host is to be told of the board itself.
+/// Messages about the board itself that are due to the host.
 #[derive(Clone, Copy, Debug, Default)]
 struct Owed {
     hello: bool,
@@ -61,7 +61,7 @@ struct Owed {
     settings: bool,
 }
 
-/// What the settings will be if the tick agrees, with the sequence numbers of the
+/// Settings that come into force if the tick agrees, with the sequence numbers of their
 /// commands.
 #[derive(Clone, Copy, Debug, Default)]
 struct Offered {
@@ -69,7 +69,7 @@ struct Offered {
     limits: Option<(u16, Limits)>,
 }
 
-/// Where a save stands.
+/// State of a save.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Saving {
     Asked,
@@ -78,8 +78,8 @@ enum Saving {
 }
 
 impl<'a> LinkPort<'a> {
-    /// A port that has not been spoken to, of a board that says this of itself and
-    /// begins with these settings. The report's session counts resets.
+    /// A port that has received nothing, of a board with this report and these settings.
+    /// The report's session counts resets.
     pub fn new(end: LinkEnd<'a>, mut report: BoardReport, settings: Settings) -> Self {
         report.session <<= HELLO_BITS;
         Self {
@@ -99,15 +99,15 @@ impl<'a> LinkPort<'a> {
         }
     }
 
-    /// How much stack has been used; the host is told when that grows.
+    /// Sets the use of the stack; the host gets a new report when it grows.
     pub fn set_stack(&mut self, stack: Stack) {
         let stack = Some(stack);
         self.owed.report |= self.is_greeted && self.report.stack != stack;
         self.report.stack = stack;
     }
 
-    /// Settings that are to be written now, with what to call them in
-    /// [`LinkPort::saved`]: torque is off and stays off meanwhile.
+    /// Settings that are to be written now, with their number for [`LinkPort::saved`]:
+    /// torque is off and stays off meanwhile.
     pub fn take_save(&mut self) -> Option<(u16, Settings)> {
         let (sequence, saving) = self.saving.as_mut()?;
         if *saving != Saving::Allowed {
@@ -117,7 +117,7 @@ impl<'a> LinkPort<'a> {
         Some((*sequence, self.settings))
     }
 
-    /// Settings have been written, or not.
+    /// Takes the result of writing the settings.
     pub fn saved(&mut self, sequence: u16, is_saved: bool) {
         if self
             .saving
@@ -166,8 +166,8 @@ impl<'a> LinkPort<'a> {
                     self.report.session = self.report.session.wrapping_add(1);
                 }
                 self.newest = Some(sequence);
-                // What was said to nobody, or to a host before this one, is not
-                // for it: an old acknowledgement might be taken for its own.
+                // Drops what was meant for an earlier host: an old acknowledgement might
+                // be taken for this one's.
                 self.forget_records();
                 while let Some(notice) = self.end.notices.dequeue() {
                     if let Notice::Ack(sequence, result, _) = notice {
@@ -175,14 +175,14 @@ impl<'a> LinkPort<'a> {
                     }
                 }
                 if self.is_greeted {
-                    // The tick tells it what the servos are.
+                    // The tick reports the servos.
                     self.end.hello();
                 }
                 self.answered = None;
                 self.waiting = None;
                 self.saving = None;
             }
-            // Whoever says so, and however late.
+            // From any host, and however late.
             ToBoard::Stop => self.end.stop(StopSource::Host),
             _ if !self.is_greeted => self.owed.hello = true,
             _ if !self.is_newer(sequence) => {
@@ -195,8 +195,8 @@ impl<'a> LinkPort<'a> {
             }
             ToBoard::Heartbeat => self.end.heartbeat(),
             ToBoard::Command(command) => {
-                // The latest wins: whatever comes after a motion that is not yet
-                // planned is instead of it, switching off above all.
+                // The latest command replaces a motion that is not yet planned, above all
+                // one that switches off.
                 self.waiting = match command {
                     Command::Follow(motion) => Some((sequence, motion)),
                     _ => None,
@@ -221,7 +221,7 @@ impl<'a> LinkPort<'a> {
         is_newer
     }
 
-    /// Remembers what the settings will be if the tick agrees.
+    /// Keeps the settings that come into force if the tick agrees.
     fn offer(&mut self, sequence: u16, command: Command) {
         match command {
             Command::Configure(setup) => self.offered.setup = Some((sequence, setup)),
@@ -231,7 +231,7 @@ impl<'a> LinkPort<'a> {
         }
     }
 
-    /// The tick has taken what it was offered, or not.
+    /// Takes the tick's answer to offered settings.
     fn settle(&mut self, sequence: u16, result: Result<(), Refusal>) {
         let Offered { setup, limits } = &mut self.offered;
         let setup = setup.take_if(|(offered, _)| *offered == sequence);
@@ -249,8 +249,7 @@ impl<'a> LinkPort<'a> {
         }
     }
 
-    /// What the tick says to a command, as the host is told; `None` if that is not
-    /// all there is to say.
+    /// The answer to a command, from the tick's; `None` if more is to follow.
     fn ack(
         &mut self,
         sequence: u16,
@@ -327,7 +326,7 @@ impl<'a> LinkPort<'a> {
             });
         }
         if !self.is_greeted {
-            // Nobody is there to miss them: they do not count as dropped.
+            // No host is connected: they do not count as dropped.
             self.forget_records();
             return None;
         }

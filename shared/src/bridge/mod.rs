@@ -26,16 +26,16 @@
 //! accounts for it.
 //!
 //! [`Bridge`] belongs in the highest-priority interrupt; [`LinkPort`] in thread
-//! mode. They share [`Channels`] and nothing else. In each poll the bridge heeds stops,
-//! hellos and commands, passes the supervisor's leave to the sequencer, and then lets the
-//! sequencer go on: nothing on the bus outlives the leave that it was begun with.
+//! mode. They share [`Channels`] and nothing else. In each poll the bridge takes stops,
+//! hellos and commands, passes the supervisor's leave to the sequencer, and then advances
+//! the sequencer: nothing continues on the bus after its leave has ended.
 //!
 //! | module         | what                                                    |
 //! |----------------|---------------------------------------------------------|
 //! | [`app_core`]   | supervisor and control loop, without bus and queues     |
 //! | [`command`]    | commands of the host, validated                         |
-//! | `requests`     | what the host wants, in the tick                        |
-//! | `bus_events`   | what the bus brought, and what follows                  |
+//! | `requests`     | requests of the host, in the tick                       |
+//! | `bus_events`   | events of the bus, and actions of the core              |
 //! | `link_port`    | the board's end of the control link                     |
 //! | [`gateway`]    | the transparent port                                    |
 //! | `channels`     | queues and signals between tick and thread mode         |
@@ -81,8 +81,8 @@ pub enum Progress {
     /// This tick's samples are in: call [`Bridge::decide`], then
     /// [`Bridge::publish`].
     Sampled,
-    /// A step of bring-up or of the stop sequence, or a look at a bus that is
-    /// somebody else's; torque is off.
+    /// A step of bring-up or of the stop sequence, or a check while the bus is lent;
+    /// torque is off.
     Searching,
     /// An idle slot of a tick has been used.
     Served,
@@ -94,7 +94,7 @@ pub struct Bridge<'a, S, D> {
     end: BridgeEnd<'a>,
     core: Core,
     gateway: Gateway,
-    /// What the last tick brought.
+    /// Samples of the last tick.
     sampled: TickSamples,
     /// The first temperature of each joint since the servos were found.
     first_temperature: [Option<u16>; JOINTS],
@@ -206,12 +206,12 @@ where
         now_us
     }
 
-    /// How many bytes on the bus make it worth to poll before that, if any.
+    /// Number of received bytes that makes an earlier poll useful, if any.
     pub fn bytes_wanted(&self) -> Option<usize> {
         self.sequencer.bytes_wanted()
     }
 
-    /// What the bridge is doing.
+    /// The bridge's mode.
     pub fn mode(&self) -> Mode {
         self.core.mode()
     }
@@ -221,8 +221,7 @@ where
         self.core.tick()
     }
 
-    /// Turns a bit of the memory that ticks are decided from, chosen by `draw`: for tests
-    /// of what becomes of it.
+    /// Turns a bit of the memory that ticks are decided from, chosen by `draw`, for tests.
     pub fn inject_error(&mut self, region: MemoryRegion, draw: u32) {
         self.core.inject_error(region, draw);
     }
@@ -232,7 +231,7 @@ where
     /// Puts the decided command in force and keeps the schedule.
     fn begin_tick(&mut self) {
         let least_us = self.sequencer.least_period_us();
-        // A client that waits gets what would be margin.
+        // A client that waits gets the margin.
         let available_us = if self.gateway.is_waiting() {
             least_us
         } else {
@@ -258,8 +257,7 @@ where
         self.sequencer.use_idle_slot(tick_due_us, &dropouts)
     }
 
-    /// Everything that is decided in a tick. Bracket it with a stopwatch for
-    /// [`Bridge::publish`].
+    /// Decides the tick. Bracket it with a stopwatch for [`Bridge::publish`].
     pub fn decide(&mut self) {
         self.core.decide(&self.sampled, &mut self.record);
         self.heed_core();

@@ -1,4 +1,4 @@
-//! What the host wants, as the tick takes it.
+//! Requests of the host, as the tick takes them.
 
 use crate::servo::port::SetBaud;
 use embedded_hal::digital::OutputPin;
@@ -18,7 +18,7 @@ where
     S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
-    /// Heeds stops, goodbyes and hellos, then takes commands of the present epoch.
+    /// Takes stops, goodbyes and hellos, then commands of the present epoch.
     pub(super) fn take_requests(&mut self) {
         let mut has_left = self.take_signals();
         while let Some(request) = self.end.take_request() {
@@ -40,8 +40,8 @@ where
         }
     }
 
-    /// Takes what has been signalled; whether a host has left since, whose last commands
-    /// come before its leaving.
+    /// Takes the signals. Returns whether a host has left, whose last commands precede its
+    /// goodbye.
     fn take_signals(&mut self) -> bool {
         let signals = self.end.take_signals();
         if let Some(source) = signals.stop {
@@ -60,7 +60,7 @@ where
         signals.goodbye && !signals.hello
     }
 
-    /// A host says hello.
+    /// Takes a hello of the host.
     fn greet(&mut self) {
         self.core.greet();
         self.heed_core();
@@ -85,7 +85,7 @@ where
         } else {
             Notice::Ack(sequence, self.perform(command), moment)
         };
-        // Lost if the host does not fetch them: it will ask again.
+        // Lost if the host does not fetch them: it repeats its hello.
         let _ = self.end.notices.enqueue(notice);
     }
 
@@ -108,8 +108,8 @@ where
         result
     }
 
-    /// Emergency stop: the stop sequence begins when the exchange under way is over,
-    /// within a tick. One that a host asks for again begins again.
+    /// Stops in an emergency: the stop sequence begins when the exchange under way is over,
+    /// within a tick. A repeated stop of the host begins it again.
     pub fn emergency_stop(&mut self, source: StopSource) {
         let is_again = self.core.state() == State::Fault;
         self.trip(Violation::plain(Fault::EmergencyStop(source)));

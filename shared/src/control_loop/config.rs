@@ -1,8 +1,8 @@
 //! Loop configuration: everything that a tick computes with and that no tick
 //! changes.
 //!
-//! Building it takes a Riccati solution, far too long for a tick. It is done on
-//! the link's side, and the control loop is handed the result as a whole.
+//! Building it takes a Riccati solution, far too long for a tick. The link's side
+//! builds it, and the control loop takes the result as a whole.
 //!
 //! # Memory faults
 //!
@@ -66,7 +66,7 @@ pub struct ControlConfig {
     pub(super) arm: Parameters<f32>,
     pub(super) joints: [Joint<f32>; JOINTS],
     pub(super) estimator: Estimator<f32>,
-    /// The estimator's model has dry friction, so it is told all of the torque.
+    /// The estimator's model has dry friction, so it gets the whole torque.
     pub(super) knows_friction: bool,
     pub(super) controller: Controller<f32>,
     pub(super) friction: DryFriction<f32>,
@@ -154,8 +154,8 @@ impl LoopConfig {
         )
     }
 
-    /// Turns a bit of a number that the tick computes with, chosen by `draw`: for
-    /// tests of what becomes of it.
+    /// Turns a bit of a number that the tick computes with, chosen by `draw`, for
+    /// tests.
     pub fn inject_error(&mut self, draw: u32) {
         let [a, b] = &mut self.control.joints;
         let arm = &mut self.control.arm;
@@ -181,7 +181,7 @@ impl ControlConfig {
     /// Designs what `setup` asks for.
     ///
     /// # Errors
-    /// Why there is no such estimator or controller.
+    /// The reason why there is no such estimator or controller.
     pub fn build(setup: &Setup) -> Result<Self, Refusal> {
         if !(PERIOD_MIN_US..=PERIOD_MAX_US).contains(&setup.period_us) {
             return Err(Refusal::OutOfRange);

@@ -1,8 +1,8 @@
-//! What drives the motors, kept so that a turned bit shows.
+//! Drive command: the source that drives the motors, kept so that a turned bit shows.
 //!
-//! Which source drives is a word that differs from any other source's in 12 bits; it, the
-//! constant torque and the age of the command lie under a [`CheckWord`], which every tick
-//! compares before it drives anything.
+//! The source is a word that differs from any other source's in 12 bits. A [`CheckWord`]
+//! covers it, the constant torque and the age of the command; every tick compares it
+//! before it drives anything.
 
 use crate::JOINTS;
 use crate::check_word::{CheckWord, checked};
@@ -59,7 +59,7 @@ impl DriveCommand {
         Self::new(drive, self.words.torque_nm, self.words.commanded_us)
     }
 
-    /// What drives; [`Drive::Hold`] if the word is none's.
+    /// The source; [`Drive::Hold`] if the word is that of none.
     pub(super) fn drive(&self) -> Drive {
         self.known().unwrap_or(Drive::Hold)
     }
@@ -84,7 +84,7 @@ impl DriveCommand {
         self.known().is_some() && CheckWord::of(&self.words) == self.check
     }
 
-    /// Turns a bit, chosen by `draw`: for tests of what becomes of it.
+    /// Turns a bit, chosen by `draw`, for tests.
     pub(super) fn inject_error(&mut self, draw: u32) {
         let (word, bit) = (draw / u32::BITS, draw % u32::BITS);
         match self.words.torque_nm.get_mut(word as usize) {

@@ -1,4 +1,4 @@
-//! What a tick is given and what it returns, as plain values.
+//! Inputs and outputs of a tick, as plain values.
 
 use super::monitors::Violation;
 use super::pipeline::ActuatorCommand;
@@ -13,8 +13,8 @@ use crate::servo::protocol1::Alarms;
 /// What the supervisor permits in a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Permission {
-    /// The servos are being looked for: samples are estimated from, nothing is
-    /// judged, motors are off.
+    /// Motors off, the search for servos is under way: samples feed the estimator, nothing
+    /// is judged.
     Unmonitored,
     /// Motors off; only whether the servos answer is judged.
     Off,
@@ -38,11 +38,11 @@ pub struct Instant {
 /// The inputs of one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct TickInput {
-    /// What each servo answered.
+    /// Sample of each servo.
     pub samples: [Sample; JOINTS],
-    /// What each stock servo complained of in its answer.
+    /// Alarms of each stock servo in its answer.
     pub alarms: [Alarms; JOINTS],
-    /// What the servos were told at the beginning of the tick.
+    /// Commands sent to the servos at the beginning of the tick.
     pub in_force: ActuatorCommand,
     /// When the command that this tick decides begins to act, in µs: the planned
     /// beginning of the next tick.
@@ -84,7 +84,7 @@ pub enum Fallback {
 /// The outputs of one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct TickOutput {
-    /// What the servos shall be told at the beginning of the next tick.
+    /// Commands for the servos at the beginning of the next tick.
     pub command: ActuatorCommand,
     /// The state at the samples.
     pub estimate: State<f32>,
@@ -92,11 +92,11 @@ pub struct TickOutput {
     pub reference: Reference<f32>,
     /// Torque in N m that acts without being commanded, as estimated.
     pub disturbance_nm: [f32; JOINTS],
-    /// What was changed of the torque that was wanted.
+    /// Limits that changed the torque.
     pub guards: Guards,
     /// Every joint has a sample that the estimator was given.
     pub is_complete: bool,
-    /// What the loop gave up by itself.
+    /// End of a drive command by the loop itself.
     pub fallback: Option<Fallback>,
     /// An experiment is over.
     pub experiment_end: Option<ExperimentEnd>,

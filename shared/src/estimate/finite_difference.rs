@@ -4,7 +4,7 @@
 //! difference is noise; a low pass of 20 ms makes it usable. At the paper's
 //! 45 ms a count is 0.11 rad/s and the plain difference is good enough.
 
-use super::Estimate;
+use super::joint_estimate::Estimate;
 use super::model::Model;
 use crate::JOINTS;
 use crate::arm::{Parameters, Posture, State};

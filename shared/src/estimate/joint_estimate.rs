@@ -1,15 +1,25 @@
-//! One joint's share of an [`Estimate`](super::Estimate): what any of the
-//! estimators keeps from one sample to the next.
+//! The estimate, joint by joint: all that any of the estimators keeps from one sample
+//! to the next.
 
+use crate::JOINTS;
+use crate::arm::State;
 use crate::check_word::checked;
 use crate::real::Real;
+use nalgebra::Vector2;
+
+/// State of an estimator: joint by joint angle, speed, disturbance and their
+/// covariance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate<T> {
+    pub(super) joints: [JointEstimate<T>; JOINTS],
+}
 
 /// Angle in rad, speed in rad/s, disturbance in N m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct JointEstimate<T> {
     pub(super) q: T,
     pub(super) dq: T,
-    /// 0 from an estimator that does not look for one.
+    /// 0 from an estimator without disturbances.
     pub(super) d: T,
     /// Of the Kalman filter.
     pub(super) covariance: Covariance<T>,
@@ -39,6 +49,32 @@ pub(super) struct Difference<T> {
     pub(super) age: T,
     /// The filtered speed in rad/s.
     pub(super) speed: T,
+}
+
+impl<T: Real> Estimate<T> {
+    /// The state at the next samples after
+    /// [`Estimator::advance`](super::Estimator::advance), at the present ones after
+    /// [`Estimator::correct`](super::Estimator::correct).
+    pub fn state(&self) -> State<T> {
+        let [a, b] = &self.joints;
+        State {
+            q: Vector2::new(a.q, b.q),
+            dq: Vector2::new(a.dq, b.dq),
+        }
+    }
+
+    /// Torque in N m that acts on the joints without being commanded; zero from
+    /// an estimator that does not look for it.
+    pub fn disturbance(&self) -> Vector2<T> {
+        let [a, b] = &self.joints;
+        Vector2::new(a.d, b.d)
+    }
+
+    pub(super) fn set(&mut self, state: &State<T>) {
+        for (joint, estimate) in self.joints.iter_mut().enumerate() {
+            (estimate.q, estimate.dq) = (state.q[joint], state.dq[joint]);
+        }
+    }
 }
 
 impl<T: Real> JointEstimate<T> {

@@ -8,7 +8,7 @@
 //! With `L = A Lc` the predictions x- are those of (11), see
 //! [`placement`](crate::design::placement).
 
-use super::Estimate;
+use super::joint_estimate::Estimate;
 use super::model::Model;
 use crate::JOINTS;
 use crate::arm::{Discrete, Parameters, Posture, State};

@@ -3,8 +3,8 @@
 //! The servos report angles only; speeds must be estimated. [`Config`] says
 //! how, [`Config::build`] makes an [`Estimator`] of it for one arm and period.
 //!
-//! An [`Estimator`] is the design: model and gains, which never change. What it
-//! has learnt of the arm is an [`Estimate`], handed in and updated by each call.
+//! An [`Estimator`] is the design: model and gains, which never change. Its state is an
+//! [`Estimate`], which each call updates.
 //!
 //! # One tick
 //!
@@ -41,6 +41,7 @@ mod luenberger;
 mod model;
 
 pub use finite_difference::FiniteDifference;
+pub use joint_estimate::Estimate;
 pub use kalman::{Kalman, Tuning};
 pub use luenberger::{Form, Luenberger};
 pub use model::Model;
@@ -161,13 +162,6 @@ pub enum Estimator<T> {
     Kalman(Kalman<T>),
 }
 
-/// What an estimator knows of the arm: joint by joint angle, speed, disturbance
-/// and how sure they are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate<T> {
-    joints: [JointEstimate<T>; JOINTS],
-}
-
 impl<T: Checked> Checked for Estimator<T> {
     fn check(&self, sum: &mut CheckWord) {
         match self {
@@ -178,39 +172,14 @@ impl<T: Checked> Checked for Estimator<T> {
     }
 }
 
-impl<T: Real> Estimate<T> {
-    /// The state at the next samples after [`Estimator::advance`], at the present
-    /// ones after [`Estimator::correct`].
-    pub fn state(&self) -> State<T> {
-        let [a, b] = &self.joints;
-        State {
-            q: Vector2::new(a.q, b.q),
-            dq: Vector2::new(a.dq, b.dq),
-        }
-    }
-
-    /// Torque in N m that acts on the joints without being commanded; zero from
-    /// an estimator that does not look for it.
-    pub fn disturbance(&self) -> Vector2<T> {
-        let [a, b] = &self.joints;
-        Vector2::new(a.d, b.d)
-    }
-
-    fn set(&mut self, state: &State<T>) {
-        for (joint, estimate) in self.joints.iter_mut().enumerate() {
-            (estimate.q, estimate.dq) = (state.q[joint], state.dq[joint]);
-        }
-    }
-}
-
 impl<T: Real> Estimator<T> {
-    /// An estimate that knows the arm to be at rest at `q` at the next samples,
-    /// and nothing else.
+    /// An estimate of an arm at rest at `q` at the next samples, without any other
+    /// information.
     pub fn at_rest(&self, q: Vector2<T>) -> Estimate<T> {
         self.begin_at(&State::at_rest(q), Vector2::zeros())
     }
 
-    /// An estimate that goes on from what another estimator knows.
+    /// An estimate that continues from that of another estimator.
     pub fn take_over(&self, other: &Estimate<T>) -> Estimate<T> {
         self.begin_at(&other.state(), other.disturbance())
     }

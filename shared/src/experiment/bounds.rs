@@ -1,6 +1,7 @@
-//! What a signal reaches, and whether it is one.
+//! Bounds of signals: of their numbers, and of the values that they reach.
 
-use super::{FREQUENCY_MAX_HZ, LINES_MAX, Signal, TIME_MIN_S};
+use super::Signal;
+use crate::control::trajectory::FREQUENCY_MAX_HZ;
 use crate::control::trajectory::ramp::Envelope;
 use crate::real::Real;
 use core::f64::consts::TAU;
@@ -8,6 +9,13 @@ use nalgebra::ComplexField;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
+
+/// Shortest time between two edges, and shortest ramp, in s: ten ticks of 1 ms, and
+/// at the longest duration still few enough to count them off with 16 bits.
+pub const TIME_MIN_S: f64 = 0.01;
+
+/// Most lines of a multisine.
+pub const LINES_MAX: u8 = 32;
 
 /// Between what a signal stays, to within rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]

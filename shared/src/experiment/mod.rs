@@ -28,18 +28,13 @@
 
 mod bounds;
 mod pulse;
+mod sample;
 mod signal;
 #[cfg(test)]
 mod tests;
 mod wave;
 
 pub use crate::control::trajectory::{DURATION_MAX_S, FREQUENCY_MAX_HZ};
-pub use bounds::{Bounds, Flaw};
-pub use signal::{Sample, Signal};
-
-/// Shortest time between two edges, and shortest ramp, in s: ten ticks of 1 ms, and
-/// at the longest duration still few enough to count them off with 16 bits.
-pub const TIME_MIN_S: f64 = 0.01;
-
-/// Most lines of a multisine.
-pub const LINES_MAX: u8 = 32;
+pub use bounds::{Bounds, Flaw, LINES_MAX, TIME_MIN_S};
+pub use sample::Sample;
+pub use signal::Signal;

@@ -1,6 +1,6 @@
 //! Signals with edges and corners.
 
-use super::Sample;
+use super::sample::Sample;
 use crate::real::Real;
 use nalgebra::ComplexField;
 

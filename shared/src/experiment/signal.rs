@@ -1,5 +1,6 @@
 //! The signals, and their value at a time.
 
+use super::sample::Sample;
 use super::{pulse, wave};
 use crate::real::Real;
 use postcard::experimental::max_size::MaxSize;
@@ -97,28 +98,6 @@ pub enum Signal<T> {
         /// Another gives another sequence.
         seed: u32,
     },
-}
-
-/// A signal at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample<T> {
-    /// In its unit.
-    pub value: T,
-    /// What it changes by, per s; 0 at an edge.
-    pub first: T,
-    /// The second derivative, per s^2; 0 at a corner.
-    pub second: T,
-}
-
-impl<T: Real> Sample<T> {
-    /// One that does not change.
-    pub(super) fn level(value: T) -> Self {
-        Self {
-            value,
-            first: T::zero(),
-            second: T::zero(),
-        }
-    }
 }
 
 impl<T: Real> Signal<T> {

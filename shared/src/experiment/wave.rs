@@ -1,6 +1,6 @@
 //! Signals that are smooth, and their ramps.
 
-use super::Sample;
+use super::sample::Sample;
 use crate::control::trajectory::ramp::Envelope;
 use crate::real::Real;
 use core::f64::consts::TAU;

@@ -83,7 +83,7 @@ pub struct Limits {
     pub hold_ms: u16,
     /// Silence of the host after which torque goes off, in ms.
     pub silence_ms: u16,
-    /// Age in ms at which a constant torque ends, however alive the host is.
+    /// Age in ms at which a constant torque ends, even while heartbeats arrive.
     pub torque_age_ms: u16,
     /// Age in ms of a stream's last point at which the arm is braked and held.
     pub stream_age_ms: u16,

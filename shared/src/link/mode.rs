@@ -145,23 +145,23 @@ pub struct Trip {
     pub limit: f32,
 }
 
-/// What is known of motors that shall be off: after a fault, and whenever one is not seen
-/// to be off for long.
+/// Report on motors that must be off: after a fault, and whenever one is not seen to be
+/// off for long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct OffReport {
-    /// How often the stop sequence was sent.
+    /// Number of stop sequences sent.
     pub stops: u16,
-    /// What is known of each joint's motor.
+    /// Evidence on each joint's motor.
     pub joints: [OffState; crate::JOINTS],
 }
 
-/// What is known of a motor that shall be off. A joint that stands may still be driven,
-/// against an obstacle: that it stands says nothing.
+/// Evidence on a motor that must be off. A joint at rest is none: it may be driven
+/// against an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum OffState {
     /// Its servo's registers read back as off.
     Off,
-    /// It has been told to be off, and answers, but that it is off has not been seen.
+    /// It has been commanded off, and answers, but its registers have not shown it.
     Unconfirmed,
     /// Its servo does not answer.
     OutOfReach,

@@ -1,30 +1,30 @@
-//! Discovery: which servos answer, at which speed, and what they run.
+//! Discovery: finds the servos, their speed and their firmware.
 //!
 //! ```text
 //! at each of BAUD_RATES: stop -> ping joint 1 (Morpheus, stock) -> ping joint 2 -> ..
 //!   all found, one firmware  -> line up (Morpheus), read the settings (stock)
 //!   none found               -> the next speed
-//!   otherwise                -> the host is told; from the beginning after a pause
+//!   otherwise                -> a notice to the host; a pause; from the beginning
 //! ```
 //!
-//! The stop sequence comes before anything is asked at a speed.
+//! The stop sequence precedes any request at a speed.
 
 use crate::JOINTS;
 use crate::link::message::{Missing, Sample};
 use crate::servo::Firmware;
 use crate::servo::port::BAUD_RATES;
 
-/// What has been found so far.
+/// Progress of the search.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Discovery {
     /// Index of the baud rate at which servos are looked for.
     rate: usize,
     found: [Option<Firmware>; JOINTS],
-    /// What was heard instead of those that are missing.
+    /// Why a servo's sample is missing, for those that did not answer.
     heard: [Option<Missing>; JOINTS],
 }
 
-/// What a ping leads to.
+/// Result of a ping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
     /// Another ping.
@@ -40,29 +40,29 @@ pub(super) enum Next {
 }
 
 impl Discovery {
-    /// Morpheus first: the stop sequence has just been for it.
+    /// Pings begin with Morpheus: the stop sequence ends with its packets.
     pub(super) const FIRST: Next = Next::Ping {
         joint: 0,
         firmware: Firmware::Morpheus,
     };
 
-    /// From the likeliest speed on.
+    /// Begins at the likeliest speed.
     pub(super) fn rewind(&mut self) {
         *self = Self::default();
     }
 
-    /// The speed at hand; `None` beyond the last.
+    /// The present speed; `None` beyond the last.
     pub(super) fn baud(&self) -> Option<u32> {
         BAUD_RATES.get(self.rate).copied()
     }
 
-    /// Servos are looked for anew at the speed at hand.
+    /// Begins the search at the present speed again.
     pub(super) fn begin(&mut self) {
         self.found = [None; JOINTS];
         self.heard = [None; JOINTS];
     }
 
-    /// A ping of this joint in this firmware's protocol has brought this.
+    /// Takes the outcome of a ping of this joint in this firmware's protocol.
     pub(super) fn pinged(
         &mut self,
         joint: usize,
@@ -77,7 +77,7 @@ impl Discovery {
                 true
             }
             Some(Sample::Missing(missing)) => {
-                // What is not just silence says more.
+                // Damage tells more than silence.
                 let says_more = !matches!(missing, Missing::Silence | Missing::EchoOnly);
                 if let Some(slot) = self.heard.get_mut(joint)
                     && (slot.is_none() || says_more)

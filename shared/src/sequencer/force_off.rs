@@ -1,36 +1,36 @@
-//! Forced off: motors are told off, again and again, until each servo is seen to be off.
+//! Forced off: commands motors off repeatedly until each servo's registers show it.
 //!
-//! Standing is not off: a servo that presses against an obstacle stands. So what counts
-//! is evidence, collected joint by joint in this order:
+//! A joint at rest is no evidence: a servo that presses against an obstacle is at rest
+//! too. The evidence is collected joint by joint in this order:
 //!
 //! ```text
-//!   told off, in a tick or by a stop               -> Told
+//!   commanded off, in a tick or by a stop          -> Told
 //!   answers a ping                                 -> Alive
 //!   its registers read back as off                 -> Off
 //! ```
 //!
 //! A stock servo's registers are proof: torque enable and moving speed. Of a Morpheus
 //! servo's PWM only the low byte can be read, so that its read-back counts together
-//! with the two before it, and every tick goes on telling it off.
+//! with the two before it, and every tick goes on commanding it off.
 //!
-//! Evidence is worth nothing once a servo has been silent for [`SILENT_TICKS`], and again
+//! Evidence is discarded once a servo has been silent for [`SILENT_TICKS`], and again
 //! when it answers: the wire or the servo may have come back. Until all is collected the
 //! stop sequence is repeated, each [`REPEAT_US`], and after [`SELDOM_AFTER_US`] less often.
 //! A servo that has left the ticks' chain, as a Morpheus servo has after a reset, still
 //! answers what it is asked alone.
 //!
-//! Nothing here touches the bus: the sequencer asks what to do next and reports what
-//! came of it.
+//! Nothing here touches the bus: the sequencer takes the next action from here and
+//! reports its outcome.
 
 use crate::JOINTS;
 use crate::link::message::{OffReport, OffState, Sample};
 use crate::servo::Firmware;
 
 /// From one stop sequence to the next while a servo is not seen to be off, in µs. In
-/// between the ticks tell it off, and read back.
+/// between the ticks command it off, and read back.
 const REPEAT_US: u64 = 50_000;
-/// Motors that were told off by the ticks alone, without a fault, are told by a stop
-/// sequence if they are not seen to be off after this time, in µs.
+/// Time in µs after which a stop sequence follows for motors that ticks alone, without a
+/// fault, have commanded off and that are not seen to be off.
 const PATIENCE_US: u64 = 100_000;
 /// After so long, in µs, the sequence is sent [`SELDOM`] times less often: an arm that
 /// is out of reach may stay so.
@@ -38,13 +38,13 @@ const SELDOM_AFTER_US: u64 = 3_000_000;
 const SELDOM: u64 = 5;
 /// Ticks without an answer after which a servo is out of reach.
 const SILENT_TICKS: u32 = 3;
-/// Time in µs after which the host is told even of what is not known.
+/// Time in µs after which the host gets a report even if evidence is missing.
 const REPORT_US: u64 = 300_000;
 
-/// What is known of one joint's motor.
+/// Evidence on one joint's motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Evidence {
-    /// It has been told to be off.
+    /// It has been commanded off.
     #[default]
     Told,
     /// It has answered a ping since.
@@ -78,20 +78,20 @@ pub(super) struct ForceOff {
     stops: u16,
     joints: [Evidence; JOINTS],
     silent_ticks: [u32; JOINTS],
-    /// Motors have been told off since it began; until then there is nothing to check.
+    /// Motors have been commanded off since it began; before that no check is due.
     is_told: bool,
     /// A check has been made since the last tick.
     is_checked: bool,
-    /// The joint that is asked next, if there is something to ask.
+    /// The joint that is checked next, if a check is due.
     turn: usize,
-    /// A host is to be told of it, and what it was told last.
+    /// A report to the host is due, and the last report.
     is_reported: bool,
     reported: Option<[OffState; JOINTS]>,
 }
 
 impl ForceOff {
     /// Motors are to be off from now on. After a fault, which `is_fault` says, the stop
-    /// sequence is sent at once and the host is told what became of it.
+    /// sequence is sent at once and the host gets reports.
     pub(super) fn begin(&mut self, now_us: u64, is_fault: bool) {
         *self = Self {
             since_us: now_us,
@@ -111,7 +111,7 @@ impl ForceOff {
         now_us >= self.next_stop_us && !self.is_off()
     }
 
-    /// A stop sequence is sent now.
+    /// Notes that a stop sequence is sent now.
     pub(super) fn note_stop(&mut self, now_us: u64) {
         self.is_told = true;
         self.stops = self.stops.saturating_add(1);
@@ -119,7 +119,7 @@ impl ForceOff {
         self.next_stop_us = now_us + if is_old { SELDOM } else { 1 } * REPEAT_US;
     }
 
-    /// A tick that told every motor off has brought these samples.
+    /// Takes the samples of a tick that commanded every motor off.
     pub(super) fn note_tick(&mut self, now_us: u64, samples: [Sample; JOINTS]) {
         (self.is_told, self.is_checked) = (true, false);
         let joints = self.joints.iter_mut().zip(&mut self.silent_ticks);
@@ -131,13 +131,13 @@ impl ForceOff {
             };
             if was_silent != (*silent_ticks >= SILENT_TICKS) {
                 *evidence = Evidence::Told;
-                // The ticks tell it off as soon as it is back.
+                // The ticks command it off as soon as it is back.
                 self.next_stop_us = self.next_stop_us.max(now_us + PATIENCE_US);
             }
         }
     }
 
-    /// What to ask next, at most once a tick.
+    /// The next check, at most one a tick.
     pub(super) fn next_check(&self) -> Option<OffCheck> {
         if self.is_checked || !self.is_told {
             return None;
@@ -153,7 +153,7 @@ impl ForceOff {
         })
     }
 
-    /// The check has been sent.
+    /// Notes that the check has been sent.
     pub(super) fn note_asked(&mut self, check: OffCheck) {
         self.is_checked = true;
         if check.kind == CheckKind::ReadBack {
@@ -161,7 +161,7 @@ impl ForceOff {
         }
     }
 
-    /// What came of a check; `None` if no answer did.
+    /// Takes the answer to a check; `None` if there is none.
     pub(super) fn note_reply(
         &mut self,
         check: OffCheck,
@@ -195,14 +195,14 @@ impl ForceOff {
         self.joints == [Evidence::Off; JOINTS]
     }
 
-    /// Whether all is known that can be known for now: each motor is seen to be off, or
-    /// the host has been told that it is not.
+    /// Whether the evidence is complete for now: each motor is seen to be off, or the
+    /// host has a report that it is not.
     pub(super) fn is_settled(&self) -> bool {
         self.is_off() || self.reported.is_some()
     }
 
-    /// The servos have been lined up anew, by telling them off. What the host is owed of a
-    /// fault it is still told.
+    /// Restarts: the servos have been lined up again, by a command to be off. A report that
+    /// is due after a fault stays due.
     pub(super) fn resume(&mut self, now_us: u64) {
         *self = Self {
             since_us: now_us,
@@ -214,17 +214,17 @@ impl ForceOff {
         };
     }
 
-    /// Forgets what was seen: the servos may have changed meanwhile.
+    /// Discards all evidence: the servos may have changed meanwhile.
     pub(super) fn forget(&mut self) {
         self.joints = Default::default();
     }
 
-    /// Whether the host is told what becomes of the motors: after a fault.
+    /// Whether reports go to the host: after a fault.
     pub(super) fn is_reported(&self) -> bool {
         self.is_reported
     }
 
-    /// What the host is to be told, when that changes.
+    /// The report to the host, when it changes.
     pub(super) fn take_report(&mut self, now_us: u64) -> Option<OffReport> {
         let is_old = now_us.saturating_sub(self.since_us) >= REPORT_US;
         let is_off = self.is_off();
@@ -269,7 +269,7 @@ mod tests {
     const OFF: [u8; 2] = [1, 0xE8];
     const ON: [u8; 2] = [1, 0xDC];
 
-    /// A tick, and the answer to what is asked after it, if anything is.
+    /// Runs a tick, and answers the check after it, if there is one.
     fn tick(off: &mut ForceOff, now_us: u64, samples: [Sample; JOINTS], read_back: &[u8]) {
         off.note_tick(now_us, samples);
         if let Some(check) = off.next_check() {

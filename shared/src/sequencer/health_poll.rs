@@ -1,10 +1,10 @@
-//! Health poll: what the board asks its servos in the idle slots of the ticks.
+//! Health poll: the board's own requests to servos in the idle slots of ticks.
 //!
 //! | request     | when                                          | so that            |
 //! |-------------|-----------------------------------------------|--------------------|
 //! | temperature | each [`INTERVAL_US`], one servo after the other | a hot motor is switched off |
 //! | torque      | each [`TORQUE_US`], one stock servo after the other, while motors may be driven | one that was reset, and so is limp, does not go unnoticed |
-//! | ping        | a Morpheus servo has been missing for a half, five and six eighths of what is allowed | one that was off and on again, and has left the chain, is told from one that is gone or not understood: it answers all three |
+//! | ping        | a Morpheus servo has been missing for a half, five and six eighths of what is allowed | a servo that was off and on again, and so has left the chain, is distinguished from one that is gone or not understood: it answers all three |
 //!
 //! A temperature goes out if its reply is sure to be over before the next tick;
 //! after [`OVERDUE_US`] without such a slot, which is so at the shortest periods, a
@@ -30,16 +30,15 @@ const INTERVAL_US: u64 = 250_000;
 /// From one reading of a torque enable to the next, of the other servo: with the
 /// exchange itself, a reset is noticed within 100 ms.
 const TORQUE_US: u64 = 40_000;
-/// How long that waits for a slot before a tick waits for it.
+/// Longest wait of such a reading for a slot, in µs; then a tick waits for it.
 const TORQUE_OVERDUE_US: u64 = 5_000;
-/// How long a temperature waits for a slot before a tick waits for it.
+/// Longest wait of a temperature for a slot, in µs; then a tick waits for it.
 const OVERDUE_US: u64 = 1_000_000;
-/// How often a servo is asked whether it is still there. On a line that lets one
-/// answer in three pass, one that is only misunderstood answers all three once in 27
-/// times.
+/// Number of pings to a servo that is missing. On a line that passes one answer in
+/// three, a servo that is present but misunderstood answers all three once in 27 times.
 const PINGS: u8 = 3;
 
-/// A request for the board's own sake.
+/// Request of the health poll.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum HealthRequest {
     Temperature { joint: usize },
@@ -47,7 +46,7 @@ pub(super) enum HealthRequest {
     Ping { joint: usize },
 }
 
-/// What a reply shows.
+/// Content of a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
     /// Temperature of this joint's servo: °C of a stock servo, counts of a Morpheus
@@ -66,7 +65,7 @@ pub enum Health {
     },
 }
 
-/// What has been asked when, and pings that were answered.
+/// Times of requests, and pings that were answered.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct HealthPoll {
     /// The joint whose temperature is next, and when, in µs.
@@ -81,7 +80,7 @@ pub(super) struct HealthPoll {
 }
 
 impl HealthPoll {
-    /// The servos were found anew.
+    /// Restarts the poll: the servos have been found again.
     pub(super) fn restart(&mut self, now_us: u64) {
         *self = Self {
             due_us: now_us + INTERVAL_US,
@@ -89,7 +88,7 @@ impl HealthPoll {
         };
     }
 
-    /// What is due, and whether a tick may begin late for it.
+    /// The request that is due, and whether a tick may begin late for it.
     pub(super) fn next(
         &mut self,
         firmware: Firmware,
@@ -123,7 +122,7 @@ impl HealthPoll {
         Some((HealthRequest::Temperature { joint }, may_be_late))
     }
 
-    /// The request has been sent.
+    /// Notes that the request has been sent.
     pub(super) fn note_asked(&mut self, request: HealthRequest, now_us: u64) {
         match request {
             HealthRequest::Temperature { joint } => {
@@ -142,7 +141,7 @@ impl HealthPoll {
         }
     }
 
-    /// What a reply shows, or that there was none.
+    /// Takes a reply, or its absence; returns what it shows.
     pub(super) fn note_reply(
         &mut self,
         request: HealthRequest,
@@ -157,7 +156,7 @@ impl HealthPoll {
                 *pongs += u8::from(data.is_some_and(|data| firmware.is_pong(data)));
                 (*pongs == PINGS).then_some(Health::Reset { joint })
             }
-            // What a servo complains of is told with its samples.
+            // Alarms are reported with samples.
             HealthRequest::Torque { joint } => {
                 let is_reset = data == Some(&[0]) && alarms.is_empty();
                 is_reset.then_some(Health::Reset { joint })

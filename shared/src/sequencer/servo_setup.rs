@@ -1,15 +1,15 @@
-//! Servo set-up: stock servos made ready for torque, and given back as they were.
+//! Servo set-up: makes stock servos ready for torque, and restores them.
 //!
-//! Bring-up only reads stock servos' settings. Everything else is asked for, by
-//! [`Command::Prepare`](crate::link::message::Command::Prepare) and
-//! [`Command::Release`](crate::link::message::Command::Release): a user who plugs the
-//! bridge in for its transparent port finds the servos as they were.
+//! Bring-up only reads stock servos' settings. Anything else needs a command,
+//! [`Command::Prepare`](crate::link::message::Command::Prepare) or
+//! [`Command::Release`](crate::link::message::Command::Release): use of the transparent
+//! port alone changes no servo.
 //!
 //! A stock AX-12A has no torque command. In wheel mode (both angle limits 0) its
 //! moving speed is the motor's duty, which is as good. Its return delay, 500 µs
 //! ex works, would take the half of a tick for each servo. Both are EEPROM, so
-//! they are written only where they differ, and what was found is remembered for
-//! the release, until reset.
+//! they are written only where they differ, and the values found are kept for the
+//! release, until reset.
 
 use super::setup_step::{SavedConfig, ServoSettings, SetupGoal, SetupStep, Step};
 use crate::JOINTS;
@@ -20,7 +20,7 @@ use crate::servo::{Packet, ServoId};
 /// 8.5 ms a byte, and four are the most that is written here.
 const EEPROM_US: u64 = 40_000;
 
-/// What the set-up does next.
+/// Next action of the set-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Progress {
     /// This step, after a pause in µs.
@@ -33,7 +33,7 @@ pub(super) enum Progress {
     Silent(usize),
 }
 
-/// What is known of the stock servos.
+/// Settings of the stock servos, as found and as read.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ServoSetup {
     saved: [SavedConfig; JOINTS],

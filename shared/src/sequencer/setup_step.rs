@@ -1,4 +1,4 @@
-//! Set-up steps of stock servos: which follows which, and what each asks of a servo.
+//! Set-up steps of stock servos: their order, and the request of each.
 
 use heapless::Vec;
 
@@ -43,7 +43,7 @@ impl ServoSettings {
     }
 }
 
-/// What is known of a joint's stock servo.
+/// Settings of a joint's stock servo.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SavedConfig {
     /// As found at first.
@@ -60,10 +60,10 @@ pub(crate) struct SetupStep {
     pub(super) step: Step,
 }
 
-/// What the set-up is for.
+/// Purpose of the set-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SetupGoal {
-    /// To see what they are set to.
+    /// Reading of their settings.
     Look,
     /// Ready for torque.
     Prepare,
@@ -71,7 +71,7 @@ pub(crate) enum SetupGoal {
     Restore,
 }
 
-/// What is done with one servo.
+/// Action on one servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Step {
     Look,
@@ -175,7 +175,7 @@ impl SetupStep {
         }
     }
 
-    /// What this step asks; `None` if there is nothing to do.
+    /// The request of this step; `None` if there is nothing to do.
     pub(super) fn access(self, stock: &SavedConfig) -> Option<RegisterAccess> {
         let write = |address, data: &[u8]| {
             Vec::from_slice(data)

@@ -1,4 +1,4 @@
-//! Stop plan: the stops to be sent before anything else, at every speed that matters.
+//! Stop plan: the stops at every speed at which servos may be, before any other packet.
 //!
 //! Where servos may run at any of several speeds, a full sequence at each would keep
 //! the last one waiting: 7 ms at 1 Mbaud, 52 ms at 57600. So the brief stop is sent at
@@ -27,12 +27,12 @@ pub(super) fn add_speed(speeds: &mut Speeds, baud: u32) {
     let _ = speeds.push(baud);
 }
 
-/// Stops, and how far they have got.
+/// Stops to be sent, and the progress through them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StopPlan {
-    /// Where servos may be.
+    /// Speeds at which servos may be.
     possible: Speeds,
-    /// Where they are likely to be: the first so many of these.
+    /// Number of the likely ones among them, which come first.
     likely: usize,
     next: usize,
 }
@@ -45,7 +45,7 @@ impl StopPlan {
         let mut possible = likely;
         for baud in others {
             if !possible.contains(baud) {
-                // Those there is no room for are met by the search.
+                // Speeds that do not fit are left to the search.
                 let _ = possible.push(*baud);
             }
         }

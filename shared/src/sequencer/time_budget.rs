@@ -1,9 +1,9 @@
-//! Time budget: how long the bus is free between two ticks, and what fits.
+//! Time budget: the free time of the bus between two ticks, and the requests that fit.
 
 use crate::servo::Query;
 use crate::servo::port::byte_ns;
 
-/// How long the bus is free, and how long things take there.
+/// Free time of the bus, and the duration of a byte and of a reply's delay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeBudget {
     /// Until the reply must be over, in µs.

@@ -2,8 +2,8 @@
 //!
 //! A frame is parsed once; policy and passthrough depend on its fields, never on
 //! offsets. [`ClientFrame::expected_reply`] gives the time for which the bus must
-//! be left alone after it, [`ClientFrame::may_drive`] its danger to whoever stands
-//! beside the arm, [`ClientFrame::wedges_servo`] its danger to a servo.
+//! be left alone after it, [`ClientFrame::may_drive`] whether it may set a motor moving,
+//! [`ClientFrame::wedges_servo`] whether it blocks a servo until power-off.
 
 use super::firmware::with_protocol;
 use super::protocol::Protocol;
@@ -19,7 +19,7 @@ pub struct ClientRequest<'a> {
     pub destination: u8,
     /// Address of the client. Protocol 1.0 has none: the destination again.
     pub source: u8,
-    /// What is requested, as far as a servo knows it.
+    /// Instruction, if a servo knows it.
     pub instruction: Result<Instruction<'a>, Misread>,
     /// Whether the checksum is right. A servo may obey a packet that is not:
     /// Morpheus applies a PWM before it looks.

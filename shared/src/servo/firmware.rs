@@ -195,7 +195,7 @@ pub enum ReplyParser<const N: usize> {
 }
 
 impl<const N: usize> ReplyParser<N> {
-    /// For replies to anybody.
+    /// For replies to any address.
     pub const fn new(firmware: Firmware) -> Self {
         match firmware {
             Firmware::Morpheus => Self::Morpheus(Parser::new()),

@@ -34,7 +34,7 @@ const RESET_MHZ: u32 = 16;
 
 static BUFFERS: Buffers = Buffers::new();
 
-/// What was expected has come, or a transmission has ended.
+/// Signal that the expected bytes have come, or a transmission has ended.
 pub static ACTIVITY: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 /// Switches port and pins on, at the clocks that are in force.
@@ -43,7 +43,7 @@ pub fn enable() {
     USART3.cr1().modify(|w| w.set_rxneie(true));
 }
 
-/// What ends the wait of the tick; see [`Buffers::expect`].
+/// Signal that ends the wait of the tick; see [`Buffers::expect`].
 pub fn expect(bytes: Option<usize>) -> bool {
     BUFFERS.expect(bytes)
 }

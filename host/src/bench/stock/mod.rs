@@ -172,12 +172,12 @@ impl Ax12a {
         self.protection.temperature_c = celsius;
     }
 
-    /// Something outside heats it from now on, by so many °C a second.
+    /// Begins to heat it from outside, by so many °C a second.
     pub fn heat(&mut self, celsius_per_s: f64) {
         self.protection.heated_c_per_s = celsius_per_s;
     }
 
-    /// Nothing outside heats it any more, and it is as cold as the air.
+    /// Ends the heating from outside; its temperature is that of the air.
     pub fn cool(&mut self) {
         self.protection.cool();
     }

@@ -51,7 +51,7 @@ struct Effort {
 pub(super) struct Protection {
     pub(super) temperature_c: f64,
     pub(super) supply_decivolt: u8,
-    /// By something outside.
+    /// Heating from outside.
     pub(super) heated_c_per_s: f64,
     effort: Option<Effort>,
     is_overloaded: bool,

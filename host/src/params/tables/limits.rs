@@ -96,8 +96,8 @@ pub(super) const LIMITS: [Parameter; 21] = [
         "Silence of the host after which torque goes off."
         Range::whole(1, SILENCE_MS)),
     limit!(torque_age_ms "ms"
-        "Age at which a constant torque ends unless it is commanded again, however alive the host \
-         is."
+        "Age at which a constant torque ends unless it is commanded again, even while heartbeats \
+         arrive."
         Range::whole(1, hard::AGE_MS as u32)),
     limit!(stream_age_ms "ms"
         "Age of a stream's last point at which the arm is braked and held."

@@ -4,8 +4,8 @@ use armbridge_shared::link::message::{
     Command, Fault, Mode, Moment, Record, Refusal, Settings, Trip,
 };
 
-use super::super::board;
 use super::super::compare::Difference;
+use super::super::facts;
 use super::super::notes::{Note, is_before};
 use super::super::what_if::words;
 use super::{Player, ReplayError};
@@ -103,7 +103,7 @@ impl Player {
     /// motors were driven until then, and are off from its beginning.
     pub(super) fn heed_goodbye(&mut self, record: &Record) {
         let is_driven = self.board.mode().drive().is_some();
-        if is_driven && board::is_off(record) && self.notes.has_goodbye(record) {
+        if is_driven && facts::is_off(record) && self.notes.has_goodbye(record) {
             self.board.goodbye();
         }
     }
@@ -219,7 +219,7 @@ impl Player {
     /// have come out.
     fn tripped(&mut self, trip: &Trip) {
         self.is_stopped = true;
-        if board::is_external(trip.fault) {
+        if facts::is_external(trip.fault) {
             if !matches!(self.board.mode(), Mode::Fault(_)) {
                 let what = format!("fault {}", names::fault(trip.fault));
                 self.tally.adopt(what, trip.tick);

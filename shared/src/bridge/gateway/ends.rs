@@ -2,10 +2,12 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use crate::bridge::channels::CLIENT_BYTES;
 use crate::bridge::queue::{Receiver, Sender};
 
-/// What a client has set its serial port to.
+/// Bytes of the transparent port in either direction: two of the longest packet.
+pub(in crate::bridge) const CLIENT_BYTES: usize = 1024;
+
+/// Settings that a client has given its serial port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct ClientLine {
     /// Its port is open (on USB: DTR is on).
@@ -79,7 +81,7 @@ impl PortEnd<'_> {
         self.to_client.dequeue()
     }
 
-    /// What the client has set its port to.
+    /// Sets the client's port settings.
     pub fn set_line(&mut self, line: ClientLine) {
         self.line.store(line.to_bits(), Ordering::Relaxed);
     }

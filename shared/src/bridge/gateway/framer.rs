@@ -1,5 +1,5 @@
-//! The client's bytes into whole packets, so that the bus is never left in the
-//! middle of one, however USB cut them up.
+//! Framer: joins the client's bytes to whole packets, so that the bus is never left in
+//! the middle of one, however USB splits them.
 //!
 //! ```text
 //! FF FF ID LEN ..          Protocol 1.0   LEN 2..=255    LEN + 4 bytes    Packet
@@ -75,7 +75,7 @@ pub struct Framer {
 }
 
 impl Framer {
-    /// A framer that has heard nothing.
+    /// A framer that has received nothing.
     pub const fn new() -> Self {
         Self {
             bytes: Vec::new(),

@@ -1,4 +1,4 @@
-//! What the client asked, as requests that the board itself puts on the bus.
+//! Jobs: questions of the client as requests that the board itself puts on the bus.
 //!
 //! While a control loop runs, the bus is free for a part of each tick only. A
 //! request goes out only if its answer is sure to be over by then. A reading
@@ -17,25 +17,22 @@
 
 mod reading;
 
+pub use reading::Ask;
 pub(super) use reading::Reading;
 
-use super::response::{BYTES_MAX, Bytes, Responder};
+use super::response::{Bytes, Responder};
 use crate::sequencer::TimeBudget;
-use crate::servo::Query;
 use crate::servo::protocol1::Alarms;
 
-/// One request for the bus.
-pub type Ask = Query<BYTES_MAX>;
-
-/// Where a job stands.
+/// Progress of a job.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// Another request is needed.
     More,
     /// Over: the answer for the client. Empty where servos give none.
     Done(Bytes),
-    /// Over: no answer came, or none that fits the request. The client hears
-    /// nothing either.
+    /// Over: no answer came, or none that fits the request. The client gets none
+    /// either.
     Silent,
 }
 
@@ -47,7 +44,7 @@ enum Task {
     Read(Reading),
 }
 
-/// One thing that the client asked.
+/// One question of the client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Job {
     responder: Responder,

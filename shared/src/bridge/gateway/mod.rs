@@ -6,10 +6,9 @@
 //! | torque off, bus released | its packets on the bus as they are, every byte heard |
 //! | ticks, torque on or not  | what is harmless, asked in the slack of a tick    |
 //!
-//! While ticks run, nothing of the client's goes on the bus as it came: each
-//! request is one of ours, made for what the client wants to know, and what
-//! would move, re-address or reset a servo under control is refused in the
-//! servo's own words.
+//! While ticks run, no packet of the client goes on the bus as it came: the board
+//! makes its own requests for what the client reads, and refuses whatever would
+//! move, re-address or reset a servo under control, with the servo's own answer.
 //!
 //! | part       | what                                                            |
 //! |------------|-----------------------------------------------------------------|
@@ -31,7 +30,7 @@ mod relay;
 mod response;
 mod serve;
 
-pub(super) use ends::BusSide;
+pub(super) use ends::{BusSide, CLIENT_BYTES};
 pub use ends::{ClientLine, PortEnd};
 pub use framer::{Framer, Item};
 pub use job::{Ask, Job, Progress};
@@ -48,11 +47,11 @@ const REPORT_US: u64 = 100_000;
 #[derive(Debug, Default)]
 pub(super) struct Gateway {
     framer: Framer,
-    /// A whole packet that waits; its bytes are the framer's.
+    /// A whole packet that waits; the framer holds its bytes.
     item: Option<Item>,
     /// A question under way.
     job: Option<Job>,
-    /// Since when it waits, in µs.
+    /// Time since which it waits, in µs.
     since_us: u64,
     /// How often the servo has been asked.
     tries: u8,
@@ -65,19 +64,19 @@ pub(super) struct Gateway {
     was_open: bool,
     /// The host has asked for the bus: no client takes it before this time.
     claimed_until_us: u64,
-    /// When a packet of the client's was last relayed, in µs, and whether one of them may
-    /// have set a motor moving.
+    /// Time of the last relayed packet in µs, and whether one of them may have set a motor
+    /// moving.
     relayed_us: u64,
     may_have_driven: bool,
 }
 
 impl Gateway {
-    /// A client's question waits for the slack of a tick.
+    /// Whether a client's question waits for the slack of a tick.
     pub(super) fn is_waiting(&self) -> bool {
         self.job.is_some()
     }
 
-    /// The bus is no longer the client's.
+    /// Notes that the bus is taken back from the client.
     pub(super) fn end_relay(&mut self) {
         self.was_open = false;
         self.may_have_driven = false;
@@ -97,7 +96,7 @@ impl Gateway {
         }
     }
 
-    /// The host has given an order: for a while the bus stays where it is.
+    /// Keeps clients off the bus for a while after an order of the host.
     pub(super) fn claim(&mut self, now_us: u64) {
         self.claimed_until_us = now_us.saturating_add(CLAIM_US);
     }

@@ -2,9 +2,9 @@
 //!
 //! A client may look at everything and may move what is not under control.
 //! Whatever could move, rename, slow down or reset a servo under control is
-//! refused, and so is what would harm the bus. Nothing of the client's goes on
-//! the bus as it came: what is harmless becomes a [`Job`], whose requests are
-//! made here.
+//! refused, and so is what would harm the bus. No packet of the client goes on
+//! the bus as it came: a harmless one becomes a [`Job`](super::Job), whose requests
+//! are made here.
 //!
 //! On a stock bus:
 //!
@@ -41,22 +41,13 @@
 
 mod morpheus;
 mod stock;
+mod verdict;
 
-use super::job::Job;
+pub use verdict::Verdict;
+
 use super::response::{Bytes, Responder};
 use crate::JOINTS;
 use crate::servo::{ClientRequest, Firmware, ServoId};
-
-/// What becomes of a packet.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// The servos are to be asked.
-    Ask(Job),
-    /// This is what they would answer.
-    Answer(Bytes),
-    /// It is not for a client; this is what it is told.
-    Refuse(Bytes),
-}
 
 /// Judges one packet.
 pub fn judge(
@@ -73,10 +64,6 @@ pub fn judge(
         Firmware::Stock => stock::judge(responder, controlled, request),
         Firmware::Morpheus => morpheus::judge(responder, controlled, samples, request),
     }
-}
-
-fn is_controlled(controlled: [ServoId; JOINTS], id: u8) -> bool {
-    controlled.iter().any(|servo| servo.get() == id)
 }
 
 #[cfg(test)]

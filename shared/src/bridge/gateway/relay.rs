@@ -1,10 +1,10 @@
-//! The bus while it is the client's: its packets as they came, and every byte that
-//! is heard.
+//! Relay: passes the client's packets to the bus, and every byte from it to the client,
+//! while the bus is lent.
 //!
-//! A relayed packet needs the supervisor's leave at that moment; the sequencer sees to
-//! that. A client that has said what may drive a motor and then is silent for longer
-//! than [`client_silence_ms`](crate::link::limits::Limits::client_silence_ms) loses the
-//! bus: motors are told off, and the servos are looked for anew.
+//! A relayed packet needs the supervisor's leave at that moment; the sequencer checks
+//! it. A client that has sent a packet that may drive a motor, and then is silent for
+//! longer than [`client_silence_ms`](crate::link::limits::Limits::client_silence_ms),
+//! loses the bus: the stop sequence and a new search for the servos follow.
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
@@ -17,9 +17,9 @@ where
     S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
-    /// The bus is lent and idle: the client's packet goes out as it came.
+    /// Sends the client's packet as it came: the bus is lent and idle.
     pub(in crate::bridge) fn relay(&mut self) {
-        // What was asked in the idle slots of ticks is answered there or never.
+        // A question from the idle slots of ticks is answered there or never.
         self.gateway.job = None;
         let Some(item) = self.gateway.item.take() else {
             return;
@@ -35,7 +35,8 @@ where
         self.gateway.count(is_sent);
     }
 
-    /// When a client that may have set a motor moving has been silent for too long.
+    /// The time at which a client that may have set a motor moving has been silent for too
+    /// long.
     pub(super) fn client_silent_at_us(&self) -> Option<u64> {
         let silence_ms = self.core.config().limits().client_silence_ms;
         let watched = self.gateway.may_have_driven && silence_ms > 0;

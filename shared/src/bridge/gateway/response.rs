@@ -11,7 +11,7 @@ pub const BYTES_MAX: usize = Protocol1::OVERHEAD + Protocol1::MEMORY_BYTES as us
 /// A packet for the client or for the bus. Empty: silence.
 pub type Bytes = Vec<u8, BYTES_MAX>;
 
-/// The servo that the client addressed, and in whose name it is answered. What goes
+/// The servo that the client addressed, in the name of which the board answers. A packet
 /// to all servos, or to an id that none can have, is answered with silence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Responder {

@@ -1,4 +1,4 @@
-//! How the tick serves the client of the transparent port, beside its own work.
+//! Service of the transparent port's client in the tick, beside the tick's own work.
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
@@ -16,10 +16,10 @@ use crate::supervisor::{Event, State};
 /// is dropped: the vendor's SDK waits 34 ms for an answer, and one that comes
 /// later would be taken for the next.
 const PATIENCE_US: u64 = 30_000;
-/// How often a servo is asked that does not answer.
+/// Number of requests to a servo that does not answer.
 const TRIES: u8 = 3;
-/// What a tick may take less than the one before: what is margin in it, and the
-/// servos' own 26 µs either way.
+/// Time that a tick may take less than the one before: its margin, and the servos' own
+/// 26 µs either way.
 const SHORTER_US: u32 = 80;
 
 impl<S, D> Bridge<'_, S, D>
@@ -27,7 +27,7 @@ where
     S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
-    /// Takes what the client has sent, and decides whose the bus is.
+    /// Takes the client's bytes, and decides whether it gets or keeps the bus.
     pub(in crate::bridge) fn listen_to_client(&mut self) {
         let now_us = self.core.now_us();
         let gateway = &mut self.gateway;
@@ -56,7 +56,7 @@ where
             }
         } else if is_waiting
             && now_us >= gateway.claimed_until_us
-            // The stop sequence comes before anything of a client's.
+            // The stop sequence precedes any packet of a client.
             && self.sequencer.state() != BusState::Search(SearchStep::Stop)
             && !self.sequencer.is_stopping()
         {
@@ -65,7 +65,7 @@ where
         self.report_port();
     }
 
-    /// When the client's affairs need a look at the latest.
+    /// The latest time of the next call for the client.
     pub(in crate::bridge) fn client_wake_us(&self) -> u64 {
         let framer = self.gateway.framer.wake_at_us();
         let silent = self.client_silent_at_us();
@@ -76,14 +76,14 @@ where
             .unwrap_or(u64::MAX)
     }
 
-    /// Hands over what was heard of the servos.
+    /// Passes the servos' bytes to the client.
     pub(in crate::bridge) fn pass_overheard(&mut self) {
         while let Some(byte) = self.sequencer.overheard() {
             self.give(&[byte]);
         }
     }
 
-    /// Between ticks: one question at a time, if it fits.
+    /// Sends the client's next question between ticks, if it fits.
     pub(in crate::bridge) fn serve_client(&mut self, tick_due_us: u64) {
         if self.gateway.job.is_none() {
             self.judge();
@@ -107,7 +107,7 @@ where
         self.sequencer.ask_for_client(query, tick_due_us);
     }
 
-    /// What may be done with the packet that waits?
+    /// Judges the packet that waits.
     fn judge(&mut self) {
         let Some(item) = self.gateway.item.take() else {
             return;
@@ -130,7 +130,7 @@ where
                 if job.can_ever_fit(budget) {
                     self.gateway.job = Some(job);
                 } else {
-                    // In the name of a servo that may not be there, nothing.
+                    // A servo that may be absent gives no answer.
                     if SERVO_IDS.iter().any(|ours| ours.get() == job.servo()) {
                         self.give(&job.refusal());
                     }
@@ -148,7 +148,7 @@ where
         }
     }
 
-    /// The servo has answered the client's question, or not.
+    /// Takes the servo's answer to the client's question, or its absence.
     pub(in crate::bridge) fn finish_client(&mut self) {
         let Some(job) = &mut self.gateway.job else {
             return;

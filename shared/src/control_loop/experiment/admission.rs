@@ -1,6 +1,6 @@
 //! Admission of experiments: whether one may begin from where the arm is.
 //!
-//! Its envelope must lie where no guard has to do anything for an arm that stays in it,
+//! Its envelope must lie where no monitor interferes with an arm that stays in it,
 //! the arm must be in it, and what is asked of the joints must be within the limits in
 //! force. That it is an experiment at all has been
 //! [checked](Experiment::check) before.
@@ -17,7 +17,7 @@ use crate::link::message::Settings;
 /// at these angles.
 ///
 /// # Errors
-/// Why not.
+/// The reason for the refusal.
 pub fn permits(
     settings: &Settings,
     plan: &Experiment,

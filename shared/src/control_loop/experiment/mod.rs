@@ -1,4 +1,4 @@
-//! Experiments, tick by tick: what each joint is given, and when one is over.
+//! Experiments, tick by tick: the signal of each joint, and the end.
 //!
 //! ```text
 //! admit -> begin -> tick: in the envelope? -> reference, PWM, torque -> limits -> ...
@@ -87,7 +87,7 @@ impl ActiveExperiment {
         self.over(state, fast_ticks)
     }
 
-    /// The host has said nothing for too long.
+    /// Ends the experiment: the host has been silent for too long.
     pub(super) fn note_quiet(&mut self) {
         self.is_host_quiet = true;
     }

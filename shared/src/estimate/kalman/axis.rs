@@ -4,7 +4,7 @@
 //! continuous model, written out; its last row is (0 0 1). The covariance is
 //! symmetric and kept as its upper triangle.
 
-use super::Tuning;
+use super::tuning::Tuning;
 use crate::check_word::checked;
 use crate::estimate::joint_estimate::{Covariance, JointEstimate};
 use crate::real::Real;

@@ -1,4 +1,4 @@
-//! What becomes of a packet while servos 1 and 2 are under control.
+//! Treatment of a packet while servos 1 and 2 are under control.
 
 use armbridge_shared::bridge::gateway::{Ask, Job, Progress, Verdict, judge};
 use armbridge_shared::sequencer::TimeBudget;
@@ -51,7 +51,7 @@ pub(super) fn check(protocol: Firmware, packet: &[u8]) {
     }
 }
 
-/// Only what reads is known not to drive, and it is answered as it should be.
+/// Checks that only reading requests count as unable to drive, and their replies.
 fn may_drive(request: &ClientRequest) {
     let packet = request.bytes;
     let (code, overhead) = match request.firmware {

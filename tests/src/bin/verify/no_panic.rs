@@ -14,7 +14,11 @@ use std::process::Command;
 const MISSING: &str = "a_panic_can_be_reached";
 
 /// Where panics are planted, if they are: what each of the loops waits for.
-const PLANTED: [&str; 3] = ["run::real_time", "run::link", "run::client"];
+const PLANTED: [&str; 3] = [
+    "run::tick::real_time",
+    "run::host_link::link",
+    "run::client::client",
+];
 
 /// Both halves of the check.
 pub(crate) fn run() -> Result<(), String> {

@@ -1,11 +1,13 @@
-//! Registers read piece by piece.
+//! Readings of registers in pieces.
 //!
 //! No piece ends inside a register, so that no value is half old, half new. A
 //! position that no READ may have comes from the control loop.
 
-use super::Ask;
-use crate::bridge::gateway::response::{Bytes, Responder};
-use crate::servo::Firmware;
+use crate::bridge::gateway::response::{BYTES_MAX, Bytes, Responder};
+use crate::servo::{Firmware, Query};
+
+/// One request for the bus.
+pub type Ask = Query<BYTES_MAX>;
 
 /// Bytes of a READ request, in both protocols.
 const REQUEST_BYTES: usize = 8;
@@ -16,7 +18,7 @@ pub(in crate::bridge::gateway) struct Reading {
     firmware: Firmware,
     /// The servo.
     id: u8,
-    /// Where the control loop has seen it last.
+    /// Its last position in the control loop.
     position: Option<u16>,
     address: u8,
     /// After the last byte.

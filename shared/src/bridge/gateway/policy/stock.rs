@@ -1,6 +1,6 @@
 //! Packets for stock servos.
 
-use super::{Verdict, is_controlled};
+use super::verdict::{Verdict, is_controlled};
 use crate::JOINTS;
 use crate::bridge::gateway::job::{Ask, Job, Reading};
 use crate::bridge::gateway::response::Responder;

@@ -4,7 +4,7 @@ mod harm;
 
 use super::*;
 use crate::bridge::gateway::packets::{morpheus, morpheus_frame, stock};
-use crate::bridge::gateway::{Ask, Progress};
+use crate::bridge::gateway::{Ask, Job, Progress};
 use crate::sequencer::TimeBudget;
 use crate::servo::morpheus::MASTER;
 use std::vec::Vec;

@@ -1,0 +1,71 @@
+//! The loop of the host's link: frames in and out, and settings to the store.
+
+use super::news::News;
+use super::stream::{FromHost, ToHost, when};
+use crate::settings;
+use armbridge_shared::bridge::LinkPort;
+use armbridge_shared::link::frame;
+use armbridge_shared::link::message::Stack;
+use armbridge_shared::store::Store;
+use core::pin::pin;
+use embassy_futures::select::{Either, select};
+use embedded_storage::nor_flash::NorFlash;
+
+/// Moves bytes between the host and `port`, for ever, and settings to `store`. Both
+/// are borrowed for the same reason as the bridge of [`real_time`](super::real_time). A
+/// host that does not read delays only this loop, which still takes what the host
+/// sends. `watch` returns the use of the stack from time to time.
+pub async fn link(
+    port: &mut LinkPort<'_>,
+    mut from_host: impl FromHost,
+    mut to_host: impl ToHost,
+    store: &mut Store<impl NorFlash>,
+    mut watch: impl FnMut() -> Option<Stack>,
+    news: &News,
+) -> ! {
+    let mut frame = [0; frame::MAX];
+    let mut pending = 0..0;
+    let mut received = [0; 64];
+    loop {
+        if let Some(stack) = watch() {
+            port.set_stack(stack);
+        }
+        settings::keep(port, store);
+        if pending.is_empty() {
+            pending = 0..next_frame(port, &mut frame);
+        }
+        let bytes = frame.get(pending.clone()).unwrap_or_default();
+        let is_silent = bytes.is_empty();
+        let happened = {
+            let ran = pin!(news.ran.wait());
+            let output = pin!(to_host.write(bytes));
+            let output = select(when(is_silent, ran), when(!is_silent, output));
+            select(from_host.read(&mut received), output).await
+        };
+        match happened {
+            Either::First(len) => receive(port, received.get(..len).unwrap_or(&received)),
+            Either::Second(Either::First(())) => {}
+            Either::Second(Either::Second(len)) => pending.start += len,
+        }
+    }
+}
+
+// Functions of their own, like the parts of the tick: a command that designs gains and
+// a save take some kB of stack each, but not at the same time.
+
+/// [`LinkPort::receive`].
+#[inline(never)]
+fn receive(port: &mut LinkPort<'_>, bytes: &[u8]) {
+    port.receive(bytes);
+}
+
+/// Puts the next frame for the host into `frame`; its length, 0 if there is none.
+#[inline(never)]
+fn next_frame(port: &mut LinkPort<'_>, frame: &mut [u8; frame::MAX]) -> usize {
+    let Some(next) = port.transmit() else {
+        return 0;
+    };
+    let len = next.len().min(frame.len());
+    frame[..len].copy_from_slice(&next[..len]);
+    len
+}

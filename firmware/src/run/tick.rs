@@ -1,0 +1,214 @@
+//! The real-time loop: the stop switch, the tick, and feeding of the watchdog.
+
+use super::news::News;
+use crate::end::memory;
+use armbridge_shared::bridge::{Bridge, Progress, QueueWatch};
+use armbridge_shared::link::message::StopSource;
+use armbridge_shared::servo::port::SetBaud;
+use core::convert::Infallible;
+use core::future::Future;
+use embedded_hal::digital::OutputPin;
+use embedded_hal_nb::serial;
+
+/// A board as the real-time loop needs it, beside the bus.
+pub trait RealTime {
+    /// Time since boot in µs; never goes back.
+    fn now_us(&self) -> u64;
+
+    /// Starts measuring how long something takes.
+    fn start_stopwatch(&mut self);
+
+    /// Time since [`Self::start_stopwatch`] in ns; wrong beyond 4 s.
+    fn stopwatch_ns(&self) -> u32;
+
+    /// Waits for bus activity (a byte, the end of a transmission) or until
+    /// `until_us`, whichever is first. May return early. Fewer bytes than
+    /// `bytes_wanted` need not end the wait, and none need where that is `None`.
+    fn wait(&mut self, until_us: u64, bytes_wanted: Option<usize>) -> impl Future<Output = ()>;
+
+    /// Feeds the watchdog: a tick went well.
+    fn tick_was_good(&mut self);
+
+    /// Whether the emergency stop's switch is open, or its wire broken. Read in
+    /// every turn of the real-time loop, and so in every tick.
+    fn is_stop_pressed(&mut self) -> bool;
+}
+
+/// Runs the tick, for ever. `watch` belongs to the bridge's end of the queues.
+///
+/// The bridge is borrowed: a future keeps an argument twice, as argument and as
+/// variable, and this one would be built on the stack first.
+pub async fn real_time<S, D, B>(
+    bridge: &mut Bridge<'_, S, D>,
+    mut watch: QueueWatch<'_>,
+    mut board: B,
+    news: &News,
+) -> !
+where
+    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
+    D: OutputPin,
+    B: RealTime,
+{
+    let mut mode = None;
+    loop {
+        if board.is_stop_pressed() {
+            bridge.emergency_stop(StopSource::Pin);
+        }
+        let progress = poll(bridge, board.now_us());
+        memory::set_tick(bridge.tick());
+        match progress {
+            // Torque is off and the bus makes progress: as good as a tick.
+            Ok(Progress::Searching) => board.tick_was_good(),
+            Ok(Progress::Served) => {}
+            Ok(Progress::Sampled) => {
+                board.start_stopwatch();
+                decide(bridge);
+                let compute_ns = board.stopwatch_ns();
+                if publish(bridge, compute_ns) {
+                    board.tick_was_good();
+                }
+            }
+            Err(nb::Error::WouldBlock) => {
+                if watch.has_link_news() {
+                    news.ran.signal(());
+                }
+                if watch.has_client_news() {
+                    news.served.signal(());
+                }
+                if mode != Some(bridge.mode()) {
+                    mode = Some(bridge.mode());
+                    news.mode.signal(bridge.mode());
+                }
+                board.wait(bridge.wake_at_us(), bridge.bytes_wanted()).await;
+            }
+            Err(nb::Error::Other(never)) => match never {},
+        }
+    }
+}
+
+// The three parts of a turn are functions of their own. Merged into the loop they
+// share one frame of 5 kB, and its addresses, some 490, are computed and spilled at
+// every poll, whichever part runs.
+
+/// [`Bridge::poll`].
+#[inline(never)]
+fn poll<S, D>(bridge: &mut Bridge<'_, S, D>, now_us: u64) -> nb::Result<Progress, Infallible>
+where
+    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    bridge.poll(now_us)
+}
+
+/// [`Bridge::decide`].
+#[inline(never)]
+fn decide<S, D>(bridge: &mut Bridge<'_, S, D>)
+where
+    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    bridge.decide();
+}
+
+/// [`Bridge::publish`].
+#[inline(never)]
+fn publish<S, D>(bridge: &mut Bridge<'_, S, D>, compute_ns: u32) -> bool
+where
+    S: serial::Read<u8> + serial::Write<u8> + SetBaud,
+    D: OutputPin,
+{
+    bridge.publish(compute_ns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use armbridge_shared::bridge::Channels;
+    use armbridge_shared::link::message::{Fault, Mode, Settings};
+    use embassy_futures::poll_once;
+
+    /// A bus without servos: it takes every byte and returns none.
+    struct EmptyBus;
+
+    impl embedded_hal_nb::serial::ErrorType for EmptyBus {
+        type Error = embedded_hal_nb::serial::ErrorKind;
+    }
+
+    impl serial::Read<u8> for EmptyBus {
+        fn read(&mut self) -> nb::Result<u8, Self::Error> {
+            Err(nb::Error::WouldBlock)
+        }
+    }
+
+    impl serial::Write<u8> for EmptyBus {
+        fn write(&mut self, _byte: u8) -> nb::Result<(), Self::Error> {
+            Ok(())
+        }
+
+        fn flush(&mut self) -> nb::Result<(), Self::Error> {
+            Ok(())
+        }
+    }
+
+    impl SetBaud for EmptyBus {
+        fn set_baud(&mut self, _baud: u32) {}
+    }
+
+    impl embedded_hal::digital::ErrorType for EmptyBus {
+        type Error = Infallible;
+    }
+
+    impl OutputPin for EmptyBus {
+        fn set_low(&mut self) -> Result<(), Infallible> {
+            Ok(())
+        }
+
+        fn set_high(&mut self) -> Result<(), Infallible> {
+            Ok(())
+        }
+    }
+
+    /// Time that stands still; the switch is pressed or not.
+    struct Switch(bool);
+
+    impl RealTime for Switch {
+        fn now_us(&self) -> u64 {
+            0
+        }
+
+        fn start_stopwatch(&mut self) {}
+
+        fn stopwatch_ns(&self) -> u32 {
+            0
+        }
+
+        async fn wait(&mut self, _until_us: u64, _bytes_wanted: Option<usize>) {
+            core::future::pending::<()>().await;
+        }
+
+        fn tick_was_good(&mut self) {}
+
+        fn is_stop_pressed(&mut self) -> bool {
+            self.0
+        }
+    }
+
+    #[test]
+    fn the_stop_switch_is_heeded_before_anything_is_waited_for() {
+        for (is_pressed, mode) in [
+            (false, Mode::Boot),
+            (true, Mode::Fault(Fault::EmergencyStop(StopSource::Pin))),
+        ] {
+            let mut channels = Channels::new();
+            let (end, ..) = channels.split();
+            let watch = end.watch();
+            let bridge = Bridge::new(EmptyBus, EmptyBus, end, 0, &Settings::default());
+            let Ok(mut bridge) = bridge else {
+                panic!("the default settings have no controller");
+            };
+            let news = News::new();
+            let _ = poll_once(real_time(&mut bridge, watch, Switch(is_pressed), &news));
+            assert_eq!(news.mode.try_take(), Some(mode));
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! Orders from outside the tick: commands, sessions, faults.
+
+use super::Board;
+use armbridge_shared::bridge::command::{ValidatedCommand, validate};
+use armbridge_shared::control::Trajectory;
+use armbridge_shared::control_loop::Violation;
+use armbridge_shared::control_loop::limits::MOTION;
+use armbridge_shared::control_loop::reference::{StartPoint, TimedTrajectory, refusal};
+use armbridge_shared::link::message::{Command, Moment, Refusal, Trip};
+use armbridge_shared::link::motion::Motion;
+use armbridge_shared::supervisor::Event;
+
+impl Board {
+    /// Replays a hello.
+    pub(in crate::replay) fn greet(&mut self, moment: Moment) {
+        self.set_time(moment);
+        self.core.greet();
+        self.drain();
+    }
+
+    /// Replays a goodbye.
+    pub(in crate::replay) fn goodbye(&mut self) {
+        self.apply(Event::Disarm);
+    }
+
+    /// Gives the bus to a client of the transparent port.
+    pub(in crate::replay) fn hand_over(&mut self) {
+        self.apply(Event::ClientCame);
+    }
+
+    fn apply(&mut self, event: Event) {
+        // Never refused.
+        let _ = self.core.apply(event);
+        self.drain();
+    }
+
+    /// Replays a fault that is decided elsewhere; see
+    /// [`is_external`](crate::replay::facts::is_external).
+    pub(in crate::replay) fn trip(&mut self, trip: &Trip) {
+        self.core.set_time(trip.at_us);
+        self.core.trip(Violation {
+            fault: trip.fault,
+            joint: trip.joint,
+            value: trip.value,
+            limit: trip.limit,
+        });
+        self.drain();
+    }
+
+    /// The point from which a motion would begin that is asked for at this moment.
+    ///
+    /// # Errors
+    /// The board's [`Refusal`].
+    pub(in crate::replay) fn start_point(&mut self, moment: Moment) -> Result<StartPoint, Refusal> {
+        self.set_time(moment);
+        self.core.start_point()
+    }
+
+    /// Plans the motion, and commands it at this moment.
+    ///
+    /// # Errors
+    /// The board's [`Refusal`].
+    pub(in crate::replay) fn follow(
+        &mut self,
+        motion: &Motion,
+        start: StartPoint,
+        moment: Moment,
+    ) -> Result<(), Refusal> {
+        let trajectory = Trajectory::plan(start.from, &motion.shape(), &MOTION)
+            .map_err(|error| refusal(&error))?;
+        let motion = TimedTrajectory {
+            trajectory,
+            starts_us: start.at_us,
+        };
+        self.perform(ValidatedCommand::Follow(motion), moment)
+    }
+
+    /// Replays any other command, taken at this moment. A fault cannot be cleared while
+    /// motors are not seen to be off, which no record shows: `recorded` is the answer of the
+    /// recorded board.
+    ///
+    /// # Errors
+    /// The board's [`Refusal`].
+    pub(in crate::replay) fn command(
+        &mut self,
+        command: Command,
+        moment: Moment,
+        recorded: Result<(), Refusal>,
+    ) -> Result<(), Refusal> {
+        self.bus.is_stop_settled = recorded != Err(Refusal::NotOff);
+        let session = match command {
+            // The session has been checked.
+            Command::Arm { session } => session,
+            _ => 0,
+        };
+        self.perform(validate(command, session, false)?, moment)
+    }
+
+    fn perform(&mut self, command: ValidatedCommand, moment: Moment) -> Result<(), Refusal> {
+        self.set_time(moment);
+        let result = self.core.command(command, self.bus);
+        self.drain();
+        result
+    }
+
+    fn set_time(&mut self, moment: Moment) {
+        self.core.set_time(moment.at_us);
+    }
+}

@@ -1,0 +1,67 @@
+//! Facts that the replay reads from one record.
+
+use armbridge_shared::actuator::Pwm;
+use armbridge_shared::link::message::{Fault, Record};
+
+/// Whether a fault has a cause that no record shows. Such a fault is replayed by
+/// `Board::trip`; the others are decided again.
+pub(super) const fn is_external(fault: Fault) -> bool {
+    match fault {
+        Fault::EmergencyStop(_)
+        | Fault::Temperature
+        | Fault::ServoReset
+        | Fault::Clock
+        | Fault::FirmwareChanged => true,
+        // The first two belong into the middle of a decision: see `HostEvent`.
+        Fault::HostSilent
+        | Fault::Corrupted
+        | Fault::AngleLimit
+        | Fault::SpeedLimit
+        | Fault::TorqueLimit
+        | Fault::TorqueRate
+        | Fault::PwmLimit
+        | Fault::DeadZone
+        | Fault::ServoSilent
+        | Fault::SamplesLost
+        | Fault::SamplesRare
+        | Fault::Overrun
+        | Fault::Diverged
+        | Fault::Stuck
+        | Fault::NotFinite
+        | Fault::ServoAlarm => false,
+    }
+}
+
+/// When a recorded tick was planned to begin, in µs.
+pub(super) const fn planned_us(record: &Record) -> u64 {
+    record
+        .start_us
+        .saturating_sub(record.timing.start_error_us as u64)
+}
+
+/// Whether the motors are off in this tick.
+pub(super) fn is_off(record: &Record) -> bool {
+    let off = Pwm::OFF.counts();
+    record.pwm_in_force.iter().all(|pwm| *pwm == off)
+}
+
+/// Whether every joint has a sample: an estimator that begins anew needs them.
+pub(super) fn is_complete(record: &Record) -> bool {
+    record
+        .samples
+        .iter()
+        .all(|sample| sample.counts().is_some())
+}
+
+/// Event that only a record's mode shows, so that it cannot be decided again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum HostEvent {
+    /// No such event.
+    Nothing,
+    /// Silence of the host after which the arm is braked, or let go.
+    Silence,
+    /// Silence of the host that is a fault.
+    LongSilence,
+    /// Change of numbers in memory.
+    Corruption,
+}
