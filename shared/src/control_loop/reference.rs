@@ -101,7 +101,7 @@ impl TimedTrajectory {
 impl ReferenceSource {
     fn new(source: Source) -> Self {
         let plan = Plan { source, then: None };
-        let check = CheckWord::of(&plan);
+        let check = plan.check_word();
         Self { plan, check }
     }
 
@@ -121,7 +121,7 @@ impl ReferenceSource {
 
     /// Whether the numbers are those that were planned.
     pub fn is_intact(&self) -> bool {
-        CheckWord::of(&self.plan) == self.check
+        self.plan.check_word() == self.check
     }
 
     /// Changes the plan; numbers that have turned before stay found out.
@@ -129,7 +129,7 @@ impl ReferenceSource {
         let was_intact = self.is_intact();
         let result = change(&mut self.plan);
         if was_intact {
-            self.check = CheckWord::of(&self.plan);
+            self.check = self.plan.check_word();
         }
         result
     }
@@ -200,6 +200,12 @@ impl ReferenceSource {
 }
 
 impl Plan {
+    // One copy: it is long for a motion, and soon over for a setpoint.
+    #[inline(never)]
+    fn check_word(&self) -> CheckWord {
+        CheckWord::of(self)
+    }
+
     /// Whether another motion, or another way of the stream, begins until this time.
     fn is_to_change(&self, at_us: u64) -> bool {
         let is_due = |motion: &TimedTrajectory| motion.starts_us <= at_us;

@@ -61,7 +61,6 @@ impl Core {
     }
 
     /// Decides the tick that has begun, and makes its record of inputs and outputs.
-    #[inline(never)]
     pub fn decide(&mut self, sampled: &TickSamples, record: &mut Record) {
         let is_config_intact = self.check_integrity();
         self.decide_with(sampled, is_config_intact, record);
