@@ -127,7 +127,7 @@ where
     fn budget_of(&self, id: u8, budget_us: u32) -> TimeBudget {
         let (firmware, baud) = (self.firmware(), self.baud());
         let is_ours = self.ids.iter().any(|ours| ours.get() == id);
-        let latency_us = if is_ours && self.master.readiness().answers_soon() {
+        let latency_us = if is_ours && self.master.answers_soon() {
             prepared_latency_us(firmware, baud)
         } else {
             latency_us(firmware)

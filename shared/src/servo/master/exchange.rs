@@ -54,7 +54,7 @@ pub enum Readiness {
 
 impl Readiness {
     /// Whether the short return delay is set.
-    pub fn answers_soon(self) -> bool {
+    pub(in crate::servo) fn answers_soon(self) -> bool {
         self != Self::Unknown
     }
 }

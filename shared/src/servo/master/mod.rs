@@ -206,6 +206,11 @@ where
         self.line.readiness == Readiness::Prepared || self.line.firmware == Firmware::Morpheus
     }
 
+    /// Whether the servos answer without the return delay of the factory.
+    pub fn answers_soon(&self) -> bool {
+        self.line.readiness.answers_soon() || self.line.firmware == Firmware::Morpheus
+    }
+
     /// How far stock servos are set up.
     pub fn readiness(&self) -> Readiness {
         self.line.readiness
