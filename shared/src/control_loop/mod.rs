@@ -66,7 +66,7 @@
 //! | `time_out`     | a silent host, and commands that are too old             |
 //! | `pipeline`     | from state and reference to PWM                          |
 //! | `monitors`     | what is detected, what is limited                        |
-//! | [`reference`]  | where the reference comes from                           |
+//! | [`mod@reference`] | where the reference comes from                        |
 //! | `experiment`   | experiments, from admission to the end                   |
 //! | [`limits`]     | numbers that no host can set                             |
 

@@ -114,8 +114,8 @@ pub enum ToHost {
     Record(Record),
 }
 
-/// When the tick took an order, exactly enough to do the same again: see
-/// [`replay`](crate::bridge::replay).
+/// The moment at which the tick took a command, exactly enough for replay to take it then
+/// again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Moment {
     /// The tick that had begun last.

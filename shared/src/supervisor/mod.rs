@@ -1,6 +1,6 @@
-//! Supervisor: who may drive the motors now, and which state follows which event.
+//! Supervisor: the state machine that decides who may drive the motors now.
 //!
-//! The whole of it is one table:
+//! All of its transitions are in one table:
 //!
 //! ```text
 //! Boot         --BusReady-->    Idle          Keep
@@ -31,14 +31,26 @@
 //! A test compares these lines with the table. What is not among them leaves the
 //! state as it is, or is refused.
 //!
+//! # Contract
+//!
+//! * A transition is complete when [`apply`](Supervisor::apply) or
+//!   [`trip`](Supervisor::trip) returns; its [`Action`] is the caller's to carry out.
+//! * The state is a permission, not an order: control loop and sequencer ask for it anew in
+//!   each tick and each poll, and neither drives a motor on an earlier answer.
+//! * A corrupted state reads as [`State::Fault`]. The caller looks at
+//!   [`is_intact`](Supervisor::is_intact) in each poll, and latches the fault.
+//! * There is no time here and no bus. How long a host may be silent is for the control
+//!   loop's time-outs, and whether motors are seen to be off for the sequencer.
+//!
+//! # Ways to a driven motor
+//!
 //! Motors are driven in [`State::Running`] and [`State::Degraded`] alone; the way
-//! there leads through [`State::Armed`], and there only by the host's word. A
+//! there leads through [`State::Armed`], which only a command of the host enters. A
 //! fault leads back through bring-up, which begins with the stop sequence.
 //!
-//! A client of the transparent port is given the bus only while torque is off
-//! and no fault is latched; with torque on, its packets are served in the slack
-//! of the ticks. What it did to the servos is not known, so the way back leads
-//! through bring-up.
+//! The bus is lent to a client of the transparent port only while torque is off and no
+//! fault is latched; with torque on, its packets are served in the slack of the ticks.
+//! What a client did to the servos is not known, so the way back leads through bring-up.
 
 mod table;
 

@@ -1,8 +1,27 @@
 //! The core: everything that decides, without bus, queues and clock.
 //!
+//! ```text
+//!   commands --> validated --> Supervisor --- permission ---> ControlLoop --> command
+//!                                  ^  |                            |      \-> record
+//!   samples  --- TickSamples ------+--+----------------------------+
+//!                                  +--- faults, lost samples ------+
+//!                                  |
+//!                                  +--> BusAction
+//! ```
+//!
 //! [`Core`] joins supervisor, control loop and configuration. Its outputs are the
 //! [`ActuatorCommand`] of each tick and a [`BusAction`] for the bus, a record and the
 //! `take` functions for the host. Boards run it, and so does the host's replay.
+//!
+//! # Contract
+//!
+//! * [`set_time`](Core::set_time) first, then [`check_state`](Core::check_state) and what
+//!   has happened; a tick is [`begin_tick`](Core::begin_tick), then
+//!   [`decide`](Core::decide) when the samples are in.
+//! * The command that a tick decides is in force from the beginning of the next, and only
+//!   if the supervisor still permits it then.
+//! * Nothing waits here and nothing is sent: [`Bridge`](super::Bridge) carries a
+//!   [`BusAction`] to the sequencer, which stops motors without asking the core again.
 //!
 //! | module     | what                                                    |
 //! |------------|---------------------------------------------------------|
