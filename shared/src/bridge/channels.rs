@@ -344,3 +344,34 @@ impl LinkEnd<'_> {
         self.requests.enqueue(request).map_err(|_| Refusal::Busy)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_watch_sees_what_the_tick_has_done_once() {
+        let mut channels = Channels::new();
+        let (mut tick, mut link, mut client) = channels.split();
+        let mut watch = tick.watch();
+        let mut news = || (watch.has_link_news(), watch.has_client_news());
+        assert_eq!(news(), (false, false));
+        // What comes from the other ends is no news to them.
+        assert_eq!(client.receive(&[1]), 1);
+        link.stop(StopSource::Host);
+        assert_eq!(news(), (false, false));
+
+        assert!(tick.take_signals().stop.is_some());
+        assert!(tick.notices.enqueue(Notice::Passthrough).is_ok());
+        assert_eq!(news(), (true, false));
+        assert!(link.notices.dequeue().is_some());
+        assert_eq!(news(), (false, false));
+        // Room for another byte, and a byte.
+        assert_eq!(tick.client.from_client.dequeue(), Some(1));
+        assert_eq!(news(), (false, true));
+        assert!(tick.client.to_client.enqueue(2).is_ok());
+        assert_eq!(news(), (false, true));
+        assert_eq!(client.transmit(), Some(2));
+        assert_eq!(news(), (false, false));
+    }
+}
