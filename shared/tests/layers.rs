@@ -25,9 +25,9 @@ const LAYERS: [&[&str]; 12] = [
 ];
 
 /// Folders whose own files import each other in circles. In `servo` codecs build the
-/// exchanges that the master runs, and the master chooses the codec; in the others
+/// exchanges that the master runs, and the master chooses the codec; in `sequencer`
 /// children compute with types that their parent or a sibling defines.
-const KNOTS: [&str; 3] = ["servo", "control_loop::monitors", "sequencer"];
+const KNOTS: [&str; 2] = ["servo", "sequencer"];
 
 /// The paths in a module's code, each with whether it is re-exported, by the module's own
 /// path. That of the crate is empty.
