@@ -25,9 +25,8 @@ const LAYERS: [&[&str]; 12] = [
 ];
 
 /// Folders whose own files import each other in circles. In `servo` codecs build the
-/// exchanges that the master runs, and the master chooses the codec; in `sequencer`
-/// children compute with types that their parent or a sibling defines.
-const KNOTS: [&str; 2] = ["servo", "sequencer"];
+/// exchanges that the master runs, and the master chooses the codec.
+const KNOTS: [&str; 1] = ["servo"];
 
 /// The paths in a module's code, each with whether it is re-exported, by the module's own
 /// path. That of the crate is empty.
