@@ -1,6 +1,6 @@
 //! Either control law, chosen at run time, following a moving reference.
 
-use super::{ComputedTorque, Lqr, Reference};
+use super::{ComputedTorque, Demand, Lqr, Reference};
 use crate::arm::{Parameters, Posture, State};
 use crate::check_word::{CheckWord, Checked};
 use crate::real::Real;
@@ -24,15 +24,6 @@ impl<T: Checked> Checked for Controller<T> {
             Self::ComputedTorque(gains) => gains.check(sum),
         }
     }
-}
-
-/// What a control law asks for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Demand<T> {
-    /// Joint torques in N m.
-    pub torque_nm: Vector2<T>,
-    /// The share of them, in N m, that corrects errors.
-    pub feedback_nm: Vector2<T>,
 }
 
 impl<T: Real> Controller<T> {

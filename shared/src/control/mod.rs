@@ -7,13 +7,15 @@
 
 pub mod computed_torque;
 mod controller;
+mod demand;
 mod friction;
 mod lqr;
 mod reference;
 pub mod trajectory;
 
 pub use computed_torque::{ComputedTorque, Tuning};
-pub use controller::{Controller, Demand};
+pub use controller::Controller;
+pub use demand::Demand;
 pub use friction::DryFriction;
 pub use lqr::{Lqr, Setpoint, Weights};
 pub use reference::Reference;

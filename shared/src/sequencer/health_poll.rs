@@ -18,7 +18,7 @@
 //! A stock servo sends its heat alarm with every answer and switches itself off, so
 //! a tick is never late for its temperature.
 
-use super::Dropouts;
+use super::dropouts::Dropouts;
 use crate::JOINTS;
 use crate::servo::master::Payload;
 use crate::servo::protocol1::Alarms;

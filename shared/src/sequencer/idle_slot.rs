@@ -4,9 +4,9 @@
 //! goes to that owner and to no other. It must fit the time that is left, unless a tick
 //! may begin late for it.
 
-use super::force_off::{CheckKind, OffCheck};
+use super::force_off::CheckKind;
 use super::health_poll::HealthRequest;
-use super::setup_step::SetupStep;
+use super::idle_request::{IdleRequest, Owner};
 use super::time_budget::TimeBudget;
 use super::{BusLeave, BusSequencer, Dropouts, State};
 use crate::servo::Query;
@@ -17,26 +17,6 @@ use embedded_hal_nb::serial::{Read, Write};
 
 /// Margin in µs that client traffic leaves before a tick: it must never delay one.
 const RESERVE_US: u64 = 10;
-
-/// Whose a request in an idle slot is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Owner {
-    Off(OffCheck),
-    Health(HealthRequest),
-    SetUp(SetupStep),
-    Client,
-    /// A packet that is relayed: replies go to the client as they are heard.
-    Relay,
-}
-
-/// A request for an idle slot.
-#[derive(Clone, Debug)]
-pub(super) struct IdleRequest<const N: usize> {
-    pub(super) query: Query<N>,
-    pub(super) owner: Owner,
-    /// A tick may begin late for it.
-    pub(super) may_be_late: bool,
-}
 
 impl<S, D> BusSequencer<S, D>
 where

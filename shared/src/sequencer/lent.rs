@@ -3,7 +3,7 @@
 //! Lending begins with stops, so that the client finds every motor off. The speeds that
 //! a client uses are kept: the bus comes back by a stop at each of them.
 
-use super::idle_slot::Owner;
+use super::idle_request::Owner;
 use super::stop_plan::add_speed;
 use super::{BusLeave, BusSequencer, State};
 use crate::servo::ClientFrame;

@@ -41,23 +41,26 @@
 //! last 7 ms at 1 Mbaud, so with motors off ticks may begin late. A tick with motors
 //! driven begins late, by some 100 µs, only where a health poll is worth it.
 //!
-//! | module        | what                                                        |
-//! |---------------|-------------------------------------------------------------|
-//! | `force_off`   | evidence that motors are off                                |
-//! | `stop_plan`   | stops at several speeds                                     |
-//! | `discovery`   | which servos there are, and at which speed                  |
-//! | `servo_setup` | stock servos made ready, and given back                     |
-//! | `health_poll` | temperatures, and pings of servos that fall silent          |
-//! | `exchange`    | the exchange of a tick                                      |
-//! | `idle_slot`   | the arbiter of the time between two exchanges               |
-//! | `time_budget` | what fits into that time                                    |
-//! | `lent`        | the bus lent to a client                                    |
-//! | `steps`       | how transactions begin, end, and lead to each other         |
+//! | module         | what                                                       |
+//! |----------------|------------------------------------------------------------|
+//! | `force_off`    | evidence that motors are off                               |
+//! | `stop_plan`    | stops at several speeds                                    |
+//! | `discovery`    | which servos there are, and at which speed                 |
+//! | `servo_setup`  | stock servos made ready, and given back                    |
+//! | `health_poll`  | temperatures, and pings of servos that fall silent         |
+//! | `exchange`     | the exchange of a tick                                     |
+//! | `idle_request` | a query for that time, and its owner                       |
+//! | `idle_slot`    | the arbiter of the time between two exchanges              |
+//! | `time_budget`  | what fits into that time                                   |
+//! | `lent`         | the bus lent to a client                                   |
+//! | `steps`        | how transactions begin, end, and lead to each other        |
 
 mod discovery;
+mod dropouts;
 mod exchange;
 mod force_off;
 mod health_poll;
+mod idle_request;
 mod idle_slot;
 mod lent;
 mod servo_setup;
@@ -66,6 +69,7 @@ mod steps;
 mod stop_plan;
 mod time_budget;
 
+pub use dropouts::Dropouts;
 pub use health_poll::Health;
 pub use time_budget::TimeBudget;
 
@@ -81,7 +85,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 use force_off::ForceOff;
 use health_poll::HealthPoll;
-use idle_slot::Owner;
+use idle_request::Owner;
 use servo_setup::ServoSetup;
 use setup_step::SetupStep;
 use stop_plan::{Speeds, StopPlan, add_speed};
@@ -157,15 +161,6 @@ pub enum BusEvent {
     Client,
     /// An idle slot has been used.
     Served,
-}
-
-/// Samples missing in a row, as the monitors count them.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Dropouts {
-    /// Joint by joint.
-    pub in_row: [u32; JOINTS],
-    /// How many may be.
-    pub allowed: u32,
 }
 
 /// See the [module](self).

@@ -4,7 +4,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
 use super::discovery::Next;
-use super::idle_slot::Owner;
+use super::idle_request::Owner;
 use super::servo_setup::Progress;
 use super::setup_step::{SetupGoal, SetupStep};
 use super::{BusEvent, BusLeave, BusSequencer, Discovery, SearchStep, State};

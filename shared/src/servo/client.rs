@@ -5,7 +5,7 @@
 //! be left alone after it, [`ClientFrame::may_drive`] whether it may set a motor moving,
 //! [`ClientFrame::wedges_servo`] whether it blocks a servo until power-off.
 
-use super::firmware::with_protocol;
+use super::dispatch::with_protocol;
 use super::protocol::Protocol;
 use super::stop::FLUSH;
 use super::{ExpectedReply, Firmware, Instruction, Misread};

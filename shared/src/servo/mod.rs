@@ -4,6 +4,8 @@
 //! |---------------|---------------------------------------------------------|
 //! | [`Firmware`]  | which program runs on a servo                           |
 //! | [`protocol`]  | the codec: finds, parses and builds packets             |
+//! | `dispatch`    | the codec of a firmware that is known at run time       |
+//! | `exchange`    | the part of a protocol that the master runs             |
 //! | [`morpheus`]  | the Morpheus firmware's packets, only the harmless ones |
 //! | [`protocol1`] | Dynamixel Protocol 1.0, what a stock AX-12A speaks      |
 //! | [`ClientFrame`] | a packet of another master, parsed                    |
@@ -24,21 +26,22 @@ pub mod protocol1;
 pub mod stop;
 
 mod client;
+mod dispatch;
+mod exchange;
 mod firmware;
 mod id;
 mod instruction;
+mod packet;
 mod query;
 mod sample;
+mod transaction;
 
 pub use client::{ClientFrame, ClientRequest};
-pub use firmware::{Firmware, ReplyParser};
+pub use dispatch::ReplyParser;
+pub use firmware::Firmware;
 pub use id::ServoId;
 pub use instruction::{Instruction, Misread, SyncBlocks};
+pub use packet::Packet;
+pub use port::BYTE_US;
 pub use query::{ExpectedReply, Query};
 pub use sample::{Missing, Sample};
-
-/// Time of one byte on the wire: ten bits at 1 Mbaud.
-pub const BYTE_US: u64 = 10;
-
-/// A packet of the bridge's own as it goes on the wire.
-pub type Packet = heapless::Vec<u8, { morpheus::REQUEST_MAX }>;

@@ -6,6 +6,9 @@
 /// are called 1 M, 500 k, 115200 and 57600.
 pub const BAUD_RATES: [u32; 4] = [1_000_000, 500_000, 117_647, 57_142];
 
+/// Time of one byte on the wire: ten bits at 1 Mbaud.
+pub const BYTE_US: u64 = 10;
+
 /// A serial port whose speed can be changed.
 pub trait SetBaud {
     /// Sends and receives at this many bits per second from now on. Called only

@@ -4,8 +4,8 @@
 //! [`Protocol`] is implemented once for each wire format, by a unit type in the
 //! format's own folder ([`Morpheus`], [`Protocol1`]). It finds packets in a stream,
 //! takes them apart in both directions, and builds the requests of the bridge. A
-//! third protocol is a third folder, a variant of [`Firmware`] and its line in the
-//! dispatch beside it; master and transparent port stay as they are.
+//! third protocol is a third folder, a variant of [`Firmware`] and its line in
+//! `dispatch`; master and transparent port stay as they are.
 //!
 //! All of it works on borrowed bytes, allocates nothing and is dispatched
 //! statically: [`Firmware`] has the same operations for a protocol that is known

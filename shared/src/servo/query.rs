@@ -1,6 +1,6 @@
 //! Requests with the reply that they await.
 
-use super::morpheus::REQUEST_MAX;
+use super::packet::REQUEST_MAX;
 use heapless::Vec;
 
 /// The reply that a packet awaits.

@@ -40,6 +40,7 @@ mod minimum_jerk;
 mod path;
 mod quintic;
 pub(crate) mod ramp;
+mod range;
 mod shape;
 pub mod stream;
 mod wave;
@@ -47,26 +48,18 @@ mod waypoints;
 
 pub use bounds::{Bounds, Peak, Quantity};
 pub use error::{Argument, Error};
+pub use range::{DURATION_MAX_S, DURATION_MIN_S, FREQUENCY_MAX_HZ, WAYPOINTS_MAX};
 pub use shape::{Shape, Waypoint};
 
 use self::bounds::Tightest;
 use self::path::Path;
+use self::range::{check_start, checked_duration, checked_frequency};
 use self::wave::Wave;
 use super::Reference;
 use crate::check_word::checked;
 use crate::real::Real;
 use core::f64::consts::TAU;
 use nalgebra::Vector2;
-
-/// Most waypoints of a trajectory.
-pub const WAYPOINTS_MAX: usize = 8;
-/// Shortest motion, and shortest way between waypoints: a tick.
-pub const DURATION_MIN_S: f64 = 1e-3;
-/// Longest trajectory, so that `f32` seconds stay finer than a tick.
-pub const DURATION_MAX_S: f64 = 600.0;
-/// Highest frequency of a wave: far above what the arm can follow, and at the longest
-/// duration still few enough turns to count them off, see [`Real::to_count`].
-pub const FREQUENCY_MAX_HZ: f64 = 50.0;
 
 /// A shape made ready to run.
 #[derive(Clone, Debug, PartialEq)]
@@ -216,40 +209,6 @@ impl<T: Real> Trajectory<T> {
             None => self.path.show(tightest),
         }
     }
-}
-
-/// What everything begins with: finite, and room to move.
-fn check_start<T: Real>(from: &Reference<T>, bounds: &Bounds<T>) -> Result<(), Error<T>> {
-    if !from.is_finite() {
-        return Err(Error::NotFinite(Argument::From));
-    }
-    for quantity in [Quantity::Angle, Quantity::Speed, Quantity::Acceleration] {
-        let bound = bounds.of(quantity);
-        if !bound.is_finite() {
-            return Err(Error::NotFinite(Argument::Bounds));
-        }
-        if bound <= T::zero() {
-            return Err(Error::NoRoom(quantity));
-        }
-    }
-    Ok(())
-}
-
-fn checked_duration<T: Real>(value_s: T) -> Result<T, Error<T>> {
-    if value_s < T::lit(DURATION_MIN_S) || value_s > T::lit(DURATION_MAX_S) {
-        Err(Error::Duration { value_s })
-    } else {
-        Ok(value_s)
-    }
-}
-
-fn checked_frequency<T: Real>(hz: Vector2<T>) -> Result<(), Error<T>> {
-    for (joint, &value_hz) in hz.iter().enumerate() {
-        if value_hz < T::zero() || value_hz > T::lit(FREQUENCY_MAX_HZ) {
-            return Err(Error::Frequency { joint, value_hz });
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -39,8 +39,8 @@
 //! check is dear, some ten thousand instructions, and made only then.
 
 use super::bounds::{Bounds, Quantity, Tightest};
-use super::check_start;
 use super::quintic::Quintic;
+use super::range::check_start;
 use crate::check_word::{CheckWord, Checked, checked};
 use crate::control::Reference;
 use crate::real::Real;

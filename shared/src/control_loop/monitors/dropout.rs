@@ -4,8 +4,8 @@
 //! and again; or too many samples are missing, though never too many in a row. The
 //! estimator predicts through the ones before.
 
-use super::Violation;
 use super::debounce::ticks;
+use super::violation::Violation;
 use crate::JOINTS;
 use crate::check_word::checked;
 use crate::link::limits::Limits;

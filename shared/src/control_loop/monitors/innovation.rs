@@ -1,8 +1,8 @@
 //! Innovation monitor: whether one joint's samples are on the track of the
 //! potentiometer, and where the estimator expects them.
 
-use super::Violation;
 use super::debounce::Debounce;
+use super::violation::Violation;
 use crate::link::limits::{Limits, hard};
 use crate::link::mode::Fault;
 

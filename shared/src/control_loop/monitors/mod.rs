@@ -25,6 +25,7 @@
 //! | `soft_stop`  | bounds of the torque within which the arm stays inside      |
 //! | `torque`     | torque within all limits; braked or limited for too long    |
 //! | `debounce`   | times as numbers of ticks, ticks in a row                   |
+//! | `violation`  | what a monitor finds                                        |
 
 mod debounce;
 mod dropout;
@@ -35,51 +36,28 @@ mod stall;
 #[cfg(test)]
 mod tests;
 mod torque;
+mod violation;
 
 use crate::JOINTS;
 use crate::arm::{Parameters, State};
 use crate::check_word::checked;
 use crate::link::limits::Limits;
 use crate::link::message::Missing;
-use crate::link::mode::{Fault, Guards};
+use crate::link::mode::Fault;
 use dropout::{Dropout, DropoutConfig};
 use innovation::Innovation;
 use motion::{Motion, MotionLimits};
 use nalgebra::Vector2;
 use soft_stop::SoftStop;
 use stall::{Stall, StallConfig};
-use torque::{TorqueConfig, TorqueLimiter};
+use torque::{LimitedTorque, TorqueConfig, TorqueLimiter};
 
 pub(super) use debounce::Debounce;
+pub use violation::Violation;
 
 /// Samples in a row with an alarm. One may be damage that its checksum did not tell: one in
 /// 256 does not. A servo that has let go goes on saying so.
 const ALARM_SAMPLES: u32 = 2;
-
-/// What is wrong, and by how much.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Violation {
-    /// What.
-    pub fault: Fault,
-    /// Which joint, counting from 0, if it is one.
-    pub joint: Option<u8>,
-    /// What was seen, in the unit of the limit.
-    pub value: f32,
-    /// What would have been allowed.
-    pub limit: f32,
-}
-
-impl Violation {
-    /// Of no joint, and without numbers.
-    pub const fn plain(fault: Fault) -> Self {
-        Self {
-            fault,
-            joint: None,
-            value: 0.0,
-            limit: 0.0,
-        }
-    }
-}
 
 /// What one tick brought.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,15 +82,6 @@ pub(super) struct MonitorInput<'a> {
     pub(super) is_alarmed: [bool; JOINTS],
     /// The motors may be driven.
     pub(super) is_armed: bool,
-}
-
-/// A torque within all limits.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LimitedTorque {
-    /// In N m.
-    pub(super) torque_nm: Vector2<f32>,
-    /// What was changed of the one that was wanted.
-    pub(super) guards: Guards,
 }
 
 /// The numbers of all monitors, for one set of limits and one period.

@@ -1,7 +1,7 @@
 //! Motion monitor: where one joint is, and how fast.
 
-use super::Violation;
 use super::debounce::{Debounce, ticks};
+use super::violation::Violation;
 use crate::link::mode::Fault;
 
 /// How long a joint must be too fast, in µs and in ticks: a speed is estimated,

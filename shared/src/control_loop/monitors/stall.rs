@@ -9,8 +9,8 @@
 //! An encoder whose noise is known to show has stopped when it says the very same
 //! count for long. That is watched only if asked for.
 
-use super::Violation;
 use super::debounce::{Debounce, ticks};
+use super::violation::Violation;
 use crate::check_word::checked;
 use crate::link::limits::Limits;
 use crate::link::mode::Fault;

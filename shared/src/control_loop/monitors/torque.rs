@@ -6,7 +6,7 @@
 
 use super::debounce::{Debounce, ticks};
 use super::soft_stop::Bounds;
-use super::{LimitedTorque, Violation};
+use super::violation::Violation;
 use crate::JOINTS;
 use crate::check_word::checked;
 use crate::link::limits::Limits;
@@ -26,6 +26,15 @@ const RATE_US: u32 = 100_000;
 /// Ticks that any of these needs, however slow they are: a step of the setpoint
 /// takes one or two.
 const TICKS: u32 = 5;
+
+/// A torque within all limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::control_loop) struct LimitedTorque {
+    /// In N m.
+    pub(in crate::control_loop) torque_nm: Vector2<f32>,
+    /// What was changed of the one that was wanted.
+    pub(in crate::control_loop) guards: Guards,
+}
 
 /// Its numbers, for one set of limits and one period.
 #[derive(Clone, Copy, Debug, PartialEq)]

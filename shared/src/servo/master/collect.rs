@@ -1,11 +1,11 @@
 //! Replies received while the master listens, and the reasons for those that are
 //! missing.
 
-use super::super::firmware::ReplyParser;
+use super::super::dispatch::ReplyParser;
+use super::super::exchange::{Answer, Awaited};
 use super::super::protocol::{Damage, Reply};
 use super::super::protocol1::Alarms;
 use super::super::{Firmware, Missing, Sample, ServoId};
-use super::exchange::{Answer, Awaited};
 use crate::JOINTS;
 use heapless::Vec;
 

@@ -6,7 +6,7 @@
 //! sent are taken for echo, and compared.
 
 /// Bytes of the last transmission that can be compared.
-const MEMORY: usize = super::super::morpheus::REQUEST_MAX;
+const MEMORY: usize = super::super::packet::REQUEST_MAX;
 
 /// What has been learnt about the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -21,8 +21,8 @@
 //!
 //! | module          | what                                                  |
 //! |-----------------|-------------------------------------------------------|
-//! | [`Transaction`] | what can be asked, as tables of steps                 |
-//! | `exchange`      | the part of a protocol that runs here: steps, times   |
+//! | [`Transaction`] | what can be asked                                     |
+//! | `table`         | its steps; those of a tick are with the protocol      |
 //! | [`timing`]      | how long servos may take, how long the wire must rest |
 //! | `collect`       | what was heard, sorted; why something is missing      |
 //! | `echo`          | telling our own echo from a reply                     |
@@ -30,19 +30,19 @@
 
 mod collect;
 mod echo;
-pub(super) mod exchange;
 mod step;
+mod table;
 pub mod timing;
-mod transaction;
 
 pub use super::ExpectedReply;
 /// Former name of [`ExpectedReply`].
 pub use super::ExpectedReply as Asked;
+pub use super::exchange::Readiness;
+pub use super::transaction::{Outcome, Transaction};
 pub use collect::Payload;
-pub use exchange::Readiness;
-pub use transaction::{Outcome, Transaction};
 
 use super::ServoId;
+use super::exchange::{GUARD_US, Line};
 use super::port::{SetBaud, bytes_us};
 use super::protocol1::Alarms;
 use super::{Firmware, Missing, Sample};
@@ -53,8 +53,6 @@ use core::convert::Infallible;
 use echo::Echo;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
-use exchange::Line;
-use timing::GUARD_US;
 
 /// Reads from the port in one poll: the longest transmission's echo and more.
 const DRAIN_MAX: usize = 256;

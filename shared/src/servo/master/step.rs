@@ -3,9 +3,9 @@
 use embedded_hal::digital::{OutputPin, PinState};
 use embedded_hal_nb::serial::{Read, Write};
 
+use super::super::exchange::Step;
 use super::super::port::{SetBaud, bytes_us};
 use super::collect::Collect;
-use super::exchange::Step;
 use super::{DRAIN_MAX, Master, Phase};
 
 impl<S, D> Master<S, D>

@@ -4,15 +4,12 @@
 //! [`Firmware`].
 
 use super::super::Firmware;
-use super::super::firmware::with_protocol;
+use super::super::dispatch::with_protocol;
+use super::super::exchange::{Exchange, Readiness};
 use super::super::port::bytes_us;
-use super::exchange::{Exchange, Readiness};
 
+pub use super::super::exchange::GUARD_US;
 pub use super::super::protocol1::RETURN_DELAY_US;
-
-/// Idle time before a request. The servo that spoke last hears nothing that
-/// begins within 28 µs of its last stop bit; 50 µs are safe in PWM mode.
-pub const GUARD_US: u64 = 50;
 
 /// How long a servo of unknown settings may take to begin its answer.
 pub const fn latency_us(firmware: Firmware) -> u32 {

@@ -1,21 +1,18 @@
 //! [`Protocol`] of the Morpheus firmware.
 
-use super::command::{CYCLE, PING, READ, RESET, START, SYNC_WR, WRITE};
+use super::codes::command::{CYCLE, PING, READ, RESET, START, SYNC_WR, WRITE};
+use super::codes::register;
 use super::frame::{
     BROADCAST, FRAME_MAX, Frame, HEADER, LENGTH_HEARD_MAX, LENGTH_MIN, OVERHEAD, checksum,
 };
-use super::{MASTER, Request, ServoId, exchange, register, safe_read};
+use super::{MASTER, Morpheus, Request, safe_read};
 use crate::JOINTS;
 use crate::actuator::Pwm;
 use crate::servo::protocol::{Extent, Protocol, Reply};
 use crate::servo::protocol1::Alarms;
-use crate::servo::{Firmware, Instruction, Misread, Query};
+use crate::servo::{Firmware, Instruction, Misread, Query, ServoId};
 use core::ops::RangeInclusive;
 use heapless::Vec;
-
-/// The protocol of the Morpheus firmware.
-#[derive(Clone, Copy, Debug)]
-pub struct Morpheus;
 
 /// Addresses of a master: above those that a servo may mistake for a register, and
 /// not the broadcast.
@@ -25,6 +22,11 @@ const MASTERS: RangeInclusive<u8> = 0x20..=0xFE;
 const POSITIONS_BYTES: u8 = (OVERHEAD as u8 + 2) * JOINTS as u8;
 /// Payload with which a servo refuses.
 const NOK: u8 = 0x08;
+
+/// A ping is answered within 87 µs; the rest is reserve.
+pub(super) const LATENCY_US: u32 = 340;
+/// START is answered 4.74 ms times the id later: enough for the first few.
+const START_LATENCY_US: u32 = 20_000;
 
 impl Protocol for Morpheus {
     type Frame<'a> = Frame<'a>;
@@ -128,15 +130,15 @@ impl Protocol for Morpheus {
     fn expected(instruction: Result<Instruction, Misread>, to_all: bool) -> (u8, u32) {
         let data = match (instruction, to_all) {
             (Ok(Instruction::Start), true) => {
-                return (Self::PONG_BYTES, exchange::START_LATENCY_US);
+                return (Self::PONG_BYTES, START_LATENCY_US);
             }
-            (Ok(Instruction::Cycle), true) => return (POSITIONS_BYTES, exchange::LATENCY_US),
+            (Ok(Instruction::Cycle), true) => return (POSITIONS_BYTES, LATENCY_US),
             (_, true) => return (0, 0),
             (Ok(Instruction::Read { count, .. }), false) => count,
             // OK or NOK.
             (_, false) => 1,
         };
-        (data.saturating_add(OVERHEAD as u8), exchange::LATENCY_US)
+        (data.saturating_add(OVERHEAD as u8), LATENCY_US)
     }
 
     fn ping_query(servo: ServoId) -> Query {

@@ -6,19 +6,15 @@
 //!
 //! Times are recorded from the firmware, with two servos on the bus.
 
+use super::codec::LATENCY_US;
 use super::{Morpheus, Request};
 use crate::JOINTS;
 use crate::actuator::Pwm;
-use crate::servo::master::Transaction;
-use crate::servo::master::exchange::{Answer, Awaited, Exchange, Line, Readiness, Step};
-use crate::servo::master::timing::GUARD_US;
+use crate::servo::exchange::{Answer, Awaited, Exchange, GUARD_US, Line, Readiness, Step};
 use crate::servo::port::bytes_us;
+use crate::servo::transaction::Transaction;
 
-/// A ping is answered within 87 µs; the rest is reserve.
-pub(super) const LATENCY_US: u32 = 340;
-/// START is answered 4.74 ms times the id later: enough for the first few.
-pub(super) const START_LATENCY_US: u32 = 20_000;
-/// The same for one id, rounded up.
+/// How much later START is answered for each id, rounded up.
 const START_SLOT_US: u64 = 5_000;
 
 /// Longest recorded time of a servo to begin an answer is 105 µs, to a READ of

@@ -1,6 +1,5 @@
 //! Header, length and checksum: what requests and replies share.
 
-use super::Morpheus;
 use crate::servo::protocol;
 use heapless::Vec;
 
@@ -18,6 +17,10 @@ pub const LENGTH_MAX: u8 = 127;
 pub(super) const LENGTH_HEARD_MAX: u8 = 200;
 /// Bytes of the longest packet with such a LEN.
 pub const FRAME_MAX: usize = LENGTH_MAX as usize + 3;
+
+/// The protocol of the Morpheus firmware.
+#[derive(Clone, Copy, Debug)]
+pub struct Morpheus;
 
 /// An intact packet, borrowed from a parser or to be encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

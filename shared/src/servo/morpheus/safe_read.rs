@@ -16,9 +16,10 @@
 //! at the first address only. The position's low byte at 0x0B thus cannot be
 //! read; the position comes from [`Request::Cycle`](super::Request::Cycle).
 
-use super::command::READ;
-use super::register::{BEFORE_PWM as TEMPERATURE_HIGH, END, POSITION as POSITION_LOW, PWM};
-use super::{Packet, ServoId, packet};
+use super::codes::command::READ;
+use super::codes::register::{BEFORE_PWM as TEMPERATURE_HIGH, END, POSITION as POSITION_LOW, PWM};
+use super::request::packet;
+use crate::servo::{Packet, ServoId};
 use core::ops::Range;
 
 const MARKER: u8 = 0x00;

@@ -1,19 +1,20 @@
 //! [`Protocol`] of Dynamixel Protocol 1.0 on stock AX-12A servos.
 
 use super::frame::{BROADCAST, FRAME_MAX, Frame, HEADER, OVERHEAD, checksum};
-use super::{Status, exchange, register};
+use super::{Protocol1, Status, register};
 use crate::servo::protocol::{Extent, Protocol, Reply};
 use crate::servo::{Firmware, Instruction, Misread, Packet, Query, ServoId};
 use heapless::Vec;
-
-/// Dynamixel Protocol 1.0.
-#[derive(Clone, Copy, Debug)]
-pub struct Protocol1;
 
 /// Registers from the angle limits through the moving speed.
 const OFF_BYTES: u8 = register::MOVING_SPEED + 2 - register::ANGLE_LIMITS;
 /// Moving speed without its direction, bit 10.
 const MAGNITUDE: u16 = (1 << 10) - 1;
+
+/// Longest return delay of a stock servo, 254 times 2 µs, and 300 µs for it to
+/// think.
+pub(super) const LATENCY_US: u32 = RETURN_DELAY_MAX_US as u32 + 300;
+pub(super) const RETURN_DELAY_MAX_US: u64 = 508;
 
 impl Protocol for Protocol1 {
     type Frame<'a> = Frame<'a>;
@@ -96,7 +97,7 @@ impl Protocol for Protocol1 {
             (Ok(Instruction::Read { count, .. }), false) => count,
             (_, false) => 0,
         };
-        (data.saturating_add(OVERHEAD as u8), exchange::LATENCY_US)
+        (data.saturating_add(OVERHEAD as u8), LATENCY_US)
     }
 
     fn ping_query(servo: ServoId) -> Query {

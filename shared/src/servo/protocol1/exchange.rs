@@ -16,19 +16,14 @@
 //! Times are from the e-Manual, where it says anything; it says nothing of how long
 //! a servo thinks.
 
+use super::codec::{LATENCY_US, RETURN_DELAY_MAX_US};
 use super::{BROADCAST, Instruction, Protocol1, register, torque_off};
 use crate::JOINTS;
 use crate::actuator::Pwm;
-use crate::servo::master::Transaction;
-use crate::servo::master::exchange::{Answer, Awaited, Exchange, Line, Readiness, Step};
-use crate::servo::master::timing::GUARD_US;
+use crate::servo::exchange::{Answer, Awaited, Exchange, GUARD_US, Line, Readiness, Step};
 use crate::servo::port::bytes_us;
+use crate::servo::transaction::Transaction;
 use crate::servo::{Packet, ServoId};
-
-/// Longest return delay of a stock servo, 254 times 2 µs, and 300 µs for it to
-/// think.
-pub(super) const LATENCY_US: u32 = RETURN_DELAY_MAX_US as u32 + 300;
-const RETURN_DELAY_MAX_US: u64 = 508;
 
 /// Return delay that bring-up gives to stock servos. With the 22 µs they take
 /// themselves a status packet begins 42 µs after the READ: just late enough for

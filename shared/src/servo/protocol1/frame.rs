@@ -1,6 +1,5 @@
 //! Header, length and checksum: what instruction and status packets share.
 
-use super::Protocol1;
 use crate::servo::protocol;
 use heapless::Vec;
 
@@ -12,6 +11,10 @@ pub const BROADCAST: u8 = 0xFE;
 pub const OVERHEAD: usize = 6;
 /// Bytes of the longest packet: LEN of 255.
 pub const FRAME_MAX: usize = 4 + 255;
+
+/// Dynamixel Protocol 1.0.
+#[derive(Clone, Copy, Debug)]
+pub struct Protocol1;
 
 /// An intact packet, borrowed from a parser or to be encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,13 +1,17 @@
 //! The part of a protocol that the bus master runs: steps of a tick, and how long
 //! servos take.
 
-use super::super::protocol::Protocol;
-use super::super::{ExpectedReply, Packet, ServoId};
-use super::Transaction;
+use super::protocol::Protocol;
+use super::transaction::Transaction;
+use super::{ExpectedReply, Firmware, Packet, ServoId};
 use crate::JOINTS;
 
+/// Idle time before a request. The servo that spoke last hears nothing that
+/// begins within 28 µs of its last stop bit; 50 µs are safe in PWM mode.
+pub const GUARD_US: u64 = 50;
+
 /// A [`Protocol`] with which the master can run a control tick.
-pub(in crate::servo) trait Exchange: Protocol {
+pub(super) trait Exchange: Protocol {
     /// Longest time in µs until a servo of unknown settings begins its reply.
     const LATENCY_US: u32;
 
@@ -24,9 +28,9 @@ pub(in crate::servo) trait Exchange: Protocol {
 }
 
 /// One step of a transaction.
-pub(in crate::servo) enum Step {
+pub(super) enum Step {
     Send(Packet),
-    /// Send the packet of [`super::Master::ask`].
+    /// Send the packet of [`Master::ask`](super::master::Master::ask).
     SendAsked,
     Repeat(u8, u16),
     Pause {
@@ -61,28 +65,28 @@ impl Readiness {
 
 /// What the steps depend on.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::servo) struct Line {
-    pub(in crate::servo) ids: [ServoId; JOINTS],
-    pub(in crate::servo) firmware: super::Firmware,
-    pub(in crate::servo) baud: u32,
-    pub(in crate::servo) available_us: u32,
-    pub(in crate::servo) readiness: Readiness,
+pub(super) struct Line {
+    pub(super) ids: [ServoId; JOINTS],
+    pub(super) firmware: Firmware,
+    pub(super) baud: u32,
+    pub(super) available_us: u32,
+    pub(super) readiness: Readiness,
 }
 
 /// Which replies are awaited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::servo) enum Awaited {
+pub(super) enum Awaited {
     /// Of the servo of this joint.
     One(usize, Answer),
     /// Of every servo, one after the other: Morpheus's chain.
     Each(Answer),
-    /// To the packet of [`super::Transaction::Ask`].
+    /// To the packet of [`Transaction::Ask`].
     Reply(ExpectedReply),
 }
 
 /// What a reply of the bridge's own exchanges holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::servo) enum Answer {
+pub(super) enum Answer {
     /// The servo is there.
     Pong,
     /// Its position.
