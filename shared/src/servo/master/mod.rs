@@ -30,6 +30,7 @@
 
 mod collect;
 mod echo;
+mod line;
 mod step;
 mod table;
 pub mod timing;
@@ -62,7 +63,7 @@ pub const ASK_MAX: usize = 260;
 const OVERHEARD_MAX: usize = 256;
 
 /// What is known before anything is asked.
-const NOBODY_ASKED: [Sample; JOINTS] = [Sample::Missing(Missing::NotAsked); JOINTS];
+const NOT_ASKED: [Sample; JOINTS] = [Sample::Missing(Missing::NotAsked); JOINTS];
 
 /// A transaction is already under way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,7 +112,7 @@ pub struct Master<S, D> {
     outgoing: heapless::Vec<u8, ASK_MAX>,
     /// What [`Master::ask`] was answered.
     reply: Option<Payload>,
-    /// Whether bytes from the servos are kept for somebody else.
+    /// Whether bytes from the servos are kept for a client.
     listens_in: bool,
     overheard: heapless::Deque<u8, OVERHEARD_MAX>,
     transaction: Transaction,
@@ -151,77 +152,12 @@ where
             next_step: 0,
             begun_us: 0,
             active_us: 0,
-            samples: NOBODY_ASKED,
+            samples: NOT_ASKED,
             alarms: [Alarms::NONE; JOINTS],
         };
         master.serial.set_baud(master.line.baud);
         master.drive_line(false);
         master
-    }
-
-    /// What runs on the servos, and the speed of the line.
-    ///
-    /// # Errors
-    /// [`Busy`] while a transaction is under way.
-    pub fn set_line(&mut self, firmware: Firmware, baud: u32) -> Result<(), Busy> {
-        if !self.is_idle() {
-            return Err(Busy);
-        }
-        self.line.firmware = firmware;
-        if self.line.baud != baud {
-            self.line.baud = baud;
-            self.serial.set_baud(baud);
-        }
-        Ok(())
-    }
-
-    /// Time in µs that a tick's exchange may take: decides how much of it may be
-    /// margin.
-    pub fn set_available(&mut self, us: u32) {
-        self.line.available_us = us;
-    }
-
-    /// Stock servos have been prepared, or nothing is known of their settings. Until
-    /// they are prepared a tick only asks where they are.
-    pub fn set_prepared(&mut self, is_prepared: bool) {
-        self.line.readiness = if is_prepared {
-            Readiness::Prepared
-        } else {
-            Readiness::Unknown
-        };
-    }
-
-    /// Stock servos let go of their shafts: they are prepared no longer, but answer as
-    /// soon as before.
-    pub fn note_released(&mut self) {
-        if self.line.readiness == Readiness::Prepared {
-            self.line.readiness = Readiness::Released;
-        }
-    }
-
-    /// Whether torque can be given to the servos.
-    pub fn is_prepared(&self) -> bool {
-        self.line.readiness == Readiness::Prepared || self.line.firmware == Firmware::Morpheus
-    }
-
-    /// Whether the servos answer without the return delay of the factory.
-    pub fn answers_soon(&self) -> bool {
-        self.line.readiness.answers_soon() || self.line.firmware == Firmware::Morpheus
-    }
-
-    /// How far stock servos are set up.
-    pub fn readiness(&self) -> Readiness {
-        self.line.readiness
-    }
-
-    /// What runs on the servos.
-    pub fn firmware(&self) -> Firmware {
-        self.line.firmware
-    }
-
-    /// Bits per second.
-    pub fn baud(&self) -> u32 {
-        self.line.baud
     }
 
     /// Whether bytes from the servos are kept for [`Master::overheard`], those
@@ -272,7 +208,7 @@ where
         self.drain(now_us);
         self.transaction = transaction;
         self.next_step = 0;
-        self.samples = NOBODY_ASKED;
+        self.samples = NOT_ASKED;
         self.alarms = [Alarms::NONE; JOINTS];
         self.reply = None;
         self.begun_us = now_us.max(self.ready_at_us());
