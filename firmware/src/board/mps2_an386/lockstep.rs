@@ -24,7 +24,7 @@
 
 use super::semihosting::{self, EXIT_NO_BENCH, Stdio};
 use super::{BUS, time};
-use crate::end::memory;
+use crate::crash::memory;
 use crate::settings;
 use armbridge_shared::bridge::LinkPort;
 use armbridge_shared::bridge::gateway::PortEnd;
@@ -33,8 +33,8 @@ use armbridge_shared::store::Store;
 use embassy_futures::yield_now;
 use embedded_storage::nor_flash::NorFlash;
 
-/// Runs the bridge by grants, for ever, in place of [`crate::run::link`] and
-/// [`crate::run::client`]. The real-time loop must be waiting.
+/// Runs the bridge by grants, for ever, in place of [`crate::tasks::link`] and
+/// [`crate::tasks::client`]. The real-time loop must be waiting.
 pub async fn run(
     port: &mut LinkPort<'_>,
     mut client: PortEnd<'_>,
