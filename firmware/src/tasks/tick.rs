@@ -69,10 +69,10 @@ where
                 }
             }
             Err(nb::Error::WouldBlock) => {
-                if watch.has_link_news() {
+                if watch.has_link_activity() {
                     signals.ran.signal(());
                 }
-                if watch.has_client_news() {
+                if watch.has_client_activity() {
                     signals.served.signal(());
                 }
                 if mode != Some(bridge.mode()) {
