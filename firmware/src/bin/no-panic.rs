@@ -44,7 +44,7 @@ use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
 use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkEnd, LinkPort};
 use armbridge_shared::link::frame::{Decoder, Encoder, Message};
 use armbridge_shared::link::message::{self, End, Stack};
-use armbridge_shared::lockstep::{Grant, Idle};
+use armbridge_shared::lockstep::{TimeGrant, TimeRequest};
 use armbridge_shared::servo::{morpheus, protocol1};
 use armbridge_shared::store::Store;
 // Its critical section is what `Signals` needs.
@@ -275,8 +275,8 @@ fn packets() {
 
 /// What an emulated board and its bench say.
 fn grants() {
-    black_box(Grant::from_bytes(any()).to_bytes());
-    black_box(Idle::from_bytes(any()).to_bytes());
+    black_box(TimeGrant::from_bytes(any()).to_bytes());
+    black_box(TimeRequest::from_bytes(any()).to_bytes());
 }
 
 /// What is kept through a reset, whatever memory holds.
