@@ -107,8 +107,8 @@ fn start(thread: Spawner) {
     let light = Output::new(chip.PC1, Level::Low, Speed::Low);
     let port = PORT.init_with(|| LinkPort::new(link_end, report, settings));
     thread.spawn(run_usb(device).expect("spawned once"));
-    thread.spawn(talk(port, from_host, to_host, store).expect("spawned once"));
-    thread.spawn(pass(client_end, from_client, to_client, changes).expect("spawned once"));
+    thread.spawn(serve_link(port, from_host, to_host, store).expect("spawned once"));
+    thread.spawn(serve_client(client_end, from_client, to_client, changes).expect("spawned once"));
     thread.spawn(show_mode(light).expect("spawned once"));
 }
 
@@ -144,19 +144,19 @@ async fn run_usb(mut device: UsbDevice<'static, embassy_stm32::usb::Driver<'stat
 }
 
 #[embassy_executor::task]
-async fn talk(
+async fn serve_link(
     port: &'static mut LinkPort<'static>,
     from_host: FromUsb,
     to_host: ToUsb,
     store: &'static mut Store<Sectors>,
 ) -> ! {
     let mut watch = stack::Watch::default();
-    let watch = || watch.look(time::now_us(), stack::measure);
+    let watch = || watch.sample(time::now_us(), stack::measure);
     tasks::link(port, from_host, to_host, store, watch, &SIGNALS).await
 }
 
 #[embassy_executor::task]
-async fn pass(
+async fn serve_client(
     client: PortEnd<'static>,
     from_client: FromSerial,
     to_client: ToSerial,

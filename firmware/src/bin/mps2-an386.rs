@@ -94,13 +94,13 @@ fn start(arguments: &Arguments) {
     let spawner = TICK.start(Irq::Tick);
     spawner.spawn(tick(bridge, watch).expect("spawned once"));
     let spawner = REST.start(Irq::Rest);
-    spawner.spawn(tell_mode().expect("spawned once"));
+    spawner.spawn(log_mode().expect("spawned once"));
     let port = PORT.init_with(|| LinkPort::new(link_end, report, settings));
     if in_lockstep {
-        spawner.spawn(granted(port, client_end, store).expect("spawned once"));
+        spawner.spawn(run_lockstep(port, client_end, store).expect("spawned once"));
     } else {
-        spawner.spawn(talk(port, store).expect("spawned once"));
-        spawner.spawn(pass(client_end).expect("spawned once"));
+        spawner.spawn(serve_link(port, store).expect("spawned once"));
+        spawner.spawn(serve_client(client_end).expect("spawned once"));
     }
 }
 
@@ -124,20 +124,20 @@ async fn tick(bridge: &'static mut BoardBridge, watch: QueueWatch<'static>) -> !
 }
 
 #[embassy_executor::task]
-async fn talk(port: &'static mut LinkPort<'static>, store: &'static mut Store<Flash>) -> ! {
+async fn serve_link(port: &'static mut LinkPort<'static>, store: &'static mut Store<Flash>) -> ! {
     let mut watch = stack::Watch::default();
-    let watch = || watch.look(time::now_us(), stack::measure);
+    let watch = || watch.sample(time::now_us(), stack::measure);
     tasks::link(port, Stream(&LINK), Stream(&LINK), store, watch, &SIGNALS).await
 }
 
 #[embassy_executor::task]
-async fn pass(client: PortEnd<'static>) -> ! {
+async fn serve_client(client: PortEnd<'static>) -> ! {
     let stream = Stream(&CLIENT);
     tasks::client(client, stream, stream, NoChanges, time::wake, &SIGNALS).await
 }
 
 #[embassy_executor::task]
-async fn granted(
+async fn run_lockstep(
     port: &'static mut LinkPort<'static>,
     client: PortEnd<'static>,
     store: &'static mut Store<Flash>,
@@ -146,7 +146,7 @@ async fn granted(
 }
 
 #[embassy_executor::task]
-async fn tell_mode() -> ! {
+async fn log_mode() -> ! {
     loop {
         defmt::info!("mode: {}", SIGNALS.mode.wait().await);
     }

@@ -292,13 +292,13 @@ fn interrupts() {
     while any() {
         let bus = black_box(&BUS);
         bus.received(any());
-        bus.complain(black_box(LineError::Noise));
+        bus.report_error(black_box(LineError::Noise));
         black_box(bus.next_to_send());
     }
 }
 
 /// Polls `future` again and again; what it holds may be anything each time.
-fn ask<T>(future: impl Future<Output = T>) {
+fn poll_repeatedly<T>(future: impl Future<Output = T>) {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());
     while any() {
@@ -313,7 +313,7 @@ fn ask<T>(future: impl Future<Output = T>) {
 fn tick(end: BridgeEnd<'_>) {
     let watch = end.watch();
     if let Ok(mut bridge) = Bridge::new(Port(Bus), Direction, end, any(), &any()) {
-        ask(tasks::real_time(&mut bridge, watch, Outside, &SIGNALS));
+        poll_repeatedly(tasks::real_time(&mut bridge, watch, Outside, &SIGNALS));
     }
 }
 
@@ -326,7 +326,7 @@ fn link(end: LinkEnd<'_>) {
             size: any(),
         })
     };
-    ask(tasks::link(
+    poll_repeatedly(tasks::link(
         &mut port,
         Outside,
         Outside,
@@ -338,7 +338,7 @@ fn link(end: LinkEnd<'_>) {
 
 #[inline(never)]
 fn client(end: PortEnd<'_>) {
-    ask(tasks::client(
+    poll_repeatedly(tasks::client(
         end,
         Outside,
         Outside,

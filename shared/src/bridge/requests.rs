@@ -55,14 +55,14 @@ where
                 // Never refused.
                 let _ = self.apply(Event::Disarm);
             }
-            self.greet();
+            self.begin_session();
         }
         signals.goodbye && !signals.hello
     }
 
     /// Takes a hello of the host.
-    fn greet(&mut self) {
-        self.core.greet();
+    fn begin_session(&mut self) {
+        self.core.begin_session();
         self.apply_core_actions();
         let _ = self
             .end

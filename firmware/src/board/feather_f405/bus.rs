@@ -117,15 +117,15 @@ fn USART3() {
         // Reading SR, then DR clears all four (section 30.6.1).
         let byte = USART3.dr().read().dr() as u8;
         if status.fe() {
-            BUFFERS.complain(LineError::Framing);
+            BUFFERS.report_error(LineError::Framing);
         } else if status.ne() {
-            BUFFERS.complain(LineError::Noise);
+            BUFFERS.report_error(LineError::Noise);
         } else {
             // After an overrun this byte is good, the one after it is lost.
             BUFFERS.received(byte);
         }
         if status.ore() {
-            BUFFERS.complain(LineError::Overrun);
+            BUFFERS.report_error(LineError::Overrun);
         }
         if BUFFERS.is_due() {
             ACTIVITY.signal(());

@@ -93,7 +93,7 @@ impl Player {
                 self.board.set(&settings).map_err(ReplayError::Settings)?;
                 self.settings = settings;
             }
-            self.board.greet(moment);
+            self.board.begin_session(moment);
             self.begin_anew();
         }
         Ok(())

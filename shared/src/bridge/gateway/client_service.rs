@@ -32,7 +32,7 @@ where
         let now_us = self.core.now_us();
         let gateway = &mut self.gateway;
         while gateway.waiting.is_none()
-            && let Some(byte) = self.end.client.take()
+            && let Some(byte) = self.end.client.receive()
         {
             gateway.waiting = gateway.framer.push(byte, now_us);
         }
@@ -79,7 +79,7 @@ where
     /// Passes the servos' bytes to the client.
     pub(in crate::bridge) fn pass_overheard(&mut self) {
         while let Some(byte) = self.sequencer.overheard() {
-            self.give(&[byte]);
+            self.send_to_client(&[byte]);
         }
     }
 
@@ -132,17 +132,17 @@ where
                 } else {
                     // A servo that may be absent gives no answer.
                     if SERVO_IDS.iter().any(|ours| ours.get() == pending.servo()) {
-                        self.give(&pending.refusal());
+                        self.send_to_client(&pending.refusal());
                     }
                     self.gateway.count(false);
                 }
             }
             Verdict::Answer(bytes) => {
-                self.give(&bytes);
+                self.send_to_client(&bytes);
                 self.gateway.count(true);
             }
             Verdict::Refuse(bytes) => {
-                self.give(&bytes);
+                self.send_to_client(&bytes);
                 self.gateway.count(false);
             }
         }
@@ -160,7 +160,7 @@ where
                 self.gateway.tries = 0;
                 return;
             }
-            Answered::Done(bytes) => self.give(&bytes),
+            Answered::Done(bytes) => self.send_to_client(&bytes),
             // A servo that has just spoken may still be deaf: once more.
             Answered::Silent if self.gateway.tries < TRIES => return,
             // The servo is silent; so is the board.
@@ -170,9 +170,9 @@ where
         self.gateway.count(true);
     }
 
-    fn give(&mut self, bytes: &[u8]) {
+    fn send_to_client(&mut self, bytes: &[u8]) {
         for byte in bytes {
-            if !self.end.client.give(*byte) {
+            if !self.end.client.send(*byte) {
                 let lost = &mut self.gateway.counters.lost;
                 *lost = lost.wrapping_add(1);
             }
