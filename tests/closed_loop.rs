@@ -262,11 +262,11 @@ struct Mute;
 impl Host for Mute {
     type Error = Infallible;
 
-    fn speak(&mut self, _now_us: u64) -> Result<&[u8], Infallible> {
+    fn transmit(&mut self, _now_us: u64) -> Result<&[u8], Infallible> {
         Ok(&[])
     }
 
-    fn hear(&mut self, _now_us: u64, _bytes: &[u8]) -> Result<(), Infallible> {
+    fn receive(&mut self, _now_us: u64, _bytes: &[u8]) -> Result<(), Infallible> {
         Ok(())
     }
 

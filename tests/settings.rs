@@ -74,7 +74,7 @@ impl Caller {
 impl Host for Caller {
     type Error = Infallible;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
         assert!(now_us < 10_000_000, "no end");
         if self.is_idle
             && self.client.is_settled()
@@ -90,7 +90,7 @@ impl Host for Caller {
         Ok(self.client.transmit(now_us))
     }
 
-    fn hear(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
+    fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
         let mut said = Vec::new();
         self.client.receive(bytes, |what| said.push(what));
         for what in said {

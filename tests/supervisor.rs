@@ -32,7 +32,7 @@ struct Talker {
 impl Host for Talker {
     type Error = Infallible;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
         self.out.clear();
         self.out.append(&mut self.noise);
         if !self.is_silent {
@@ -41,7 +41,7 @@ impl Host for Talker {
         Ok(&self.out)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
         let said = &mut self.said;
         self.client.receive(bytes, |what| said.push((now_us, what)));
         Ok(())

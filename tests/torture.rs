@@ -50,10 +50,10 @@ fn a_seed_is_the_same_case_whenever_it_is_run() {
     let servos = Firmware::Morpheus;
     // One of each kind of randomness: bytes, sensors, host, plant.
     for seed in [1, 6, 38, 44, 60] {
-        let (outcome, story) = torture::tell(seed, servos);
+        let (outcome, story) = torture::run_with_story(seed, servos);
         assert_eq!(
             (outcome.clone(), story.clone()),
-            torture::tell(seed, servos)
+            torture::run_with_story(seed, servos)
         );
         assert_eq!(outcome, torture::run(seed, servos));
         for injection in Case::new(seed, servos).injections {

@@ -7,8 +7,8 @@
 //! ```text
 //!  interrupt executor, highest priority          thread mode
 //!  +-----------------------------------+         +-----------------------+
-//!  | run::real_time: the tick          |  mail-  | run::link: the host   |
-//!  | poll -> decide -> publish -> feed | boxes   | run::client, log      |
+//!  | tasks::real_time: the tick        |  mail-  | tasks::link: the host |
+//!  | poll -> decide -> publish -> feed | boxes   | tasks::client, log    |
 //!  +-----------------------------------+ <-----> +-----------------------+
 //!     |  woken by bus bytes and alarm                 |  USB or UART
 //!   servo bus                        host, and client of the transparent port
@@ -18,27 +18,27 @@
 //! |-----------|----------------------------------------------------------|
 //! | [`ring`]  | bytes from an interrupt to a task, without locks         |
 //! | [`port`]  | a buffered serial port as the bus master wants it        |
-//! | [`run`]   | the loops, the same on every board                       |
+//! | [`tasks`] | the loops, the same on every board                       |
 //! | [`stop`]  | the stop sequence by polling, for when all else has failed |
-//! | [`end`]   | how the program ends when it fails, and what is kept of it |
+//! | [`crash`] | how the program ends when it fails, and what is kept of it |
 //! | [`settings`] | settings across resets                                |
-//! | [`image`] | which program this is                                    |
+//! | [`image_crc`] | which program this is                                 |
 //! | [`stack`] | how much of the stack was ever used                      |
 //! | [`board`] | what differs: one module and one binary per board        |
 //!
 //! There is no heap. Bytes from bus or link never lead to a panic: `bin/no-panic.rs`
 //! shows it by linking. Should one happen all the same, the motors are stopped first
-//! (see [`end`]).
+//! (see [`crash`]).
 #![no_std]
 // Wakers and signals cannot be shown, nor what holds them.
 #![allow(missing_debug_implementations)]
 
 pub mod board;
-pub mod end;
-pub mod image;
+pub mod crash;
+pub mod image_crc;
 pub mod port;
 pub mod ring;
-pub mod run;
 pub mod settings;
 pub mod stack;
 pub mod stop;
+pub mod tasks;

@@ -3,16 +3,16 @@
 //! [`Buffers`] sit between a UART's interrupt handler and the code that uses
 //! the port. [`Port`] puts `embedded-hal-nb` serial traits on top: `write`
 //! never blocks while the buffer has room, `flush` blocks until the last stop
-//! bit has left, a receiver's complaint comes out of `read` as an error, once.
+//! bit has left, a receiver's error comes out of `read`, once.
 //!
 //! # Waking
 //!
 //! A reply of the servos is 14 bytes, 10 µs apart, and the master can do nothing
 //! before the last of them. It says how many it waits for ([`Buffers::expect`]), and
-//! the interrupt handler wakes it when so many are there or the receiver complains
-//! ([`Buffers::is_due`]): once a reply, not once a byte, which costs a poll each, some
-//! 700 instructions. What comes while it expects nothing, our own echo or noise on an
-//! idle line, stays in the buffer until its next poll.
+//! the interrupt handler wakes it when so many are there or the receiver reports an
+//! error ([`Buffers::is_due`]): once a reply, not once a byte, which costs a poll each,
+//! some 700 instructions. What comes while it expects nothing, our own echo or noise on
+//! an idle line, stays in the buffer until its next poll.
 
 use crate::ring::ByteRing;
 use armbridge_shared::servo::port::SetBaud;
@@ -30,7 +30,7 @@ pub struct Buffers {
     rx: ByteRing<BUFFER_LEN>,
     /// Written, not yet sent.
     tx: ByteRing<BUFFER_LEN>,
-    /// The last complaint of the receiver, as a [`LineError`] code; 0 if none.
+    /// The last error of the receiver, as a [`LineError`] code; 0 if none.
     error: AtomicU8,
     /// How many received bytes end a wait; see [`NOTHING_EXPECTED`].
     expected: AtomicU32,
@@ -39,7 +39,7 @@ pub struct Buffers {
 /// No number of bytes ends a wait.
 const NOTHING_EXPECTED: u32 = 0;
 
-/// What a receiver may complain about.
+/// Errors that a receiver reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum LineError {
@@ -72,7 +72,7 @@ impl Buffers {
         }
     }
 
-    /// Sets how many bytes end the reader's wait, as a complaint always does; `None` if
+    /// Sets how many bytes end the reader's wait, as an error always does; `None` if
     /// nothing does. True if so many are there already.
     pub fn expect(&self, bytes: Option<usize>) -> bool {
         // No more than there is room for: a full buffer is due.
@@ -84,7 +84,7 @@ impl Buffers {
         expected != NOTHING_EXPECTED && self.rx.len() >= expected as usize
     }
 
-    /// Whether the last byte or complaint ends the reader's wait. The interrupt handler
+    /// Whether the last byte or error ends the reader's wait. The interrupt handler
     /// calls it after each.
     pub fn is_due(&self) -> bool {
         let expected = self.expected.load(Ordering::Relaxed);
@@ -95,12 +95,12 @@ impl Buffers {
     /// From the interrupt handler: a byte has come.
     pub fn received(&self, byte: u8) {
         if !self.rx.push(byte) {
-            self.complain(LineError::Overrun);
+            self.report_error(LineError::Overrun);
         }
     }
 
-    /// From the interrupt handler: the receiver complains.
-    pub fn complain(&self, error: LineError) {
+    /// From the interrupt handler: the receiver reports an error.
+    pub fn report_error(&self, error: LineError) {
         self.error.store(error as u8, Ordering::Release);
     }
 
@@ -135,7 +135,7 @@ impl Buffers {
     }
 
     fn take_error(&self) -> Option<LineError> {
-        // Only a load and a store: a complaint that slips in between repeats
+        // Only a load and a store: an error that slips in between repeats
         // what is reported anyway.
         let code = self.error.load(Ordering::Acquire);
         self.error.store(0, Ordering::Release);
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_port_blocks_and_a_complaint_is_heard_once() {
+    fn a_full_port_blocks_and_an_error_is_reported_once() {
         let mut port = Port(Stuck(Buffers::new()));
         assert_eq!(port.flush(), Ok(()));
         assert!((0..BUFFER_LEN).all(|_| port.write(0xFF).is_ok()));
@@ -240,21 +240,21 @@ mod tests {
     }
 
     #[test]
-    fn a_wait_ends_with_the_last_byte_expected_or_a_complaint() {
+    fn a_wait_ends_with_the_last_byte_expected_or_an_error() {
         let buffers = Buffers::new();
         let receive = |count| (0..count).map(|_| buffers.received(0)).count();
         // Nothing is expected: neither ends a wait.
         receive(3);
-        buffers.complain(LineError::Framing);
+        buffers.report_error(LineError::Framing);
         assert!(!buffers.is_due());
-        // The complaint is older than the wait, and its reader has not come for it.
+        // The error is older than the wait, and its reader has not come for it.
         assert!(!buffers.expect(Some(4)));
         assert!(buffers.is_due());
         assert!(buffers.take_error().is_some() && !buffers.is_due());
         receive(1);
         assert!(buffers.is_due() && buffers.expect(Some(4)));
         assert!(!buffers.expect(Some(5)) && !buffers.is_due());
-        buffers.complain(LineError::Noise);
+        buffers.report_error(LineError::Noise);
         assert!(buffers.is_due());
         // More than there is room for: a full buffer ends it.
         receive(BUFFER_LEN - 4);

@@ -31,8 +31,8 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// How much was used, if that is more than was told before.
-    pub fn look(&mut self, now_us: u64, measure: impl FnOnce() -> Stack) -> Option<Stack> {
+    /// How much was used, if that is more than was reported before.
+    pub fn sample(&mut self, now_us: u64, measure: impl FnOnce() -> Stack) -> Option<Stack> {
         if now_us < self.next_us {
             return None;
         }
@@ -121,9 +121,9 @@ mod tests {
     fn only_growth_is_told_and_rarely() {
         let mut watch = Watch::default();
         let stack = |used| Stack { used, size: 256 };
-        assert_eq!(watch.look(5, || stack(80)), Some(stack(80)));
-        assert_eq!(watch.look(900_000, || stack(120)), None);
-        assert_eq!(watch.look(1_100_000, || stack(120)), Some(stack(120)));
-        assert_eq!(watch.look(9_000_000, || stack(120)), None);
+        assert_eq!(watch.sample(5, || stack(80)), Some(stack(80)));
+        assert_eq!(watch.sample(900_000, || stack(120)), None);
+        assert_eq!(watch.sample(1_100_000, || stack(120)), Some(stack(120)));
+        assert_eq!(watch.sample(9_000_000, || stack(120)), None);
     }
 }

@@ -17,7 +17,7 @@ use armbridge_shared::servo::stop::{StopStep, stop_steps};
 pub const SEQUENCE_US: u32 = 7_070;
 
 /// A UART and direction pin that need nothing but themselves.
-pub trait PolledLine {
+pub trait PolledUart {
     /// Sends at this many bits per second from now on.
     fn set_baud(&mut self, baud: u32);
     /// Drives the line (`true`) or releases it.
@@ -31,7 +31,7 @@ pub trait PolledLine {
 }
 
 /// Sends the stop sequence at this many bits per second.
-pub fn send(line: &mut impl PolledLine, baud: u32) {
+pub fn send(line: &mut impl PolledUart, baud: u32) {
     line.set_baud(baud);
     line.drive(true);
     for step in stop_steps(SERVO_IDS) {
@@ -58,7 +58,7 @@ pub fn send(line: &mut impl PolledLine, baud: u32) {
 
 /// Sends it after a reset: at the speed that the bus had before, if that is known and
 /// another than servos have ex works, and at that one.
-pub fn send_first(line: &mut impl PolledLine, baud_before: Option<u32>) {
+pub fn send_first(line: &mut impl PolledUart, baud_before: Option<u32>) {
     let [ex_works, ..] = BAUD_RATES;
     if let Some(baud) = baud_before.filter(|baud| *baud != ex_works) {
         send(line, baud);
@@ -82,7 +82,7 @@ mod tests {
         sent: Vec<(u8, u32)>,
     }
 
-    impl PolledLine for Wire {
+    impl PolledUart for Wire {
         fn set_baud(&mut self, baud: u32) {
             self.baud = baud;
         }

@@ -259,7 +259,7 @@ impl<K: Keep> Operator<K> {
 impl<K: Keep> Host for Operator<K> {
     type Error = OperatorError;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
         if (self.interrupt)() {
             self.interrupt(now_us);
         }
@@ -312,7 +312,7 @@ impl<K: Keep> Host for Operator<K> {
         due_us.min(self.client.wake_at_us())
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
         let mut said = Vec::new();
         self.client.receive(bytes, |what| said.push(what));
         said.into_iter()

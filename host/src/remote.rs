@@ -271,7 +271,7 @@ fn rest_of_frame(bytes: &[u8], sent: usize) -> &[u8] {
 impl Host for RemoteHost {
     type Error = io::Error;
 
-    fn speak(&mut self, now_us: u64) -> io::Result<&[u8]> {
+    fn transmit(&mut self, now_us: u64) -> io::Result<&[u8]> {
         self.bytes.clear();
         if now_us >= self.next_us {
             self.next_us = now_us + LOOK_US;
@@ -281,7 +281,7 @@ impl Host for RemoteHost {
         Ok(&self.bytes)
     }
 
-    fn hear(&mut self, _now_us: u64, bytes: &[u8]) -> io::Result<()> {
+    fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> io::Result<()> {
         if !bytes.is_empty() {
             self.send(bytes);
         }

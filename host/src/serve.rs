@@ -150,7 +150,7 @@ impl LiveBench {
             if echo {
                 self.echoes.push_back((self.bench.line_free_us(), bytes));
             }
-            self.tell(&mut to)?;
+            self.forward(&mut to)?;
         }
         let last_us = self.now_us.max(self.bench.line_free_us())
             + ANSWER_US
@@ -158,7 +158,7 @@ impl LiveBench {
         while self.now_us < last_us {
             std::thread::sleep(STEP);
             self.follow(Instant::now());
-            self.tell(&mut to)?;
+            self.forward(&mut to)?;
         }
         Ok(())
     }
@@ -181,7 +181,7 @@ impl LiveBench {
         self.now_us = until_us;
     }
 
-    fn tell(&mut self, to: &mut impl Write) -> io::Result<()> {
+    fn forward(&mut self, to: &mut impl Write) -> io::Result<()> {
         if !self.heard.is_empty() {
             to.write_all(&self.heard)?;
             to.flush()?;

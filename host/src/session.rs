@@ -154,12 +154,12 @@ impl Handled {
 impl Host for Handled {
     type Error = OperatorError;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
-        self.station.speak(now_us)
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+        self.station.transmit(now_us)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
-        self.station.hear(now_us, bytes)
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
+        self.station.receive(now_us, bytes)
     }
 
     fn wake_at_us(&self) -> u64 {

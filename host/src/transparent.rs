@@ -128,7 +128,7 @@ impl Client for RemoteClient {
         }
     }
 
-    fn speak(&mut self, now_us: u64) -> Vec<u8> {
+    fn transmit(&mut self, now_us: u64) -> Vec<u8> {
         if now_us >= self.next_us {
             self.next_us = now_us + LOOK_US;
             let due = self.epoch + Duration::from_micros(now_us);
@@ -138,7 +138,7 @@ impl Client for RemoteClient {
         std::mem::take(&mut self.bytes)
     }
 
-    fn hear(&mut self, _now_us: u64, bytes: &[u8]) {
+    fn receive(&mut self, _now_us: u64, bytes: &[u8]) {
         if bytes.is_empty() {
             return;
         }

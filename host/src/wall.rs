@@ -33,7 +33,7 @@ pub fn run<H: Host>(
     let now_us = || begun.elapsed().as_micros() as u64 / u64::from(slow);
     let mut bytes = [0; 4096];
     while !host.is_done() {
-        let say = host.speak(now_us()).map_err(WallError::Host)?;
+        let say = host.transmit(now_us()).map_err(WallError::Host)?;
         link.write_all(say).map_err(WallError::Io)?;
         let until_wake = Duration::from_micros(host.wake_at_us().saturating_sub(now_us()));
         let until_wake = until_wake.saturating_mul(slow);
@@ -42,7 +42,7 @@ pub fn run<H: Host>(
         match link.read(&mut bytes) {
             Ok(0) => return Err(WallError::Io(io::ErrorKind::UnexpectedEof.into())),
             Ok(count) => host
-                .hear(now_us(), &bytes[..count])
+                .receive(now_us(), &bytes[..count])
                 .map_err(WallError::Host)?,
             Err(error) if is_timeout(&error) => {}
             Err(error) => return Err(WallError::Io(error)),

@@ -10,8 +10,8 @@ use armbridge_shared::link::schema;
 fn verdict(said: &[u8]) -> OperatorError {
     let mut operator = Operator::new(Script::demo(Setup::default(), 1_000_000));
     for now_us in (0..10_000_000).step_by(100_000) {
-        let spoken = operator.speak(now_us).map(<[u8]>::len);
-        let heard = spoken.and_then(|_| operator.hear(now_us, said));
+        let spoken = operator.transmit(now_us).map(<[u8]>::len);
+        let heard = spoken.and_then(|_| operator.receive(now_us, said));
         if let Err(error) = heard {
             return error;
         }

@@ -2,23 +2,23 @@
 //!
 //! An emulator runs as fast as its host lets it, so a wall clock between board
 //! and virtual servos would make every run different. In lockstep the bench
-//! owns the time: a board with nothing left to do says [`Idle`], until when it
-//! would sleep, with all that it has sent meanwhile; the bench advances servos
+//! owns the time: a board with nothing left to do sends a [`TimeRequest`], until when
+//! it would sleep, with all that it has sent meanwhile; the bench advances servos
 //! and arm to the next instant that concerns the board and answers with a
-//! [`Grant`], what the time is now, with all that has arrived at the board's
+//! [`TimeGrant`], what the time is now, with all that has arrived at the board's
 //! ports by then. While one side runs, the other waits, so that nothing depends
 //! on how busy the machine is.
 //!
 //! # On the wire
 //!
 //! Both go over one stream, as a header of [`HEADER_LEN`] bytes, little endian,
-//! and the bytes that it [`Carries`]. Handing over a block costs the emulator some
-//! microseconds and a byte of an emulated serial port costs it tens, so everything
-//! that is due at an instant travels in one message. What does not fit
+//! and its payload, as long as [`PayloadLens`] says. Handing over a block costs the
+//! emulator some microseconds and a byte of an emulated serial port costs it tens, so
+//! everything that is due at an instant travels in one message. What does not fit
 //! [`MESSAGE_MAX`] is spread over several, all of one instant, of which only the
 //! last says that it is; the others' headers are about the same.
 //!
-//! | bytes | of an [`Idle`]                      | of a [`Grant`]                    |
+//! | bytes | of a [`TimeRequest`]                | of a [`TimeGrant`]                |
 //! |-------|-------------------------------------|-----------------------------------|
 //! | 0–7   | time; bit 62: others follow         | the same, and bit 63: stop switch |
 //! | 8–13  | bytes of link, client, bus, 16 bits each | the same                     |
@@ -39,14 +39,14 @@ pub const MESSAGE_MAX: usize = 2_048;
 
 /// Set in the time if other messages of the same instant follow.
 const MORE: u64 = 1 << 62;
-/// Set in the time of a [`Grant`] if the switch is open.
+/// Set in the time of a [`TimeGrant`] if the switch is open.
 const STOP_PRESSED: u64 = 1 << 63;
 /// Where no clock gets: the end of time.
 const LATEST_US: u64 = MORE - 1;
 
 /// How many bytes follow a header, in this order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Carries {
+pub struct PayloadLens {
     /// Of the control link.
     pub link: u16,
     /// Of the transparent port.
@@ -57,7 +57,7 @@ pub struct Carries {
 
 /// From board to bench: nothing to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Idle {
+pub struct TimeRequest {
     /// When the board wants to run again at the latest, in µs.
     pub until_us: u64,
     /// How many bytes on the servo bus make it run before that, if any do.
@@ -67,14 +67,14 @@ pub struct Idle {
     /// How many bytes from the client of the transparent port it has room for.
     pub client_room: u32,
     /// What it has sent since the last grant.
-    pub carries: Carries,
+    pub lens: PayloadLens,
     /// There is no more of that in another message.
     pub is_last: bool,
 }
 
 /// From bench to board: run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Grant {
+pub struct TimeGrant {
     /// The time, in µs.
     pub now_us: u64,
     /// What the client of the transparent port has set its port to.
@@ -82,12 +82,12 @@ pub struct Grant {
     /// The emergency stop's switch is open.
     pub is_stop_pressed: bool,
     /// What has arrived since the last grant.
-    pub carries: Carries,
+    pub lens: PayloadLens,
     /// There is no more of that in another message.
     pub is_last: bool,
 }
 
-impl Carries {
+impl PayloadLens {
     /// All of them.
     pub fn total(self) -> usize {
         self.lengths().into_iter().sum()
@@ -107,13 +107,13 @@ impl Carries {
     }
 }
 
-impl Idle {
+impl TimeRequest {
     /// As sent.
     pub fn to_bytes(self) -> [u8; HEADER_LEN] {
         let more = if self.is_last { 0 } else { MORE };
         Header {
             time: self.until_us.min(LATEST_US) | more,
-            carries: self.carries,
+            lens: self.lens,
             short: self.bus_wanted.unwrap_or(0),
             words: [self.bus_baud, self.client_room],
         }
@@ -129,13 +129,13 @@ impl Idle {
             bus_wanted: Some(header.short).filter(|wanted| *wanted > 0),
             bus_baud,
             client_room,
-            carries: header.carries,
+            lens: header.lens,
             is_last: header.time & MORE == 0,
         }
     }
 }
 
-impl Grant {
+impl TimeGrant {
     /// As sent.
     pub fn to_bytes(self) -> [u8; HEADER_LEN] {
         let more = if self.is_last { 0 } else { MORE };
@@ -146,7 +146,7 @@ impl Grant {
         };
         Header {
             time: self.now_us.min(LATEST_US) | more | stop,
-            carries: self.carries,
+            lens: self.lens,
             short: 0,
             words: [self.client_line.to_bits(), 0],
         }
@@ -161,7 +161,7 @@ impl Grant {
             now_us: header.time & LATEST_US,
             client_line: ClientLine::from_bits(line),
             is_stop_pressed: header.time & STOP_PRESSED != 0,
-            carries: header.carries,
+            lens: header.lens,
             is_last: header.time & MORE == 0,
         }
     }
@@ -170,14 +170,14 @@ impl Grant {
 /// What both have in common.
 struct Header {
     time: u64,
-    carries: Carries,
+    lens: PayloadLens,
     short: u16,
     words: [u32; 2],
 }
 
 impl Header {
     fn to_bytes(&self) -> [u8; HEADER_LEN] {
-        let Carries { link, client, bus } = self.carries;
+        let PayloadLens { link, client, bus } = self.lens;
         let shorts = [link, client, bus, self.short].map(u16::to_le_bytes);
         let words = self.words.map(u32::to_le_bytes);
         let mut bytes = [0; HEADER_LEN];
@@ -200,7 +200,7 @@ impl Header {
         let mut words = words.chunks_exact(4).map(little);
         Self {
             time: little(time),
-            carries: Carries {
+            lens: PayloadLens {
                 link: short(),
                 client: short(),
                 bus: short(),
@@ -222,7 +222,7 @@ fn little(bytes: &[u8]) -> u64 {
 mod tests {
     use super::*;
 
-    const CARRIES: Carries = Carries {
+    const LENS: PayloadLens = PayloadLens {
         link: 2,
         client: 0,
         bus: 1,
@@ -230,12 +230,12 @@ mod tests {
 
     #[test]
     fn fields_keep_their_places() {
-        let idle = Idle {
+        let request = TimeRequest {
             until_us: 0x0102_0304_0506_0708,
             bus_wanted: Some(14),
             bus_baud: 57_142,
             client_room: 256,
-            carries: Carries {
+            lens: PayloadLens {
                 link: 0x0201,
                 client: 0x0403,
                 bus: 0x0605,
@@ -245,34 +245,34 @@ mod tests {
         let bytes = [
             8, 7, 6, 5, 4, 3, 2, 1, 1, 2, 3, 4, 5, 6, 14, 0, 0x36, 0xDF, 0, 0, 0, 1, 0, 0,
         ];
-        assert_eq!(idle.to_bytes(), bytes);
+        assert_eq!(request.to_bytes(), bytes);
         for is_last in [false, true] {
-            let idle = Idle { is_last, ..idle };
-            assert_eq!(Idle::from_bytes(idle.to_bytes()), idle);
+            let request = TimeRequest { is_last, ..request };
+            assert_eq!(TimeRequest::from_bytes(request.to_bytes()), request);
         }
         for (is_stop_pressed, is_last) in
             [(false, false), (false, true), (true, false), (true, true)]
         {
-            let grant = Grant {
+            let grant = TimeGrant {
                 now_us: 1 << 40,
                 client_line: ClientLine {
                     is_open: true,
                     baud: 1_000_000,
                 },
                 is_stop_pressed,
-                carries: CARRIES,
+                lens: LENS,
                 is_last,
             };
-            assert_eq!(Grant::from_bytes(grant.to_bytes()), grant);
+            assert_eq!(TimeGrant::from_bytes(grant.to_bytes()), grant);
         }
     }
 
     #[test]
     fn bytes_are_told_apart_once_all_are_there() {
-        assert_eq!(CARRIES.total(), 3);
+        assert_eq!(LENS.total(), 3);
         let parts: [&[u8]; 3] = [&[7, 8], &[], &[9]];
-        assert_eq!(CARRIES.split(&[7, 8, 9]), Some(parts));
-        assert_eq!(CARRIES.split(&[7, 8, 9, 10]), Some(parts), "the next one's");
-        assert_eq!(CARRIES.split(&[7, 8]), None);
+        assert_eq!(LENS.split(&[7, 8, 9]), Some(parts));
+        assert_eq!(LENS.split(&[7, 8, 9, 10]), Some(parts), "the next one's");
+        assert_eq!(LENS.split(&[7, 8]), None);
     }
 }

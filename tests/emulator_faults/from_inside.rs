@@ -111,7 +111,7 @@ fn function(pc: u32) -> String {
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn a_panic_stops_the_motors_first() {
-    const SOURCE: &str = include_str!("../../firmware/src/board/mps2_an386/provoke.rs");
+    const SOURCE: &str = include_str!("../../firmware/src/board/mps2_an386/fault_injection.rs");
     let end = fail(Failure::Panic, STOP_MS, "provoked");
     let line = SOURCE
         .lines()
@@ -120,7 +120,7 @@ fn a_panic_stops_the_motors_first() {
         (end.cause, end.line as usize),
         (End::Panic, line.unwrap() + 1)
     );
-    assert!(end.place.ends_with(b"mps2_an386/provoke.rs"));
+    assert!(end.place.ends_with(b"an386/fault_injection.rs"));
 }
 
 #[test]

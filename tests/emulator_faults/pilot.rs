@@ -105,7 +105,7 @@ impl Pilot {
 impl Host for Pilot {
     type Error = Infallible;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
         if !self.is_flooding {
             return Ok(self.client.transmit(now_us));
         }
@@ -118,7 +118,7 @@ impl Host for Pilot {
         Ok(&self.garbage)
     }
 
-    fn hear(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
+    fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
         let mut said = Vec::new();
         self.client.receive(bytes, |what| said.push(what));
         for what in said {

@@ -94,12 +94,12 @@ impl Rig {
                 self.pilot.heard.last()
             );
             let now_us = self.begun.elapsed().as_micros() as u64 / u64::from(self.slow);
-            let Ok(say) = self.pilot.speak(now_us);
+            let Ok(say) = self.pilot.transmit(now_us);
             self.qemu.link.write_all(say).unwrap();
             match self.qemu.link.read(&mut bytes) {
                 Ok(0) => panic!("QEMU is gone"),
                 Ok(count) => {
-                    let Ok(()) = self.pilot.hear(now_us, &bytes[..count]);
+                    let Ok(()) = self.pilot.receive(now_us, &bytes[..count]);
                 }
                 Err(error) => assert!(is_timeout(&error), "{error}"),
             }

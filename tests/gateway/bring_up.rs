@@ -128,12 +128,12 @@ struct Commander {
 impl Host for Commander {
     type Error = std::convert::Infallible;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
         self.now_us = now_us;
         Ok(self.client.transmit(now_us))
     }
 
-    fn hear(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
+    fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
         let mut is_found = false;
         self.client.receive(bytes, |said| {
             is_found |= matches!(said, Said::Told(ToHost::Found { .. }));

@@ -155,7 +155,7 @@ impl Client for Hammer {
         }
     }
 
-    fn speak(&mut self, now_us: u64) -> Vec<u8> {
+    fn transmit(&mut self, now_us: u64) -> Vec<u8> {
         let state = &mut *self.0.borrow_mut();
         if state.asked_us.is_some() && now_us >= state.next_us {
             state.settle(now_us);
@@ -174,7 +174,7 @@ impl Client for Hammer {
         question.bytes
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) {
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) {
         let state = &mut *self.0.borrow_mut();
         state.tally.heard.extend(bytes);
         if state.asked_us.is_none() {

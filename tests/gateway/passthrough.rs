@@ -27,12 +27,12 @@ struct Nobody {
 impl Host for Nobody {
     type Error = std::convert::Infallible;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
         self.now_us = now_us;
         Ok(&[])
     }
 
-    fn hear(&mut self, _now_us: u64, _bytes: &[u8]) -> Result<(), Self::Error> {
+    fn receive(&mut self, _now_us: u64, _bytes: &[u8]) -> Result<(), Self::Error> {
         Ok(())
     }
 
@@ -165,7 +165,7 @@ impl Client for Speaker {
         }
     }
 
-    fn speak(&mut self, now_us: u64) -> Vec<u8> {
+    fn transmit(&mut self, now_us: u64) -> Vec<u8> {
         self.now_us = now_us;
         match self.words.first() {
             Some((at_us, _)) if *at_us <= now_us => self.words.remove(0).1,
@@ -173,7 +173,7 @@ impl Client for Speaker {
         }
     }
 
-    fn hear(&mut self, _now_us: u64, _bytes: &[u8]) {}
+    fn receive(&mut self, _now_us: u64, _bytes: &[u8]) {}
 
     fn wake_at_us(&self) -> u64 {
         self.words.first().map_or(u64::MAX, |(at_us, _)| *at_us)

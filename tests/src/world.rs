@@ -38,9 +38,9 @@ impl<H> Overheard<H> {
 impl<H: Host> Host for Overheard<H> {
     type Error = H::Error;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
         self.said.clear();
-        self.said.extend_from_slice(self.host.speak(now_us)?);
+        self.said.extend_from_slice(self.host.transmit(now_us)?);
         let events = &mut self.events;
         let hear = |event| events.push(event);
         self.ear
@@ -48,12 +48,12 @@ impl<H: Host> Host for Overheard<H> {
         Ok(&self.said)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
         let events = &mut self.events;
         let hear = |event| events.push(event);
         self.ear
             .take(Direction::ToHost, now_us * 1_000, bytes, hear);
-        self.host.hear(now_us, bytes)
+        self.host.receive(now_us, bytes)
     }
 
     fn wake_at_us(&self) -> u64 {
@@ -141,7 +141,7 @@ impl Free {
 impl Host for Free {
     type Error = std::convert::Infallible;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
         self.now_us = now_us;
         while let Some((_, act)) = self
             .acts
@@ -165,7 +165,7 @@ impl Host for Free {
         Ok(self.client.transmit(now_us))
     }
 
-    fn hear(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
+    fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
         let session = &mut self.session;
         self.client.receive(bytes, |said| {
             if let Said::Told(ToHost::Board(report)) = said {

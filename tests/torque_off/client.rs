@@ -91,7 +91,7 @@ impl Client for ClientHandle {
         self.0.borrow().line
     }
 
-    fn speak(&mut self, now_us: u64) -> Vec<u8> {
+    fn transmit(&mut self, now_us: u64) -> Vec<u8> {
         let state = &mut *self.0.borrow_mut();
         state.now_us = now_us;
         let mut bytes = std::mem::take(&mut state.once);
@@ -107,7 +107,7 @@ impl Client for ClientHandle {
         bytes
     }
 
-    fn hear(&mut self, _now_us: u64, _bytes: &[u8]) {}
+    fn receive(&mut self, _now_us: u64, _bytes: &[u8]) {}
 
     fn wake_at_us(&self) -> u64 {
         let state = self.0.borrow();

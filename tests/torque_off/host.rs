@@ -84,7 +84,7 @@ impl RawHost {
 impl Host for RawHost {
     type Error = Infallible;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
         if !self.is_silent && self.chunk.is_empty() && now_us >= self.heartbeat_us {
             self.send(ToBoard::Heartbeat);
         }
@@ -96,7 +96,7 @@ impl Host for RawHost {
         Ok(&self.written)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
         for byte in bytes {
             match self.decoder.push::<ToHost>(*byte) {
                 Some(Ok(received)) => match received.message {

@@ -5,19 +5,19 @@
 #![no_main]
 
 use armbridge_firmware::board::feather_f405::bus::{BusLine, Direction};
-use armbridge_firmware::board::feather_f405::end::reset_cause;
+use armbridge_firmware::board::feather_f405::crash::reset_cause;
 use armbridge_firmware::board::feather_f405::flash::Sectors;
 use armbridge_firmware::board::feather_f405::time::{self, Board};
 use armbridge_firmware::board::feather_f405::usb::{
     Changes, FromSerial, FromUsb, Ports, ToSerial, ToUsb,
 };
 use armbridge_firmware::board::feather_f405::{bus, config, usb};
-use armbridge_firmware::end::{self, WATCHDOG_US, memory};
-use armbridge_firmware::image;
+use armbridge_firmware::crash::{self, WATCHDOG_US, memory};
+use armbridge_firmware::image_crc;
 use armbridge_firmware::port::Port;
-use armbridge_firmware::run::{self, News};
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
+use armbridge_firmware::tasks::{self, Signals};
 use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort, QueueWatch};
 use armbridge_shared::link::message::{BoardReport, Mode, Settings};
@@ -39,7 +39,7 @@ static PORT: StaticCell<LinkPort<'static>> = StaticCell::new();
 static STORE: StaticCell<Store<Sectors>> = StaticCell::new();
 static TICK: InterruptExecutor = InterruptExecutor::new();
 static THREAD: StaticCell<Executor> = StaticCell::new();
-static NEWS: News = News::new();
+static SIGNALS: Signals = Signals::new();
 
 /// The bridge on this board's bus.
 type BoardBridge = Bridge<'static, Port<BusLine>, Direction>;
@@ -48,7 +48,7 @@ defmt::timestamp!("{=u64:us}", time::now_us());
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    end::stop_first();
+    crash::stop_first();
     stack::paint();
     THREAD.init(Executor::new()).run(start)
 }
@@ -75,7 +75,7 @@ fn start(thread: Spawner) {
     let (settings, from) = settings::open(store);
     let report = BoardReport {
         settings: from,
-        image: Some(image::measure()),
+        image: Some(image_crc::compute()),
         ..report
     };
 
@@ -107,8 +107,8 @@ fn start(thread: Spawner) {
     let light = Output::new(chip.PC1, Level::Low, Speed::Low);
     let port = PORT.init_with(|| LinkPort::new(link_end, report, settings));
     thread.spawn(run_usb(device).expect("spawned once"));
-    thread.spawn(talk(port, from_host, to_host, store).expect("spawned once"));
-    thread.spawn(pass(client_end, from_client, to_client, changes).expect("spawned once"));
+    thread.spawn(serve_link(port, from_host, to_host, store).expect("spawned once"));
+    thread.spawn(serve_client(client_end, from_client, to_client, changes).expect("spawned once"));
     thread.spawn(show_mode(light).expect("spawned once"));
 }
 
@@ -135,7 +135,7 @@ fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBrid
 
 #[embassy_executor::task]
 async fn tick(bridge: &'static mut BoardBridge, watch: QueueWatch<'static>, board: Board) -> ! {
-    run::real_time(bridge, watch, board, &NEWS).await
+    tasks::real_time(bridge, watch, board, &SIGNALS).await
 }
 
 #[embassy_executor::task]
@@ -144,26 +144,26 @@ async fn run_usb(mut device: UsbDevice<'static, embassy_stm32::usb::Driver<'stat
 }
 
 #[embassy_executor::task]
-async fn talk(
+async fn serve_link(
     port: &'static mut LinkPort<'static>,
     from_host: FromUsb,
     to_host: ToUsb,
     store: &'static mut Store<Sectors>,
 ) -> ! {
     let mut watch = stack::Watch::default();
-    let watch = || watch.look(time::now_us(), stack::measure);
-    run::link(port, from_host, to_host, store, watch, &NEWS).await
+    let watch = || watch.sample(time::now_us(), stack::measure);
+    tasks::link(port, from_host, to_host, store, watch, &SIGNALS).await
 }
 
 #[embassy_executor::task]
-async fn pass(
+async fn serve_client(
     client: PortEnd<'static>,
     from_client: FromSerial,
     to_client: ToSerial,
     changes: Changes,
 ) -> ! {
     let wake = || bus::ACTIVITY.signal(());
-    run::client(client, from_client, to_client, changes, wake, &NEWS).await
+    tasks::client(client, from_client, to_client, changes, wake, &SIGNALS).await
 }
 
 /// Logs the mode and shows it by a light: it blinks fast during the search, slowly when
@@ -184,7 +184,7 @@ async fn show_mode(mut light: Output<'static>) -> ! {
         } else {
             light.toggle();
         }
-        match select(NEWS.mode.wait(), Timer::after_millis(half_period_ms)).await {
+        match select(SIGNALS.mode.wait(), Timer::after_millis(half_period_ms)).await {
             Either::First(new) => {
                 mode = new;
                 defmt::info!("mode: {}", mode);

@@ -4,21 +4,21 @@
 #![no_main]
 
 use armbridge_firmware::board::mps2_an386::bus::{BusLine, NoPin};
-use armbridge_firmware::board::mps2_an386::end::reset_cause;
+use armbridge_firmware::board::mps2_an386::crash::reset_cause;
 use armbridge_firmware::board::mps2_an386::flash::{self, Flash};
 use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, REST, TICK};
 use armbridge_firmware::board::mps2_an386::link::{NoChanges, Stream};
 use armbridge_firmware::board::mps2_an386::semihosting::Arguments;
 use armbridge_firmware::board::mps2_an386::time::{self, Board};
 use armbridge_firmware::board::mps2_an386::{
-    BUS, CLIENT, LINK, guard, lockstep, provoke, watchdog,
+    BUS, CLIENT, LINK, fault_injection, lockstep, stack_guard, watchdog,
 };
-use armbridge_firmware::end::{self, memory};
-use armbridge_firmware::image;
+use armbridge_firmware::crash::{self, memory};
+use armbridge_firmware::image_crc;
 use armbridge_firmware::port::Port;
-use armbridge_firmware::run::{self, News};
 use armbridge_firmware::settings;
 use armbridge_firmware::stack;
+use armbridge_firmware::tasks::{self, Signals};
 use armbridge_shared::bridge::gateway::PortEnd;
 use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkPort, QueueWatch};
 use armbridge_shared::link::message::{BoardReport, Settings};
@@ -29,7 +29,7 @@ static CHANNELS: ConstStaticCell<Channels> = ConstStaticCell::new(Channels::new(
 static BRIDGE: StaticCell<BoardBridge> = StaticCell::new();
 static PORT: StaticCell<LinkPort<'static>> = StaticCell::new();
 static STORE: StaticCell<Store<Flash>> = StaticCell::new();
-static NEWS: News = News::new();
+static SIGNALS: Signals = Signals::new();
 
 /// The bridge on this board's bus.
 type BoardBridge = Bridge<'static, Port<BusLine>, NoPin>;
@@ -42,7 +42,7 @@ fn main() -> ! {
     let in_lockstep = arguments.has("lockstep");
     time::start(in_lockstep, arguments.number("slow=").unwrap_or(1));
     if !in_lockstep {
-        end::stop_first();
+        crash::stop_first();
     }
     stack::paint();
     start(&arguments);
@@ -62,12 +62,12 @@ fn main() -> ! {
 fn start(arguments: &Arguments) {
     let in_lockstep = time::is_lockstep();
     let report = memory::begin(reset_cause());
-    provoke::prepare(arguments, report.last_end.cause);
+    fault_injection::prepare(arguments, report.last_end.cause);
     for uart in [&LINK, &BUS, &CLIENT] {
         uart.enable();
     }
     if let Some(mut core) = cortex_m::Peripherals::take() {
-        guard::enable(&mut core.MPU);
+        stack_guard::enable(&mut core.MPU);
         interrupt::enable(&mut core.NVIC);
     }
     defmt::info!(
@@ -80,7 +80,7 @@ fn start(arguments: &Arguments) {
     let (settings, from) = settings::open(store);
     let report = BoardReport {
         settings: from,
-        image: Some(image::measure()),
+        image: Some(image_crc::compute()),
         ..report
     };
     if !in_lockstep {
@@ -94,13 +94,13 @@ fn start(arguments: &Arguments) {
     let spawner = TICK.start(Irq::Tick);
     spawner.spawn(tick(bridge, watch).expect("spawned once"));
     let spawner = REST.start(Irq::Rest);
-    spawner.spawn(tell_mode().expect("spawned once"));
+    spawner.spawn(log_mode().expect("spawned once"));
     let port = PORT.init_with(|| LinkPort::new(link_end, report, settings));
     if in_lockstep {
-        spawner.spawn(granted(port, client_end, store).expect("spawned once"));
+        spawner.spawn(run_lockstep(port, client_end, store).expect("spawned once"));
     } else {
-        spawner.spawn(talk(port, store).expect("spawned once"));
-        spawner.spawn(pass(client_end).expect("spawned once"));
+        spawner.spawn(serve_link(port, store).expect("spawned once"));
+        spawner.spawn(serve_client(client_end).expect("spawned once"));
     }
 }
 
@@ -120,24 +120,24 @@ fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBrid
 
 #[embassy_executor::task]
 async fn tick(bridge: &'static mut BoardBridge, watch: QueueWatch<'static>) -> ! {
-    run::real_time(bridge, watch, Board, &NEWS).await
+    tasks::real_time(bridge, watch, Board, &SIGNALS).await
 }
 
 #[embassy_executor::task]
-async fn talk(port: &'static mut LinkPort<'static>, store: &'static mut Store<Flash>) -> ! {
+async fn serve_link(port: &'static mut LinkPort<'static>, store: &'static mut Store<Flash>) -> ! {
     let mut watch = stack::Watch::default();
-    let watch = || watch.look(time::now_us(), stack::measure);
-    run::link(port, Stream(&LINK), Stream(&LINK), store, watch, &NEWS).await
+    let watch = || watch.sample(time::now_us(), stack::measure);
+    tasks::link(port, Stream(&LINK), Stream(&LINK), store, watch, &SIGNALS).await
 }
 
 #[embassy_executor::task]
-async fn pass(client: PortEnd<'static>) -> ! {
+async fn serve_client(client: PortEnd<'static>) -> ! {
     let stream = Stream(&CLIENT);
-    run::client(client, stream, stream, NoChanges, time::wake, &NEWS).await
+    tasks::client(client, stream, stream, NoChanges, time::wake, &SIGNALS).await
 }
 
 #[embassy_executor::task]
-async fn granted(
+async fn run_lockstep(
     port: &'static mut LinkPort<'static>,
     client: PortEnd<'static>,
     store: &'static mut Store<Flash>,
@@ -146,8 +146,8 @@ async fn granted(
 }
 
 #[embassy_executor::task]
-async fn tell_mode() -> ! {
+async fn log_mode() -> ! {
     loop {
-        defmt::info!("mode: {}", NEWS.mode.wait().await);
+        defmt::info!("mode: {}", SIGNALS.mode.wait().await);
     }
 }

@@ -1,7 +1,7 @@
 //! An image that links only if no panic can be reached from what the bus, the
 //! host or the client of the transparent port sends.
 //!
-//! It is never run. It holds the loops of [`armbridge_firmware::run`] with
+//! It is never run. It holds the loops of [`armbridge_firmware::tasks`] with
 //! everything below them (the tick and its master, the link with the design of
 //! gains, the transparent port), the interrupt's side of the buffers, the stop
 //! sequence, and all codecs. Bytes, times and readiness come from
@@ -33,19 +33,21 @@ use core::panic::PanicInfo;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
-use armbridge_firmware::end::memory;
-use armbridge_firmware::end::record::Kept;
+use armbridge_firmware::crash::memory;
+use armbridge_firmware::crash::record::CrashRecord;
 use armbridge_firmware::port::{Buffers, Line, LineError, Port};
-use armbridge_firmware::run::{self, FromClient, FromHost, LineChanges, News, RealTime, ToHost};
-use armbridge_firmware::stop::{self, PolledLine};
+use armbridge_firmware::stop::{self, PolledUart};
+use armbridge_firmware::tasks::{
+    self, FromClient, FromHost, LineChanges, RealTime, Signals, ToHost,
+};
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
 use armbridge_shared::bridge::{Bridge, BridgeEnd, Channels, LinkEnd, LinkPort};
 use armbridge_shared::link::frame::{Decoder, Encoder, Message};
 use armbridge_shared::link::message::{self, End, Stack};
-use armbridge_shared::lockstep::{Grant, Idle};
+use armbridge_shared::lockstep::{TimeGrant, TimeRequest};
 use armbridge_shared::servo::{morpheus, protocol1};
 use armbridge_shared::store::Store;
-// Its critical section is what `News` needs.
+// Its critical section is what `Signals` needs.
 use cortex_m as _;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
@@ -77,7 +79,7 @@ fn planted() {
 }
 
 static BUS: Buffers = Buffers::new();
-static NEWS: News = News::new();
+static SIGNALS: Signals = Signals::new();
 
 /// A servo bus.
 struct Bus;
@@ -220,7 +222,7 @@ impl LineChanges for Outside {
     }
 }
 
-impl PolledLine for Outside {
+impl PolledUart for Outside {
     fn set_baud(&mut self, baud: u32) {
         black_box(baud);
     }
@@ -273,8 +275,8 @@ fn packets() {
 
 /// What an emulated board and its bench say.
 fn grants() {
-    black_box(Grant::from_bytes(any()).to_bytes());
-    black_box(Idle::from_bytes(any()).to_bytes());
+    black_box(TimeGrant::from_bytes(any()).to_bytes());
+    black_box(TimeRequest::from_bytes(any()).to_bytes());
 }
 
 /// What is kept through a reset, whatever memory holds.
@@ -282,7 +284,7 @@ fn kept() {
     black_box(memory::begin(black_box(End::PowerUp)));
     memory::keep(any());
     black_box((memory::baud(), memory::is_kept(), memory::tick()));
-    black_box(Kept::from_words(&any()).map(Kept::to_words));
+    black_box(CrashRecord::from_words(&any()).map(CrashRecord::to_words));
 }
 
 /// What a UART's handlers do.
@@ -290,13 +292,13 @@ fn interrupts() {
     while any() {
         let bus = black_box(&BUS);
         bus.received(any());
-        bus.complain(black_box(LineError::Noise));
+        bus.report_error(black_box(LineError::Noise));
         black_box(bus.next_to_send());
     }
 }
 
 /// Polls `future` again and again; what it holds may be anything each time.
-fn ask<T>(future: impl Future<Output = T>) {
+fn poll_repeatedly<T>(future: impl Future<Output = T>) {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());
     while any() {
@@ -311,7 +313,7 @@ fn ask<T>(future: impl Future<Output = T>) {
 fn tick(end: BridgeEnd<'_>) {
     let watch = end.watch();
     if let Ok(mut bridge) = Bridge::new(Port(Bus), Direction, end, any(), &any()) {
-        ask(run::real_time(&mut bridge, watch, Outside, &NEWS));
+        poll_repeatedly(tasks::real_time(&mut bridge, watch, Outside, &SIGNALS));
     }
 }
 
@@ -324,19 +326,26 @@ fn link(end: LinkEnd<'_>) {
             size: any(),
         })
     };
-    ask(run::link(
+    poll_repeatedly(tasks::link(
         &mut port,
         Outside,
         Outside,
         &mut Store::new(Flash),
         watch,
-        &NEWS,
+        &SIGNALS,
     ));
 }
 
 #[inline(never)]
 fn client(end: PortEnd<'_>) {
-    ask(run::client(end, Outside, Outside, Outside, || (), &NEWS));
+    poll_repeatedly(tasks::client(
+        end,
+        Outside,
+        Outside,
+        Outside,
+        || (),
+        &SIGNALS,
+    ));
 }
 
 /// Where the linker begins to look for what is used.

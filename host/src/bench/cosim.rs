@@ -17,17 +17,17 @@ pub trait Host {
     /// Why there is nobody any more.
     type Error;
 
-    /// What to tell the board now.
+    /// Bytes for the board now.
     ///
     /// # Errors
     /// If the host gives up.
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], Self::Error>;
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], Self::Error>;
 
     /// Takes what the board said.
     ///
     /// # Errors
     /// If the host gives up.
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), Self::Error>;
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), Self::Error>;
 
     /// When to be asked again, at the latest.
     fn wake_at_us(&self) -> u64;
@@ -56,10 +56,10 @@ pub trait Client: fmt::Debug {
     fn line(&self) -> ClientLine;
 
     /// What it sends now.
-    fn speak(&mut self, now_us: u64) -> Vec<u8>;
+    fn transmit(&mut self, now_us: u64) -> Vec<u8>;
 
     /// Takes what the board sent it.
-    fn hear(&mut self, now_us: u64, bytes: &[u8]);
+    fn receive(&mut self, now_us: u64, bytes: &[u8]);
 
     /// When to be asked again, at the latest.
     fn wake_at_us(&self) -> u64;
@@ -70,12 +70,12 @@ impl Client for Box<dyn Client> {
         (**self).line()
     }
 
-    fn speak(&mut self, now_us: u64) -> Vec<u8> {
-        (**self).speak(now_us)
+    fn transmit(&mut self, now_us: u64) -> Vec<u8> {
+        (**self).transmit(now_us)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) {
-        (**self).hear(now_us, bytes);
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) {
+        (**self).receive(now_us, bytes);
     }
 
     fn wake_at_us(&self) -> u64 {
@@ -92,11 +92,11 @@ impl Client for NoClient {
         ClientLine::default()
     }
 
-    fn speak(&mut self, _now_us: u64) -> Vec<u8> {
+    fn transmit(&mut self, _now_us: u64) -> Vec<u8> {
         Vec::new()
     }
 
-    fn hear(&mut self, _now_us: u64, _bytes: &[u8]) {}
+    fn receive(&mut self, _now_us: u64, _bytes: &[u8]) {}
 
     fn wake_at_us(&self) -> u64 {
         u64::MAX
@@ -233,11 +233,11 @@ impl<B: Board, H: Host> Cosim<B, H> {
         for push in host.take_pushes() {
             bench.push(push);
         }
-        let from_host = host.speak(now_us).map_err(CosimError::Host)?;
+        let from_host = host.transmit(now_us).map_err(CosimError::Host)?;
         output.bus.clear();
         output.link.clear();
         output.client.clear();
-        let from_client = client.speak(now_us);
+        let from_client = client.transmit(now_us);
         let input = Input {
             bus: heard,
             link: from_host,
@@ -252,8 +252,9 @@ impl<B: Board, H: Host> Cosim<B, H> {
             bench.set_baud(output.bus_baud);
         }
         bench.send(now_us, &output.bus);
-        client.hear(now_us, &output.client);
-        host.hear(now_us, &output.link).map_err(CosimError::Host)?;
+        client.receive(now_us, &output.client);
+        host.receive(now_us, &output.link)
+            .map_err(CosimError::Host)?;
         self.now_us = now_us;
         Ok(())
     }

@@ -162,7 +162,7 @@ impl<L: Line> Servo<'_, L> {
         let id = self.register("id")?;
         if new != old {
             self.check_free(new)?;
-            self.tell(id, new.into())?;
+            self.send_write(id, new.into())?;
         }
         self.id = new;
         let Err(error) = self.expect(id, new.into()) else {
@@ -185,12 +185,12 @@ impl<L: Line> Servo<'_, L> {
             if !blind {
                 return Err(ChangeError::NotFollowed { baud });
             }
-            self.tell(register, code)?;
+            self.send_write(register, code)?;
             return Ok(Taken::NotReadable);
         };
         if baud != old {
             self.check_free_at(Some(baud), self.id)?;
-            self.tell(register, code)?;
+            self.send_write(register, code)?;
         }
         self.follow(baud)?;
         let error = match self.expect(register, code) {

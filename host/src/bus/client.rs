@@ -219,7 +219,7 @@ impl<L: Line> Client<L> {
         };
         let mut until = Instant::now() + time + sent_max;
         loop {
-            let bytes = self.line.hear(until)?;
+            let bytes = self.line.receive(until)?;
             if bytes.is_empty() {
                 if Instant::now() >= until {
                     break;
@@ -267,7 +267,7 @@ impl<L: Line> Client<L> {
         let deadline = Instant::now() + self.on_wire(FLUSH.len()) + patience;
         let mut echoed = 0;
         while echoed < FLUSH.len() {
-            let mut bytes = self.line.hear(deadline)?;
+            let mut bytes = self.line.receive(deadline)?;
             if bytes.is_empty() && Instant::now() >= deadline {
                 break;
             }
@@ -281,7 +281,7 @@ impl<L: Line> Client<L> {
     /// Throws away what was heard before.
     fn forget(&mut self) -> io::Result<()> {
         for _ in 0..STALE_MAX {
-            if self.line.hear(Instant::now())?.is_empty() {
+            if self.line.receive(Instant::now())?.is_empty() {
                 break;
             }
         }

@@ -22,7 +22,7 @@ pub trait Line {
     ///
     /// # Errors
     /// If the stream is broken.
-    fn hear(&mut self, until: Instant) -> io::Result<Vec<u8>>;
+    fn receive(&mut self, until: Instant) -> io::Result<Vec<u8>>;
 
     /// Changes the rate of the bus. `false` if that cannot be done from here.
     ///
@@ -42,8 +42,8 @@ impl<L: Line + ?Sized> Line for Box<L> {
         (**self).send(bytes)
     }
 
-    fn hear(&mut self, until: Instant) -> io::Result<Vec<u8>> {
-        (**self).hear(until)
+    fn receive(&mut self, until: Instant) -> io::Result<Vec<u8>> {
+        (**self).receive(until)
     }
 
     fn set_baud(&mut self, baud: u32) -> io::Result<bool> {
@@ -78,7 +78,7 @@ impl Line for TcpLine {
         self.0.write_all(bytes)
     }
 
-    fn hear(&mut self, until: Instant) -> io::Result<Vec<u8>> {
+    fn receive(&mut self, until: Instant) -> io::Result<Vec<u8>> {
         let wait = until.saturating_duration_since(Instant::now());
         self.0.set_nonblocking(wait.is_zero())?;
         if !wait.is_zero() {
@@ -128,7 +128,7 @@ impl Line for SerialLine {
         self.port.write_all(bytes)
     }
 
-    fn hear(&mut self, until: Instant) -> io::Result<Vec<u8>> {
+    fn receive(&mut self, until: Instant) -> io::Result<Vec<u8>> {
         let wait = until.saturating_duration_since(Instant::now());
         // The timeout has whole milliseconds, of which none is left out.
         let whole_ms = wait + Duration::from_micros(999);

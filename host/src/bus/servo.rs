@@ -176,7 +176,7 @@ impl<'a, L: Line> Servo<'a, L> {
         if self.is_position(register) {
             self.check_margins(register, value)?;
         }
-        self.tell(register, value)?;
+        self.send_write(register, value)?;
         if self.firmware == Firmware::Morpheus && matches!(register.name, "position" | "speed") {
             return Ok(Taken::NotReadable);
         }
@@ -184,7 +184,7 @@ impl<'a, L: Line> Servo<'a, L> {
     }
 
     /// Writes a register. No answer is no error: reading back decides.
-    pub(super) fn tell(
+    pub(super) fn send_write(
         &mut self,
         register: &'static Register,
         value: u16,

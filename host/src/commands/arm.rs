@@ -13,7 +13,7 @@ use crate::cli::ArmedArgs;
 pub(crate) fn run(args: &ArmedArgs) -> Outcome {
     let mut task = Arm::new(args.lasts, args.prepare);
     if !args.quiet && !args.errand.json {
-        task = task.telling(|line| eprintln!("{line}"));
+        task = task.reporting(|line| eprintln!("{line}"));
     }
     let (uri, errand) = errand::go(&args.errand, "arm", Pace::WallClock, task)?;
     let ending = errand.task.outcome().unwrap_or(&Ending::Disarmed);

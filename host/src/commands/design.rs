@@ -79,10 +79,10 @@ fn settings(args: &DesignArgs) -> Result<Settings, Error> {
         Some(path) => Config::of(Some(path), |_| None)?.settings(Settings::default())?,
         None => Config::discover()?.settings(Settings::default())?,
     };
-    let told = told(args);
+    let overrides = overrides(args);
     params::apply(
         &mut settings,
-        told.iter().map(|(key, value)| (key.as_str(), value)),
+        overrides.iter().map(|(key, value)| (key.as_str(), value)),
     )?;
     if let Some(poles) = args.control.poles {
         settings.setup.controller = placed(&settings.setup, poles)?;
@@ -92,7 +92,7 @@ fn settings(args: &DesignArgs) -> Result<Settings, Error> {
 }
 
 /// What the command line says, as parameters.
-fn told(args: &DesignArgs) -> Vec<(String, Value)> {
+fn overrides(args: &DesignArgs) -> Vec<(String, Value)> {
     let DesignControlArgs {
         q,
         r,
@@ -100,10 +100,10 @@ fn told(args: &DesignArgs) -> Vec<(String, Value)> {
         damping,
         poles: _,
     } = &args.control;
-    let mut told = Vec::new();
-    let mut tell = |key: &str, value: Option<Value>| {
+    let mut overrides = Vec::new();
+    let mut set = |key: &str, value: Option<Value>| {
         if let Some(value) = value {
-            told.push((key.to_owned(), value));
+            overrides.push((key.to_owned(), value));
         }
     };
     let kind = if q.is_some() || r.is_some() {
@@ -113,18 +113,18 @@ fn told(args: &DesignArgs) -> Vec<(String, Value)> {
     } else {
         None
     };
-    tell("controller.kind", kind);
-    tell("controller.q", q.clone());
-    tell("controller.r", r.clone());
-    tell("controller.natural_rad_s", natural.clone());
-    tell("controller.damping", damping.clone());
-    tell("estimator.kind", args.estimator.clone().map(Value::from));
-    tell(
+    set("controller.kind", kind);
+    set("controller.q", q.clone());
+    set("controller.r", r.clone());
+    set("controller.natural_rad_s", natural.clone());
+    set("controller.damping", damping.clone());
+    set("estimator.kind", args.estimator.clone().map(Value::from));
+    set(
         "setup.period_us",
         args.period.map(|us| i64::from(us).into()),
     );
-    told.extend(args.set.iter().cloned());
-    told
+    overrides.extend(args.set.iter().cloned());
+    overrides
 }
 
 fn placed(setup: &Setup, poles: [(f64, f64); JOINTS]) -> Result<Controller, Error> {

@@ -15,7 +15,7 @@ use crate::cli::GetArgs;
 
 pub(crate) fn run(args: &GetArgs) -> Outcome {
     let asked = asked(&args.keys)?;
-    let host = link::speak(
+    let host = link::run_host(
         &args.link,
         &Config::discover()?,
         Exchange::new(|_| Vec::new()),

@@ -38,7 +38,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
 
 fn fit(args: &FitArgs) -> Outcome {
     let fit = Fit::of(&paths(&args.logs), args.weighed)?;
-    let told = told::tell(
+    let told = told::describe(
         &fit,
         &Wish {
             held_out: &args.held_out,

@@ -90,11 +90,11 @@ pub(crate) struct Nobody;
 impl Host for Nobody {
     type Error = std::convert::Infallible;
 
-    fn speak(&mut self, _now_us: u64) -> Result<&[u8], Self::Error> {
+    fn transmit(&mut self, _now_us: u64) -> Result<&[u8], Self::Error> {
         Ok(&[])
     }
 
-    fn hear(&mut self, _now_us: u64, _bytes: &[u8]) -> Result<(), Self::Error> {
+    fn receive(&mut self, _now_us: u64, _bytes: &[u8]) -> Result<(), Self::Error> {
         Ok(())
     }
 

@@ -22,8 +22,8 @@ pub(crate) fn options(args: &LinkArgs, config: &Config) -> Result<(LinkUri, Opti
     Ok((link, options))
 }
 
-/// Has a host speak to the board until it is done, or ctrl-c is pressed.
-pub(crate) fn speak<H>(args: &LinkArgs, config: &Config, host: H) -> Result<H, Error>
+/// Runs a host on the link until it is done, or ctrl-c is pressed.
+pub(crate) fn run_host<H>(args: &LinkArgs, config: &Config, host: H) -> Result<H, Error>
 where
     H: Host,
     H::Error: std::error::Error + 'static,

@@ -27,7 +27,7 @@ pub(crate) fn disarm(args: &ErrandArgs) -> Outcome {
             )
         },
     );
-    tell(args, &uri, &errand, &said)
+    print_result(args, &uri, &errand, &said)
 }
 
 pub(crate) fn stop(args: &ErrandArgs) -> Outcome {
@@ -37,15 +37,20 @@ pub(crate) fn stop(args: &ErrandArgs) -> Outcome {
         "stopped: {}; `armbridge clear` clears it when the arm is free to move",
         cause.unwrap_or_default()
     );
-    tell(args, &uri, &errand, &said)
+    print_result(args, &uri, &errand, &said)
 }
 
 pub(crate) fn clear(args: &ErrandArgs) -> Outcome {
     let (uri, errand) = errand::go(args, "clear", Pace::Free, Clear::default())?;
-    tell(args, &uri, &errand, "no fault is latched; motors are off")
+    print_result(args, &uri, &errand, "no fault is latched; motors are off")
 }
 
-fn tell<T: Task>(args: &ErrandArgs, uri: &LinkUri, errand: &Errand<T>, said: &str) -> Outcome {
+fn print_result<T: Task>(
+    args: &ErrandArgs,
+    uri: &LinkUri,
+    errand: &Errand<T>,
+    said: &str,
+) -> Outcome {
     let mut out = std::io::stdout();
     if args.json {
         let mode = errand.model.mode();

@@ -86,7 +86,7 @@ impl Sent {
             decided = Some(after);
             orders
         };
-        let host = link::speak(link, &Config::discover()?, Exchange::new(decide))?;
+        let host = link::run_host(link, &Config::discover()?, Exchange::new(decide))?;
         let exchanged = host.exchanged;
         let (Some(before), Some(after)) = (exchanged.before, decided) else {
             return Err("the board did not say what it computes with; nothing was changed".into());

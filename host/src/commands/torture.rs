@@ -14,7 +14,7 @@ use crate::cli::TortureArgs;
 pub(crate) fn run(args: &TortureArgs) -> Outcome {
     let (report, text) = match args.seed {
         Some(seed) => {
-            let (outcome, story) = torture::tell(seed, args.servos.into());
+            let (outcome, story) = torture::run_with_story(seed, args.servos.into());
             (Report::of(&[outcome]), Some(story))
         }
         None => (campaign(args), None),

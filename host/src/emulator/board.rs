@@ -10,7 +10,7 @@ use std::io::{self, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-use armbridge_shared::lockstep::{Carries, Grant, HEADER_LEN, Idle, MESSAGE_MAX};
+use armbridge_shared::lockstep::{HEADER_LEN, MESSAGE_MAX, PayloadLens, TimeGrant, TimeRequest};
 
 use super::qemu::{Qemu, QemuError};
 use crate::bench::board::{Board, Input, Output, Wake};
@@ -22,9 +22,9 @@ const DEAD_AFTER: Duration = Duration::from_secs(30);
 #[derive(Debug)]
 pub struct EmulatedBoard {
     qemu: Qemu,
-    heard: BufReader<UnixStream>,
+    reader: BufReader<UnixStream>,
     /// A message on its way, kept for its memory.
-    said: Vec<u8>,
+    message: Vec<u8>,
     /// What the board had no room for, as it would wait in a USB host.
     from_client: VecDeque<u8>,
     client_room: usize,
@@ -38,17 +38,17 @@ impl EmulatedBoard {
     /// If the board does not come up.
     pub fn new(qemu: Qemu) -> Result<Self, QemuError> {
         qemu.from_board.set_read_timeout(Some(DEAD_AFTER))?;
-        let heard = BufReader::with_capacity(MESSAGE_MAX, qemu.from_board.try_clone()?);
+        let reader = BufReader::with_capacity(MESSAGE_MAX, qemu.from_board.try_clone()?);
         let mut board = Self {
             qemu,
-            heard,
-            said: Vec::with_capacity(MESSAGE_MAX),
+            reader,
+            message: Vec::with_capacity(MESSAGE_MAX),
             from_client: VecDeque::new(),
             client_room: 0,
         };
         let mut output = Output::default();
         board
-            .hear(&mut output)
+            .receive_request(&mut output)
             .map_err(|error| board.qemu.explain(error))?;
         let count = output.bus.len() + output.link.len() + output.client.len();
         if count == 0 {
@@ -61,7 +61,7 @@ impl EmulatedBoard {
     }
 
     /// Sends a grant with all that has arrived, in as many messages as that takes.
-    fn say(&mut self, now_us: u64, input: Input<'_>) -> io::Result<()> {
+    fn send_grant(&mut self, now_us: u64, input: Input<'_>) -> io::Result<()> {
         self.from_client.extend(input.client);
         let room = self.client_room.min(self.from_client.len());
         let client = &self.from_client.make_contiguous()[..room];
@@ -76,17 +76,17 @@ impl EmulatedBoard {
             });
             // No part is longer than a message.
             let [link, client, bus] = parts.map(|part| part.len() as u16);
-            let grant = Grant {
+            let grant = TimeGrant {
                 now_us,
                 client_line: input.line,
                 is_stop_pressed: input.is_stop_pressed,
-                carries: Carries { link, client, bus },
+                lens: PayloadLens { link, client, bus },
                 is_last: rest.iter().all(|bytes| bytes.is_empty()),
             };
-            self.said.clear();
-            self.said.extend(grant.to_bytes());
-            self.said.extend(parts.into_iter().flatten());
-            self.qemu.to_board.write_all(&self.said)?;
+            self.message.clear();
+            self.message.extend(grant.to_bytes());
+            self.message.extend(parts.into_iter().flatten());
+            self.qemu.to_board.write_all(&self.message)?;
             if grant.is_last {
                 self.from_client.drain(..room);
                 return Ok(());
@@ -95,18 +95,18 @@ impl EmulatedBoard {
     }
 
     /// Waits until the board has nothing left to do, and takes what it has sent.
-    fn hear(&mut self, output: &mut Output) -> io::Result<Wake> {
+    fn receive_request(&mut self, output: &mut Output) -> io::Result<Wake> {
         loop {
             let mut header = [0; HEADER_LEN];
-            self.heard.read_exact(&mut header)?;
-            let idle = Idle::from_bytes(header);
-            let len = idle.carries.total();
+            self.reader.read_exact(&mut header)?;
+            let request = TimeRequest::from_bytes(header);
+            let len = request.lens.total();
             if HEADER_LEN + len > MESSAGE_MAX {
                 let said =
                     format!("the board announced {len} bytes: is the image of this version?");
                 return Err(io::Error::new(io::ErrorKind::InvalidData, said));
             }
-            let Carries { link, client, bus } = idle.carries;
+            let PayloadLens { link, client, bus } = request.lens;
             for (count, into) in [
                 (link, &mut output.link),
                 (client, &mut output.client),
@@ -114,14 +114,14 @@ impl EmulatedBoard {
             ] {
                 let begin = into.len();
                 into.resize(begin + usize::from(count), 0);
-                self.heard.read_exact(&mut into[begin..])?;
+                self.reader.read_exact(&mut into[begin..])?;
             }
-            if idle.is_last {
-                self.client_room = idle.client_room as usize;
-                output.bus_baud = idle.bus_baud;
+            if request.is_last {
+                self.client_room = request.client_room as usize;
+                output.bus_baud = request.bus_baud;
                 return Ok(Wake {
-                    at_us: idle.until_us,
-                    bus_bytes: idle.bus_wanted.map(usize::from),
+                    at_us: request.until_us,
+                    bus_bytes: request.bus_wanted.map(usize::from),
                 });
             }
         }
@@ -137,8 +137,8 @@ impl Board for EmulatedBoard {
         input: Input<'_>,
         output: &mut Output,
     ) -> Result<Wake, QemuError> {
-        self.say(now_us, input)
-            .and_then(|()| self.hear(output))
+        self.send_grant(now_us, input)
+            .and_then(|()| self.receive_request(output))
             .map_err(|error| self.qemu.explain(error))
     }
 }

@@ -37,8 +37,8 @@ enum Step {
     Over,
 }
 
-/// Between two lines that tell how it is.
-const TELL_US: u64 = 1_000_000;
+/// Time between two lines that report how it is.
+const REPORT_US: u64 = 1_000_000;
 
 /// Arms and holds.
 pub struct Arm {
@@ -50,8 +50,8 @@ pub struct Arm {
     report: Option<BoardReport>,
     outcome: Option<Outcome>,
     held: Duration,
-    tell: Box<dyn FnMut(&str)>,
-    tell_us: u64,
+    report_line: Box<dyn FnMut(&str)>,
+    report_us: u64,
 }
 
 impl Arm {
@@ -64,16 +64,16 @@ impl Arm {
             report: None,
             outcome: None,
             held: Duration::ZERO,
-            tell: Box::new(|_| {}),
-            tell_us: 0,
+            report_line: Box::new(|_| {}),
+            report_us: 0,
         }
     }
 
-    /// The same, which tells every second how the arm is.
+    /// The same, which reports every second how the arm is.
     #[must_use]
-    pub fn telling(self, tell: impl FnMut(&str) + 'static) -> Self {
+    pub fn reporting(self, report_line: impl FnMut(&str) + 'static) -> Self {
         Self {
-            tell: Box::new(tell),
+            report_line: Box::new(report_line),
             ..self
         }
     }
@@ -140,9 +140,9 @@ impl Arm {
 
     fn hold(&mut self, view: &mut View<'_>, since_us: u64) {
         self.held = Duration::from_micros(view.now_us.saturating_sub(since_us));
-        if view.now_us >= self.tell_us {
-            self.tell_us = view.now_us + TELL_US;
-            (self.tell)(&line(view.model, self.held));
+        if view.now_us >= self.report_us {
+            self.report_us = view.now_us + REPORT_US;
+            (self.report_line)(&line(view.model, self.held));
         }
         if interrupt::is_raised() || self.lasts.is_some_and(|lasts| self.held >= lasts) {
             self.end(view, Outcome::Disarmed);

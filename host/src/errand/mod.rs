@@ -116,10 +116,10 @@ impl<T: Task> Errand<T> {
 impl<T: Task> Host for Errand<T> {
     type Error = GaveUp;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], GaveUp> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], GaveUp> {
         self.model.advance(now_us * 1_000);
         self.look(now_us)?;
-        let words = self.desk.speak(now_us).map_err(in_words)?;
+        let words = self.desk.transmit(now_us).map_err(in_words)?;
         self.words.clear();
         self.words.extend_from_slice(words);
         let words = std::mem::take(&mut self.words);
@@ -128,9 +128,9 @@ impl<T: Task> Host for Errand<T> {
         Ok(&self.words)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), GaveUp> {
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), GaveUp> {
         self.listen(Direction::ToHost, now_us, bytes);
-        self.desk.hear(now_us, bytes, |_| {}).map_err(in_words)?;
+        self.desk.receive(now_us, bytes, |_| {}).map_err(in_words)?;
         self.look(now_us)
     }
 

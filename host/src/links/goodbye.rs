@@ -52,8 +52,8 @@ impl<'a> Connection<'a> {
     }
 
     /// What has come until then; the taps hear it first.
-    pub(super) fn hear(&mut self, until: Instant) -> std::io::Result<Vec<u8>> {
-        let bytes = self.line.hear(until)?;
+    pub(super) fn receive(&mut self, until: Instant) -> std::io::Result<Vec<u8>> {
+        let bytes = self.line.receive(until)?;
         if !bytes.is_empty() {
             let now_ns = self.clock.now_ns();
             for tap in &mut *self.taps {
@@ -76,7 +76,7 @@ impl<'a> Connection<'a> {
 
     fn linger(&mut self) {
         let until = Instant::now() + LINGER;
-        while Instant::now() < until && self.hear(until).is_ok() {}
+        while Instant::now() < until && self.receive(until).is_ok() {}
     }
 }
 

@@ -71,7 +71,7 @@ impl Line for TerminalLine {
         self.controller.write_all(bytes)
     }
 
-    fn hear(&mut self, until: Instant) -> io::Result<Vec<u8>> {
+    fn receive(&mut self, until: Instant) -> io::Result<Vec<u8>> {
         let wait = until.saturating_duration_since(Instant::now());
         match self.pty.wait(wait)? {
             Ready::Nothing => Ok(Vec::new()),

@@ -178,7 +178,7 @@ impl Line for UsbLine {
         self.to_board.flush()
     }
 
-    fn hear(&mut self, until: Instant) -> io::Result<Vec<u8>> {
+    fn receive(&mut self, until: Instant) -> io::Result<Vec<u8>> {
         let wait = until.saturating_duration_since(Instant::now());
         self.from_board.set_read_timeout(wait);
         let mut bytes = vec![0; TRANSFER];

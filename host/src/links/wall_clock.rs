@@ -149,7 +149,7 @@ impl Session<'_> {
     fn idle<H: Host>(&self, host: &mut H) -> Result<bool, H::Error> {
         let until = Instant::now() + AGAIN;
         while Instant::now() < until && !host.is_done() {
-            host.speak(self.clock.now_us())?;
+            host.transmit(self.clock.now_us())?;
             std::thread::sleep(LONGEST);
         }
         Ok(host.is_done())
@@ -165,14 +165,14 @@ impl Session<'_> {
         let mut connection = Connection::new(line, &mut options.taps, clock);
         let mut is_new = true;
         while !host.is_done() {
-            let words = host.speak(clock.now_us()).map_err(Ended::Host)?;
+            let words = host.transmit(clock.now_us()).map_err(Ended::Host)?;
             connection.send(words).map_err(Ended::Broken)?;
             if host.is_done() {
                 break;
             }
             let wait = clock.until(host.wake_at_us()).clamp(SHORTEST, LONGEST);
             let until = Instant::now() + wait;
-            let bytes = connection.hear(until).map_err(Ended::Broken)?;
+            let bytes = connection.receive(until).map_err(Ended::Broken)?;
             if bytes.is_empty() {
                 continue;
             }
@@ -185,7 +185,7 @@ impl Session<'_> {
                     eprintln!("armbridge: {uri} is back; nothing is armed");
                 }
             }
-            host.hear(clock.now_us(), &bytes).map_err(Ended::Host)?;
+            host.receive(clock.now_us(), &bytes).map_err(Ended::Host)?;
         }
         connection.close();
         Ok(())

@@ -80,7 +80,7 @@ struct Visitor<H> {
 }
 
 impl<H> Visitor<H> {
-    fn tell(&mut self, direction: Direction, now_us: u64, bytes: &[u8]) {
+    fn notify_taps(&mut self, direction: Direction, now_us: u64, bytes: &[u8]) {
         if !bytes.is_empty() {
             for tap in &mut self.taps {
                 tap.bytes(direction, now_us * 1_000, bytes);
@@ -100,19 +100,19 @@ impl<H> Visitor<H> {
 impl<H: Host> Host for Visitor<H> {
     type Error = H::Error;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
         self.hold_back(now_us);
         self.words.clear();
-        self.words.extend_from_slice(self.host.speak(now_us)?);
+        self.words.extend_from_slice(self.host.transmit(now_us)?);
         let words = std::mem::take(&mut self.words);
-        self.tell(Direction::ToBoard, now_us, &words);
+        self.notify_taps(Direction::ToBoard, now_us, &words);
         self.words = words;
         Ok(&self.words)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
-        self.tell(Direction::ToHost, now_us, bytes);
-        self.host.hear(now_us, bytes)
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
+        self.notify_taps(Direction::ToHost, now_us, bytes);
+        self.host.receive(now_us, bytes)
     }
 
     fn wake_at_us(&self) -> u64 {

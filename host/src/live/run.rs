@@ -97,7 +97,7 @@ impl Live<'_> {
         let before = self.board.settings;
         self.board.take(event);
         if self.board.settings != before {
-            self.tell(before.as_ref());
+            self.publish_changes(before.as_ref());
         }
         let later_ns = *self
             .later_ns
@@ -134,7 +134,7 @@ impl Live<'_> {
     }
 
     /// Tells those who look at parameters what has changed.
-    fn tell(&self, before: Option<&Settings>) {
+    fn publish_changes(&self, before: Option<&Settings>) {
         let Some(settings) = &self.board.settings else {
             return;
         };

@@ -14,12 +14,12 @@ pub fn of(settings: &Settings, names: &[String]) -> Vec<Parameter> {
         let pairs = params::pairs(settings);
         return pairs
             .into_iter()
-            .map(|(parameter, value)| told(parameter.key, &value))
+            .map(|(parameter, value)| to_parameter(parameter.key, &value))
             .collect();
     }
     names
         .iter()
-        .filter_map(|name| Some(told(name, &params::get(settings, name)?)))
+        .filter_map(|name| Some(to_parameter(name, &params::get(settings, name)?)))
         .collect()
 }
 
@@ -41,7 +41,7 @@ pub fn changed(settings: &Settings, wanted: &[Parameter]) -> Result<Settings, Pa
     Ok(changed)
 }
 
-fn told(name: &str, value: &Value) -> Parameter {
+fn to_parameter(name: &str, value: &Value) -> Parameter {
     let is_numbers = |values: &[Value]| {
         let numbers = values.iter().all(|value| as_number(value).is_some());
         numbers && !values.is_empty()

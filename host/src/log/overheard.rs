@@ -23,8 +23,8 @@ impl<H> Overheard<H> {
 impl<H: Host> Host for Overheard<H> {
     type Error = H::Error;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
-        let words = self.host.speak(now_us)?;
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
+        let words = self.host.transmit(now_us)?;
         if let Some(tap) = &mut self.tap
             && !words.is_empty()
         {
@@ -33,11 +33,11 @@ impl<H: Host> Host for Overheard<H> {
         Ok(words)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
         if let Some(tap) = &mut self.tap {
             tap.bytes(Direction::ToHost, now_us.saturating_mul(1_000), bytes);
         }
-        self.host.hear(now_us, bytes)
+        self.host.receive(now_us, bytes)
     }
 
     fn wake_at_us(&self) -> u64 {

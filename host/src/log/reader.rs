@@ -301,7 +301,7 @@ impl Reader {
         Some((opcode, start..self.at))
     }
 
-    fn hear(&mut self, opcode: u8, body: &[u8]) -> Option<Event> {
+    fn receive(&mut self, opcode: u8, body: &[u8]) -> Option<Event> {
         match mcap::parse_record(opcode, body) {
             Ok(Record::Message { header, data }) => {
                 let topic = *self.channels.get(&header.channel_id)?;
@@ -342,7 +342,7 @@ impl Iterator for Reader {
             };
             // Lent for a moment, so that it can be read while the reader learns.
             let chunk = std::mem::take(&mut self.chunk);
-            let heard = self.hear(opcode, chunk.get(body).unwrap_or_default());
+            let heard = self.receive(opcode, chunk.get(body).unwrap_or_default());
             self.chunk = chunk;
             if heard.is_some() {
                 return heard;

@@ -72,8 +72,8 @@ pub(super) fn asked(message: &proto::Command, is_same_schema: bool) -> Option<Wh
 }
 
 /// The message for what the board said, other than records and settings.
-pub(super) fn told(host_ns: u64, sequence: u16, said: &ToHost) -> proto::Event {
-    let (kind, severity, text) = words::told(said);
+pub(super) fn board_event(host_ns: u64, sequence: u16, said: &ToHost) -> proto::Event {
+    let (kind, severity, text) = words::describe(said);
     let mut message = proto::Event {
         host_ns,
         severity: severity.into(),

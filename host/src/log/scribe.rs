@@ -106,7 +106,7 @@ impl Scribe {
                 self.shared.lock().report.unwritten += raw::bytes(&framed);
                 self.flushed = Instant::now();
             }
-            self.tell(taken);
+            self.update_report(taken);
             if taken.is_last {
                 break;
             }
@@ -211,7 +211,7 @@ impl Scribe {
         });
     }
 
-    fn tell(&self, taken: Taken) {
+    fn update_report(&self, taken: Taken) {
         let mut shared = self.shared.lock();
         let report = &mut shared.report;
         if let Some(file) = &self.file {

@@ -173,7 +173,7 @@ impl Encoder {
                     }
                     self.session = Some(*report);
                 }
-                self.say(said::told(at_ns, *sequence, said), put)
+                self.say(said::board_event(at_ns, *sequence, said), put)
             }
             What::Lost(..) | What::Garbled(..) | What::Parted => {
                 self.has_parted |= event.what == What::Parted;

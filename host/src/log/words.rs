@@ -10,7 +10,7 @@ use super::proto::Severity;
 use crate::{experiment, refusal, trip};
 
 /// What the board said, apart from records and settings: kind, severity and words.
-pub fn told(message: &ToHost) -> (&'static str, Severity, String) {
+pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
     match message {
         ToHost::Hello(hello) => {
             let [major, minor, patch] = hello.version;

@@ -20,7 +20,7 @@ impl<K: Keep> Operator<K> {
         }
         match (said, &self.phase) {
             (Said::Hello, Phase::Connecting) => self.greeted(now_us),
-            (Said::Told(ToHost::Settings(settings)), _) => self.told(now_us, settings)?,
+            (Said::Told(ToHost::Settings(settings)), _) => self.take_settings(now_us, settings)?,
             (Said::Told(ToHost::Record(record)), _) => self.recorded(now_us, &record)?,
             (Said::Told(ToHost::Concluded(conclusion)), _) => self.keep.concluded(&conclusion),
             (Said::Done, Phase::SettingUp) => self.set_up(now_us),
@@ -94,7 +94,7 @@ impl<K: Keep> Operator<K> {
         }
     }
 
-    fn told(&mut self, now_us: u64, settings: Settings) -> Result<(), OperatorError> {
+    fn take_settings(&mut self, now_us: u64, settings: Settings) -> Result<(), OperatorError> {
         let [_, last] = self.settings.get_or_insert([settings; 2]);
         *last = settings;
         if let (Begin::Changed(change), Phase::Learning) = (&self.plan.begin, &self.phase) {

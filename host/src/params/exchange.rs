@@ -91,18 +91,18 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Exchange<D> {
 impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
     type Error = OperatorError;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
         if interrupt::is_raised() {
             self.desk.ask(now_us, Request::Leave);
         }
         if self.heard_us > 0 && now_us > self.heard_us + SILENCE_US {
             return Err(OperatorError::Silent);
         }
-        self.desk.speak(now_us)
+        self.desk.transmit(now_us)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
-        self.desk.hear(now_us, bytes, |_| ())?;
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
+        self.desk.receive(now_us, bytes, |_| ())?;
         if !bytes.is_empty() {
             self.heard_us = now_us;
         }

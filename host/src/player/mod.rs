@@ -326,25 +326,25 @@ fn close(recorder: Recorder) -> LogSummary {
 impl Host for Player {
     type Error = OperatorError;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
         if now_us >= self.look_us {
             self.look_us = now_us + LOOK_US;
             let now_s = self.operator.fraction(now_us) * self.duration_s;
             self.progress.at(now_s);
             self.progress.say(self.doing(now_us, now_s));
         }
-        let words = self.operator.speak(now_us)?;
+        let words = self.operator.transmit(now_us)?;
         if let (Some(ear), false) = (&mut self.ear, words.is_empty()) {
             ear.bytes(Direction::ToBoard, now_us * 1_000, words);
         }
         Ok(words)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
         if let (Some(ear), false) = (&mut self.ear, bytes.is_empty()) {
             ear.bytes(Direction::ToHost, now_us * 1_000, bytes);
         }
-        self.operator.hear(now_us, bytes)
+        self.operator.receive(now_us, bytes)
     }
 
     fn wake_at_us(&self) -> u64 {

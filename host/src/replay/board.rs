@@ -123,7 +123,7 @@ impl Board {
     }
 
     /// Goes on from this record, of whose tick all else is unknown.
-    pub(super) fn adopt(&mut self, record: &Record) {
+    pub(super) fn resume_from(&mut self, record: &Record) {
         self.assume(record);
         self.is_ticking = true;
         let state = ArmState {

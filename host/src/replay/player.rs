@@ -118,7 +118,7 @@ impl Player {
                 self.asked.insert(sequence, command);
             }
             What::Asked(_, ToBoard::Goodbye) => self.has_left = true,
-            What::Told(sequence, message) => self.hear(sequence, message)?,
+            What::Told(sequence, message) => self.receive(sequence, message)?,
             What::Lost(Direction::ToHost, frames) => {
                 self.flush()?;
                 self.lose("frames of the board were lost on the link", 0);
@@ -138,7 +138,7 @@ impl Player {
         Ok(())
     }
 
-    fn hear(&mut self, _sequence: u16, message: ToHost) -> Result<(), ReplayError> {
+    fn receive(&mut self, _sequence: u16, message: ToHost) -> Result<(), ReplayError> {
         match message {
             ToHost::Record(record) => {
                 let held = self.held.replace(record);
@@ -192,7 +192,7 @@ impl Player {
             }),
             ToHost::Passthrough => self.notes.push(Note::Passthrough),
             ToHost::Tripped(trip) => self.notes.push(Note::Tripped(trip)),
-            ToHost::Concluded(conclusion) => self.conclusions.hear(conclusion),
+            ToHost::Concluded(conclusion) => self.conclusions.receive(conclusion),
             ToHost::Hello(_)
             | ToHost::Absent { .. }
             | ToHost::Mixed(_)
@@ -273,11 +273,11 @@ impl Player {
             self.begin_ticking();
         } else if is_elsewhere && self.is_known() && !self.is_stopped && !self.is_lined_up {
             let what = "the bus was somebody else's for a while".into();
-            self.tally.adopt(what, record.tick);
+            self.tally.count_adopted(what, record.tick);
             self.board.begin_again();
         }
         (self.is_stopped, self.is_lined_up) = (false, false);
-        self.heed_goodbye(record);
+        self.apply_goodbye(record);
         self.board.begin(record);
         self.planned_us = self.board.planned_us();
         while let Some(note) = self.notes.next(Place::Within(record), false) {
@@ -342,7 +342,7 @@ impl Player {
         self.is_strange = false;
         if let Knowledge::Anew(reason) | Knowledge::Part(reason) = &self.knowledge {
             self.tally.skip(reason, record.tick);
-            self.board.adopt(record);
+            self.board.resume_from(record);
             return;
         }
         let is_by_itself = self.conclusions.is_by_itself(&mut self.board, record.tick);
@@ -366,6 +366,6 @@ impl Player {
             HostEvent::LongSilence => "the host was silent for too long: fault host_silent",
             HostEvent::Corruption => "numbers in memory changed: fault corrupted",
         };
-        self.tally.adopt(what.into(), record.tick);
+        self.tally.count_adopted(what.into(), record.tick);
     }
 }

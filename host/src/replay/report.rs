@@ -112,7 +112,7 @@ impl Tally {
         &mut self.skipped[at]
     }
 
-    pub(super) fn adopt(&mut self, what: String, tick: u32) {
+    pub(super) fn count_adopted(&mut self, what: String, tick: u32) {
         let adopted = self.adopted.entry(what).or_insert_with_key(|what| Adopted {
             what: what.clone(),
             times: 0,

@@ -135,7 +135,7 @@ impl Desk {
     ///
     /// # Errors
     /// If nobody is there.
-    pub fn speak(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+    pub fn transmit(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
         if let Leaving::Disarming(until_us) = self.leaving
             && now_us >= until_us
         {
@@ -215,7 +215,7 @@ impl Desk {
     ///
     /// # Errors
     /// If the board was built from other message types.
-    pub fn hear(
+    pub fn receive(
         &mut self,
         now_us: u64,
         bytes: &[u8],

@@ -81,14 +81,14 @@ impl Station {
 impl Host for Station {
     type Error = OperatorError;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
         self.look(now_us);
         self.look_us = now_us + LOOK_US;
-        self.desk.speak(now_us)
+        self.desk.transmit(now_us)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
-        self.desk.hear(now_us, bytes, |_| {})
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
+        self.desk.receive(now_us, bytes, |_| {})
     }
 
     fn wake_at_us(&self) -> u64 {

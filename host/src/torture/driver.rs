@@ -241,7 +241,7 @@ fn beyond(turn: usize) -> Command {
 impl Host for Driver {
     type Error = Infallible;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
         self.strange.clear();
         if self.whim != Whim::None && now_us >= self.strange_us {
             self.strange_us = now_us + STRANGE_US;
@@ -255,7 +255,7 @@ impl Host for Driver {
         Ok(self.client.transmit(now_us))
     }
 
-    fn hear(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
+    fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
         let mut said = Vec::new();
         self.client.receive(bytes, |what| said.push(what));
         for what in said {

@@ -70,15 +70,15 @@ impl<'a, 'b> Judge<'a, 'b> {
         }
         let ready_us = self.world.now_us();
         let what = "the arm does what it shall";
-        self.story.tell(ready_us, || what.into());
+        self.story.append(ready_us, || what.into());
         self.inject(ready_us);
         self.judge_name(ready_us);
         let now_us = self.world.now_us();
         if let Some(off) = self.world.driver().off {
             self.story
-                .tell(now_us, || format!("the board has told: {off:?}"));
+                .append(now_us, || format!("the board has told: {off:?}"));
         }
-        self.story.tell(now_us, || "everything is mended".into());
+        self.story.append(now_us, || "everything is mended".into());
         self.world.mend();
         self.go_until(now_us + SETTLE_US, |_| false);
         self.clear();
@@ -126,7 +126,7 @@ impl<'a, 'b> Judge<'a, 'b> {
             self.world.end(injection);
             if injection.lasts_us > 0 {
                 self.story
-                    .tell(now_us, || format!("{} is over", injection.kind));
+                    .append(now_us, || format!("{} is over", injection.kind));
             }
         }
     }
@@ -216,7 +216,7 @@ impl<'a, 'b> Judge<'a, 'b> {
         }
         let now_us = self.world.now_us();
         self.story
-            .tell(now_us, || "the host clears the fault".into());
+            .append(now_us, || "the host clears the fault".into());
         self.world.driver().clear();
         let is_back = self.go_until(now_us + CLEAR_US, |judge| judge.mode == Mode::Idle);
         self.outcome.is_cleared = Some(is_back);

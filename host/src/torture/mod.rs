@@ -49,5 +49,5 @@ pub use judge::STOP_US;
 pub use kind::{Harm, Kind, NoKind};
 pub use outcome::Outcome;
 pub use report::{Failure, NAMED_RIGHT, Report, Row};
-pub use run::{overhear, run, tell};
+pub use run::{overhear, run, run_with_story};
 pub use table::table;

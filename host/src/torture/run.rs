@@ -24,7 +24,7 @@ pub fn overhear(seed: u64, servos: Firmware, mut hear: impl FnMut(Event)) -> Out
 }
 
 /// The same, told.
-pub fn tell(seed: u64, servos: Firmware) -> (Outcome, String) {
+pub fn run_with_story(seed: u64, servos: Firmware) -> (Outcome, String) {
     let mut story = Story::default();
     let case = Case::new(seed, servos);
     story.begin(&case);

@@ -35,7 +35,7 @@ impl Story {
         self.lines.push('\n');
     }
 
-    pub(super) fn tell(&mut self, now_us: u64, what: impl FnOnce() -> String) {
+    pub(super) fn append(&mut self, now_us: u64, what: impl FnOnce() -> String) {
         if !self.is_untold {
             // Writing to a string cannot fail.
             let _ = writeln!(self.lines, "{:>9.3} ms  {}", now_us as f64 * 1e-3, what());
@@ -72,7 +72,7 @@ impl Story {
     }
 
     pub(super) fn injects(&mut self, now_us: u64, injection: &Injection) {
-        self.tell(now_us, || {
+        self.append(now_us, || {
             let Injection {
                 kind,
                 lasts_us,
@@ -96,7 +96,7 @@ impl Story {
         }
         let record = world.driver().record;
         let trip = world.driver().trip;
-        self.tell(now_us, || {
+        self.append(now_us, || {
             let state = record.map_or_else(String::new, |record| {
                 format!(
                     "; tick {}, q {:.3?} rad, dq {:.2?} rad/s, PWM {:?}, {:?}",

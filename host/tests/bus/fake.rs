@@ -63,7 +63,7 @@ impl<B: Bus> Line for &mut FakeLine<B> {
         Ok(())
     }
 
-    fn hear(&mut self, until: Instant) -> io::Result<Vec<u8>> {
+    fn receive(&mut self, until: Instant) -> io::Result<Vec<u8>> {
         let ready = if self.pending.is_empty() {
             until
         } else {

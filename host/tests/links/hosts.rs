@@ -150,19 +150,19 @@ struct Mortal {
 impl Host for Mortal {
     type Error = String;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], String> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], String> {
         match self.end.try_recv() {
             Ok(true) => panic!("as told"),
             Ok(false) => Err("as told".into()),
             Err(_) => self
                 .station
-                .speak(now_us)
+                .transmit(now_us)
                 .map_err(|error| error.to_string()),
         }
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), String> {
-        let heard = self.station.hear(now_us, bytes);
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), String> {
+        let heard = self.station.receive(now_us, bytes);
         heard.map_err(|error| error.to_string())
     }
 
@@ -219,7 +219,7 @@ fn a_host_that_does_not_read_holds_up_nothing() {
     // Says hello, arms, holds the arm.
     until("armed", || {
         line.send(client.transmit(now_us())).unwrap();
-        let bytes = line.hear(Instant::now() + Duration::from_millis(10));
+        let bytes = line.receive(Instant::now() + Duration::from_millis(10));
         let mut wish = None;
         client.receive(&bytes.unwrap(), |said| match said {
             Said::Told(ToHost::Board(report)) => session = Some(report.session),
@@ -245,7 +245,7 @@ fn a_host_that_does_not_read_holds_up_nothing() {
     let (mut mode, mut damaged) = (None, 0);
     until("the board is heard again", || {
         line.send(client.transmit(now_us())).unwrap();
-        let bytes = line.hear(Instant::now() + Duration::from_millis(10));
+        let bytes = line.receive(Instant::now() + Duration::from_millis(10));
         client.receive(&bytes.unwrap(), |said| {
             if let Said::Told(ToHost::Record(record)) = said {
                 mode = Some(record.mode);

@@ -5,7 +5,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
 use super::app_core::{BusAction, TickSamples};
-use super::channels::Notice;
+use super::channels::Notification;
 use super::{Bridge, Progress};
 use crate::control_loop::Violation;
 use crate::link::message::{Fault, Refusal};
@@ -52,63 +52,65 @@ where
             }
             BusEvent::GivenBack => {}
             BusEvent::FirmwareChanged => self.trip(Violation::plain(Fault::FirmwareChanged)),
-            BusEvent::Mixed(firmwares) => self.tell(Notice::Mixed(firmwares)),
-            BusEvent::Absent(joint, missing) => self.tell(Notice::Absent(joint as u8, missing)),
-            BusEvent::Unprepared(joint) => self.tell(Notice::Unprepared(joint as u8)),
+            BusEvent::Mixed(firmwares) => self.notify(Notification::Mixed(firmwares)),
+            BusEvent::Absent(joint, missing) => {
+                self.notify(Notification::Absent(joint as u8, missing));
+            }
+            BusEvent::Unprepared(joint) => self.notify(Notification::Unprepared(joint as u8)),
         }
         Progress::Searching
     }
 
-    /// Queues a notice for the host. It is lost if the host does not fetch them.
-    fn tell(&mut self, notice: Notice) {
-        let _ = self.end.notices.enqueue(notice);
+    /// Queues a notification for the host. It is lost if the host does not fetch it.
+    fn notify(&mut self, notification: Notification) {
+        let _ = self.end.notifications.enqueue(notification);
     }
 
     /// Notifies the host of firmware, speed and readiness of the servos.
     pub(super) fn announce(&mut self) {
         let bus = &self.sequencer;
-        let notice = if bus.is_ticking() {
-            Notice::Found(bus.firmware(), bus.baud(), bus.is_prepared())
+        let notification = if bus.is_ticking() {
+            Notification::Found(bus.firmware(), bus.baud(), bus.is_prepared())
         } else if self.core.state() == State::Passthrough {
-            Notice::Passthrough
+            Notification::Passthrough
         } else {
             return;
         };
-        self.tell(notice);
+        self.notify(notification);
     }
 
     /// Switches torque off and latches the first cause. The stop sequence follows at once
     /// on the bus.
     pub(super) fn trip(&mut self, violation: Violation) {
         self.core.trip(violation);
-        self.heed_core();
+        self.apply_core_actions();
     }
 
     /// Applies an event to the supervisor's state.
     pub(super) fn apply(&mut self, event: Event) -> Result<(), Refusal> {
         let result = self.core.apply(event);
-        self.heed_core();
+        self.apply_core_actions();
         result
     }
 
     /// Carries the core's decisions out on the bus, and notifies the host.
-    pub(super) fn heed_core(&mut self) {
+    pub(super) fn apply_core_actions(&mut self) {
         if self.core.state() != State::Passthrough {
             self.gateway.end_relay();
         }
         match self.core.take_bus_action() {
             Some(BusAction::Halt) => self.sequencer.force_off(self.core.now_us()),
-            Some(BusAction::HandOver) => self.tell(Notice::Passthrough),
+            Some(BusAction::HandOver) => self.notify(Notification::Passthrough),
             Some(BusAction::Search) | None => {}
         }
         if let Some(conclusion) = self.core.take_conclusion() {
-            self.tell(Notice::Concluded(conclusion));
+            self.notify(Notification::Concluded(conclusion));
         }
         if let Some(trip) = self.core.take_trip() {
-            self.tell(Notice::Tripped(trip));
+            self.notify(Notification::Tripped(trip));
         }
         if let Some(report) = self.sequencer.take_off_report() {
-            self.tell(Notice::Off(report));
+            self.notify(Notification::Off(report));
         }
     }
 
@@ -131,7 +133,7 @@ where
     }
 
     fn judge_temperature(&mut self, joint: usize, value: u16) {
-        self.tell(Notice::Temperature(joint as u8, value));
+        self.notify(Notification::Temperature(joint as u8, value));
         let limits = self.core.config().limits();
         let first = self
             .first_temperature

@@ -12,7 +12,7 @@
 //! epoch before: what was sent before a stop cannot act after it, and what was meant for
 //! one session is not obeyed in the next.
 //!
-//! Records and notices are dropped when the host does not fetch them; records are
+//! Records and notifications are dropped when the host does not fetch them; records are
 //! counted then. The client of the transparent port has queues of bytes, one each way.
 //! A [`QueueWatch`] shows whether there is something new in them, without an end.
 
@@ -31,8 +31,8 @@ use crate::servo::Firmware;
 
 /// Commands that fit between two ticks. A spsc queue holds one less than this.
 const REQUESTS: usize = 8;
-/// Notices that fit on the way to the host, such as acknowledgements.
-const NOTICES: usize = 16;
+/// Notifications that fit on the way to the host, such as acknowledgements.
+const NOTIFICATIONS: usize = 16;
 /// Records that fit on the way to the host, 104 bytes each: at 1 kHz, 15 ms worth.
 ///
 /// That is for the board's own end of the link, which is away for 2 ms at the most:
@@ -74,9 +74,9 @@ struct SignalCounters {
     heartbeats: AtomicU8,
 }
 
-/// Notice of the tick to the link.
+/// Notification of the tick to the link.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Notice {
+pub(super) enum Notification {
     /// A command was not taken: a stop or a hello came after it.
     Dropped(u16),
     /// The answer to a command.
@@ -111,7 +111,7 @@ pub(super) enum Notice {
 #[derive(Default)]
 pub struct Channels {
     requests: Channel<HostRequest, REQUESTS>,
-    notices: Channel<Notice, NOTICES>,
+    notifications: Channel<Notification, NOTIFICATIONS>,
     records: Channel<Record, RECORDS>,
     from_client: Channel<u8, CLIENT_BYTES>,
     to_client: Channel<u8, CLIENT_BYTES>,
@@ -124,7 +124,7 @@ impl Channels {
     pub const fn new() -> Self {
         Self {
             requests: Channel::new(),
-            notices: Channel::new(),
+            notifications: Channel::new(),
             records: Channel::new(),
             from_client: Channel::new(),
             to_client: Channel::new(),
@@ -142,14 +142,14 @@ impl Channels {
     /// The three ends: for the tick, for the link, for the transparent port.
     pub fn split(&mut self) -> (BridgeEnd<'_>, LinkEnd<'_>, PortEnd<'_>) {
         let (requests_in, requests_out) = self.requests.split();
-        let (notices_in, notices_out) = self.notices.split();
+        let (notifications_in, notifications_out) = self.notifications.split();
         let (records_in, records_out) = self.records.split();
         let (client_in, client_out) = self.from_client.split();
         let (answers_in, answers_out) = self.to_client.split();
         (
             BridgeEnd {
                 requests: requests_out,
-                notices: notices_in,
+                notifications: notifications_in,
                 records: records_in,
                 signals: &self.signals,
                 seen: SeenSignals::of(&self.signals),
@@ -161,7 +161,7 @@ impl Channels {
             },
             LinkEnd {
                 requests: requests_in,
-                notices: notices_out,
+                notifications: notifications_out,
                 records: records_out,
                 signals: &self.signals,
             },
@@ -201,7 +201,7 @@ impl SeenSignals {
 /// The tick's end.
 pub struct BridgeEnd<'a> {
     requests: Receiver<'a, HostRequest, REQUESTS>,
-    pub(super) notices: Sender<'a, Notice, NOTICES>,
+    pub(super) notifications: Sender<'a, Notification, NOTIFICATIONS>,
     pub(super) records: Sender<'a, Record, RECORDS>,
     signals: &'a SignalCounters,
     seen: SeenSignals,
@@ -211,7 +211,7 @@ pub struct BridgeEnd<'a> {
 /// The link's end.
 pub struct LinkEnd<'a> {
     requests: Sender<'a, HostRequest, REQUESTS>,
-    pub(super) notices: Receiver<'a, Notice, NOTICES>,
+    pub(super) notifications: Receiver<'a, Notification, NOTIFICATIONS>,
     pub(super) records: Receiver<'a, Record, RECORDS>,
     signals: &'a SignalCounters,
 }
@@ -226,14 +226,14 @@ pub struct QueueWatch<'a> {
 }
 
 impl QueueWatch<'_> {
-    /// Whether there is a new record or notice for the host.
-    pub fn has_link_news(&mut self) -> bool {
+    /// Whether there is a new record or notification for the host.
+    pub fn has_link_activity(&mut self) -> bool {
         is_new(self.for_link, &mut self.link_seen)
     }
 
     /// Whether there is a new byte for the client of the transparent port, or new room for
     /// one from it.
-    pub fn has_client_news(&mut self) -> bool {
+    pub fn has_client_activity(&mut self) -> bool {
         is_new(self.for_client, &mut self.client_seen)
     }
 }
@@ -250,7 +250,7 @@ impl<'a> BridgeEnd<'a> {
     /// A watch over this end's queues.
     pub fn watch(&self) -> QueueWatch<'a> {
         QueueWatch {
-            for_link: [self.records.sent(), self.notices.sent()],
+            for_link: [self.records.sent(), self.notifications.sent()],
             for_client: [
                 self.client.to_client.sent(),
                 self.client.from_client.received(),

@@ -7,7 +7,7 @@
 //! that is older than one already heard is not obeyed either, and garbage that
 //! outweighs the frames is an emergency stop: see [`SPOILED_MAX`].
 
-use super::channels::{LinkEnd, Notice};
+use super::channels::{LinkEnd, Notification};
 use super::command::{ValidatedCommand, validate};
 use crate::control::Trajectory;
 use crate::control_loop::limits::MOTION;
@@ -36,7 +36,7 @@ pub struct LinkPort<'a> {
     encoder: Encoder,
     /// The host has said hello with our schema.
     is_greeted: bool,
-    owed: Owed,
+    pending: PendingMessages,
     /// A motion that waits for its start point.
     waiting: Option<(u16, Motion)>,
     /// The answer to a command that never got to the tick.
@@ -55,7 +55,7 @@ pub struct LinkPort<'a> {
 
 /// Messages about the board itself that are due to the host.
 #[derive(Clone, Copy, Debug, Default)]
-struct Owed {
+struct PendingMessages {
     hello: bool,
     report: bool,
     settings: bool,
@@ -87,7 +87,7 @@ impl<'a> LinkPort<'a> {
             decoder: Decoder::default(),
             encoder: Encoder::default(),
             is_greeted: false,
-            owed: Owed::default(),
+            pending: PendingMessages::default(),
             waiting: None,
             answered: None,
             report,
@@ -102,7 +102,7 @@ impl<'a> LinkPort<'a> {
     /// Sets the use of the stack; the host gets a new report when it grows.
     pub fn set_stack(&mut self, stack: Stack) {
         let stack = Some(stack);
-        self.owed.report |= self.is_greeted && self.report.stack != stack;
+        self.pending.report |= self.is_greeted && self.report.stack != stack;
         self.report.stack = stack;
     }
 
@@ -144,7 +144,7 @@ impl<'a> LinkPort<'a> {
                 }
                 // Intact but strange: a host of another build. Our hello lets
                 // it tell its user so.
-                Some(Err(FrameError::Version(_) | FrameError::Schema)) => self.owed.hello = true,
+                Some(Err(FrameError::Version(_) | FrameError::Schema)) => self.pending.hello = true,
                 Some(Err(FrameError::Damaged | FrameError::Direction)) | None => {}
             }
         }
@@ -159,9 +159,9 @@ impl<'a> LinkPort<'a> {
         match received.message {
             ToBoard::Hello(hello) => {
                 self.is_greeted = hello.schema == schema::HASH;
-                self.owed.hello = true;
-                self.owed.report = true;
-                self.owed.settings = true;
+                self.pending.hello = true;
+                self.pending.report = true;
+                self.pending.settings = true;
                 if self.is_greeted {
                     self.report.session = self.report.session.wrapping_add(1);
                 }
@@ -169,8 +169,8 @@ impl<'a> LinkPort<'a> {
                 // Drops what was meant for an earlier host: an old acknowledgement might
                 // be taken for this one's.
                 self.forget_records();
-                while let Some(notice) = self.end.notices.dequeue() {
-                    if let Notice::Ack(sequence, result, _) = notice {
+                while let Some(notification) = self.end.notifications.dequeue() {
+                    if let Notification::Ack(sequence, result, _) = notification {
                         self.settle(sequence, result);
                     }
                 }
@@ -184,7 +184,7 @@ impl<'a> LinkPort<'a> {
             }
             // From any host, and however late.
             ToBoard::Stop => self.end.stop(StopSource::Host),
-            _ if !self.is_greeted => self.owed.hello = true,
+            _ if !self.is_greeted => self.pending.hello = true,
             _ if !self.is_newer(sequence) => {
                 self.answered = Some((sequence, Err(Refusal::Stale)));
             }
@@ -241,11 +241,11 @@ impl<'a> LinkPort<'a> {
         }
         if let Some((_, setup)) = setup {
             self.settings.setup = setup;
-            self.owed.settings = true;
+            self.pending.settings = true;
         }
         if let Some((_, limits)) = limits {
             self.settings.limits = limits;
-            self.owed.settings = true;
+            self.pending.settings = true;
         }
     }
 
@@ -315,7 +315,7 @@ impl<'a> LinkPort<'a> {
 
     /// The next message, records apart: they are encoded where they lie.
     fn next_message(&mut self) -> Option<ToHost> {
-        if core::mem::take(&mut self.owed.hello) {
+        if core::mem::take(&mut self.pending.hello) {
             return Some(ToHost::Hello(schema::HELLO));
         }
         if let Some((sequence, result)) = self.answered.take() {
@@ -330,15 +330,15 @@ impl<'a> LinkPort<'a> {
             self.forget_records();
             return None;
         }
-        if core::mem::take(&mut self.owed.report) {
+        if core::mem::take(&mut self.pending.report) {
             return Some(ToHost::Board(self.report));
         }
-        if core::mem::take(&mut self.owed.settings) {
+        if core::mem::take(&mut self.pending.settings) {
             return Some(ToHost::Settings(self.settings));
         }
-        while let Some(notice) = self.end.notices.dequeue() {
-            let message = match notice {
-                Notice::Dropped(sequence) => {
+        while let Some(notification) = self.end.notifications.dequeue() {
+            let message = match notification {
+                Notification::Dropped(sequence) => {
                     self.settle(sequence, Err(Refusal::Stale));
                     self.saving.take_if(|(saving, _)| *saving == sequence);
                     Some(ToHost::Ack {
@@ -347,23 +347,25 @@ impl<'a> LinkPort<'a> {
                         moment: None,
                     })
                 }
-                Notice::Ack(sequence, result, moment) => self.ack(sequence, result, moment),
-                Notice::Began(moment) => Some(ToHost::Began(moment)),
-                Notice::Absent(joint, missing) => Some(ToHost::Absent { joint, missing }),
-                Notice::Found(firmware, baud, is_ready) => Some(ToHost::Found {
+                Notification::Ack(sequence, result, moment) => self.ack(sequence, result, moment),
+                Notification::Began(moment) => Some(ToHost::Began(moment)),
+                Notification::Absent(joint, missing) => Some(ToHost::Absent { joint, missing }),
+                Notification::Found(firmware, baud, is_ready) => Some(ToHost::Found {
                     firmware,
                     baud,
                     is_ready,
                 }),
-                Notice::Mixed(firmwares) => Some(ToHost::Mixed(firmwares)),
-                Notice::Passthrough => Some(ToHost::Passthrough),
-                Notice::Unprepared(joint) => Some(ToHost::Unprepared { joint }),
-                Notice::Port(counters) => Some(ToHost::Port(counters)),
-                Notice::Tripped(trip) => Some(ToHost::Tripped(trip)),
-                Notice::Off(report) => Some(ToHost::Off(report)),
-                Notice::Concluded(conclusion) => Some(ToHost::Concluded(conclusion)),
-                Notice::Temperature(joint, value) => Some(ToHost::Temperature { joint, value }),
-                Notice::StartPoint(sequence, start, moment) => {
+                Notification::Mixed(firmwares) => Some(ToHost::Mixed(firmwares)),
+                Notification::Passthrough => Some(ToHost::Passthrough),
+                Notification::Unprepared(joint) => Some(ToHost::Unprepared { joint }),
+                Notification::Port(counters) => Some(ToHost::Port(counters)),
+                Notification::Tripped(trip) => Some(ToHost::Tripped(trip)),
+                Notification::Off(report) => Some(ToHost::Off(report)),
+                Notification::Concluded(conclusion) => Some(ToHost::Concluded(conclusion)),
+                Notification::Temperature(joint, value) => {
+                    Some(ToHost::Temperature { joint, value })
+                }
+                Notification::StartPoint(sequence, start, moment) => {
                     self.plan(sequence, start);
                     Some(ToHost::Departs { sequence, moment })
                 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!        LinkPort, PortEnd (thread)                          servo UART (interrupt)
-//!              | commands, signals        records, notices         | bytes
+//!              | commands, signals    records, notifications       | bytes
 //!      +-------v------------------------------------^--+   +-------v--------+
 //!      |                   Channels                    |   |  BusSequencer  |
 //!      +-------+------------------------------------^--+   +---^-------+----+
@@ -141,9 +141,9 @@ where
     pub fn poll(&mut self, now_us: u64) -> nb::Result<Progress, Infallible> {
         let now_us = self.monotonic_now(now_us);
         self.core.check_state();
-        self.heed_core();
+        self.apply_core_actions();
         self.take_requests();
-        self.listen_to_client();
+        self.poll_client();
         self.sequencer.permit(self.leave(), now_us);
         if let Some(event) = self.sequencer.poll(now_us) {
             let progress = self.take_bus_event(event);
@@ -238,7 +238,7 @@ where
             self.core.period_us(least_us)
         };
         let command = self.core.begin_tick(least_us);
-        self.heed_core();
+        self.apply_core_actions();
         self.sequencer.permit(self.leave(), self.core.now_us());
         let (tick, dropouts) = (self.core.tick(), self.dropouts());
         self.sequencer
@@ -260,7 +260,7 @@ where
     /// Decides the tick. Bracket it with a stopwatch for [`Bridge::publish`].
     pub fn decide(&mut self) {
         self.core.decide(&self.sampled, &mut self.record);
-        self.heed_core();
+        self.apply_core_actions();
     }
 
     /// Publishes the tick's record. True if the tick began in time and went through every

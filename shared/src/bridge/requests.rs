@@ -6,7 +6,7 @@ use embedded_hal_nb::serial::{Read, Write};
 
 use super::Bridge;
 use super::app_core::BusFacts;
-use super::channels::{HostRequest, Notice};
+use super::channels::{HostRequest, Notification};
 use super::command::ValidatedCommand;
 use crate::control_loop::Violation;
 use crate::link::message::{Fault, Refusal, StopSource};
@@ -30,8 +30,8 @@ where
                 self.core.note_host();
                 self.take_command(request);
             } else {
-                let notice = Notice::Dropped(request.sequence);
-                let _ = self.end.notices.enqueue(notice);
+                let notification = Notification::Dropped(request.sequence);
+                let _ = self.end.notifications.enqueue(notification);
             }
         }
         if has_left {
@@ -55,19 +55,22 @@ where
                 // Never refused.
                 let _ = self.apply(Event::Disarm);
             }
-            self.greet();
+            self.begin_session();
         }
         signals.goodbye && !signals.hello
     }
 
     /// Takes a hello of the host.
-    fn greet(&mut self) {
-        self.core.greet();
-        self.heed_core();
-        let _ = self.end.notices.enqueue(Notice::Began(self.core.moment()));
+    fn begin_session(&mut self) {
+        self.core.begin_session();
+        self.apply_core_actions();
+        let _ = self
+            .end
+            .notifications
+            .enqueue(Notification::Began(self.core.moment()));
         self.announce();
         if let Some(trip) = self.core.cause() {
-            let _ = self.end.notices.enqueue(Notice::Tripped(trip));
+            let _ = self.end.notifications.enqueue(Notification::Tripped(trip));
         }
     }
 
@@ -77,16 +80,16 @@ where
         } = request;
         self.gateway.claim(self.core.now_us());
         let moment = self.core.moment();
-        let notice = if matches!(command, ValidatedCommand::StartPoint) {
+        let notification = if matches!(command, ValidatedCommand::StartPoint) {
             self.core.start_point().map_or_else(
-                |refusal| Notice::Ack(sequence, Err(refusal), moment),
-                |start| Notice::StartPoint(sequence, start, moment),
+                |refusal| Notification::Ack(sequence, Err(refusal), moment),
+                |start| Notification::StartPoint(sequence, start, moment),
             )
         } else {
-            Notice::Ack(sequence, self.perform(command), moment)
+            Notification::Ack(sequence, self.perform(command), moment)
         };
         // Lost if the host does not fetch them: it repeats its hello.
-        let _ = self.end.notices.enqueue(notice);
+        let _ = self.end.notifications.enqueue(notification);
     }
 
     fn perform(&mut self, command: ValidatedCommand) -> Result<(), Refusal> {
@@ -99,7 +102,7 @@ where
         let prepares = matches!(command, ValidatedCommand::Prepare) && !bus.is_prepared;
         let restores = matches!(command, ValidatedCommand::Release) && is_stock;
         let result = self.core.command(command, bus);
-        self.heed_core();
+        self.apply_core_actions();
         if result.is_ok() && prepares {
             self.sequencer.prepare();
         } else if result.is_ok() && restores {

@@ -5,7 +5,7 @@
 //! chosen poles, and [`stability`] says whether a closed loop decays. All run at
 //! set-up, on the board as on the host.
 
-mod elimination;
+mod linear_solve;
 pub mod placement;
 pub mod riccati;
 pub mod stability;

@@ -21,7 +21,7 @@
 use crate::real::Real;
 use nalgebra::{ComplexField, SMatrix};
 
-use super::elimination;
+use super::linear_solve;
 
 /// What the equation gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,13 +63,13 @@ pub fn solve<T: Real, const N: usize, const M: usize>(
     if !(is_finite(a) && is_finite(b) && is_finite(q) && is_finite(r)) {
         return Err(Error::NotFinite);
     }
-    let [weighted] = elimination::solve(r, [&b.transpose()]).ok_or(Error::Singular)?;
+    let [weighted] = linear_solve::solve(r, [&b.transpose()]).ok_or(Error::Singular)?;
     let mut power = *a;
     let mut g = symmetric(b * weighted);
     let mut h = *q;
     for _ in 0..MOST_ITERATIONS {
         let w = SMatrix::identity() + g * h;
-        let [w_a, w_g] = elimination::solve(&w, [&power, &g]).ok_or(Error::Singular)?;
+        let [w_a, w_g] = linear_solve::solve(&w, [&power, &g]).ok_or(Error::Singular)?;
         g = symmetric(g + power * w_g * power.transpose());
         h = symmetric(h + power.transpose() * h * w_a);
         power *= w_a;
@@ -91,7 +91,7 @@ fn gain<T: Real, const N: usize, const M: usize>(
     cost: SMatrix<T, N, N>,
 ) -> Result<Solution<T, N, M>, Error> {
     let b_cost = b.transpose() * cost;
-    let [gain] = elimination::solve(&(r + b_cost * b), [&(b_cost * a)]).ok_or(Error::Singular)?;
+    let [gain] = linear_solve::solve(&(r + b_cost * b), [&(b_cost * a)]).ok_or(Error::Singular)?;
     if is_finite(&gain) {
         Ok(Solution { gain, cost })
     } else {

@@ -2,7 +2,7 @@
 //!
 //! Flash is two pages ([`NorFlash::ERASE_SIZE`] each). One is a log to which each
 //! save appends the settings and then, when they have been read back, a receipt;
-//! the other is erased. `slot` keeps a log, `record` says what is in it, and
+//! the other is erased. `page` keeps a log, `record` says what is in it, and
 //! [`memory`] is flash for those who have none.
 //!
 //! # When pages are erased
@@ -35,15 +35,15 @@
 //! [`SettingsFrom`] says so until settings are saved again.
 
 pub mod memory;
+mod page;
 mod record;
-mod slot;
 #[cfg(test)]
 mod tests;
 
 use crate::link::message::{Settings, SettingsFrom};
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind};
+use page::{FlashError, Page, PageScan};
 use record::{RECEIPT_LEN, Record, SETTINGS_MAX, Unusable};
-use slot::{Slot, Survey, Trouble};
 
 /// Settings in the first two pages of this flash.
 #[derive(Debug)]
@@ -74,29 +74,29 @@ pub enum SaveError {
     Mismatch,
 }
 
-impl From<Trouble> for PrepareError {
-    fn from(trouble: Trouble) -> Self {
-        match trouble {
-            Trouble::Flash(kind) => Self::Flash(kind),
-            Trouble::Full => Self::TooSmall,
-            Trouble::Mismatch => Self::Worn,
+impl From<FlashError> for PrepareError {
+    fn from(error: FlashError) -> Self {
+        match error {
+            FlashError::Driver(kind) => Self::Flash(kind),
+            FlashError::Full => Self::TooSmall,
+            FlashError::Mismatch => Self::Worn,
         }
     }
 }
 
-impl From<Trouble> for SaveError {
-    fn from(trouble: Trouble) -> Self {
-        match trouble {
-            Trouble::Flash(kind) => Self::Flash(kind),
-            Trouble::Full => Self::Full,
-            Trouble::Mismatch => Self::Mismatch,
+impl From<FlashError> for SaveError {
+    fn from(error: FlashError) -> Self {
+        match error {
+            FlashError::Driver(kind) => Self::Flash(kind),
+            FlashError::Full => Self::Full,
+            FlashError::Mismatch => Self::Mismatch,
         }
     }
 }
 
 impl<F: NorFlash> Store<F> {
     /// Bytes of a page that one save takes at most.
-    const COST: u32 = Slot::<F>::cost(SETTINGS_MAX) + Slot::<F>::cost(RECEIPT_LEN);
+    const COST: u32 = Page::<F>::cost(SETTINGS_MAX) + Page::<F>::cost(RECEIPT_LEN);
 
     /// Settings in this flash, which is not touched yet.
     pub const fn new(flash: F) -> Self {
@@ -116,35 +116,35 @@ impl<F: NorFlash> Store<F> {
     pub fn prepare(&mut self, saves: u32) -> Result<(), PrepareError> {
         let mut needed = saves.saturating_mul(Self::COST);
         // Beside them there are the settings in force.
-        let most = Slot::<F>::ROOM.saturating_sub(Self::COST);
+        let most = Page::<F>::ROOM.saturating_sub(Self::COST);
         if self.flash.capacity() < 2 * F::ERASE_SIZE || most < needed {
             return Err(PrepareError::TooSmall);
         }
         let Some(log) = self.log()? else {
             return Ok(());
         };
-        let spare = 1 - log.slot;
+        let spare = 1 - log.page;
         if !log.is_alone {
-            self.slot(spare).erase()?;
+            self.page(spare).erase()?;
         }
-        let settings = log.survey.settings();
-        let unreceipted = settings.filter(|record| log.survey.receipt < Some(record.generation));
+        let settings = log.scan.settings();
+        let unreceipted = settings.filter(|record| log.scan.receipt < Some(record.generation));
         if unreceipted.is_some() {
-            needed += Slot::<F>::cost(RECEIPT_LEN);
+            needed += Page::<F>::cost(RECEIPT_LEN);
         }
-        if log.survey.room >= needed {
+        if log.scan.room >= needed {
             return match unreceipted {
-                Some(record) => Ok(self.append_receipt(log.slot, record.generation)?),
+                Some(record) => Ok(self.append_receipt(log.page, record.generation)?),
                 None => Ok(()),
             };
         }
         let generation = log.next_generation();
         if let Some(record) = settings {
             let record = record.renumbered(generation).bytes();
-            self.append_settings(spare, &record.ok_or(Trouble::Full)?)?;
+            self.append_settings(spare, &record.ok_or(FlashError::Full)?)?;
         }
         self.append_receipt(spare, generation)?;
-        self.slot(log.slot).erase()?;
+        self.page(log.page).erase()?;
         Ok(())
     }
 
@@ -155,7 +155,7 @@ impl<F: NorFlash> Store<F> {
         let from = match self.log() {
             Err(_) => SettingsFrom::Unreadable,
             Ok(None) => SettingsFrom::Default,
-            Ok(Some(log)) => match log.survey.settings().map(|record| record.settings()) {
+            Ok(Some(log)) => match log.scan.settings().map(|record| record.settings()) {
                 Some(Ok(settings)) => {
                     if accept(&settings) {
                         return (settings, SettingsFrom::Saved);
@@ -175,56 +175,58 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`SaveError`].
     pub fn save(&mut self, settings: &Settings) -> Result<(), SaveError> {
-        let (slot, room, generation) = match self.log()? {
-            Some(log) if log.survey.has_receipt_for(settings) => return Ok(()),
-            Some(log) => (log.slot, log.survey.room, log.next_generation()),
-            None => (0, Slot::<F>::ROOM, 1),
+        let (page, room, generation) = match self.log()? {
+            Some(log) if log.scan.has_receipt_for(settings) => return Ok(()),
+            Some(log) => (log.page, log.scan.room, log.next_generation()),
+            None => (0, Page::<F>::ROOM, 1),
         };
         if room < Self::COST {
             return Err(SaveError::Full);
         }
         let record = record::of_settings(settings, generation).ok_or(SaveError::Full)?;
-        self.append_settings(slot, &record)?;
-        self.append_receipt(slot, generation)?;
+        self.append_settings(page, &record)?;
+        self.append_receipt(page, generation)?;
         Ok(())
     }
 
     /// The page in use: the one with the highest generation or, where there is
     /// none, one that is not blank.
-    fn log(&mut self) -> Result<Option<Log>, Trouble> {
-        let (first, second) = (self.slot(0).survey()?, self.slot(1).survey()?);
+    fn log(&mut self) -> Result<Option<Log>, FlashError> {
+        let (first, second) = (self.page(0).scan()?, self.page(1).scan()?);
         if first.is_blank && second.is_blank {
             return Ok(None);
         }
         let is_alone = first.is_blank || second.is_blank;
         let is_second = first.is_blank || first.generation() < second.generation();
         Ok(Some(Log {
-            slot: u32::from(is_second),
-            survey: if is_second { second } else { first },
+            page: u32::from(is_second),
+            scan: if is_second { second } else { first },
             is_alone,
         }))
     }
 
-    fn slot(&mut self, number: u32) -> Slot<'_, F> {
-        Slot::new(&mut self.flash, number)
+    fn page(&mut self, number: u32) -> Page<'_, F> {
+        Page::new(&mut self.flash, number)
     }
 
     /// Appends settings, and reads them back.
-    fn append_settings(&mut self, slot: u32, record: &[u8]) -> Result<(), Trouble> {
-        self.slot(slot).append(record)?;
-        match self.slot(slot).survey()?.newest {
+    fn append_settings(&mut self, page: u32, record: &[u8]) -> Result<(), FlashError> {
+        self.page(page).append(record)?;
+        match self.page(page).scan()?.newest {
             Some((_, bytes)) if bytes == *record => Ok(()),
-            _ => Err(Trouble::Mismatch),
+            _ => Err(FlashError::Mismatch),
         }
     }
 
-    fn append_receipt(&mut self, slot: u32, generation: u32) -> Result<(), Trouble> {
-        let receipt = Record::receipt(generation).bytes().ok_or(Trouble::Full)?;
-        self.slot(slot).append(&receipt)?;
-        if self.slot(slot).survey()?.receipt == Some(generation) {
+    fn append_receipt(&mut self, page: u32, generation: u32) -> Result<(), FlashError> {
+        let receipt = Record::receipt(generation)
+            .bytes()
+            .ok_or(FlashError::Full)?;
+        self.page(page).append(&receipt)?;
+        if self.page(page).scan()?.receipt == Some(generation) {
             Ok(())
         } else {
-            Err(Trouble::Mismatch)
+            Err(FlashError::Mismatch)
         }
     }
 }
@@ -232,15 +234,15 @@ impl<F: NorFlash> Store<F> {
 /// The page in use.
 struct Log {
     /// Its number.
-    slot: u32,
-    survey: Survey,
+    page: u32,
+    scan: PageScan,
     /// The other page is blank.
     is_alone: bool,
 }
 
 impl Log {
     fn next_generation(&self) -> u32 {
-        let last = self.survey.generation();
+        let last = self.scan.generation();
         last.map_or(1, |generation| generation.saturating_add(1))
     }
 }

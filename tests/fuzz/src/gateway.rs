@@ -3,7 +3,7 @@
 
 mod policy;
 
-use armbridge_shared::bridge::gateway::{Framer, Item};
+use armbridge_shared::bridge::gateway::{FrameKind, Framer};
 use armbridge_shared::servo::morpheus::HEADER as MORPHEUS;
 use armbridge_shared::servo::protocol1::frame::HEADER as STOCK;
 use armbridge_shared::servo::{Firmware, morpheus, protocol1};
@@ -100,8 +100,8 @@ impl<'a> Stream<'a> {
         for (at, byte) in self.input.iter().enumerate() {
             if quiet_every.is_some_and(|every| at % every == 0) {
                 self.now_us += QUIET_US;
-                let item = self.framer.expire(self.now_us);
-                self.take(item);
+                let kind = self.framer.expire(self.now_us);
+                self.take(kind);
             }
             // Nothing is held: what begins here ends where its length says.
             due = due.filter(|(last, _)| *last >= at);
@@ -111,12 +111,12 @@ impl<'a> Stream<'a> {
                 half = len.filter(|(len, _)| *len > begun.len()).map(|_| begun);
             }
             self.now_us += BYTE_US;
-            let item = self.framer.push(*byte, self.now_us);
+            let kind = self.framer.push(*byte, self.now_us);
             if let Some((last, firmware)) = due {
-                let expected = (at == last).then_some(Item::Packet(firmware));
-                assert_eq!(item, expected, "at {at} of {:02x?}", self.input);
+                let expected = (at == last).then_some(FrameKind::Packet(firmware));
+                assert_eq!(kind, expected, "at {at} of {:02x?}", self.input);
             }
-            self.take(item);
+            self.take(kind);
         }
         self.settle();
         assert!(
@@ -136,13 +136,13 @@ impl<'a> Stream<'a> {
     }
 
     /// Takes what was handed out: the next bytes of the input, whole.
-    fn take(&mut self, item: Option<Item>) {
-        let Some(item) = item else { return };
+    fn take(&mut self, kind: Option<FrameKind>) {
+        let Some(kind) = kind else { return };
         let bytes = self.framer.bytes();
         let rest = self.rest.strip_prefix(bytes);
         self.rest = rest.unwrap_or_else(|| panic!("{bytes:02x?} of {:02x?}", self.rest));
         assert!(!bytes.is_empty());
-        if let Item::Packet(firmware) = item {
+        if let FrameKind::Packet(firmware) = kind {
             assert_eq!(whole(bytes), Some((bytes.len(), firmware)), "{bytes:02x?}");
             self.packets.push((firmware, bytes.to_vec()));
         }
@@ -156,8 +156,8 @@ impl<'a> Stream<'a> {
                 return;
             };
             self.now_us = self.now_us.max(wake_us);
-            let item = self.framer.expire(self.now_us);
-            self.take(item);
+            let kind = self.framer.expire(self.now_us);
+            self.take(kind);
         }
         assert_eq!(self.framer.wake_at_us(), None);
     }
@@ -167,9 +167,9 @@ impl<'a> Stream<'a> {
         for (firmware, ping) in PINGS {
             for (left, byte) in (0..ping.len()).rev().zip(ping) {
                 self.now_us += BYTE_US;
-                let item = self.framer.push(byte, self.now_us);
-                let expected = (left == 0).then_some(Item::Packet(firmware));
-                assert_eq!(item, expected, "after {:02x?}", self.input);
+                let kind = self.framer.push(byte, self.now_us);
+                let expected = (left == 0).then_some(FrameKind::Packet(firmware));
+                assert_eq!(kind, expected, "after {:02x?}", self.input);
             }
             assert_eq!(self.framer.bytes(), ping);
         }

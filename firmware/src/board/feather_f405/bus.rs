@@ -6,9 +6,9 @@
 //! wakes it when all that it expects is there (see [`crate::port`]).
 
 use super::CORE_MHZ;
-use crate::end::memory;
+use crate::crash::memory;
 use crate::port::{Buffers, Line, LineError};
-use crate::stop::PolledLine;
+use crate::stop::PolledUart;
 use armbridge_shared::servo::port::bytes_us;
 use core::convert::Infallible;
 use embassy_stm32::interrupt;
@@ -117,15 +117,15 @@ fn USART3() {
         // Reading SR, then DR clears all four (section 30.6.1).
         let byte = USART3.dr().read().dr() as u8;
         if status.fe() {
-            BUFFERS.complain(LineError::Framing);
+            BUFFERS.report_error(LineError::Framing);
         } else if status.ne() {
-            BUFFERS.complain(LineError::Noise);
+            BUFFERS.report_error(LineError::Noise);
         } else {
             // After an overrun this byte is good, the one after it is lost.
             BUFFERS.received(byte);
         }
         if status.ore() {
-            BUFFERS.complain(LineError::Overrun);
+            BUFFERS.report_error(LineError::Overrun);
         }
         if BUFFERS.is_due() {
             ACTIVITY.signal(());
@@ -197,12 +197,12 @@ impl OutputPin for Direction {
 /// The bus for the stop sequence. After a reset its clock is the internal
 /// oscillator, 1 % off at room temperature, which the servos' receivers stand.
 #[derive(Debug)]
-pub struct LastLine {
+pub struct PolledBus {
     core_mhz: u32,
     byte_us: u64,
 }
 
-impl LastLine {
+impl PolledBus {
     /// Takes the port over from whoever has it.
     pub fn take() -> Self {
         set_up();
@@ -228,7 +228,7 @@ impl LastLine {
     }
 }
 
-impl PolledLine for LastLine {
+impl PolledUart for PolledBus {
     fn set_baud(&mut self, baud: u32) {
         self.byte_us = bytes_us(1, baud);
         set_divider(baud);

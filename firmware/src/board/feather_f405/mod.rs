@@ -33,7 +33,7 @@
 //!
 //! Every way down ends in the stop sequence on the bus, sent by polling: a
 //! panic and a hard fault send it and reset; after any reset, the watchdog's
-//! included, it is the first thing the program does. [`crate::end`] says within
+//! included, it is the first thing the program does. [`crate::crash`] says within
 //! which time.
 //!
 //! The emergency stop is a switch between D9 and ground that is closed in normal
@@ -47,10 +47,10 @@
 //! to 47 kHz in fact. It is started before the bridge and fed by the tick alone,
 //! at the end of each good tick and of each step of bring-up. It cannot be
 //! stopped; a program halted by a debugger is reset by it. See
-//! [`WATCHDOG_US`](crate::end::WATCHDOG_US).
+//! [`WATCHDOG_US`](crate::crash::WATCHDOG_US).
 
 pub mod bus;
-pub mod end;
+pub mod crash;
 pub mod flash;
 pub mod time;
 pub mod usb;

@@ -1,7 +1,7 @@
 //! Time: embassy's, on TIM2 at 1 MHz; the stopwatch is the cycle counter.
 
 use super::{CORE_MHZ, bus};
-use crate::run::RealTime;
+use crate::tasks::RealTime;
 use cortex_m::peripheral::DWT;
 use embassy_futures::select::select;
 use embassy_stm32::gpio::Input;

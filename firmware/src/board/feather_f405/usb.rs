@@ -11,7 +11,7 @@
 //! host program alone, so it goes without. Windows finds its driver for it
 //! (`WinUSB`) by the descriptors of Microsoft's that come with it.
 
-use crate::run::{FromClient, FromHost, LineChanges, ToHost};
+use crate::tasks::{FromClient, FromHost, LineChanges, ToHost};
 use armbridge_shared::bridge::gateway::ClientLine;
 use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
 use embassy_stm32::usb::{self, Driver, InterruptHandler};

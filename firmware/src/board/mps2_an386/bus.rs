@@ -9,9 +9,9 @@
 //! instead of the UART's interrupt handlers; all else is the same.
 
 use super::{BUS, time};
-use crate::end::memory;
+use crate::crash::memory;
 use crate::port::{Buffers, Line};
-use crate::stop::PolledLine;
+use crate::stop::PolledUart;
 use armbridge_shared::servo::port::{byte_ns, bytes_us};
 use core::cell::Cell;
 use core::convert::Infallible;
@@ -77,11 +77,11 @@ impl OutputPin for NoPin {
 
 /// The bus for the stop sequence, timed by the cycle counter alone.
 #[derive(Debug)]
-pub struct LastLine {
+pub struct PolledBus {
     byte_us: u32,
 }
 
-impl LastLine {
+impl PolledBus {
     /// Takes the port over from whoever has it.
     pub fn take() -> Self {
         time::count();
@@ -90,7 +90,7 @@ impl LastLine {
     }
 }
 
-impl PolledLine for LastLine {
+impl PolledUart for PolledBus {
     fn set_baud(&mut self, baud: u32) {
         self.byte_us = bytes_us(1, baud) as u32;
     }

@@ -9,7 +9,7 @@
 //! | thread   | sleep                                                     |
 //!
 //! Link, port and log cannot keep the tick waiting, for the reasons given for the
-//! real board in [`crate::run`], but for one: a line of the log stops the core, in
+//! real board in [`crate::tasks`], but for one: a line of the log stops the core, in
 //! a critical section, until the host has written it.
 //!
 //! QEMU takes WFE, by which embassy's thread-mode executor sleeps, for a no-op

@@ -2,7 +2,7 @@
 
 use super::uart::Uart;
 use crate::port::Buffers;
-use crate::run::{FromClient, FromHost, LineChanges, ToHost};
+use crate::tasks::{FromClient, FromHost, LineChanges, ToHost};
 use armbridge_shared::bridge::gateway::ClientLine;
 
 /// Either direction of a UART.

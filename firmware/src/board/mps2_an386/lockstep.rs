@@ -1,17 +1,17 @@
 //! The board's side of lockstep: time stands still until the bench grants it.
 //!
 //! ```text
-//! board                                    bench
+//! board                                     bench
 //!   everything is done, the tick waits
-//!   Idle { until } + all bytes sent  ---->  moves the arm to the next instant
-//!   takes the bytes                 <-----  Grant { now } + all bytes arrived
-//!   time becomes `now`, the tick runs at once, until it waits again
+//!   TimeRequest + all bytes sent     ---->  moves the arm to the next instant
+//!   takes the bytes                  <----  TimeGrant + all bytes arrived
+//!   time becomes what it says, the tick runs at once, until it waits again
 //! ```
 //!
 //! So the order of events is always the same, whatever either process does
 //! meanwhile; only measured computing times differ between runs.
 //!
-//! `Idle` goes to QEMU's standard output, `Grant` is read from its standard
+//! `TimeRequest` goes to QEMU's standard output, `TimeGrant` is read from its standard
 //! input. Waiting for a grant stops all of QEMU; a bench that closes the pipe
 //! ends it.
 //!
@@ -24,17 +24,17 @@
 
 use super::semihosting::{self, EXIT_NO_BENCH, Stdio};
 use super::{BUS, time};
-use crate::end::memory;
+use crate::crash::memory;
 use crate::settings;
 use armbridge_shared::bridge::LinkPort;
 use armbridge_shared::bridge::gateway::PortEnd;
-use armbridge_shared::lockstep::{Carries, Grant, HEADER_LEN, Idle, MESSAGE_MAX};
+use armbridge_shared::lockstep::{HEADER_LEN, MESSAGE_MAX, PayloadLens, TimeGrant, TimeRequest};
 use armbridge_shared::store::Store;
 use embassy_futures::yield_now;
 use embedded_storage::nor_flash::NorFlash;
 
-/// Runs the bridge by grants, for ever, in place of [`crate::run::link`] and
-/// [`crate::run::client`]. The real-time loop must be waiting.
+/// Runs the bridge by grants, for ever, in place of [`crate::tasks::link`] and
+/// [`crate::tasks::client`]. The real-time loop must be waiting.
 pub async fn run(
     port: &mut LinkPort<'_>,
     mut client: PortEnd<'_>,
@@ -47,26 +47,26 @@ pub async fn run(
         stdio,
         message: [0; MESSAGE_MAX],
         len: HEADER_LEN,
-        carries: Carries::default(),
+        lens: PayloadLens::default(),
     };
     loop {
         loop {
             while let Some(frame) = port.transmit() {
-                bench.carry(|carries| &mut carries.link, frame);
+                bench.append(|lens| &mut lens.link, frame);
             }
             if !settings::keep(port, store) {
                 break;
             }
         }
         while let Some(byte) = client.transmit() {
-            bench.carry(|carries| &mut carries.client, &[byte]);
+            bench.append(|lens| &mut lens.client, &[byte]);
         }
         while let Some(byte) = BUS.buffers().next_to_send() {
-            bench.carry(|carries| &mut carries.bus, &[byte]);
+            bench.append(|lens| &mut lens.bus, &[byte]);
         }
-        bench.rest(client.room());
+        bench.finish(client.room());
 
-        let grant = bench.hear(|[from_host, from_client, from_bus]| {
+        let grant = bench.receive_grant(|[from_host, from_client, from_bus]| {
             port.receive(from_host);
             // The bench knows how much room there is.
             client.receive(from_client);
@@ -87,14 +87,14 @@ struct Bench {
     message: [u8; MESSAGE_MAX],
     /// How much of the message there is.
     len: usize,
-    /// What is in it, on the way to the bench.
-    carries: Carries,
+    /// Of the bytes in it, on the way to the bench.
+    lens: PayloadLens,
 }
 
 impl Bench {
     /// Puts bytes of one kind into the message, after all of the kinds before it
-    /// in [`Carries`]; sends it when it is full, and begins another.
-    fn carry(&mut self, kind: fn(&mut Carries) -> &mut u16, mut bytes: &[u8]) {
+    /// in [`PayloadLens`]; sends it when it is full, and begins another.
+    fn append(&mut self, kind: fn(&mut PayloadLens) -> &mut u16, mut bytes: &[u8]) {
         while !bytes.is_empty() {
             let free = self.message.get_mut(self.len..).unwrap_or_default();
             let count = free.len().min(bytes.len());
@@ -108,28 +108,28 @@ impl Bench {
             }
             self.len += count;
             // Shorter than a message.
-            *kind(&mut self.carries) += count as u16;
+            *kind(&mut self.lens) += count as u16;
             bytes = later;
         }
     }
 
     /// Sends what there is, and that there is nothing left to do.
-    fn rest(&mut self, client_room: usize) {
+    fn finish(&mut self, client_room: usize) {
         self.send(client_room, true);
         self.len = 0;
     }
 
     fn send(&mut self, client_room: usize, is_last: bool) {
         let (until_us, bus_wanted) = time::waits_for();
-        let idle = Idle {
+        let request = TimeRequest {
             until_us,
             bus_wanted,
             bus_baud: memory::baud(),
             client_room: client_room as u32,
-            carries: core::mem::take(&mut self.carries),
+            lens: core::mem::take(&mut self.lens),
             is_last,
         };
-        for (slot, byte) in self.message.iter_mut().zip(idle.to_bytes()) {
+        for (slot, byte) in self.message.iter_mut().zip(request.to_bytes()) {
             *slot = byte;
         }
         if !self
@@ -143,18 +143,18 @@ impl Bench {
 
     /// Waits for a grant, and hands on what it carries: bytes of link, client and
     /// bus. Makes room for the next message to the bench.
-    fn hear(&mut self, mut take: impl FnMut([&[u8]; 3])) -> Grant {
+    fn receive_grant(&mut self, mut take: impl FnMut([&[u8]; 3])) -> TimeGrant {
         loop {
             if let Some((header, rest)) = self.received().split_first_chunk() {
-                let grant = Grant::from_bytes(*header);
-                if let Some(parts) = grant.carries.split(rest) {
+                let grant = TimeGrant::from_bytes(*header);
+                if let Some(parts) = grant.lens.split(rest) {
                     take(parts);
                     if grant.is_last {
                         self.len = HEADER_LEN;
                         return grant;
                     }
                     // What was read of the next one.
-                    let end = HEADER_LEN + grant.carries.total();
+                    let end = HEADER_LEN + grant.lens.total();
                     self.message.copy_within(end..self.len, 0);
                     self.len -= end;
                     continue;

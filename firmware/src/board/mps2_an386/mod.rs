@@ -38,7 +38,7 @@
 //!
 //! # How it ends
 //!
-//! As a real board does: see [`crate::end`]. Its sockets stay open through the
+//! As a real board does: see [`crate::crash`]. Its sockets stay open through the
 //! reset. In lockstep the bench could not follow a reset, so a panic or a fault
 //! leaves QEMU, after the stop sequence, with exit code
 //! [`semihosting::EXIT_PANIC`] or [`semihosting::EXIT_FAULT`]. Neither is there a
@@ -48,18 +48,18 @@
 //! A fault in the hard fault's own handler locks the processor up, which is the end
 //! of QEMU: it aborts.
 //!
-//! `arg=provoke=KIND@MS` makes it fail; see [`provoke`].
+//! `arg=provoke=KIND@MS` makes it fail; see [`fault_injection`].
 
 pub mod bus;
-pub mod end;
+pub mod crash;
+pub mod fault_injection;
 pub mod flash;
-pub mod guard;
 pub mod interrupt;
 pub mod link;
 pub mod lockstep;
 pub mod log;
-pub mod provoke;
 pub mod semihosting;
+pub mod stack_guard;
 pub mod time;
 pub mod uart;
 pub mod watchdog;

@@ -10,8 +10,8 @@
 //! In lockstep neither matters: the time is what the last grant said, and the
 //! real-time loop is woken by the next one (see [`super::lockstep`]).
 
-use super::{BUS, CLOCK_MHZ, bus, provoke, watchdog};
-use crate::run::RealTime;
+use super::{BUS, CLOCK_MHZ, bus, fault_injection, watchdog};
+use crate::tasks::RealTime;
 use core::cell::Cell;
 use core::ptr;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -187,7 +187,7 @@ impl RealTime for Board {
     /// There is no pin: only the bench can press it. Provoked failures happen
     /// here, because the real-time loop comes here in each of its turns.
     fn is_stop_pressed(&mut self) -> bool {
-        provoke::if_due(now_us());
+        fault_injection::if_due(now_us());
         STOP_PRESSED.load(Ordering::Relaxed)
     }
 }

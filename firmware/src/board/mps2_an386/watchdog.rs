@@ -1,7 +1,7 @@
 //! The watchdog: CMSDK APB watchdog, at 25 MHz.
 //!
 //! Its first expiry is a non-maskable interrupt, which finds out where the program
-//! hangs and ends it (see [`crate::end`]); a second one, a period later, resets the
+//! hangs and ends it (see [`crate::crash`]); a second one, a period later, resets the
 //! machine. It counts QEMU's time, so a QEMU that the host keeps waiting may be
 //! bitten without fault of its own; in slow motion its period is longer by as
 //! much, like everything else.
@@ -10,7 +10,7 @@
 //! bench, and the bench sees by itself that a board no longer answers.
 
 use super::time;
-use crate::end::WATCHDOG_US;
+use crate::crash::WATCHDOG_US;
 use core::ptr;
 
 const BASE: usize = 0x4000_8000;

@@ -153,9 +153,9 @@ impl Meddler {
 impl<H: Host> Host for Meddled<H> {
     type Error = H::Error;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
         self.bytes.clear();
-        self.bytes.extend(self.host.speak(now_us)?);
+        self.bytes.extend(self.host.transmit(now_us)?);
         let is_new = (!self.bytes.is_empty()).then(|| self.bytes.clone());
         for meddler in &mut self.meddlers {
             meddler.meddle(now_us, &self.said, &mut self.bytes);
@@ -167,11 +167,11 @@ impl<H: Host> Host for Meddled<H> {
         Ok(&self.bytes)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
         if self.is_gone(now_us) {
             return Ok(());
         }
-        self.host.hear(now_us, bytes)
+        self.host.receive(now_us, bytes)
     }
 
     fn wake_at_us(&self) -> u64 {
@@ -198,7 +198,7 @@ mod tests {
     impl Host for Counter {
         type Error = std::convert::Infallible;
 
-        fn speak(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
+        fn transmit(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
             if now_us < self.next_us {
                 return Ok(&[]);
             }
@@ -207,7 +207,7 @@ mod tests {
             Ok(&self.said)
         }
 
-        fn hear(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
+        fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
             self.heard += bytes.len();
             Ok(())
         }
@@ -232,9 +232,9 @@ mod tests {
         let mut arrived = Vec::new();
         while host.wake_at_us() < 10_000 {
             let now_us = host.wake_at_us();
-            let Ok(bytes) = host.speak(now_us);
+            let Ok(bytes) = host.transmit(now_us);
             arrived.push(bytes.to_vec());
-            let Ok(()) = host.hear(now_us, &[0]);
+            let Ok(()) = host.receive(now_us, &[0]);
         }
         (arrived, host.host.heard)
     }

@@ -17,7 +17,7 @@ impl Wire {
             if !self.master.receiving() {
                 self.master.look(now, &self.frames);
             } else if let Some(decoded) = self.master.finish(now, &self.frames) {
-                let byte = self.spoiled(decoded.byte, now);
+                let byte = self.disturbed(decoded.byte, now);
                 self.plug_out(Heard {
                     byte,
                     end_ns: now,
@@ -55,7 +55,7 @@ impl Wire {
     }
 
     /// A byte from a servo as the master hears it.
-    fn spoiled(&mut self, byte: u8, now: u64) -> u8 {
+    fn disturbed(&mut self, byte: u8, now: u64) -> u8 {
         let Some(disturbance) = &mut self.disturbance else {
             return byte;
         };

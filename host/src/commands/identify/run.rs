@@ -83,7 +83,7 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
 
 /// What the board computes with.
 fn settings_of_board(args: &IdentifyRunArgs, config: &Config) -> Result<Settings, Error> {
-    let host = link::speak(&args.link, config, Exchange::new(|_| Vec::new()))?;
+    let host = link::run_host(&args.link, config, Exchange::new(|_| Vec::new()))?;
     host.exchanged
         .before
         .ok_or_else(|| "the board did not say what it computes with; nothing has moved".into())
@@ -192,7 +192,7 @@ fn conclude(
     };
     let written = fitted.and_then(|fit| {
         fit.write_to(&folder.join(ARM_NAME))?;
-        let told = told::tell(&fit, &wish)?;
+        let told = told::describe(&fit, &wish)?;
         Ok((fit, told))
     });
     let (fit, told) = match written {

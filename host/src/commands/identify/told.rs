@@ -28,7 +28,7 @@ pub(super) struct Told {
 }
 
 /// Puts it in words, and draws the page if that is wanted.
-pub(super) fn tell(fit: &Fit, wish: &Wish<'_>) -> Result<Told, Error> {
+pub(super) fn describe(fit: &Fit, wish: &Wish<'_>) -> Result<Told, Error> {
     let forecasts = forecasts(fit, wish.held_out)?;
     let mut json = serde_json::to_value(&fit.report)?;
     json["checks"] = serde_json::to_value(&fit.checks)?;

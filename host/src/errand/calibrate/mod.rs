@@ -140,7 +140,7 @@ impl<G: Guide> Calibrate<G> {
             self.ask_for_zero(joint);
             return;
         }
-        self.tell_change();
+        self.report_change();
         self.step = Step::Confirm;
         if !self.wish.is_sure {
             self.guide.say("Save this on the board? [y/N]");
@@ -165,7 +165,7 @@ impl<G: Guide> Calibrate<G> {
         self.step = Step::Turn(joint, zero);
     }
 
-    fn tell_change(&mut self) {
+    fn report_change(&mut self) {
         let before = self
             .before
             .map_or(self.joints, |before| before.setup.joints);

@@ -75,13 +75,13 @@ impl Person {
 impl Host for Person {
     type Error = GaveUp;
 
-    fn speak(&mut self, now_us: u64) -> Result<&[u8], GaveUp> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], GaveUp> {
         self.do_as_told(now_us);
-        self.errand.speak(now_us)
+        self.errand.transmit(now_us)
     }
 
-    fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), GaveUp> {
-        self.errand.hear(now_us, bytes)
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), GaveUp> {
+        self.errand.receive(now_us, bytes)
     }
 
     fn wake_at_us(&self) -> u64 {

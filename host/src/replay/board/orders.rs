@@ -12,9 +12,9 @@ use armbridge_shared::supervisor::Event;
 
 impl Board {
     /// Replays a hello.
-    pub(in crate::replay) fn greet(&mut self, moment: Moment) {
+    pub(in crate::replay) fn begin_session(&mut self, moment: Moment) {
         self.set_time(moment);
-        self.core.greet();
+        self.core.begin_session();
         self.drain();
     }
 

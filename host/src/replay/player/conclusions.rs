@@ -23,7 +23,7 @@ pub(super) struct Conclusions {
 
 impl Conclusions {
     /// The board told this.
-    pub(super) fn hear(&mut self, conclusion: Conclusion) {
+    pub(super) fn receive(&mut self, conclusion: Conclusion) {
         self.told.push_back(conclusion);
     }
 

@@ -54,7 +54,7 @@ impl Player {
                 if self.board.mode() != Mode::Passthrough {
                     let tick = self.last.map_or(0, |last| last.tick);
                     let what = "a client of the transparent port took the bus".into();
-                    self.tally.adopt(what, tick);
+                    self.tally.count_adopted(what, tick);
                     self.board.hand_over();
                 }
                 Ok(())
@@ -93,7 +93,7 @@ impl Player {
                 self.board.set(&settings).map_err(ReplayError::Settings)?;
                 self.settings = settings;
             }
-            self.board.greet(moment);
+            self.board.begin_session(moment);
             self.begin_anew();
         }
         Ok(())
@@ -101,7 +101,7 @@ impl Player {
 
     /// A goodbye is not acknowledged. One that came just before a tick shows in it: the
     /// motors were driven until then, and are off from its beginning.
-    pub(super) fn heed_goodbye(&mut self, record: &Record) {
+    pub(super) fn apply_goodbye(&mut self, record: &Record) {
         let is_driven = self.board.mode().drive().is_some();
         if is_driven && facts::is_off(record) && self.notes.has_goodbye(record) {
             self.board.goodbye();
@@ -222,7 +222,7 @@ impl Player {
         if facts::is_external(trip.fault) {
             if !matches!(self.board.mode(), Mode::Fault(_)) {
                 let what = format!("fault {}", names::fault(trip.fault));
-                self.tally.adopt(what, trip.tick);
+                self.tally.count_adopted(what, trip.tick);
                 self.board.trip(trip);
             }
             return;

@@ -66,7 +66,7 @@ impl Model {
             }
             What::Told(_, message) => {
                 self.link.heard(event.host_ns);
-                self.told(event.host_ns, &message);
+                self.apply_message(event.host_ns, &message);
             }
             What::Lost(_, frames) => self.link.lost(frames),
             What::Garbled(direction, error) => self.link.garbled(direction, error),
@@ -104,7 +104,7 @@ impl Model {
         start_us as f64 * 1e-6 + since_ns as f64 * 1e-9
     }
 
-    fn told(&mut self, now_ns: u64, message: &ToHost) {
+    fn apply_message(&mut self, now_ns: u64, message: &ToHost) {
         match *message {
             ToHost::Hello(hello) => {
                 self.trouble = (hello.schema != schema::HASH)

@@ -152,7 +152,7 @@ impl Core {
     }
 
     /// A host says hello: what another host has armed is not for this one.
-    pub fn greet(&mut self) {
+    pub fn begin_session(&mut self) {
         if self.state().is_armed() {
             // Never refused.
             let _ = self.apply(Event::Disarm);

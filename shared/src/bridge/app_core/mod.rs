@@ -124,7 +124,7 @@ pub struct Core {
     /// Of the tick that was decided last.
     token: FlowToken,
     bus_action: Option<BusAction>,
-    trip_news: bool,
+    has_new_trip: bool,
     conclusion: Option<Conclusion>,
 }
 
@@ -155,7 +155,7 @@ impl Core {
             overruns_in_row: 0,
             token: FlowToken::default(),
             bus_action: None,
-            trip_news: false,
+            has_new_trip: false,
             conclusion: None,
         }
     }
@@ -231,7 +231,7 @@ impl Core {
 
     /// A fault that has just been latched, once.
     pub fn take_trip(&mut self) -> Option<Trip> {
-        core::mem::take(&mut self.trip_news)
+        core::mem::take(&mut self.has_new_trip)
             .then(|| self.cause())
             .flatten()
     }
@@ -260,7 +260,7 @@ impl Core {
             limit: violation.limit,
         });
         if let Some(action) = action {
-            self.trip_news = true;
+            self.has_new_trip = true;
             self.act(action);
         }
     }

@@ -41,9 +41,9 @@ const PROTOCOL2: u8 = 0xFD;
 /// Instruction and two bytes of checksum.
 const PROTOCOL2_LENGTH_MIN: usize = 3;
 
-/// What [`Framer::bytes`] hold.
+/// Kind of the frame that [`Framer::bytes`] hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Item {
+pub enum FrameKind {
     /// A packet of this firmware's protocol, whole, with any instruction and
     /// any checksum.
     Packet(Firmware),
@@ -51,22 +51,22 @@ pub enum Item {
     Raw,
 }
 
-/// What some bytes can become.
-enum Look {
+/// What bytes can become that begin in one place.
+enum PrefixClass {
     /// Nothing: the first of them is no packet's.
     Raw,
     /// Too early to say.
     Open,
     /// This, when there are so many of them.
-    Whole(Item, usize),
+    Whole(FrameKind, usize),
 }
 
-/// Turns bytes into [`Item`]s, one at a time.
+/// Turns bytes into frames, one at a time.
 #[derive(Clone, Debug, Default)]
 pub struct Framer {
-    /// The item handed out, raw bytes, and what may become a packet.
+    /// The frame handed out, raw bytes, and what may become a packet.
     bytes: Vec<u8, CAPACITY>,
-    /// Length of the item handed out.
+    /// Length of the frame handed out.
     taken: usize,
     /// Where what may become a packet begins.
     start: usize,
@@ -86,47 +86,47 @@ impl Framer {
         }
     }
 
-    /// Takes one byte; `Some` when an item is complete.
-    pub fn push(&mut self, byte: u8, now_us: u64) -> Option<Item> {
+    /// Takes one byte; `Some` when a frame is complete.
+    pub fn push(&mut self, byte: u8, now_us: u64) -> Option<FrameKind> {
         let late = self.expire(now_us);
         self.heard_us = now_us;
         // There is room: a full buffer was handed out.
         let _ = self.bytes.push(byte);
-        let look = self.look();
+        let class = self.find_start();
         if late.is_some() {
             return late;
         }
-        let (item, bytes) = match look {
-            Look::Whole(item, bytes) if self.start == 0 => {
-                (self.bytes.len() == bytes).then_some((item, bytes))?
+        let (kind, bytes) = match class {
+            PrefixClass::Whole(kind, bytes) if self.start == 0 => {
+                (self.bytes.len() == bytes).then_some((kind, bytes))?
             }
             // What begins here is a packet: all before it is not.
-            Look::Whole(..) => (Item::Raw, self.start),
-            _ if self.bytes.is_full() => (Item::Raw, self.start),
+            PrefixClass::Whole(..) => (FrameKind::Raw, self.start),
+            _ if self.bytes.is_full() => (FrameKind::Raw, self.start),
             _ => return None,
         };
         self.taken = bytes;
-        Some(item)
+        Some(kind)
     }
 
-    /// The item handed out last, until the next call of [`Framer::push`] or
+    /// The frame handed out last, until the next call of [`Framer::push`] or
     /// [`Framer::expire`].
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..self.taken).unwrap_or_default()
     }
 
-    /// The item handed out last, taken apart: the same bytes.
-    pub fn frame(&self, item: Item) -> ClientFrame<'_> {
-        let firmware = match item {
-            Item::Packet(firmware) => Some(firmware),
-            Item::Raw => None,
+    /// The frame handed out last, taken apart: the same bytes.
+    pub fn frame(&self, kind: FrameKind) -> ClientFrame<'_> {
+        let firmware = match kind {
+            FrameKind::Packet(firmware) => Some(firmware),
+            FrameKind::Raw => None,
         };
         ClientFrame::new(firmware, self.bytes())
     }
 
     /// Ends the wait for bytes that do not come: drops half a packet and hands
-    /// out what cannot be part of one, as [`Item::Raw`].
-    pub fn expire(&mut self, now_us: u64) -> Option<Item> {
+    /// out what cannot be part of one, as [`FrameKind::Raw`].
+    pub fn expire(&mut self, now_us: u64) -> Option<FrameKind> {
         self.forget_taken();
         if now_us < self.wake_at_us()? {
             return None;
@@ -139,7 +139,7 @@ impl Framer {
         }
         self.start = self.bytes.len();
         self.taken = self.start;
-        (self.taken > 0).then_some(Item::Raw)
+        (self.taken > 0).then_some(FrameKind::Raw)
     }
 
     /// When to call [`Framer::expire`], if nothing is pushed before.
@@ -166,42 +166,44 @@ impl Framer {
     }
 
     /// Looks for where a packet may begin.
-    fn look(&mut self) -> Look {
+    fn find_start(&mut self) -> PrefixClass {
         loop {
             let (raw, begun) = self.bytes.split_at_checked(self.start).unwrap_or_default();
             let is_flushed =
                 raw.ends_with(&[STOCK]) && begun.starts_with(&[STOCK, STOCK, MORPHEUS]);
-            match look(begun) {
-                Look::Raw => self.start += 1,
+            match classify(begun) {
+                PrefixClass::Raw => self.start += 1,
                 _ if is_flushed => self.start += 1,
-                look => return look,
+                class => return class,
             }
         }
     }
 }
 
 /// What bytes can become that begin here.
-fn look(bytes: &[u8]) -> Look {
+fn classify(bytes: &[u8]) -> PrefixClass {
     let mut is_open = false;
     for firmware in Firmware::ALL {
         match firmware.extent(bytes) {
-            Extent::Whole(length) => return Look::Whole(Item::Packet(firmware), length),
+            Extent::Whole(length) => {
+                return PrefixClass::Whole(FrameKind::Packet(firmware), length);
+            }
             Extent::Open => is_open = true,
             Extent::Stray | Extent::Refused => {}
         }
     }
     match *bytes {
-        _ if is_open => Look::Open,
+        _ if is_open => PrefixClass::Open,
         [STOCK, STOCK, PROTOCOL2, 0, _, low, high, ..] => {
             let length = usize::from(u16::from_le_bytes([low, high]));
             if (PROTOCOL2_LENGTH_MIN..=CAPACITY - 7).contains(&length) {
-                Look::Whole(Item::Raw, length + 7)
+                PrefixClass::Whole(FrameKind::Raw, length + 7)
             } else {
-                Look::Raw
+                PrefixClass::Raw
             }
         }
-        [STOCK, STOCK, PROTOCOL2, 0, ..] => Look::Open,
-        _ => Look::Raw,
+        [STOCK, STOCK, PROTOCOL2, 0, ..] => PrefixClass::Open,
+        _ => PrefixClass::Raw,
     }
 }
 

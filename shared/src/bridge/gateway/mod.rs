@@ -7,34 +7,34 @@
 //! | ticks, torque on or not  | what is harmless, asked in the slack of a tick    |
 //!
 //! While ticks run, no packet of the client goes on the bus as it came: the board
-//! makes its own requests for what the client reads, and refuses whatever would
+//! makes its own queries for what the client reads, and refuses whatever would
 //! move, re-address or reset a servo under control, with the servo's own answer.
 //!
-//! | part       | what                                                            |
-//! |------------|-----------------------------------------------------------------|
-//! | [`Framer`] | the client's bytes as whole packets; half a packet times out    |
-//! | [`judge`]  | what may be done with a packet while ticks run                  |
-//! | [`Job`]    | the board's own requests for it, each as long as time is        |
-//! | `response` | replies in the name of a servo                                  |
-//! | [`PortEnd`]| the queues between the tick and the board's second port         |
-//! | `relay`    | the bus while it is lent to the client                          |
-//! | `serve`    | how the tick serves the client beside its own work              |
+//! | part               | what                                                    |
+//! |--------------------|---------------------------------------------------------|
+//! | [`Framer`]         | the client's bytes as whole packets; half a packet times out |
+//! | [`judge`]          | what may be done with a packet while ticks run          |
+//! | [`PendingRequest`] | the board's own queries for it, each as long as time is |
+//! | `response`         | replies in the name of a servo                          |
+//! | [`PortEnd`]        | the queues between the tick and the board's second port |
+//! | `relay`            | the bus while it is lent to the client                  |
+//! | `client_service`   | how the tick serves the client beside its own work      |
 
-mod ends;
+mod client_service;
+mod endpoints;
 mod framer;
-mod job;
 #[cfg(test)]
 mod packets;
 mod policy;
 mod relay;
+mod request;
 mod response;
-mod serve;
 
-pub(super) use ends::{BusSide, CLIENT_BYTES};
-pub use ends::{ClientLine, PortEnd};
-pub use framer::{Framer, Item};
-pub use job::{Ask, Job, Progress};
+pub(super) use endpoints::{BusSide, CLIENT_BYTES};
+pub use endpoints::{ClientLine, PortEnd};
+pub use framer::{FrameKind, Framer};
 pub use policy::{Verdict, judge};
+pub use request::{BusQuery, PendingRequest, Progress};
 pub use response::{BYTES_MAX, Bytes};
 
 use super::limits::CLAIM_US;
@@ -48,14 +48,14 @@ const REPORT_US: u64 = 100_000;
 pub(super) struct Gateway {
     framer: Framer,
     /// A whole packet that waits; the framer holds its bytes.
-    item: Option<Item>,
-    /// A question under way.
-    job: Option<Job>,
+    waiting: Option<FrameKind>,
+    /// The client's request under way.
+    pending: Option<PendingRequest>,
     /// Time since which it waits, in µs.
     since_us: u64,
     /// How often the servo has been asked.
     tries: u8,
-    /// The question or packet at hand had to wait for a later tick.
+    /// The request or packet at hand had to wait for a later tick.
     has_waited: bool,
     counters: PortCounters,
     reported: PortCounters,
@@ -71,9 +71,9 @@ pub(super) struct Gateway {
 }
 
 impl Gateway {
-    /// Whether a client's question waits for the slack of a tick.
+    /// Whether a client's request waits for the slack of a tick.
     pub(super) fn is_waiting(&self) -> bool {
-        self.job.is_some()
+        self.pending.is_some()
     }
 
     /// Notes that the bus is taken back from the client.

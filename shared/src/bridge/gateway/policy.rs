@@ -3,8 +3,8 @@
 //! A client may look at everything and may move what is not under control.
 //! Whatever could move, rename, slow down or reset a servo under control is
 //! refused, and so is what would harm the bus. No packet of the client goes on
-//! the bus as it came: a harmless one becomes a [`Job`](super::Job), whose requests
-//! are made here.
+//! the bus as it came: a harmless one becomes a
+//! [`PendingRequest`](super::PendingRequest), whose queries are made here.
 //!
 //! On a stock bus:
 //!

@@ -19,13 +19,13 @@ where
 {
     /// Sends the client's packet as it came: the bus is lent and idle.
     pub(in crate::bridge) fn relay(&mut self) {
-        // A question from the idle slots of ticks is answered there or never.
-        self.gateway.job = None;
-        let Some(item) = self.gateway.item.take() else {
+        // A request from the idle slots of ticks is answered there or never.
+        self.gateway.pending = None;
+        let Some(kind) = self.gateway.waiting.take() else {
             return;
         };
         let baud = self.end.client.line().baud;
-        let frame = self.gateway.framer.frame(item);
+        let frame = self.gateway.framer.frame(kind);
         let may_drive = frame.may_drive();
         let is_sent = self.sequencer.relay(&frame, baud);
         if is_sent {

@@ -5,8 +5,8 @@ extern crate std;
 mod power;
 
 use super::memory::Memory;
+use super::page::Page;
 use super::record::{Record, of_settings};
-use super::slot::Slot;
 use super::{PrepareError, SaveError, Store};
 use crate::bridge::can_run;
 use crate::link::message::{Settings, SettingsFrom};
@@ -269,8 +269,8 @@ fn what_is_not_for_this_program_is_not_used() {
     let mut record = Record::read(&bytes).unwrap();
     record.format += 1;
     let mut flash = store.flash;
-    let mut slot = Slot::new(&mut flash, 0);
-    slot.append(&record.bytes().unwrap()).unwrap();
+    let mut page = Page::new(&mut flash, 0);
+    page.append(&record.bytes().unwrap()).unwrap();
     let mut store = Store::new(flash);
     for saves in [1, 3] {
         store.prepare(saves).unwrap();

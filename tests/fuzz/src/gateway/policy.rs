@@ -1,6 +1,6 @@
 //! Treatment of a packet while servos 1 and 2 are under control.
 
-use armbridge_shared::bridge::gateway::{Ask, Job, Progress, Verdict, judge};
+use armbridge_shared::bridge::gateway::{BusQuery, PendingRequest, Progress, Verdict, judge};
 use armbridge_shared::sequencer::TimeBudget;
 use armbridge_shared::servo::morpheus::{self, MASTER, ServoId};
 use armbridge_shared::servo::protocol1::{self, BROADCAST, Frame, Instruction, Status, SyncBlocks};
@@ -37,10 +37,10 @@ pub(super) fn check(protocol: Firmware, packet: &[u8]) {
     let controlled = CONTROLLED.map(|id| ServoId::new(id).expect("an id"));
     for bus in Firmware::ALL {
         match judge(bus, controlled, SAMPLES, &request) {
-            Verdict::Ask(job) => {
+            Verdict::Ask(pending) => {
                 assert_eq!(bus, protocol, "{packet:02x?}");
                 for budget_us in BUDGETS_US {
-                    pursue(bus, packet, job.clone(), budget_us);
+                    pursue(bus, packet, pending.clone(), budget_us);
                 }
             }
             Verdict::Answer(bytes) | Verdict::Refuse(bytes) => {
@@ -71,34 +71,37 @@ fn may_drive(request: &ClientRequest) {
     assert!(expected.reply_bytes == 0 || expected.id == packet[2]);
 }
 
-/// Does a job with servos all of whose registers are 0 but the marker.
-fn pursue(bus: Firmware, packet: &[u8], mut job: Job, budget_us: u32) {
+/// Completes a request with servos all of whose registers are 0 but the marker.
+fn pursue(bus: Firmware, packet: &[u8], mut pending: PendingRequest, budget_us: u32) {
     let slack = TimeBudget {
         budget_us,
         byte_ns: BYTE_NS,
         latency_us: LATENCY_US,
     };
-    if !job.can_ever_fit(slack) {
-        answer(bus, packet, &job.refusal());
+    if !pending.can_ever_fit(slack) {
+        answer(bus, packet, &pending.refusal());
         return;
     }
     for _ in 0..PIECES_MAX {
-        let ask = job.next(slack).expect("it can fit");
-        harms_nobody(bus, &ask);
-        let bytes = ask.packet.len() as u32 + u32::from(ask.reply_bytes);
-        assert!(LATENCY_US + bytes * BYTE_NS / 1_000 <= budget_us, "{ask:?}");
+        let query = pending.next(slack).expect("it can fit");
+        harms_nobody(bus, &query);
+        let bytes = query.packet.len() as u32 + u32::from(query.reply_bytes);
+        assert!(
+            LATENCY_US + bytes * BYTE_NS / 1_000 <= budget_us,
+            "{query:?}"
+        );
         let overhead = match bus {
             Firmware::Morpheus => morpheus::frame::OVERHEAD,
             Firmware::Stock => protocol1::frame::OVERHEAD,
         };
-        let data = usize::from(ask.reply_bytes).checked_sub(overhead);
+        let data = usize::from(query.reply_bytes).checked_sub(overhead);
         let mut data = data.map(|count| vec![0; count]);
         if let (Firmware::Morpheus, [_, _, _, _, READ, 0, ..], Some([first, ..])) =
-            (bus, ask.packet.as_slice(), data.as_deref_mut())
+            (bus, query.packet.as_slice(), data.as_deref_mut())
         {
             *first = MARKER;
         }
-        match job.took(data.as_deref().map(|data| (0, data))) {
+        match pending.take_reply(data.as_deref().map(|data| (0, data))) {
             Progress::More => {}
             Progress::Done(bytes) => {
                 // All that was asked for, however many pieces it took.
@@ -108,7 +111,7 @@ fn pursue(bus: Firmware, packet: &[u8], mut job: Job, budget_us: u32) {
                 answer(bus, packet, &bytes);
                 return;
             }
-            Progress::Silent => panic!("{packet:02x?}: silence after {ask:?}"),
+            Progress::Silent => panic!("{packet:02x?}: silence after {query:?}"),
         }
     }
     panic!("{packet:02x?} does not end");
@@ -144,12 +147,12 @@ fn answer(bus: Firmware, packet: &[u8], bytes: &[u8]) {
 }
 
 /// What the board itself sends for it.
-fn harms_nobody(bus: Firmware, ask: &Ask) {
+fn harms_nobody(bus: Firmware, query: &BusQuery) {
     let is_harmless = match bus {
-        Firmware::Stock => stock_is_harmless(&ask.packet),
-        Firmware::Morpheus => morpheus_is_harmless(&ask.packet),
+        Firmware::Stock => stock_is_harmless(&query.packet),
+        Firmware::Morpheus => morpheus_is_harmless(&query.packet),
     };
-    assert!(is_harmless, "{ask:02x?}");
+    assert!(is_harmless, "{query:02x?}");
 }
 
 fn is_free(id: u8) -> bool {

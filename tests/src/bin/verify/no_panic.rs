@@ -15,9 +15,9 @@ const MISSING: &str = "a_panic_can_be_reached";
 
 /// Where panics are planted, if they are: what each of the loops waits for.
 const PLANTED: [&str; 3] = [
-    "run::tick::real_time",
-    "run::host_link::link",
-    "run::client::client",
+    "tasks::tick::real_time",
+    "tasks::host_link::link",
+    "tasks::client::client",
 ];
 
 /// Both halves of the check.

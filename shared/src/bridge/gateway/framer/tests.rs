@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use std::vec;
 use std::vec::Vec;
 
-type Found = Vec<(Item, Vec<u8>)>;
+type Found = Vec<(FrameKind, Vec<u8>)>;
 
 const BYTE_US: u64 = 10;
 
@@ -15,8 +15,8 @@ fn push_all(framer: &mut Framer, bytes: &[u8], now_us: &mut u64) -> Found {
     let mut found = Found::new();
     for byte in bytes {
         *now_us += BYTE_US;
-        if let Some(item) = framer.push(*byte, *now_us) {
-            found.push((item, framer.bytes().to_vec()));
+        if let Some(kind) = framer.push(*byte, *now_us) {
+            found.push((kind, framer.bytes().to_vec()));
         }
     }
     found
@@ -30,14 +30,14 @@ fn drain(framer: &mut Framer, now_us: &mut u64) -> Found {
         found.extend(
             framer
                 .expire(*now_us)
-                .map(|item| (item, framer.bytes().to_vec())),
+                .map(|kind| (kind, framer.bytes().to_vec())),
         );
     }
     found
 }
 
 /// A packet of either protocol, whole, now and then with a wrong checksum.
-fn packet() -> impl Strategy<Value = (Item, Vec<u8>)> {
+fn packet() -> impl Strategy<Value = (FrameKind, Vec<u8>)> {
     let data = || prop::collection::vec(any::<u8>(), 1..=125);
     let damage = || prop_oneof![4 => Just(0_u8), 1 => any::<u8>()];
     let stock =
@@ -61,21 +61,21 @@ fn packet() -> impl Strategy<Value = (Item, Vec<u8>)> {
     );
     prop_oneof![stock, morpheus].prop_map(|(firmware, mut bytes, damage)| {
         *bytes.last_mut().unwrap() ^= damage;
-        (Item::Packet(firmware), bytes.to_vec())
+        (FrameKind::Packet(firmware), bytes.to_vec())
     })
 }
 
 /// Whether these bytes are as long as their own header says.
-fn is_whole(item: Item, bytes: &[u8]) -> bool {
-    match (item, bytes) {
-        (Item::Packet(Firmware::Stock), [0xFF, 0xFF, id, length, ..]) => {
+fn is_whole(kind: FrameKind, bytes: &[u8]) -> bool {
+    match (kind, bytes) {
+        (FrameKind::Packet(Firmware::Stock), [0xFF, 0xFF, id, length, ..]) => {
             *id != 0xFF && bytes.len() == usize::from(*length) + 4
         }
-        (Item::Packet(Firmware::Morpheus), [0xAA, length, ..]) => {
+        (FrameKind::Packet(Firmware::Morpheus), [0xAA, length, ..]) => {
             bytes.len() == usize::from(*length) + 3
         }
-        (Item::Packet(_), _) => false,
-        (Item::Raw, _) => true,
+        (FrameKind::Packet(_), _) => false,
+        (FrameKind::Raw, _) => true,
     }
 }
 
@@ -97,8 +97,8 @@ proptest! {
         for byte in packets.iter().flat_map(|(_, bytes)| bytes) {
             now_us += gaps_us.next().unwrap();
             prop_assert_eq!(framer.expire(now_us), None);
-            if let Some(item) = framer.push(*byte, now_us) {
-                found.push((item, framer.bytes().to_vec()));
+            if let Some(kind) = framer.push(*byte, now_us) {
+                found.push((kind, framer.bytes().to_vec()));
             }
         }
         prop_assert_eq!(found, packets);
@@ -126,8 +126,8 @@ proptest! {
             let halves = framer.halves();
             let mut found = push_all(&mut framer, &chunk, &mut now_us);
             found.extend(drain(&mut framer, &mut now_us));
-            for (item, bytes) in &found {
-                prop_assert!(is_whole(*item, bytes), "{item:?} {bytes:x?}");
+            for (kind, bytes) in &found {
+                prop_assert!(is_whole(*kind, bytes), "{kind:?} {bytes:x?}");
             }
             let out: Vec<u8> = found.into_iter().flat_map(|(_, bytes)| bytes).collect();
             let dropped = chunk.strip_prefix(out.as_slice()).unwrap();
@@ -167,8 +167,8 @@ proptest! {
         push_all(&mut framer, &garbage, &mut now_us);
         let stream = ping.repeat(CAPACITY / ping.len() + 2);
         let found = push_all(&mut framer, &stream, &mut now_us);
-        let (item, bytes) = found.last().unwrap();
-        prop_assert_eq!((*item, bytes.as_slice()), (Item::Packet(Firmware::Stock), &ping[..]));
+        let (kind, bytes) = found.last().unwrap();
+        prop_assert_eq!((*kind, bytes.as_slice()), (FrameKind::Packet(Firmware::Stock), &ping[..]));
     }
 }
 
@@ -182,15 +182,15 @@ fn a_flush_is_raw_and_in_one_piece() {
     assert_eq!(found, []);
     // What follows ends it, or a time-out does.
     found = push_all(&mut framer, &stop, &mut now_us);
-    let morpheus = Item::Packet(Firmware::Morpheus);
+    let morpheus = FrameKind::Packet(Firmware::Morpheus);
     assert_eq!(
         found,
-        [(Item::Raw, flush.to_vec()), (morpheus, stop.to_vec())]
+        [(FrameKind::Raw, flush.to_vec()), (morpheus, stop.to_vec())]
     );
     assert_eq!(push_all(&mut framer, &flush, &mut now_us), []);
     assert_eq!(
         drain(&mut framer, &mut now_us),
-        [(Item::Raw, flush.to_vec())]
+        [(FrameKind::Raw, flush.to_vec())]
     );
     assert_eq!(framer.halves(), 0);
     // Bytes of a half packet that look like a flush are none.
@@ -207,12 +207,12 @@ fn what_no_servo_here_speaks_is_raw_and_in_one_piece() {
     let mut framer = Framer::new();
     let mut now_us = 0;
     let found = push_all(&mut framer, &ping2, &mut now_us);
-    assert_eq!(found, [(Item::Raw, ping2.to_vec())]);
+    assert_eq!(found, [(FrameKind::Raw, ping2.to_vec())]);
     // Text is handed out when it pauses.
     assert_eq!(push_all(&mut framer, b"AT+GMR\r\n", &mut now_us), []);
     assert_eq!(framer.expire(now_us + RAW_QUIET_US - 1), None);
     let found = drain(&mut framer, &mut now_us);
-    assert_eq!(found, [(Item::Raw, b"AT+GMR\r\n".to_vec())]);
+    assert_eq!(found, [(FrameKind::Raw, b"AT+GMR\r\n".to_vec())]);
 }
 
 #[test]
@@ -221,5 +221,5 @@ fn packets_that_deafen_are_kept_whole_to_be_refused() {
     deadly.resize(203, 0);
     let mut framer = Framer::new();
     let found = push_all(&mut framer, &deadly, &mut 0);
-    assert_eq!(found, [(Item::Packet(Firmware::Morpheus), deadly)]);
+    assert_eq!(found, [(FrameKind::Packet(Firmware::Morpheus), deadly)]);
 }

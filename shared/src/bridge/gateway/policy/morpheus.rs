@@ -2,7 +2,7 @@
 
 use super::verdict::{Verdict, is_controlled};
 use crate::JOINTS;
-use crate::bridge::gateway::job::{Ask, Job, Reading};
+use crate::bridge::gateway::request::{BusQuery, PendingRequest, RegisterRead};
 use crate::bridge::gateway::response::{Bytes, Responder};
 use crate::servo::protocol1::Alarms;
 use crate::servo::{ClientRequest, Instruction, ServoId};
@@ -22,24 +22,24 @@ pub(super) fn judge(
         _ if !is_client => Verdict::Refuse(responder.refusal()),
         (Some(servo), Ok(Instruction::Ping)) => {
             let ping = responder.firmware.ping_query(servo);
-            let ask = Ask {
-                // Shorter than any reading.
+            let query = BusQuery {
+                // Shorter than any read.
                 packet: Bytes::from_slice(&ping.packet).unwrap_or_default(),
                 id: ping.id,
                 reply_bytes: ping.reply_bytes,
             };
-            Verdict::Ask(Job::single(responder, ask))
+            Verdict::Ask(PendingRequest::single(responder, query))
         }
         (Some(servo), Ok(Instruction::Read { address, count })) => {
             let joint = controlled.iter().position(|id| *id == servo);
             let position = joint.and_then(|joint| *samples.get(joint)?);
-            match Reading::new(responder, position, address, count) {
+            match RegisterRead::new(responder, position, address, count) {
                 None => Verdict::Refuse(responder.refusal()),
                 // The position alone.
-                Some(reading) if reading.is_complete() => {
-                    Verdict::Answer(responder.reply(Alarms::NONE, reading.data()))
+                Some(read) if read.is_complete() => {
+                    Verdict::Answer(responder.reply(Alarms::NONE, read.data()))
                 }
-                Some(reading) => Verdict::Ask(Job::read(responder, reading)),
+                Some(read) => Verdict::Ask(PendingRequest::read(responder, read)),
             }
         }
         (None, Ok(Instruction::Cycle)) if request.is_to_all() => {

@@ -2,7 +2,7 @@
 
 use super::verdict::{Verdict, is_controlled};
 use crate::JOINTS;
-use crate::bridge::gateway::job::{Ask, Job, Reading};
+use crate::bridge::gateway::request::{BusQuery, PendingRequest, RegisterRead};
 use crate::bridge::gateway::response::Responder;
 use crate::servo::protocol1::{Alarms, BROADCAST, register};
 use crate::servo::{ClientRequest, Instruction, ServoId, SyncBlocks};
@@ -18,9 +18,9 @@ pub(super) fn judge(
     }
     match request.instruction {
         Ok(Instruction::Read { address, count }) if id < BROADCAST => {
-            Reading::new(responder, None, address, count).map_or_else(
+            RegisterRead::new(responder, None, address, count).map_or_else(
                 || Verdict::Answer(responder.reply(Alarms::RANGE, &[])),
-                |reading| Verdict::Ask(Job::read(responder, reading)),
+                |read| Verdict::Ask(PendingRequest::read(responder, read)),
             )
         }
         Ok(instruction) if is_harmless(controlled, id, instruction) => {
@@ -31,9 +31,9 @@ pub(super) fn judge(
                     // Answered with no more than an error byte, and if it goes to all
                     // servos with nothing.
                     let reply_bytes = request.expected_reply().reply_bytes;
-                    Verdict::Ask(Job::single(
+                    Verdict::Ask(PendingRequest::single(
                         responder,
-                        Ask {
+                        BusQuery {
                             packet,
                             id,
                             reply_bytes,

@@ -4,7 +4,7 @@ mod harm;
 
 use super::*;
 use crate::bridge::gateway::packets::{morpheus, morpheus_frame, stock};
-use crate::bridge::gateway::{Ask, Job, Progress};
+use crate::bridge::gateway::{BusQuery, PendingRequest, Progress};
 use crate::sequencer::TimeBudget;
 use crate::servo::morpheus::MASTER;
 use std::vec::Vec;
@@ -29,28 +29,28 @@ fn judge_for(bus: Firmware, samples: [Option<u16>; 2], packet: &[u8]) -> Verdict
     }
 }
 
-/// Everything that a job puts on the bus, its readings answered with zeros (and
+/// Everything that a request puts on the bus, its reads answered with zeros (and
 /// what a Morpheus servo has in the places that must not be 0x83).
-fn asks(bus: Firmware, mut job: Job, budget_us: u32) -> Vec<Ask> {
+fn queries(bus: Firmware, mut pending: PendingRequest, budget_us: u32) -> Vec<BusQuery> {
     let slack = TimeBudget {
         budget_us,
         byte_ns: 10_000,
         latency_us: 60,
     };
-    let mut asks = Vec::new();
-    while let Some(ask) = job.next(slack) {
+    let mut queries = Vec::new();
+    while let Some(query) = pending.next(slack) {
         let overhead = if bus == Firmware::Stock { 6 } else { 5 };
-        let mut reply = std::vec![0; usize::from(ask.reply_bytes.saturating_sub(overhead))];
-        if bus == Firmware::Morpheus && ask.packet.get(5) == Some(&0) {
+        let mut reply = std::vec![0; usize::from(query.reply_bytes.saturating_sub(overhead))];
+        if bus == Firmware::Morpheus && query.packet.get(5) == Some(&0) {
             reply[0] = 0xAA;
         }
-        let is_answered = ask.reply_bytes > 0;
-        asks.push(ask);
-        if job.took(is_answered.then_some((0, &reply))) != Progress::More {
+        let is_answered = query.reply_bytes > 0;
+        queries.push(query);
+        if pending.take_reply(is_answered.then_some((0, &reply))) != Progress::More {
             break;
         }
     }
-    asks
+    queries
 }
 
 #[test]
@@ -58,17 +58,17 @@ fn a_stock_client_is_told_in_its_servos_words() {
     let asked = |id, code, parameters: &[u8]| {
         let packet = stock(id, code, parameters);
         match judge_for(Firmware::Stock, SAMPLES, &packet) {
-            Verdict::Ask(job) => {
-                let asks = asks(Firmware::Stock, job, 2_000);
-                assert_eq!(asks.len(), 1);
-                assert_eq!(asks[0].packet.as_slice(), packet);
-                Some(asks[0].reply_bytes)
+            Verdict::Ask(pending) => {
+                let queries = queries(Firmware::Stock, pending, 2_000);
+                assert_eq!(queries.len(), 1);
+                assert_eq!(queries[0].packet.as_slice(), packet);
+                Some(queries[0].reply_bytes)
             }
             Verdict::Answer(_) | Verdict::Refuse(_) => None,
         }
     };
     let told = |packet: &[u8]| match judge_for(Firmware::Stock, SAMPLES, packet) {
-        Verdict::Ask(job) => panic!("{job:?}"),
+        Verdict::Ask(pending) => panic!("{pending:?}"),
         Verdict::Answer(bytes) => ("answer", bytes.to_vec()),
         Verdict::Refuse(bytes) => ("refuse", bytes.to_vec()),
     };
@@ -118,7 +118,7 @@ fn a_stock_client_is_told_in_its_servos_words() {
 #[test]
 fn a_morpheus_client_is_told_in_its_servos_words() {
     let told = |packet: &[u8]| match judge_for(Firmware::Morpheus, SAMPLES, packet) {
-        Verdict::Ask(job) => panic!("{job:?}"),
+        Verdict::Ask(pending) => panic!("{pending:?}"),
         Verdict::Answer(bytes) => ("answer", bytes.to_vec()),
         Verdict::Refuse(bytes) => ("refuse", bytes.to_vec()),
     };
@@ -183,11 +183,11 @@ fn a_morpheus_client_is_told_in_its_servos_words() {
     assert_eq!(told(&stock(0x29, 1, &[])), silence);
 }
 
-/// A reading across everything: EEPROM, the loop's sample, and the rest.
+/// A read across everything: EEPROM, the loop's sample, and the rest.
 #[test]
 fn all_of_morpheus_is_read_in_two_safe_requests() {
     let packet = morpheus(0x29, CLIENT, &[2, 0, 18]);
-    let Verdict::Ask(mut job) = judge_for(Firmware::Morpheus, SAMPLES, &packet) else {
+    let Verdict::Ask(mut pending) = judge_for(Firmware::Morpheus, SAMPLES, &packet) else {
         panic!("refused");
     };
     let slack = TimeBudget {
@@ -195,26 +195,26 @@ fn all_of_morpheus_is_read_in_two_safe_requests() {
         byte_ns: 10_000,
         latency_us: 100,
     };
-    let first = job.next(slack).unwrap();
+    let first = pending.next(slack).unwrap();
     assert_eq!(
         morpheus_frame(&first.packet),
         (0x29, MASTER, std::vec![2, 0, 11])
     );
     let rom = [0xAA, 9, 2, 2, 40, 1, 10, 40, 10, 0, 1];
-    assert_eq!(job.took(Some((0, &rom))), Progress::More);
-    let second = job.next(slack).unwrap();
+    assert_eq!(pending.take_reply(Some((0, &rom))), Progress::More);
+    let second = pending.next(slack).unwrap();
     assert_eq!(
         morpheus_frame(&second.packet),
         (0x29, MASTER, std::vec![2, 0x0C, 6])
     );
-    let Progress::Done(answer) = job.took(Some((0, &[0x03, 7, 0x2C, 1, 0xDC, 0]))) else {
-        panic!("{job:?}");
+    let Progress::Done(answer) = pending.take_reply(Some((0, &[0x03, 7, 0x2C, 1, 0xDC, 0]))) else {
+        panic!("{pending:?}");
     };
     let mut expected = rom.to_vec();
     // Both bytes of the position are of one sample.
     expected.extend([0x83, 0x02, 7, 0x2C, 1, 0xDC, 0]);
     assert_eq!(morpheus_frame(&answer), (CLIENT, 0x29, expected));
-    // Without a sample there is no such reading.
+    // Without a sample there is no such read.
     let blind = judge_for(Firmware::Morpheus, [None, Some(500)], &packet);
     assert!(
         matches!(blind, Verdict::Refuse(bytes) if bytes == morpheus(CLIENT, 0x29, &[8]).as_slice())

@@ -1,7 +1,7 @@
 //! The verdict on a packet.
 
 use crate::JOINTS;
-use crate::bridge::gateway::job::Job;
+use crate::bridge::gateway::request::PendingRequest;
 use crate::bridge::gateway::response::Bytes;
 use crate::servo::ServoId;
 
@@ -9,7 +9,7 @@ use crate::servo::ServoId;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// The board asks the servos.
-    Ask(Job),
+    Ask(PendingRequest),
     /// The board answers with what the servos would.
     Answer(Bytes),
     /// The board refuses it, with this answer.

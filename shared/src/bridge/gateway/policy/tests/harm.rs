@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use super::{CLIENT, CONTROLLED, asks, judge_for};
+use super::{CLIENT, CONTROLLED, judge_for, queries};
 use crate::bridge::gateway::Verdict;
 use crate::bridge::gateway::packets::{morpheus, morpheus_frame, stock, stock_frame};
 use crate::servo::Firmware;
@@ -113,8 +113,8 @@ proptest! {
         budget_us in 200..800_u32,
     ) {
         let bus = if is_stock { Firmware::Stock } else { Firmware::Morpheus };
-        let job = match judge_for(bus, samples, &packet) {
-            Verdict::Ask(job) => job,
+        let pending = match judge_for(bus, samples, &packet) {
+            Verdict::Ask(pending) => pending,
             Verdict::Answer(answer) | Verdict::Refuse(answer) => {
                 // All that is said is one packet of the bus's protocol, or a CYCLE's.
                 let header = if is_stock { 0xFF } else { 0xAA };
@@ -122,13 +122,13 @@ proptest! {
                 return Ok(());
             }
         };
-        for ask in asks(bus, job, budget_us) {
+        for query in queries(bus, pending, budget_us) {
             let is_harmless = if is_stock {
-                stock_is_harmless(&ask.packet)
+                stock_is_harmless(&query.packet)
             } else {
-                morpheus_is_harmless(&ask.packet)
+                morpheus_is_harmless(&query.packet)
             };
-            prop_assert!(is_harmless, "{:x?} became {:x?}", packet, ask);
+            prop_assert!(is_harmless, "{:x?} became {:x?}", packet, query);
         }
     }
 }

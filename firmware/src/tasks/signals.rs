@@ -6,7 +6,7 @@ use embassy_sync::signal::Signal;
 
 /// Signals of the real-time loop, each with its latest value only.
 #[derive(Default)]
-pub struct News {
+pub struct Signals {
     /// There is a frame to send.
     pub ran: Signal<CriticalSectionRawMutex, ()>,
     /// There are bytes for the client of the transparent port, or room for bytes from
@@ -16,7 +16,7 @@ pub struct News {
     pub mode: Signal<CriticalSectionRawMutex, Mode>,
 }
 
-impl News {
+impl Signals {
     /// Signals that have not been given.
     pub const fn new() -> Self {
         Self {

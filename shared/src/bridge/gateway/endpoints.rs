@@ -40,12 +40,12 @@ pub(crate) struct BusSide<'a> {
 }
 
 impl BusSide<'_> {
-    pub(super) fn take(&mut self) -> Option<u8> {
+    pub(super) fn receive(&mut self) -> Option<u8> {
         self.from_client.dequeue()
     }
 
     /// `false` if the client is so far behind that there is no room.
-    pub(super) fn give(&mut self, byte: u8) -> bool {
+    pub(super) fn send(&mut self, byte: u8) -> bool {
         self.to_client.enqueue(byte).is_ok()
     }
 

@@ -3,7 +3,7 @@
 //! [`real_time`] runs in an interrupt executor above everything but the
 //! handlers that move single bytes; [`link`] and [`client`] run in thread mode.
 //! They share only the channels behind [`Bridge`], [`LinkPort`] and [`PortEnd`],
-//! and [`News`].
+//! and [`Signals`].
 //!
 //! | module      | what                                                       |
 //! |-------------|------------------------------------------------------------|
@@ -11,7 +11,7 @@
 //! | `host_link` | bytes between host and bridge, and saving of settings      |
 //! | `client`    | bytes between a client and the transparent port            |
 //! | `stream`    | what both byte loops need of a board                       |
-//! | `news`      | the signals of the real-time loop to the others            |
+//! | `signals`   | the signals of the real-time loop to the others            |
 //!
 //! # Nothing delays the tick
 //!
@@ -37,12 +37,12 @@
 
 mod client;
 mod host_link;
-mod news;
+mod signals;
 mod stream;
 mod tick;
 
 pub use client::client;
 pub use host_link::link;
-pub use news::News;
+pub use signals::Signals;
 pub use stream::{FromClient, FromHost, LineChanges, ToHost};
 pub use tick::{RealTime, real_time};

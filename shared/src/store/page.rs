@@ -17,19 +17,19 @@ use sequential_storage::queue::{QueueConfig, QueueStorage};
 
 /// Why flash did not do what it was asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Trouble {
+pub(super) enum FlashError {
     /// The driver reports it.
-    Flash(NorFlashErrorKind),
+    Driver(NorFlashErrorKind),
     /// There is no room for the record, but by erasing.
     Full,
     /// What was written or erased does not read back so.
     Mismatch,
 }
 
-impl NorFlashError for Trouble {
+impl NorFlashError for FlashError {
     fn kind(&self) -> NorFlashErrorKind {
         match self {
-            Self::Flash(kind) => *kind,
+            Self::Driver(kind) => *kind,
             Self::Full | Self::Mismatch => NorFlashErrorKind::Other,
         }
     }
@@ -47,16 +47,16 @@ struct NoErase<'a, F> {
 }
 
 impl<F> ErrorType for NoErase<'_, F> {
-    type Error = Trouble;
+    type Error = FlashError;
 }
 
 impl<F: NorFlash> by_future::ReadNorFlash for NoErase<'_, F> {
     const READ_SIZE: usize = F::READ_SIZE;
 
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Trouble> {
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
         self.flash
             .read(offset, bytes)
-            .map_err(|error| Trouble::Flash(error.kind()))?;
+            .map_err(|error| FlashError::Driver(error.kind()))?;
         let before = self.last_word.saturating_sub(offset) as usize;
         bytes.get_mut(before..).unwrap_or_default().fill(0xFF);
         Ok(())
@@ -71,14 +71,14 @@ impl<F: NorFlash> by_future::NorFlash for NoErase<'_, F> {
     const WRITE_SIZE: usize = F::WRITE_SIZE;
     const ERASE_SIZE: usize = F::ERASE_SIZE;
 
-    async fn erase(&mut self, _from: u32, _to: u32) -> Result<(), Trouble> {
-        Err(Trouble::Full)
+    async fn erase(&mut self, _from: u32, _to: u32) -> Result<(), FlashError> {
+        Err(FlashError::Full)
     }
 
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Trouble> {
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
         self.flash
             .write(offset, bytes)
-            .map_err(|error| Trouble::Flash(error.kind()))
+            .map_err(|error| FlashError::Driver(error.kind()))
     }
 }
 
@@ -88,7 +88,7 @@ const LOG_MAX: u32 = 16 * 1_024;
 
 type Queue<'a, F> = QueueStorage<NoErase<'a, F>, Cache<Uncached, Uncached, Uncached>>;
 
-impl From<Error<Self>> for Trouble {
+impl From<Error<Self>> for FlashError {
     fn from(error: Error<Self>) -> Self {
         match error {
             Error::Storage { value, .. } => value,
@@ -100,19 +100,19 @@ impl From<Error<Self>> for Trouble {
 
 /// The result of a future that never waits.
 fn at_once<T>(
-    future: impl Future<Output = Result<T, Error<Trouble>>>,
-) -> Result<T, Error<Trouble>> {
+    future: impl Future<Output = Result<T, Error<FlashError>>>,
+) -> Result<T, Error<FlashError>> {
     match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(result) => result,
         Poll::Pending => Err(Error::Storage {
-            value: Trouble::Flash(NorFlashErrorKind::Other),
+            value: FlashError::Driver(NorFlashErrorKind::Other),
         }),
     }
 }
 
 /// What a page holds.
 #[derive(Debug, Default)]
-pub(super) struct Survey {
+pub(super) struct PageScan {
     /// Nothing is written in it.
     pub(super) is_blank: bool,
     /// Bytes left for records, framing included; 0 if nothing can be appended.
@@ -123,7 +123,7 @@ pub(super) struct Survey {
     pub(super) newest: Option<(u32, Bytes)>,
 }
 
-impl Survey {
+impl PageScan {
     /// The highest generation of anything intact.
     pub(super) fn generation(&self) -> Option<u32> {
         self.receipt
@@ -163,12 +163,12 @@ impl Survey {
 
 /// One page.
 #[derive(Debug)]
-pub(super) struct Slot<'a, F> {
+pub(super) struct Page<'a, F> {
     flash: &'a mut F,
     start: u32,
 }
 
-impl<'a, F: NorFlash> Slot<'a, F> {
+impl<'a, F: NorFlash> Page<'a, F> {
     const SIZE: u32 = F::ERASE_SIZE as u32;
     /// What the crate writes at once, and keeps at either end of a page.
     const WORD: u32 = if F::WRITE_SIZE > F::READ_SIZE {
@@ -195,14 +195,14 @@ impl<'a, F: NorFlash> Slot<'a, F> {
         self.start + Self::SIZE
     }
 
-    fn queue(&mut self) -> Result<Queue<'_, F>, Trouble> {
+    fn queue(&mut self) -> Result<Queue<'_, F>, FlashError> {
         let range = self.start..self.end();
         let last_word = range.end.saturating_sub(Self::WORD);
         if self.flash.capacity() < range.end as usize {
-            return Err(Trouble::Flash(NorFlashErrorKind::OutOfBounds));
+            return Err(FlashError::Driver(NorFlashErrorKind::OutOfBounds));
         }
         let config = QueueConfig::try_new(range)
-            .map_err(|_| Trouble::Flash(NorFlashErrorKind::NotAligned))?;
+            .map_err(|_| FlashError::Driver(NorFlashErrorKind::NotAligned))?;
         Ok(Queue::new(
             NoErase {
                 last_word,
@@ -219,53 +219,53 @@ impl<'a, F: NorFlash> Slot<'a, F> {
     }
 
     /// Looks at everything in the page.
-    pub(super) fn survey(&mut self) -> Result<Survey, Trouble> {
-        let mut survey = Survey::default();
+    pub(super) fn scan(&mut self) -> Result<PageScan, FlashError> {
+        let mut scan = PageScan::default();
         if self.is_erased_from(self.start)? {
-            survey.is_blank = true;
-            survey.room = Self::ROOM;
-            return Ok(survey);
+            scan.is_blank = true;
+            scan.room = Self::ROOM;
+            return Ok(scan);
         }
         let mut buffer = [0; MAX];
         let mut queue = self.queue()?;
         let mut records = at_once(queue.iter())?;
         loop {
             match at_once(records.next(&mut buffer)) {
-                Ok(Some(bytes)) => survey.take(&bytes),
+                Ok(Some(bytes)) => scan.take(&bytes),
                 Ok(None) => break,
                 Err(Error::Storage { value, .. }) => return Err(value),
                 // Longer than any record: what follows is not to be found.
-                Err(_) => return Ok(survey),
+                Err(_) => return Ok(scan),
             }
         }
         let left = at_once(queue.space_left())?;
         let room = left.saturating_sub(Self::SIZE - Self::USED).min(Self::ROOM);
         let used = Self::USED.saturating_sub(room + Self::WORD);
         if self.is_erased_from(self.start + used)? {
-            survey.room = room;
+            scan.room = room;
         }
-        Ok(survey)
+        Ok(scan)
     }
 
     /// Appends a record.
-    pub(super) fn append(&mut self, record: &[u8]) -> Result<(), Trouble> {
+    pub(super) fn append(&mut self, record: &[u8]) -> Result<(), FlashError> {
         Ok(at_once(self.queue()?.push(record, false))?)
     }
 
     /// Erases the page.
-    pub(super) fn erase(&mut self) -> Result<(), Trouble> {
+    pub(super) fn erase(&mut self) -> Result<(), FlashError> {
         self.flash
             .erase(self.start, self.end())
-            .map_err(|error| Trouble::Flash(error.kind()))?;
+            .map_err(|error| FlashError::Driver(error.kind()))?;
         if self.is_erased_from(self.start)? {
             Ok(())
         } else {
-            Err(Trouble::Mismatch)
+            Err(FlashError::Mismatch)
         }
     }
 
     /// Whether nothing is written in what is used of the page, from here on.
-    fn is_erased_from(&mut self, mut at: u32) -> Result<bool, Trouble> {
+    fn is_erased_from(&mut self, mut at: u32) -> Result<bool, FlashError> {
         // A multiple of every word size the crate supports.
         let mut chunk = [0; 32];
         let end = self.start + Self::USED;
@@ -274,7 +274,7 @@ impl<'a, F: NorFlash> Slot<'a, F> {
             let bytes = chunk.get_mut(..len).unwrap_or_default();
             self.flash
                 .read(at, bytes)
-                .map_err(|error| Trouble::Flash(error.kind()))?;
+                .map_err(|error| FlashError::Driver(error.kind()))?;
             if bytes.iter().any(|byte| *byte != 0xFF) {
                 return Ok(false);
             }

@@ -41,14 +41,14 @@ const CAUSES: [End; 8] = [
 
 /// What a record says of the program that wrote it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kept {
+pub enum CrashRecord {
     /// It did not see its end coming.
     Running,
     /// It ended so.
     Ended(LastEnd),
 }
 
-impl Kept {
+impl CrashRecord {
     /// As it is kept.
     pub fn to_words(self) -> Words {
         let (code, end) = match self {
@@ -127,11 +127,11 @@ pub fn tail(file: &str) -> [u8; PLACE_LEN] {
 
 /// How the last program ended: by its own account, or else by what the chip says
 /// of the reset. `tick` is the last one that began, if memory was kept.
-pub fn judge(kept: Option<Kept>, chip: End, tick: u32) -> LastEnd {
+pub fn judge(kept: Option<CrashRecord>, chip: End, tick: u32) -> LastEnd {
     let cause = match (kept, chip) {
-        (Some(Kept::Ended(end)), _) => return end,
+        (Some(CrashRecord::Ended(end)), _) => return end,
         // The chip was reset by its supply, and memory outlasted it.
-        (Some(Kept::Running), End::PowerUp) => End::BrownOut,
+        (Some(CrashRecord::Running), End::PowerUp) => End::BrownOut,
         (_, chip) => chip,
     };
     LastEnd {
@@ -150,32 +150,36 @@ mod tests {
             cause: End::Panic,
             pc: 0,
             line: 321,
-            place: tail("firmware/src/board/mps2_an386/provoke.rs"),
+            place: tail("firmware/src/board/mps2_an386/fault_injection.rs"),
             tick: 0xFFFF_FFF0,
         }
     }
 
     #[test]
     fn a_record_is_read_back_and_no_flipped_bit_is_taken_for_one() {
-        assert_eq!(&panicked().place, b"rd/mps2_an386/provoke.rs" as &[u8; 24]);
-        let mut all = [Kept::Running; CAUSES.len() + 1];
+        assert_eq!(&panicked().place, b"an386/fault_injection.rs" as &[u8; 24]);
+        let mut all = [CrashRecord::Running; CAUSES.len() + 1];
         for (kept, cause) in all.iter_mut().zip(CAUSES) {
-            *kept = Kept::Ended(LastEnd {
+            *kept = CrashRecord::Ended(LastEnd {
                 cause,
                 ..panicked()
             });
         }
         for kept in all {
             let words = kept.to_words();
-            assert_eq!(Kept::from_words(&words), Some(kept));
+            assert_eq!(CrashRecord::from_words(&words), Some(kept));
             for bit in 0..32 * WORDS {
                 let mut damaged = words;
                 damaged[bit / 32] ^= 1 << (bit % 32);
-                assert_eq!(Kept::from_words(&damaged), None, "bit {bit} of {kept:?}");
+                assert_eq!(
+                    CrashRecord::from_words(&damaged),
+                    None,
+                    "bit {bit} of {kept:?}"
+                );
             }
         }
-        assert_eq!(Kept::from_words(&[0; WORDS]), None);
-        assert_eq!(Kept::from_words(&[u32::MAX; WORDS]), None);
+        assert_eq!(CrashRecord::from_words(&[0; WORDS]), None);
+        assert_eq!(CrashRecord::from_words(&[u32::MAX; WORDS]), None);
     }
 
     #[test]
@@ -186,13 +190,13 @@ mod tests {
 
     #[test]
     fn a_programs_own_account_counts_more_than_the_chips() {
-        let ended = Some(Kept::Ended(panicked()));
+        let ended = Some(CrashRecord::Ended(panicked()));
         assert_eq!(judge(ended, End::Software, 7), panicked());
         let cause = |kept, chip| {
             let end = judge(kept, chip, 7);
             (end.cause, end.tick)
         };
-        let running = Some(Kept::Running);
+        let running = Some(CrashRecord::Running);
         assert_eq!(cause(running, End::Watchdog), (End::Watchdog, 7));
         // Memory that was kept has had power all the time.
         assert_eq!(cause(running, End::PowerUp), (End::BrownOut, 7));

@@ -1,13 +1,13 @@
-//! Jobs: questions of the client as requests that the board itself puts on the bus.
+//! Requests of the client, as queries that the board itself puts on the bus.
 //!
 //! While a control loop runs, the bus is free for a part of each tick only. A
-//! request goes out only if its answer is sure to be over by then. A reading
-//! that is longer than that is done in pieces, over as many ticks as it takes,
-//! and the client gets one answer: all the bytes, and the alarms of all pieces.
+//! query goes out only if its answer is sure to be over by then. A read
+//! that is longer than that is done in pieces, over as many ticks as it takes, and the
+//! client gets one answer: all the bytes, and the alarms of all pieces.
 //!
-//! What one request takes at 1 Mbaud, if servos begin to answer within 100 µs:
+//! What one query takes at 1 Mbaud, if servos begin to answer within 100 µs:
 //!
-//! | request                           | sent  | answered | in all |
+//! | query                             | sent  | answered | in all |
 //! |-----------------------------------|-------|----------|--------|
 //! | PING, either firmware             | 60 µs | 60 µs    | 220 µs |
 //! | stock READ of two bytes           | 80 µs | 80 µs    | 260 µs |
@@ -15,19 +15,19 @@
 //! | Morpheus READ of the temperature  | 80 µs | 90 µs    | 270 µs |
 //! | Morpheus READ of the whole EEPROM | 80 µs | 160 µs   | 340 µs |
 
-mod reading;
+mod register_read;
 
-pub use reading::Ask;
-pub(super) use reading::Reading;
+pub use register_read::BusQuery;
+pub(super) use register_read::RegisterRead;
 
 use super::response::{Bytes, Responder};
 use crate::sequencer::TimeBudget;
 use crate::servo::protocol1::Alarms;
 
-/// Progress of a job.
+/// Progress of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// Another request is needed.
+    /// Another query is needed.
     More,
     /// Over: the answer for the client. Empty where servos give none.
     Done(Bytes),
@@ -38,76 +38,76 @@ pub enum Progress {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Task {
-    /// One request, whose answer goes to the client as it is.
-    Single(Ask),
+    /// One query, whose answer goes to the client as it is.
+    Single(BusQuery),
     /// As many as it takes.
-    Read(Reading),
+    Read(RegisterRead),
 }
 
-/// One question of the client.
+/// A request of the client that is under way.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Job {
+pub struct PendingRequest {
     responder: Responder,
     task: Task,
     /// Of all answers so far.
     alarms: Alarms,
 }
 
-impl Job {
-    /// One request that is not a READ.
-    pub(super) fn single(responder: Responder, ask: Ask) -> Self {
+impl PendingRequest {
+    /// A request that one query answers, not a READ.
+    pub(super) fn single(responder: Responder, query: BusQuery) -> Self {
         Self {
             responder,
-            task: Task::Single(ask),
+            task: Task::Single(query),
             alarms: Alarms::NONE,
         }
     }
 
-    /// A reading, with a request for each piece of it.
-    pub(super) fn read(responder: Responder, reading: Reading) -> Self {
+    /// A READ, with a query for each piece of it.
+    pub(super) fn read(responder: Responder, read: RegisterRead) -> Self {
         Self {
             responder,
-            task: Task::Read(reading),
+            task: Task::Read(read),
             alarms: Alarms::NONE,
         }
     }
 
-    /// The next request, as long as there is time for; `None` if there is not
-    /// time enough for any. Its answer goes to [`Job::took`].
-    pub fn next(&mut self, budget: TimeBudget) -> Option<Ask> {
+    /// The next query, as long as there is time for; `None` if there is not
+    /// time enough for any. Its answer goes to [`PendingRequest::take_reply`].
+    pub fn next(&mut self, budget: TimeBudget) -> Option<BusQuery> {
         match &mut self.task {
-            Task::Single(ask) => budget.fits(ask).then(|| ask.clone()),
-            Task::Read(reading) => reading.next(budget.bytes()),
+            Task::Single(query) => budget.fits(query).then(|| query.clone()),
+            Task::Read(read) => read.next(budget.bytes()),
         }
     }
 
     /// Whether it comes to an end if there is so much time again and again.
-    /// If not, [`Job::refusal`] is the answer.
+    /// If not, [`PendingRequest::refusal`] is the answer.
     pub fn can_ever_fit(&self, budget: TimeBudget) -> bool {
         match &self.task {
-            Task::Single(ask) => budget.fits(ask),
-            Task::Read(reading) => reading.can_ever_fit(budget.bytes()),
+            Task::Single(query) => budget.fits(query),
+            Task::Read(read) => read.can_ever_fit(budget.bytes()),
         }
     }
 
-    /// Takes what came back to the last request: error byte, which has no
+    /// Takes what came back to the last query: error byte, which has no
     /// meaning for Morpheus, and parameters. `None` if nothing did.
-    pub fn took(&mut self, reply: Option<(u8, &[u8])>) -> Progress {
+    pub fn take_reply(&mut self, reply: Option<(u8, &[u8])>) -> Progress {
         let Some((error, data)) = reply else {
             return match &self.task {
-                Task::Single(Ask { reply_bytes: 0, .. }) => Progress::Done(Bytes::new()),
+                Task::Single(BusQuery { reply_bytes: 0, .. }) => Progress::Done(Bytes::new()),
                 Task::Single(_) | Task::Read(_) => Progress::Silent,
             };
         };
         self.alarms = self.alarms.or(Alarms::from_bits(error));
-        let Task::Read(reading) = &mut self.task else {
+        let Task::Read(read) = &mut self.task else {
             return Progress::Done(self.responder.reply(self.alarms, data));
         };
-        if reading.took(data) {
-            if !reading.is_complete() {
+        if read.take_data(data) {
+            if !read.is_complete() {
                 return Progress::More;
             }
-            Progress::Done(self.responder.reply(self.alarms, reading.data()))
+            Progress::Done(self.responder.reply(self.alarms, read.data()))
         } else if data == self.responder.firmware.refusal() {
             Progress::Done(self.responder.reply(self.alarms, data))
         } else {

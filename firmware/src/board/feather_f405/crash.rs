@@ -1,14 +1,14 @@
 //! What the chip adds to how the program ends, and begins again.
 
-use super::bus::LastLine;
+use super::bus::PolledBus;
 use armbridge_shared::link::message::End;
 use cortex_m::peripheral::SCB;
 use embassy_stm32::pac::iwdg::vals::Key;
 use embassy_stm32::pac::{IWDG, RCC};
 
 /// The servo bus, by polling, whatever state it is in.
-pub(crate) fn line() -> LastLine {
-    LastLine::take()
+pub(crate) fn polled_bus() -> PolledBus {
+    PolledBus::take()
 }
 
 /// Why there was a reset, as the chip has it (section 7.3.21), and forgets it: its
@@ -41,6 +41,6 @@ pub(crate) fn feed_watchdog() {
 }
 
 /// Resets the processor and all else on the chip.
-pub(crate) fn leave(_cause: End) -> ! {
+pub(crate) fn reset(_cause: End) -> ! {
     SCB::sys_reset()
 }

@@ -2,7 +2,7 @@
 //! tells which code it is of.
 
 #[cfg(feature = "board")]
-pub use on_board::measure;
+pub use on_board::compute;
 
 #[cfg(feature = "board")]
 mod on_board {
@@ -23,7 +23,7 @@ mod on_board {
 
     /// CRC-32/ISO-HDLC from the reset vector to the end of the image. Takes some 3
     /// million instructions: it is for boot.
-    pub fn measure() -> u32 {
+    pub fn compute() -> u32 {
         let words = |from: *const u32, to: *const u32| to.addr().saturating_sub(from.addr()) / 4;
         let begin = &raw const __RESET_VECTOR;
         let code = words(begin, &raw const __sidata);

@@ -30,11 +30,11 @@ struct Memory {
 
 impl Memory {
     /// What the servo answers to a READ.
-    fn answer(&self, ask: &Ask) -> Vec<u8> {
-        assert_eq!(ask.id, SERVO);
+    fn answer(&self, query: &BusQuery) -> Vec<u8> {
+        assert_eq!(query.id, SERVO);
         let (address, count, overhead) = match self.bus {
             Firmware::Stock => {
-                let (id, code, parameters) = stock_frame(&ask.packet);
+                let (id, code, parameters) = stock_frame(&query.packet);
                 let frame = protocol1::Frame {
                     id,
                     code,
@@ -47,12 +47,12 @@ impl Memory {
                 (address, count, 6)
             }
             Firmware::Morpheus => {
-                let (to, from, data) = morpheus_frame(&ask.packet);
+                let (to, from, data) = morpheus_frame(&query.packet);
                 assert_eq!((to, from, data[0]), (SERVO, MASTER, 2));
                 (data[1], data[2], 5)
             }
         };
-        assert_eq!(ask.reply_bytes, overhead + count);
+        assert_eq!(query.reply_bytes, overhead + count);
         let answer = &self.bytes[usize::from(address)..][..usize::from(count)];
         if self.bus == Firmware::Morpheus {
             assert!(answer[0] != 0x83, "deafens the others");
@@ -66,17 +66,17 @@ impl Memory {
             .then(|| u16::from_le_bytes([self.bytes[0x0B], self.bytes[0x0C]]))
     }
 
-    fn job(&self, address: u8, count: u8) -> Option<Job> {
+    fn request(&self, address: u8, count: u8) -> Option<PendingRequest> {
         let responder = Responder {
             firmware: self.bus,
             id: SERVO,
             client: CLIENT,
         };
-        let reading = Reading::new(responder, self.position(), address, count)?;
-        Some(Job::read(responder, reading))
+        let read = RegisterRead::new(responder, self.position(), address, count)?;
+        Some(PendingRequest::read(responder, read))
     }
 
-    /// What the client must get for a reading of all this at once.
+    /// What the client must get for a read of all this at once.
     fn whole(&self, address: u8, count: u8, alarms: u8) -> Vec<u8> {
         let data = &self.bytes[usize::from(address)..][..usize::from(count)];
         match self.bus {
@@ -140,28 +140,28 @@ proptest! {
         let address = from.index(size);
         let count = 1 + to.index(size - address);
         let (address, count) = (address as u8, count as u8);
-        let mut job = memory.job(address, count).unwrap();
+        let mut pending = memory.request(address, count).unwrap();
         let mut alarms = 0;
         let mut answer = None;
-        if let Task::Read(reading) = &job.task && reading.is_complete() {
+        if let Task::Read(read) = &pending.task && read.is_complete() {
             prop_assert_eq!((memory.bus, address >= 0x0B), (Firmware::Morpheus, true));
             prop_assert!(address + count <= 0x0D);
             return Ok(());
         }
         for (budget_us, alarm) in budgets_us.iter().chain(core::iter::repeat_n(&(1_000, 0), 100)) {
-            let Some(ask) = job.next(slack(*budget_us)) else {
+            let Some(query) = pending.next(slack(*budget_us)) else {
                 // A whole EEPROM or a register from its run-up is 24 bytes.
                 prop_assert!(*budget_us < 300);
                 continue;
             };
-            let bytes = ask.packet.len() + usize::from(ask.reply_bytes);
+            let bytes = query.packet.len() + usize::from(query.reply_bytes);
             prop_assert!(bytes as u32 * 10 + LATENCY_US <= *budget_us);
-            let (before, reply) = (job.clone(), memory.answer(&ask));
+            let (before, reply) = (pending.clone(), memory.answer(&query));
             alarms |= alarm;
-            match job.took(Some((*alarm, &reply))) {
+            match pending.take_reply(Some((*alarm, &reply))) {
                 Progress::More => {
-                    let Task::Read(reading) = &job.task else { unreachable!() };
-                    let cut = address + reading.data().len() as u8;
+                    let Task::Read(read) = &pending.task else { unreachable!() };
+                    let cut = address + read.data().len() as u8;
                     let is_split = memory.bus.splits_register(cut);
                     prop_assert!(!is_split, "{cut} {before:?}");
                 }
@@ -177,7 +177,7 @@ proptest! {
 
     /// It is known from the start whether a tick's slack will ever do.
     #[test]
-    fn a_job_ends_if_it_ever_fits(
+    fn a_request_ends_if_it_ever_fits(
         memory in memory(),
         from: prop::sample::Index,
         to: prop::sample::Index,
@@ -186,52 +186,55 @@ proptest! {
         let size = memory.bytes.len();
         let address = from.index(size);
         let count = 1 + to.index(size - address);
-        let mut job = memory.job(address as u8, count as u8).unwrap();
-        let fits = job.can_ever_fit(slack(budget_us));
-        let mut ended = matches!(&job.task, Task::Read(reading) if reading.is_complete());
-        while !ended && let Some(ask) = job.next(slack(budget_us)) {
-            let reply = memory.answer(&ask);
-            ended = matches!(job.took(Some((0, &reply))), Progress::Done(_));
+        let mut pending = memory.request(address as u8, count as u8).unwrap();
+        let fits = pending.can_ever_fit(slack(budget_us));
+        let mut ended = matches!(&pending.task, Task::Read(read) if read.is_complete());
+        while !ended && let Some(query) = pending.next(slack(budget_us)) {
+            let reply = memory.answer(&query);
+            ended = matches!(pending.take_reply(Some((0, &reply))), Progress::Done(_));
         }
-        prop_assert_eq!(fits, ended, "{:?}", job);
+        prop_assert_eq!(fits, ended, "{:?}", pending);
     }
 }
 
-fn stock_read() -> Job {
+fn stock_read() -> PendingRequest {
     let responder = Responder {
         firmware: Firmware::Stock,
         id: SERVO,
         client: CLIENT,
     };
-    let reading = Reading::new(responder, None, 36, 8).unwrap();
-    Job::read(responder, reading)
+    let read = RegisterRead::new(responder, None, 36, 8).unwrap();
+    PendingRequest::read(responder, read)
 }
 
 #[test]
 fn silence_and_nonsense_are_silence() {
     for reply in [None, Some((0, &[1, 2, 3][..]))] {
-        let mut job = stock_read();
-        let ask = job.next(slack(1_000)).unwrap();
-        assert_eq!(ask.reply_bytes, 14);
-        assert_eq!(job.took(reply), Progress::Silent);
+        let mut pending = stock_read();
+        let query = pending.next(slack(1_000)).unwrap();
+        assert_eq!(query.reply_bytes, 14);
+        assert_eq!(pending.take_reply(reply), Progress::Silent);
     }
 }
 
 #[test]
-fn a_servos_refusal_ends_the_job_and_is_passed_on() {
-    let mut job = stock_read();
-    job.next(slack(220)).unwrap();
-    assert_eq!(job.took(Some((0b10_0000, &[1, 2]))), Progress::More);
-    job.next(slack(220)).unwrap();
-    let Progress::Done(answer) = job.took(Some((0b100_0000, &[]))) else {
-        panic!("{job:?}");
+fn a_servos_refusal_ends_the_request_and_is_passed_on() {
+    let mut pending = stock_read();
+    pending.next(slack(220)).unwrap();
+    assert_eq!(
+        pending.take_reply(Some((0b10_0000, &[1, 2]))),
+        Progress::More
+    );
+    pending.next(slack(220)).unwrap();
+    let Progress::Done(answer) = pending.take_reply(Some((0b100_0000, &[]))) else {
+        panic!("{pending:?}");
     };
     assert_eq!(stock_frame(&answer), (SERVO, 0b110_0000, Vec::new()));
 }
 
 #[test]
 fn what_nobody_answers_is_over_when_it_is_sent() {
-    let ask = Ask {
+    let query = BusQuery {
         packet: Instruction::Action.encode(0xFE).unwrap(),
         id: 0xFE,
         reply_bytes: 0,
@@ -241,8 +244,8 @@ fn what_nobody_answers_is_over_when_it_is_sent() {
         id: 0xFE,
         client: CLIENT,
     };
-    let mut job = Job::single(responder, ask.clone());
-    assert_eq!(job.next(slack(119)), None);
-    assert_eq!(job.next(slack(120)), Some(ask));
-    assert_eq!(job.took(None), Progress::Done(Bytes::new()));
+    let mut pending = PendingRequest::single(responder, query.clone());
+    assert_eq!(pending.next(slack(119)), None);
+    assert_eq!(pending.next(slack(120)), Some(query));
+    assert_eq!(pending.take_reply(None), Progress::Done(Bytes::new()));
 }

@@ -1,15 +1,15 @@
 //! What the emulator adds to how the program ends, and begins again.
 
-use super::bus::LastLine;
+use super::bus::PolledBus;
 use super::semihosting::{self, EXIT_FAULT, EXIT_PANIC};
 use super::{time, watchdog};
-use crate::end::memory;
+use crate::crash::memory;
 use armbridge_shared::link::message::End;
 use cortex_m::peripheral::SCB;
 
 /// The servo bus, by polling, whatever state it is in.
-pub(crate) fn line() -> LastLine {
-    LastLine::take()
+pub(crate) fn polled_bus() -> PolledBus {
+    PolledBus::take()
 }
 
 /// Why there was a reset: the machine does not say. If memory was kept, it was
@@ -29,7 +29,7 @@ pub(crate) fn feed_watchdog() {
 
 /// Resets the machine; in lockstep leaves QEMU, because the bench could not
 /// follow.
-pub(crate) fn leave(cause: End) -> ! {
+pub(crate) fn reset(cause: End) -> ! {
     if time::is_lockstep() {
         let is_panic = cause == End::Panic;
         semihosting::exit(if is_panic { EXIT_PANIC } else { EXIT_FAULT });

@@ -1,7 +1,7 @@
 //! The real-time loop: the stop switch, the tick, and feeding of the watchdog.
 
-use super::news::News;
-use crate::end::memory;
+use super::signals::Signals;
+use crate::crash::memory;
 use armbridge_shared::bridge::{Bridge, Progress, QueueWatch};
 use armbridge_shared::link::message::StopSource;
 use armbridge_shared::servo::port::SetBaud;
@@ -42,7 +42,7 @@ pub async fn real_time<S, D, B>(
     bridge: &mut Bridge<'_, S, D>,
     mut watch: QueueWatch<'_>,
     mut board: B,
-    news: &News,
+    signals: &Signals,
 ) -> !
 where
     S: serial::Read<u8> + serial::Write<u8> + SetBaud,
@@ -69,15 +69,15 @@ where
                 }
             }
             Err(nb::Error::WouldBlock) => {
-                if watch.has_link_news() {
-                    news.ran.signal(());
+                if watch.has_link_activity() {
+                    signals.ran.signal(());
                 }
-                if watch.has_client_news() {
-                    news.served.signal(());
+                if watch.has_client_activity() {
+                    signals.served.signal(());
                 }
                 if mode != Some(bridge.mode()) {
                     mode = Some(bridge.mode());
-                    news.mode.signal(bridge.mode());
+                    signals.mode.signal(bridge.mode());
                 }
                 board.wait(bridge.wake_at_us(), bridge.bytes_wanted()).await;
             }
@@ -206,9 +206,9 @@ mod tests {
             let Ok(mut bridge) = bridge else {
                 panic!("the default settings have no controller");
             };
-            let news = News::new();
-            let _ = poll_once(real_time(&mut bridge, watch, Switch(is_pressed), &news));
-            assert_eq!(news.mode.try_take(), Some(mode));
+            let signals = Signals::new();
+            let _ = poll_once(real_time(&mut bridge, watch, Switch(is_pressed), &signals));
+            assert_eq!(signals.mode.try_take(), Some(mode));
         }
     }
 }

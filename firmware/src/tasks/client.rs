@@ -1,6 +1,6 @@
 //! The loop of the transparent port: bytes between a client and the bridge.
 
-use super::news::News;
+use super::signals::Signals;
 use super::stream::{FromClient, LineChanges, ToHost, when};
 use armbridge_shared::bridge::gateway::PortEnd;
 use core::pin::pin;
@@ -14,7 +14,7 @@ pub async fn client(
     mut to_client: impl ToHost,
     mut changes: impl LineChanges,
     wake: impl Fn(),
-    news: &News,
+    signals: &Signals,
 ) -> ! {
     const CHUNK: usize = 64;
     let mut received = [0; CHUNK];
@@ -33,7 +33,7 @@ pub async fn client(
         let is_silent = answer.is_empty();
         let happened = {
             let input = pin!(from_client.read(&mut received));
-            let served = pin!(news.served.wait());
+            let served = pin!(signals.served.wait());
             let output = pin!(to_client.write(&answer));
             let output = select(when(is_silent, served), when(!is_silent, output));
             select3(when(has_room, input), output, changes.changed()).await

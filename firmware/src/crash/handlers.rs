@@ -3,7 +3,7 @@
 
 use super::frame::{FRAME_LEN, is_overflow, pc_address};
 use super::{memory, record};
-use crate::board::chosen::end as board;
+use crate::board::chosen::crash as board;
 use crate::{stack, stop};
 use armbridge_shared::link::message::{End, LastEnd};
 use core::panic::{Location, PanicInfo};
@@ -12,7 +12,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::SCB;
 
 /// How often the program has begun to end.
-static ENDINGS: AtomicU32 = AtomicU32::new(0);
+static CRASHES: AtomicU32 = AtomicU32::new(0);
 
 /// Of the stack, in bytes: three times what ending takes. If there is less left,
 /// the stack begins anew.
@@ -25,18 +25,18 @@ const NMI: u32 = 2;
 /// there was a life before.
 pub fn stop_first() {
     let before = memory::is_kept().then(memory::baud);
-    stop::send_first(&mut board::line(), before);
+    stop::send_first(&mut board::polled_bus(), before);
 }
 
 /// Motors off, before anything else; then a record, a line in the log, and a reset.
 /// Whoever comes here again has failed in ending: the next life stops the motors,
 /// and what failed first is told, if it got as far as its record.
-fn end(what: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) -> ! {
+fn stop_and_reset(what: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) -> ! {
     cortex_m::interrupt::disable();
-    let earlier = ENDINGS.fetch_add(1, Ordering::Relaxed);
+    let earlier = CRASHES.fetch_add(1, Ordering::Relaxed);
     if earlier == 0 {
         board::feed_watchdog();
-        stop::send(&mut board::line(), memory::baud());
+        stop::send(&mut board::polled_bus(), memory::baud());
     }
     if earlier < 2 {
         let end = what();
@@ -44,9 +44,9 @@ fn end(what: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) -> ! {
         if earlier == 0 {
             log(end);
         }
-        board::leave(end.cause)
+        board::reset(end.cause)
     }
-    board::leave(End::Software)
+    board::reset(End::Software)
 }
 
 #[panic_handler]
@@ -61,7 +61,7 @@ fn panic(info: &PanicInfo<'_>) -> ! {
             tick: memory::tick(),
         }
     };
-    end(what, |_| {
+    stop_and_reset(what, |_| {
         defmt::error!("{}", defmt::Display2Format(info));
     })
 }
@@ -138,7 +138,7 @@ extern "C" fn fault(frame: u32, exception: u32) -> ! {
             ..LastEnd::default()
         }
     };
-    end(what, |end| {
+    stop_and_reset(what, |end| {
         defmt::error!("{} at {=u32:#x}", end.cause, end.pc);
     })
 }

@@ -3,7 +3,7 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
-use super::super::channels::Notice;
+use super::super::channels::Notification;
 use super::super::{Bridge, SERVO_IDS};
 use super::{ClientLine, Progress as Answered, REPORT_US, Verdict, judge};
 use crate::link::message::Sample;
@@ -12,11 +12,11 @@ use crate::sequencer::State as BusState;
 use crate::servo::port::SetBaud;
 use crate::supervisor::{Event, State};
 
-/// A question, or the next piece of it, that finds no room for so long, in µs,
+/// A request, or the next piece of it, that finds no room for so long, in µs,
 /// is dropped: the vendor's SDK waits 34 ms for an answer, and one that comes
 /// later would be taken for the next.
 const PATIENCE_US: u64 = 30_000;
-/// Number of requests to a servo that does not answer.
+/// Number of queries to a servo that does not answer.
 const TRIES: u8 = 3;
 /// Time that a tick may take less than the one before: its margin, and the servos' own
 /// 26 µs either way.
@@ -28,20 +28,20 @@ where
     D: OutputPin,
 {
     /// Takes the client's bytes, and decides whether it gets or keeps the bus.
-    pub(in crate::bridge) fn listen_to_client(&mut self) {
+    pub(in crate::bridge) fn poll_client(&mut self) {
         let now_us = self.core.now_us();
         let gateway = &mut self.gateway;
-        while gateway.item.is_none()
-            && let Some(byte) = self.end.client.take()
+        while gateway.waiting.is_none()
+            && let Some(byte) = self.end.client.receive()
         {
-            gateway.item = gateway.framer.push(byte, now_us);
+            gateway.waiting = gateway.framer.push(byte, now_us);
         }
-        if gateway.item.is_none() {
-            gateway.item = gateway.framer.expire(now_us);
+        if gateway.waiting.is_none() {
+            gateway.waiting = gateway.framer.expire(now_us);
         }
         gateway.counters.halves = gateway.framer.halves();
         let ClientLine { is_open, .. } = self.end.client.line();
-        let is_waiting = gateway.item.is_some();
+        let is_waiting = gateway.waiting.is_some();
         if self.core.state() == State::Passthrough {
             gateway.was_open |= is_open;
             let is_closed = gateway.was_open && !is_open && !is_waiting;
@@ -79,26 +79,26 @@ where
     /// Passes the servos' bytes to the client.
     pub(in crate::bridge) fn pass_overheard(&mut self) {
         while let Some(byte) = self.sequencer.overheard() {
-            self.give(&[byte]);
+            self.send_to_client(&[byte]);
         }
     }
 
-    /// Sends the client's next question between ticks, if it fits.
+    /// Sends the client's next query between ticks, if it fits.
     pub(in crate::bridge) fn serve_client(&mut self, tick_due_us: u64) {
-        if self.gateway.job.is_none() {
+        if self.gateway.pending.is_none() {
             self.judge();
         }
         let now_us = self.core.now_us();
-        let Some(job) = &mut self.gateway.job else {
+        let Some(pending) = &mut self.gateway.pending else {
             return;
         };
         if now_us.saturating_sub(self.gateway.since_us) > PATIENCE_US {
-            self.gateway.job = None;
+            self.gateway.pending = None;
             self.gateway.count(false);
             return;
         }
-        let budget = self.sequencer.time_budget(job.servo(), tick_due_us);
-        let Some(query) = budget.and_then(|budget| job.next(budget)) else {
+        let budget = self.sequencer.time_budget(pending.servo(), tick_due_us);
+        let Some(query) = budget.and_then(|budget| pending.next(budget)) else {
             self.gateway.has_waited = true;
             return;
         };
@@ -109,70 +109,70 @@ where
 
     /// Judges the packet that waits.
     fn judge(&mut self) {
-        let Some(item) = self.gateway.item.take() else {
+        let Some(kind) = self.gateway.waiting.take() else {
             return;
         };
-        let frame = self.gateway.framer.frame(item);
+        let frame = self.gateway.framer.frame(kind);
         let Some(request) = frame.request() else {
             self.gateway.count(false);
             return;
         };
         let samples = self.sampled.samples.map(Sample::counts);
         match judge(self.sequencer.firmware(), SERVO_IDS, samples, request) {
-            Verdict::Ask(job) => {
+            Verdict::Ask(pending) => {
                 let period_us = self.core.config().period_us().get();
                 let exchange_us = self.sampled.bus_us.saturating_sub(SHORTER_US);
                 let budget = self
                     .sequencer
-                    .spare_budget(job.servo(), period_us, exchange_us);
+                    .spare_budget(pending.servo(), period_us, exchange_us);
                 self.gateway.since_us = self.core.now_us();
                 self.gateway.tries = 0;
-                if job.can_ever_fit(budget) {
-                    self.gateway.job = Some(job);
+                if pending.can_ever_fit(budget) {
+                    self.gateway.pending = Some(pending);
                 } else {
                     // A servo that may be absent gives no answer.
-                    if SERVO_IDS.iter().any(|ours| ours.get() == job.servo()) {
-                        self.give(&job.refusal());
+                    if SERVO_IDS.iter().any(|ours| ours.get() == pending.servo()) {
+                        self.send_to_client(&pending.refusal());
                     }
                     self.gateway.count(false);
                 }
             }
             Verdict::Answer(bytes) => {
-                self.give(&bytes);
+                self.send_to_client(&bytes);
                 self.gateway.count(true);
             }
             Verdict::Refuse(bytes) => {
-                self.give(&bytes);
+                self.send_to_client(&bytes);
                 self.gateway.count(false);
             }
         }
     }
 
-    /// Takes the servo's answer to the client's question, or its absence.
+    /// Takes the servo's answer to the client's request, or its absence.
     pub(in crate::bridge) fn finish_client(&mut self) {
-        let Some(job) = &mut self.gateway.job else {
+        let Some(pending) = &mut self.gateway.pending else {
             return;
         };
         let reply = self.sequencer.reply();
         let reply = reply.map(|payload| (payload.alarms.bits(), payload.data.as_slice()));
-        match job.took(reply) {
+        match pending.take_reply(reply) {
             Answered::More => {
                 self.gateway.tries = 0;
                 return;
             }
-            Answered::Done(bytes) => self.give(&bytes),
+            Answered::Done(bytes) => self.send_to_client(&bytes),
             // A servo that has just spoken may still be deaf: once more.
             Answered::Silent if self.gateway.tries < TRIES => return,
             // The servo is silent; so is the board.
             Answered::Silent => {}
         }
-        self.gateway.job = None;
+        self.gateway.pending = None;
         self.gateway.count(true);
     }
 
-    fn give(&mut self, bytes: &[u8]) {
+    fn send_to_client(&mut self, bytes: &[u8]) {
         for byte in bytes {
-            if !self.end.client.give(*byte) {
+            if !self.end.client.send(*byte) {
                 let lost = &mut self.gateway.counters.lost;
                 *lost = lost.wrapping_add(1);
             }
@@ -186,8 +186,8 @@ where
         if is_due && gateway.counters != gateway.reported {
             gateway.reported_us = now_us;
             // Lost if the host does not fetch it: the next one says more.
-            let notice = Notice::Port(gateway.counters);
-            if self.end.notices.enqueue(notice).is_ok() {
+            let notification = Notification::Port(gateway.counters);
+            if self.end.notifications.enqueue(notification).is_ok() {
                 gateway.reported = gateway.counters;
             }
         }

@@ -59,7 +59,7 @@ fn provoked_panic() {
 
 fn fault() {
     // SAFETY: none is claimed: the address is in the region below the stack, of
-    // which nothing may be executed (see `guard`). This faults.
+    // which nothing may be executed (see `stack_guard`). This faults.
     let nowhere: extern "C" fn() = unsafe { core::mem::transmute(0x1000_0001_usize) };
     nowhere();
 }

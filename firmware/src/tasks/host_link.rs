@@ -1,6 +1,6 @@
 //! The loop of the host's link: frames in and out, and settings to the store.
 
-use super::news::News;
+use super::signals::Signals;
 use super::stream::{FromHost, ToHost, when};
 use crate::settings;
 use armbridge_shared::bridge::LinkPort;
@@ -21,7 +21,7 @@ pub async fn link(
     mut to_host: impl ToHost,
     store: &mut Store<impl NorFlash>,
     mut watch: impl FnMut() -> Option<Stack>,
-    news: &News,
+    signals: &Signals,
 ) -> ! {
     let mut frame = [0; frame::MAX];
     let mut pending = 0..0;
@@ -37,7 +37,7 @@ pub async fn link(
         let bytes = frame.get(pending.clone()).unwrap_or_default();
         let is_silent = bytes.is_empty();
         let happened = {
-            let ran = pin!(news.ran.wait());
+            let ran = pin!(signals.ran.wait());
             let output = pin!(to_host.write(bytes));
             let output = select(when(is_silent, ran), when(!is_silent, output));
             select(from_host.read(&mut received), output).await

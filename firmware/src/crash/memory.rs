@@ -5,7 +5,7 @@
 //! power-up. Every cell is atomic: an exception handler may come between any two
 //! accesses, and then it is the handler's that count.
 
-use super::record::{Kept, WORDS, judge};
+use super::record::{CrashRecord, WORDS, judge};
 use armbridge_shared::link::message::{BoardReport, End, LastEnd};
 use armbridge_shared::servo::port::BAUD_RATES;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -22,7 +22,7 @@ struct Memory {
 
 // SAFETY: `.uninit` is placed in RAM by cortex-m-rt's linker script, and any bits
 // are an `AtomicU32`.
-#[cfg_attr(target_os = "none", unsafe(link_section = ".uninit.END"))]
+#[cfg_attr(target_os = "none", unsafe(link_section = ".uninit.CRASH"))]
 static MEMORY: Memory = Memory {
     record: [const { AtomicU32::new(0) }; WORDS],
     life: AtomicU32::new(0),
@@ -46,15 +46,15 @@ pub fn log(report: &BoardReport) {
     );
 }
 
-fn kept() -> Option<Kept> {
+fn kept() -> Option<CrashRecord> {
     let mut words = [0; WORDS];
     for (word, cell) in words.iter_mut().zip(&MEMORY.record) {
         *word = cell.load(Ordering::Relaxed);
     }
-    Kept::from_words(&words)
+    CrashRecord::from_words(&words)
 }
 
-fn keep_record(kept: Kept) {
+fn keep_record(kept: CrashRecord) {
     for (cell, word) in MEMORY.record.iter().zip(kept.to_words()) {
         cell.store(word, Ordering::Relaxed);
     }
@@ -68,7 +68,7 @@ pub fn begin(chip: End) -> BoardReport {
     let last_end = judge(kept(), chip, tick());
     MEMORY.tick.store(0, Ordering::Relaxed);
     MEMORY.baud.store(BAUD_RATES[0], Ordering::Relaxed);
-    keep_record(Kept::Running);
+    keep_record(CrashRecord::Running);
     BoardReport {
         session,
         last_end,
@@ -83,8 +83,8 @@ pub fn is_kept() -> bool {
 
 /// Keeps how the program ends, unless it is ending already.
 pub fn keep(end: LastEnd) {
-    if !matches!(kept(), Some(Kept::Ended(_))) {
-        keep_record(Kept::Ended(end));
+    if !matches!(kept(), Some(CrashRecord::Ended(_))) {
+        keep_record(CrashRecord::Ended(end));
     }
 }
 

@@ -1,4 +1,4 @@
-//! Readings of registers in pieces.
+//! Reads of registers in pieces.
 //!
 //! No piece ends inside a register, so that no value is half old, half new. A
 //! position that no READ may have comes from the control loop.
@@ -6,15 +6,15 @@
 use crate::bridge::gateway::response::{BYTES_MAX, Bytes, Responder};
 use crate::servo::{Firmware, Query};
 
-/// One request for the bus.
-pub type Ask = Query<BYTES_MAX>;
+/// One query on the bus.
+pub type BusQuery = Query<BYTES_MAX>;
 
-/// Bytes of a READ request, in both protocols.
-const REQUEST_BYTES: usize = 8;
+/// Bytes of a READ, in both protocols.
+const QUERY_BYTES: usize = 8;
 
-/// A reading of some registers, and how far it is.
+/// A read of some registers, and how far it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(in crate::bridge::gateway) struct Reading {
+pub(in crate::bridge::gateway) struct RegisterRead {
     firmware: Firmware,
     /// The servo.
     id: u8,
@@ -29,8 +29,8 @@ pub(in crate::bridge::gateway) struct Reading {
     asked: u8,
 }
 
-impl Reading {
-    /// A reading that has only what need not be asked for. `None` if the table
+impl RegisterRead {
+    /// A read that has only what need not be asked for. `None` if the table
     /// has not all of it, if it is of no bytes, or if it needs a position that
     /// is not known.
     pub(in crate::bridge::gateway) fn new(
@@ -40,7 +40,7 @@ impl Reading {
         count: u8,
     ) -> Option<Self> {
         let end = address.checked_add(count)?;
-        let mut reading = Self {
+        let mut read = Self {
             firmware: of.firmware,
             id: of.id,
             position,
@@ -49,10 +49,10 @@ impl Reading {
             data: Bytes::new(),
             asked: 0,
         };
-        let needs_position = (address..end).any(|at| reading.is_unreadable(at));
+        let needs_position = (address..end).any(|at| read.is_unreadable(at));
         let is_known = position.is_some() || !needs_position;
-        reading.insert_position();
-        (count > 0 && end <= of.firmware.memory_bytes() && is_known).then_some(reading)
+        read.insert_position();
+        (count > 0 && end <= of.firmware.memory_bytes() && is_known).then_some(read)
     }
 
     /// First byte that is still missing.
@@ -73,8 +73,8 @@ impl Reading {
         &self.data
     }
 
-    /// The next request, of so many bytes with its answer at the most.
-    pub(super) fn next(&mut self, room: usize) -> Option<Ask> {
+    /// The next query, of so many bytes with its answer at the most.
+    pub(super) fn next(&mut self, room: usize) -> Option<BusQuery> {
         let at = self.at();
         self.asked = self.piece(at, room);
         let query = || self.firmware.read_query(self.id, at, self.asked);
@@ -94,7 +94,7 @@ impl Reading {
             _ => self.end,
         };
         let beside = self.firmware.reply_overhead() + usize::from(self.firmware.run_up(at));
-        let room = room.saturating_sub(REQUEST_BYTES + beside);
+        let room = room.saturating_sub(QUERY_BYTES + beside);
         let left = end.saturating_sub(at);
         let piece = left.min(u8::try_from(room).unwrap_or(u8::MAX));
         let is_split = piece < left && self.firmware.splits_register(at + piece);
@@ -103,7 +103,7 @@ impl Reading {
     }
 
     /// Takes the data of an answer; whether it is what was asked for.
-    pub(super) fn took(&mut self, data: &[u8]) -> bool {
+    pub(super) fn take_data(&mut self, data: &[u8]) -> bool {
         let wanted = self.firmware.read_reply(self.at(), self.asked, data);
         let Some(wanted) = wanted.filter(|wanted| !wanted.is_empty()) else {
             return false;
