@@ -354,24 +354,28 @@ mod tests {
         let mut channels = Channels::new();
         let (mut tick, mut link, mut client) = channels.split();
         let mut watch = tick.watch();
-        let mut news = || (watch.has_link_news(), watch.has_client_news());
-        assert_eq!(news(), (false, false));
-        // What comes from the other ends is no news to them.
+        let mut activity = || (watch.has_link_activity(), watch.has_client_activity());
+        assert_eq!(activity(), (false, false));
+        // What comes from the other ends is no activity of the tick.
         assert_eq!(client.receive(&[1]), 1);
         link.stop(StopSource::Host);
-        assert_eq!(news(), (false, false));
+        assert_eq!(activity(), (false, false));
 
         assert!(tick.take_signals().stop.is_some());
-        assert!(tick.notices.enqueue(Notice::Passthrough).is_ok());
-        assert_eq!(news(), (true, false));
-        assert!(link.notices.dequeue().is_some());
-        assert_eq!(news(), (false, false));
+        assert!(
+            tick.notifications
+                .enqueue(Notification::Passthrough)
+                .is_ok()
+        );
+        assert_eq!(activity(), (true, false));
+        assert!(link.notifications.dequeue().is_some());
+        assert_eq!(activity(), (false, false));
         // Room for another byte, and a byte.
         assert_eq!(tick.client.from_client.dequeue(), Some(1));
-        assert_eq!(news(), (false, true));
+        assert_eq!(activity(), (false, true));
         assert!(tick.client.to_client.enqueue(2).is_ok());
-        assert_eq!(news(), (false, true));
+        assert_eq!(activity(), (false, true));
         assert_eq!(client.transmit(), Some(2));
-        assert_eq!(news(), (false, false));
+        assert_eq!(activity(), (false, false));
     }
 }

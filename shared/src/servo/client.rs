@@ -8,7 +8,7 @@
 use super::dispatch::with_protocol;
 use super::protocol::Protocol;
 use super::stop::FLUSH;
-use super::{ExpectedReply, Firmware, Instruction, Misread};
+use super::{DecodeError, ExpectedReply, Firmware, Instruction};
 
 /// A whole packet of a client, parsed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub struct ClientRequest<'a> {
     /// Address of the client. Protocol 1.0 has none: the destination again.
     pub source: u8,
     /// Instruction, if a servo knows it.
-    pub instruction: Result<Instruction<'a>, Misread>,
+    pub instruction: Result<Instruction<'a>, DecodeError>,
     /// Whether the checksum is right. A servo may obey a packet that is not:
     /// Morpheus applies a PWM before it looks.
     pub is_intact: bool,

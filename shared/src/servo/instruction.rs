@@ -52,7 +52,7 @@ pub enum Instruction<'a> {
 
 /// Why an intact packet is no instruction to a servo of its protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Misread {
+pub enum DecodeError {
     /// An instruction of the MX series, which no AX-12A knows.
     BulkRead,
     /// A code without meaning.

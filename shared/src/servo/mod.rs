@@ -40,7 +40,7 @@ pub use client::{ClientFrame, ClientRequest};
 pub use dispatch::ReplyParser;
 pub use firmware::Firmware;
 pub use id::ServoId;
-pub use instruction::{Instruction, Misread, SyncBlocks};
+pub use instruction::{DecodeError, Instruction, SyncBlocks};
 pub use packet::Packet;
 pub use port::BYTE_US;
 pub use query::{ExpectedReply, Query};

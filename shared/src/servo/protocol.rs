@@ -15,7 +15,7 @@
 //! [`Protocol1`]: super::protocol1::Protocol1
 
 use super::protocol1::Alarms;
-use super::{Firmware, Instruction, Misread, Query, ServoId};
+use super::{DecodeError, Firmware, Instruction, Query, ServoId};
 use core::fmt::Debug;
 use core::marker::PhantomData;
 use heapless::Vec;
@@ -113,8 +113,8 @@ pub trait Protocol: Clone + Debug {
     /// Request that a frame from a master makes.
     ///
     /// # Errors
-    /// [`Misread`] if no servo of this protocol knows it.
-    fn instruction<'a>(frame: &Self::Frame<'a>) -> Result<Instruction<'a>, Misread>;
+    /// [`DecodeError`] if no servo of this protocol knows it.
+    fn instruction<'a>(frame: &Self::Frame<'a>) -> Result<Instruction<'a>, DecodeError>;
 
     /// Reply that a frame from a servo is; `None` if no servo would send it.
     fn reply<'a>(frame: &Self::Frame<'a>) -> Option<Reply<'a>>;
@@ -125,7 +125,7 @@ pub trait Protocol: Clone + Debug {
 
     /// Bytes of all reply packets to an instruction, and the longest time until
     /// they begin, in µs; no bytes if none is sent.
-    fn expected(instruction: Result<Instruction, Misread>, to_all: bool) -> (u8, u32);
+    fn expected(instruction: Result<Instruction, DecodeError>, to_all: bool) -> (u8, u32);
 
     /// Presence test.
     fn ping_query(servo: ServoId) -> Query;

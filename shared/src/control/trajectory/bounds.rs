@@ -59,14 +59,14 @@ impl<T: Real> Bounds<T> {
 
 /// Watches a motion go by and remembers its [`Peak`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Tightest<T> {
+pub(super) struct PeakTracker<T> {
     bounds: Bounds<T>,
     peak: Peak<T>,
     /// Value over limit at the peak.
     ratio: T,
 }
 
-impl<T: Real> Tightest<T> {
+impl<T: Real> PeakTracker<T> {
     pub(super) fn new(bounds: &Bounds<T>) -> Self {
         Self {
             bounds: *bounds,

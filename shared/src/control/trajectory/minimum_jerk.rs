@@ -1,6 +1,6 @@
 //! Point to point with least jerk, and how soon it can be done.
 
-use super::bounds::{Bounds, Peak, Tightest};
+use super::bounds::{Bounds, Peak, PeakTracker};
 use super::quintic::Quintic;
 use super::{DURATION_MAX_S, DURATION_MIN_S};
 use crate::control::Reference;
@@ -27,7 +27,7 @@ pub(super) fn shortest<T: Real>(
     const HALVINGS: u8 = 12;
 
     let judge = |duration_s| {
-        let mut tightest = Tightest::new(bounds);
+        let mut tightest = PeakTracker::new(bounds);
         Quintic::joining(from, to, duration_s).show(T::zero(), duration_s, &mut tightest);
         tightest
     };

@@ -51,7 +51,7 @@ pub use error::{Argument, Error};
 pub use range::{DURATION_MAX_S, DURATION_MIN_S, FREQUENCY_MAX_HZ, WAYPOINTS_MAX};
 pub use shape::{Shape, Waypoint};
 
-use self::bounds::Tightest;
+use self::bounds::PeakTracker;
 use self::path::Path;
 use self::range::{check_start, checked_duration, checked_frequency};
 use self::wave::Wave;
@@ -96,7 +96,7 @@ impl<T: Real> Trajectory<T> {
             return Err(Error::NotFinite(Argument::Shape));
         }
         let trajectory = Self::build(&from, shape, bounds)?;
-        let mut tightest = Tightest::new(bounds);
+        let mut tightest = PeakTracker::new(bounds);
         trajectory.show(&mut tightest);
         tightest.verdict().map_err(Error::Exceeds)?;
         Ok(trajectory)
@@ -203,7 +203,7 @@ impl<T: Real> Trajectory<T> {
         })
     }
 
-    fn show(&self, tightest: &mut Tightest<T>) {
+    fn show(&self, tightest: &mut PeakTracker<T>) {
         match &self.wave {
             Some(wave) => wave.show(|t_s| self.path.at(t_s), tightest),
             None => self.path.show(tightest),

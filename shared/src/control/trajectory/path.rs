@@ -1,6 +1,6 @@
 //! Quintics one after another, then rest.
 
-use super::bounds::{Quantity, Tightest};
+use super::bounds::{PeakTracker, Quantity};
 use super::quintic::Quintic;
 use super::waypoints::{self, Knot, Knots};
 use super::{DURATION_MAX_S, DURATION_MIN_S, Error, WAYPOINTS_MAX, Waypoint};
@@ -107,7 +107,7 @@ impl<T: Real> Path<T> {
     }
 
     /// Shows `tightest` the extremes of all of it.
-    pub(super) fn show(&self, tightest: &mut Tightest<T>) {
+    pub(super) fn show(&self, tightest: &mut PeakTracker<T>) {
         for (joint, &q) in self.rests_at.iter().enumerate() {
             tightest.see(joint, Quantity::Angle, q, self.ends_s);
         }

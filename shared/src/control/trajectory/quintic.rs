@@ -9,7 +9,7 @@
 //!                                               peak acceleration  10/sqrt(3) D/T^2
 //! ```
 
-use super::bounds::{Quantity, Tightest};
+use super::bounds::{PeakTracker, Quantity};
 use crate::JOINTS;
 use crate::check_word::checked;
 use crate::control::Reference;
@@ -89,7 +89,7 @@ impl<T: Real> Quintic<T> {
     /// Exact, not sampled: between two neighbouring zeros of its derivative a
     /// polynomial is monotone, so its own zeros there are found by bisection.
     /// That leads from the fourth derivative, a straight line, up to the angle.
-    pub(super) fn show(&self, starts_s: T, duration_s: T, tightest: &mut Tightest<T>) {
+    pub(super) fn show(&self, starts_s: T, duration_s: T, tightest: &mut PeakTracker<T>) {
         for joint in 0..JOINTS {
             let mut derivatives = [[T::zero(); 6]; 5];
             let mut last = self.c.map(|c| c[joint]);

@@ -38,7 +38,7 @@
 //! [skipped](Stream::skipped), one a tick, for the next may be far enough ahead. That
 //! check is dear, some ten thousand instructions, and made only then.
 
-use super::bounds::{Bounds, Quantity, Tightest};
+use super::bounds::{Bounds, PeakTracker, Quantity};
 use super::quintic::Quintic;
 use super::range::check_start;
 use crate::check_word::{CheckWord, Checked, checked};
@@ -233,7 +233,7 @@ impl<T: Real> Stream<T> {
             return;
         };
         let way_us = ends_us.saturating_sub(now_us);
-        let mut tightest = Tightest::new(&self.bounds);
+        let mut tightest = PeakTracker::new(&self.bounds);
         way.show(T::zero(), seconds(way_us), &mut tightest);
         if way_us >= SPACING_MIN_US && tightest.verdict().is_ok() {
             self.follow(way, now_us, ends_us);

@@ -8,7 +8,7 @@
 //! and acceleration of w are 0 at both ends whatever the phase. w is added to a path
 //! that goes to the centre while it rises.
 
-use super::bounds::Tightest;
+use super::bounds::PeakTracker;
 use super::ramp::Envelope;
 use crate::JOINTS;
 use crate::check_word::checked;
@@ -60,7 +60,7 @@ impl<T: Real> Wave<T> {
     ///
     /// The phase taken out, everything changes as slowly as the ramps, and a few
     /// hundred samples are exact to 0.01 %.
-    pub(super) fn show(&self, path: impl Fn(T) -> Reference<T>, tightest: &mut Tightest<T>) {
+    pub(super) fn show(&self, path: impl Fn(T) -> Reference<T>, tightest: &mut PeakTracker<T>) {
         const SAMPLES_PER_RAMP: u16 = 256;
         let fall_s = self.duration_s - self.ramp_s;
         for i in 0..=SAMPLES_PER_RAMP {

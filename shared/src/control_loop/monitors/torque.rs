@@ -116,12 +116,14 @@ impl TorqueLimiter {
         for (((joint, (counters, torque)), (wanted, before)), (limit, bounds)) in
             (0..).zip(joints).zip(asked).zip(allowed)
         {
-            let held = Held::of(wanted, before, config.step_nm, limit, bounds);
-            *torque = held.torque_nm;
-            guards = guards.or(held.guards());
-            let is_long_braked = counters.braked.note(held.is_braked, config.beyond_ticks);
-            let is_long_limited = counters.limited.note(held.is_limited, config.beyond_ticks);
-            let is_long_rated = counters.rated.note(held.is_rated, config.rate_ticks);
+            let limited = LimitedJointTorque::of(wanted, before, config.step_nm, limit, bounds);
+            *torque = limited.torque_nm;
+            guards = guards.or(limited.guards());
+            let is_long_braked = counters.braked.note(limited.is_braked, config.beyond_ticks);
+            let is_long_limited = counters
+                .limited
+                .note(limited.is_limited, config.beyond_ticks);
+            let is_long_rated = counters.rated.note(limited.is_rated, config.rate_ticks);
             let (fault, value, limit) = if is_long_braked {
                 (Fault::AngleLimit, bounds.angle_rad, bounds.stop_rad)
             } else if is_long_limited {
@@ -164,14 +166,14 @@ impl TorqueLimiter {
 }
 
 /// A joint's torque within its limits, and which of them changed it.
-struct Held {
+struct LimitedJointTorque {
     torque_nm: f32,
     is_limited: bool,
     is_braked: bool,
     is_rated: bool,
 }
 
-impl Held {
+impl LimitedJointTorque {
     fn of(wanted: f32, before: f32, step: f32, limit: f32, bounds: Bounds) -> Self {
         let in_limit = |torque| within(torque, -limit, limit);
         let in_bounds = |torque| within(torque, bounds.low_nm, bounds.high_nm);

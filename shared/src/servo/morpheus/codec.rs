@@ -10,7 +10,7 @@ use crate::JOINTS;
 use crate::actuator::Pwm;
 use crate::servo::protocol::{Extent, Protocol, Reply};
 use crate::servo::protocol1::Alarms;
-use crate::servo::{Firmware, Instruction, Misread, Query, ServoId};
+use crate::servo::{DecodeError, Firmware, Instruction, Query, ServoId};
 use core::ops::RangeInclusive;
 use heapless::Vec;
 
@@ -84,7 +84,7 @@ impl Protocol for Morpheus {
         MASTERS.contains(&source)
     }
 
-    fn instruction<'a>(frame: &Self::Frame<'a>) -> Result<Instruction<'a>, Misread> {
+    fn instruction<'a>(frame: &Self::Frame<'a>) -> Result<Instruction<'a>, DecodeError> {
         Ok(match *frame.data {
             [PING] => Instruction::Ping,
             [READ, address, count] => Instruction::Read { address, count },
@@ -104,9 +104,9 @@ impl Protocol for Morpheus {
                 }
             }
             [] | [PING | READ | WRITE | START | CYCLE | RESET | SYNC_WR, ..] => {
-                return Err(Misread::Length);
+                return Err(DecodeError::Length);
             }
-            [code, ..] => return Err(Misread::Unknown(code)),
+            [code, ..] => return Err(DecodeError::Unknown(code)),
         })
     }
 
@@ -127,7 +127,7 @@ impl Protocol for Morpheus {
         frame.encode()
     }
 
-    fn expected(instruction: Result<Instruction, Misread>, to_all: bool) -> (u8, u32) {
+    fn expected(instruction: Result<Instruction, DecodeError>, to_all: bool) -> (u8, u32) {
         let data = match (instruction, to_all) {
             (Ok(Instruction::Start), true) => {
                 return (Self::PONG_BYTES, START_LATENCY_US);

@@ -3,7 +3,7 @@
 use super::frame::{BROADCAST, FRAME_MAX, Frame, HEADER, OVERHEAD, checksum};
 use super::{Protocol1, Status, register};
 use crate::servo::protocol::{Extent, Protocol, Reply};
-use crate::servo::{Firmware, Instruction, Misread, Packet, Query, ServoId};
+use crate::servo::{DecodeError, Firmware, Instruction, Packet, Query, ServoId};
 use heapless::Vec;
 
 /// Registers from the angle limits through the moving speed.
@@ -69,7 +69,7 @@ impl Protocol for Protocol1 {
         true
     }
 
-    fn instruction<'a>(frame: &Self::Frame<'a>) -> Result<Instruction<'a>, Misread> {
+    fn instruction<'a>(frame: &Self::Frame<'a>) -> Result<Instruction<'a>, DecodeError> {
         Instruction::decode(frame)
     }
 
@@ -90,7 +90,7 @@ impl Protocol for Protocol1 {
         (reply.id < BROADCAST).then(|| status.encode()).flatten()
     }
 
-    fn expected(instruction: Result<Instruction, Misread>, to_all: bool) -> (u8, u32) {
+    fn expected(instruction: Result<Instruction, DecodeError>, to_all: bool) -> (u8, u32) {
         let data = match (instruction, to_all) {
             (Ok(Instruction::Ping), true) => 0,
             (_, true) => return (0, 0),

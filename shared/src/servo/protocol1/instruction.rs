@@ -1,7 +1,7 @@
 //! Instructions as Protocol 1.0 packets.
 
 use super::frame::{BROADCAST, FRAME_MAX, Frame};
-use crate::servo::{Instruction, Misread};
+use crate::servo::{DecodeError, Instruction};
 use heapless::Vec;
 
 /// Codes of the instructions (e-Manual, "Instruction").
@@ -64,8 +64,8 @@ impl<'a> Instruction<'a> {
     /// The instruction of a packet.
     ///
     /// # Errors
-    /// [`Misread`] if no AX-12A knows it.
-    pub fn decode(frame: &Frame<'a>) -> Result<Self, Misread> {
+    /// [`DecodeError`] if no AX-12A knows it.
+    pub fn decode(frame: &Frame<'a>) -> Result<Self, DecodeError> {
         match (frame.code, frame.parameters) {
             (code::PING, []) => Ok(Self::Ping),
             (code::READ, &[address, count]) => Ok(Self::Read { address, count }),
@@ -88,7 +88,7 @@ impl<'a> Instruction<'a> {
                     blocks,
                 })
             }
-            (code::BULK_READ, _) => Err(Misread::BulkRead),
+            (code::BULK_READ, _) => Err(DecodeError::BulkRead),
             (
                 code::PING
                 | code::READ
@@ -98,8 +98,8 @@ impl<'a> Instruction<'a> {
                 | code::FACTORY_RESET
                 | code::SYNC_WRITE,
                 _,
-            ) => Err(Misread::Length),
-            (unknown, _) => Err(Misread::Unknown(unknown)),
+            ) => Err(DecodeError::Length),
+            (unknown, _) => Err(DecodeError::Unknown(unknown)),
         }
     }
 }
@@ -164,10 +164,10 @@ mod tests {
                 parameters,
             })
         };
-        assert_eq!(decode(0x92, &[0]), Err(Misread::BulkRead));
-        assert_eq!(decode(0x42, &[]), Err(Misread::Unknown(0x42)));
-        assert_eq!(decode(0x02, &[1]), Err(Misread::Length));
-        assert_eq!(decode(0x83, &[30, 2, 1, 0]), Err(Misread::Length));
+        assert_eq!(decode(0x92, &[0]), Err(DecodeError::BulkRead));
+        assert_eq!(decode(0x42, &[]), Err(DecodeError::Unknown(0x42)));
+        assert_eq!(decode(0x02, &[1]), Err(DecodeError::Length));
+        assert_eq!(decode(0x83, &[30, 2, 1, 0]), Err(DecodeError::Length));
     }
 
     proptest! {

@@ -29,7 +29,7 @@ mod instruction;
 pub mod register;
 mod status;
 
-pub use super::instruction::{Instruction, Misread, SyncBlocks};
+pub use super::instruction::{DecodeError, Instruction, SyncBlocks};
 pub use super::protocol::Damage;
 pub use alarms::Alarms;
 pub(super) use codec::torque_off;

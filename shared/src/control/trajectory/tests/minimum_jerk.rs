@@ -118,7 +118,7 @@ fn peaks_are_those_of_fine_samples() {
             speed_rad_s: 1.0,
             acceleration_rad_s2: 1.0,
         };
-        let mut tightest = Tightest::new(&one);
+        let mut tightest = PeakTracker::new(&one);
         any.show(&mut tightest);
         let sampled = sampled_ratio(&any, &one);
         assert!(tightest.ratio() >= sampled - 1e-9);
