@@ -231,7 +231,7 @@ mod tests {
         assert_eq!(port.write(0xFF), Err(nb::Error::WouldBlock));
         assert_eq!(port.flush(), Err(nb::Error::WouldBlock));
 
-        // One byte more than there is room for, and its loss is told first.
+        // One byte more than there is room for, and its loss is reported first.
         assert_eq!(port.read(), Err(nb::Error::WouldBlock));
         (0..=BUFFER_LEN).for_each(|i| port.0.0.received(i as u8));
         assert_eq!(port.read(), Err(nb::Error::Other(LineError::Overrun)));

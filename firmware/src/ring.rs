@@ -38,7 +38,7 @@ impl<const N: usize> ByteRing<N> {
         if let Some(cell) = self.bytes.get(pushed as usize % N) {
             cell.store(byte, Ordering::Relaxed);
         }
-        // Release: whoever sees the count sees the byte.
+        // Release: a reader that sees the count sees the byte.
         self.pushed.store(pushed.wrapping_add(1), Ordering::Release);
         true
     }

@@ -21,7 +21,7 @@
 //! 999 or 1001: a motor that fell silent at -0.018 N m would be a step in the
 //! loop, and the arm can come to rest on it.
 //!
-//! What the estimator must be told is what the servo was told: PWM is a clamped
+//! The estimator must be given what the servo was sent: PWM is a clamped
 //! integer, and a [`Command`] carries the torque that this integer stands for.
 //!
 //!

@@ -306,7 +306,7 @@ fn poll_repeatedly<T>(future: impl Future<Output = T>) {
     }
 }
 
-// Each loop is a function of its own, so that a panic in it can be told from one
+// Each loop is a function of its own, so that a panic in it can be distinguished from one
 // in another.
 
 #[inline(never)]

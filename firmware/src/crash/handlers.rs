@@ -30,7 +30,7 @@ pub fn stop_first() {
 
 /// Motors off, before anything else; then a record, a line in the log, and a reset.
 /// Whoever comes here again has failed in ending: the next life stops the motors,
-/// and what failed first is told, if it got as far as its record.
+/// and what failed first is reported, if its record was written.
 fn stop_and_reset(what: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) -> ! {
     cortex_m::interrupt::disable();
     let earlier = CRASHES.fetch_add(1, Ordering::Relaxed);
@@ -66,7 +66,7 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     })
 }
 
-/// An exception that nobody expects is a bug.
+/// An exception that is not expected is a bug.
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(number: i16) -> ! {
     panic!("unexpected exception {number}")
@@ -77,7 +77,7 @@ unsafe fn DefaultHandler(number: i16) -> ! {
 /// Registers of the floating-point unit that are still to be saved (LSPACT in
 /// FPCCR) would be saved to where there may be no stack: they are given up.
 // SAFETY: the name is the one by which cortex-m-rt's vector table calls it, as an
-// exception handler. It never returns, so what it does to the stack is nobody's
+// exception handler. It never returns, so what it does to the stack is no one's
 // loss; the eight words of the exception are above the pointer that is kept, or
 // more than `ROOM` bytes below the one that is set, if they are in the stack.
 #[unsafe(naked)]

@@ -1,7 +1,7 @@
 //! Memory that a reset leaves alone: how the program ended, which life it is,
 //! the tick, and the speed of the servo bus.
 //!
-//! It lies in a section that nobody initialises, so that it holds noise after
+//! It lies in a section that is not initialised, so that it holds noise after
 //! power-up. Every cell is atomic: an exception handler may come between any two
 //! accesses, and then it is the handler's that count.
 

@@ -14,7 +14,7 @@
 //!  watchdog (board) --+ | the watchdog's                            |
 //!  brown-out ---------+-+-------------------------------------------+
 //!  reset pin ---------+                                             v
-//!        stop sequence --> record read and told --> watchdog on --> bridge
+//!        stop sequence --> record read, reported --> watchdog on --> bridge
 //! ```
 //!
 //! # Bounds
@@ -43,7 +43,7 @@
 //! off.
 //!
 //! While the supply is too low and while a reset lasts nothing can be sent, and a
-//! servo that still has power does what it was told last. No program can help
+//! servo that still has power obeys its last command. No program can help
 //! that; a switch in the servos' supply can.
 //!
 //! | module     | what                                                     |

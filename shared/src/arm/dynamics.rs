@@ -1,6 +1,6 @@
 //! Mass, Coriolis, gravity, acceleration and energy: equations (1) to (4).
 //!
-//! Each of these is one term of a [`Posture`], for whoever needs only that.
+//! Each of these is one term of a [`Posture`], for a caller that needs only that.
 
 use super::{Parameters, Posture, State};
 use crate::real::Real;

@@ -1,4 +1,4 @@
-//! The numbers by which the bridge judges what is safe and that nobody can set;
+//! Numbers by which the bridge judges what is safe and that no host can set;
 //! those that can be are [`Limits`](crate::link::limits::Limits).
 
 use crate::control::Bounds;

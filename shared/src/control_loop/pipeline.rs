@@ -12,7 +12,7 @@ use crate::actuator::{Command, Joint, Pwm};
 use crate::arm::State;
 use crate::control::Reference;
 
-/// What the servos are told, and the torque that it stands for.
+/// A command to the servos, and the torque that it stands for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActuatorCommand {
     /// Joint by joint.

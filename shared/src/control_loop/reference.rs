@@ -252,7 +252,7 @@ impl Plan {
     }
 }
 
-/// What the host is told of a motion that cannot be.
+/// The refusal of a motion that cannot be.
 pub fn refusal(error: &trajectory::Error<f32>) -> Refusal {
     match error {
         trajectory::Error::Exceeds(peak) | trajectory::Error::NoDuration(peak) => Refusal::Beyond {

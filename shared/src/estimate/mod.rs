@@ -210,7 +210,7 @@ impl<T: Real> Estimator<T> {
         }
     }
 
-    /// Goes on to the next sample: `torque` in N m is what the servos were told
+    /// Goes on to the next sample: `torque` in N m is what the servos were sent
     /// and what acts until then, `arm` the one that the estimator was built for.
     /// Returns the state there.
     pub fn advance(

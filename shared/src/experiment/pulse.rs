@@ -17,7 +17,7 @@ pub(super) fn count<T: Real>(t_s: T, interval_s: T) -> u16 {
 /// 0 to `most` and back, over and over.
 pub(super) fn back_and_forth(count: u16, most: u8) -> u16 {
     let most = u16::from(most);
-    // There is a step; and whoever asks for none has the first level.
+    // There is a step; asked for none, the first level.
     let turn = count.checked_rem(2 * most).unwrap_or(0);
     turn.min(2 * most - turn)
 }

@@ -43,7 +43,7 @@ pub enum Role {
     Pwm(Signal<f32>),
     /// Held for [`HELD_S`]; and then the PWM that held it on average, and so many counts
     /// more, rounded. The signal begins then. So a joint is let go slowly, or pushed harder
-    /// and harder, from a torque that nobody need know.
+    /// and harder, from a torque that need not be known.
     Bias(Signal<f32>),
     /// A torque in N m, by way of the actuator.
     Torque(Signal<f32>),

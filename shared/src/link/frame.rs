@@ -8,7 +8,7 @@
 //! frame, so a receiver that joins late or loses bytes is back in step at the
 //! next zero. A frame whose sequence number is not the one after its
 //! predecessor's says how many were lost; the number 0, out of turn, that the sender
-//! began anew, and nobody knows what it had said meanwhile.
+//! began anew, and what it sent meanwhile is not known.
 
 use postcard::experimental::max_size::MaxSize;
 use serde::{Serialize, Serializer, de::DeserializeOwned};

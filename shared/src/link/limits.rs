@@ -60,7 +60,7 @@ pub struct Limits {
     /// Temperature of a stock servo in °C.
     pub temperature_c: u8,
     /// Temperatures between which a Morpheus servo may be, in counts of its
-    /// converter, which nobody has calibrated.
+    /// converter, which is not calibrated.
     pub temperature_counts: [u16; 2],
     /// How far that may change since the first reading after a start, either way.
     pub temperature_drift_counts: u16,

@@ -101,7 +101,7 @@ pub enum ToHost {
     Tripped(Trip),
     /// What is known of motors that shall be off.
     Off(OffReport),
-    /// How an experiment ended, unless by a fault or a goodbye: told once.
+    /// How an experiment ended, unless by a fault or a goodbye: sent once.
     Concluded(Conclusion),
     /// A servo's temperature, as polled with torque on or off.
     Temperature {
@@ -210,7 +210,7 @@ pub enum Refusal {
     Faulted,
     /// Servos are still being brought up, or do not answer.
     NotReady,
-    /// After a stop, motors have not been seen to be off, and the host has not been told
+    /// After a stop, motors have not been seen to be off, and the host has not been notified
     /// which are not: send it again. That takes 0.3 s at most.
     NotOff,
     /// The board is not armed; send [`Command::Arm`] first.
@@ -294,7 +294,7 @@ pub struct Record {
     /// Torque in N m that `pwm_next` stands for, after clamp and rounding, less
     /// what is added against friction.
     pub torque_nm: [f32; JOINTS],
-    /// Torque in N m that acts though nobody commanded it, as estimated; 0 from
+    /// Torque in N m that acts without being commanded, as estimated; 0 from
     /// an estimator that does not look for it.
     pub disturbance_nm: [f32; JOINTS],
     /// What the tick took.

@@ -56,7 +56,7 @@ impl Default for Setup {
 
 impl Setup {
     /// What stands best on an arm with dry friction: a Kalman filter that finds
-    /// the torques nobody commanded, Coulomb friction fed forward, and an LQR
+    /// disturbance torques, Coulomb friction fed forward, and an LQR
     /// stiffer than the paper's.
     pub fn best() -> Self {
         Self {

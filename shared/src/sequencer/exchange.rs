@@ -11,7 +11,7 @@ use embedded_hal_nb::serial::{Read, Write};
 
 /// Ticks without an answer after which a servo is taken for wedged.
 const SILENT_TICKS: u32 = 3;
-/// Ticks in which a wedged servo is told off, two of this many for each joint: twice
+/// Ticks in which a wedged servo is switched off, two of this many for each joint: twice
 /// in 20 ms at 1 kHz, and else the ticks tell both.
 const WEDGED_TICKS: u32 = 4;
 
@@ -20,7 +20,7 @@ where
     S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
-    /// Begins a tick: the servos are told `pwm` if there is leave to drive, and are told
+    /// Begins a tick: the servos are sent `pwm` if there is leave to drive, and are sent
     /// off otherwise. The exchange may take `available_us`.
     pub fn begin_tick(
         &mut self,

@@ -110,7 +110,7 @@ pub enum BusLeave {
 pub(crate) enum State {
     /// The servos are being found.
     Search(SearchStep),
-    /// Motors are told off.
+    /// Motors are switched off, again and again.
     ForceOff,
     /// Motors are driven.
     Drive,
@@ -257,12 +257,12 @@ where
     }
 
     /// Whether the last stop has come to an end: every motor has been seen to be off, or
-    /// the host has been told which has not.
+    /// the host has been notified which has not.
     pub fn is_settled(&self) -> bool {
         self.off.is_settled()
     }
 
-    /// What the host is to be told of motors that shall be off, when that changes.
+    /// The report for the host on motors that shall be off, when it changes.
     pub fn take_off_report(&mut self) -> Option<OffReport> {
         match self.state {
             State::ForceOff => self.off.take_report(self.now_us),
@@ -307,7 +307,7 @@ where
 
     /// Every motor is to be off at once, by the stop sequence: after a fault, or when a
     /// stop is asked for again. The exchange under way ends first, within a tick; what it has
-    /// not yet told the motors is off.
+    /// not yet sent to the motors is off.
     pub fn force_off(&mut self, now_us: u64) {
         self.now_us = now_us;
         self.master.withhold();

@@ -26,7 +26,7 @@ pub enum Transaction {
     /// servos that are not prepared are given none.
     Drive([Pwm; JOINTS]),
     /// The control tick with motors off, in the state in which servos are: Morpheus
-    /// servos are given PWM 1000, stock ones are told to let go, prepared or not,
+    /// servos are given PWM 1000, stock ones the order to let go, prepared or not,
     /// and drive again only when torque is enabled again.
     HoldOff,
     /// Collect all positions, and switch one servo off with the only packet that a
@@ -49,7 +49,7 @@ pub struct Outcome {
     /// What was asked.
     pub transaction: Transaction,
     /// Per joint: the position in counts for a tick; for a ping or START, 0 if the
-    /// servo answered. A stop asks nobody.
+    /// servo answered. A stop asks for no answer.
     pub samples: [Sample; JOINTS],
     /// Per joint: what a stock servo complained of in its answer.
     pub alarms: [Alarms; JOINTS],

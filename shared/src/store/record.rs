@@ -13,7 +13,7 @@
 //! | `b'R'`  | none                                              | the settings of this generation were written and read back |
 //!
 //! Generations count up with each save. A receipt without its settings is how a
-//! damaged save is told from one that power-off cut short: the latter has none.
+//! damaged save is distinguished from one that power-off cut short: the latter has none.
 //!
 //! The storage crate has a CRC of its own. It covers what the crate was handed
 //! until it hands it back, and its record layout may change with its version. This

@@ -203,7 +203,7 @@ pub struct PolledBus {
 }
 
 impl PolledBus {
-    /// Takes the port over from whoever has it.
+    /// Takes the port over from its present owner.
     pub fn take() -> Self {
         set_up();
         let core_mhz = if runs_at_full_speed() {

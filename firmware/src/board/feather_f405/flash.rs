@@ -5,7 +5,7 @@
 //! programmed at once, which needs 2.7 V at least (section 3.6.2); the board has
 //! 3.3 V.
 //!
-//! While a sector is erased or a word programmed, whoever fetches from flash waits,
+//! While a sector is erased or a word programmed, a core that fetches from flash waits,
 //! interrupt handlers included: 1 to 2 s and 16 µs (data sheet, flash memory
 //! programming). The chip's caches are off, so that none need be emptied after it.
 

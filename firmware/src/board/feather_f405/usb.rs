@@ -28,7 +28,7 @@ bind_interrupts!(struct Irqs {
 
 /// Longest packet of a full-speed bulk endpoint.
 const PACKET_MAX: usize = 64;
-/// A class of nobody's but the vendor's.
+/// The vendor-specific class.
 const VENDOR: u8 = 0xFF;
 /// Request by which Windows asks for Microsoft's descriptors; any will do.
 const MICROSOFT: u8 = 0x20;

@@ -82,7 +82,7 @@ pub struct PolledBus {
 }
 
 impl PolledBus {
-    /// Takes the port over from whoever has it.
+    /// Takes the port over from its present owner.
     pub fn take() -> Self {
         time::count();
         BUS.enable();

@@ -127,7 +127,7 @@ extern "C" fn rest() {
 }
 
 unsafe extern "C" {
-    /// The handler of whatever nobody handles, from cortex-m-rt.
+    /// The handler of exceptions without one of their own, from cortex-m-rt.
     fn DefaultHandler();
 }
 

@@ -76,7 +76,7 @@ pub async fn run(
         });
         client.set_line(grant.client_line);
         time::grant(grant.now_us, grant.is_stop_pressed);
-        // To the tick, which has been woken, and to whoever tells the mode.
+        // To the tick, which has been woken, and to the task that reports the mode.
         yield_now().await;
     }
 }

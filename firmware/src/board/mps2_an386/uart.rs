@@ -101,7 +101,7 @@ impl Uart {
         });
     }
 
-    /// Sends a byte by polling, past the buffers; gives up when nobody takes
+    /// Sends a byte by polling, past the buffers; gives up when no reader takes
     /// it for some milliseconds.
     pub fn send_polled(&self, byte: u8) {
         for _ in 0..20_000 {

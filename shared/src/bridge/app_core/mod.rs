@@ -61,7 +61,7 @@ pub struct BusFacts {
     pub is_prepared: bool,
     /// Shortest period in µs at which they can be asked.
     pub least_period_us: u32,
-    /// After a stop, each motor has been seen to be off, or the host has been told which
+    /// After a stop, each motor has been seen to be off, or the host has been notified which
     /// has not.
     pub is_stop_settled: bool,
 }
@@ -215,7 +215,7 @@ impl Core {
         self.control_loop.lost_in_row(joint)
     }
 
-    /// Now, as the host is told when a command was taken.
+    /// The moment at which a command is taken, for its acknowledgement.
     pub fn moment(&self) -> Moment {
         Moment {
             tick: self.tick,

@@ -18,7 +18,7 @@
 //! | any other to all servos              | refused in silence                 |
 //! | damaged                              | answered: checksum alarm           |
 //!
-//! ACTION is refused to every servo, for nobody knows what it sets off;
+//! ACTION is refused to every servo, for what it sets off is not known;
 //! `FACTORY_RESET` because it makes its victim another servo 1.
 //!
 //! On a Morpheus bus:

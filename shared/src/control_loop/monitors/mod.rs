@@ -264,7 +264,7 @@ impl Monitors {
 /// Whether all are, joint by joint.
 fn finite(values: [[f32; JOINTS]; 4]) -> Result<(), Violation> {
     // Not finite if any of them is not, or if they are so large that a closer look
-    // costs nobody anything.
+    // costs nothing.
     let sum: f32 = values.iter().flatten().map(|value| value.abs()).sum();
     if sum.is_finite() {
         return Ok(());

@@ -1,7 +1,7 @@
 //! An extended Kalman filter that knows what pushes the arm.
 //!
 //! Six states: both angles, both speeds, and for each joint a *disturbance*, a
-//! torque that nobody commanded: gravity off its model, friction, a motor weaker
+//! torque that was not commanded: gravity off its model, friction, a motor weaker
 //! than calibrated. It walks at random, so what the samples show of it is kept,
 //! and a controller that takes it off its torque leaves no error at rest.
 //!

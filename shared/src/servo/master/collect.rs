@@ -18,7 +18,7 @@ enum Evidence {
     Nothing,
     /// Bytes.
     Bytes,
-    /// An intact packet that nobody asked for.
+    /// An intact packet that answers no request.
     Stranger,
     /// A packet with a wrong checksum.
     Damaged,
@@ -127,7 +127,7 @@ impl Collect {
     }
 
     /// Writes down the samples of the joints that were asked. A missing one is put
-    /// down to the strongest evidence there is; one servo's silence is told from a
+    /// down to the strongest evidence there is; one servo's silence is distinguished from a
     /// dead bus by the other's answer.
     pub(super) fn settle(
         &self,

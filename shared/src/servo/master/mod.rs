@@ -161,7 +161,7 @@ where
     }
 
     /// Whether bytes from the servos are kept for [`Master::overheard`], those
-    /// that nobody asked for too. What was kept is forgotten.
+    /// that were not asked for too. What was kept is forgotten.
     pub fn listen_in(&mut self, on: bool) {
         self.listens_in = on;
         self.overheard.clear();

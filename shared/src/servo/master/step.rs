@@ -74,7 +74,7 @@ where
                         let _ = self.overheard.push_back(byte);
                         self.active_us = self.active_us.max(now_us);
                     }
-                    // Outside a window: nobody was asked, nothing is believed.
+                    // Outside a window: no servo was asked, so no byte is taken for an answer.
                     if let Phase::Listening { collect, .. } = &mut self.phase {
                         collect.byte(byte, self.line.ids);
                     }

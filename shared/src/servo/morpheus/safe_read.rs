@@ -1,7 +1,7 @@
 //! Reading registers without deafening the other servos.
 //!
 //! Servos take each other's replies for requests. One whose first byte is 0x83
-//! looks like SYNC_WR, and whoever hears it is deaf for 200 bytes: a READ must
+//! looks like SYNC_WR, and a servo that hears it is deaf for 200 bytes: a READ must
 //! begin at a register that never holds 0x83. There are four:
 //!
 //! | from | what                  | holds | reaches    |
@@ -39,7 +39,7 @@ pub struct Plan {
     address: u8,
     /// Bytes to ask for.
     count: u8,
-    /// Bytes of the reply that nobody wanted.
+    /// Bytes of the reply beside those wanted.
     skip: u8,
 }
 

@@ -25,7 +25,7 @@ fn blank() -> Flash {
     Memory(vec![0xFF; 2 * PAGE])
 }
 
-/// Settings that can be told apart.
+/// Settings that differ.
 fn settings(number: u32) -> Settings {
     let mut settings = Settings::default();
     settings.setup.period_us = 1_000 + number;

@@ -39,7 +39,7 @@ impl Plant {
         self.arm.map(|number| number as f32)
     }
 
-    /// As the guard is told it.
+    /// As the monitors are given it.
     pub(super) fn seen(&self) -> State<f32> {
         State {
             q: self.state.q.cast(),
