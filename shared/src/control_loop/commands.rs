@@ -57,7 +57,7 @@ impl ControlLoop {
         is_driven: bool,
         acts_us: u64,
     ) {
-        self.feed_forward = FeedForward::NONE;
+        self.feed_forward = FeedForward::none();
         if is_driven {
             let reference = self.source.at(acts_us);
             let forward_nm = before.control.feed_forward(&reference);

@@ -138,7 +138,7 @@ impl ControlLoop {
             source: ReferenceSource::hold(upright),
             experiment: ActiveExperiment::default(),
             bump_nm: Vector2::zeros(),
-            feed_forward: FeedForward::NONE,
+            feed_forward: FeedForward::none(),
             state: State::at_rest(upright),
             reference: Reference::at_rest(upright),
             command: ActuatorCommand::OFF,

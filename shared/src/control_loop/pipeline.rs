@@ -10,6 +10,7 @@ use super::config::ControlConfig;
 use crate::JOINTS;
 use crate::actuator::{Command, Joint, Pwm};
 use crate::arm::State;
+use crate::check_word::CheckWord;
 use crate::control::Reference;
 
 /// A command to the servos, and the torque that it stands for.
@@ -56,23 +57,31 @@ pub(super) struct Demand {
     pub(super) friction_nm: Vector2<f32>,
 }
 
-/// The feed-forward of the last reference: a setpoint's is computed once.
+/// The feed-forward of the last reference: a setpoint's is computed once, and again
+/// should a bit of it turn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FeedForward {
     reference: Reference<f32>,
     torque_nm: Vector2<f32>,
+    check: CheckWord,
 }
 
 impl FeedForward {
-    /// Equal to no reference.
-    pub(super) const NONE: Self = Self {
-        reference: Reference {
-            q: Vector2::new(f32::NAN, f32::NAN),
-            dq: Vector2::new(0.0, 0.0),
-            ddq: Vector2::new(0.0, 0.0),
-        },
-        torque_nm: Vector2::new(0.0, 0.0),
-    };
+    /// Of a reference that equals none.
+    pub(super) fn none() -> Self {
+        Self::new(
+            &Reference::at_rest([f32::NAN; JOINTS].into()),
+            Vector2::zeros(),
+        )
+    }
+
+    fn new(reference: &Reference<f32>, torque_nm: Vector2<f32>) -> Self {
+        Self {
+            reference: *reference,
+            torque_nm,
+            check: CheckWord::of(&torque_nm),
+        }
+    }
 
     /// The feed-forward in N m of this reference.
     pub(super) fn at(
@@ -80,11 +89,8 @@ impl FeedForward {
         config: &ControlConfig,
         reference: &Reference<f32>,
     ) -> Vector2<f32> {
-        if self.reference != *reference {
-            *self = Self {
-                reference: *reference,
-                torque_nm: config.feed_forward(reference),
-            };
+        if self.reference != *reference || CheckWord::of(&self.torque_nm) != self.check {
+            *self = Self::new(reference, config.feed_forward(reference));
         }
         self.torque_nm
     }
@@ -160,5 +166,29 @@ fn command(
             is_limited: false,
         }),
         Some(_) | None => joint.command(torque_nm, pwm_max).ok(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control_loop::LoopConfig;
+    use crate::link::message::Settings;
+
+    #[test]
+    fn a_feed_forward_with_a_turned_bit_is_computed_again() {
+        let config = LoopConfig::build(&Settings::default()).unwrap();
+        let config = &config.control;
+        let reference = Reference::at_rest(Vector2::new(0.3, -0.2));
+        let true_nm = config.feed_forward(&reference);
+        let mut feed_forward = FeedForward::none();
+        for bit in 0..u32::BITS {
+            assert_eq!(feed_forward.at(config, &reference), true_nm);
+            let torque = &mut feed_forward.torque_nm.x;
+            *torque = f32::from_bits(torque.to_bits() ^ 1 << bit);
+        }
+        assert_eq!(feed_forward.at(config, &reference), true_nm);
+        let elsewhere = Reference::at_rest(Vector2::zeros());
+        assert_eq!(feed_forward.at(config, &elsewhere), Vector2::zeros());
     }
 }
