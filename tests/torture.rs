@@ -30,6 +30,19 @@ fn a_servo_that_is_cut_off_twice_is_off_in_time() {
     assert_eq!(outcome.failures, Vec::<String>::new());
 }
 
+/// The reading of the torque enable that would show the reset is itself lost: it is asked
+/// again at once.
+#[test]
+fn a_reset_whose_reading_is_lost_is_noticed_within_100_ms() {
+    for seed in [912, 7_848] {
+        let detected_ms = torture::run(seed, Firmware::Stock).detected_ms;
+        assert!(
+            detected_ms.is_some_and(|ms| ms < 100.0),
+            "seed {seed}: {detected_ms:?} ms"
+        );
+    }
+}
+
 fn campaign(servos: Firmware) {
     let seeds: Vec<u64> = (0..SEEDS).collect();
     let run = |seed| Ok::<_, Infallible>(torture::run(seed, servos));

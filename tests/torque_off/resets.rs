@@ -13,6 +13,10 @@ use crate::rig::{STOP_US, World, bench, between_obstacles, with_rig};
 /// Time from the reset to the fault, in µs.
 const NOTICED_US: u64 = 100_000;
 
+/// Instants of a reset in ms of the run, so that it meets each phase of the readings of the
+/// torque enable, and their very packets.
+const PHASES_MS: std::ops::Range<u64> = 500..590;
+
 /// State of the arm at the reset.
 #[derive(Clone, Copy, Debug)]
 enum Arm {
@@ -39,12 +43,12 @@ impl Arm {
     }
 }
 
-fn is_noticed(arm: Arm, servo: usize) -> Result<(), String> {
+fn is_noticed(arm: Arm, servo: usize, after_ms: u64) -> Result<(), String> {
     with_rig(World::Bench, bench(&arm.plant(), Firmware::Stock), |rig| {
         rig.prepare();
         assert_eq!(rig.command(Command::Configure(Setup::best())), Ok(()));
         rig.drive(arm.command());
-        rig.pass_ms(500);
+        rig.pass_ms(after_ms);
         let mode = rig.mode();
         assert!(
             mode.is_some_and(|mode| mode.drive().is_some()),
@@ -73,5 +77,15 @@ fn a_stock_servo_that_is_reset_ends_the_run() {
     let cases = arms
         .into_iter()
         .flat_map(|arm| [0, JOINTS - 1].map(|servo| (arm, servo)));
-    run_cases(cases, |(arm, servo)| is_noticed(*arm, *servo));
+    run_cases(cases, |(arm, servo)| {
+        is_noticed(*arm, *servo, PHASES_MS.start)
+    });
+}
+
+#[test]
+fn a_stock_servo_that_is_reset_at_any_instant_ends_the_run() {
+    let cases = PHASES_MS.flat_map(|after_ms| [0, JOINTS - 1].map(|servo| (after_ms, servo)));
+    run_cases(cases, |(after_ms, servo)| {
+        is_noticed(Arm::Leans, *servo, *after_ms)
+    });
 }

@@ -158,6 +158,11 @@ impl HealthPoll {
             }
             // Alarms are reported with samples.
             HealthRequest::Torque { joint } => {
+                if data.is_none() {
+                    // Asked again in the next slot, or a reset goes unnoticed for a turn more.
+                    self.torque_joint = joint;
+                    self.torque_due_us = self.torque_due_us.saturating_sub(TORQUE_US);
+                }
                 let is_reset = data == Some(&[0]) && alarms.is_empty();
                 is_reset.then_some(Health::Reset { joint })
             }
