@@ -193,8 +193,8 @@ fn judge(numbers: &[Judged]) {
     }
 }
 
-/// Held-out motions are told to a count, and so are 97 free runs in a hundred: fewer fail
-/// the test where chance alone would bring so few once in a hundred times.
+/// Held-out motions are forecast to a count, and so are 97 free runs in a hundred: fewer
+/// fail the test where chance alone would bring so few once in a hundred times.
 fn judge_forecasts(arms: &[Arm]) {
     let mut worst = 0.0_f64;
     let mut all = [Vec::new(), Vec::new()];

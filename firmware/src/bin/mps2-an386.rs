@@ -58,6 +58,7 @@ fn main() -> ! {
 /// Never: `main` calls it once, so that each cell is still full or empty as it must be
 /// and each task has its place. It takes nothing from bus or link, and motors are off;
 /// `bin/no-panic.rs` shows that nothing from outside leads to a panic later.
+/// Should it happen all the same, the panic handler stops the motors and resets.
 #[inline(never)]
 fn start(arguments: &Arguments) {
     let in_lockstep = time::is_lockstep();

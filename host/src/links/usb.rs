@@ -35,8 +35,8 @@ const _: () = assert!(TRANSFER >= frame::MAX);
 /// one: a transfer holds one frame, however large its buffer. While the host does not
 /// read, all transfers but the one that it read last are filled, then the board's own
 /// queue of 15 records and the frame that it has taken out. At 1 kHz that is
-/// 63 + 15 + 1 ms: records are dropped when the host stalls for more than 79 ms, less
-/// what else is told meanwhile.
+/// 63 + 15 + 1 ms: records are dropped when the host stalls for more than 79 ms. Each
+/// other message takes the place of a record.
 const TRANSFERS: usize = 64;
 /// How long the board may take none of our bytes.
 const STUCK: Duration = Duration::from_secs(1);

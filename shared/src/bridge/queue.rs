@@ -90,7 +90,7 @@ impl<'a, T, const N: usize> Sender<'a, T, N> {
     ///
     /// # Errors
     /// [`Full`] if there is no room. `item` is dropped then: to return it, the compiler
-    /// copies it to the stack and back, 400 instructions for a record.
+    /// copies it to the stack and back.
     pub(super) fn enqueue(&mut self, item: T) -> Result<(), Full> {
         if self.room() == 0 {
             return Err(Full);

@@ -120,7 +120,7 @@ impl Supervisor {
     /// Whether `event` would be taken.
     ///
     /// # Errors
-    /// The refusal that the host is told.
+    /// The refusal for the host.
     pub fn check(&self, event: Event) -> Result<(), Refusal> {
         next(self.state(), event).map(|_| ())
     }

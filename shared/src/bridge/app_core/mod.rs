@@ -301,7 +301,7 @@ impl Core {
     /// Takes an event.
     ///
     /// # Errors
-    /// What the host is told.
+    /// The refusal for the host; nothing has changed then.
     pub fn apply(&mut self, event: Event) -> Result<(), Refusal> {
         let action = self.supervisor.apply(event)?;
         self.act(action);
