@@ -10,6 +10,9 @@
 //! a CRC-32 by table, which would notice the same, takes some 25.
 //!
 //! [`Checked`] says which words something consists of.
+//!
+//! A choice between a few values is kept as a code word instead, far from any other's, by
+//! which [`decode`] finds the value.
 
 use nalgebra::{ArrayStorage, Const, Matrix};
 
@@ -40,6 +43,13 @@ impl CheckWord {
 pub trait Checked {
     /// Adds all its words, in a fixed order.
     fn check(&self, sum: &mut CheckWord);
+}
+
+/// The value with this code word; `None` if the word is no value's. The last three bits of
+/// a code word are its place in the table.
+pub(crate) fn decode<T: Copy>(word: u32, table: &[(T, u32)]) -> Option<T> {
+    let (value, code) = table.get((word & 0b111) as usize)?;
+    (*code == word).then_some(*value)
 }
 
 macro_rules! integers {

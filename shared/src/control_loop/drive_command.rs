@@ -5,7 +5,7 @@
 //! before it drives anything.
 
 use crate::JOINTS;
-use crate::check_word::{CheckWord, checked};
+use crate::check_word::{CheckWord, checked, decode};
 use crate::link::message::Drive;
 
 /// See the [module](self).
@@ -28,7 +28,7 @@ checked!(Words {
     commanded_us,
 });
 
-/// Walsh functions; the last three bits are a number, by which a source is found.
+/// Code words: Walsh functions, the last three bits a source's place.
 const DRIVES: [(Drive, u32); 5] = [
     (Drive::Torque, 0x5555_5550),
     (Drive::Regulate, 0x3333_3331),
@@ -36,7 +36,6 @@ const DRIVES: [(Drive, u32); 5] = [
     (Drive::Hold, 0x00FF_00FB),
     (Drive::Experiment, 0x6969_696C),
 ];
-const NUMBER: u32 = 0b111;
 
 impl DriveCommand {
     /// Drive by this, commanded at this time in µs; torques are those of
@@ -65,8 +64,7 @@ impl DriveCommand {
     }
 
     fn known(&self) -> Option<Drive> {
-        let known = DRIVES.get((self.words.drive & NUMBER) as usize)?;
-        (known.1 == self.words.drive).then_some(known.0)
+        decode(self.words.drive, &DRIVES)
     }
 
     /// Constant torques in N m.
@@ -101,8 +99,8 @@ mod tests {
 
     #[test]
     fn words_are_far_apart() {
-        for (index, (_, word)) in DRIVES.iter().enumerate() {
-            assert_eq!((word & NUMBER) as usize, index);
+        for (index, (drive, word)) in DRIVES.iter().enumerate() {
+            assert_eq!(decode(*word, &DRIVES), Some(*drive));
             for (_, other) in &DRIVES[..index] {
                 assert!((word ^ other).count_ones() >= 12, "{word:x} {other:x}");
             }

@@ -56,6 +56,7 @@ mod table;
 
 pub use table::{Action, Event, State, next};
 
+use crate::check_word::decode;
 use crate::control_loop::Permission;
 use crate::link::message::{Drive, Fault, Mode, Refusal, Trip};
 use table::STATES;
@@ -70,18 +71,16 @@ pub struct Supervisor {
     trip: Option<Trip>,
 }
 
-/// Walsh functions, in the order of [`STATES`]; the last three bits are a state's
-/// number, by which it is found.
-const WORDS: [u32; STATES.len()] = [
-    0x5555_5550,
-    0x3333_3331,
-    0x6666_6662,
-    0x0F0F_0F0B,
-    0x5A5A_5A5C,
-    0x3C3C_3C3D,
-    0x6969_696E,
+/// Code words: Walsh functions, the last three bits a state's place.
+const WORDS: [(State, u32); STATES.len()] = [
+    (State::Boot, 0x5555_5550),
+    (State::Idle, 0x3333_3331),
+    (State::Armed, 0x6666_6662),
+    (State::Running, 0x0F0F_0F0B),
+    (State::Degraded, 0x5A5A_5A5C),
+    (State::Passthrough, 0x3C3C_3C3D),
+    (State::Fault, 0x6969_696E),
 ];
-const NUMBER: u32 = 0b111;
 
 impl Default for Supervisor {
     fn default() -> Self {
@@ -95,11 +94,7 @@ impl Default for Supervisor {
 impl Supervisor {
     /// The state; [`State::Fault`] if the word is none's.
     pub fn state(&self) -> State {
-        let number = (self.word & NUMBER) as usize;
-        match (STATES.get(number), WORDS.get(number)) {
-            (Some(state), Some(word)) if *word == self.word => *state,
-            _ => State::Fault,
-        }
+        decode(self.word, &WORDS).unwrap_or(State::Fault)
     }
 
     /// Whether the word is a state's.
@@ -191,13 +186,13 @@ impl Supervisor {
 impl State {
     const fn word(self) -> u32 {
         match self {
-            Self::Boot => WORDS[0],
-            Self::Idle => WORDS[1],
-            Self::Armed => WORDS[2],
-            Self::Running => WORDS[3],
-            Self::Degraded => WORDS[4],
-            Self::Passthrough => WORDS[5],
-            Self::Fault => WORDS[6],
+            Self::Boot => WORDS[0].1,
+            Self::Idle => WORDS[1].1,
+            Self::Armed => WORDS[2].1,
+            Self::Running => WORDS[3].1,
+            Self::Degraded => WORDS[4].1,
+            Self::Passthrough => WORDS[5].1,
+            Self::Fault => WORDS[6].1,
         }
     }
 }

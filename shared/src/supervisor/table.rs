@@ -227,6 +227,14 @@ mod tests {
             if event == Event::Tripped {
                 assert_eq!(then, State::Fault, "{pair}");
             }
+            // The core passes these on in no other state.
+            if matches!(event, Event::SampleLost | Event::SamplesBack) && then != state {
+                let changes = [
+                    (State::Running, Event::SampleLost),
+                    (State::Degraded, Event::SamplesBack),
+                ];
+                assert!(changes.contains(&(state, event)), "{pair}");
+            }
             if event == Event::Disarm {
                 assert!(!then.is_armed(), "{pair}");
             }
