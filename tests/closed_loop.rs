@@ -2,9 +2,9 @@
 
 use std::convert::Infallible;
 
-use armbridge::bench::cosim::{CosimError, Host};
-use armbridge::bench::plant::PlantConfig;
-use armbridge::operator::{OperatorError, Script};
+use armbridge_analysis::plan_runner::Script;
+use armbridge_client::Host;
+use armbridge_client::error::OperatorError;
 use armbridge_shared::arm::Mounting;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::estimate::Config;
@@ -12,6 +12,8 @@ use armbridge_shared::link::message::{
     Command, Controller, Drive, Fault, Gains, Guards, Missing, Mode, Record, Sample, Setup,
 };
 use armbridge_shared::link::motion::Motion;
+use armbridge_sim::cosim::CosimError;
+use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::{bench_run, plant, records, settling_s};
 
 /// One encoder count of an AX-12A in rad: 300 degrees over 1023.

@@ -8,12 +8,12 @@
 
 use std::fmt::Debug;
 
-use armbridge::bench::plant::{PlantConfig, Push};
-use armbridge::trial::{Joints, Outcome, Task, Trial, for_seeds};
+use armbridge_analysis::monte_carlo::{Joints, Outcome, Task, Trial, for_seeds};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::estimate::{Config, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Setup};
+use armbridge_sim::plant::{PlantConfig, Push};
 use armbridge_tests::plant;
 
 /// Where the arm is let go: 28 degrees off, three fifths of what torque can hold.

@@ -3,20 +3,20 @@
 //! No clock is involved: how busy the machine is changes how long these tests
 //! take, and nothing else.
 
-use armbridge::bench::Bench;
-use armbridge::bench::cosim::Cosim;
-use armbridge::bench::plant::Plant;
-use armbridge::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
-use armbridge::endpoint::Endpoint;
-use armbridge::operator::{Operator, Script};
-use armbridge::remote::RemoteHost;
-use armbridge::wall;
+use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_client::endpoint::Endpoint;
+use armbridge_client::tcp_pump;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{
     Command, Controller, Drive, Fault, Mode, Record, Setup, StopSource,
 };
 use armbridge_shared::link::motion::Motion;
+use armbridge_sim::Bench;
+use armbridge_sim::cosim::Cosim;
+use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
+use armbridge_sim::link_server::RemoteHost;
+use armbridge_sim::plant::Plant;
 use armbridge_tests::{plant, records, settling_s};
 
 fn script() -> Script {
@@ -233,7 +233,7 @@ fn another_program_can_have_the_link() {
         duration_us: 500_000,
     };
     let mut operator = Operator::new(script);
-    wall::run(&mut at.connect().unwrap(), &mut operator, 1).unwrap();
+    tcp_pump::run(&mut at.connect().unwrap(), &mut operator, 1).unwrap();
     done.send(()).unwrap();
     assert_eq!(
         board.join().unwrap(),

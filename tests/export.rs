@@ -9,14 +9,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use armbridge::bench::plant::{PlantConfig, Push};
-use armbridge::export::{self, About, Format};
-use armbridge::facts::RunFacts;
-use armbridge::log::names;
-use armbridge::look::settings;
-use armbridge::operator::Script;
-use armbridge::trial::Trial;
+use armbridge_analysis::monte_carlo::Trial;
+use armbridge_analysis::plan_runner::Script;
+use armbridge_client::names;
+use armbridge_log::export;
+use armbridge_log::export::{About, Format};
+use armbridge_log::inspect::settings;
+use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::{Guards, Mode, Record, Sample, Settings, Setup};
+use armbridge_sim::plant::{PlantConfig, Push};
 use armbridge_tests::place;
 
 /// Numbers that are hard to write down.

@@ -1,5 +1,5 @@
 //! The log's messages in Rust, and their descriptors, are made of
-//! `host/proto/armbridge.proto`.
+//! `host/log/proto/armbridge.proto`.
 //!
 //! After a change there: `UPDATE_SNAPSHOT=1 cargo test -p armbridge-tests --test
 //! log_schema`.
@@ -11,7 +11,7 @@ use prost::Message;
 
 #[test]
 fn what_is_checked_in_is_what_the_schema_says() {
-    let host = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host");
+    let host = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/log");
     let set = protox::compile(["armbridge.proto"], [host.join("proto")]).unwrap();
     let modules = set.file.iter().map(|file| {
         let module = prost_build::Module::from_protobuf_package_name(file.package());
@@ -26,7 +26,7 @@ fn what_is_checked_in_is_what_the_schema_says() {
     for file in &mut bare.file {
         file.source_code_info = None;
     }
-    let folder = host.join("src/log/proto");
+    let folder = host.join("src/proto");
     for (name, is) in [
         ("armbridge.rs", code.into_bytes()),
         ("armbridge.bin", bare.encode_to_vec()),

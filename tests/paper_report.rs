@@ -2,7 +2,8 @@
 //! report itself.
 #![allow(clippy::float_cmp, reason = "cut numbers and grid points are exact")]
 
-use armbridge::paper::{self, Claim, Findings, Verdict};
+use armbridge_analysis::paper;
+use armbridge_analysis::paper::{Claim, Findings, Verdict};
 use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::LazyLock;

@@ -5,18 +5,19 @@ use std::convert::Infallible;
 use std::io::Read;
 use std::time::{Duration, Instant};
 
-use armbridge::bench::Bench;
-use armbridge::bench::board::{Flash, VirtualBoard, blank_flash};
-use armbridge::bench::cosim::{Cosim, Host};
-use armbridge::bench::plant::Plant;
-use armbridge::emulator::{Failure, Provocation, Qemu, QemuOptions, Time, qemu};
-use armbridge::link::{Client, Said};
-use armbridge::serve::LiveBench;
-use armbridge::wall;
+use armbridge_client::Host;
+use armbridge_client::link::{Client, Said};
+use armbridge_client::tcp_pump;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{
     Command, Guards, Limits, Mode, Record, Refusal, SettingsFrom, Setup, ToHost,
 };
+use armbridge_sim::Bench;
+use armbridge_sim::board::{Flash, VirtualBoard, blank_flash};
+use armbridge_sim::cosim::Cosim;
+use armbridge_sim::emulator::{Failure, Provocation, Qemu, QemuOptions, Time, qemu};
+use armbridge_sim::plant::Plant;
+use armbridge_sim::raw_bus_server::LiveBench;
 use armbridge_tests::plant;
 
 /// What is said to the board, one after the other.
@@ -278,7 +279,7 @@ fn firmware_keeps_settings_across_a_reset() {
     std::thread::spawn(move || LiveBench::new(bench(), SLOW).serve(from, to, || None, false));
 
     let mut first = caller([configure(2_000), SAVE]);
-    wall::run(&mut qemu.link, &mut first, SLOW).unwrap();
+    tcp_pump::run(&mut qemu.link, &mut first, SLOW).unwrap();
     assert_eq!(first.heard.settings, Some(SettingsFrom::Default));
     assert_eq!(first.heard.answers, [Ok(()); 2]);
     let fails_at = Duration::from_millis(u64::from(FAILS_MS * SLOW));
@@ -295,7 +296,7 @@ fn firmware_keeps_settings_across_a_reset() {
         .unwrap();
     while matches!(link.read(&mut [0; 4096]), Ok(count) if count > 0) {}
     let mut second = caller([]);
-    wall::run(&mut qemu.link, &mut second, SLOW).unwrap();
+    tcp_pump::run(&mut qemu.link, &mut second, SLOW).unwrap();
     assert_ne!(second.heard.session, first.heard.session);
     assert_eq!(second.heard.settings, Some(SettingsFrom::Saved));
     let spans = second.heard.records.windows(2);

@@ -3,12 +3,8 @@
 
 use std::convert::Infallible;
 
-use armbridge::bench::Bench;
-use armbridge::bench::board::VirtualBoard;
-use armbridge::bench::cosim::{Cosim, Host};
-use armbridge::bench::kind::ServoKind;
-use armbridge::bench::plant::Plant;
-use armbridge::link::{Client, Said};
+use armbridge_client::Host;
+use armbridge_client::link::{Client, Said};
 use armbridge_shared::bridge::{Channels, MemoryRegion};
 use armbridge_shared::link::message::{
     Command, Drive, Fault, Limits, Mode, OffReport, OffState, Refusal, Setup, StopSource, ToBoard,
@@ -16,6 +12,11 @@ use armbridge_shared::link::message::{
 };
 use armbridge_shared::link::motion::Motion;
 use armbridge_shared::servo::Firmware;
+use armbridge_sim::Bench;
+use armbridge_sim::board::VirtualBoard;
+use armbridge_sim::cosim::Cosim;
+use armbridge_sim::kind::ServoKind;
+use armbridge_sim::plant::Plant;
 use armbridge_tests::plant;
 
 /// One who says what a test wants said, and hears everything.

@@ -8,11 +8,11 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use armbridge::bench::plant::PlantConfig;
-use armbridge::trial::{Joints, Outcome, Task, Trial, for_seeds};
+use armbridge_analysis::monte_carlo::{Joints, Outcome, Task, Trial, for_seeds};
 use armbridge_shared::JOINTS;
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{Controller, Setup};
+use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
 
 const INITIAL_RAD: [f64; JOINTS] = [0.49, -0.3];
@@ -116,7 +116,10 @@ fn the_table_is_as_it_was() {
     let run = |index| {
         let (name, trial) = &cases[index as usize];
         let run = trial.run(SEED)?;
-        Ok::<_, armbridge::trial::TrialError>(row(name, &Outcome::of(trial, SEED, &run)))
+        Ok::<_, armbridge_analysis::monte_carlo::TrialError>(row(
+            name,
+            &Outcome::of(trial, SEED, &run),
+        ))
     };
     let rows = for_seeds(&indices, run, |_| ()).unwrap();
     let table = format!("{HEADING}{}\n", rows.join("\n"));

@@ -5,9 +5,10 @@
 
 use std::convert::Infallible;
 
-use armbridge::torture::{self, Case, Kind, Report};
-use armbridge::trial::for_seeds;
+use armbridge_analysis::monte_carlo::for_seeds;
 use armbridge_shared::servo::Firmware;
+use armbridge_sim::fault_campaign;
+use armbridge_sim::fault_campaign::{Case, Kind, Report};
 
 /// 34 kinds in six scenarios, and as many pairs.
 const SEEDS: u64 = 2 * 34 * 6;
@@ -26,7 +27,7 @@ fn whatever_goes_wrong_with_stock_servos_is_named_and_ends_with_motors_off() {
 /// answers meets a READ, and it takes the next 255 bytes for another packet.
 #[test]
 fn a_servo_that_is_cut_off_twice_is_off_in_time() {
-    let outcome = torture::run(2_524, Firmware::Stock);
+    let outcome = fault_campaign::run(2_524, Firmware::Stock);
     assert_eq!(outcome.failures, Vec::<String>::new());
 }
 
@@ -35,7 +36,7 @@ fn a_servo_that_is_cut_off_twice_is_off_in_time() {
 #[test]
 fn a_reset_whose_reading_is_lost_is_noticed_within_100_ms() {
     for seed in [912, 7_848] {
-        let detected_ms = torture::run(seed, Firmware::Stock).detected_ms;
+        let detected_ms = fault_campaign::run(seed, Firmware::Stock).detected_ms;
         assert!(
             detected_ms.is_some_and(|ms| ms < 100.0),
             "seed {seed}: {detected_ms:?} ms"
@@ -45,10 +46,10 @@ fn a_reset_whose_reading_is_lost_is_noticed_within_100_ms() {
 
 fn campaign(servos: Firmware) {
     let seeds: Vec<u64> = (0..SEEDS).collect();
-    let run = |seed| Ok::<_, Infallible>(torture::run(seed, servos));
+    let run = |seed| Ok::<_, Infallible>(fault_campaign::run(seed, servos));
     let outcomes = for_seeds(&seeds, run, |_| ()).unwrap();
     let report = Report::of(&outcomes);
-    let table = torture::table(&report);
+    let table = fault_campaign::table(&report);
     assert!(report.holds(), "{table}");
     assert_eq!(report.singles.len(), Kind::ALL.len());
     assert!(report.singles.iter().all(|row| row.cases == 6), "{table}");
@@ -63,12 +64,12 @@ fn a_seed_is_the_same_case_whenever_it_is_run() {
     let servos = Firmware::Morpheus;
     // One of each kind of randomness: bytes, sensors, host, plant.
     for seed in [1, 6, 38, 44, 60] {
-        let (outcome, story) = torture::run_with_story(seed, servos);
+        let (outcome, story) = fault_campaign::run_with_story(seed, servos);
         assert_eq!(
             (outcome.clone(), story.clone()),
-            torture::run_with_story(seed, servos)
+            fault_campaign::run_with_story(seed, servos)
         );
-        assert_eq!(outcome, torture::run(seed, servos));
+        assert_eq!(outcome, fault_campaign::run(seed, servos));
         for injection in Case::new(seed, servos).injections {
             let name = injection.kind.name();
             assert!(story.matches(name).count() >= 2, "{name}: {story}");

@@ -12,15 +12,15 @@ mod model;
 mod plan;
 mod truth;
 
-use armbridge::bench::plant::PlantConfig;
-use armbridge::identify::{
+use armbridge_analysis::identify::{
     Found, Known, Prior, Quantity, Tally, forecast, identify, settings, traces,
 };
-use armbridge::trial::{Outcome, Task, Trial, for_seeds};
+use armbridge_analysis::monte_carlo::{Outcome, Task, Trial, for_seeds};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Controller, Settings, Setup};
+use armbridge_sim::plant::PlantConfig;
 
 use free_run::{FreeRun, Summary, free_runs};
 use model::Model;

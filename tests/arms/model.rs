@@ -1,12 +1,12 @@
 //! An arm in numbers that need not be whole, moved by the PWM of a log and nothing else of
 //! it: with dry and static friction, dead zones and delays.
 
-use armbridge::bench::plant::{Body, Friction, PlantConfig};
-use armbridge::identify::{Found, Quantity};
+use armbridge_analysis::identify::{Found, Quantity};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Joint, Pwm};
 use armbridge_shared::arm::{Parameters, State};
 use armbridge_shared::link::message::{Record, Setup};
+use armbridge_sim::plant::{Body, Friction, PlantConfig};
 use nalgebra::Vector2;
 
 use crate::truth::truth;

@@ -1,14 +1,15 @@
 //! The default plan, performed by the board on a virtual arm nobody knows.
 
-use armbridge::bench::Bench;
-use armbridge::bench::board::VirtualBoard;
-use armbridge::bench::cosim::{Cosim, CosimError, Host};
-use armbridge::bench::plant::{Plant, PlantConfig};
-use armbridge::operator::plan::Begin;
-use armbridge::operator::{Operator, Plan};
-use armbridge::scenario::{Overrides, Scenario};
+use armbridge_analysis::plan_runner::plan::Begin;
+use armbridge_analysis::plan_runner::{Operator, Plan};
+use armbridge_analysis::scenario::{Overrides, Scenario};
+use armbridge_client::Host;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Record, Setup};
+use armbridge_sim::Bench;
+use armbridge_sim::board::VirtualBoard;
+use armbridge_sim::cosim::{Cosim, CosimError};
+use armbridge_sim::plant::{Plant, PlantConfig};
 
 /// The plan that ships, and how a board works that performs it.
 pub(crate) fn shipped() -> (Plan, Setup) {

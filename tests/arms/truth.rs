@@ -1,11 +1,11 @@
 //! What is known of an arm before, and what it truly is.
 
-use armbridge::bench::plant::PlantConfig;
-use armbridge::identify::Quantity;
+use armbridge_analysis::identify::Quantity;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::arm::Parameters;
 use armbridge_shared::link::message::Setup;
+use armbridge_sim::plant::PlantConfig;
 
 /// From the sample behind a tick's angle to the moment at which a servo applies the PWM
 /// of that tick, in s, on average over the 158 000 ticks of the default plan on the bench

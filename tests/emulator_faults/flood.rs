@@ -7,7 +7,7 @@
 //! not show that it can cope with the work, but that the tick does not wait for the
 //! end of it.
 
-use armbridge::link::Said;
+use armbridge_client::link::Said;
 use armbridge_shared::link::message::{Command, Fault, Mode, Record, StopSource};
 use armbridge_tests::random::Random;
 

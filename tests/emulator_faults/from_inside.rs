@@ -6,9 +6,9 @@
 //! bring-up, with nothing in between. The handler writes a line to the log when it
 //! has sent its own, and the board's clock at its head tells how long that took.
 
-use armbridge::emulator::{Failure, Provocation, qemu};
-use armbridge::link::Said;
+use armbridge_client::link::Said;
 use armbridge_shared::link::message::{Command, End, LastEnd, Mode, Refusal, ToHost};
+use armbridge_sim::emulator::{Failure, Provocation, qemu};
 use object::{Object, ObjectSymbol};
 
 use crate::slow::Rig;

@@ -11,12 +11,12 @@
 
 use std::process::{Child, Command as Process, Stdio};
 
-use armbridge::endpoint::Endpoint;
-use armbridge::operator::{Operator, Script};
-use armbridge::remote::RemoteHost;
-use armbridge::wall;
+use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_client::endpoint::Endpoint;
+use armbridge_client::tcp_pump;
 use armbridge_shared::link::message::{Command, Drive, Fault, Setup, StopSource};
 use armbridge_shared::link::motion::Motion;
+use armbridge_sim::link_server::RemoteHost;
 
 use crate::pilot::Pilot;
 use crate::tap::{OFF, pwm, run, until};
@@ -66,7 +66,7 @@ fn be_the_host(link: &str) {
     };
     let at: Endpoint = link.parse().unwrap();
     let mut operator = Operator::new(script);
-    wall::run(&mut at.connect().unwrap(), &mut operator, 1).unwrap();
+    tcp_pump::run(&mut at.connect().unwrap(), &mut operator, 1).unwrap();
 }
 
 /// This test runs itself once more, as the host.

@@ -2,8 +2,8 @@
 
 use std::convert::Infallible;
 
-use armbridge::bench::cosim::Host;
-use armbridge::link::{Client, Said};
+use armbridge_client::Host;
+use armbridge_client::link::{Client, Said};
 use armbridge_shared::link::message::{BoardReport, Command, Mode, Record, Refusal, ToHost, Trip};
 use armbridge_tests::random::Random;
 

@@ -11,14 +11,14 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use armbridge::bench::Bench;
-use armbridge::bench::cosim::Host;
-use armbridge::bench::plant::Plant;
-use armbridge::emulator::{Provocation, Qemu, QemuOptions, Time, log, qemu};
-use armbridge::link::Said;
-use armbridge::wall::is_timeout;
+use armbridge_client::Host;
+use armbridge_client::link::Said;
+use armbridge_client::tcp_pump::is_timeout;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Command;
+use armbridge_sim::Bench;
+use armbridge_sim::emulator::{Provocation, Qemu, QemuOptions, Time, log, qemu};
+use armbridge_sim::plant::Plant;
 use armbridge_tests::plant;
 
 use crate::pilot::Pilot;

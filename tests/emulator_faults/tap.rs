@@ -1,15 +1,16 @@
 //! What passes the emulated board in lockstep, and when.
 
-use armbridge::bench::Bench;
-use armbridge::bench::board::{Board, Input, Output, Wake};
-use armbridge::bench::cosim::{Cosim, Host};
-use armbridge::bench::plant::Plant;
-use armbridge::emulator::{EmulatedBoard, Qemu, QemuError, QemuOptions, Time, qemu};
+use armbridge_client::Host;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::link::frame::Decoder;
 use armbridge_shared::link::message::{Record, ToHost, Trip};
 use armbridge_shared::servo::port::bytes_us;
+use armbridge_sim::Bench;
+use armbridge_sim::board::{Board, Input, Output, Wake};
+use armbridge_sim::cosim::Cosim;
+use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuError, QemuOptions, Time, qemu};
+use armbridge_sim::plant::Plant;
 use armbridge_tests::plant;
 
 use crate::stop;

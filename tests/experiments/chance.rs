@@ -1,8 +1,8 @@
 //! Random experiments, one after the other: whatever is accepted stays within the limits,
 //! ends in rest, and is the same again.
 
-use armbridge::bench::plant::PlantConfig;
 use armbridge_shared::link::message::{Command, Mode};
+use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::experiments::{experiment, number};
 use armbridge_tests::random::Random;
 use armbridge_tests::world::{Act, Free, overheard, records, replay};

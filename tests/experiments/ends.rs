@@ -1,6 +1,6 @@
 //! How experiments end: once, for a reason, and never with a motor left driven.
 
-use armbridge::log::event::Event;
+use armbridge_client::event::Event;
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, ExperimentEnd, Role};
 use armbridge_shared::link::message::{Command, Drive, Fault, Mode, Record, ToBoard};

@@ -6,11 +6,11 @@ mod ends;
 mod refusals;
 mod signals;
 
-use armbridge::bench::plant::PlantConfig;
-use armbridge::log::event::{Event, What};
+use armbridge_client::event::{Event, What};
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Conclusion, Experiment, Role};
 use armbridge_shared::link::message::{Command, Drive, Record, Refusal, ToHost};
+use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
 use armbridge_tests::world::{Act, Free, overheard, records};
 

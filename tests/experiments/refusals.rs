@@ -1,6 +1,6 @@
 //! Why an experiment may not be, or not from here.
 
-use armbridge::log::event::Event;
+use armbridge_client::event::Event;
 use armbridge_shared::bridge::permits;
 use armbridge_shared::experiment::{Flaw, Signal};
 use armbridge_shared::link::experiment::{Experiment, Measure, Objection, Role};

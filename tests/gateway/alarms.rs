@@ -1,12 +1,12 @@
 //! A stock servo that lets go of its shaft says why, and the board believes it.
 
-use armbridge::bench::board::VirtualBoard;
-use armbridge::bench::cosim::Cosim;
-use armbridge::operator::{Operator, Script};
+use armbridge_analysis::plan_runner::{Operator, Script};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Drive, Fault, Mode, Setup};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Alarms;
+use armbridge_sim::board::VirtualBoard;
+use armbridge_sim::cosim::Cosim;
 use armbridge_tests::plant;
 
 use super::bench;

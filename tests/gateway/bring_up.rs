@@ -1,16 +1,18 @@
 //! Finding the servos: either firmware, any speed, and what is refused.
 
-use armbridge::bench::Bench;
-use armbridge::bench::board::VirtualBoard;
-use armbridge::bench::cosim::{Cosim, CosimError, Host};
-use armbridge::link::{Client, Said};
-use armbridge::operator::{Operator, OperatorError, Script};
+use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_client::Host;
+use armbridge_client::error::OperatorError;
+use armbridge_client::link::{Client, Said};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Missing, Setup, ToHost};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::master::Readiness;
 use armbridge_shared::servo::master::timing::tick_us;
 use armbridge_shared::servo::port::{BAUD_RATES, bytes_us};
+use armbridge_sim::Bench;
+use armbridge_sim::board::VirtualBoard;
+use armbridge_sim::cosim::{Cosim, CosimError};
 use armbridge_tests::plant;
 
 use super::bench;

@@ -4,12 +4,12 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use armbridge::bench::cosim::Client;
-use armbridge::servo_table::{AX12A, MORPHEUS};
+use armbridge_client::servo_table::{AX12A, MORPHEUS};
 use armbridge_shared::bridge::gateway::ClientLine;
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::morpheus;
 use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Instruction, Status, frame};
+use armbridge_sim::cosim::Client;
 
 /// How long a client waits for an answer before it goes on, in µs: what the
 /// vendor's SDK does on a serial port.

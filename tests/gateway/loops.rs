@@ -1,12 +1,12 @@
 //! A control loop with a client that never stops asking.
 
-use armbridge::bench::board::{Board, VirtualBoard};
-use armbridge::bench::cosim::Cosim;
-use armbridge::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
-use armbridge::operator::{Operator, Script};
+use armbridge_analysis::plan_runner::{Operator, Script};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Mode, PortCounters, Record, Setup};
 use armbridge_shared::servo::Firmware;
+use armbridge_sim::board::{Board, VirtualBoard};
+use armbridge_sim::cosim::Cosim;
+use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
 use armbridge_tests::{plant, settling_s};
 
 use super::bench;

@@ -7,10 +7,10 @@ mod client;
 mod loops;
 mod passthrough;
 
-use armbridge::bench::Bench;
-use armbridge::bench::kind::ServoKind;
-use armbridge::bench::plant::{Plant, PlantConfig};
 use armbridge_shared::servo::Firmware;
+use armbridge_sim::Bench;
+use armbridge_sim::kind::ServoKind;
+use armbridge_sim::plant::{Plant, PlantConfig};
 
 /// An arm with these servos, ids 1 and 2.
 fn bench(config: &PlantConfig, firmware: [Firmware; 2], baud: u32) -> Bench {

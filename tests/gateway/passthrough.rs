@@ -3,13 +3,14 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use armbridge::bench::board::{Board, Input, Output, VirtualBoard, Wake};
-use armbridge::bench::cosim::{Client, Cosim, Host};
+use armbridge_client::Host;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::bridge::gateway::ClientLine;
 use armbridge_shared::link::message::Mode;
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Instruction;
+use armbridge_sim::board::{Board, Input, Output, VirtualBoard, Wake};
+use armbridge_sim::cosim::{Client, Cosim};
 use armbridge_tests::plant;
 
 use super::bench;

@@ -4,14 +4,14 @@
 
 use std::sync::LazyLock;
 
-use armbridge::bench::plant::PlantConfig;
-use armbridge::identify::{
+use armbridge_analysis::identify::{
     Diagnosis, Known, Prior, Tally, Trace, examine, identify, judge, traces,
 };
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::Mounting;
 use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Drive, Guards, Missing, Mode, Record, Sample, Timing};
+use armbridge_sim::plant::PlantConfig;
 
 use crate::hands::{Hands, LEAD_S};
 use crate::{believed, multisine, servos};

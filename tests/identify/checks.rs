@@ -2,11 +2,11 @@
 //!
 //! Simulated, as all here.
 
-use armbridge::bench::plant::PlantConfig;
-use armbridge::identify::{
+use armbridge_analysis::identify::{
     Checks, Found, Known, Prior, Quantity, Tally, Trace, forecast, identify, without_the_last,
 };
 use armbridge_shared::JOINTS;
+use armbridge_sim::plant::PlantConfig;
 use core::f64::consts::TAU;
 
 use crate::bad_data::swing;

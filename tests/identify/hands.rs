@@ -1,11 +1,11 @@
 //! An arm nobody knows, moved by a controller that believes in the paper's: what was sent
 //! to it and what its encoders said.
 
-use armbridge::bench::plant::{Plant, PlantConfig, Push};
-use armbridge::identify::Trace;
+use armbridge_analysis::identify::Trace;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::arm::Parameters;
+use armbridge_sim::plant::{Plant, PlantConfig, Push};
 use nalgebra::Vector2;
 
 /// When in its tick a PWM arrives, and the angle of each joint is taken, in ns.

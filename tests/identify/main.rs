@@ -8,11 +8,11 @@ mod bad_data;
 mod checks;
 mod hands;
 
-use armbridge::bench::plant::PlantConfig;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::arm::Parameters;
 use armbridge_shared::link::message::Setup;
+use armbridge_sim::plant::PlantConfig;
 use core::f64::consts::TAU;
 
 /// What the arm is believed to be: the paper's, but for what a ruler tells, the weight of

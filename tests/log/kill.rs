@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use armbridge::facts::RunFacts;
-use armbridge::log::event::Direction;
-use armbridge::log::recorder::Recorder;
-use armbridge::log::recording::Recording;
+use armbridge_client::event::Direction;
+use armbridge_log::recorder::Recorder;
+use armbridge_log::recording::Recording;
+use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{Guards, Mode, Record, Sample, Settings, Timing, ToHost};
 

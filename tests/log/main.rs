@@ -6,13 +6,14 @@ mod kill;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use armbridge::bench::Bench;
-use armbridge::bench::plant::{Plant, PlantConfig};
-use armbridge::facts::RunFacts;
-use armbridge::links::{self, LinkUri, Options};
-use armbridge::log::recorder::Recorder;
-use armbridge::operator::{Operator, Script};
+use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_log::recorder::Recorder;
+use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::{Settings, Setup};
+use armbridge_sim::Bench;
+use armbridge_sim::link;
+use armbridge_sim::link::{BoardUri, Options};
+use armbridge_sim::plant::{Plant, PlantConfig};
 use armbridge_tests::place;
 use serde_json::Value;
 
@@ -31,12 +32,10 @@ fn recorded(name: &str) -> PathBuf {
     let path = folder(name).join("run.mcap");
     let facts = RunFacts::of("test", "simulated: bench", &Settings::default());
     let recorder = Recorder::create_waiting(&path, &facts).unwrap();
-    let options = Options {
-        taps: vec![recorder.tap()],
-        ..Options::new(Bench::new(Plant::new(PlantConfig::default(), 1)))
-    };
+    let mut options = Options::new(Bench::new(Plant::new(PlantConfig::default(), 1)));
+    options.link.taps.push(recorder.tap());
     let operator = Operator::new(Script::demo(Setup::default(), 5_000_000));
-    let (_, done) = links::drive(&LinkUri::Sim, options, operator);
+    let (_, done) = link::drive(&BoardUri::Sim, options, operator);
     done.map_err(|error| error.to_string()).unwrap();
     let report = recorder.finish().unwrap();
     assert!(report.records > 5_000 && report.lost == 0, "{report:?}");
@@ -131,7 +130,7 @@ fn the_mcap_package_reads_what_is_left_of_a_log() {
     assert_eq!(read.len(), cuts.len());
     let ticks = |i: usize| read[i]["ticks"].as_u64().unwrap();
     for (i, cut) in cuts.iter().enumerate() {
-        let ours = armbridge::log::recording::Recording::load(cut)
+        let ours = armbridge_log::recording::Recording::load(cut)
             .map_or(0, |recording| recording.records().len() as u64);
         assert_eq!(ticks(i), ours, "{}", cut.display());
     }

@@ -2,9 +2,9 @@
 //! times, speeds, where it ends, and what that depends on.
 
 use crate::reference::{at, list, number};
-use armbridge::bench::plant::{Body, Friction};
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Parameters, State};
+use armbridge_sim::plant::{Body, Friction};
 use core::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::Vector2;
 use serde_json::Value;

@@ -6,13 +6,13 @@
 //! draw (standard errors per noise, correlations, condition numbers) is compared itself.
 
 use crate::reference::{at, number};
-use armbridge::bench::plant::{Body, Friction};
-use armbridge::identify::paper::{
+use armbridge_analysis::identify::paper::{
     Fit, FitError, Numbers, PUSHED_FROM_RAD, Sampled, Start, Unknown, VISCOUS, VISCOUS_COULOMB,
     VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB, VISCOUS_TORQUE_INERTIA, VirtualArm, fit,
 };
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Parameters, State};
+use armbridge_sim::plant::{Body, Friction};
 use nalgebra::{DMatrix, DVector, Vector2};
 use serde_json::Value;
 

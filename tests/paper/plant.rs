@@ -1,9 +1,9 @@
 //! What the virtual arm promises.
 
-use armbridge::bench::plant::{Plant, PlantConfig, Push};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint};
 use armbridge_shared::arm::{Parameters, State};
+use armbridge_sim::plant::{Plant, PlantConfig, Push};
 use nalgebra::Vector2;
 
 const MS: u64 = 1_000_000;

@@ -1,13 +1,13 @@
 //! The whole loop without the bus: estimator, controller and actuator in f32 as
 //! on the board, on the virtual arm, one period of input delay.
 
-use armbridge::bench::plant::{Plant, PlantConfig};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Command, Joint, Pwm};
 use armbridge_shared::arm::{Parameters, State};
 use armbridge_shared::control::{DryFriction, Lqr, Setpoint, Weights};
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::limits::hard;
+use armbridge_sim::plant::{Plant, PlantConfig};
 use nalgebra::Vector2;
 
 /// What to run.

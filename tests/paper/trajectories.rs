@@ -2,13 +2,13 @@
 //! actuator, no delay, 45 ms; the torque listed at an instant acts from then on.
 
 use crate::reference::{at, list, number};
-use armbridge::bench::plant::{Body, Friction, Plant, PlantConfig};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::arm::{Discrete, Linear, Parameters, State};
 use armbridge_shared::control::{Lqr, Setpoint};
 use armbridge_shared::design::placement::{Poles, current_gain};
 use armbridge_shared::estimate::{Estimator, FiniteDifference, Form, Luenberger, Model};
+use armbridge_sim::plant::{Body, Friction, Plant, PlantConfig};
 use nalgebra::Vector2;
 
 const PERIOD_NS: u64 = 45_000_000;

@@ -1,8 +1,8 @@
 //! Logs that are not what the board said, or not all of it.
 
-use armbridge::log::event::{Direction, Event, What};
-use armbridge::operator::Script;
-use armbridge::replay::{Changes, Verdict};
+use armbridge_analysis::plan_runner::Script;
+use armbridge_client::event::{Direction, Event, What};
+use armbridge_log::replay::{Changes, Verdict};
 use armbridge_shared::link::message::{
     Command, Controller, Gains, Record, Sample, Setup, ToBoard, ToHost,
 };

@@ -1,15 +1,15 @@
 //! The firmware's own run, through the same code on the host.
 
-use armbridge::bench::Bench;
-use armbridge::bench::cosim::Cosim;
-use armbridge::bench::plant::Plant;
-use armbridge::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
-use armbridge::log::event::What;
-use armbridge::operator::{Operator, Script};
+use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_client::event::What;
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, Role};
 use armbridge_shared::link::message::{Command, Drive, Record, Setup, ToHost};
 use armbridge_shared::link::motion::Motion;
+use armbridge_sim::Bench;
+use armbridge_sim::cosim::Cosim;
+use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
+use armbridge_sim::plant::Plant;
 use armbridge_tests::plant;
 
 use crate::assert_all_equal;

@@ -7,7 +7,7 @@ mod orders;
 mod random;
 mod torture;
 
-use armbridge::replay::{Report, Verdict};
+use armbridge_log::replay::{Report, Verdict};
 
 /// Everything that was compared is the same.
 #[track_caller]

@@ -1,7 +1,7 @@
 //! Runs in which all is well: every kind of order there is.
 
-use armbridge::log::event::What;
-use armbridge::operator::Script;
+use armbridge_analysis::plan_runner::Script;
+use armbridge_client::event::What;
 use armbridge_shared::estimate::Config;
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, ExperimentEnd, Role};

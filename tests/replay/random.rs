@@ -1,9 +1,9 @@
 //! Whatever a host does, whatever the bench: the same again.
 
-use armbridge::bench::wire::{ByteFault, Damage, Way};
 use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Command, Setup, ToBoard};
 use armbridge_shared::link::motion::Motion;
+use armbridge_sim::wire::{ByteFault, Damage, Way};
 use armbridge_tests::experiments::{experiment, number};
 use armbridge_tests::plant;
 use armbridge_tests::random::Random;

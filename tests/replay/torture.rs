@@ -1,8 +1,8 @@
 //! Whatever goes wrong: the same again.
 
-use armbridge::replay::{Changes, Player};
-use armbridge::torture::{Case, Kind, overhear};
+use armbridge_log::replay::{Changes, Player};
 use armbridge_shared::servo::Firmware;
+use armbridge_sim::fault_campaign::{Case, Kind, overhear};
 
 /// Replays the case of this seed; how many ticks were compared, of how many.
 fn replay(seed: u64) -> (u64, u64) {

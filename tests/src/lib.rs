@@ -8,15 +8,15 @@ pub mod replay;
 pub mod trace;
 pub mod world;
 
-use armbridge::bench::Bench;
-use armbridge::bench::board::VirtualBoard;
-use armbridge::bench::cosim::Cosim;
-use armbridge::bench::plant::{Plant, PlantConfig};
-use armbridge::operator::{Operator, Script};
+use armbridge_analysis::plan_runner::{Operator, Script};
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Drive, Record};
+use armbridge_sim::Bench;
+use armbridge_sim::board::VirtualBoard;
+use armbridge_sim::cosim::Cosim;
+use armbridge_sim::plant::{Plant, PlantConfig};
 use nalgebra::Vector2;
 
 /// A virtual arm held at these angles, with or without dry friction.

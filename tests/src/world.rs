@@ -2,16 +2,17 @@
 
 use std::collections::VecDeque;
 
-use armbridge::bench::Bench;
-use armbridge::bench::board::VirtualBoard;
-use armbridge::bench::cosim::{Cosim, Host};
-use armbridge::bench::plant::{Plant, PlantConfig, Push};
-use armbridge::link::{Client, Said};
-use armbridge::log::event::{Direction, Ear, Event, What};
-use armbridge::operator::{Operator, Script};
-use armbridge::replay::{Changes, Player, Report};
+use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_client::Host;
+use armbridge_client::event::{Direction, Ear, Event, What};
+use armbridge_client::link::{Client, Said};
+use armbridge_log::replay::{Changes, Player, Report};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Record, ToBoard, ToHost};
+use armbridge_sim::Bench;
+use armbridge_sim::board::VirtualBoard;
+use armbridge_sim::cosim::Cosim;
+use armbridge_sim::plant::{Plant, PlantConfig};
 
 /// A host, and everything that is said between it and the board.
 pub struct Overheard<H> {
@@ -62,10 +63,6 @@ impl<H: Host> Host for Overheard<H> {
 
     fn is_done(&self) -> bool {
         self.host.is_done()
-    }
-
-    fn take_pushes(&mut self) -> Vec<Push> {
-        self.host.take_pushes()
     }
 }
 

@@ -4,11 +4,11 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use armbridge::bench::cosim::Client;
 use armbridge_shared::bridge::gateway::ClientLine;
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::morpheus;
 use armbridge_shared::servo::protocol1::{BROADCAST, Instruction};
+use armbridge_sim::cosim::Client;
 
 /// Its address on the bus of Morpheus servos.
 const ADDRESS: u8 = 0xFE;

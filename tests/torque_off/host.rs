@@ -3,7 +3,7 @@
 
 use std::convert::Infallible;
 
-use armbridge::bench::cosim::Host;
+use armbridge_client::Host;
 use armbridge_shared::link::frame::{Decoder, Encoder};
 use armbridge_shared::link::message::{Command, Record, Refusal, ToBoard, ToHost};
 use armbridge_shared::link::schema;

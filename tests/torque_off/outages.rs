@@ -4,9 +4,9 @@
 //! Standing is not off: an arm that presses against an obstacle, or leans on its
 //! motors, stands still with its motors on.
 
-use armbridge::bench::plant::PlantConfig;
 use armbridge_shared::link::message::{Command, Setup};
 use armbridge_shared::servo::Firmware;
+use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
 
 use crate::cases::{all, run_cases};

@@ -1,10 +1,10 @@
 //! Reset of a stock servo in mid-run: it lets go of its shaft, and answers as
 //! before.
 
-use armbridge::bench::plant::PlantConfig;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Command, Fault, Mode, Setup};
 use armbridge_shared::servo::Firmware;
+use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
 
 use crate::cases::{all, check, run_cases};

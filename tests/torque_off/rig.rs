@@ -1,18 +1,18 @@
 //! The board with everything around it: servos and arm, a host at the link, a
 //! client at the transparent port.
 
-use armbridge::bench::Bench;
-use armbridge::bench::board::{Board, Input, Output, VirtualBoard, Wake};
-use armbridge::bench::cosim::Cosim;
-use armbridge::bench::kind::ServoKind;
-use armbridge::bench::plant::{Plant, PlantConfig};
-use armbridge::bench::wire::Device;
-use armbridge::emulator::{EmulatedBoard, Qemu, QemuError, QemuOptions, Time, qemu};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Fault, Mode, Refusal, ToHost};
 use armbridge_shared::servo::Firmware;
+use armbridge_sim::Bench;
+use armbridge_sim::board::{Board, Input, Output, VirtualBoard, Wake};
+use armbridge_sim::cosim::Cosim;
+use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuError, QemuOptions, Time, qemu};
+use armbridge_sim::kind::ServoKind;
+use armbridge_sim::plant::{Plant, PlantConfig};
+use armbridge_sim::wire::Device;
 
 use crate::cases::check;
 use crate::client::ClientHandle;

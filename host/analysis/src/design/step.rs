@@ -1,0 +1,124 @@
+//! How a set-up answers a step: the linear loop, and the whole simulated bench.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Joint;
+use armbridge_shared::link::message::{Mode, Record, Refusal, Setup};
+
+use super::model::Loop;
+use crate::monte_carlo::{Run, Task, Trial, TrialError};
+use armbridge_client::names;
+use armbridge_client::refusal;
+use armbridge_sim::plant::PlantConfig;
+
+/// The step: large beside the encoder's counts, and far from all limits.
+pub(super) const STEP_RAD: [f32; JOINTS] = [0.15, -0.15];
+/// For how long after it the arm is looked at.
+pub(super) const SHOWN_S: f64 = 2.0;
+/// How long the bench stands upright before, in s; see [`Task::Step`].
+const BEFORE_S: f64 = 2.0;
+/// Seed of the bench's noise.
+const SEED: u64 = 1;
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum StepError {
+    /// The bench did not run.
+    #[error("the bench does not run with this set-up: {0}")]
+    Trial(#[from] TrialError),
+    /// There is no loop.
+    #[error("the board would refuse this set-up: {}", refusal::in_words(*.0))]
+    Refused(Refusal),
+}
+
+/// A joint at an instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    /// From the step on, in s.
+    pub(super) at_s: f64,
+    pub(super) angle_rad: [f64; JOINTS],
+    pub(super) torque_nm: [f64; JOINTS],
+}
+
+/// Both answers.
+#[derive(Clone, Debug)]
+pub(super) struct Answers {
+    pub(super) linear: Vec<Point>,
+    pub(super) bench: Vec<Point>,
+    /// The fault in which the bench ended, if it did.
+    pub(super) fault: Option<&'static str>,
+}
+
+/// Has the loop and the bench step.
+pub(super) fn answers(setup: &Setup) -> Result<Answers, StepError> {
+    let parts = Loop::of(setup).map_err(StepError::Refused)?;
+    let arm = setup.arm.map(f64::from);
+    let plant = PlantConfig {
+        arm,
+        joints: setup.joints.map(|joint| in_double(&joint)),
+        ..PlantConfig::default()
+    };
+    let length_s = BEFORE_S + SHOWN_S;
+    let script = Task::Step(STEP_RAD).script(*setup, length_s);
+    let script = script.map_err(|_| StepError::Refused(Refusal::OutOfRange))?;
+    let run = Trial::new(plant, script).run(SEED)?;
+    let fault = |record: &Record| match record.mode {
+        Mode::Fault(fault) => Some(names::fault(fault)),
+        _ => None,
+    };
+    Ok(Answers {
+        linear: linear(&parts, arm.gravity(STEP_RAD.map(f64::from).into()).into()),
+        fault: run.records.iter().find_map(fault),
+        bench: bench(&run, f64::from(setup.period_us) * 1e-6),
+    })
+}
+
+/// The linear loop from rest, with a torque that holds the arm where it is to be.
+fn linear(parts: &Loop, holding_nm: [f64; JOINTS]) -> Vec<Point> {
+    let target = STEP_RAD.map(f64::from);
+    let mut state = parts.at_rest(target.map(|angle| -angle));
+    let closed = parts.closed();
+    let count = (SHOWN_S / parts.period_s) as usize;
+    let mut points = Vec::with_capacity(count);
+    for tick in 0..count {
+        let torque = -(parts.output * state);
+        points.push(Point {
+            at_s: tick as f64 * parts.period_s,
+            angle_rad: [0, 1].map(|joint| target[joint] + state[joint]),
+            torque_nm: [0, 1].map(|joint| holding_nm[joint] + torque[joint]),
+        });
+        state = closed * state;
+    }
+    points
+}
+
+/// The true arm of the bench.
+fn bench(run: &Run, period_s: f64) -> Vec<Point> {
+    let pairs = run.records.iter().zip(&run.truth);
+    pairs
+        .map(|(record, truth)| {
+            let since_us = record.start_us.saturating_sub(run.begun_us);
+            Point {
+                at_s: since_us as f64 * 1e-6 + period_s - BEFORE_S,
+                angle_rad: truth.angle_rad,
+                torque_nm: truth.torque_nm,
+            }
+        })
+        .collect()
+}
+
+fn in_double(joint: &Joint<f32>) -> Joint<f64> {
+    let Joint {
+        zero_count,
+        rad_per_count,
+        direction,
+        gain_counts_per_nm,
+        offset_counts,
+    } = *joint;
+    Joint {
+        zero_count: zero_count.into(),
+        rad_per_count: rad_per_count.into(),
+        direction,
+        gain_counts_per_nm: gain_counts_per_nm.into(),
+        offset_counts: offset_counts.into(),
+    }
+}

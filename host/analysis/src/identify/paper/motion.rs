@@ -1,0 +1,249 @@
+//! How joint 1 moves in given numbers, sample by sample, over dual numbers, so that every
+//! derivative of the motion comes with it.
+//!
+//! Runge-Kutta of fourth order. A joint begins to slide if the torque on it is more than
+//! its Coulomb friction: it did move, so its static friction was overcome. Where its speed
+//! changes sign, the step is cut at that moment. There the joint stays, or goes back; the
+//! angle at which it stops depends smoothly on all numbers, for its speed there is none.
+
+use num_dual::DualNum;
+
+use super::numbers::Numbers;
+
+/// Longest step in s: at 5 ms the error is below 1e-7 rad.
+const STEP_S: f64 = 0.005;
+/// Static friction of a joint that has stopped, over Coulomb friction.
+pub(super) const STATIC_RATIO: f64 = 1.25;
+
+/// A joint in motion.
+struct Motion<'a, D> {
+    numbers: &'a Numbers<D>,
+    torque_nm: D,
+    /// Towards larger (1) or smaller (-1) angles; none while it sticks.
+    way: Option<f64>,
+    q: D,
+    v: D,
+}
+
+/// A motion, and whether it is one.
+pub(super) struct Angles<D> {
+    /// In rad, at each sample.
+    pub(super) rad: Vec<D>,
+    /// It sticks where it begins: nothing depends on any number.
+    pub(super) sticks: bool,
+}
+
+/// So many angles from an angle in rad and a speed in rad/s, with the numbers' torque or
+/// without any.
+pub(super) fn angles<D: DualNum<Primitive = f64> + Copy>(
+    numbers: &Numbers<D>,
+    is_pushed: bool,
+    [start_rad, start_rad_s]: [D; 2],
+    period_s: f64,
+    samples: usize,
+) -> Angles<D> {
+    let steps = (period_s / STEP_S).ceil().max(1.0);
+    let torque_nm = if is_pushed {
+        numbers.torque_nm
+    } else {
+        D::from(0.0)
+    };
+    let mut motion = Motion {
+        numbers,
+        torque_nm,
+        way: None,
+        q: start_rad,
+        v: start_rad_s,
+    };
+    let speed = start_rad_s.re();
+    motion.way = if speed == 0.0 {
+        motion.way_beyond(1.0)
+    } else {
+        Some(speed.signum())
+    };
+    let sticks = motion.way.is_none();
+    let mut rad = Vec::with_capacity(samples);
+    for _ in 0..samples {
+        rad.push(motion.q);
+        for _ in 0..steps as u32 {
+            motion.step(period_s / steps);
+        }
+    }
+    Angles { rad, sticks }
+}
+
+impl<D: DualNum<Primitive = f64> + Copy> Motion<'_, D> {
+    /// Torque in N m but for friction.
+    fn push(&self, q: D) -> D {
+        self.torque_nm + self.numbers.gravity_nm * q.sin()
+    }
+
+    /// Where a joint at rest goes that so many times its Coulomb friction holds.
+    fn way_beyond(&self, times: f64) -> Option<f64> {
+        let push = self.push(self.q).re();
+        (push.abs() > times * self.numbers.coulomb_nm.re().max(0.0)).then(|| push.signum())
+    }
+
+    fn acceleration(&self, q: D, v: D, way: f64) -> D {
+        let numbers = self.numbers;
+        (self.push(q) - numbers.b1 * v - numbers.coulomb_nm * way) / numbers.inertia_kg_m2
+    }
+
+    /// Where it is after `h` seconds of sliding.
+    fn slid(&self, way: f64, h: f64) -> (D, D) {
+        let at = |q: D, v: D| self.acceleration(q, v, way);
+        let (q, v) = (self.q, self.v);
+        let half = 0.5 * h;
+        let a1 = at(q, v);
+        let v2 = v + a1 * half;
+        let a2 = at(q + v * half, v2);
+        let v3 = v + a2 * half;
+        let a3 = at(q + v2 * half, v3);
+        let v4 = v + a3 * h;
+        let a4 = at(q + v3 * h, v4);
+        let sixth = h / 6.0;
+        (
+            q + (v + (v2 + v3) * 2.0 + v4) * sixth,
+            v + (a1 + (a2 + a3) * 2.0 + a4) * sixth,
+        )
+    }
+
+    fn step(&mut self, h: f64) {
+        let Some(way) = self.way else { return };
+        let (q, v) = self.slid(way, h);
+        let before = self.v.re();
+        if v.re() * way >= 0.0 {
+            (self.q, self.v) = (q, v);
+            return;
+        }
+        // The moment by a straight line first, then by its slope there.
+        let near = h * before / (before - v.re());
+        let (q, v) = self.slid(way, near);
+        let until = near - (v / self.acceleration(q, v, way)).re();
+        (self.q, self.v) = self.slid(way, until);
+        self.way = self.way_beyond(STATIC_RATIO);
+        match self.way {
+            None => self.v = D::from(0.0),
+            Some(on) => {
+                // It turns: what its speed owes to the moment of turning changes with
+                // the friction's sign.
+                let rest = D::from(0.0);
+                let before = self.acceleration(self.q, rest, way).re();
+                let after = self.acceleration(self.q, rest, on).re();
+                self.v = (self.v - self.v.re()) * (after / before);
+                (self.q, self.v) = self.slid(on, h - until);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::paper::numbers::{COUNT, Unknown};
+    use armbridge_shared::JOINTS;
+    use armbridge_shared::arm::{Parameters, State};
+    use armbridge_sim::plant::{Body, Friction};
+    use nalgebra::Vector2;
+    use num_dual::DualSVec64;
+
+    const PERIOD_S: f64 = 0.045;
+
+    /// The bench's arm, whose integration and dry friction are its own.
+    fn body(b1: f64, torque_nm: f64, coulomb_nm: f64, start_rad: f64) -> Vec<f64> {
+        let arm = Parameters {
+            b1,
+            ..Parameters::paper()
+        };
+        let friction = Friction {
+            coulomb_nm,
+            static_nm: STATIC_RATIO * coulomb_nm,
+            stribeck_rad_s: 0.0,
+        };
+        let initial = State::at_rest(Vector2::new(start_rad, 0.0));
+        let mut body = Body::new(arm, [friction; JOINTS], [[-9.0, 9.0]; JOINTS], initial);
+        body.set_torque(0, Vector2::new(torque_nm, 0.0));
+        let angle = |k: u64| {
+            body.advance(k * 45_000_000);
+            body.state(k * 45_000_000).q.x
+        };
+        (0..112).map(angle).collect()
+    }
+
+    fn numbers(b1: f64, torque_nm: f64, coulomb_nm: f64) -> Numbers {
+        Numbers {
+            b1,
+            torque_nm,
+            coulomb_nm,
+            ..Numbers::of(&Parameters::paper())
+        }
+    }
+
+    /// Friction of little, which lets the arm swing back, to much.
+    const CASES: [[f64; 4]; 6] = [
+        [0.24, 0.0, 0.0, 0.1],
+        [0.421, 0.0, 0.0, 0.1],
+        [0.02, 0.0, 0.02, 2.0],
+        [0.239, 0.0, 0.107, 0.27],
+        [0.24, -0.3924, 0.0, 0.49],
+        [0.24, -0.3924, 0.04, 0.49],
+    ];
+
+    #[test]
+    fn it_moves_as_the_bench_does() {
+        for [b1, torque_nm, coulomb_nm, start_rad] in CASES {
+            let true_rad = body(b1, torque_nm, coulomb_nm, start_rad);
+            // The bench stops at the end of a step of 0.1 ms, and turns as much later.
+            let tolerance = if coulomb_nm > 0.0 { 3e-4 } else { 1e-6 };
+            let numbers = numbers(b1, torque_nm, coulomb_nm);
+            let model = angles(&numbers, true, [start_rad, 0.0], PERIOD_S, true_rad.len());
+            for (k, (model, truth)) in model.rad.iter().zip(&true_rad).enumerate() {
+                let error = (model - truth).abs();
+                assert!(
+                    error < tolerance,
+                    "{b1} {coulomb_nm} at sample {k}: {error:e}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_motion_even_where_it_stops_or_turns() {
+        for [b1, torque_nm, coulomb_nm, start_rad] in CASES {
+            let at = numbers(b1, torque_nm, coulomb_nm);
+            let lanes = Unknown::ALL.map(|unknown| {
+                DualSVec64::<COUNT>::from_re(at.get(unknown)).derivative(unknown as usize)
+            });
+            let start = [start_rad, 0.0].map(DualSVec64::from_re);
+            let exact = angles(&Numbers::from_array(lanes), true, start, PERIOD_S, 112);
+            for unknown in Unknown::ALL {
+                if at.get(unknown) == 0.0 {
+                    continue;
+                }
+                let h = 1e-5 * at.get(unknown).abs();
+                let moved = [h, -h].map(|h| {
+                    let at = at.with(unknown, at.get(unknown) + h);
+                    angles(&at, true, [start_rad, 0.0], PERIOD_S, 112).rad
+                });
+                let largest = moved[0].iter().zip(&moved[1]);
+                let largest = largest.map(|(a, b)| (a - b).abs() / (2.0 * h));
+                let largest = largest.fold(0.0, f64::max);
+                for (k, angle) in exact.rad.iter().enumerate() {
+                    let slope = angle.eps.0.map_or(0.0, |eps| eps[unknown as usize]);
+                    let difference = (moved[0][k] - moved[1][k]) / (2.0 * h);
+                    let error = (slope - difference).abs() / largest;
+                    assert!(
+                        error < 1e-3,
+                        "{unknown:?} at {k}: {slope}, not {difference}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn it_sticks_where_friction_holds_it() {
+        let stuck = angles(&numbers(0.24, 0.0, 0.1), false, [0.1, 0.0], PERIOD_S, 10);
+        assert!(stuck.sticks && stuck.rad.iter().all(|q| (q - 0.1).abs() <= 0.0));
+    }
+}

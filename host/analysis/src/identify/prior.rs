@@ -1,0 +1,75 @@
+//! What is believed of an arm before anything was measured.
+//!
+//! The motion of an arm tells all its torques as multiples of one another: the same
+//! motion comes of an arm of twice the inertia, friction and weight whose motors are
+//! twice as strong. One number must come from elsewhere. As in the paper it is the
+//! weight: masses and lengths, which a scale and a ruler tell, make the gravity torques.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::Setup;
+
+use super::quantity::{COUNT, Quantity};
+use super::search::Prior;
+
+/// Coulomb friction in N m of an AX-12A that nobody has measured, see
+/// [`PlantConfig`](armbridge_sim::plant::PlantConfig).
+const COULOMB_NM: f64 = 0.04;
+/// A dead zone that nobody has measured, in counts: half of the paper's.
+const DEAD_COUNTS: f64 = 25.0;
+/// A delay that nobody has measured, in s.
+const DELAY_S: f64 = 2e-3;
+
+impl Prior {
+    /// What a set-up says, its masses and lengths being measured to `weighed`, a share of
+    /// the gravity torques; nothing else is believed to better than a factor of three.
+    pub fn of(setup: &Setup, weighed: f64) -> Self {
+        let mut mean = [0.0; COUNT];
+        let mut deviation = [0.0; COUNT];
+        for joint in 0..JOINTS {
+            for quantity in Quantity::ALL {
+                let i = quantity.at(joint);
+                mean[i] = quantity.coordinate(quantity.of(setup, joint));
+                deviation[i] = match quantity {
+                    Quantity::Gravity => weighed,
+                    Quantity::Inertia | Quantity::Viscous | Quantity::Coulomb | Quantity::Gain => {
+                        3.0_f64.ln()
+                    }
+                    Quantity::Offset => Quantity::Offset.coordinate(50.0),
+                    Quantity::DeadBelow | Quantity::DeadAbove => {
+                        Quantity::DeadAbove.coordinate(40.0)
+                    }
+                    Quantity::Zero => Quantity::Zero.coordinate(30.0),
+                    Quantity::Delay => Quantity::Delay.coordinate(5e-3),
+                };
+            }
+        }
+        Self { mean, deviation }
+    }
+}
+
+impl Quantity {
+    /// What a set-up has for it; what it does not know is as usual.
+    pub fn of(self, setup: &Setup, joint: usize) -> f64 {
+        let arm = setup.arm.map(f64::from);
+        let servo = &setup.joints[joint];
+        match (self, joint) {
+            (Self::Inertia, 0) => {
+                arm.i1x + arm.m1 * arm.l1 * arm.l1 / 4.0 + arm.i2z + arm.m2 * arm.l1 * arm.l1
+            }
+            (Self::Inertia, _) => arm.i2y + arm.m2 * arm.l2 * arm.l2 / 4.0,
+            (Self::Gravity, 0) => arm.g * arm.l1 * (arm.m1 / 2.0 + arm.m2),
+            (Self::Gravity, _) => arm.g * arm.l2 * arm.m2 / 2.0,
+            (Self::Viscous, 0) => arm.b1,
+            (Self::Viscous, _) => arm.b2,
+            (Self::Coulomb, _) => match f64::from(setup.friction_nm[joint]) {
+                known if known > 0.0 => known,
+                _ => COULOMB_NM,
+            },
+            (Self::Gain, _) => servo.gain_counts_per_nm.into(),
+            (Self::Offset, _) => servo.offset_counts.into(),
+            (Self::DeadBelow | Self::DeadAbove, _) => DEAD_COUNTS,
+            (Self::Zero, _) => servo.zero_count.into(),
+            (Self::Delay, _) => DELAY_S,
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! Trials: the board's code against a virtual arm of any kind, judged by where
+//! the arm truly was.
+//!
+//! A [`Trial`] is everything but the seed. Its [`run`](Trial::run) is the whole
+//! bench, true to the byte, and a sample of the true arm at every tick; an
+//! [`Outcome`] is what these say in numbers. Equal trials with equal seeds are
+//! equal to the bit, so a difference between two is a difference between what
+//! was tried.
+
+mod batch;
+mod outcome;
+mod table;
+mod task;
+
+pub use batch::for_seeds;
+pub use outcome::{Joints, Outcome, REST_S, SETTLED_RAD};
+pub use table::table;
+pub use task::{Task, TaskError};
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::bridge::Channels;
+use armbridge_shared::link::message::{Command, Record};
+
+use crate::plan_runner::{Operator, Script};
+use armbridge_client::Host;
+use armbridge_client::Tap;
+use armbridge_client::error::OperatorError;
+use armbridge_client::tap::Tapped;
+use armbridge_sim::Bench;
+use armbridge_sim::board::VirtualBoard;
+use armbridge_sim::cosim::{Cosim, CosimError};
+use armbridge_sim::plant::{Plant, PlantConfig, Push};
+use armbridge_sim::wire::Disturbance;
+
+/// Everything but the seed.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// The arm as it really is.
+    pub plant: PlantConfig,
+    /// Set-up, commands and duration.
+    pub script: Script,
+    /// Somebody pushes; times count from the first command.
+    pub pushes: Vec<Push>,
+    /// Share of the servos' replies that the master cannot read, 0 to 1.
+    pub loss: f64,
+}
+
+/// What happened.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// What the board recorded, from the first command on.
+    pub records: Vec<Record>,
+    /// The true arm at the tick after each record, to which the record's
+    /// reference belongs; the last records may lack theirs.
+    pub truth: Vec<Truth>,
+    /// Commands and when they were given, in µs.
+    pub commands: Vec<(u64, Command)>,
+    /// When the first command was due, in µs.
+    pub begun_us: u64,
+}
+
+/// The true arm at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// In rad.
+    pub angle_rad: [f64; JOINTS],
+    /// In rad/s.
+    pub speed_rad_s: [f64; JOINTS],
+    /// Torque of the motors in N m.
+    pub torque_nm: [f64; JOINTS],
+}
+
+/// Why there is no run.
+#[derive(Debug, thiserror::Error)]
+pub enum TrialError {
+    /// The operator gave up.
+    #[error(transparent)]
+    Operator(#[from] OperatorError),
+    /// No share of replies.
+    #[error("a share of replies is from 0 to 1, not {0}")]
+    Loss(f64),
+}
+
+impl Trial {
+    /// The arm does what the script says, undisturbed.
+    pub fn new(plant: PlantConfig, script: Script) -> Self {
+        Self {
+            plant,
+            script,
+            pushes: Vec::new(),
+            loss: 0.0,
+        }
+    }
+
+    /// Runs it.
+    ///
+    /// # Errors
+    ///
+    /// If the board refuses what the script says, or `loss` is no share.
+    pub fn run(&self, seed: u64) -> Result<Run, TrialError> {
+        self.run_heard(seed, None)
+    }
+
+    /// Runs it; somebody listens to the link.
+    ///
+    /// # Errors
+    ///
+    /// If the board refuses what the script says, or `loss` is no share.
+    pub fn run_heard(&self, seed: u64, tap: Option<Box<dyn Tap>>) -> Result<Run, TrialError> {
+        let mut disturbance = match self.loss {
+            0.0 => None,
+            loss => Some(Disturbance::new(loss, seed).ok_or(TrialError::Loss(loss))?),
+        };
+        let mut channels = Channels::new();
+        let board = VirtualBoard::new(channels.split()).map_err(|refusal| {
+            let command = "the default set-up";
+            OperatorError::Refused { command, refusal }
+        })?;
+        let bench = Bench::new(Plant::new(self.plant, seed));
+        let host = Tapped::new(
+            Operator::new(self.script.clone()),
+            tap.into_iter().collect(),
+        );
+        let mut cosim = Cosim::new(board, bench, host);
+        let mut begun_us = None;
+        let mut truth = Vec::new();
+        while !cosim.host.is_done() {
+            cosim.step().map_err(|error| match error {
+                CosimError::Host(error) => error,
+                CosimError::Board(never) => match never {},
+            })?;
+            if begun_us.is_none()
+                && let Some(since_us) = cosim.host.host.running_since_us()
+            {
+                begun_us = Some(since_us);
+                self.push(&mut cosim.bench, since_us);
+                if let Some(disturbance) = disturbance.take() {
+                    cosim.bench.disturb(disturbance);
+                }
+            }
+            let (records, now_us) = (cosim.host.host.records(), cosim.now_us());
+            if let Some(last) = records.last()
+                && records.len() > truth.len()
+                && now_us >= self.next_start_us(last)
+            {
+                // One each, if the board ever handed over two at once.
+                let count = records.len();
+                truth.resize(count, look(&mut cosim.bench, now_us));
+            }
+        }
+        let (records, commands, _) = cosim.host.host.into_parts();
+        Ok(Run {
+            records,
+            truth,
+            commands,
+            begun_us: begun_us.unwrap_or(0),
+        })
+    }
+
+    fn push(&self, bench: &mut Bench, since_us: u64) {
+        for push in &self.pushes {
+            bench.push(Push {
+                start_ns: push.start_ns + since_us * 1_000,
+                ..*push
+            });
+        }
+    }
+
+    /// When the tick after this one was to start.
+    fn next_start_us(&self, record: &Record) -> u64 {
+        let period_us = self.script.setup.period_us;
+        // What begins late shortens the wait, by less than a period.
+        let late_us = record.timing.start_error_us % period_us.max(1);
+        record.start_us + u64::from(period_us - late_us)
+    }
+}
+
+fn look(bench: &mut Bench, at_us: u64) -> Truth {
+    let state = bench.state_at(at_us);
+    Truth {
+        angle_rad: state.q.into(),
+        speed_rad_s: state.dq.into(),
+        torque_nm: bench.plant().torque().into(),
+    }
+}

@@ -1,0 +1,194 @@
+//! A run in a few numbers, all of them from the true arm.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Pwm;
+use armbridge_shared::link::message::{Record, Sample};
+use serde::Serialize;
+
+use super::{Run, Trial, Truth};
+use armbridge_client::names;
+
+/// An arm this near its reference for good has settled.
+pub const SETTLED_RAD: f64 = 0.015;
+
+/// What is said of rest is said of the last seconds, so many.
+pub const REST_S: f64 = 2.0;
+
+/// A number for each joint.
+pub type Joints = [f64; JOINTS];
+
+/// How one run went. Errors are true angle less reference.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Seed of everything random.
+    pub seed: u64,
+    /// From torque on until both errors are below [`SETTLED_RAD`] for good, or
+    /// until somebody pushes, in s; `None` for never.
+    pub settling_s: Option<f64>,
+    /// The same from the beginning of the last push on.
+    pub recovery_s: Option<f64>,
+    /// Largest error by magnitude since the first push, in mrad; `None` without
+    /// one.
+    pub displaced_mrad: Option<Joints>,
+    /// Mean error over the last [`REST_S`], in mrad.
+    pub mean_error_mrad: Joints,
+    /// Root mean square error over the same time, in mrad.
+    pub rms_error_mrad: Joints,
+    /// Largest less smallest error in that time, in mrad.
+    pub peak_to_peak_mrad: Joints,
+    /// Root mean square error while the reference moved, in mrad; `None` if it
+    /// never did.
+    pub tracking_rms_mrad: Option<Joints>,
+    /// Root mean square of the motors' torque over the last [`REST_S`], in N m.
+    pub torque_rms_nm: Joints,
+    /// Largest torque of each motor by magnitude, in N m.
+    pub torque_peak_nm: Joints,
+    /// Root mean square of estimated less true speed, in rad/s.
+    pub speed_error_rms_rad_s: Joints,
+    /// Share of ticks with the PWM of either motor at an end, 0 to 1.
+    pub saturated_share: f64,
+    /// Ticks skipped while torque was on.
+    pub missed_ticks: u32,
+    /// Samples missing while torque was on.
+    pub missing_samples: usize,
+    /// What ended the run early.
+    pub fault: Option<&'static str>,
+}
+
+/// A tick with torque on.
+#[derive(Clone, Copy)]
+struct Tick<'a> {
+    record: &'a Record,
+    /// At the start of the tick, which is when its samples are meant.
+    before: &'a Truth,
+    /// At the start of the next, to which the reference belongs.
+    after: &'a Truth,
+    error_rad: Joints,
+}
+
+impl Outcome {
+    /// Of a run of `trial`.
+    pub fn of(trial: &Trial, seed: u64, run: &Run) -> Self {
+        let ticks = ticks(run);
+        let fault = run.records.iter().find_map(|r| names::fault_of(r.mode));
+        let fault = fault.map(names::fault);
+        let pushed_us = |push: &armbridge_sim::plant::Push| run.begun_us + push.start_ns / 1_000;
+        let first_push_us = trial.pushes.iter().map(pushed_us).min();
+        let last_push_us = trial.pushes.iter().map(pushed_us).max();
+        let (before, after): (Vec<Tick>, Vec<Tick>) = ticks
+            .iter()
+            .partition(|t| first_push_us.is_none_or(|push_us| t.record.start_us < push_us));
+        let stood = fault.is_none();
+        let since_us = before.first().map(|t| t.record.start_us);
+        let settling = |ticks: &[Tick], since_us| settled_s(ticks, since_us).filter(|_| stood);
+        let end_us = ticks.last().map_or(0, |t| t.record.start_us);
+        let resting: Vec<Tick> = ticks
+            .iter()
+            .filter(|t| (end_us - t.record.start_us) as f64 * 1e-6 < REST_S)
+            .copied()
+            .collect();
+        let mrad = |joints: Joints| joints.map(|rad| 1e3 * rad);
+        Self {
+            seed,
+            settling_s: since_us.and_then(|since_us| settling(&before, since_us)),
+            recovery_s: last_push_us.and_then(|push_us| settling(&after, push_us)),
+            displaced_mrad: last_push_us.map(|_| mrad(peak(&after, |t, j| t.error_rad[j]))),
+            mean_error_mrad: mrad(mean(&resting, |t, j| t.error_rad[j])),
+            rms_error_mrad: mrad(rms(&resting, |t, j| t.error_rad[j])),
+            peak_to_peak_mrad: mrad(peak_to_peak(&resting)),
+            tracking_rms_mrad: moving(&ticks).map(|t| mrad(rms(t, |t, j| t.error_rad[j]))),
+            torque_rms_nm: rms(&resting, |t, j| t.after.torque_nm[j]),
+            torque_peak_nm: peak(&ticks, |t, j| t.after.torque_nm[j]),
+            speed_error_rms_rad_s: rms(&ticks, |t, j| {
+                f64::from(t.record.speed_rad_s[j]) - t.before.speed_rad_s[j]
+            }),
+            saturated_share: share(&ticks, |t| t.record.pwm_in_force.into_iter().any(at_an_end)),
+            missed_ticks: missed(&ticks),
+            missing_samples: ticks.iter().flat_map(|t| t.record.samples).fold(0, absent),
+            fault,
+        }
+    }
+}
+
+/// Ticks with torque on, but the first, before which nobody looked.
+fn ticks(run: &Run) -> Vec<Tick<'_>> {
+    let pairs = run.records.iter().zip(&run.truth);
+    let befores = run.truth.iter();
+    pairs
+        .skip(1)
+        .zip(befores)
+        .filter(|((record, _), _)| record.mode.drive().is_some())
+        .map(|((record, after), before)| Tick {
+            record,
+            before,
+            after,
+            error_rad: std::array::from_fn(|j| {
+                after.angle_rad[j] - f64::from(record.reference_rad[j])
+            }),
+        })
+        .collect()
+}
+
+fn settled_s(ticks: &[Tick], since_us: u64) -> Option<f64> {
+    let is_outside = |tick: &Tick| tick.error_rad.iter().any(|e| e.abs() >= SETTLED_RAD);
+    let inside = match ticks.iter().rposition(is_outside) {
+        None => ticks.first()?,
+        // Still outside at the end: never.
+        Some(outside) => ticks.get(outside + 1)?,
+    };
+    Some(inside.record.start_us.saturating_sub(since_us) as f64 * 1e-6)
+}
+
+/// From the first to the last tick at which the reference had a speed.
+fn moving<'a, 'b>(ticks: &'b [Tick<'a>]) -> Option<&'b [Tick<'a>]> {
+    let moves = |tick: &Tick| {
+        tick.record
+            .reference_speed_rad_s
+            .iter()
+            .any(|s| s.abs() > 0.0)
+    };
+    let first = ticks.iter().position(moves)?;
+    let last = ticks.iter().rposition(moves)?;
+    Some(&ticks[first..=last])
+}
+
+fn mean(ticks: &[Tick], value: impl Fn(&Tick, usize) -> f64) -> Joints {
+    let count = ticks.len().max(1) as f64;
+    std::array::from_fn(|j| ticks.iter().map(|t| value(t, j)).sum::<f64>() / count)
+}
+
+fn rms(ticks: &[Tick], value: impl Fn(&Tick, usize) -> f64) -> Joints {
+    mean(ticks, |t, j| value(t, j).powi(2)).map(f64::sqrt)
+}
+
+fn peak(ticks: &[Tick], value: impl Fn(&Tick, usize) -> f64) -> Joints {
+    std::array::from_fn(|j| ticks.iter().map(|t| value(t, j).abs()).fold(0.0, f64::max))
+}
+
+fn peak_to_peak(ticks: &[Tick]) -> Joints {
+    std::array::from_fn(|j| {
+        let errors = ticks.iter().map(|t| t.error_rad[j]);
+        let (low, high) = errors.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| {
+            (low.min(e), high.max(e))
+        });
+        (high - low).max(0.0)
+    })
+}
+
+fn share(ticks: &[Tick], counts: impl Fn(&Tick) -> bool) -> f64 {
+    let count = ticks.iter().filter(|t| counts(t)).count();
+    count as f64 / ticks.len().max(1) as f64
+}
+
+fn at_an_end(pwm: u16) -> bool {
+    pwm == Pwm::MIN.counts() || pwm == Pwm::MAX.counts()
+}
+
+fn missed(ticks: &[Tick]) -> u32 {
+    let count = |tick: Option<&Tick>| tick.map_or(0, |t| t.record.timing.missed);
+    count(ticks.last()) - count(ticks.first())
+}
+
+fn absent(count: usize, sample: Sample) -> usize {
+    count + usize::from(sample.counts().is_none())
+}

@@ -1,0 +1,179 @@
+//! What the arm is asked to do, as it is written on a command line.
+
+use std::str::FromStr;
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::bridge::limits::REFERENCE_MAX_RAD;
+use armbridge_shared::link::message::{Command, Setup};
+use armbridge_shared::link::motion::Motion;
+use serde::Serialize;
+
+use crate::plan_runner::Script;
+
+/// Upright first, for so long; motions begin from there.
+const STAND_S: f32 = 2.0;
+/// Rest after a motion, so that what is said of rest is said of rest.
+const REST_S: f32 = 2.0;
+/// For a wave to grow, and to die away.
+const RAMP_S: f32 = 1.0;
+
+/// What is asked of the arm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Task {
+    /// Stand at these angles in rad, all the time.
+    Hold([f32; JOINTS]),
+    /// Stand upright, and at these angles in rad after 2 s: a step.
+    Step([f32; JOINTS]),
+    /// Stand upright, and move there after 2 s with least jerk.
+    MinimumJerk {
+        /// In rad.
+        to_rad: [f32; JOINTS],
+        /// In s; `None` for as soon as the board permits.
+        duration_s: Option<f32>,
+    },
+    /// Stand upright for 2 s, swing until 2 s before the end, and stand.
+    Swing {
+        /// In rad.
+        amplitude_rad: [f32; JOINTS],
+        /// At the beginning, in Hz.
+        from_hz: f32,
+        /// At the end, in Hz.
+        to_hz: f32,
+    },
+}
+
+/// Why this is nothing that can be asked.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "expected upright, hold:Q1,Q2, step:Q1,Q2, min-jerk:Q1,Q2[,S], sine:A1,A2,HZ or \
+     chirp:A1,A2,HZ,HZ, angles from -{REFERENCE_MAX_RAD} to {REFERENCE_MAX_RAD} rad"
+)]
+pub struct TaskError;
+
+impl Task {
+    /// Upright, all the time.
+    pub const UPRIGHT: Self = Self::Hold([0.0; JOINTS]);
+
+    /// A script for this set-up and length.
+    ///
+    /// # Errors
+    ///
+    /// How long it must be at least, in s.
+    pub fn script(&self, setup: Setup, duration_s: f64) -> Result<Script, f64> {
+        let duration_us = (duration_s * 1e6) as u64;
+        let (mut commands, at_least_s) = (vec![(0, Command::Regulate([0.0; JOINTS]))], STAND_S);
+        let then_us = (STAND_S * 1e6) as u64;
+        let at_least_s = match *self {
+            Self::Hold(q) => {
+                commands = vec![(0, Command::Regulate(q))];
+                0.0
+            }
+            Self::Step(q) => {
+                commands.push((then_us, Command::Regulate(q)));
+                at_least_s + REST_S
+            }
+            Self::MinimumJerk { to_rad, duration_s } => {
+                let motion = Motion::MinimumJerk { to_rad, duration_s };
+                commands.push((then_us, Command::Follow(motion)));
+                at_least_s + duration_s.unwrap_or(0.0) + REST_S
+            }
+            Self::Swing {
+                amplitude_rad,
+                from_hz,
+                to_hz,
+            } => {
+                let motion = Motion::Chirp {
+                    centre_rad: [0.0; JOINTS],
+                    amplitude_rad,
+                    from_hz: [from_hz; JOINTS],
+                    to_hz: [to_hz; JOINTS],
+                    ramp_s: RAMP_S,
+                    duration_s: duration_s as f32 - STAND_S - REST_S,
+                };
+                commands.push((then_us, Command::Follow(motion)));
+                at_least_s + 2.0 * RAMP_S + REST_S
+            }
+        };
+        let at_least_s = f64::from(at_least_s);
+        if duration_s < at_least_s {
+            return Err(at_least_s);
+        }
+        Ok(Script {
+            setup,
+            commands,
+            duration_us,
+        })
+    }
+}
+
+impl FromStr for Task {
+    type Err = TaskError;
+
+    fn from_str(text: &str) -> Result<Self, TaskError> {
+        let (name, numbers) = text.split_once(':').unwrap_or((text, ""));
+        let numbers: Vec<f32> = numbers
+            .split(',')
+            .filter(|number| !(numbers.is_empty() && number.is_empty()))
+            .map(|number| number.trim().parse().map_err(|_| TaskError))
+            .collect::<Result<_, _>>()?;
+        let is_angle = |q: &f32| q.abs() <= REFERENCE_MAX_RAD;
+        if !numbers.iter().take(JOINTS).all(is_angle) {
+            return Err(TaskError);
+        }
+        let positive = |x: f32| x > 0.0 && x.is_finite();
+        match (name, numbers.as_slice()) {
+            ("upright", []) => Ok(Self::UPRIGHT),
+            ("hold", &[a, b]) => Ok(Self::Hold([a, b])),
+            ("step", &[a, b]) => Ok(Self::Step([a, b])),
+            ("min-jerk", &[a, b]) => Ok(Self::MinimumJerk {
+                to_rad: [a, b],
+                duration_s: None,
+            }),
+            ("min-jerk", &[a, b, seconds]) if positive(seconds) => Ok(Self::MinimumJerk {
+                to_rad: [a, b],
+                duration_s: Some(seconds),
+            }),
+            ("sine", &[a, b, hz]) if positive(hz) => Ok(Self::Swing {
+                amplitude_rad: [a, b],
+                from_hz: hz,
+                to_hz: hz,
+            }),
+            ("chirp", &[a, b, from_hz, to_hz]) if positive(from_hz) && positive(to_hz) => {
+                Ok(Self::Swing {
+                    amplitude_rad: [a, b],
+                    from_hz,
+                    to_hz,
+                })
+            }
+            _ => Err(TaskError),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_what_is_asked() {
+        assert_eq!("upright".parse(), Ok(Task::UPRIGHT));
+        assert_eq!("hold:0.2,-0.1".parse(), Ok(Task::Hold([0.2, -0.1])));
+        let task: Task = "min-jerk:0.3,0.3,1".parse().unwrap();
+        let script = task.script(Setup::best(), 8.0).unwrap();
+        assert_eq!(script.commands.len(), 2);
+        let least_s = task.script(Setup::best(), 4.0).unwrap_err();
+        assert!((least_s - 5.0).abs() < 1e-9);
+        for wrong in [
+            "",
+            "up",
+            "upright:1",
+            "hold:1",
+            "hold:2,0",
+            "sine:1,1,0",
+            "sine:1,1,nan",
+        ] {
+            assert_eq!(wrong.parse::<Task>(), Err(TaskError), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The report: `report.html` and each figure as SVG and PNG, in one folder.
+//!
+//! The page stands alone: its style and its drawings are in it, and it asks
+//! nothing of a network. [`table`] is the same in a few lines for a terminal.
+
+mod page;
+
+use super::claim::{Claim, Verdict};
+use crate::plot;
+use crate::plot::PlotError;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Name of the page.
+const PAGE: &str = "report.html";
+
+/// Why there is no report.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub struct ReportError(#[from] PlotError);
+
+/// Writes page and figures into an existing folder; returns the page's path.
+///
+/// # Errors
+///
+/// When a file cannot be written or a drawing not be turned into pixels.
+pub fn write(folder: &Path, claims: &[Claim]) -> Result<PathBuf, ReportError> {
+    let figures = claims.iter().flat_map(|claim| &claim.figures);
+    plot::write_all(folder, figures.map(|figure| (figure.name, figure.svg())))?;
+    let path = folder.join(PAGE);
+    plot::write(&path, page::page(claims).as_bytes())?;
+    Ok(path)
+}
+
+/// How many claims fare so.
+fn count(claims: &[Claim], verdict: Verdict) -> usize {
+    claims.iter().filter(|c| c.verdict() == verdict).count()
+}
+
+/// Every claim with its verdict, as text.
+pub fn table(claims: &[Claim]) -> String {
+    let width = claims.iter().map(|claim| claim.title.chars().count());
+    let width = width.max().unwrap_or(0);
+    let mut text = String::new();
+    for claim in claims {
+        let holding = claim.numbers().filter(|number| number.holds()).count();
+        let all = claim.numbers().count();
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{:width$}  {:28}  {holding:>2} of {all:>2} numbers",
+            claim.title,
+            claim.verdict().words()
+        );
+    }
+    text.push_str(&counts(claims));
+    text
+}
+
+/// The verdicts counted, in a line.
+fn counts(claims: &[Claim]) -> String {
+    let counts = [
+        Verdict::Reproduced,
+        Verdict::Explained,
+        Verdict::NotReproduced,
+    ]
+    .map(|verdict| format!("{} {}", count(claims, verdict), verdict.words()));
+    format!("{} claims: {}", claims.len(), counts.join("; "))
+}

@@ -1,0 +1,350 @@
+//! The one who works with the arm: connects, sets up, arms, plays a [`Plan`] step by
+//! step, switches off, and hands on every record.
+//!
+//! Clockless: told what the time is, it says what to send and when to be asked
+//! again. So the same operator works in virtual time and over a socket.
+//!
+//! However a run ends once the arm has been armed, the motors are switched off and
+//! the board has said so before the operator is done, or gives up. A link that breaks
+//! and a board that is reset end the run: the operator says hello again, so that the
+//! log goes on, and sees that torque is off. It never arms a second time by itself.
+
+mod answers;
+mod ending;
+mod keep;
+mod news;
+pub mod plan;
+mod taking;
+mod timeline;
+mod words;
+
+pub use ending::Ending;
+pub use keep::{Everything, Keep};
+pub use plan::{Plan, Script};
+
+use std::collections::VecDeque;
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use armbridge_shared::link::message::{Command, Mode, Record, Settings};
+
+use armbridge_client::Host;
+use armbridge_client::LinkStats;
+use armbridge_client::error::OperatorError;
+use armbridge_client::link::Client;
+use armbridge_client::names;
+use armbridge_sim::cosim::Interaction;
+use ending::Watch;
+use news::News;
+use plan::{Act, Begin};
+use timeline::{Due, Offset, Timeline};
+
+/// How long a board may take to answer the first hello.
+const HELLO_TIMEOUT_US: u64 = 3_000_000;
+/// How long the servos may take to be found: bring-up takes 30 ms.
+const SERVO_TIMEOUT_US: u64 = 3_000_000;
+/// How long a command may take to be acknowledged, and how long a board that is armed
+/// may say nothing at all: it says something every tick.
+const ACK_TIMEOUT_US: u64 = 2_000_000;
+
+#[derive(Debug)]
+enum Phase {
+    Connecting,
+    /// The board is about to say how it works.
+    Learning,
+    SettingUp,
+    WaitingForServos,
+    Arming,
+    Running(Timeline),
+    SwitchingOff,
+    Over,
+}
+
+/// Somebody who works through a [`Plan`].
+#[derive(Debug)]
+pub struct Operator<K = Everything> {
+    client: Client,
+    plan: Plan,
+    phase: Phase,
+    /// `None` before the first word in this phase.
+    entered_us: Option<u64>,
+    news: News,
+    watch: Watch,
+    offset: Offset,
+    /// What is still to be told in this phase, one after the other.
+    queue: VecDeque<Command>,
+    /// As the board said first, and as it said last.
+    settings: Option<[Settings; 2]>,
+    begun_with: Option<Settings>,
+    /// Name of the last command.
+    asked: &'static str,
+    /// Torque is on, or may be: what an idle board is a surprise to.
+    is_armed: bool,
+    /// Since when the board is idle all the same.
+    idle_since_us: Option<u64>,
+    heard_us: u64,
+    begun_us: Option<u64>,
+    mode: Mode,
+    hands: Option<Sender<Interaction>>,
+    ending: Option<Ending>,
+    /// Why to give up once the motors are off.
+    trouble: Option<OperatorError>,
+    interrupt: fn() -> bool,
+    keep: K,
+}
+
+impl Operator {
+    /// An operator who has not begun and keeps everything in memory.
+    pub fn new(plan: impl Into<Plan>) -> Self {
+        Self::keeping(plan, Everything::default())
+    }
+
+    /// The records so far.
+    pub fn records(&self) -> &[Record] {
+        &self.keep.records
+    }
+
+    /// Records and commands, with the time in µs at which these were given, and
+    /// what became of the link's frames.
+    pub fn into_parts(self) -> (Vec<Record>, Vec<(u64, Command)>, LinkStats) {
+        let stats = self.client.stats();
+        (self.keep.records, self.keep.commands, stats)
+    }
+}
+
+impl<K: Keep> Operator<K> {
+    /// An operator who has not begun, and hands what comes to `keep`.
+    pub fn keeping(plan: impl Into<Plan>, keep: K) -> Self {
+        Self {
+            client: Client::default(),
+            plan: plan.into(),
+            phase: Phase::Connecting,
+            entered_us: None,
+            news: News::default(),
+            watch: Watch::default(),
+            offset: Offset::default(),
+            queue: VecDeque::new(),
+            settings: None,
+            begun_with: None,
+            asked: "idle",
+            is_armed: false,
+            idle_since_us: None,
+            heard_us: 0,
+            begun_us: None,
+            mode: Mode::Boot,
+            hands: None,
+            ending: None,
+            trouble: None,
+            interrupt: || false,
+            keep,
+        }
+    }
+
+    /// The same, who in the end gives stock servos back the mode and return delay
+    /// they were found with, and leaves the bus to the transparent port.
+    #[must_use]
+    pub fn releasing(mut self) -> Self {
+        self.plan.is_releasing = true;
+        self
+    }
+
+    /// The same, who switches off and ends as soon as this says so.
+    #[must_use]
+    pub fn interrupted_by(mut self, interrupt: fn() -> bool) -> Self {
+        self.interrupt = interrupt;
+        self
+    }
+
+    /// The plan's pushes as they fall due, for a simulation of the arm. Without a
+    /// receiver there are none, as on a real arm.
+    pub fn interactions(&mut self) -> Receiver<Interaction> {
+        let (hands, interactions) = channel();
+        self.hands = Some(hands);
+        interactions
+    }
+
+    fn command(&mut self, now_us: u64, command: Command) {
+        self.asked = names::command(&command);
+        self.keep.command(now_us, &command);
+        self.client.command(command);
+    }
+
+    fn arm(&mut self, now_us: u64) {
+        let session = self.news.report.map_or(0, |report| report.session);
+        self.command(now_us, Command::Arm { session });
+    }
+
+    fn run(&mut self, now_us: u64) {
+        let Phase::Running(timeline) = &mut self.phase else {
+            return;
+        };
+        let since_us = timeline.since_us;
+        let elapsed_us = now_us.saturating_sub(since_us);
+        if elapsed_us >= self.plan.stop.after_us {
+            self.end(now_us, Ending::Time);
+        } else if now_us.saturating_sub(self.heard_us) > ACK_TIMEOUT_US {
+            self.give_up(now_us, OperatorError::Silent);
+        } else if self.client.is_settled() {
+            match timeline.take(elapsed_us, &self.plan.steps) {
+                None => {}
+                Some(Due::Point(point, begun_us)) => {
+                    let command = self.offset.stream(since_us, begun_us, &point);
+                    self.command(now_us, command);
+                }
+                Some(Due::Step(act)) => self.act(now_us, act),
+            }
+        }
+    }
+
+    fn act(&mut self, now_us: u64, act: Act) {
+        match act {
+            Act::Tell(command) => {
+                if *command == Command::Idle {
+                    self.is_armed = false;
+                }
+                self.command(now_us, *command);
+            }
+            Act::Arm => self.arm(now_us),
+            Act::Change(change) => {
+                let present = self
+                    .settings
+                    .map_or_else(Settings::default, |[_, last]| last);
+                match change.apply(&present) {
+                    Ok(settings) => self.command(now_us, Command::Configure(settings.setup)),
+                    Err(error) => self.give_up(now_us, error.into()),
+                }
+            }
+            // Its points are due one by one.
+            Act::Stream(_) => {}
+        }
+    }
+
+    /// Ends the run as planned, or by the board's word.
+    fn end(&mut self, now_us: u64, ending: Ending) {
+        self.ending.get_or_insert(ending);
+        self.switch_off(now_us);
+    }
+
+    /// Ends it otherwise: motors off first, whatever else.
+    fn give_up(&mut self, now_us: u64, trouble: OperatorError) {
+        self.trouble.get_or_insert(trouble);
+        self.switch_off(now_us);
+    }
+
+    fn switch_off(&mut self, now_us: u64) {
+        self.is_armed = false;
+        self.queue.clear();
+        // What it was asked to change for this run alone is changed back.
+        if let (Begin::Changed(_), Some([first, last])) = (&self.plan.begin, &self.settings) {
+            self.queue.extend(plan::differences(last, first));
+        }
+        if self.plan.is_releasing {
+            self.queue.push_back(Command::Release);
+        }
+        self.command(now_us, Command::Idle);
+        self.enter(Phase::SwitchingOff, now_us);
+    }
+
+    fn enter(&mut self, phase: Phase, now_us: u64) {
+        self.phase = phase;
+        self.entered_us = Some(now_us);
+    }
+
+    /// Ctrl-C: off at once, or over if nothing was changed yet.
+    fn interrupt(&mut self, now_us: u64) {
+        self.ending.get_or_insert(Ending::Interrupted);
+        match self.phase {
+            Phase::Connecting | Phase::Learning => self.enter(Phase::Over, now_us),
+            Phase::SettingUp | Phase::WaitingForServos | Phase::Arming | Phase::Running(_) => {
+                self.switch_off(now_us);
+            }
+            Phase::SwitchingOff | Phase::Over => {}
+        }
+    }
+}
+
+impl<K: Keep> Host for Operator<K> {
+    type Error = OperatorError;
+
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+        if (self.interrupt)() {
+            self.interrupt(now_us);
+        }
+        let waited_us = now_us.saturating_sub(*self.entered_us.get_or_insert(now_us));
+        match self.phase {
+            Phase::Connecting if waited_us > HELLO_TIMEOUT_US => {
+                let damaged = self.client.stats().damaged;
+                return Err(OperatorError::NoBoard { damaged });
+            }
+            Phase::Learning | Phase::SettingUp | Phase::Arming | Phase::SwitchingOff
+                if waited_us > ACK_TIMEOUT_US =>
+            {
+                return Err(self.trouble.take().unwrap_or(OperatorError::Silent));
+            }
+            Phase::WaitingForServos if waited_us > SERVO_TIMEOUT_US => {
+                let absent = OperatorError::NoServos {
+                    last: self.news.absent,
+                };
+                return Err(self.news.trouble.take().unwrap_or(absent));
+            }
+            Phase::Running(_) => self.run(now_us),
+            Phase::Connecting
+            | Phase::Learning
+            | Phase::SettingUp
+            | Phase::WaitingForServos
+            | Phase::Arming
+            | Phase::SwitchingOff
+            | Phase::Over => {}
+        }
+        Ok(self.client.transmit(now_us))
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        let due_us = match &self.phase {
+            Phase::Running(timeline) => {
+                let over_us = self.plan.stop.after_us;
+                let next_us = timeline.due_us(&self.plan.steps);
+                // What is not acknowledged is waited for.
+                let next_us = next_us.filter(|_| self.client.is_settled());
+                timeline.since_us + next_us.map_or(over_us, |due_us| due_us.min(over_us))
+            }
+            Phase::Connecting
+            | Phase::Learning
+            | Phase::SettingUp
+            | Phase::WaitingForServos
+            | Phase::Arming
+            | Phase::SwitchingOff
+            | Phase::Over => u64::MAX,
+        };
+        due_us.min(self.client.wake_at_us())
+    }
+
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
+        let mut said = Vec::new();
+        self.client.receive(bytes, |what| said.push(what));
+        said.into_iter()
+            .try_for_each(|what| self.take(now_us, what))
+    }
+
+    fn is_done(&self) -> bool {
+        matches!(self.phase, Phase::Over)
+    }
+
+    fn parted(&mut self, now_us: u64) {
+        self.client.parted();
+        match self.phase {
+            Phase::Connecting
+            | Phase::Learning
+            | Phase::SettingUp
+            | Phase::WaitingForServos
+            | Phase::Arming => {
+                self.is_armed = false;
+                self.phase = Phase::Connecting;
+            }
+            Phase::Running(_) => self.give_up(now_us, OperatorError::Parted),
+            Phase::SwitchingOff => self.switch_off(now_us),
+            Phase::Over => {}
+        }
+        // Time without a link does not count.
+        self.entered_us = None;
+    }
+}

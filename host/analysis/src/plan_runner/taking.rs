@@ -1,0 +1,207 @@
+//! What an operator makes of what the board says.
+
+use armbridge_shared::link::message::{Command, Mode, Record, Refusal, Settings, ToHost};
+
+use super::plan::{self, Begin};
+use super::timeline::Timeline;
+use super::{Keep, Operator, Phase};
+use armbridge_client::error::OperatorError;
+use armbridge_client::link::Said;
+use armbridge_sim::cosim::Interaction;
+use armbridge_sim::plant::Push;
+
+/// For how long an armed board may say that it is idle: what it recorded before it was
+/// armed may arrive after its word that it is.
+const IDLE_US: u64 = 100_000;
+
+impl<K: Keep> Operator<K> {
+    pub(super) fn take(&mut self, now_us: u64, said: Said) -> Result<(), OperatorError> {
+        self.heard_us = now_us;
+        if let Err(error) = self.news.take(&said) {
+            return self.despair(now_us, error);
+        }
+        match (said, &self.phase) {
+            (Said::Hello, Phase::Connecting) => self.greeted(now_us),
+            (Said::Told(ToHost::Settings(settings)), _) => self.take_settings(now_us, settings)?,
+            (Said::Told(ToHost::Record(record)), _) => self.recorded(now_us, &record)?,
+            (Said::Told(ToHost::Concluded(conclusion)), _) => self.keep.concluded(&conclusion),
+            (Said::Done, Phase::SettingUp) => self.set_up(now_us),
+            (Said::Done, Phase::Arming) => self.begin(now_us),
+            (Said::Done, Phase::Running(_)) => self.acted(),
+            // The one is done with, and whatever is refused at the end is left.
+            (Said::Done | Said::Refused(_), Phase::SwitchingOff) => {
+                return self.switched_off(now_us);
+            }
+            // It has heard a second hello, and says so.
+            (Said::Refused(Refusal::OtherSession), Phase::Arming | Phase::Running(_)) => {
+                self.arm(now_us);
+            }
+            (Said::Refused(refusal), Phase::Arming) => {
+                return Err(refused("arm", refusal));
+            }
+            (Said::Refused(refusal), Phase::SettingUp) => {
+                return Err(refused("configure", refusal));
+            }
+            // A fault came first: the records show it.
+            (Said::Refused(Refusal::Faulted), Phase::Running(_)) => self.switch_off(now_us),
+            // Too late for this point of a stream; the next may come in time.
+            (Said::Refused(Refusal::Late), Phase::Running(_)) => self.news.late_points += 1,
+            (Said::Refused(refusal), Phase::Running(_)) => {
+                self.give_up(now_us, refused(self.asked, refusal));
+            }
+            (
+                Said::Told(ToHost::Found {
+                    is_ready: false, ..
+                }),
+                Phase::WaitingForServos,
+            ) => self.command(now_us, Command::Prepare),
+            // Back from whoever has the bus.
+            (Said::Told(ToHost::Passthrough), Phase::WaitingForServos) => {
+                self.command(now_us, Command::Idle);
+            }
+            // News, or nothing to do now.
+            (
+                Said::Hello | Said::OtherSchema(_) | Said::Done | Said::Refused(_) | Said::Told(_),
+                _,
+            ) => {}
+        }
+        Ok(())
+    }
+
+    /// The board cannot be worked with any more.
+    fn despair(&mut self, now_us: u64, error: OperatorError) -> Result<(), OperatorError> {
+        match (&self.phase, &error) {
+            // Its motors are off; let it say so on the record.
+            (Phase::Running(_), OperatorError::Reset(_)) => {
+                self.give_up(now_us, error);
+                Ok(())
+            }
+            (Phase::SwitchingOff, OperatorError::Reset(_)) => Ok(()),
+            _ => Err(self.trouble.take().unwrap_or(error)),
+        }
+    }
+
+    fn greeted(&mut self, now_us: u64) {
+        self.queue.clear();
+        if self.plan.is_clearing {
+            self.queue.push_back(Command::ClearFault);
+        }
+        match &self.plan.begin {
+            Begin::With(setup) => {
+                self.queue.push_back(Command::Configure(**setup));
+                self.enter(Phase::SettingUp, now_us);
+                self.set_up(now_us);
+            }
+            Begin::Changed(_) => self.enter(Phase::Learning, now_us),
+        }
+    }
+
+    fn take_settings(&mut self, now_us: u64, settings: Settings) -> Result<(), OperatorError> {
+        let [_, last] = self.settings.get_or_insert([settings; 2]);
+        *last = settings;
+        if let (Begin::Changed(change), Phase::Learning) = (&self.plan.begin, &self.phase) {
+            let wanted = change.apply(&settings)?;
+            if let Some(refusal) = armbridge_shared::bridge::why_not(&wanted) {
+                return Err(OperatorError::Settings(refusal));
+            }
+            self.queue.extend(plan::differences(&settings, &wanted));
+            self.enter(Phase::SettingUp, now_us);
+            self.set_up(now_us);
+        }
+        Ok(())
+    }
+
+    /// The next of what there is to set up.
+    fn set_up(&mut self, now_us: u64) {
+        if let Some(command) = self.queue.pop_front() {
+            self.command(now_us, command);
+            return;
+        }
+        self.enter(Phase::WaitingForServos, now_us);
+        if let (Some(_), false) = (self.news.found, self.news.is_ready) {
+            self.command(now_us, Command::Prepare);
+        }
+    }
+
+    fn begin(&mut self, now_us: u64) {
+        self.is_armed = true;
+        self.begun_us.get_or_insert(now_us);
+        self.begun_with = self.settings.map(|[_, last]| last);
+        for push in &self.plan.pushes {
+            if let Some(hands) = &self.hands {
+                let start_ns = push.start_ns + now_us * 1_000;
+                // A simulation that has ended needs no pushes.
+                let _ = hands.send(Interaction::Push(Push { start_ns, ..*push }));
+            }
+        }
+        self.enter(Phase::Running(Timeline::new(now_us)), now_us);
+    }
+
+    fn acted(&mut self) {
+        if self.asked == "arm" {
+            self.is_armed = true;
+            self.idle_since_us = None;
+        }
+    }
+
+    fn switched_off(&mut self, now_us: u64) -> Result<(), OperatorError> {
+        if let Some(command) = self.queue.pop_front() {
+            self.command(now_us, command);
+            return Ok(());
+        }
+        self.enter(Phase::Over, now_us);
+        self.trouble.take().map_or(Ok(()), Err)
+    }
+
+    fn recorded(&mut self, now_us: u64, record: &Record) -> Result<(), OperatorError> {
+        self.mode = record.mode;
+        self.offset.see(now_us, record.start_us);
+        match self.phase {
+            Phase::WaitingForServos if record.mode == Mode::Idle && self.news.is_ready => {
+                self.news.absent = None;
+                self.enter(Phase::Arming, now_us);
+                self.arm(now_us);
+            }
+            Phase::WaitingForServos => {
+                if let Mode::Fault(fault) = record.mode {
+                    return Err(OperatorError::Latched(fault));
+                }
+            }
+            Phase::Running(_) => {
+                self.keep.record(record);
+                if let Some(ending) = self.watch.see(&self.plan.stop, record) {
+                    self.end(now_us, ending);
+                } else if self.is_disarmed(now_us) {
+                    self.give_up(now_us, OperatorError::Disarmed);
+                }
+            }
+            Phase::SwitchingOff => {
+                self.keep.record(record);
+                if let (None, None, Mode::Fault(fault)) = (self.ending, &self.trouble, record.mode)
+                {
+                    self.ending = Some(super::Ending::Fault(fault));
+                }
+            }
+            Phase::Connecting
+            | Phase::Learning
+            | Phase::SettingUp
+            | Phase::Arming
+            | Phase::Over => {}
+        }
+        Ok(())
+    }
+
+    /// Whether torque is off for no reason that this host knows.
+    fn is_disarmed(&mut self, now_us: u64) -> bool {
+        if !(self.is_armed && matches!(self.mode, Mode::Boot | Mode::Idle | Mode::Passthrough)) {
+            self.idle_since_us = None;
+            return false;
+        }
+        let since_us = *self.idle_since_us.get_or_insert(now_us);
+        now_us.saturating_sub(since_us) > IDLE_US
+    }
+}
+
+fn refused(command: &'static str, refusal: Refusal) -> OperatorError {
+    OperatorError::Refused { command, refusal }
+}

@@ -1,0 +1,83 @@
+//! `phase`: how each joint moves, as speed over angle.
+//!
+//! A place that the curve has passed is not drawn again, so that an hour is as
+//! light as a minute.
+
+use super::axis::Axis;
+use super::figure;
+use super::panel::{JOINT, Key, Panel, SETPOINT};
+use super::run::Run;
+use super::svg::{Rect, Stroke, Svg};
+use armbridge_client::names;
+use armbridge_shared::link::message::Record;
+
+pub(super) fn draw(run: &Run) -> String {
+    let mut svg = figure(586.0, "Phase plane", run.facts);
+    for (joint, colour) in JOINT.into_iter().enumerate() {
+        let frame = Rect {
+            x: 84.0 + 500.0 * joint as f64,
+            y: 78.0,
+            w: 432.0,
+            h: 432.0,
+        };
+        let angle = |r: &Record| f64::from(r.angle_rad[joint]);
+        let speed = |r: &Record| f64::from(r.speed_rad_s[joint]);
+        let up = || run.shown().iter().filter(|r| names::is_up(r.mode));
+        let panel = Panel {
+            frame,
+            x: Axis::around(up().map(angle), 0.06),
+            y: Axis::around(up().map(speed), 0.06),
+        };
+        let title = format!("Joint {}", joint + 1);
+        panel.draw(&mut svg, &title, Some("angle (rad)"), Some("speed (rad/s)"));
+        draw_joint(&mut svg, &panel, run, joint, Stroke::solid(colour, 1.3));
+    }
+    svg.finish()
+}
+
+fn draw_joint(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize, stroke: Stroke) {
+    let state = |r: &Record| {
+        let state = (
+            f64::from(r.angle_rad[joint]),
+            f64::from(r.speed_rad_s[joint]),
+        );
+        if names::is_up(r.mode) {
+            state
+        } else {
+            (f64::NAN, f64::NAN)
+        }
+    };
+    let records = run.shown();
+    // Where ticks do not follow each other, neither do states.
+    let states = records.iter().enumerate().flat_map(|(at, record)| {
+        let gap = at > 0 && record.tick != records[at - 1].tick.wrapping_add(1);
+        let gap = gap.then_some((f64::NAN, f64::NAN));
+        gap.into_iter().chain([state(record)])
+    });
+    panel.trace(svg, states, stroke);
+
+    let setpoint = Stroke {
+        dash: "",
+        ..SETPOINT
+    };
+    for part in run.parts() {
+        let reference = f64::from(part.joints[joint].reference_rad);
+        let (x, y) = panel.at(reference, 0.0);
+        if (panel.frame.x..=panel.frame.right()).contains(&x) {
+            svg.cross((x, y), setpoint);
+        }
+    }
+    let driven = records.iter().find(|r| r.mode.drive().is_some());
+    if let Some(first) = driven.map(state)
+        && first.0.is_finite()
+        && first.1.is_finite()
+    {
+        svg.ring(panel.at(first.0, first.1), stroke.colour);
+    }
+    let legend = [
+        (Key::Line(stroke), "estimate"),
+        (Key::Ring(stroke.colour), "first driven"),
+        (Key::Cross(setpoint), "setpoint"),
+    ];
+    panel.legend(svg, &legend);
+}

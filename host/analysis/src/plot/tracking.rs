@@ -1,0 +1,158 @@
+//! `tracking`: by how much does each joint miss its reference?
+//!
+//! The whole error above; where it is small, the same enlarged below, with the band
+//! in which a joint counts as settled and a mark where it does.
+
+use super::axis::{Axis, Scale};
+use super::figure;
+use super::panel::{GAP, GOOD, JOINT, Key, Panel};
+use super::run::{NOTE, Part, Run};
+use super::svg::{Rect, Stroke, Svg};
+use armbridge_log::summary::{JointSummary, SETTLED_RAD};
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::Record;
+
+/// Half the enlarged axis in units of the band, if the error at rest is within.
+const ENLARGED: f64 = 1.6;
+
+/// Largest error at rest in mrad for which the enlarged axis makes room.
+const MOST_MRAD: f64 = 80.0;
+
+/// Least distance in px of the marks where a joint has settled.
+const SPACING_PX: f64 = 12.0;
+
+/// Zero.
+const ZERO: Stroke = Stroke {
+    colour: super::panel::FRAME,
+    width: 1.2,
+    dash: "",
+};
+
+pub(super) fn draw(run: &Run) -> String {
+    let mut svg = figure(860.0, "Tracking error", run.facts);
+    let parts = run.parts();
+    for joint in 0..JOINTS {
+        let y = 78.0 + 384.0 * joint as f64;
+        let whole = Rect {
+            x: 84.0,
+            y,
+            w: 932.0,
+            h: 120.0,
+        };
+        let enlarged = Rect {
+            y: y + 158.0,
+            h: 178.0,
+            ..whole
+        };
+        let x = run.time_axis();
+        let all = run.shown().iter().map(|record| error_mrad(record, joint));
+        let around_zero = all.chain([-1.0, 1.0]);
+        let panel = Panel {
+            frame: whole,
+            x,
+            y: Axis::around(around_zero, 0.08),
+        };
+        let title = format!("Joint {}: estimate minus reference", joint + 1);
+        panel.draw(&mut svg, &title, None, Some("error (mrad)"));
+        draw_error(&mut svg, &panel, run, joint);
+        legend(&mut svg, &panel, run, joint);
+        run.draw_faults(&mut svg, &panel);
+
+        let most = most_mrad(&parts, joint);
+        let panel = Panel {
+            frame: enlarged,
+            x,
+            y: Axis {
+                scale: Scale::Linear,
+                low: -most,
+                // Words are written above.
+                high: 1.3 * most,
+            },
+        };
+        let last = joint + 1 == JOINTS;
+        let x_title = last.then_some("time (s)");
+        panel.draw(
+            &mut svg,
+            "the same, enlarged",
+            x_title,
+            Some("error (mrad)"),
+        );
+        draw_error(&mut svg, &panel, run, joint);
+        draw_parts(&mut svg, &panel, &parts, joint);
+    }
+    svg.finish()
+}
+
+/// Estimate minus reference; not a number while nothing is driven.
+fn error_mrad(record: &Record, joint: usize) -> f64 {
+    if record.mode.drive().is_none() {
+        return f64::NAN;
+    }
+    1e3 * (f64::from(record.angle_rad[joint]) - f64::from(record.reference_rad[joint]))
+}
+
+/// Half the enlarged axis: the band, and every error at rest that is small.
+fn most_mrad(parts: &[Part], joint: usize) -> f64 {
+    let rests = parts
+        .iter()
+        .map(|part| part.joints[joint].steady_state_error_mrad);
+    let most = rests.map(f64::abs).filter(|rest| *rest < MOST_MRAD);
+    most.fold(1e3 * SETTLED_RAD * ENLARGED, |most, rest| {
+        most.max(1.2 * rest)
+    })
+}
+
+fn draw_error(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize) {
+    let band = 1e3 * SETTLED_RAD;
+    let ends = (panel.x.low, panel.x.high);
+    panel.area(svg, (ends.0, -band), (ends.1, band), GOOD, 0.12);
+    run.draw_gaps(svg, panel);
+    panel.level(svg, 0.0, ZERO);
+    let error = run.over_time(|record| error_mrad(record, joint));
+    panel.curve(svg, error, Stroke::solid(JOINT[joint], 1.4));
+}
+
+fn legend(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize) {
+    let mut legend = vec![
+        (Key::Line(Stroke::solid(JOINT[joint], 1.4)), "error"),
+        (Key::Band(GOOD), "±20 mrad"),
+        (Key::Ring(GOOD), "settled"),
+    ];
+    if run.has_gaps() {
+        legend.push((Key::Area(GAP), "no records"));
+    }
+    panel.legend(svg, &legend);
+}
+
+/// When each setpoint was reached, and what error remained.
+fn draw_parts(svg: &mut Svg, panel: &Panel, parts: &[Part], joint: usize) {
+    let (mut free, mut marked) = (panel.frame.x, f64::NEG_INFINITY);
+    for part in parts {
+        let JointSummary {
+            settling_time_s,
+            steady_state_error_mrad: rest_mrad,
+            ..
+        } = part.joints[joint];
+        let from = part.from_s.max(panel.x.low);
+        let to = part.to_s.min(panel.x.high);
+        let settled = settling_time_s.map(|time| part.from_s + time);
+        if let Some(at) = settled.filter(|at| (panel.x.low..=panel.x.high).contains(at)) {
+            let centre = panel.at(at, 0.0);
+            // Closer together they would hide the curve.
+            if centre.0 - marked > SPACING_PX {
+                svg.ring(centre, GOOD);
+                marked = centre.0;
+            }
+        }
+        let words = match settling_time_s {
+            Some(time) => format!("settled in {time:.2} s, rests {rest_mrad:+.1} mrad off"),
+            None => format!("does not settle, {rest_mrad:+.1} mrad off"),
+        };
+        let words = words.replace('-', "−");
+        let left = panel.at(from, 0.0).0 + 7.0;
+        if left >= free && left + NOTE.width(&words) < panel.at(to, 0.0).0 {
+            svg.note((left, panel.frame.y + 16.0), &words, NOTE);
+            free = left + NOTE.width(&words);
+        }
+    }
+}

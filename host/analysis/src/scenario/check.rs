@@ -1,0 +1,208 @@
+//! From what is written to what is done: everything that can be known to be wrong is
+//! found here, before anything moves.
+
+use std::path::Path;
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::arm::State;
+use armbridge_shared::bridge::SERVO_IDS;
+use armbridge_shared::servo::Firmware;
+use nalgebra::Vector2;
+
+use super::file::{BenchKeys, Expect, File, Pair, ServoName, StopKeys};
+use super::place::{Place, Wrong};
+use super::steps::{self, microseconds, pairs, times};
+use super::{BenchSpec, Overrides, Scenario, Success};
+use crate::plan_runner::plan::{Begin, Change, Plan, Stop};
+use armbridge_client::names;
+use armbridge_client::params;
+use armbridge_sim::kind::ServoKind;
+use armbridge_sim::plant::{Clash, PlantConfig, PlantFile, Push};
+
+/// Where the arm is held at first, in rad, unless the scenario says otherwise.
+pub(super) const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
+/// Largest initial angle: inside the board's angle limit.
+const INITIAL_MAX_RAD: f64 = 1.4;
+/// Torque in N m beyond which no hand pushes.
+const PUSH_MAX_NM: f64 = 10.0;
+
+/// Works a file out. Files that it names are beside `folder`.
+pub(super) fn scenario(
+    file: &File,
+    name: &str,
+    folder: Option<&Path>,
+    overrides: &Overrides,
+) -> Result<Scenario, Wrong> {
+    let (stop, success) = stop(&file.stop, overrides)?;
+    let change = Change {
+        base: file.control.into(),
+        set: pairs(&file.set),
+    };
+    let set = Place::top("set");
+    let settings = change
+        .apply(&overrides.board.unwrap_or_default())
+        .map_err(|error| Wrong::new(set.key(error.key()), &error))?;
+    params::check(&settings).map_err(|unfit| Wrong::new(set, unfit))?;
+    let bench = bench(&file.bench, folder, overrides)?;
+    let initial_rad: Pair = bench.plant.initial.q.map(|q| q as f32).into();
+    let plan = Plan {
+        begin: Begin::Changed(change),
+        steps: steps::steps(&file.step, stop.after_us, &settings, initial_rad)?,
+        pushes: pushes(&file.bench, stop.after_us)?,
+        stop,
+        is_clearing: false,
+        is_releasing: false,
+    };
+    expected(&file.expect)?;
+    Ok(Scenario {
+        name: name.into(),
+        title: file.title.clone(),
+        about: file.about.clone(),
+        plan,
+        settings,
+        bench,
+        success,
+        expect: file.expect,
+    })
+}
+
+fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), Wrong> {
+    let place = Place::top("stop");
+    let after_s = overrides.duration_s.unwrap_or(keys.after_s);
+    let after_us = microseconds(&place.at("after_s"), after_s)?;
+    if after_us == 0 {
+        return Err(Wrong::new(place.at("after_s"), "expected more than 0 s"));
+    }
+    for (name, angles) in [
+        ("angle_beyond_rad", keys.angle_beyond_rad),
+        ("error_beyond_rad", keys.error_beyond_rad),
+    ] {
+        let is_wrong = |angle: &f32| !(*angle > 0.0 && angle.is_finite());
+        if angles.is_some_and(|angles| angles.iter().any(is_wrong)) {
+            return Err(Wrong::new(place.at(name), "expected two angles above 0"));
+        }
+    }
+    let stop = Stop {
+        after_us,
+        angle_rad: keys.angle_beyond_rad,
+        error_rad: keys.error_beyond_rad,
+        error_for_us: microseconds(&place.at("error_for_s"), keys.error_for_s)?,
+    };
+    let place = place.at("success");
+    let Some(written) = &keys.success else {
+        return Ok((stop, vec![Success::Time]));
+    };
+    let success = written.iter().enumerate();
+    let success = success.map(|(number, name)| {
+        Success::of(name).ok_or_else(|| {
+            let ends = ["time", "angle", "error", "fault"].into_iter();
+            let known = ends.chain(names::FAULTS.map(names::fault));
+            let meant = params::nearest(name, known)
+                .map_or_else(String::new, |known| format!(" Is it `{known}`?"));
+            let what = format!(
+                "no run ends by `{name}`.{meant} Expected time, angle, error, fault or a fault's \
+                 own name"
+            );
+            Wrong::new(place.nth(number), what)
+        })
+    });
+    Ok((stop, success.collect::<Result<_, _>>()?))
+}
+
+fn bench(
+    keys: &BenchKeys,
+    folder: Option<&Path>,
+    overrides: &Overrides,
+) -> Result<BenchSpec, Wrong> {
+    let place = Place::top("bench");
+    let initial_rad = keys.initial_rad.unwrap_or(INITIAL_RAD);
+    if !initial_rad.iter().all(|q| q.abs() <= INITIAL_MAX_RAD) {
+        let what = format!("expected two angles from -{INITIAL_MAX_RAD} to {INITIAL_MAX_RAD} rad");
+        return Err(Wrong::new(place.at("initial_rad"), what));
+    }
+    let initial_rad = overrides.initial_rad.unwrap_or(initial_rad);
+    let mut plant = match (overrides.plant, &keys.plant_file, &keys.plant) {
+        (Some(file), ..) => file.config(initial_rad),
+        (None, Some(_), Some(_)) => {
+            let what = "a scenario has one arm: `plant_file` or `[bench.plant]`";
+            return Err(Wrong::new(place.at("plant_file"), what));
+        }
+        (None, Some(name), None) => {
+            let path = folder.map_or_else(|| name.into(), |folder| folder.join(name));
+            let at = place.at("plant_file");
+            let file = PlantFile::read(&path).map_err(|error| Wrong::new(at, error))?;
+            file.config(initial_rad)
+        }
+        (None, None, Some(file)) => match file.clash() {
+            Some(Clash { key, what }) => return Err(Wrong::new(place.at("plant").at(key), what)),
+            None => file.config(initial_rad),
+        },
+        (None, None, None) => PlantConfig {
+            initial: State::at_rest(Vector2::from(initial_rad)),
+            ..PlantConfig::default()
+        },
+    };
+    if overrides.plant.is_none() {
+        plant.friction_on = keys.friction.unwrap_or(plant.friction_on);
+    }
+    let firmware = |name| match name {
+        ServoName::Morpheus => Firmware::Morpheus,
+        ServoName::Stock => Firmware::Stock,
+    };
+    let firmwares = keys
+        .servos
+        .unwrap_or([ServoName::Morpheus; JOINTS])
+        .map(firmware);
+    let baud = keys.baud.unwrap_or(1_000_000);
+    let servos = SERVO_IDS.iter().zip(firmwares);
+    let servos = servos.map(|(id, firmware)| ServoKind::new(firmware, id.get(), baud));
+    Ok(BenchSpec {
+        plant,
+        seed: overrides.seed.or(keys.seed).unwrap_or(1),
+        servos: servos
+            .collect::<Result<_, _>>()
+            .map_err(|error| Wrong::new(place.at("baud"), error))?,
+    })
+}
+
+fn pushes(keys: &BenchKeys, end_us: u64) -> Result<Vec<Push>, Wrong> {
+    let mut pushes = Vec::new();
+    for (number, key) in keys.push.iter().enumerate() {
+        let place = Place::top("bench").at("push").nth(number);
+        let joint = key.joint.wrapping_sub(1);
+        if joint >= JOINTS {
+            return Err(Wrong::new(place.at("joint"), "expected joint 1 or 2"));
+        }
+        if key.torque_nm.is_nan() || key.torque_nm.abs() > PUSH_MAX_NM {
+            let what = format!("expected a torque from -{PUSH_MAX_NM} to {PUSH_MAX_NM} N m");
+            return Err(Wrong::new(place.at("torque_nm"), what));
+        }
+        let duration_us = microseconds(&place.at("duration_s"), key.duration_s)?;
+        let at_us = microseconds(&place.at("at_s"), key.at_s)?;
+        let all = times(&place, at_us, key.every_s, end_us)?;
+        pushes.extend(all.into_iter().map(|at_us| Push {
+            joint,
+            torque_nm: key.torque_nm,
+            start_ns: at_us * 1_000,
+            duration_ns: duration_us * 1_000,
+        }));
+    }
+    pushes.sort_by_key(|push| push.start_ns);
+    Ok(pushes)
+}
+
+fn expected(expect: &Expect) -> Result<(), Wrong> {
+    for (name, value) in [
+        ("settles_within_s", expect.settles_within_s),
+        ("rests_within_rad", expect.rests_within_rad),
+        ("tracks_within_rad", expect.tracks_within_rad),
+        ("recovers_within_s", expect.recovers_within_s),
+        ("torque_within_nm", expect.torque_within_nm),
+    ] {
+        if value.is_some_and(|value| !(value > 0.0 && value.is_finite())) {
+            let place = Place::top("expect").at(name);
+            return Err(Wrong::new(place, "expected a number above 0"));
+        }
+    }
+    Ok(())
+}

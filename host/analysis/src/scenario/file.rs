@@ -1,0 +1,191 @@
+//! The keys of a scenario file, as they are written.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::experiment::Experiment;
+use serde::Deserialize;
+use toml::Table;
+
+use crate::plan_runner::plan::Base;
+use armbridge_sim::plant::PlantFile;
+
+/// All of a file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct File {
+    pub(super) title: String,
+    #[serde(default)]
+    pub(super) about: String,
+    #[serde(default)]
+    pub(super) control: Control,
+    /// Parameters by name, from before the arm is armed.
+    #[serde(default)]
+    pub(super) set: Table,
+    #[serde(default)]
+    pub(super) bench: BenchKeys,
+    #[serde(default)]
+    pub(super) step: Vec<StepKeys>,
+    pub(super) stop: StopKeys,
+    #[serde(default)]
+    pub(super) expect: Expect,
+}
+
+/// What controls the arm, but for what is set by name.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Control {
+    #[default]
+    Board,
+    Paper,
+    Compensated,
+}
+
+impl From<Control> for Base {
+    fn from(control: Control) -> Self {
+        match control {
+            Control::Board => Self::Board,
+            Control::Paper => Self::Paper,
+            Control::Compensated => Self::Compensated,
+        }
+    }
+}
+
+/// The virtual arm.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct BenchKeys {
+    pub(super) seed: Option<u64>,
+    pub(super) initial_rad: Option<[f64; JOINTS]>,
+    pub(super) friction: Option<bool>,
+    /// Beside the scenario's own.
+    pub(super) plant_file: Option<String>,
+    pub(super) plant: Option<PlantFile>,
+    pub(super) servos: Option<[ServoName; JOINTS]>,
+    pub(super) baud: Option<u32>,
+    pub(super) push: Vec<PushKeys>,
+}
+
+/// A servo's firmware.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum ServoName {
+    Morpheus,
+    Stock,
+}
+
+/// Somebody pushes.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PushKeys {
+    pub(super) at_s: f64,
+    pub(super) every_s: Option<f64>,
+    pub(super) joint: usize,
+    pub(super) torque_nm: f64,
+    pub(super) duration_s: f64,
+}
+
+/// A step: when, and one thing to do.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StepKeys {
+    pub(super) at_s: f64,
+    pub(super) every_s: Option<f64>,
+    pub(super) regulate_rad: Option<Pair>,
+    pub(super) torque_nm: Option<Pair>,
+    pub(super) minimum_jerk: Option<MinimumJerkKeys>,
+    pub(super) waypoints: Option<Vec<ViaKeys>>,
+    pub(super) sinusoid: Option<SinusoidKeys>,
+    pub(super) chirp: Option<ChirpKeys>,
+    pub(super) stream: Option<Vec<ViaKeys>>,
+    pub(super) experiment: Option<Experiment>,
+    pub(super) set: Option<Table>,
+    pub(super) idle: Option<bool>,
+    pub(super) arm: Option<bool>,
+}
+
+/// One number for each joint.
+pub(super) type Pair = [f32; JOINTS];
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MinimumJerkKeys {
+    pub(super) to_rad: Pair,
+    pub(super) duration_s: Option<f32>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ViaKeys {
+    pub(super) after_s: f64,
+    pub(super) angle_rad: Pair,
+    pub(super) speed_rad_s: Option<Pair>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SinusoidKeys {
+    #[serde(default)]
+    pub(super) centre_rad: Pair,
+    pub(super) amplitude_rad: Pair,
+    pub(super) frequency_hz: Pair,
+    #[serde(default)]
+    pub(super) phase_rad: Pair,
+    pub(super) ramp_s: f32,
+    pub(super) duration_s: f32,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ChirpKeys {
+    #[serde(default)]
+    pub(super) centre_rad: Pair,
+    pub(super) amplitude_rad: Pair,
+    pub(super) from_hz: Pair,
+    pub(super) to_hz: Pair,
+    pub(super) ramp_s: f32,
+    pub(super) duration_s: f32,
+}
+
+/// When the run is over.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StopKeys {
+    pub(super) after_s: f64,
+    pub(super) angle_beyond_rad: Option<Pair>,
+    pub(super) error_beyond_rad: Option<Pair>,
+    #[serde(default)]
+    pub(super) error_for_s: f64,
+    /// Ends that are what the scenario is about; all others are failures.
+    pub(super) success: Option<Vec<String>>,
+}
+
+/// How an experiment ends, in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EndName {
+    /// Its time is over.
+    Finished,
+    /// A joint left the envelope.
+    Angle,
+    /// A joint was faster than the envelope allows.
+    Speed,
+}
+
+/// What is expected of the arm; a run that misses it has failed.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Expect {
+    /// Both joints are within 20 mrad of every setpoint, for as long as it is there,
+    /// after this.
+    pub settles_within_s: Option<f64>,
+    /// Mean error of either joint over the last 0.5 s at every setpoint.
+    pub rests_within_rad: Option<f64>,
+    /// Rms error of either joint while the reference moves.
+    pub tracks_within_rad: Option<f64>,
+    /// After every push, both joints are within 20 mrad of the reference for good, or
+    /// until the next push.
+    pub recovers_within_s: Option<f64>,
+    /// Torque of either joint is never more.
+    pub torque_within_nm: Option<f64>,
+    /// There are experiments, and every one ends so.
+    pub experiments_end: Option<EndName>,
+}

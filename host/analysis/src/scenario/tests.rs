@@ -1,0 +1,287 @@
+use super::*;
+use armbridge_shared::link::experiment::Conclusion;
+use armbridge_shared::link::message::{Command, Record};
+
+use crate::plan_runner::{Keep, Operator};
+use armbridge_client::LinkStats;
+use armbridge_log::summary::Tally;
+use armbridge_sim::link::{BoardUri, Options, drive};
+
+fn parse(text: &str) -> Result<Scenario, DocumentError> {
+    Scenario::parse(Path::new("mine.toml"), text, &Overrides::default())
+}
+
+/// Where and what is wrong.
+fn mistake(text: &str) -> String {
+    parse(text).expect_err(text).to_string()
+}
+
+const HEAD: &str = "title = \"t\"\n[stop]\nafter_s = 5.0\n";
+
+#[test]
+fn mistakes_have_a_place_and_say_what_is_right() {
+    for (tail, at, words) in [
+        ("[stop", "4:6", "]"),
+        (
+            "[[step]]\nat_s = 0\nregulate_red = [0, 0]",
+            "6:1",
+            "is it `regulate_rad`",
+        ),
+        (
+            "[[step]]\nat_s = 0\nregulate_rad = [0, 2]",
+            "6:20",
+            "from -1.2 to 1.2",
+        ),
+        ("[[step]]\nat_s = 0\nregulate_rad = [0]", "6:16", "2"),
+        (
+            "[[step]]\nat_s = 7\nregulate_rad = [0, 0]",
+            "5:8",
+            "over after 5 s",
+        ),
+        ("[[step]]\nat_s = 1", "4:1", "does nothing"),
+        (
+            "[[step]]\nat_s = 1\narm = true\nidle = true",
+            "4:1",
+            "one thing",
+        ),
+        (
+            "[[step]]\nat_s = 1\narm = true\n[[step]]\nat_s = 0.5\narm = true",
+            "8:8",
+            "order of time",
+        ),
+        (
+            "[[step]]\nat_s = 1\nidle = true\n[[step]]\nat_s = 2\ntorque_nm = [0, 0]",
+            "7:1",
+            "idle since the step at 1 s",
+        ),
+        (
+            "[[step]]\nat_s = 1\nminimum_jerk = { to_rad = [0.9, 0], duration_s = 0.2 }",
+            "6:1",
+            "joint 1 would come to",
+        ),
+        (
+            "[[step]]\nat_s = 1\nwaypoints = [{ after_s = 1, angle_rad = [0, 0] }, { after_s = 1, \
+             angle_rad = [0, 0] }]",
+            "6:63",
+            "after the one before it",
+        ),
+        (
+            "[[step]]\nat_s = 1\nstream = [{ after_s = 0.02, angle_rad = [0.0, 0.0] }]",
+            "6:23",
+            "too soon",
+        ),
+        ("[set]\ncontroller.kwind = 3", "5:20", "`controller.kind`"),
+        ("[set]\nlimits.silence_ms = -3", "5:21", "limits.silence_ms"),
+        (
+            "[set]\nlimits.hold_ms = 600",
+            "4:2",
+            "longer than `limits.silence_ms`",
+        ),
+        (
+            "[[step]]\nat_s = 1\nset = { limits.hold_ms = 50 }",
+            "6:26",
+            "put it into `[set]`",
+        ),
+        (
+            "[bench]\ninitial_rad = [3.0, 0.0]",
+            "5:15",
+            "from -1.4 to 1.4",
+        ),
+        ("[bench]\nplant.torque_gain = 99.0", "5:21", "0.1 to 10"),
+        (
+            "[[bench.push]]\nat_s = 1\njoint = 3\ntorque_nm = 1\nduration_s = 1",
+            "6:9",
+            "joint 1 or 2",
+        ),
+        ("[expect]\nsettles_within_s = -1", "5:20", "above 0"),
+        ("success = [\"angel\"]", "4:12", "is it `angle`"),
+    ] {
+        assert_mistake(tail, at, words);
+    }
+}
+
+#[test]
+fn so_do_mistakes_in_experiments() {
+    for (tail, at, words) in [
+        (
+            "[[step]]\nat_s = 1\nexperiment = { roles = [\"hold\", \"of\"], duration_s = 1, \
+             angle_rad = [[-1, 1], [-1, 1]], speed_rad_s = [1, 1] }",
+            "6:33",
+            "`off`",
+        ),
+        (
+            "[[step]]\nat_s = 1\n[step.experiment]\nduration_s = 700\nroles = [\"hold\", \"off\"]\n\
+             angle_rad = [[-1, 1], [-1, 1]]\nspeed_rad_s = [1, 1]",
+            "7:14",
+            "to 600 s",
+        ),
+        (
+            "[[step]]\nat_s = 1\n[step.experiment]\nduration_s = 1\nangle_rad = [[-1, 1], [-1, 1]]\n\
+             speed_rad_s = [1, 1]\n\
+             roles = [\"hold\", { torque = { prbs = { amplitude = 2, hold_s = 0.1, seed = 1 } } }]",
+            "10:18",
+            "more than the 1.25 N m",
+        ),
+        (
+            "[[step]]\nat_s = 0\nregulate_rad = [0.5, 0]\n[[step]]\nat_s = 1\n\
+             [step.experiment]\nduration_s = 1\nangle_rad = [[-0.4, 0.4], [-1, 1]]\n\
+             speed_rad_s = [1, 1]\nroles = [\"hold\", \"off\"]",
+            "11:14",
+            "is at 0.50 rad",
+        ),
+        (
+            "[[step]]\nat_s = 0\nregulate_rad = [0, 0]\n[[step]]\nat_s = 1\n\
+             [step.experiment]\nduration_s = 1\nangle_rad = [[-1, 1], [-1, 1]]\n\
+             speed_rad_s = [1, 3]\nroles = [\"hold\", \"off\"]",
+            "11:23",
+            "narrower or slower",
+        ),
+    ] {
+        assert_mistake(tail, at, words);
+    }
+}
+
+/// What is said of this end of a file: where, with these words, on one line.
+#[track_caller]
+fn assert_mistake(tail: &str, at: &str, words: &str) {
+    let said = mistake(&format!("{HEAD}{tail}"));
+    let place = format!("mine.toml:{at}: ");
+    assert!(said.starts_with(&place), "{tail}\n{said}");
+    let is_said = said.to_lowercase().contains(&words.to_lowercase());
+    assert!(is_said, "{tail}\nno {words:?} in {said}");
+    assert!(!said.contains('\n'), "{said}");
+}
+
+#[test]
+fn gains_that_let_the_arm_fall_are_found_before_it_does() {
+    let weak =
+        "[set]\ncontroller.kind = \"gain\"\ncontroller.gain = [0.3, 0, 0.1, 0, 0, 0.3, 0, 0.1]";
+    let said = mistake(&format!("{HEAD}{weak}"));
+    assert!(said.contains("eigenvalue"), "{said}");
+}
+
+#[test]
+fn what_repeats_does_so_until_the_end() {
+    let steps = "[[step]]\nat_s = 0\nevery_s = 2\nregulate_rad = [0, 0]\n\
+                 [[step]]\nat_s = 1\nevery_s = 2\nregulate_rad = [0.1, 0]";
+    let scenario = parse(&format!("{HEAD}{steps}")).unwrap();
+    let times: Vec<u64> = scenario
+        .plan
+        .steps
+        .iter()
+        .map(|step| step.at_us / 1_000)
+        .collect();
+    assert_eq!(times, [0, 1_000, 2_000, 3_000, 4_000]);
+}
+
+#[test]
+fn an_unknown_name_is_told_the_nearest() {
+    let error = Scenario::load("uprihgt", &Overrides::default()).unwrap_err();
+    assert!(error.to_string().contains("is it `upright`?"), "{error}");
+}
+
+#[derive(Debug)]
+struct Judged {
+    tally: Tally,
+    judge: Judge,
+}
+
+impl Keep for Judged {
+    fn record(&mut self, record: &Record) {
+        self.tally.see(record);
+        self.judge.see(record);
+    }
+
+    fn concluded(&mut self, conclusion: &Conclusion) {
+        self.judge.see_end(conclusion);
+    }
+}
+
+/// Plays a scenario on the bench; what it missed.
+fn play(scenario: &Scenario) -> (Option<Ending>, Vec<String>, u64) {
+    let keep = Judged {
+        tally: Tally::default(),
+        judge: Judge::new(scenario.expect, &scenario.plan.pushes),
+    };
+    let operator = Operator::keeping(scenario.plan.clone(), keep);
+    let options = Options::new(scenario.bench.build());
+    let (operator, result) = drive(&BoardUri::Sim, options, operator);
+    let name = &scenario.name;
+    result.unwrap_or_else(|error| panic!("{name}: {error}"));
+    let ending = operator.ending();
+    let Judged { tally, judge } = operator.into_keep();
+    let facts = armbridge_log::run_info::RunFacts::of(name, "simulated: bench", &scenario.settings);
+    let summary = tally.summary(&facts, LinkStats::default(), 1.0, 1.0);
+    let ticks = summary.ticks;
+    (ending, judge.verdict(&tally, &summary), ticks)
+}
+
+#[test]
+fn every_scenario_that_ships_ends_as_it_should() {
+    for shipped in SHIPPED {
+        // An hour is too long for a test.
+        let overrides = Overrides {
+            duration_s: (shipped.name == "hour").then_some(60.0),
+            ..Overrides::default()
+        };
+        let scenario = Scenario::load(shipped.name, &overrides)
+            .unwrap_or_else(|error| panic!("{}: {error}", shipped.name));
+        let (ending, missed, ticks) = play(&scenario);
+        println!(
+            "{}: {ending:?}, {ticks} ticks, missed {missed:?}",
+            shipped.name
+        );
+        let is_success = ending.is_some_and(|end| scenario.success.iter().any(|s| s.is(end)));
+        assert!(is_success, "{}: {ending:?}", shipped.name);
+        assert_eq!(missed, Vec::<String>::new(), "{}", shipped.name);
+    }
+}
+
+#[test]
+fn an_expectation_that_is_not_met_is_told() {
+    let text = "title = \"t\"\ncontrol = \"paper\"\n[[step]]\nat_s = 0\nregulate_rad = [0, 0]\n\
+                [[bench.push]]\nat_s = 2.9\njoint = 1\ntorque_nm = 0.5\nduration_s = 0.05\n\
+                [stop]\nafter_s = 3.0\n[expect]\nrests_within_rad = 0.001\nsettles_within_s = 0.1\n\
+                tracks_within_rad = 0.1\nrecovers_within_s = 0.5\ntorque_within_nm = 0.1";
+    let (ending, missed, _) = play(&parse(text).unwrap());
+    assert_eq!(
+        (ending, missed.len()),
+        (Some(Ending::Time), 5),
+        "{missed:?}"
+    );
+}
+
+#[test]
+fn settings_are_put_back_and_a_stop_condition_stops() {
+    let text = "title = \"t\"\n[set]\nlimits.speed_rad_s = [6, 6]\ncontroller.q = [20, 20, 1, 1]\n\
+                [[step]]\nat_s = 0\nregulate_rad = [0, 0]\n[[step]]\nat_s = 1\n\
+                regulate_rad = [0.6, 0]\n[stop]\nafter_s = 5\nangle_beyond_rad = [0.4, 0.4]\n\
+                success = [\"angle\"]";
+    let scenario = parse(text).unwrap();
+    let bits = scenario.settings.limits.speed_rad_s.map(f32::to_bits);
+    assert_eq!(bits, [6.0_f32.to_bits(); 2]);
+    let operator = Operator::new(scenario.plan.clone());
+    let options = Options::new(scenario.bench.build());
+    let (operator, result) = drive(&BoardUri::Sim, options, operator);
+    result.unwrap();
+    assert!(matches!(
+        operator.ending(),
+        Some(Ending::Angle { joint: 0, .. })
+    ));
+    assert_eq!(operator.begun_with(), Some(&scenario.settings));
+    assert_eq!(operator.settings(), Some(&Settings::default()));
+    let (_, commands, _) = operator.into_parts();
+    let last: Vec<_> = commands
+        .iter()
+        .rev()
+        .take(3)
+        .map(|(_, last)| *last)
+        .collect();
+    let default = Settings::default();
+    let back = [
+        Command::Configure(default.setup),
+        Command::Limit(default.limits),
+        Command::Idle,
+    ];
+    assert_eq!(last, back);
+}

@@ -1,0 +1,41 @@
+//! A question to whoever is at the keyboard, or to the lines of a script.
+
+use std::io::BufRead;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use armbridge_client::interrupt;
+
+/// Between two looks whether ctrl-c was pressed.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Asks on standard error. Only `yes` is yes; input that ends, and ctrl-c, are no.
+pub(super) fn is_agreed(question: &str) -> bool {
+    eprintln!("{question}");
+    eprint!("Type yes to go on: ");
+    let (sender, answers) = channel();
+    // Reading waits for ever, ctrl-c or not. The thread ends with the line, or with the
+    // program.
+    std::thread::spawn(move || {
+        let mut line = String::new();
+        let read = std::io::stdin().lock().read_line(&mut line);
+        // Nobody may be left to hear it.
+        let _ = sender.send(read.map(|_| line));
+    });
+    loop {
+        match answers.recv_timeout(LOOK) {
+            Ok(answer) => {
+                let is_yes = answer.is_ok_and(|line| line.trim().eq_ignore_ascii_case("yes"));
+                if !is_yes {
+                    eprintln!();
+                }
+                return is_yes;
+            }
+            Err(RecvTimeoutError::Timeout) if !interrupt::is_raised() => {}
+            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
+                eprintln!();
+                return false;
+            }
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! What `scan` and `servo` have in common: the port, and a question.
+
+use std::io::{IsTerminal, Write};
+
+use armbridge_client::servo_bus::{Client, Line};
+
+use super::Error;
+use crate::cli::LineArgs;
+
+/// A client on the port, which a serial device offers at `baud`.
+pub(super) fn open(args: &LineArgs, baud: u32) -> Result<Client<Box<dyn Line>>, Error> {
+    let port = args.port.as_ref().ok_or(
+        "--port is missing: the serial device of the adapter, for example /dev/ttyUSB0, serial: for \
+         the board's transparent port, or tcp://HOST:PORT",
+    )?;
+    let line = port.open(baud)?;
+    if let Some(hint) = port.latency_timer().and_then(|timer| timer.hint()) {
+        eprintln!("{port}: {hint}");
+    }
+    let client = Client::new(line, args.patience);
+    client.map_err(|error| format!("{port} failed: {error}").into())
+}
+
+/// Asks on the terminal unless that is answered already.
+pub(super) fn confirm(what: &str, yes: bool) -> Result<(), Error> {
+    if yes {
+        return Ok(());
+    }
+    let input = std::io::stdin();
+    if !input.is_terminal() {
+        return Err(format!("{what}: nobody is there to confirm it; add --yes to do it").into());
+    }
+    eprint!("{what}. Go on? [y/N] ");
+    std::io::stderr().flush()?;
+    let mut answer = String::new();
+    input.read_line(&mut answer)?;
+    match answer.trim() {
+        "y" | "Y" | "yes" => Ok(()),
+        _ => Err("nothing was changed".into()),
+    }
+}

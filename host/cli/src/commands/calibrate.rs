@@ -1,0 +1,120 @@
+//! `armbridge calibrate`: zero and sign of each joint, by hand.
+
+use std::io::{BufRead, IsTerminal, Write};
+use std::process::ExitCode;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+use armbridge::tasks::GaveUp;
+use armbridge::tasks::calibrate::{Calibrate, Guide, Wish};
+use armbridge_log::table;
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Joint;
+use armbridge_sim::link::Pace;
+use serde_json::json;
+
+use super::{Outcome, errand};
+use crate::cli::CalibrateArgs;
+
+pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
+    let wish = Wish {
+        joints: args.joints(),
+        checks_motors: args.check_motor,
+        is_sure: args.yes,
+    };
+    let task = Calibrate::new(Terminal::new(), wish);
+    let (uri, errand) = errand::go(&args.errand, "calibrate", Pace::WallClock, task)?;
+    let [before, after] = errand
+        .task
+        .result()
+        .ok_or("the calibration was not brought to its end")?;
+    let mut out = std::io::stdout();
+    if args.errand.json {
+        let report = json!({
+            "link": uri.to_string(),
+            "before": before.map(as_json),
+            "after": after.map(as_json),
+        });
+        writeln!(out, "{report}")?;
+    } else {
+        write!(out, "{}", as_text(&before, &after))?;
+        writeln!(out, "Saved on the board.")?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn as_json(joint: Joint<f32>) -> serde_json::Value {
+    json!({
+        "zero_count": joint.zero_count,
+        "direction": format!("{:?}", joint.direction).to_lowercase(),
+    })
+}
+
+fn as_text(before: &[Joint<f32>; JOINTS], after: &[Joint<f32>; JOINTS]) -> String {
+    let heads = [
+        "joint",
+        "zero before",
+        "zero",
+        "direction before",
+        "direction",
+    ];
+    let mut rows = vec![heads.map(str::to_owned).to_vec()];
+    for (number, (before, after)) in before.iter().zip(after).enumerate() {
+        rows.push(vec![
+            (number + 1).to_string(),
+            format!("{:.1}", before.zero_count),
+            format!("{:.1}", after.zero_count),
+            format!("{:?}", before.direction).to_lowercase(),
+            format!("{:?}", after.direction).to_lowercase(),
+        ]);
+    }
+    table::columns(&rows)
+}
+
+/// The person at the keyboard, or a script that is piped in.
+struct Terminal {
+    answers: Receiver<String>,
+    /// Counts can be written over each other.
+    is_live: bool,
+}
+
+impl Terminal {
+    fn new() -> Self {
+        let (sender, answers) = channel();
+        // Reading waits, and a link must not. The thread ends with the input, or with
+        // the program.
+        std::thread::spawn(move || {
+            for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        Self {
+            answers,
+            is_live: std::io::stderr().is_terminal(),
+        }
+    }
+}
+
+impl Guide for Terminal {
+    fn say(&mut self, line: &str) {
+        let over = if self.is_live { "\r\x1b[K" } else { "" };
+        eprintln!("{over}{line}");
+    }
+
+    fn show(&mut self, line: &str) {
+        if self.is_live {
+            eprint!("\r\x1b[K{line} ");
+        }
+    }
+
+    fn answer(&mut self) -> Result<Option<String>, GaveUp> {
+        match self.answers.try_recv() {
+            Ok(line) => Ok(Some(line)),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => Err(GaveUp(
+                "the input has ended and nobody is there to answer: nothing was saved".into(),
+            )),
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! `armbridge config`: what is in force, and what could be.
+
+use std::io::{ErrorKind, Write};
+use std::process::ExitCode;
+
+use armbridge::config::{Config, FILE_NAME, InForce, explain};
+use armbridge_client::params::to_text;
+use armbridge_log::table;
+use serde_json::{Value, json};
+
+use super::Outcome;
+use crate::cli::ConfigArgs;
+
+pub(crate) fn run(args: &ConfigArgs) -> Outcome {
+    let mut out = std::io::stdout();
+    if args.explain {
+        write!(out, "{}", explain())?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    if args.init {
+        return init();
+    }
+    let config = Config::discover()?;
+    let in_force = config.in_force();
+    if args.json {
+        let rows: Vec<Value> = in_force.iter().map(as_json).collect();
+        writeln!(out, "{}", Value::from(rows))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let heads = ["key", "value", "unit", "from"].map(str::to_owned).to_vec();
+    let rows = in_force.iter().map(|own| {
+        vec![
+            own.key.to_owned(),
+            to_text(&own.value),
+            own.unit.to_owned(),
+            own.source.to_string(),
+        ]
+    });
+    let rows: Vec<Vec<String>> = std::iter::once(heads).chain(rows).collect();
+    write!(out, "{}", table::columns(&rows))?;
+    let remark = match config.file() {
+        Some(file) if config.has_settings() => format!(
+            "A board has settings of its own: `armbridge set --from {}` sends it what is here for \
+             it, and `design` counts with that.",
+            file.display()
+        ),
+        Some(_) => "The file says nothing for the board, which keeps its own settings.".to_owned(),
+        None => {
+            "No armbridge.toml here or above: `armbridge config --init` writes one, all comments."
+                .to_owned()
+        }
+    };
+    writeln!(out, "\n{remark}")?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the file, unless there is one.
+fn init() -> Outcome {
+    let new = std::fs::File::create_new(FILE_NAME);
+    let written = new.and_then(|mut file| file.write_all(explain().as_bytes()));
+    written.map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => {
+            format!("there is an {FILE_NAME} here already: edit it, or put it elsewhere first")
+        }
+        _ => format!("cannot write {FILE_NAME}: {error}"),
+    })?;
+    writeln!(
+        std::io::stdout(),
+        "written: {FILE_NAME}; take the # off what you want to change"
+    )?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn as_json(own: &InForce) -> Value {
+    json!({
+        "key": own.key,
+        "value": own.value,
+        "unit": own.unit,
+        "what": own.about,
+        "from": own.source.to_string(),
+    })
+}

@@ -1,0 +1,270 @@
+//! `armbridge design`: gains, poles, margins, an answer to a step; to the board or a file.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+use armbridge::config::Config;
+use armbridge_analysis::design;
+use armbridge_analysis::design::{Design, JointMargins};
+use armbridge_client::params;
+use armbridge_client::params::to_text;
+use armbridge_client::refusal;
+use armbridge_client::toml_file::Document;
+use armbridge_log::table;
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
+use serde_json::json;
+use toml::Value;
+
+use super::set::{How, apply};
+use super::{Error, Outcome};
+use crate::cli::{DesignArgs, DesignControlArgs};
+
+pub(crate) fn run(args: &DesignArgs) -> Outcome {
+    let settings = settings(args)?;
+    let setup = settings.setup;
+    let design = Design::of(&setup).map_err(|why| {
+        format!(
+            "the board would refuse this set-up: {}",
+            refusal::in_words(why)
+        )
+    })?;
+    let mut out = std::io::stdout();
+    if args.json {
+        let parameters = params::to_table(designed(&settings));
+        let report = json!({ "parameters": parameters, "design": design });
+        writeln!(out, "{report}")?;
+    } else {
+        write!(out, "{}", as_text(&settings, &design))?;
+    }
+    if let Some(path) = &args.write {
+        write_file(path, &settings)?;
+    }
+    if let Some(path) = &args.plot {
+        for file in design::draw_step(&setup, path)? {
+            say(args, &format!("drawn: {}", file.display()))?;
+        }
+    }
+    if !design.is_stable {
+        eprintln!("armbridge: the loop with this estimator is unstable: nothing was sent");
+        return Ok(ExitCode::from(1));
+    }
+    if args.apply {
+        let how = How {
+            link: &args.link,
+            save: args.save,
+            dry_run: false,
+            json: false,
+        };
+        let names = designed(&settings);
+        return apply(&how, |before| {
+            let mut after = *before;
+            params::apply(&mut after, names.iter().map(|(p, value)| (p.key, value)))?;
+            params::check(&after)?;
+            Ok(after)
+        });
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Not into the one object that is asked for.
+fn say(args: &DesignArgs, line: &str) -> Result<(), Error> {
+    if !args.json {
+        writeln!(std::io::stdout(), "{line}")?;
+    }
+    Ok(())
+}
+
+/// The board's defaults, what the file says, and what the command line says.
+fn settings(args: &DesignArgs) -> Result<Settings, Error> {
+    let mut settings = match &args.arm {
+        Some(path) => Config::of(Some(path), |_| None)?.settings(Settings::default())?,
+        None => Config::discover()?.settings(Settings::default())?,
+    };
+    let overrides = overrides(args);
+    params::apply(
+        &mut settings,
+        overrides.iter().map(|(key, value)| (key.as_str(), value)),
+    )?;
+    if let Some(poles) = args.control.poles {
+        settings.setup.controller = placed(&settings.setup, poles)?;
+    }
+    params::check(&settings)?;
+    Ok(settings)
+}
+
+/// What the command line says, as parameters.
+fn overrides(args: &DesignArgs) -> Vec<(String, Value)> {
+    let DesignControlArgs {
+        q,
+        r,
+        natural,
+        damping,
+        poles: _,
+    } = &args.control;
+    let mut overrides = Vec::new();
+    let mut set = |key: &str, value: Option<Value>| {
+        if let Some(value) = value {
+            overrides.push((key.to_owned(), value));
+        }
+    };
+    let kind = if q.is_some() || r.is_some() {
+        Some("lqr".into())
+    } else if natural.is_some() || damping.is_some() {
+        Some("computed-torque".into())
+    } else {
+        None
+    };
+    set("controller.kind", kind);
+    set("controller.q", q.clone());
+    set("controller.r", r.clone());
+    set("controller.natural_rad_s", natural.clone());
+    set("controller.damping", damping.clone());
+    set("estimator.kind", args.estimator.clone().map(Value::from));
+    set(
+        "setup.period_us",
+        args.period.map(|us| i64::from(us).into()),
+    );
+    overrides.extend(args.set.iter().cloned());
+    overrides
+}
+
+fn placed(setup: &Setup, poles: [(f64, f64); JOINTS]) -> Result<Controller, Error> {
+    let gain = design::place(setup, poles)?;
+    Ok(Controller::StateFeedback(Gains::Given(gain)))
+}
+
+/// The parameters that a design is about: of set-up, controller and estimator.
+fn designed(settings: &Settings) -> Vec<(&'static params::Parameter, Value)> {
+    let mut pairs = params::pairs(settings);
+    pairs
+        .retain(|(parameter, _)| ["setup", "controller", "estimator"].contains(&parameter.group()));
+    pairs
+}
+
+fn write_file(path: &Path, settings: &Settings) -> Result<(), Error> {
+    let table = params::to_table(designed(settings));
+    let text = format!("# Made by `armbridge design`.\n{table}");
+    // What is written can be read again, or is not written.
+    Document::parse(path, text.clone())?;
+    std::fs::write(path, text)
+        .map_err(|error| format!("cannot write {}: {error}", path.display()).into())
+}
+
+fn as_text(settings: &Settings, design: &Design) -> String {
+    let kind = |key| params::get(settings, key).map_or_else(String::new, |kind| to_text(&kind));
+    let strings = |row: &[&str]| {
+        row.iter()
+            .map(|cell| (*cell).to_owned())
+            .collect::<Vec<_>>()
+    };
+    let heading = format!(
+        "armbridge design · controller {} · estimator {} · period {} µs\n",
+        kind("controller.kind"),
+        kind("estimator.kind"),
+        settings.setup.period_us
+    );
+    let mut gain = vec![strings(&["gain", "q1", "q2", "dq1", "dq2"])];
+    for (joint, row) in design.gain.iter().enumerate() {
+        let cells = row.iter().map(|k| format!("{k:.4}"));
+        gain.push(
+            std::iter::once(format!("torque {}", joint + 1))
+                .chain(cells)
+                .collect(),
+        );
+    }
+    let mut poles = vec![strings(&[
+        "pole of",
+        "z",
+        "rad/s",
+        "damping",
+        "time constant",
+    ])];
+    poles.extend(design.poles.all().map(|(name, pole)| {
+        let z = if pole.im == 0.0 {
+            format!("{:.5}", pole.re)
+        } else {
+            format!("{:.5} ± {:.5}i", pole.re, pole.im)
+        };
+        let decay_s = 1.0 / (pole.natural_rad_s * pole.damping);
+        vec![
+            name.to_owned(),
+            z,
+            format!("{:.2}", pole.natural_rad_s),
+            format!("{:.3}", pole.damping),
+            format!("{:.1} ms", 1e3 * decay_s),
+        ]
+    }));
+    let mut margins = vec![strings(&["margin of", "gain", "phase", "delay"])];
+    for (joint, of_joint) in design.margins.joints.iter().enumerate() {
+        margins.push(margin_row(&format!("torque {}", joint + 1), of_joint));
+    }
+    let both = range(design.margins.both_gain);
+    margins.push(vec!["both alike".into(), both, "-".into(), "-".into()]);
+    let disc = design.margins.disc;
+    margins.push(vec![
+        "both, each its own".into(),
+        range(disc.gain.map(Some)),
+        format!("{:.1}°", disc.phase_deg),
+        "-".into(),
+    ]);
+    let peak = format!(
+        "disc margin {:.3} at {:.1} rad/s; largest sensitivity {:.3} at {:.1} rad/s\n",
+        disc.alpha, disc.at_rad_s, design.margins.sensitivity, design.margins.sensitivity_rad_s
+    );
+    let stability = if design.is_stable {
+        ""
+    } else {
+        "THE LOOP IS UNSTABLE: the estimator does not go with this gain\n"
+    };
+    [
+        heading,
+        table::columns(&gain),
+        table::columns(&poles),
+        table::columns(&margins),
+        peak,
+        stability.to_owned(),
+    ]
+    .join("\n")
+    .trim_end()
+    .to_owned()
+        + "\n"
+}
+
+fn margin_row(name: &str, margins: &JointMargins) -> Vec<String> {
+    let none = || "-".to_owned();
+    let phase = margins.phase.map(|crossing| {
+        format!(
+            "{:.1}° at {:.1} rad/s",
+            crossing.margin_deg, crossing.at_rad_s
+        )
+    });
+    let delay = margins.delay_s.map(|s| format!("{:.2} ms", 1e3 * s));
+    vec![
+        name.to_owned(),
+        range(margins.gain),
+        phase.unwrap_or_else(none),
+        delay.unwrap_or_else(none),
+    ]
+}
+
+/// Factors, as `0.21 to 18.3 (-13.6 to +25.2 dB)`.
+fn range([low, high]: [Option<f64>; 2]) -> String {
+    let factor = |gain: Option<f64>, none: &str| {
+        gain.map_or_else(|| none.to_owned(), |gain| format!("{gain:.3}"))
+    };
+    let decibel = |gain: Option<f64>, none: &str| {
+        gain.map_or_else(
+            || none.to_owned(),
+            |gain| format!("{:+.1}", 20.0 * gain.log10()),
+        )
+    };
+    format!(
+        "{} to {} ({} to {} dB)",
+        factor(low, "0"),
+        factor(high, "any"),
+        decibel(low, "-inf"),
+        decibel(high, "+inf")
+    )
+}

@@ -1,0 +1,69 @@
+//! What the commands have in common that do one thing on a link.
+
+use std::path::{Path, PathBuf};
+
+use armbridge::config::Config;
+use armbridge::tasks::{Errand, Task};
+use armbridge_analysis::run_folder::RunFolder;
+use armbridge_client::LinkError;
+use armbridge_client::interrupt;
+use armbridge_log::recorder::Recorder;
+use armbridge_log::run_info::RunFacts;
+use armbridge_shared::link::message::Settings;
+use armbridge_sim::link::{BoardUri, Options, Pace, drive};
+
+use super::{Error, link};
+use crate::cli::ErrandArgs;
+
+/// Does it; gives back the link's name and what is known then.
+pub(crate) fn go<T: Task>(
+    args: &ErrandArgs,
+    name: &str,
+    pace: Pace,
+    task: T,
+) -> Result<(BoardUri, Errand<T>), Error> {
+    let config = Config::discover()?;
+    let (uri, mut options) = link::options(&args.link, &config)?;
+    options.pace = pace;
+    let recorder = record(args, name, &uri, &mut options)?;
+    interrupt::listen()?;
+    let (errand, result) = drive(&uri, options, Errand::new(task));
+    let written = recorder.map(Recorder::finish).transpose();
+    match result {
+        Ok(()) => {}
+        Err(LinkError::Link(why)) => return Err(why.into()),
+        Err(LinkError::Host(why)) => return Err(format!("{uri}: {why}").into()),
+    }
+    if let Some(trouble) = written?.and_then(|report| report.trouble) {
+        return Err(format!("the log is not complete: {trouble}").into());
+    }
+    Ok((uri, errand))
+}
+
+fn record(
+    args: &ErrandArgs,
+    name: &str,
+    uri: &BoardUri,
+    options: &mut Options,
+) -> Result<Option<Recorder>, Error> {
+    let Some(path) = &args.record else {
+        return Ok(None);
+    };
+    let facts = RunFacts::of(name, &uri.world(), &Settings::default());
+    let recorder = Recorder::create(&file(path, name)?, &facts)?;
+    options.link.taps.push(recorder.tap());
+    Ok(Some(recorder))
+}
+
+/// The file that is meant: this one, or one in a folder of its own under this one.
+fn file(path: &Path, name: &str) -> Result<PathBuf, Error> {
+    if path
+        .extension()
+        .is_some_and(|extension| extension == "mcap")
+    {
+        return Ok(path.into());
+    }
+    let folder = RunFolder::create(Some(path), name)?;
+    eprintln!("recording in {}", folder.path().display());
+    Ok(folder.file("run.mcap"))
+}

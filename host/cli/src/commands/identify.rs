@@ -1,0 +1,201 @@
+//! `armbridge identify`: what an arm is, from its logs.
+
+mod apply;
+mod paper;
+mod preview;
+mod run;
+mod told;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use armbridge_analysis::identify::{
+    Checks, Diagnosis, Found, Known, Prior, Report, Tally, Trace, identify, settings, traces,
+};
+use armbridge_analysis::run_folder::DEFAULT_BASE;
+use armbridge_client::params;
+use armbridge_client::params::Parameter;
+use armbridge_log::find::find as find_log;
+use armbridge_log::recording::Recording;
+use armbridge_shared::link::message::Settings;
+use toml::Value;
+
+use self::apply::Apply;
+use self::told::Wish;
+use super::{Error, Outcome};
+use crate::cli::{FitArgs, Identify, IdentifyArgs};
+
+pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
+    match &args.what {
+        Identify::Run(args) => run::run(args),
+        Identify::Fit(args) => match fit(args) {
+            Err(error) if error.is::<Diagnosis>() => told::without_numbers(&error, args),
+            outcome => outcome,
+        },
+        Identify::Paper(args) => paper::run(args),
+    }
+}
+
+fn fit(args: &FitArgs) -> Outcome {
+    let fit = Fit::of(&paths(&args.logs), args.weighed)?;
+    let told = told::describe(
+        &fit,
+        &Wish {
+            held_out: &args.held_out,
+            folder: args.report.as_deref(),
+        },
+    )?;
+    let text = if args.json {
+        told.json.to_string() + "\n"
+    } else {
+        told.text
+    };
+    write!(std::io::stdout(), "{text}").map_err(|error| format!("cannot print: {error}"))?;
+    if let Some(path) = &args.out {
+        fit.write_to(path)?;
+    }
+    if !args.apply {
+        return Ok(ExitCode::SUCCESS);
+    }
+    let applied = Apply {
+        link: &args.link,
+        is_sure: args.yes,
+        is_silent: args.json,
+    }
+    .to_board(&fit)?;
+    Ok(applied.exit_code())
+}
+
+/// What logs have told of an arm.
+struct Fit {
+    /// What the board computed with meanwhile.
+    before: Settings,
+    known: Known,
+    prior: Prior,
+    found: Found,
+    report: Report,
+    checks: Checks,
+    /// Where each log is, and what world it is of.
+    logs: Vec<String>,
+}
+
+impl Fit {
+    /// Of these logs; of the newest one where `None` is.
+    fn of(logs: &[Option<&Path>], weighed: f64) -> Result<Self, Error> {
+        let Loaded {
+            settings: before,
+            traces,
+            tally,
+            logs,
+        } = load(logs)?;
+        let known = Known::of(&before.setup);
+        let prior = Prior::of(&before.setup, weighed);
+        let found = identify(&traces, &tally, &known, &prior)?;
+        Ok(Self {
+            report: Report::new(&found, &prior, known.period_s),
+            checks: Checks::of(&found, &traces, &known, &prior),
+            before,
+            known,
+            prior,
+            found,
+            logs,
+        })
+    }
+
+    /// The arm, whole: what was found, and what it was found with, such as its lengths and
+    /// which way up it is.
+    fn arm(&self) -> Result<Vec<(&'static Parameter, Value)>, Error> {
+        let after = settings(&self.before, &self.found)?;
+        let is_of_arm = |parameter: &Parameter| {
+            ["arm", "joint1", "joint2"].contains(&parameter.group())
+                || parameter.key == "setup.friction_nm"
+        };
+        let all = params::pairs(&after).into_iter();
+        Ok(all.filter(|(parameter, _)| is_of_arm(parameter)).collect())
+    }
+
+    /// The same, with tables as in armbridge.toml.
+    fn write_to(&self, path: &Path) -> Result<(), Error> {
+        let table = params::to_table(self.arm()?);
+        std::fs::write(path, toml::to_string(&table)?)
+            .map_err(|error| format!("cannot write {}: {error}", path.display()).into())
+    }
+}
+
+/// These logs; the newest if none is named.
+fn paths(logs: &[PathBuf]) -> Vec<Option<&Path>> {
+    match logs {
+        [] => vec![None],
+        logs => logs.iter().map(|log| Some(log.as_path())).collect(),
+    }
+}
+
+/// What logs have of use.
+struct Loaded {
+    /// Of the first.
+    settings: Settings,
+    /// Of all.
+    traces: Vec<Trace>,
+    tally: Tally,
+    /// Where each is, and what world it is of.
+    logs: Vec<String>,
+}
+
+fn load(logs: &[Option<&Path>]) -> Result<Loaded, Error> {
+    let mut first: Option<(PathBuf, Settings)> = None;
+    let (mut all, mut tally, mut told) = (Vec::new(), Tally::default(), Vec::new());
+    for (index, log) in logs.iter().enumerate() {
+        let path = find_log(*log, Path::new(DEFAULT_BASE))?;
+        let recording = Recording::load(&path)?;
+        for damage in &recording.damage {
+            eprintln!("{}: {damage}", path.display());
+        }
+        let records = recording.records();
+        if records.is_empty() {
+            return Err(Diagnosis::Empty.into());
+        }
+        let settings = recording.settings.ok_or_else(|| {
+            let path = path.display();
+            format!("{path} does not say what the board computes with; record from the hello on")
+        })?;
+        let (named, before) = first.get_or_insert_with(|| (path.clone(), settings));
+        is_same(before, &settings)
+            .map_err(|error| format!("{} and {}: {error}", named.display(), path.display()))?;
+        let facts = &recording.facts;
+        told.push(format!(
+            "{} · {} · {}",
+            path.display(),
+            facts.name,
+            facts.describe()
+        ));
+        tally.add(&records, &settings.limits);
+        let traces = traces(&records).into_iter();
+        all.extend(traces.map(|trace| Trace {
+            log: index,
+            ..trace
+        }));
+    }
+    match first {
+        Some((_, settings)) => Ok(Loaded {
+            settings,
+            traces: all,
+            tally,
+            logs: told,
+        }),
+        None => Err("name a log".into()),
+    }
+}
+
+/// Whether two boards believe in the same arm.
+fn is_same(one: &Settings, other: &Settings) -> Result<(), Error> {
+    let of = |settings: &Settings| {
+        let setup = settings.setup;
+        (setup.joints, setup.arm, setup.period_us)
+    };
+    if of(one) == of(other) {
+        Ok(())
+    } else {
+        Err("logs of boards that believe in different arms; fit them one by one".into())
+    }
+}

@@ -1,0 +1,93 @@
+//! `armbridge identify paper`: the paper's own procedure.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use armbridge_analysis::identify::paper::{PaperComparison, Sampled, sampled};
+use armbridge_analysis::run_folder::{DEFAULT_BASE, RunFolder};
+use armbridge_log::find::find;
+use armbridge_log::recording::Recording;
+use armbridge_shared::arm::Parameters;
+use serde::Serialize;
+
+use super::super::{Error, Outcome};
+use crate::cli::PaperArgs;
+
+/// The paper's period in s.
+const PERIOD_S: f64 = 0.045;
+
+/// What is printed for programs.
+#[derive(Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    comparison: &'a PaperComparison,
+    sentences: Vec<String>,
+    files: &'a [PathBuf],
+}
+
+pub(super) fn run(args: &PaperArgs) -> Outcome {
+    let comparison = if args.logs.is_empty() {
+        PaperComparison::simulated(args.seed)?
+    } else {
+        of_logs(args)?
+    };
+    let folder = RunFolder::create(args.out.as_deref(), "identify-paper")?;
+    let files = comparison.draw(folder.path())?;
+    let text = if args.json {
+        let printed = Printed {
+            sentences: comparison.sentences(),
+            files: &files,
+            comparison: &comparison,
+        };
+        serde_json::to_string(&printed)? + "\n"
+    } else {
+        let files: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+        format!(
+            "{}\nsamples every {:.0} ms\n\n{}\n{}\n",
+            comparison.source,
+            1e3 * comparison.period_s,
+            comparison.text(),
+            files.join("\n")
+        )
+    };
+    write!(std::io::stdout(), "{text}").map_err(|error| format!("cannot print: {error}"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn of_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
+    let mut first: Option<(PathBuf, Parameters<f32>)> = None;
+    let mut all: Vec<Sampled> = Vec::new();
+    let mut about: Vec<String> = Vec::new();
+    let mut worlds: Vec<String> = Vec::new();
+    for log in &args.logs {
+        let path = find(Some(log), Path::new(DEFAULT_BASE))?;
+        let recording = Recording::load(&path)?;
+        for damage in &recording.damage {
+            eprintln!("{}: {damage}", path.display());
+        }
+        let facts = &recording.facts;
+        let (named, arm) = first.get_or_insert_with(|| (path.clone(), facts.setup.arm));
+        if *arm != facts.setup.arm {
+            let (a, b) = (named.display(), path.display());
+            return Err(format!("{a} and {b} are of boards that believe in different arms").into());
+        }
+        let found = sampled(&recording.records(), facts)
+            .map_err(|error| format!("{}: {error}", path.display()))?;
+        all.extend(found);
+        about.push(facts.name.clone());
+        if !worlds.contains(&facts.world) {
+            worlds.push(facts.world.clone());
+        }
+    }
+    let Some((_, arm)) = first else {
+        return Err("name a log".into());
+    };
+    if args.as_paper {
+        for sampled in &mut all {
+            *sampled = sampled.every((PERIOD_S / sampled.period_s).round() as usize);
+        }
+    }
+    let source = format!("{} · {}", about.join(", "), worlds.join(", "));
+    Ok(PaperComparison::of(source, all, &arm.map(f64::from))?)
+}

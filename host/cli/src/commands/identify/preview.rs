@@ -1,0 +1,93 @@
+//! What is about to move, as a table and as a picture.
+
+use std::path::{Path, PathBuf};
+
+use armbridge_analysis::plot::{PlotError, draw_outlook};
+use armbridge_analysis::scenario::{Outlook, Stage, Swept};
+use armbridge_log::table;
+
+/// Most rows of the table; a plan that repeats itself has more steps.
+const ROWS_MAX: usize = 40;
+
+/// The table, ending in a line feed.
+pub(super) fn as_text(outlook: &Outlook) -> String {
+    let heads = ["step", "from", "lasts", "joint", "angle", "at most", "what"];
+    let mut rows = vec![heads.map(str::to_owned).to_vec()];
+    for stage in outlook.stages.iter().take(ROWS_MAX) {
+        for joint in 0..stage.joints.len() {
+            rows.push(row(outlook, stage, joint));
+        }
+    }
+    let more = outlook.stages.len().saturating_sub(ROWS_MAX);
+    let more = if more > 0 {
+        format!("... and {more} steps more\n")
+    } else {
+        String::new()
+    };
+    let [first, second] = outlook.limit_rad;
+    format!(
+        "{}: {}, {} steps in {:.1} s\n\n{}{more}\nThe board switches off beyond {first:.2} and \
+         {second:.2} rad ({:.0} and {:.0}°), and ends an\nexperiment whose envelope [] a joint \
+         leaves.\n",
+        outlook.name,
+        outlook.title,
+        outlook.stages.len(),
+        outlook.end_s,
+        table::columns(&rows),
+        first.to_degrees(),
+        second.to_degrees()
+    )
+}
+
+fn row(outlook: &Outlook, stage: &Stage, joint: usize) -> Vec<String> {
+    let swept = &stage.joints[joint];
+    let only_first = |text: String| if joint == 0 { text } else { String::new() };
+    let speed = swept.speed_rad_s.map_or_else(
+        || format!("limit {:.2} rad/s", outlook.limit_rad_s[joint]),
+        |speed| format!("{speed:.2} rad/s"),
+    );
+    let lasts_s = stage.time_s.end - stage.time_s.start;
+    vec![
+        only_first(stage.step.to_string()),
+        only_first(format!("{:.1} s", stage.time_s.start)),
+        only_first(format!("{lasts_s:.1} s")),
+        (joint + 1).to_string(),
+        range(swept),
+        speed,
+        only_first(stage.doing.clone()),
+    ]
+}
+
+/// Where a joint may be; an envelope in brackets.
+fn range(swept: &Swept) -> String {
+    let Some([low, high]) = swept.range_rad else {
+        return "anywhere in its limits".into();
+    };
+    let text = if low < high {
+        format!(
+            "{low:+.2} to {high:+.2} rad ({:+.0} to {:+.0}°)",
+            low.to_degrees(),
+            high.to_degrees()
+        )
+    } else {
+        format!("to {low:+.2} rad ({:+.0}°)", low.to_degrees())
+    };
+    if swept.is_guarded {
+        format!("[{text}]")
+    } else {
+        text
+    }
+}
+
+/// The picture, in a folder.
+pub(super) fn draw(
+    folder: &Path,
+    outlook: &Outlook,
+    board: Option<&str>,
+) -> Result<Vec<PathBuf>, PlotError> {
+    let about = board.map_or_else(
+        || "checked for a board with its default settings".to_owned(),
+        |board| format!("checked for {board}"),
+    );
+    draw_outlook(folder, outlook, &about)
+}

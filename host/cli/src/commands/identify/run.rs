@@ -1,0 +1,228 @@
+//! `armbridge identify run`: a plan shown, agreed to, performed, fitted, and applied.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use armbridge::config::Config;
+use armbridge_analysis::run::{Finished, Player, Verdict};
+use armbridge_analysis::run_folder::RunFolder;
+use armbridge_analysis::scenario::{Outlook, Overrides, Scenario};
+use armbridge_client::interrupt;
+use armbridge_client::params;
+use armbridge_client::params::exchange::Exchange;
+use armbridge_shared::link::message::Settings;
+use armbridge_sim::link::{BoardUri, drive};
+use armbridge_sim::plant::PlantFile;
+use serde_json::{Value, json};
+
+use super::super::run::Staging;
+use super::super::{Error, Outcome, ask, link};
+use super::apply::{Applied, Apply, not};
+use super::told::{self, Wish};
+use super::{Fit, preview};
+use crate::cli::IdentifyRunArgs;
+
+/// What the parameters are written to.
+const ARM_NAME: &str = "arm.toml";
+
+pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
+    let config = Config::discover()?;
+    let plant = args.plant.as_deref().map(PlantFile::read).transpose()?;
+    let load = |board| {
+        let overrides = Overrides {
+            plant,
+            board,
+            seed: args.seed,
+            ..Overrides::default()
+        };
+        Scenario::load(&args.plan, &overrides)
+    };
+    let base = config.out(args.output.out.as_deref());
+    if args.dry_run && args.link.link.is_none() {
+        let scenario = load(None)?;
+        return show(
+            args,
+            &scenario,
+            &RunFolder::create(Some(&base), "preview")?,
+            None,
+        );
+    }
+    let uri = config.link(args.link.link.as_ref())?;
+    let scenario = match settings_of_board(args, &config) {
+        Ok(settings) => load(Some(settings))?,
+        Err(why) => {
+            // What is wrong with the plan itself is told first.
+            load(None)?;
+            return Err(why);
+        }
+    };
+    if args.dry_run {
+        let folder = RunFolder::create(Some(&base), "preview")?;
+        return show(args, &scenario, &folder, Some(&uri));
+    }
+    let folder = RunFolder::create(Some(&base), &scenario.name)?;
+    let outlook = scenario.outlook();
+    let files = preview::draw(folder.path(), &outlook, Some(&uri.to_string()))?;
+    let is_sure = args.yes || uri.is_simulated();
+    // Whoever is asked has to see what about.
+    if !args.output.quiet || !is_sure {
+        say(args, &shown(&outlook, &files))?;
+    }
+    let question = format!(
+        "The arm at {uri} will move. See that nothing is in its way, and hold it near where it \
+         begins until its motors do."
+    );
+    if !is_sure && !ask::is_agreed(&question) {
+        if interrupt::is_raised() {
+            return Ok(ExitCode::from(Verdict::Interrupted.exit_code()));
+        }
+        return Err("the answer was not yes: nothing has moved".into());
+    }
+    perform(args, &config, &uri, scenario, folder)
+}
+
+/// What the board computes with.
+fn settings_of_board(args: &IdentifyRunArgs, config: &Config) -> Result<Settings, Error> {
+    let host = link::run_host(&args.link, config, Exchange::new(|_| Vec::new()))?;
+    host.exchanged
+        .before
+        .ok_or_else(|| "the board did not say what it computes with; nothing has moved".into())
+}
+
+/// Shows it, and does nothing.
+fn show(
+    args: &IdentifyRunArgs,
+    scenario: &Scenario,
+    folder: &RunFolder,
+    uri: Option<&BoardUri>,
+) -> Outcome {
+    let outlook = scenario.outlook();
+    let board = uri.map(ToString::to_string);
+    let files = preview::draw(folder.path(), &outlook, board.as_deref())?;
+    let text = if args.output.json {
+        json!({ "outlook": outlook, "preview": files }).to_string() + "\n"
+    } else {
+        shown(&outlook, &files)
+    };
+    write!(std::io::stdout(), "{text}")?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn shown(outlook: &Outlook, files: &[PathBuf]) -> String {
+    let files = files.iter().map(|file| format!("{}\n", file.display()));
+    format!(
+        "{}\n{}",
+        preview::as_text(outlook),
+        files.collect::<String>()
+    )
+}
+
+/// Not into the one object that is asked for.
+fn say(args: &IdentifyRunArgs, text: &str) -> Result<(), Error> {
+    if args.output.json {
+        eprint!("{text}");
+    } else {
+        write!(std::io::stdout(), "{text}")?;
+    }
+    Ok(())
+}
+
+fn perform(
+    args: &IdentifyRunArgs,
+    config: &Config,
+    uri: &BoardUri,
+    mut scenario: Scenario,
+    folder: RunFolder,
+) -> Outcome {
+    let staging = Staging {
+        config,
+        link: uri,
+        pace: args.pace.into(),
+        is_quiet: args.output.quiet,
+        is_silent: args.output.quiet || args.output.json,
+    };
+    let mut options = staging.options(&mut scenario);
+    let player = Player::in_folder(staging.task(scenario)?, folder)?;
+    options.link.taps.push(player.tap());
+    let (player, result) = drive(uri, options, player);
+    let Finished {
+        summary,
+        folder,
+        verdict,
+    } = player.finish(result)?;
+    let path = folder.display().to_string();
+    let mut report = json!({ "run": summary, "folder": path });
+    let code = match verdict {
+        Verdict::Done => conclude(args, uri, &folder, &mut report)?,
+        Verdict::Failed | Verdict::Interrupted => {
+            if !args.output.quiet {
+                say(args, &summary.table())?;
+            }
+            let why = match (&summary.ended, &summary.missed_expectations[..]) {
+                (Some(ended), _) => format!("the run ended early: {ended}"),
+                (None, []) => "the run did not go as the plan wants it".into(),
+                (None, missed) => missed.join("; "),
+            };
+            eprintln!(
+                "armbridge: {why}; `armbridge identify fit {path}` makes of its log what can be \
+                 made"
+            );
+            ExitCode::from(verdict.exit_code())
+        }
+    };
+    if args.output.json {
+        writeln!(std::io::stdout(), "{report}")?;
+    } else if !args.output.quiet {
+        writeln!(std::io::stdout(), "{path}")?;
+    }
+    Ok(code)
+}
+
+/// Fits the log that a run has left, and applies what was found if that is wanted.
+fn conclude(
+    args: &IdentifyRunArgs,
+    uri: &BoardUri,
+    folder: &std::path::Path,
+    report: &mut Value,
+) -> Result<ExitCode, Error> {
+    let fitted = Fit::of(&[Some(folder)], args.weighed);
+    let wish = Wish {
+        held_out: &[],
+        folder: Some(folder),
+    };
+    let written = fitted.and_then(|fit| {
+        fit.write_to(&folder.join(ARM_NAME))?;
+        let told = told::describe(&fit, &wish)?;
+        Ok((fit, told))
+    });
+    let (fit, told) = match written {
+        Ok(written) => written,
+        Err(why) => {
+            eprintln!(
+                "armbridge: no arm was found: {why}; the log is in {}",
+                folder.display()
+            );
+            return Ok(ExitCode::from(1));
+        }
+    };
+    report["fit"] = told.json;
+    report["arm"] = serde_json::to_value(params::to_table(fit.arm()?))?;
+    if !args.output.quiet && !args.output.json {
+        say(args, &told.text)?;
+    }
+    if !args.apply {
+        return Ok(ExitCode::SUCCESS);
+    }
+    let apply = Apply {
+        link: &args.link,
+        is_sure: args.yes || uri.is_simulated(),
+        is_silent: args.output.json,
+    };
+    // The arm has moved, and its numbers are found: that stays done.
+    let applied = apply
+        .to_board(&fit)
+        .unwrap_or_else(|why| not(&why.to_string()));
+    report["applied"] = json!(applied == Applied::Saved);
+    Ok(applied.exit_code())
+}

@@ -1,0 +1,118 @@
+//! `armbridge plot`: figures of a log, or of two on top of each other.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use armbridge_analysis::plot;
+use armbridge_analysis::plot::{Figure, Formats};
+use armbridge_analysis::run_folder::DEFAULT_BASE;
+use armbridge_log::find::find;
+use armbridge_log::inspect::Log;
+use armbridge_log::recording::ReadError;
+
+use super::Outcome;
+use crate::cli::{Picture, PlotArgs, What};
+
+pub(crate) fn run(args: &PlotArgs) -> Outcome {
+    let formats = Formats {
+        svg: args.format.contains(&Picture::Svg),
+        png: args.format.contains(&Picture::Png),
+    };
+    let files = match args.compare.as_deref() {
+        Some([a, b]) => {
+            let [first, second] = [load(Some(a))?, load(Some(b))?];
+            for log in [&first, &second] {
+                is_driven(log)?;
+            }
+            plot::compare(&folder(args, &first)?, formats, &first, &second)?
+        }
+        Some(_) => return Err("--compare takes two logs".into()),
+        None => {
+            let log = load(args.log.as_deref())?;
+            window(args, &log)?;
+            plot::draw(
+                &folder(args, &log)?,
+                &figures(&args.what),
+                formats,
+                &log.head.facts,
+                &log.records,
+                [args.from, args.to],
+            )?
+        }
+    };
+    let mut out = std::io::stdout();
+    for file in files {
+        writeln!(out, "{}", file.display()).map_err(|error| format!("cannot print: {error}"))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn load(path: Option<&Path>) -> Result<Log, ReadError> {
+    let log = Log::load(&find(path, Path::new(DEFAULT_BASE))?)?;
+    for damage in &log.head.damage {
+        eprintln!("{}: {damage}", log.head.path.display());
+    }
+    Ok(log)
+}
+
+/// Makes sure that a run can be laid on another.
+fn is_driven(log: &Log) -> Result<(), String> {
+    log.driven_from().map(|_| ()).ok_or_else(|| {
+        let path = log.head.path.display();
+        format!(
+            "in {path} the arm is never driven, so it cannot be laid on another run; plot it by \
+             itself"
+        )
+    })
+}
+
+/// Makes sure that there is something between the times that are asked for.
+fn window(args: &PlotArgs, log: &Log) -> Result<(), String> {
+    let path = log.head.path.display();
+    let [first, .., last] = log.records.as_slice() else {
+        return Err(format!(
+            "{path} has no ticks to draw; `armbridge info` tells what it has"
+        ));
+    };
+    let end_s = last.start_us.saturating_sub(first.start_us) as f64 * 1e-6;
+    let (from, to) = (args.from.unwrap_or(0.0), args.to.unwrap_or(end_s));
+    // After a reset the board's clock begins anew: then any time may be within.
+    if (from < to && to > 0.0 && from < end_s) || last.start_us < first.start_us {
+        return Ok(());
+    }
+    Err(format!(
+        "nothing lies between --from {from} and --to {to} s: {path} lasts from 0 to {end_s:.3} s"
+    ))
+}
+
+fn figures(what: &[What]) -> Vec<Figure> {
+    let figure = |what: &What| match what {
+        What::Angles => vec![Figure::Angles],
+        What::Tracking => vec![Figure::Tracking],
+        What::Torque => vec![Figure::Torque],
+        What::Phase => vec![Figure::Phase],
+        What::Timing => vec![Figure::Timing],
+        What::Spectrum => vec![Figure::Spectrum],
+        What::All => Figure::ALL.to_vec(),
+    };
+    let asked: Vec<Figure> = what.iter().flat_map(figure).collect();
+    // Each once, in their order.
+    let figures = Figure::ALL.into_iter();
+    figures.filter(|figure| asked.contains(figure)).collect()
+}
+
+/// Where to write.
+fn folder(args: &PlotArgs, log: &Log) -> Result<PathBuf, String> {
+    let beside = log.head.path.parent().map(Path::to_path_buf);
+    let folder = args.out.clone().or(beside).unwrap_or_default();
+    // A log in this folder has none in its name.
+    if folder.as_os_str().is_empty() {
+        return Ok(PathBuf::from("."));
+    }
+    std::fs::create_dir_all(&folder).map_err(|error| {
+        let folder = folder.display();
+        format!("cannot make the folder {folder}: {error}; choose another place with --out")
+    })?;
+    Ok(folder)
+}

@@ -1,0 +1,95 @@
+//! `armbridge replay`: a log's inputs through the board's code.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use armbridge_analysis::run_folder::DEFAULT_BASE;
+use armbridge_log::find::find;
+use armbridge_log::recording::Reader;
+use armbridge_log::replay::{Changes, Player, Report, Verdict};
+use serde::Serialize;
+
+use super::Outcome;
+use crate::cli::ReplayArgs;
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Printed<'a> {
+    log: &'a Path,
+    #[serde(flatten)]
+    report: &'a Report,
+    /// What is missing of the file, each in one sentence.
+    damage: &'a [String],
+    /// Simulated seconds per second of the wall clock.
+    times_real_time: f64,
+}
+
+pub(crate) fn run(args: &ReplayArgs) -> Outcome {
+    let path = find(args.log.as_deref(), Path::new(DEFAULT_BASE))?;
+    let changes = Changes::new(table(args.with.as_deref())?, args.set.clone());
+    let mut reader = Reader::open(&path)?;
+    let begun = Instant::now();
+    let mut player = Player::new(changes)?;
+    for event in &mut reader {
+        player.take(&event)?;
+    }
+    let report = player.finish()?;
+    let wall_s = begun.elapsed().as_secs_f64();
+    let times_real_time = report.span_s / wall_s.max(1e-9);
+    let text = if args.json {
+        let printed = Printed {
+            log: &path,
+            report: &report,
+            damage: reader.damage(),
+            times_real_time,
+        };
+        serde_json::to_string(&printed)? + "\n"
+    } else {
+        let mut damage = reader.damage().join("\ndamaged: ");
+        if !damage.is_empty() {
+            damage = format!("damaged: {damage}\n");
+        }
+        format!(
+            "{}: {} ticks, {:.1} s\n{damage}{}replayed in {wall_s:.2} s, {times_real_time:.0} times real time\n",
+            path.display(),
+            report.records,
+            report.span_s,
+            report.text()
+        )
+    };
+    let mut out = std::io::stdout();
+    write!(out, "{text}").map_err(|error| format!("cannot print the report: {error}"))?;
+    match report.verdict {
+        _ if report.what_if.is_some() && report.compared > 0 => Ok(ExitCode::SUCCESS),
+        Verdict::Equal => Ok(ExitCode::SUCCESS),
+        Verdict::Differs => Ok(ExitCode::FAILURE),
+        Verdict::Nothing => Err(nothing(&path, &report).into()),
+    }
+}
+
+/// Why nothing was compared.
+fn nothing(path: &Path, report: &Report) -> String {
+    let path = path.display();
+    let why = report.skipped.first().map_or_else(
+        || "it has no ticks".to_owned(),
+        |skipped| skipped.reason.clone(),
+    );
+    format!(
+        "{path} cannot be compared with anything: {why}; record from the hello on, as \
+         `armbridge run` and `armbridge watch` do"
+    )
+}
+
+/// The file with other settings; empty if there is none.
+fn table(path: Option<&Path>) -> Result<toml::Table, String> {
+    let Some(path) = path else {
+        return Ok(toml::Table::new());
+    };
+    let named = path.display();
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| format!("cannot read {named}: {error}; name a TOML file"))?;
+    text.parse()
+        .map_err(|error| format!("{named} is not TOML: {error}"))
+}

@@ -1,0 +1,168 @@
+//! `armbridge scan`: who is on the bus.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use armbridge_analysis::progress::Progress;
+use armbridge_client::servo_bus::scan::{Area, Found, Report, Step, Trouble, scan};
+use armbridge_client::servo_bus::{Diagnosis, Port};
+use armbridge_client::servo_table::alarms;
+use armbridge_log::table;
+use armbridge_shared::servo::Firmware;
+use serde_json::{Value, json};
+
+use super::{Outcome, bus};
+use crate::cli::ScanArgs;
+
+pub(crate) fn run(args: &ScanArgs) -> Outcome {
+    let area = Area {
+        ids: args.ids.clone(),
+        bauds: args.bauds.clone(),
+    };
+    let first = area.bauds.first().copied().unwrap_or_default();
+    let mut client = bus::open(&args.line, first)?;
+
+    // Most ids are nobody's, and take this long.
+    let s_per_ping = args.line.patience.as_secs_f64();
+    let rates = client.baud().map_or(1, |_| area.bauds.len());
+    let pings = rates * area.ids.len() * Firmware::ALL.len();
+    let total_s = pings as f64 * s_per_ping;
+    let progress = Progress::new(total_s, args.quiet || args.json);
+    let report = scan(&mut client, &area, |step: Step| {
+        progress.at(total_s * step.done as f64 / step.total as f64);
+        progress.say(match step.baud {
+            Some(baud) => format!("{baud} baud, id {}", step.id),
+            None => format!("id {}", step.id),
+        });
+    })
+    .map_err(|error| format!("the port failed during the scan: {error}"))?;
+    progress.finish();
+
+    let mut out = std::io::stdout();
+    if args.json {
+        writeln!(out, "{}", as_json(args.line.port.as_ref(), &report))?;
+    } else {
+        write!(out, "{}", as_text(&report))?;
+    }
+    Ok(ExitCode::from(u8::from(report.found.is_empty())))
+}
+
+fn as_text(report: &Report) -> String {
+    let mut text = String::new();
+    if !report.found.is_empty() {
+        let heads = [
+            "id",
+            "firmware",
+            "baud",
+            "model",
+            "version",
+            "temperature",
+            "voltage",
+            "alarms",
+        ];
+        let mut rows = vec![heads.map(str::to_owned).to_vec()];
+        rows.extend(report.found.iter().map(row));
+        text.push_str(&table::columns(&rows));
+    }
+    // What is the same at several ids is said once.
+    let of_one_kind = report
+        .troubles
+        .chunk_by(|a, b| (a.baud, a.firmware, &a.diagnosis) == (b.baud, b.firmware, &b.diagnosis));
+    text.extend(of_one_kind.filter_map(trouble));
+    if report.is_mixed() {
+        text.push_str(
+            "Both firmwares are on this bus, where the packets of one disturb the other. The \
+             board refuses that: take one kind off, or give all servos the same firmware.\n",
+        );
+    }
+    if report.found.is_empty() && report.troubles.is_empty() {
+        let silence = Diagnosis::silence(report.echoes);
+        text = text
+            + &format!("No servo has answered: {silence}. To look at more ids and rates: ")
+            + "--ids 0..253 --bauds 1000000,500000,115200,57600,9600\n";
+    }
+    text
+}
+
+fn trouble(same: &[Trouble]) -> Option<String> {
+    let first = same.first()?;
+    let ids: Vec<String> = same.iter().map(|trouble| trouble.id.to_string()).collect();
+    let at = first.baud.map(|baud| format!(" at {baud} baud"));
+    Some(format!(
+        "id {}{}, asked as {}: {}\n",
+        ids.join(", "),
+        at.unwrap_or_default(),
+        first.firmware,
+        first.diagnosis
+    ))
+}
+
+fn row(found: &Found) -> Vec<String> {
+    let none = || "-".to_owned();
+    let details = found.details;
+    let temperature = details.temperature.map(|raw| match found.firmware {
+        Firmware::Morpheus => format!("{raw} counts"),
+        Firmware::Stock => format!("{raw} degC"),
+    });
+    let volts = details.decivolt.map(|raw| format!("{:.1} V", volts(raw)));
+    let alarms = match found.firmware {
+        Firmware::Morpheus => none(),
+        Firmware::Stock => alarms::text(found.alarms),
+    };
+    vec![
+        found.id.to_string(),
+        found.firmware.to_string(),
+        found.baud.map_or_else(none, |baud| baud.to_string()),
+        details.model.map_or_else(none, |model| model.to_string()),
+        details
+            .version
+            .map_or_else(none, |version| version.to_string()),
+        temperature.unwrap_or_else(none),
+        volts.unwrap_or_else(none),
+        alarms,
+    ]
+}
+
+fn volts(decivolt: u16) -> f64 {
+    f64::from(decivolt) / 10.0
+}
+
+fn as_json(port: Option<&Port>, report: &Report) -> Value {
+    let servo = |found: &Found| {
+        let temperature = |firmware| {
+            let is_his = found.firmware == firmware;
+            found.details.temperature.filter(|_| is_his)
+        };
+        json!({
+            "id": found.id,
+            "firmware": found.firmware.to_string(),
+            "baud": found.baud,
+            "model": found.details.model,
+            "version": found.details.version,
+            "temperature_degc": temperature(Firmware::Stock),
+            "temperature_counts": temperature(Firmware::Morpheus),
+            "voltage_v": found.details.decivolt.map(volts),
+            "alarms": alarms::names(found.alarms),
+        })
+    };
+    let servos: Vec<Value> = report.found.iter().map(servo).collect();
+    let troubles: Vec<Value> = report
+        .troubles
+        .iter()
+        .map(|trouble| {
+            json!({
+                "id": trouble.id,
+                "baud": trouble.baud,
+                "asked_as": trouble.firmware.to_string(),
+                "diagnosis": trouble.diagnosis,
+            })
+        })
+        .collect();
+    json!({
+        "port": port.map(ToString::to_string),
+        "servos": servos,
+        "troubles": troubles,
+        "echoes": report.echoes,
+        "mixed": report.is_mixed(),
+    })
+}

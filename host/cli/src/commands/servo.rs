@@ -1,0 +1,225 @@
+//! `armbridge servo`: registers, id, baud rate and factory settings of one.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use armbridge_client::servo_bus::change::ChangeError;
+use armbridge_client::servo_bus::reading::{Reading, ServoError, Taken, Value};
+use armbridge_client::servo_bus::{Line, Servo, moves};
+use armbridge_client::servo_table::{Access, Register, Storage, Table, alarms};
+use armbridge_shared::servo::Firmware;
+use serde_json::json;
+
+use super::{Error, Outcome, bus};
+use crate::cli::{ServoAction, ServoArgs, register_value};
+
+pub(crate) fn run(args: &ServoArgs) -> Outcome {
+    let mut client = bus::open(&args.line, args.baud)?;
+    let done = Servo::find(&mut client, args.id)
+        .map_err(Error::from)
+        .and_then(|mut servo| act(&mut servo, args));
+    match done {
+        Ok(said) => {
+            write!(std::io::stdout(), "{said}")?;
+            Ok(ExitCode::SUCCESS)
+        }
+        Err(error) if is_of_the_servo(&error) => {
+            eprintln!("armbridge: {error}");
+            Ok(ExitCode::from(1))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// Whether it is not what was asked, nor the port.
+fn is_of_the_servo(error: &Error) -> bool {
+    let servo = error.downcast_ref().map(ServoError::is_of_the_servo);
+    let change = error.downcast_ref().map(ChangeError::is_of_the_servo);
+    servo.or(change).unwrap_or(false)
+}
+
+/// Does it; returns what there is to say.
+fn act<L: Line>(servo: &mut Servo<L>, args: &ServoArgs) -> Result<String, Error> {
+    let id = args.id;
+    if !servo.alarms().is_empty() {
+        eprintln!("servo {id} complains of: {}", alarms::text(servo.alarms()));
+    }
+    match &args.action {
+        ServoAction::Read { register, json } => read(servo, register.as_deref(), *json),
+        ServoAction::Write { register, value } => write(servo, register, *value, args.yes),
+        ServoAction::SetId { new } => {
+            bus::confirm(&format!("servo {id} gets id {new}"), args.yes)?;
+            servo.set_id(*new)?;
+            Ok(format!("servo {id} now has id {new}, read back\n"))
+        }
+        ServoAction::SetBaud { rate, blind } => {
+            bus::confirm(&format!("servo {id} gets {rate} baud"), args.yes)?;
+            let how = match servo.set_baud(*rate, *blind)? {
+                Taken::NotReadable => "if it has taken that: it was not read back",
+                _ => "read back at that rate",
+            };
+            Ok(format!("servo {id} now runs at {rate} baud, {how}\n"))
+        }
+        ServoAction::FactoryReset => {
+            let what = format!("servo {id} loses its settings, and gets id 1 and 1000000 baud");
+            bus::confirm(&what, args.yes)?;
+            servo.factory_reset()?;
+            Ok("servo 1 holds its factory settings, read back\n".into())
+        }
+    }
+}
+
+fn read<L: Line>(
+    servo: &mut Servo<L>,
+    register: Option<&str>,
+    as_json: bool,
+) -> Result<String, Error> {
+    let firmware = servo.firmware();
+    let readings = match register {
+        Some(name) => vec![servo.read(find(firmware, name)?)?],
+        None => servo.read_all()?,
+    };
+    Ok(match readings.as_slice() {
+        readings if as_json => {
+            let registers: Vec<_> = readings.iter().map(json_of).collect();
+            let alarms = alarms::names(servo.alarms());
+            let object = json!({
+                "id": servo.id(),
+                "firmware": firmware.to_string(),
+                "alarms": alarms,
+                "registers": registers,
+            });
+            format!("{object}\n")
+        }
+        [one] if register.is_some() => {
+            let [value, meaning] = cells(one);
+            format!("{} {value} {meaning}", one.register.name)
+                .trim_end()
+                .to_owned()
+                + "\n"
+        }
+        readings => {
+            let heads = [
+                "address", "register", "value", "meaning", "range", "access", "kept in",
+            ];
+            let mut rows = vec![heads.map(str::to_owned).to_vec()];
+            rows.extend(readings.iter().map(row));
+            format!(
+                "servo {}, {firmware}\n{}",
+                servo.id(),
+                armbridge_log::table::columns(&rows)
+            )
+        }
+    })
+}
+
+fn write<L: Line>(
+    servo: &mut Servo<L>,
+    name: &str,
+    value: u16,
+    yes: bool,
+) -> Result<String, Error> {
+    let register = find(servo.firmware(), name)?;
+    let name = register.name;
+    servo.check(register, value)?;
+    if moves(servo.firmware(), register, value) {
+        let what = format!("writing {value} to {name} can move servo {}", servo.id());
+        bus::confirm(&what, yes)?;
+    }
+    let how = match servo.write(register, value)? {
+        Taken::ReadBack => "read back",
+        Taken::LowByteReadBack => "of which only the low byte can be read back",
+        Taken::NotReadable if name == "position" => {
+            "which cannot be read back; it moves if it has been given a speed, 1 to 10"
+        }
+        Taken::NotReadable => "which cannot be read back",
+    };
+    let shown = register.show(value).to_string();
+    let shown = if shown == value.to_string() {
+        String::new()
+    } else {
+        format!(" ({shown})")
+    };
+    Ok(format!(
+        "{name} of servo {} is {value}{shown}, {how}\n",
+        servo.id()
+    ))
+}
+
+/// By name, or by address.
+fn find(firmware: Firmware, name: &str) -> Result<&'static Register, Error> {
+    let table = Table::for_firmware(firmware);
+    let by_address = || {
+        let address = register_value(name).ok()?.try_into().ok()?;
+        table.at(address)
+    };
+    table.by_name(name).or_else(by_address).ok_or_else(|| {
+        let names: Vec<&str> = table
+            .registers
+            .iter()
+            .map(|register| register.name)
+            .collect();
+        format!(
+            "{firmware} has no register {name}; it has {}",
+            names.join(", ")
+        )
+        .into()
+    })
+}
+
+/// Value and meaning; a meaning that says no more is left out.
+fn cells(reading: &Reading) -> [String; 2] {
+    match reading.value {
+        Value::Known(value) => {
+            let meaning = reading.register.show(value).to_string();
+            let value = value.to_string();
+            let says_more = meaning != value;
+            [value, if says_more { meaning } else { String::new() }]
+        }
+        Value::LowByte(low) => [
+            format!("0x??{low:02X}"),
+            "the servo does not tell the high byte".into(),
+        ],
+    }
+}
+
+fn row(reading: &Reading) -> Vec<String> {
+    let register = reading.register;
+    let [value, meaning] = cells(reading);
+    let (first, last) = (register.range.start(), register.range.end());
+    vec![
+        format!("0x{:02X}", register.address),
+        register.name.to_owned(),
+        value,
+        meaning,
+        format!("{first}..{last}"),
+        match register.access {
+            Access::Read => "read",
+            Access::ReadWrite => "read, write",
+        }
+        .to_owned(),
+        match register.storage {
+            Storage::Eeprom => "EEPROM",
+            Storage::Ram => "RAM",
+        }
+        .to_owned(),
+    ]
+}
+
+fn json_of(reading: &Reading) -> serde_json::Value {
+    let register = reading.register;
+    let (value, low_byte) = match reading.value {
+        Value::Known(value) => (Some(value), None),
+        Value::LowByte(low) => (None, Some(low)),
+    };
+    json!({
+        "name": register.name,
+        "address": register.address,
+        "value": value,
+        "low_byte": low_byte,
+        "meaning": value.map(|value| register.show(value).to_string()),
+        "range": [register.range.start(), register.range.end()],
+        "writable": register.access == Access::ReadWrite,
+        "eeprom": register.storage == Storage::Eeprom,
+    })
+}

@@ -1,0 +1,101 @@
+//! A session as a command is told to have one: the link on a thread of its own, a feed
+//! of what is said on it, and a log if one is asked for.
+
+use std::path::Path;
+use std::time::Duration;
+
+use armbridge::config::Config;
+use armbridge::link_thread::Session;
+use armbridge_client::event_queue::Feed;
+use armbridge_client::interrupt;
+use armbridge_client::transport::LinkOptions;
+use armbridge_log::recorder::Recorder;
+use armbridge_log::run_info::RunFacts;
+use armbridge_shared::link::message::Settings;
+use armbridge_sim::Bench;
+use armbridge_sim::link::{BoardUri, Options, Pace};
+use armbridge_sim::plant::Plant;
+
+use super::{Error, job};
+use crate::cli::SessionArgs;
+
+/// A link that breaks is tried again for as long as anybody looks.
+const PATIENCE: Duration = Duration::from_secs(24 * 3_600);
+
+/// All of it.
+pub(crate) struct Opened {
+    session: Session,
+    /// What is said on the link.
+    pub(crate) feed: Feed,
+    recorder: Option<Recorder>,
+    /// Which link, and what is behind it.
+    pub(crate) title: String,
+    /// There is no real arm.
+    pub(crate) is_simulated: bool,
+}
+
+impl Opened {
+    /// Begins. `name` is the command's; a quiet link says nothing on standard error.
+    pub(crate) fn begin(args: &SessionArgs, name: &str, is_quiet: bool) -> Result<Self, Error> {
+        interrupt::listen()?;
+        let link = Config::discover()?.link(args.link.link.as_ref())?;
+        let (is_simulated, title) = match &link {
+            BoardUri::Sim => (true, "sim: (simulated board and arm)".to_owned()),
+            BoardUri::Emulate(_) => (true, format!("{link} (emulated board)")),
+            BoardUri::Link(link) => (false, link.to_string()),
+        };
+        let recorder = match &args.record {
+            Some(path) => Some(recorder(path, name, &title)?),
+            None => None,
+        };
+        let feed = Feed::default();
+        let mut taps = vec![feed.tap()];
+        taps.extend(recorder.as_ref().map(Recorder::tap));
+        let (plant, kinds) = (job::plant_config(&args.arm)?, args.servos.kinds()?);
+        let seed = args.arm.seed;
+        // A bench cannot be sent to another thread: it is made there.
+        let session = Session::begin(link, move || {
+            let mut options = Options::new(Bench::with_servos(Plant::new(plant, seed), &kinds));
+            options.pace = Pace::WallClock;
+            options.link = LinkOptions {
+                patience: PATIENCE,
+                is_quiet,
+                taps,
+            };
+            options
+        })?;
+        Ok(Self {
+            session,
+            feed,
+            recorder,
+            title,
+            is_simulated,
+        })
+    }
+
+    /// The board.
+    pub(crate) fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// Disarms the board, closes the log. What is worth knowing of it is told on
+    /// standard error.
+    pub(crate) fn end(self) -> Result<(), Error> {
+        let ended = self.session.end();
+        if let Some(recorder) = self.recorder {
+            let report = recorder.finish()?;
+            if let Some(trouble) = &report.trouble {
+                eprintln!("armbridge: {trouble}");
+            }
+            let (records, lost, unwritten) = (report.records, report.lost, report.unwritten);
+            eprintln!("{records} records written, {lost} lost, {unwritten} bytes unwritten");
+        }
+        Ok(ended?)
+    }
+}
+
+fn recorder(path: &Path, name: &str, world: &str) -> Result<Recorder, Error> {
+    // Until the board tells its own, which go into the log too.
+    let facts = RunFacts::of(name, world, &Settings::default());
+    Ok(Recorder::create(path, &facts)?)
+}

@@ -1,0 +1,216 @@
+//! `armbridge set`: parameters changed on the board.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use armbridge::config;
+use armbridge::config::Config;
+use armbridge_client::params;
+use armbridge_client::params::exchange::{Exchange, Exchanged, commands};
+use armbridge_client::params::to_text;
+use armbridge_client::refusal;
+use armbridge_client::toml_file::Document;
+use armbridge_log::table;
+use armbridge_shared::link::message::{Command, Settings};
+use serde_json::json;
+
+use super::{Error, Outcome, link};
+use crate::cli::{LinkArgs, SetArgs};
+
+pub(crate) fn run(args: &SetArgs) -> Outcome {
+    let file = args.from.as_deref().map(Document::read).transpose()?;
+    let wanted = |before: &Settings| wanted(before, file.as_ref(), args);
+    let how = How {
+        link: &args.link,
+        save: args.save,
+        dry_run: args.dry_run,
+        json: args.json,
+    };
+    apply(&how, wanted)
+}
+
+/// How settings are changed, and told.
+pub(super) struct How<'a> {
+    /// Where the board is.
+    pub(super) link: &'a LinkArgs,
+    /// Across power-off.
+    pub(super) save: bool,
+    /// Only say it.
+    pub(super) dry_run: bool,
+    /// As JSON.
+    pub(super) json: bool,
+}
+
+/// Changes the settings of a board to those that are wanted, and says what became of it.
+pub(super) fn apply(
+    how: &How<'_>,
+    wanted: impl FnOnce(&Settings) -> Result<Settings, Error>,
+) -> Outcome {
+    let orders = |before: &Settings, after: &Settings| {
+        if how.dry_run {
+            Vec::new()
+        } else {
+            commands(before, after, how.save)
+        }
+    };
+    let sent = Sent::to(how.link, wanted, orders)?;
+    show(how, &sent)?;
+    Ok(match sent.refusal() {
+        None => ExitCode::SUCCESS,
+        Some(line) => {
+            eprintln!("armbridge: {line}");
+            ExitCode::from(1)
+        }
+    })
+}
+
+/// Settings of a board, and what became of those that were wanted of it.
+pub(super) struct Sent {
+    pub(super) before: Settings,
+    pub(super) after: Settings,
+    exchanged: Exchanged,
+}
+
+impl Sent {
+    /// Asks a board what it computes with, and gives it the orders by which it comes to
+    /// what is wanted.
+    pub(super) fn to(
+        link: &LinkArgs,
+        wanted: impl FnOnce(&Settings) -> Result<Settings, Error>,
+        orders: impl FnOnce(&Settings, &Settings) -> Vec<Command>,
+    ) -> Result<Self, Error> {
+        let mut decided = None;
+        let decide = |before: &Settings| {
+            let after = wanted(before);
+            let orders = match &after {
+                Ok(after) => orders(before, after),
+                Err(_) => Vec::new(),
+            };
+            decided = Some(after);
+            orders
+        };
+        let host = link::run_host(link, &Config::discover()?, Exchange::new(decide))?;
+        let exchanged = host.exchanged;
+        let (Some(before), Some(after)) = (exchanged.before, decided) else {
+            return Err("the board did not say what it computes with; nothing was changed".into());
+        };
+        Ok(Self {
+            before,
+            after: after?,
+            exchanged,
+        })
+    }
+
+    /// What the board refused, and why; `None` if nothing.
+    pub(super) fn refusal(&self) -> Option<String> {
+        let (command, reason) = self.exchanged.refused?;
+        let done = match (command, self.exchanged.taken.is_empty()) {
+            (Command::Save, _) => "all was changed, but not saved",
+            (_, true) => "nothing was changed",
+            (_, false) => "the limits were changed, the set-up was not",
+        };
+        Some(format!(
+            "the board refused {}: {}; {done}",
+            name(command),
+            refusal::in_words(reason)
+        ))
+    }
+}
+
+/// What differs, as a table.
+pub(super) fn differences(before: &Settings, after: &Settings) -> String {
+    let changes = params::changed(before, after);
+    let rows = changes.iter().map(|(parameter, value)| {
+        let before = parameter.value(before);
+        vec![
+            parameter.key.to_owned(),
+            before.as_ref().map_or_else(|| "-".into(), to_text),
+            "->".to_owned(),
+            to_text(value),
+            parameter.unit.to_owned(),
+        ]
+    });
+    table::columns(&rows.collect::<Vec<_>>())
+}
+
+/// What the file, and then the command line, makes of the board's settings.
+fn wanted(before: &Settings, file: Option<&Document>, args: &SetArgs) -> Result<Settings, Error> {
+    let mut after = *before;
+    if let Some(file) = file {
+        // An armbridge.toml has the host's own keys, too.
+        let is_own = |key: &str| config::KEYS.iter().any(|own| own.key == key);
+        let entries = file.entries().filter(|(key, _)| !is_own(key));
+        let entries = entries.map(|(key, entry)| (key, &entry.value));
+        params::apply(&mut after, entries)
+            .map_err(|error| file.wrong_key(error.key(), error.to_string()))?;
+    }
+    let pairs = args.pairs.iter();
+    params::apply(&mut after, pairs.map(|(key, value)| (key.as_str(), value)))?;
+    params::check(&after)?;
+    Ok(after)
+}
+
+fn show(how: &How<'_>, sent: &Sent) -> Result<(), Error> {
+    let Sent {
+        before,
+        after,
+        exchanged,
+    } = sent;
+    let changes = params::changed(before, after);
+    let has = |is: fn(&Command) -> bool| exchanged.taken.iter().any(is);
+    let is_saved = has(|command| *command == Command::Save);
+    let mut out = std::io::stdout();
+    if how.json {
+        let rows = changes.iter().map(|(parameter, value)| {
+            json!({
+                "key": parameter.key,
+                "before": parameter.value(before),
+                "after": value,
+                "unit": parameter.unit,
+            })
+        });
+        let report = json!({
+            "changes": rows.collect::<Vec<_>>(),
+            "done": exchanged.refused.is_none() && !how.dry_run,
+            "saved": is_saved,
+            "refused": exchanged.refused.map(|(command, reason)| json!({
+                "command": name(command),
+                "reason": refusal::in_words(reason),
+            })),
+        });
+        writeln!(out, "{report}")?;
+        return Ok(());
+    }
+    write!(out, "{}", differences(before, after))?;
+    let said = match (changes.is_empty(), how.dry_run, exchanged.refused.is_some()) {
+        (_, _, true) => return Ok(()),
+        (true, ..) => "nothing to change: the board has these values",
+        (false, true, _) => "nothing was changed: this was a dry run",
+        (false, false, _) => "the board has taken it",
+    };
+    let saved = if is_saved {
+        ", and keeps its settings across power-off"
+    } else {
+        ""
+    };
+    writeln!(out, "{said}{saved}")?;
+    Ok(())
+}
+
+fn name(command: Command) -> &'static str {
+    match command {
+        Command::Limit(_) => "the limits",
+        Command::Configure(_) => "the set-up",
+        Command::Save => "to save",
+        Command::Idle
+        | Command::Arm { .. }
+        | Command::Torque(_)
+        | Command::Regulate(_)
+        | Command::Follow(_)
+        | Command::Stream { .. }
+        | Command::Experiment(_)
+        | Command::Prepare
+        | Command::Release
+        | Command::ClearFault => "a command",
+    }
+}

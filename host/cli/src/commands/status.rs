@@ -1,0 +1,251 @@
+//! `armbridge status`: what the board says of itself, and how the link does.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use armbridge::tasks::Errand;
+use armbridge::tasks::status::Status;
+use armbridge_client::error::end_in_words;
+use armbridge_client::names;
+use armbridge_client::trip;
+use armbridge_log::table;
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{BoardReport, End, SettingsFrom};
+use armbridge_shared::servo::Firmware;
+use armbridge_sim::link::{BoardUri, Pace};
+use serde_json::{Value, json};
+
+use super::{Outcome, errand};
+use crate::cli::ErrandArgs;
+
+pub(crate) fn run(args: &ErrandArgs) -> Outcome {
+    let (uri, errand) = errand::go(args, "status", Pace::Free, Status::default())?;
+    let mut out = std::io::stdout();
+    if args.json {
+        writeln!(out, "{}", as_json(&uri, &errand))?;
+    } else {
+        write!(out, "{}", as_text(&uri, &errand))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn as_text(uri: &BoardUri, errand: &Errand<Status>) -> String {
+    let mut rows = vec![
+        ["link".to_owned(), format!("{uri} ({})", uri.world())],
+        ["board".into(), board(errand)],
+    ];
+    if let Some(report) = errand.model.report {
+        rows.push(["last end".into(), last_end(&report)]);
+        rows.push(["settings".into(), settings_from(report.settings).into()]);
+        rows.push(["stack".into(), stack(&report)]);
+        rows.push(["image".into(), image(&report)]);
+    }
+    rows.push(["servos".into(), servos(errand)]);
+    rows.extend(mode(errand));
+    rows.extend((0..JOINTS).map(|joint| {
+        [
+            format!("joint {}", joint + 1),
+            joint_in_words(errand, joint),
+        ]
+    }));
+    rows.push(["link health".into(), health(errand)]);
+    rows.push(["round trip".into(), round_trip(errand)]);
+    let rows: Vec<Vec<String>> = rows.into_iter().map(Vec::from).collect();
+    table::columns(&rows)
+}
+
+fn board(errand: &Errand<Status>) -> String {
+    let hello = errand.hello.map_or_else(
+        || "says nothing".to_owned(),
+        |hello| {
+            let [major, minor, patch] = hello.version;
+            let schema = u64::from_be_bytes(hello.schema);
+            format!("version {major}.{minor}.{patch}, schema {schema:016x}")
+        },
+    );
+    match errand.model.report {
+        Some(report) => format!("{hello}, session {}", report.session),
+        None => hello,
+    }
+}
+
+fn last_end(report: &BoardReport) -> String {
+    match report.last_end.cause {
+        End::PowerUp => "power was switched on".into(),
+        End::BrownOut
+        | End::ResetPin
+        | End::Software
+        | End::Watchdog
+        | End::Panic
+        | End::HardFault
+        | End::StackOverflow => end_in_words(&report.last_end),
+    }
+}
+
+fn settings_from(from: SettingsFrom) -> &'static str {
+    match from {
+        SettingsFrom::Default => "the defaults; none were ever saved",
+        SettingsFrom::Saved => "as saved on the board",
+        SettingsFrom::Damaged => "the defaults: what was saved is damaged; save again",
+        SettingsFrom::OtherVersion => {
+            "the defaults: what was saved is of another version; save again"
+        }
+        SettingsFrom::Refused => {
+            "the defaults: what was saved is beyond the hard bounds; save again"
+        }
+        SettingsFrom::Unreadable => "the defaults: the memory cannot be read",
+    }
+}
+
+fn stack(report: &BoardReport) -> String {
+    report.stack.map_or_else(
+        || "not watched on this board".into(),
+        |stack| {
+            let percent = 100.0 * f64::from(stack.used) / f64::from(stack.size.max(1));
+            format!(
+                "{} of {} bytes used at most ({percent:.0} %)",
+                stack.used, stack.size
+            )
+        },
+    )
+}
+
+fn image(report: &BoardReport) -> String {
+    report.image.map_or_else(
+        || "none in flash: the program is not run from there".into(),
+        |crc| format!("CRC-32 {crc:08x}"),
+    )
+}
+
+fn servos(errand: &Errand<Status>) -> String {
+    match (errand.model.found, &errand.model.trouble) {
+        (Some((firmware, baud, true)), _) => format!("{firmware}, {baud} baud, ready"),
+        (Some((firmware, baud, false)), _) => format!(
+            "{firmware}, {baud} baud; not in wheel mode: `armbridge arm --prepare` sets them"
+        ),
+        (None, Some(trouble)) => trouble.clone(),
+        (None, None) => "not found yet".into(),
+    }
+}
+
+fn mode(errand: &Errand<Status>) -> Vec<[String; 2]> {
+    let model = &errand.model;
+    let Some(now) = model.mode() else {
+        return vec![["mode".into(), "no tick was heard".into()]];
+    };
+    let (name, means) = trip::mode(now);
+    let mut rows = vec![["mode".into(), format!("{name}: {means}")]];
+    if let Some(tripped) = model.trip {
+        let account = trip::in_words(&tripped);
+        let seen = account
+            .seen
+            .map_or_else(String::new, |seen| format!(": {seen}"));
+        rows.push([
+            "fault".into(),
+            format!("{}{seen} (tick {})", account.cause, tripped.tick),
+        ]);
+        if let Some(report) = &model.off {
+            rows.push(["after it".into(), trip::off(report)]);
+        }
+        rows.push(["what to do".into(), account.advice.into()]);
+    }
+    rows
+}
+
+/// In °C from a stock servo, in counts of its converter from Morpheus.
+fn temperature(errand: &Errand<Status>, joint: usize) -> Option<(u16, &'static str)> {
+    let (firmware, ..) = errand.model.found?;
+    let value = errand.model.bus.temperature[joint]?;
+    Some(match firmware {
+        Firmware::Morpheus => (value, "counts"),
+        Firmware::Stock => (value, "degC"),
+    })
+}
+
+fn joint_in_words(errand: &Errand<Status>, joint: usize) -> String {
+    let angle = errand.model.record.map_or_else(
+        || "angle not known".to_owned(),
+        |record| {
+            let counts = record.samples[joint]
+                .counts()
+                .map_or_else(|| "no sample".into(), |counts| format!("count {counts}"));
+            format!("{:+.3} rad ({counts})", record.angle_rad[joint])
+        },
+    );
+    match temperature(errand, joint) {
+        Some((value, unit)) => format!("{angle}, temperature {value} {unit}"),
+        None => angle,
+    }
+}
+
+fn health(errand: &Errand<Status>) -> String {
+    let link = &errand.model.link;
+    format!(
+        "{:.0} frames/s; {} lost, {} damaged, {} dropped by the board",
+        link.frames_per_s(errand.model.now_ns()),
+        link.lost,
+        link.damaged + link.foreign,
+        link.dropped
+    )
+}
+
+/// Median and longest in ms.
+fn round_trip_ms(errand: &Errand<Status>) -> Option<[f64; 2]> {
+    let sorted = errand.task.round_trips_ns();
+    let median = sorted.get(sorted.len() / 2)?;
+    let longest = sorted.last()?;
+    Some([*median, *longest].map(|ns| ns as f64 * 1e-6))
+}
+
+fn round_trip(errand: &Errand<Status>) -> String {
+    round_trip_ms(errand).map_or_else(
+        || "not measured: nothing was asked".into(),
+        |[median_ms, longest_ms]| {
+            let count = errand.task.round_trips_ns().len();
+            format!("median {median_ms:.1} ms, longest {longest_ms:.1} ms of {count}")
+        },
+    )
+}
+
+fn as_json(uri: &BoardUri, errand: &Errand<Status>) -> Value {
+    let model = &errand.model;
+    let mode = model.mode();
+    let joints: Vec<Value> = (0..JOINTS)
+        .map(|joint| {
+            let temperature = temperature(errand, joint);
+            json!({
+                "angle_rad": model.record.map(|record| record.angle_rad[joint]),
+                "counts": model.record.and_then(|record| record.samples[joint].counts()),
+                "temperature": temperature.map(|(value, _)| value),
+                "temperature_unit": temperature.map(|(_, unit)| unit),
+            })
+        })
+        .collect();
+    json!({
+        "link": uri.to_string(),
+        "world": uri.world(),
+        "version": errand.hello.map(|hello| hello.version.map(|part| part.to_string()).join(".")),
+        "schema": errand.hello.map(|hello| format!("{:016x}", u64::from_be_bytes(hello.schema))),
+        "session": model.report.map(|report| report.session),
+        "last_end": model.report.map(|report| last_end(&report)),
+        "settings": model.report.map(|report| settings_from(report.settings)),
+        "stack_used_bytes": model.report.and_then(|report| report.stack).map(|stack| stack.used),
+        "stack_size_bytes": model.report.and_then(|report| report.stack).map(|stack| stack.size),
+        "image_crc32": model.report.and_then(|report| report.image).map(|crc| format!("{crc:08x}")),
+        "firmware": model.found.map(|(firmware, ..)| firmware.to_string()),
+        "baud": model.found.map(|(_, baud, _)| baud),
+        "ready": model.found.map(|(_, _, is_ready)| is_ready),
+        "trouble": model.trouble,
+        "mode": mode.map(names::mode),
+        "fault": mode.and_then(names::fault_of).map(names::fault),
+        "cause": model.trip.map(|tripped| trip::in_words(&tripped).cause),
+        "advice": model.trip.map(|tripped| trip::in_words(&tripped).advice),
+        "joints": joints,
+        "frames_per_s": model.link.frames_per_s(model.now_ns()),
+        "lost": model.link.lost,
+        "damaged": model.link.damaged + model.link.foreign,
+        "dropped": model.link.dropped,
+        "round_trip_median_ms": round_trip_ms(errand).map(|[median, _]| median),
+        "round_trip_longest_ms": round_trip_ms(errand).map(|[_, longest]| longest),
+    })
+}

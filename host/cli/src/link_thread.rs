@@ -1,0 +1,136 @@
+//! A board served by a thread of its own, for whoever has a person to look after.
+//!
+//! A simulated arm has hands at its side, too: they bring it back to where it began and
+//! hold it until it is driven, as somebody would do with a real one, and push it.
+//!
+//! However the session ends, by a key, an error or a panic, the board is told to disarm
+//! and the thread is waited for.
+
+use std::sync::mpsc::{Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use armbridge_client::LinkError;
+use armbridge_client::error::OperatorError;
+use armbridge_client::station::{Controls, Request, Station};
+use armbridge_sim::cosim::Interaction;
+use armbridge_sim::link::{BoardUri, Options, drive};
+use armbridge_sim::plant::Push;
+
+/// How long the board may take to say that it is disarmed.
+const LEAVE: Duration = Duration::from_secs(3);
+/// Between two looks at whether it has.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// What a push by a key is: one that a standing arm takes without falling.
+const PUSH_NM: f64 = 0.3;
+const PUSH_NS: u64 = 200_000_000;
+
+/// What a hand does to a simulated arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hand {
+    /// Brings it back to where it began, and holds it until a motor drives it.
+    Lift,
+    /// Pushes this joint, 0.3 N m for 0.2 s.
+    Push(usize),
+}
+
+/// A link and the thread that serves it.
+#[derive(Debug)]
+pub struct Session {
+    controls: Controls,
+    hands: Sender<Interaction>,
+    thread: Option<JoinHandle<Result<(), String>>>,
+}
+
+impl Session {
+    /// Begins to serve the link. `options` say how, and who listens.
+    ///
+    /// # Errors
+    /// If the system has no thread left.
+    pub fn begin(
+        uri: BoardUri,
+        options: impl FnOnce() -> Options + Send + 'static,
+    ) -> Result<Self, String> {
+        let (station, controls) = Station::new();
+        let (hands, interactions) = channel();
+        let mut session = Self {
+            controls,
+            hands,
+            thread: None,
+        };
+        session.handle(Hand::Lift);
+        let thread = std::thread::Builder::new()
+            .name("link".into())
+            .spawn(move || {
+                let mut options = options();
+                options.interactions = Some(interactions);
+                let (_, result) = drive(&uri, options, station);
+                result.map_err(|error: LinkError<OperatorError>| error.to_string())
+            })
+            .map_err(|error| format!("cannot begin a thread: {error}"))?;
+        session.thread = Some(thread);
+        Ok(session)
+    }
+
+    /// Asks something of the board.
+    pub fn ask(&self, request: Request) {
+        // A link that has ended is noticed by `is_over`.
+        let _ = self.controls.send(request);
+    }
+
+    /// Does something to the simulated arm; nothing to a real one.
+    pub fn handle(&self, hand: Hand) {
+        let interaction = match hand {
+            Hand::Lift => Interaction::Lift,
+            Hand::Push(joint) => Interaction::Push(Push {
+                joint,
+                torque_nm: PUSH_NM,
+                // At once.
+                start_ns: 0,
+                duration_ns: PUSH_NS,
+            }),
+        };
+        let _ = self.hands.send(interaction);
+    }
+
+    /// Whether the link is no longer served.
+    pub fn is_over(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// Disarms the board and waits until it has said so.
+    ///
+    /// # Errors
+    /// If the link could not be served, or ended by itself: one sentence.
+    pub fn end(mut self) -> Result<(), String> {
+        self.leave()
+    }
+
+    fn leave(&mut self) -> Result<(), String> {
+        self.ask(Request::Leave);
+        let begun = Instant::now();
+        while !self.is_over() {
+            if begun.elapsed() > LEAVE {
+                return Err(
+                    "the link does not end; the board switches torque off when its host is \
+                     silent: look whether the arm is limp"
+                        .into(),
+                );
+            }
+            std::thread::sleep(LOOK);
+        }
+        match self.thread.take().map(JoinHandle::join) {
+            None => Ok(()),
+            Some(Ok(result)) => result,
+            Some(Err(_)) => Err("the link's thread ended by a mistake of this program".into()),
+        }
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        // Nobody is left to be told.
+        let _ = self.leave();
+    }
+}

@@ -1,0 +1,112 @@
+//! What is known of the board, for whoever has to answer a viewer.
+
+use std::collections::VecDeque;
+
+use armbridge_shared::link::message::{Command, Mode, Record, Refusal, Settings, ToBoard, ToHost};
+
+use armbridge_client::event::{Event, What};
+
+/// Commands that are remembered until they are answered.
+const OPEN: usize = 64;
+
+/// Made of what was said on the link.
+#[derive(Clone, Debug, Default)]
+pub struct Board {
+    /// What is in force.
+    pub settings: Option<Settings>,
+    /// The latest tick.
+    pub record: Option<Record>,
+    /// What was refused last, and how many refusals there were before.
+    pub refused: Option<(Asked, Refusal)>,
+    /// How many there were.
+    pub refusals: u64,
+    open: VecDeque<(u16, Asked)>,
+    is_passthrough: bool,
+}
+
+/// A command, as far as somebody waits for what becomes of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// Settings.
+    Change,
+    /// To arm, or to drive.
+    Drive,
+    /// To disarm.
+    Disarm,
+    /// To clear a fault.
+    Clear,
+    /// Anything else.
+    Other,
+}
+
+impl Asked {
+    fn of(command: &Command) -> Self {
+        match command {
+            Command::Configure(_) | Command::Limit(_) => Self::Change,
+            Command::Arm { .. }
+            | Command::Torque(_)
+            | Command::Regulate(_)
+            | Command::Follow(_)
+            | Command::Stream { .. }
+            | Command::Experiment(_) => Self::Drive,
+            Command::Idle => Self::Disarm,
+            Command::ClearFault => Self::Clear,
+            Command::Prepare | Command::Release | Command::Save => Self::Other,
+        }
+    }
+}
+
+impl Board {
+    /// Takes what happened.
+    pub fn take(&mut self, event: &Event) {
+        match event.what {
+            What::Asked(sequence, ToBoard::Command(command)) => {
+                if self.open.len() == OPEN {
+                    self.open.pop_front();
+                }
+                self.open.push_back((sequence, Asked::of(&command)));
+            }
+            What::Told(
+                _,
+                ToHost::Ack {
+                    sequence, result, ..
+                },
+            ) => {
+                self.answered(sequence, result);
+            }
+            What::Told(_, ToHost::Settings(settings)) => self.settings = Some(settings),
+            What::Told(_, ToHost::Passthrough) => self.is_passthrough = true,
+            What::Told(_, ToHost::Record(record)) => {
+                self.record = Some(record);
+                self.is_passthrough = false;
+            }
+            // The next may be another board.
+            What::Parted => *self = Self::default(),
+            What::Asked(..) | What::Told(..) | What::Lost(..) | What::Garbled(..) => {}
+        }
+    }
+
+    /// What it is doing, as far as is known.
+    pub fn mode(&self) -> Option<Mode> {
+        if self.is_passthrough {
+            return Some(Mode::Passthrough);
+        }
+        self.record.map(|record| record.mode)
+    }
+
+    fn answered(&mut self, sequence: u16, result: Result<(), Refusal>) {
+        let is_it = |(asked, _): &(u16, Asked)| *asked == sequence;
+        let Some(at) = self.open.iter().position(is_it) else {
+            return;
+        };
+        let asked = self.open.remove(at);
+        self.open.drain(..at);
+        // Busy is asked again.
+        if let (Some((_, asked)), Err(refusal)) = (asked, result)
+            && refusal != Refusal::Busy
+        {
+            self.refused = Some((asked, refusal));
+            self.refusals += 1;
+        }
+    }
+}

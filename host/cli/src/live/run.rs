@@ -1,0 +1,160 @@
+//! Events to viewers, wishes to the board, until somebody ends it.
+
+use std::collections::VecDeque;
+use std::convert::Infallible;
+use std::time::{Duration, SystemTime};
+
+use armbridge_shared::link::message::{Command, Settings};
+
+use super::board::Board;
+use super::desk::{Desk, Outcome};
+use super::server::Server;
+use super::values;
+use crate::link_thread::Session;
+use armbridge_client::event::Event;
+use armbridge_client::event_queue::Feed;
+use armbridge_client::interrupt;
+use armbridge_client::station::Request;
+use armbridge_log::topics::{Encoder, Message, Topic};
+
+/// Between two looks at what has happened: viewers get messages that are at most so
+/// old, at 1 kHz ten at a time.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// A clock that shows less than this, in ns since 1970, is one of virtual time.
+const REAL_NS: u64 = 1_000_000_000_000_000_000;
+
+/// What was served.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Served {
+    /// Messages, whether anybody wanted them or not.
+    pub messages: u64,
+    /// Events that there was no time for.
+    pub unseen: u64,
+}
+
+/// Serves viewers until ctrl-c, or until the link ends. When the last viewer leaves an
+/// arm that a viewer has armed, it is disarmed.
+pub fn run(session: &Session, feed: &Feed, server: &Server) -> Served {
+    let mut live = Live {
+        server,
+        board: Board::default(),
+        desk: Desk::default(),
+        encoder: Encoder::default(),
+        later_ns: None,
+        parameters: None,
+        served: Served::default(),
+    };
+    let mut events = VecDeque::new();
+    let mut is_armed_here = false;
+    while !session.is_over() && !interrupt::is_raised() {
+        live.served.unseen += feed.take(&mut events);
+        for event in &events {
+            live.event(event);
+        }
+        let mut outcome = live.desk.settle(&live.board);
+        if let Ok(wish) = server.wishes().recv_timeout(LOOK) {
+            let wishes = std::iter::once(wish).chain(server.wishes().try_iter());
+            for wish in wishes {
+                let more = live.desk.take(wish, &live.board);
+                outcome.requests.extend(more.requests);
+                outcome.complaints.extend(more.complaints);
+            }
+        }
+        let Outcome {
+            requests,
+            complaints,
+        } = outcome;
+        is_armed_here |= requests.contains(&Request::Arm);
+        for request in requests {
+            session.ask(request);
+        }
+        for complaint in complaints {
+            server.complain(&complaint);
+        }
+        if is_armed_here && server.viewers() == 0 {
+            is_armed_here = false;
+            session.ask(Request::Command(Command::Idle));
+        }
+    }
+    live.served
+}
+
+struct Live<'a> {
+    server: &'a Server,
+    board: Board,
+    desk: Desk,
+    encoder: Encoder,
+    /// How much later the wall clock is than a virtual one, in ns.
+    later_ns: Option<u64>,
+    /// The latest message of that topic: told again and again, for who comes late.
+    parameters: Option<Vec<u8>>,
+    served: Served,
+}
+
+impl Live<'_> {
+    fn event(&mut self, event: &Event) {
+        let before = self.board.settings;
+        self.board.take(event);
+        if self.board.settings != before {
+            self.publish_changes(before.as_ref());
+        }
+        let later_ns = *self
+            .later_ns
+            .get_or_insert_with(|| later_than(event.host_ns));
+        let event = Event {
+            host_ns: event.host_ns.saturating_add(later_ns),
+            ..*event
+        };
+        let Self {
+            server,
+            encoder,
+            parameters,
+            served,
+            ..
+        } = self;
+        let mut put = |message: Message<'_>| -> Result<(), Infallible> {
+            served.messages += 1;
+            server.put(message);
+            match (message.topic, parameters.as_ref()) {
+                (Topic::Parameters, _) => *parameters = Some(message.bytes.to_vec()),
+                (Topic::Statistics, Some(bytes)) => server.put(Message {
+                    topic: Topic::Parameters,
+                    bytes,
+                    ..message
+                }),
+                _ => {}
+            }
+            Ok(())
+        };
+        match encoder.event(&event, &mut put) {
+            Ok(()) => {}
+            Err(never) => match never {},
+        }
+    }
+
+    /// Tells those who look at parameters what has changed.
+    fn publish_changes(&self, before: Option<&Settings>) {
+        let Some(settings) = &self.board.settings else {
+            return;
+        };
+        let changed: Vec<String> = before.map_or_else(Vec::new, |before| {
+            let changed = armbridge_client::params::changed(before, settings);
+            let keys = changed.into_iter();
+            keys.map(|(parameter, _)| parameter.key.to_owned())
+                .collect()
+        });
+        // None by name is all of them.
+        self.server.publish(values::of(settings, &changed));
+    }
+}
+
+/// How much later the wall clock is, if this is not of the wall clock. Viewers show
+/// what is now.
+fn later_than(host_ns: u64) -> u64 {
+    if host_ns > REAL_NS {
+        return 0;
+    }
+    let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    (since_1970.unwrap_or_default().as_nanos() as u64).saturating_sub(host_ns)
+}

@@ -1,0 +1,266 @@
+//! Armed with zero torque, and held so until somebody wants it to end.
+
+use std::time::Duration;
+
+use armbridge_shared::link::message::{BoardReport, Command, LastEnd, Mode, Refusal, Trip};
+
+use super::{ANSWER_TIMEOUT_US, GaveUp, SERVO_TIMEOUT_US, Task, View};
+use crate::watch::model::Model;
+use armbridge_client::error::end_in_words;
+use armbridge_client::interrupt;
+use armbridge_client::refusal;
+use armbridge_client::station::Request;
+use armbridge_client::trip;
+
+/// How it ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    /// As asked: by ctrl-c, or after its time.
+    Disarmed,
+    /// The board switched torque off.
+    Tripped(Trip),
+    /// The board was reset.
+    Reset(LastEnd),
+    /// The link broke. The board is heard again, disarmed.
+    Parted,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    /// Since the board has answered.
+    Waiting(Option<u64>),
+    Preparing(u64),
+    Arming(u64),
+    Holding(u64),
+    /// The link broke while it was armed.
+    Lost,
+    Over,
+}
+
+/// Time between two lines that report how it is.
+const REPORT_US: u64 = 1_000_000;
+
+/// Arms and holds.
+pub struct Arm {
+    step: Step,
+    /// Set stock servos to what torque needs.
+    prepares: bool,
+    /// Ends by itself.
+    lasts: Option<Duration>,
+    report: Option<BoardReport>,
+    outcome: Option<Outcome>,
+    held: Duration,
+    report_line: Box<dyn FnMut(&str)>,
+    report_us: u64,
+}
+
+impl Arm {
+    /// For this long, or until ctrl-c.
+    pub fn new(lasts: Option<Duration>, prepares: bool) -> Self {
+        Self {
+            step: Step::Waiting(None),
+            prepares,
+            lasts,
+            report: None,
+            outcome: None,
+            held: Duration::ZERO,
+            report_line: Box::new(|_| {}),
+            report_us: 0,
+        }
+    }
+
+    /// The same, which reports every second how the arm is.
+    #[must_use]
+    pub fn reporting(self, report_line: impl FnMut(&str) + 'static) -> Self {
+        Self {
+            report_line: Box::new(report_line),
+            ..self
+        }
+    }
+
+    /// How long the board was armed.
+    pub fn held(&self) -> Duration {
+        self.held
+    }
+
+    /// How it ended, once it has.
+    pub fn outcome(&self) -> Option<&Outcome> {
+        self.outcome.as_ref()
+    }
+
+    /// The board is armed.
+    pub fn is_holding(&self) -> bool {
+        matches!(self.step, Step::Holding(_))
+    }
+
+    fn end(&mut self, view: &mut View<'_>, outcome: Outcome) {
+        self.step = Step::Over;
+        self.outcome = Some(outcome);
+        view.desk.ask(view.now_us, Request::Leave);
+    }
+
+    fn wait(&mut self, view: &mut View<'_>, since_us: u64) -> Result<(), GaveUp> {
+        let (now_us, model) = (view.now_us, view.model);
+        if let Some(trip) = model.trip {
+            let cause = trip::in_words(&trip).cause;
+            return Err(GaveUp(format!(
+                "a fault is latched: {cause}; look after it, then `armbridge clear`"
+            )));
+        }
+        match (model.mode(), model.found) {
+            (Some(Mode::Passthrough), _) => {
+                let why = refusal::in_words(Refusal::Passthrough);
+                return Err(GaveUp(format!("the board is not armed: {why}")));
+            }
+            (Some(Mode::Idle), Some((_, _, true))) => {
+                view.desk.ask(now_us, Request::Arm);
+                self.step = Step::Arming(now_us);
+            }
+            (_, Some((_, _, false))) if self.prepares => {
+                view.desk.ask(now_us, Request::Command(Command::Prepare));
+                self.step = Step::Preparing(now_us);
+            }
+            (_, Some((_, _, false))) => {
+                return Err(GaveUp(
+                    "stock servos take no torque before they are set to wheel mode, which is kept \
+                     in their EEPROM: add --prepare to do it"
+                        .into(),
+                ));
+            }
+            (_, Some((_, _, true)) | None)
+                if now_us.saturating_sub(since_us) > SERVO_TIMEOUT_US =>
+            {
+                let none = || "the servos are not found: check their power and wiring".to_owned();
+                return Err(GaveUp(model.trouble.clone().unwrap_or_else(none)));
+            }
+            (_, Some((_, _, true)) | None) => {}
+        }
+        Ok(())
+    }
+
+    fn hold(&mut self, view: &mut View<'_>, since_us: u64) {
+        self.held = Duration::from_micros(view.now_us.saturating_sub(since_us));
+        if view.now_us >= self.report_us {
+            self.report_us = view.now_us + REPORT_US;
+            (self.report_line)(&line(view.model, self.held));
+        }
+        if interrupt::is_raised() || self.lasts.is_some_and(|lasts| self.held >= lasts) {
+            self.end(view, Outcome::Disarmed);
+        }
+    }
+
+    /// What ends it whatever it does.
+    fn misfortune(&self, view: &View<'_>) -> Option<Outcome> {
+        let (before, report) = (self.report?, view.model.report?);
+        if before.is_before_reset(&report) {
+            return Some(Outcome::Reset(report.last_end));
+        }
+        let is_fault = matches!(view.model.mode(), Some(Mode::Fault(_)));
+        let trip = view.model.trip.filter(|_| is_fault);
+        trip.map(Outcome::Tripped)
+    }
+}
+
+impl Task for Arm {
+    fn look(&mut self, mut view: View<'_>) -> Result<(), GaveUp> {
+        let now_us = view.now_us;
+        match self.step {
+            Step::Over => return Ok(()),
+            Step::Lost if view.model.report.is_some() && view.desk.is_greeted() => {
+                let outcome = self.misfortune(&view).unwrap_or(Outcome::Parted);
+                self.end(&mut view, outcome);
+            }
+            Step::Waiting(_) | Step::Preparing(_) | Step::Lost if interrupt::is_raised() => {
+                self.end(&mut view, Outcome::Disarmed);
+            }
+            Step::Lost => {}
+            Step::Waiting(None) => {
+                if view.desk.is_greeted() {
+                    self.step = Step::Waiting(Some(now_us));
+                }
+            }
+            Step::Waiting(Some(since_us)) => self.wait(&mut view, since_us)?,
+            Step::Preparing(since_us) => {
+                if let Some((_, _, true)) = view.model.found {
+                    self.step = Step::Waiting(Some(now_us));
+                } else if now_us.saturating_sub(since_us) > SERVO_TIMEOUT_US {
+                    let none = || "the servos cannot be set to wheel mode".to_owned();
+                    return Err(GaveUp(view.model.trouble.clone().unwrap_or_else(none)));
+                }
+            }
+            Step::Arming(since_us) => match view.desk.take_answer() {
+                Some(Ok(())) => {
+                    self.report = view.model.report;
+                    self.step = Step::Holding(now_us);
+                }
+                Some(Err(refusal)) => {
+                    let why = refusal::in_words(refusal);
+                    return Err(GaveUp(format!("the board refused to arm: {why}")));
+                }
+                None if now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => {
+                    return Err(GaveUp(
+                        "the board does not answer: was it reset or unplugged?".into(),
+                    ));
+                }
+                None => {}
+            },
+            Step::Holding(since_us) => match self.misfortune(&view) {
+                Some(outcome) => self.end(&mut view, outcome),
+                None => self.hold(&mut view, since_us),
+            },
+        }
+        Ok(())
+    }
+
+    fn parted(&mut self, _now_us: u64) {
+        self.step = match self.step {
+            Step::Waiting(_) | Step::Preparing(_) => Step::Waiting(None),
+            Step::Arming(_) | Step::Holding(_) | Step::Lost => Step::Lost,
+            Step::Over => Step::Over,
+        };
+    }
+}
+
+/// As "armed for 3 s: joints at +0.300, -0.250 rad".
+fn line(model: &Model, held: Duration) -> String {
+    let at = model.record.map_or_else(String::new, |record| {
+        let [first, second] = record.angle_rad;
+        format!(": joints at {first:+.3}, {second:+.3} rad")
+    });
+    format!("armed for {} s{at}; ctrl-c disarms", held.as_secs())
+}
+
+impl Outcome {
+    /// One word for it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Disarmed => "disarmed",
+            Self::Tripped(_) => "fault",
+            Self::Reset(_) => "reset",
+            Self::Parted => "parted",
+        }
+    }
+
+    /// What happened, in one line.
+    pub fn in_words(&self) -> String {
+        match self {
+            Self::Disarmed => "disarmed".into(),
+            Self::Tripped(tripped) => {
+                let account = trip::in_words(tripped);
+                let seen = account
+                    .seen
+                    .map_or_else(String::new, |seen| format!(" ({seen})"));
+                format!("torque off: {}{seen}; {}", account.cause, account.advice)
+            }
+            Self::Reset(end) => format!(
+                "the board was reset, its motors are off: {}",
+                end_in_words(end)
+            ),
+            Self::Parted => {
+                "the link broke and is back; the board has switched its motors off and is not \
+                 armed again by itself"
+                    .into()
+            }
+        }
+    }
+}

@@ -1,0 +1,354 @@
+//! Where each joint's zero is, and which way it counts: found by hand, with the motors
+//! off, and kept by the board.
+//!
+//! Joint by joint, a person moves the arm to its zero and then to a positive angle,
+//! and says so each time. The counts tell the rest. What is not calibrated here (the
+//! angle of a count, torque against PWM) stays as the board has it. On request, each
+//! motor pushes once, gently, to show that it turns the way its encoder counts; that
+//! is asked for before it happens.
+//!
+//! | module    | what                                          |
+//! |-----------|-----------------------------------------------|
+//! | `measure` | from counts to zero and sign, or why not      |
+//! | `motor`   | one push, and what it moved                   |
+
+mod measure;
+mod motor;
+#[cfg(test)]
+mod tests;
+
+pub use measure::Unusable;
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Joint;
+use armbridge_shared::link::message::{Command, Mode, Settings, Setup};
+
+use super::{ANSWER_TIMEOUT_US, GaveUp, SERVO_TIMEOUT_US, Task, View};
+use armbridge_client::station::Request;
+use armbridge_client::{interrupt, refusal, trip};
+use measure::{Pose, Sampler, direction};
+use motor::Motor;
+
+/// How often the counts are shown while a person moves the arm.
+const SHOW_US: u64 = 100_000;
+/// How often a measurement may fail before it is no use to go on.
+const ATTEMPTS: u32 = 3;
+
+/// The person.
+pub trait Guide {
+    /// Tells or asks something.
+    fn say(&mut self, line: &str);
+
+    /// Shows where the arm is; replaces what was shown before.
+    fn show(&mut self, line: &str);
+
+    /// What was answered, once; an error if nobody is there any more.
+    ///
+    /// # Errors
+    /// If no answer can come.
+    fn answer(&mut self) -> Result<Option<String>, GaveUp>;
+}
+
+/// What is to be done.
+#[derive(Clone, Copy, Debug)]
+pub struct Wish {
+    /// Which joints, counting from 0.
+    pub joints: [bool; JOINTS],
+    /// Have each motor push once.
+    pub checks_motors: bool,
+    /// Do not ask before the board is changed; where a motor is to push, it is asked
+    /// all the same.
+    pub is_sure: bool,
+}
+
+#[derive(Debug)]
+enum Step {
+    /// For the board and its servos.
+    Waiting,
+    /// For the person, to hold this joint at its zero.
+    Zero(usize),
+    /// Taking counts there.
+    AtZero(usize, Sampler),
+    /// For the person, to turn it to the positive side.
+    Turn(usize, Pose),
+    Turned(usize, Pose, Sampler),
+    /// For a yes.
+    Confirm,
+    /// For the board to take the set-up.
+    Configuring(u64),
+    Motor(Motor),
+    Saving(u64),
+    Over,
+}
+
+/// Guides somebody through it.
+pub struct Calibrate<G> {
+    guide: G,
+    wish: Wish,
+    step: Step,
+    attempts: u32,
+    show_us: u64,
+    before: Option<Settings>,
+    joints: [Joint<f32>; JOINTS],
+}
+
+impl<G: Guide> Calibrate<G> {
+    /// Not begun yet.
+    pub fn new(guide: G, wish: Wish) -> Self {
+        Self {
+            guide,
+            wish,
+            step: Step::Waiting,
+            attempts: 0,
+            show_us: 0,
+            before: None,
+            joints: [Joint::paper(); JOINTS],
+        }
+    }
+
+    /// Calibrations before and after, once they are saved.
+    pub fn result(&self) -> Option<[[Joint<f32>; JOINTS]; 2]> {
+        let before = self.before.filter(|_| matches!(self.step, Step::Over))?;
+        Some([before.setup.joints, self.joints])
+    }
+
+    fn wait(&mut self, view: &View<'_>) -> Result<(), GaveUp> {
+        let model = view.model;
+        if let Some(tripped) = model.trip {
+            return Err(GaveUp(format!(
+                "a fault is latched: {}; look after it, then `armbridge clear`",
+                trip::in_words(&tripped).cause
+            )));
+        }
+        if let (Some(Mode::Idle), Some(settings)) = (model.mode(), model.settings) {
+            self.before = Some(settings);
+            self.joints = settings.setup.joints;
+            self.guide
+                .say("The motors are off; the arm can be moved by hand.");
+            self.next_joint(0);
+        } else if view.now_us > 2 * SERVO_TIMEOUT_US {
+            let none = || "the servos are not found: check their power and wiring".to_owned();
+            return Err(GaveUp(model.trouble.clone().unwrap_or_else(none)));
+        }
+        Ok(())
+    }
+
+    /// Goes on with the first joint from this one on that is wished for.
+    fn next_joint(&mut self, from: usize) {
+        self.attempts = 0;
+        if let Some(joint) = (from..JOINTS).find(|joint| self.wish.joints[*joint]) {
+            self.ask_for_zero(joint);
+            return;
+        }
+        self.report_change();
+        self.step = Step::Confirm;
+        if !self.wish.is_sure {
+            self.guide.say("Save this on the board? [y/N]");
+        }
+    }
+
+    fn ask_for_zero(&mut self, joint: usize) {
+        let number = joint + 1;
+        self.guide.say(&format!(
+            "Joint {number}: hold it at its zero (upright, or straight down if the arm \
+             hangs, or in line with the link before it) and press Enter."
+        ));
+        self.step = Step::Zero(joint);
+    }
+
+    fn ask_for_turn(&mut self, joint: usize, zero: Pose) {
+        let number = joint + 1;
+        self.guide.say(&format!(
+            "Joint {number}: turn it alone by 0.3 rad or more towards positive angles \
+             (counter-clockwise), hold it, and press Enter."
+        ));
+        self.step = Step::Turn(joint, zero);
+    }
+
+    fn report_change(&mut self) {
+        let before = self
+            .before
+            .map_or(self.joints, |before| before.setup.joints);
+        for (number, (before, after)) in before.iter().zip(&self.joints).enumerate() {
+            self.guide.say(&format!(
+                "joint {}: zero {:.1} -> {:.1} counts, {:?} -> {:?}",
+                number + 1,
+                before.zero_count,
+                after.zero_count,
+                before.direction,
+                after.direction
+            ));
+        }
+    }
+
+    /// A measurement was no use: again, but not for ever.
+    fn again(&mut self, why: &Unusable) -> Result<(), GaveUp> {
+        self.attempts += 1;
+        if self.attempts >= ATTEMPTS {
+            return Err(GaveUp(format!("{why}; nothing was changed")));
+        }
+        self.guide.say(&format!("Not usable: {why}."));
+        Ok(())
+    }
+
+    fn measured(&mut self, joint: usize, sampler: &Sampler) -> Result<(), GaveUp> {
+        match sampler.pose(joint) {
+            Ok(zero) => {
+                self.joints[joint].zero_count = zero[joint] as f32;
+                self.ask_for_turn(joint, zero);
+            }
+            Err(why) => {
+                self.again(&why)?;
+                self.ask_for_zero(joint);
+            }
+        }
+        Ok(())
+    }
+
+    fn turned(&mut self, joint: usize, zero: Pose, sampler: &Sampler) -> Result<(), GaveUp> {
+        let found = sampler
+            .pose(joint)
+            .and_then(|turned| direction(joint, &zero, &turned));
+        match found {
+            Ok(direction) => {
+                self.joints[joint].direction = direction;
+                self.next_joint(joint + 1);
+            }
+            Err(why) => {
+                self.again(&why)?;
+                self.ask_for_turn(joint, zero);
+            }
+        }
+        Ok(())
+    }
+
+    /// Shows the counts now and then; whether the person has answered.
+    fn is_answered(&mut self, view: &View<'_>) -> Result<bool, GaveUp> {
+        if view.now_us >= self.show_us
+            && let Some(record) = view.model.record
+        {
+            self.show_us = view.now_us + SHOW_US;
+            let [first, second] = record.samples.map(|sample| {
+                let counts = sample.counts();
+                counts.map_or_else(|| "none".to_owned(), |counts| counts.to_string())
+            });
+            self.guide.show(&format!("counts {first}, {second}"));
+        }
+        Ok(self.guide.answer()?.is_some())
+    }
+
+    fn configure(&mut self, view: &mut View<'_>) {
+        if let Some(before) = self.before {
+            let setup = Setup {
+                joints: self.joints,
+                ..before.setup
+            };
+            let configure = Command::Configure(setup);
+            view.desk.ask(view.now_us, Request::Command(configure));
+        }
+        self.step = Step::Configuring(view.now_us);
+    }
+
+    fn after_motor(&mut self, view: &mut View<'_>, from: usize) {
+        let next = (from..JOINTS).find(|joint| self.wish.joints[*joint]);
+        if let Some(joint) = next.filter(|_| self.wish.checks_motors) {
+            let sign = self.joints[joint].direction;
+            self.step = Step::Motor(Motor::ask(joint, sign, &mut self.guide));
+        } else {
+            view.desk.ask(view.now_us, Request::Command(Command::Save));
+            self.step = Step::Saving(view.now_us);
+        }
+    }
+}
+
+impl<G: Guide> Task for Calibrate<G> {
+    fn look(&mut self, mut view: View<'_>) -> Result<(), GaveUp> {
+        if interrupt::is_raised() && !matches!(self.step, Step::Over) {
+            return Err(GaveUp("ctrl-c was pressed: nothing was saved".into()));
+        }
+        let record = view.model.record;
+        match std::mem::replace(&mut self.step, Step::Waiting) {
+            Step::Waiting => self.wait(&view)?,
+            Step::Zero(joint) => {
+                self.step = if self.is_answered(&view)? {
+                    Step::AtZero(joint, Sampler::default())
+                } else {
+                    Step::Zero(joint)
+                };
+            }
+            Step::AtZero(joint, mut sampler) => {
+                if record.is_some_and(|record| sampler.take(&record)) {
+                    self.measured(joint, &sampler)?;
+                } else {
+                    self.step = Step::AtZero(joint, sampler);
+                }
+            }
+            Step::Turn(joint, zero) => {
+                self.step = if self.is_answered(&view)? {
+                    Step::Turned(joint, zero, Sampler::default())
+                } else {
+                    Step::Turn(joint, zero)
+                };
+            }
+            Step::Turned(joint, zero, mut sampler) => {
+                if record.is_some_and(|record| sampler.take(&record)) {
+                    self.turned(joint, zero, &sampler)?;
+                } else {
+                    self.step = Step::Turned(joint, zero, sampler);
+                }
+            }
+            Step::Confirm if self.wish.is_sure => self.configure(&mut view),
+            Step::Confirm => match self.guide.answer()?.as_deref().map(str::trim) {
+                None => self.step = Step::Confirm,
+                Some("y" | "Y" | "yes") => self.configure(&mut view),
+                Some(_) => return Err(GaveUp("not confirmed: nothing was changed".into())),
+            },
+            Step::Configuring(since_us) => {
+                if answer(&mut view, since_us, "set-up")? {
+                    self.after_motor(&mut view, 0);
+                } else {
+                    self.step = Step::Configuring(since_us);
+                }
+            }
+            Step::Motor(mut motor) => {
+                if motor.look(&mut view, &mut self.guide)? {
+                    self.after_motor(&mut view, motor.joint() + 1);
+                } else {
+                    self.step = Step::Motor(motor);
+                }
+            }
+            Step::Saving(since_us) => {
+                if answer(&mut view, since_us, "save")? {
+                    self.step = Step::Over;
+                    view.desk.ask(view.now_us, Request::Leave);
+                } else {
+                    self.step = Step::Saving(since_us);
+                }
+            }
+            Step::Over => self.step = Step::Over,
+        }
+        Ok(())
+    }
+
+    fn parted(&mut self, _now_us: u64) {
+        if !matches!(self.step, Step::Over) {
+            self.guide.say("The link broke: all begins anew.");
+            self.step = Step::Waiting;
+        }
+    }
+}
+
+/// Whether the board has done what it was asked to.
+fn answer(view: &mut View<'_>, since_us: u64, what: &str) -> Result<bool, GaveUp> {
+    match view.desk.take_answer() {
+        Some(Ok(())) => Ok(true),
+        Some(Err(refusal)) => {
+            let why = refusal::in_words(refusal);
+            Err(GaveUp(format!("the board refused the {what}: {why}")))
+        }
+        None if view.now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => Err(GaveUp(
+            "the board does not answer: was it reset or unplugged?".into(),
+        )),
+        None => Ok(false),
+    }
+}

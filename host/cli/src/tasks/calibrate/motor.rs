@@ -1,0 +1,136 @@
+//! One gentle push, to see that a motor turns the way its encoder counts.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Direction;
+use armbridge_shared::link::message::{Command, Mode};
+
+use super::{Guide, answer};
+use crate::tasks::{GaveUp, View};
+use armbridge_client::station::Request;
+use armbridge_client::trip;
+
+/// In N m: twice what friction holds, a tenth of what the servo gives.
+const PUSH_NM: f32 = 0.12;
+/// How long, in µs.
+const PUSH_US: u64 = 300_000;
+/// Counts that it must have moved by.
+const MOVED_MIN: i32 = 8;
+
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Asking,
+    Arming(u64),
+    /// From this count, until this time.
+    Pushing(u16, u64),
+    Stopping(u64),
+}
+
+/// The check of one joint's motor.
+#[derive(Debug)]
+pub(super) struct Motor {
+    joint: usize,
+    direction: Direction,
+    step: Step,
+    moved: i32,
+}
+
+impl Motor {
+    /// Asks whether it may push.
+    pub(super) fn ask(joint: usize, direction: Direction, guide: &mut impl Guide) -> Self {
+        guide.say(&format!(
+            "Joint {}: its motor will push with {PUSH_NM} N m for 0.3 s towards positive angles. \
+             Let go of the arm and keep clear. Go on? [y/N]",
+            joint + 1
+        ));
+        Self {
+            joint,
+            direction,
+            step: Step::Asking,
+            moved: 0,
+        }
+    }
+
+    /// Which.
+    pub(super) fn joint(&self) -> usize {
+        self.joint
+    }
+
+    /// True when it has been found to be right.
+    pub(super) fn look(
+        &mut self,
+        view: &mut View<'_>,
+        guide: &mut impl Guide,
+    ) -> Result<bool, GaveUp> {
+        if let (Some(Mode::Fault(_)), Some(tripped)) = (view.model.mode(), view.model.trip) {
+            let cause = trip::in_words(&tripped).cause;
+            return Err(unsaved(&format!("the board switched off: {cause}")));
+        }
+        let now_us = view.now_us;
+        let count = view
+            .model
+            .record
+            .and_then(|record| record.samples[self.joint].counts());
+        match (self.step, count) {
+            (Step::Asking, _) => match guide.answer()?.as_deref().map(str::trim) {
+                None => {}
+                Some("y" | "Y" | "yes") => {
+                    view.desk.ask(now_us, Request::Arm);
+                    self.step = Step::Arming(now_us);
+                }
+                Some(_) => return Err(unsaved("the motor was not to be checked")),
+            },
+            (Step::Arming(since_us), Some(count)) => {
+                if answer(view, since_us, "arming")? {
+                    let mut torque_nm = [0.0; JOINTS];
+                    torque_nm[self.joint] = PUSH_NM;
+                    let push = Command::Torque(torque_nm);
+                    view.desk.ask(now_us, Request::Command(push));
+                    self.step = Step::Pushing(count, now_us + PUSH_US);
+                }
+            }
+            (Step::Pushing(from, until_us), Some(count)) if now_us >= until_us => {
+                self.moved = i32::from(count) - i32::from(from);
+                view.desk.ask(now_us, Request::Command(Command::Idle));
+                self.step = Step::Stopping(now_us);
+            }
+            (Step::Stopping(since_us), _) => {
+                if answer(view, since_us, "disarming")? {
+                    return self.judge(guide).map(|()| true);
+                }
+            }
+            // A sample is missing, or it is still pushing.
+            (Step::Arming(_) | Step::Pushing(..), _) => {}
+        }
+        Ok(false)
+    }
+
+    fn judge(&self, guide: &mut impl Guide) -> Result<(), GaveUp> {
+        let number = self.joint + 1;
+        let forward = match self.direction {
+            Direction::Forward => self.moved,
+            Direction::Reverse => -self.moved,
+        };
+        if forward >= MOVED_MIN {
+            let counts = self.moved;
+            guide.say(&format!(
+                "Joint {number}: it moved by {counts} counts, as it should."
+            ));
+            return Ok(());
+        }
+        let why = if forward <= -MOVED_MIN {
+            format!(
+                "joint {number} moved by {} counts, the wrong way: its motor and its encoder disagree; was it opened?",
+                self.moved
+            )
+        } else {
+            format!("joint {number} did not move; is it blocked, or its supply off?")
+        };
+        Err(unsaved(&why))
+    }
+}
+
+fn unsaved(why: &str) -> GaveUp {
+    GaveUp(format!(
+        "{why}; nothing was saved, and a reset of the board brings back what was before"
+    ))
+}

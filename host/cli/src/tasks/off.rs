@@ -1,0 +1,175 @@
+//! Motors off: disarmed, stopped, or a fault cleared.
+
+use armbridge_shared::link::message::{Command, Mode, Refusal};
+
+use super::{ANSWER_TIMEOUT_US, GaveUp, SERVO_TIMEOUT_US, Task, View};
+use armbridge_client::refusal;
+use armbridge_client::station::Request;
+use armbridge_client::trip;
+
+/// How far it has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    Greeting,
+    /// Asked for, at this time.
+    Asked(u64),
+    Over,
+}
+
+/// Disarms, and leaves once the board has said that it is.
+#[derive(Debug)]
+pub struct Disarm(Step);
+
+impl Default for Disarm {
+    fn default() -> Self {
+        Self(Step::Greeting)
+    }
+}
+
+impl Task for Disarm {
+    fn look(&mut self, view: View<'_>) -> Result<(), GaveUp> {
+        match self.0 {
+            Step::Greeting if !view.desk.is_greeted() => {}
+            Step::Greeting => {
+                view.desk.ask(view.now_us, Request::Command(Command::Idle));
+                self.0 = Step::Asked(view.now_us);
+            }
+            Step::Asked(since_us) => match view.desk.take_answer() {
+                Some(Ok(())) => {
+                    self.0 = Step::Over;
+                    view.desk.ask(view.now_us, Request::Leave);
+                }
+                Some(Err(refusal)) => {
+                    let why = refusal::in_words(refusal);
+                    return Err(GaveUp(format!("the board does not disarm: {why}")));
+                }
+                None => overdue(view.now_us, since_us, ANSWER_TIMEOUT_US, || {
+                    "the board does not say that it has disarmed; switch its supply off".into()
+                })?,
+            },
+            Step::Over => {}
+        }
+        Ok(())
+    }
+
+    fn parted(&mut self, _now_us: u64) {
+        self.0 = Step::Greeting;
+    }
+}
+
+/// Emergency stop: said at once, before the hello is answered, and until the board
+/// says that it has stopped.
+#[derive(Debug)]
+pub struct Stop(Step);
+
+impl Default for Stop {
+    fn default() -> Self {
+        Self(Step::Greeting)
+    }
+}
+
+impl Task for Stop {
+    fn look(&mut self, view: View<'_>) -> Result<(), GaveUp> {
+        match self.0 {
+            Step::Greeting => {
+                view.desk.ask(view.now_us, Request::Stop);
+                self.0 = Step::Asked(view.now_us);
+            }
+            Step::Asked(_) if view.model.trip.is_some() => {
+                self.0 = Step::Over;
+                view.desk.ask(view.now_us, Request::Leave);
+            }
+            Step::Asked(since_us) => overdue(view.now_us, since_us, ANSWER_TIMEOUT_US, || {
+                "stop was said, but the board does not say that it has stopped: press the switch \
+                 at the board, or switch its supply off"
+                    .into()
+            })?,
+            Step::Over => {}
+        }
+        Ok(())
+    }
+
+    fn parted(&mut self, _now_us: u64) {
+        self.0 = Step::Greeting;
+    }
+}
+
+/// Clears a fault, and waits until the servos are found again.
+#[derive(Debug)]
+pub struct Clear(Step);
+
+impl Default for Clear {
+    fn default() -> Self {
+        Self(Step::Greeting)
+    }
+}
+
+impl Task for Clear {
+    fn look(&mut self, view: View<'_>) -> Result<(), GaveUp> {
+        let mode = view.model.mode();
+        match self.0 {
+            Step::Greeting if matches!(mode, Some(Mode::Fault(_))) => {
+                view.desk
+                    .ask(view.now_us, Request::Command(Command::ClearFault));
+                self.0 = Step::Asked(view.now_us);
+            }
+            // Nothing to clear, or done.
+            Step::Greeting | Step::Asked(_)
+                if matches!(mode, Some(Mode::Idle | Mode::Passthrough)) =>
+            {
+                self.0 = Step::Over;
+                view.desk.ask(view.now_us, Request::Leave);
+            }
+            Step::Asked(since_us) => {
+                match view.desk.take_answer() {
+                    // The board soon reports that motors are off, or that they are not.
+                    Some(Err(Refusal::NotOff)) => self.0 = Step::Greeting,
+                    Some(Err(refusal)) => {
+                        let why = refusal::in_words(refusal);
+                        return Err(GaveUp(format!("the fault is not cleared: {why}")));
+                    }
+                    Some(Ok(())) | None => {}
+                }
+                overdue(view.now_us, since_us, SERVO_TIMEOUT_US, || {
+                    not_cleared(&view)
+                })?;
+            }
+            Step::Greeting => overdue(view.now_us, 0, 2 * SERVO_TIMEOUT_US, || not_cleared(&view))?,
+            Step::Over => {}
+        }
+        Ok(())
+    }
+
+    fn parted(&mut self, _now_us: u64) {
+        self.0 = Step::Greeting;
+    }
+}
+
+fn not_cleared(view: &View<'_>) -> String {
+    let model = view.model;
+    match (&model.trip, &model.trouble) {
+        (Some(trip), _) => {
+            let account = trip::in_words(trip);
+            format!(
+                "the fault came again: {}; {}",
+                account.cause, account.advice
+            )
+        }
+        (None, Some(trouble)) => format!("the fault is cleared, but {trouble}"),
+        (None, None) => {
+            "the fault is cleared, but the servos are not found: check their power".into()
+        }
+    }
+}
+
+fn overdue(
+    now_us: u64,
+    since_us: u64,
+    longest_us: u64,
+    why: impl FnOnce() -> String,
+) -> Result<(), GaveUp> {
+    if now_us.saturating_sub(since_us) > longest_us {
+        return Err(GaveUp(why()));
+    }
+    Ok(())
+}

@@ -1,0 +1,265 @@
+//! What keys do: a small state machine between the person and the board.
+//!
+//! Stop, disarm and clear act at once. Whatever lets motors come on asks first, and
+//! only while frames come: nothing is asked of a board that cannot be seen. Setpoints
+//! move in small steps, and not beyond where the arm would be braked.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::limits::hard;
+use armbridge_shared::link::message::{Command, Drive, Mode};
+use armbridge_shared::link::motion::Motion;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+use super::model::{Line, Model};
+use crate::link_thread::Hand;
+use armbridge_client::station::Request;
+
+/// A step of the setpoint in rad: a tenth of the torque that a joint has, at the
+/// default gains less than a thirtieth.
+const STEP_RAD: f32 = 0.02;
+/// Distance that a setpoint keeps from the angle limit: the arm is braked from 0.1 rad
+/// before it.
+const MARGIN_RAD: f32 = 0.2;
+/// For so long steps are counted from the setpoint asked for, which the board may not
+/// have yet; later, from the board's.
+const FRESH_NS: u64 = 500_000_000;
+
+/// What a key comes to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Act {
+    /// To be asked of the board.
+    Ask(Request),
+    /// To be done to the simulated arm.
+    Handle(Hand),
+    /// Disarm, and end.
+    Quit,
+}
+
+/// What the person is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Question {
+    /// Whether to arm.
+    Arm,
+    /// Whether to set stock servos to wheel mode.
+    Prepare,
+    /// Where to regulate; the board is armed.
+    Regulate,
+    /// Whether to arm and regulate, and where.
+    ArmAndRegulate,
+}
+
+impl Question {
+    /// In words, with the keys that answer it.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Arm => "Arm? The motors may then be driven; keep clear.   y yes   n no",
+            Self::Prepare => "Set the stock servos to wheel mode, which they keep?   y yes   n no",
+            Self::Regulate => "The motors come on.   h hold here   u move upright   n no",
+            Self::ArmAndRegulate => {
+                "Arm, and the motors come on?   h hold here   u move upright   n no"
+            }
+        }
+    }
+}
+
+/// The person's side of the dashboard.
+#[derive(Clone, Debug, Default)]
+pub struct Keys {
+    /// What is being asked.
+    pub question: Option<Question>,
+    /// Whether the help is shown.
+    pub is_helping: bool,
+    /// Why a key did nothing, until the next.
+    pub note: Option<&'static str>,
+    /// Whether the arm is a simulated one, which keys can push and lift.
+    pub is_simulated: bool,
+    /// The setpoint asked for last, and when.
+    setpoint: Option<([f32; JOINTS], u64)>,
+}
+
+impl Keys {
+    /// Nothing pressed yet; `is_simulated` if there is no real arm.
+    pub fn new(is_simulated: bool) -> Self {
+        Self {
+            is_simulated,
+            ..Self::default()
+        }
+    }
+
+    /// A key was pressed.
+    pub fn press(&mut self, key: KeyEvent, model: &Model) -> Vec<Act> {
+        self.note = None;
+        if key.modifiers.contains(KeyModifiers::CONTROL) {
+            return if key.code == KeyCode::Char('c') {
+                vec![Act::Quit]
+            } else {
+                vec![]
+            };
+        }
+        // These are never waited for, whatever is being asked.
+        if let KeyCode::Char(' ' | 's' | 'S') = key.code {
+            self.question = None;
+            return vec![Act::Ask(Request::Stop)];
+        }
+        if let Some(question) = self.question.take() {
+            return self.answer(question, key.code, model);
+        }
+        if std::mem::take(&mut self.is_helping) {
+            return vec![];
+        }
+        let act = match key.code {
+            KeyCode::Char('q') => Some(Act::Quit),
+            KeyCode::Char('?') => {
+                self.is_helping = true;
+                None
+            }
+            KeyCode::Char('d') => Some(Act::Ask(Request::Command(Command::Idle))),
+            KeyCode::Char('c') => self.clear(model),
+            KeyCode::Char('a') => self.ask(arming(model)),
+            KeyCode::Char('r') => self.ask(regulating(model)),
+            KeyCode::Char('1') => self.handle(Hand::Push(0)),
+            KeyCode::Char('2') => self.handle(Hand::Push(1)),
+            KeyCode::Char('l') => self.lift(model),
+            KeyCode::Left => self.step(model, 0, -STEP_RAD),
+            KeyCode::Right => self.step(model, 0, STEP_RAD),
+            KeyCode::Down => self.step(model, 1, -STEP_RAD),
+            KeyCode::Up => self.step(model, 1, STEP_RAD),
+            _ => None,
+        };
+        act.into_iter().collect()
+    }
+
+    fn ask(&mut self, question: Result<Question, &'static str>) -> Option<Act> {
+        match question {
+            Ok(question) => self.question = Some(question),
+            Err(note) => self.note = Some(note),
+        }
+        None
+    }
+
+    fn answer(&mut self, question: Question, key: KeyCode, model: &Model) -> Vec<Act> {
+        let command = |command| Some(Act::Ask(Request::Command(command)));
+        let drive = match key {
+            KeyCode::Char('h' | 'H') => model
+                .record
+                .and_then(|record| command(Command::Regulate(record.angle_rad))),
+            KeyCode::Char('u' | 'U') => command(Command::Follow(Motion::MinimumJerk {
+                to_rad: [0.0; JOINTS],
+                duration_s: None,
+            })),
+            _ => None,
+        };
+        let is_yes = matches!(key, KeyCode::Char('y' | 'Y'));
+        // The board may not be as it was when this was asked.
+        let (still, acts) = match question {
+            Question::Arm => (
+                arming(model),
+                vec![is_yes.then_some(Act::Ask(Request::Arm))],
+            ),
+            Question::Prepare => {
+                let prepare = is_yes.then(|| command(Command::Prepare)).flatten();
+                (arming(model), vec![prepare])
+            }
+            Question::Regulate => (regulating(model), vec![drive]),
+            Question::ArmAndRegulate => {
+                (regulating(model), vec![Some(Act::Ask(Request::Arm)), drive])
+            }
+        };
+        match acts.into_iter().collect::<Option<Vec<_>>>() {
+            Some(acts) if still == Ok(question) => acts,
+            Some(_) => {
+                self.note = Some("not done: the board is not as it was when you were asked");
+                vec![]
+            }
+            None => {
+                self.note = Some("not done");
+                vec![]
+            }
+        }
+    }
+
+    fn clear(&mut self, model: &Model) -> Option<Act> {
+        if let Some(Mode::Fault(_)) = model.mode() {
+            return Some(Act::Ask(Request::Command(Command::ClearFault)));
+        }
+        self.note = Some("there is no fault to clear");
+        None
+    }
+
+    fn handle(&mut self, hand: Hand) -> Option<Act> {
+        if self.is_simulated {
+            return Some(Act::Handle(hand));
+        }
+        self.note = Some("a key can do that to a simulated arm only");
+        None
+    }
+
+    fn lift(&mut self, model: &Model) -> Option<Act> {
+        if model.mode().is_some_and(Mode::is_armed) {
+            self.note = Some("the motors drive the arm: press d first");
+            return None;
+        }
+        self.handle(Hand::Lift)
+    }
+
+    fn step(&mut self, model: &Model, joint: usize, by_rad: f32) -> Option<Act> {
+        let record = model.record.as_ref().filter(|_| model.line() == Line::Up)?;
+        let (Mode::Running(drive) | Mode::Degraded(drive)) = record.mode else {
+            self.note = Some("the setpoint moves while the arm regulates: press r first");
+            return None;
+        };
+        let (Drive::Regulate | Drive::Track) = drive else {
+            self.note = Some("the setpoint moves while the arm regulates: press r first");
+            return None;
+        };
+        let now_ns = model.now_ns();
+        let fresh = self
+            .setpoint
+            .filter(|(_, at_ns)| now_ns.saturating_sub(*at_ns) < FRESH_NS);
+        let mut setpoint = fresh.map_or(record.reference_rad, |(setpoint, _)| setpoint);
+        let limits = model.settings.map(|settings| settings.limits.angle_rad);
+        let most = limits.unwrap_or([hard::ANGLE_RAD; JOINTS])[joint] - MARGIN_RAD;
+        let wanted = setpoint[joint] + by_rad;
+        // On from beyond, only back.
+        if wanted.abs() > most && wanted.abs() > setpoint[joint].abs() {
+            self.note = Some("no farther: the arm's angle limit is near");
+            return None;
+        }
+        setpoint[joint] = wanted;
+        self.setpoint = Some((setpoint, now_ns));
+        Some(Act::Ask(Request::Command(Command::Regulate(setpoint))))
+    }
+}
+
+/// Whether the board can be armed, and what to ask.
+fn arming(model: &Model) -> Result<Question, &'static str> {
+    match (model.line(), model.mode()) {
+        (Line::Opening | Line::Parted(_), _) | (_, None) => Err("there is no board on the link"),
+        (Line::Quiet(_), _) => Err("the board is silent"),
+        (Line::Up, Some(Mode::Boot)) => Err("the servos are not found yet"),
+        (Line::Up, Some(Mode::Armed | Mode::Running(_) | Mode::Degraded(_))) => {
+            Err("it is armed already")
+        }
+        (Line::Up, Some(Mode::Passthrough)) => {
+            Err("a program has the bus: press d to take it back first")
+        }
+        (Line::Up, Some(Mode::Fault(_))) => Err("a fault is latched: press c to clear it first"),
+        (Line::Up, Some(Mode::Idle)) => match model.found {
+            Some((_, _, false)) => Ok(Question::Prepare),
+            Some((_, _, true)) | None => Ok(Question::Arm),
+        },
+    }
+}
+
+/// Whether it can be told to regulate, and what to ask.
+fn regulating(model: &Model) -> Result<Question, &'static str> {
+    match (model.line(), model.mode()) {
+        (Line::Up, Some(mode)) if mode.is_armed() => Ok(Question::Regulate),
+        _ => arming(model).map(|question| match question {
+            Question::Arm | Question::Regulate | Question::ArmAndRegulate => {
+                Question::ArmAndRegulate
+            }
+            Question::Prepare => Question::Prepare,
+        }),
+    }
+}

@@ -1,0 +1,84 @@
+//! How the servo bus does: bus time, missing samples, temperatures, and what each
+//! tick took.
+
+use std::collections::VecDeque;
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Missing, Record, Sample, Timing};
+
+use armbridge_client::names;
+
+/// Ticks whose timing is kept.
+const TICKS: usize = 10_000;
+
+/// Counts since the dashboard began, and the latest timings.
+#[derive(Clone, Debug)]
+pub struct Bus {
+    /// Missing samples, joint by joint, in the order of [`names::MISSING`].
+    missing: [[u64; names::MISSING.len()]; JOINTS],
+    missed_before: Option<u32>,
+    /// Ticks that the board skipped.
+    pub missed_ticks: u64,
+    /// Latest temperature of each servo: in °C from a stock one, in counts of its
+    /// converter from Morpheus.
+    pub temperature: [Option<u16>; JOINTS],
+    /// Alarms of stock servos, latest.
+    pub alarms: [u8; JOINTS],
+    timings: VecDeque<Timing>,
+}
+
+impl Default for Bus {
+    fn default() -> Self {
+        Self {
+            missing: [[0; names::MISSING.len()]; JOINTS],
+            missed_before: None,
+            missed_ticks: 0,
+            temperature: [None; JOINTS],
+            alarms: [0; JOINTS],
+            timings: VecDeque::with_capacity(TICKS),
+        }
+    }
+}
+
+impl Bus {
+    /// Takes a tick.
+    pub fn take(&mut self, record: &Record) {
+        for (joint, sample) in record.samples.into_iter().enumerate() {
+            if let Sample::Missing(missing) = sample
+                && let Some(kind) = names::MISSING.iter().position(|kind| *kind == missing)
+            {
+                self.missing[joint][kind] += 1;
+            }
+        }
+        self.alarms = record.alarms;
+        let missed = record.timing.missed;
+        // What was missed before the dashboard looked is not its affair; after a
+        // reset the board counts from 0.
+        let before = self.missed_before.replace(missed).unwrap_or(missed);
+        self.missed_ticks += u64::from(missed.checked_sub(before).unwrap_or(missed));
+        if self.timings.len() == TICKS {
+            self.timings.pop_front();
+        }
+        self.timings.push_back(record.timing);
+    }
+
+    /// Samples of both joints that are missing, kind by kind, those kinds that are.
+    pub fn missing(&self) -> Vec<(Missing, u64)> {
+        let of_kind = |kind: usize| self.missing.iter().map(|joint| joint[kind]).sum::<u64>();
+        let kinds = names::MISSING.into_iter().enumerate();
+        kinds
+            .map(|(kind, missing)| (missing, of_kind(kind)))
+            .filter(|(_, count)| *count > 0)
+            .collect()
+    }
+
+    /// Samples of a joint that are missing.
+    pub fn missing_of(&self, joint: usize) -> u64 {
+        self.missing[joint].iter().sum()
+    }
+
+    /// What the latest ticks took, oldest first.
+    pub fn timings(&self) -> impl Iterator<Item = &Timing> + Clone {
+        self.timings.iter()
+    }
+}

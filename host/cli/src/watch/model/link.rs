@@ -1,0 +1,153 @@
+//! How the link does.
+
+use std::collections::VecDeque;
+
+use armbridge_shared::link::frame::FrameError;
+use armbridge_shared::link::message::{Command, Refusal, ToBoard};
+
+use super::rate::Rate;
+use armbridge_client::event::Direction;
+use armbridge_client::names;
+use armbridge_client::refusal;
+
+/// Without a frame for so long, the link is quiet: at the longest period a board
+/// speaks ten times a second.
+const QUIET_NS: u64 = 500_000_000;
+
+/// Commands that are remembered until they are acknowledged.
+const OPEN: usize = 64;
+
+/// Whether somebody is at the other end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Line {
+    /// Nothing has come yet.
+    Opening,
+    /// Frames come.
+    Up,
+    /// It is open, but nothing has come for so many ns.
+    Quiet(u64),
+    /// It broke so many ns ago.
+    Parted(u64),
+}
+
+/// What is counted and timed on the link, since the beginning.
+#[derive(Clone, Debug, Default)]
+pub struct Link {
+    /// Frames from the board.
+    heard: Rate,
+    heard_ns: Option<u64>,
+    parted_ns: Option<u64>,
+    open: VecDeque<(u16, &'static str, u64)>,
+    /// Frames that went missing on their way.
+    pub lost: u64,
+    /// Frames that came damaged.
+    pub damaged: u64,
+    /// Frames that this build does not understand.
+    pub foreign: u64,
+    /// Records that the board dropped because nobody fetched them.
+    pub dropped: u64,
+    /// How often the connection broke.
+    pub breaks: u64,
+    /// From a command's last frame to its acknowledgement, the latest, in ns.
+    pub round_trip_ns: Option<u64>,
+    /// What became of the latest command.
+    pub answer: Option<String>,
+}
+
+impl Link {
+    /// A frame came from the board.
+    pub fn heard(&mut self, now_ns: u64) {
+        self.heard.note(now_ns);
+        self.heard_ns = Some(now_ns);
+        self.parted_ns = None;
+    }
+
+    /// The connection broke.
+    pub fn parted(&mut self, now_ns: u64) {
+        self.breaks += 1;
+        self.parted_ns = Some(now_ns);
+        self.open.clear();
+    }
+
+    /// The host said something.
+    pub fn asked(&mut self, now_ns: u64, sequence: u16, message: &ToBoard) {
+        if let ToBoard::Command(command) = message {
+            if self.open.len() == OPEN {
+                self.open.pop_front();
+            }
+            self.open.push_back((sequence, title(command), now_ns));
+        }
+    }
+
+    /// The board answered it.
+    pub fn acknowledged(&mut self, now_ns: u64, sequence: u16, result: Result<(), Refusal>) {
+        let is_it = |(asked, ..): &(u16, &str, u64)| *asked == sequence;
+        let Some(at) = self.open.iter().position(is_it) else {
+            return;
+        };
+        if let Some((_, title, asked_ns)) = self.open.remove(at) {
+            self.round_trip_ns = Some(now_ns.saturating_sub(asked_ns));
+            // What was said before it is settled by it.
+            self.open.drain(..at);
+            self.answer = match result {
+                Ok(()) => Some(format!("{title}: done")),
+                // The client says it again by itself.
+                Err(Refusal::Busy) => return,
+                Err(refusal) => Some(format!("{title}: refused: {}", refusal::in_words(refusal))),
+            };
+        }
+    }
+
+    /// Frames went missing.
+    pub fn lost(&mut self, frames: u16) {
+        self.lost += u64::from(frames);
+    }
+
+    /// A frame could not be read.
+    pub fn garbled(&mut self, direction: Direction, error: FrameError) {
+        match (direction, error) {
+            (_, FrameError::Damaged) => self.damaged += 1,
+            (_, FrameError::Version(_) | FrameError::Direction | FrameError::Schema) => {
+                self.foreign += 1;
+            }
+        }
+    }
+
+    /// Frames from the board in a second.
+    pub fn frames_per_s(&self, now_ns: u64) -> f64 {
+        self.heard.per_s(now_ns)
+    }
+
+    /// Whether somebody is there.
+    pub fn line(&self, now_ns: u64) -> Line {
+        if let Some(parted_ns) = self.parted_ns {
+            return Line::Parted(now_ns.saturating_sub(parted_ns));
+        }
+        match self.heard_ns {
+            None => Line::Opening,
+            Some(heard_ns) => match now_ns.saturating_sub(heard_ns) {
+                quiet_ns if quiet_ns > QUIET_NS => Line::Quiet(quiet_ns),
+                _ => Line::Up,
+            },
+        }
+    }
+}
+
+/// A command's name, with blanks.
+fn title(command: &Command) -> &'static str {
+    match command {
+        Command::Idle => "disarm",
+        Command::ClearFault => "clear fault",
+        Command::Arm { .. }
+        | Command::Torque(_)
+        | Command::Regulate(_)
+        | Command::Follow(_)
+        | Command::Stream { .. }
+        | Command::Experiment(_)
+        | Command::Prepare
+        | Command::Release
+        | Command::Configure(_)
+        | Command::Limit(_)
+        | Command::Save => names::command(command),
+    }
+}

@@ -1,0 +1,74 @@
+//! The terminal: keys in, pictures out, as long as the link is served.
+//!
+//! Drawn fifteen times a second, which is enough for the eye and little for the
+//! processor; keys are acted upon at once.
+
+use std::collections::VecDeque;
+use std::io;
+use std::time::{Duration, Instant};
+
+use ratatui::DefaultTerminal;
+use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyEventKind};
+
+use super::keys::{Act, Keys};
+use super::model::Model;
+use super::view;
+use crate::link_thread::Session;
+use armbridge_client::event_queue::Feed;
+use armbridge_client::interrupt;
+
+/// Between two pictures.
+const FRAME: Duration = Duration::from_millis(66);
+
+/// Shows `feed` and obeys keys until the person quits or the link ends. `what` names
+/// the link. The terminal is as it was before when this returns, or panics.
+///
+/// # Errors
+/// If the terminal cannot be drawn on.
+pub fn show(session: &Session, feed: &Feed, is_simulated: bool, what: &str) -> io::Result<Model> {
+    // Restores the terminal in a panic, too, whichever thread it is in.
+    let terminal = ratatui::try_init()?;
+    let shown = run(terminal, session, feed, is_simulated, what);
+    ratatui::try_restore()?;
+    shown
+}
+
+fn run(
+    mut terminal: DefaultTerminal,
+    session: &Session,
+    feed: &Feed,
+    is_simulated: bool,
+    what: &str,
+) -> io::Result<Model> {
+    let mut model = Model::default();
+    let mut keys = Keys::new(is_simulated);
+    let mut events = VecDeque::new();
+    while !session.is_over() && !interrupt::is_raised() {
+        let begun = Instant::now();
+        model.unseen += feed.take(&mut events);
+        for event in &events {
+            model.take(event);
+        }
+        if let Some(now_ns) = feed.now_ns() {
+            model.advance(now_ns);
+        }
+        terminal.draw(|frame| view::draw(frame, &model, &keys, what))?;
+        while event::poll(FRAME.saturating_sub(begun.elapsed()))? {
+            let TerminalEvent::Key(key) = event::read()? else {
+                // Of another size now: drawn at once.
+                break;
+            };
+            if key.kind == KeyEventKind::Release {
+                continue;
+            }
+            for act in keys.press(key, &model) {
+                match act {
+                    Act::Ask(request) => session.ask(request),
+                    Act::Handle(hand) => session.handle(hand),
+                    Act::Quit => return Ok(model),
+                }
+            }
+        }
+    }
+    Ok(model)
+}

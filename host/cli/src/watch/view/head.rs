@@ -1,0 +1,120 @@
+//! The lines at the top: which link, what the board does, what is wrong and what to
+//! do about it.
+
+use armbridge_shared::link::message::{Drive, Fault, Mode};
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::theme;
+use crate::watch::model::{Line as LinkLine, Model};
+use armbridge_client::names;
+use armbridge_client::{experiment, trip};
+
+/// Which link, and how it does; `what` names it.
+pub(super) fn title(model: &Model, what: &str, width: u16) -> Line<'static> {
+    let left = format!(" armbridge watch · {what}");
+    let right = match model.line() {
+        LinkLine::Opening => "waiting for the board ".to_owned(),
+        LinkLine::Up => format!("link up, {:.0}/s ", model.link.frames_per_s(model.now_ns())),
+        LinkLine::Quiet(ns) => format!("quiet for {:.1} s ", ns as f64 * 1e-9),
+        LinkLine::Parted(ns) => format!("lost for {:.1} s ", ns as f64 * 1e-9),
+    };
+    let taken = left.chars().count() + right.chars().count();
+    let between = " ".repeat(usize::from(width).saturating_sub(taken));
+    Line::from(format!("{left}{between}{right}")).style(theme::badge(Style::new()))
+}
+
+/// What the board does, and what is wrong: one to three lines.
+pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
+    match model.line() {
+        LinkLine::Opening => {
+            return vec![said(
+                "WAITING",
+                theme::warn(),
+                "nothing heard from a board yet",
+            )];
+        }
+        LinkLine::Parted(ns) => return lost(model, "LINK LOST", "the connection broke", ns),
+        // A program on the transparent port has the bus: there are no ticks to tell of.
+        LinkLine::Quiet(_) if model.mode() == Some(Mode::Passthrough) => {}
+        LinkLine::Quiet(ns) => return lost(model, "SILENT", "the board says nothing", ns),
+        LinkLine::Up => {}
+    }
+    let Some(mode) = model.mode() else {
+        return vec![said("CONNECTED", theme::warn(), &waiting_for(model))];
+    };
+    if let Mode::Fault(fault) = mode {
+        return tripped(model, fault);
+    }
+    let (word, meaning) = trip::mode(mode);
+    let style = match mode {
+        Mode::Running(_) => theme::good(),
+        Mode::Armed | Mode::Degraded(_) | Mode::Boot | Mode::Passthrough => theme::warn(),
+        Mode::Idle | Mode::Fault(_) => Style::new(),
+    };
+    let guards = model.record.map(|record| names::guards(record.guards));
+    let guards = guards.filter(|guards| !guards.is_empty());
+    let meaning = guards.map_or_else(
+        || meaning.to_owned(),
+        |guards| format!("{meaning}; torque held back: {guards}"),
+    );
+    let mut lines = vec![said(word, style, &meaning)];
+    if let (Some(Drive::Hold), Some(conclusion)) = (mode.drive(), &model.concluded) {
+        let ended = experiment::conclusion(conclusion);
+        lines.push(Line::from(format!("   {ended}")));
+    }
+    if let Some(trouble) = &model.trouble {
+        lines.push(Line::from(format!(" ! {trouble}")).style(theme::warn()));
+    }
+    lines
+}
+
+/// A word on its own ground, and what it means.
+fn said(word: &str, style: Style, meaning: &str) -> Line<'static> {
+    Line::from(vec![
+        Span::from(format!(" {word} ")).style(theme::badge(style)),
+        Span::from(format!("  {meaning}")),
+    ])
+}
+
+fn waiting_for(model: &Model) -> String {
+    let trouble = model.trouble.clone();
+    trouble.unwrap_or_else(|| "the servos are being looked for".into())
+}
+
+fn lost(model: &Model, word: &str, what: &str, ns: u64) -> Vec<Line<'static>> {
+    let ago = format!("{what} {:.1} s ago; trying again", ns as f64 * 1e-9);
+    let mut lines = vec![said(word, theme::bad(), &ago)];
+    let was = model.mode().map_or("not known", |mode| trip::mode(mode).0);
+    let off = model.settings.map_or_else(
+        || "by itself the board switches torque off".to_owned(),
+        |settings| {
+            let limits = settings.limits;
+            format!(
+                "it brakes after {} ms of silence, torque is off after {}",
+                limits.hold_ms, limits.silence_ms
+            )
+        },
+    );
+    lines.push(Line::from(format!("   last seen {was}; {off}")));
+    lines
+}
+
+fn tripped(model: &Model, fault: Fault) -> Vec<Line<'static>> {
+    let (cause, seen, advice) = if let Some(trip) = &model.trip {
+        let told = trip::in_words(trip);
+        let seen = told.seen.map(|seen| format!("{seen} · "));
+        let seen = format!("{}tick {} · ", seen.unwrap_or_default(), trip.tick);
+        (told.cause, seen, told.advice)
+    } else {
+        let (cause, advice) = trip::words(fault);
+        (cause.to_owned(), String::new(), advice)
+    };
+    let off = model.off.as_ref().map(trip::off);
+    let after = off.unwrap_or_else(|| "stopping".to_owned());
+    vec![
+        said("FAULT", theme::bad(), &cause),
+        Line::from(format!("   {seen}{after}")),
+        Line::from(format!(" → {advice} (c clears)")).style(theme::warn()),
+    ]
+}

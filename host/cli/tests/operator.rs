@@ -1,0 +1,57 @@
+//! The operator at a link where no board of ours is.
+
+use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_client::Host;
+use armbridge_client::error::OperatorError;
+use armbridge_shared::link::frame::Encoder;
+use armbridge_shared::link::message::{Hello, Setup, ToHost};
+use armbridge_shared::link::schema;
+
+/// Listens to a peer that says the same every 100 ms, until it gives up.
+fn verdict(said: &[u8]) -> OperatorError {
+    let mut operator = Operator::new(Script::demo(Setup::default(), 1_000_000));
+    for now_us in (0..10_000_000).step_by(100_000) {
+        let spoken = operator.transmit(now_us).map(<[u8]>::len);
+        let heard = spoken.and_then(|_| operator.receive(now_us, said));
+        if let Err(error) = heard {
+            return error;
+        }
+    }
+    panic!("the operator never gave up");
+}
+
+#[test]
+fn another_schema_is_told_with_both_versions() {
+    let mut hello = Hello {
+        version: [7, 8, 9],
+        ..schema::HELLO
+    };
+    hello.schema[0] ^= 1;
+    let frame = Encoder::default().encode(&ToHost::Hello(hello)).1.to_vec();
+    let error = verdict(&frame);
+    assert_eq!(error, OperatorError::OtherSchema(hello));
+    let line = error.to_string();
+    let [major, minor, patch] = schema::VERSION;
+    for word in [
+        format!("{:016x}, version 7.8.9", u64::from_be_bytes(hello.schema)),
+        format!(
+            "{:016x}, version {major}.{minor}.{patch}",
+            u64::from_be_bytes(schema::HASH)
+        ),
+        "build and flash both from the same source".into(),
+    ] {
+        assert!(line.contains(&word) && !line.contains('\n'), "{line}");
+    }
+}
+
+#[test]
+fn garbage_is_told_from_silence() {
+    assert_eq!(verdict(&[]), OperatorError::NoBoard { damaged: 0 });
+    let error = verdict(b"garbage\0");
+    let OperatorError::NoBoard { damaged } = error else {
+        panic!("{error}");
+    };
+    assert!(damaged >= 30, "{damaged}");
+    let line = error.to_string();
+    assert!(line.contains(&damaged.to_string()) && line.contains("is this the board's link?"));
+}

@@ -1,0 +1,110 @@
+//! Events of a link, handed from the thread that serves it to one that has less hurry.
+//!
+//! Bounded: when the other thread is too slow, the oldest are dropped and counted. The
+//! link's thread never waits for more than a swap of two queues.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+use crate::Tap;
+use crate::event::{Direction, Ear, Event, What};
+
+/// Events that are kept: more than 4 s at 1 kHz.
+const MOST: usize = 8192;
+
+/// The end that is read.
+#[derive(Clone, Debug, Default)]
+pub struct Feed(Arc<Mutex<Queue>>);
+
+#[derive(Debug, Default)]
+struct Queue {
+    events: VecDeque<Event>,
+    dropped: u64,
+    /// The link's time of the latest event, and when that was.
+    latest: Option<(u64, Instant)>,
+}
+
+impl Feed {
+    /// What fills it.
+    pub fn tap(&self) -> Box<dyn Tap> {
+        Box::new(Filler {
+            ear: Ear::default(),
+            feed: self.clone(),
+        })
+    }
+
+    /// Swaps what has come for `events`, which is emptied, and says how many were
+    /// dropped since it was asked last.
+    pub fn take(&self, events: &mut VecDeque<Event>) -> u64 {
+        events.clear();
+        self.with(|queue| {
+            std::mem::swap(&mut queue.events, events);
+            std::mem::take(&mut queue.dropped)
+        })
+    }
+
+    /// What the time is on the link's clock, in ns; `None` before anything came.
+    pub fn now_ns(&self) -> Option<u64> {
+        let (host_ns, at) = self.with(|queue| queue.latest)?;
+        Some(host_ns + at.elapsed().as_nanos() as u64)
+    }
+
+    fn with<T>(&self, what: impl FnOnce(&mut Queue) -> T) -> T {
+        // Nothing here is half done when a thread panics.
+        what(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+struct Filler {
+    ear: Ear,
+    feed: Feed,
+}
+
+impl Tap for Filler {
+    fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]) {
+        let Self { ear, feed } = self;
+        feed.with(|queue| {
+            ear.take(direction, host_ns, bytes, |event| queue.push(event));
+        });
+    }
+
+    fn parted(&mut self, host_ns: u64) {
+        // The next connection begins with frames of its own.
+        self.ear = Ear::default();
+        let what = What::Parted;
+        self.feed.with(|queue| queue.push(Event { host_ns, what }));
+    }
+}
+
+impl Queue {
+    fn push(&mut self, event: Event) {
+        if self.events.len() == MOST {
+            self.events.pop_front();
+            self.dropped += 1;
+        }
+        self.events.push_back(event);
+        self.latest = Some((event.host_ns, Instant::now()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_reader_has_the_latest_and_is_told_what_it_missed() {
+        let feed = Feed::default();
+        let mut tap = feed.tap();
+        for host_ns in 0..MOST as u64 + 10 {
+            tap.parted(host_ns);
+        }
+        let mut events = VecDeque::new();
+        assert_eq!(feed.take(&mut events), 10);
+        assert_eq!(events.len(), MOST);
+        assert_eq!(events.front().map(|event| event.host_ns), Some(10));
+        assert_eq!(feed.take(&mut events), 0);
+        assert!(events.is_empty());
+        assert!(feed.now_ns().is_some_and(|now_ns| now_ns >= MOST as u64));
+    }
+}

@@ -1,0 +1,56 @@
+//! A host in the sense of the control link: what is at the board's other end.
+//!
+//! Sans-io and clockless. Whatever drives the link asks a [`Host`] for bytes, hands it
+//! what the board sent, and tells it the time; so the same host runs over a serial port,
+//! a socket, and in the virtual time of a simulation.
+
+/// The host's end of a control link.
+pub trait Host {
+    /// Why it gives up.
+    type Error;
+
+    /// Bytes for the board now.
+    ///
+    /// # Errors
+    /// If the host gives up.
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], Self::Error>;
+
+    /// Takes what the board sent.
+    ///
+    /// # Errors
+    /// If the host gives up.
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), Self::Error>;
+
+    /// When to call [`transmit`](Host::transmit) again, at the latest.
+    fn wake_at_us(&self) -> u64;
+
+    /// Whether there is nothing left to do.
+    fn is_done(&self) -> bool;
+
+    /// The connection broke; what comes from now on is of another one.
+    fn parted(&mut self, _now_us: u64) {}
+}
+
+impl<H: Host + ?Sized> Host for &mut H {
+    type Error = H::Error;
+
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
+        (**self).transmit(now_us)
+    }
+
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
+        (**self).receive(now_us, bytes)
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        (**self).wake_at_us()
+    }
+
+    fn is_done(&self) -> bool {
+        (**self).is_done()
+    }
+
+    fn parted(&mut self, now_us: u64) {
+        (**self).parted(now_us);
+    }
+}

@@ -1,0 +1,44 @@
+//! What a program needs that talks to an Armbridge board: links, the control link's
+//! protocol, sessions, parameters by name, and the servo bus behind a board or an adapter.
+//!
+//! | module           | what                                                       |
+//! |------------------|------------------------------------------------------------|
+//! | [`transport`]    | links by name; a [`Host`] driven over one                  |
+//! | [`host`]         | the sans-io interface between a link and what uses it      |
+//! | [`link`]         | the host's end of the protocol: hello, heartbeats, commands until acknowledged |
+//! | [`station`]      | requests in order, the session, stopping and leaving       |
+//! | [`event`]        | what is said on a link, decoded from both directions' bytes |
+//! | [`event_queue`]  | the same, handed to another thread                         |
+//! | [`tap`]          | listeners to a link's bytes                                |
+//! | [`params`]       | the board's settings as names with values                  |
+//! | [`servo_bus`]    | servos found, read, written and reset, from the host       |
+//! | [`servo_table`]  | servos' registers by name                                  |
+//! | [`names`], [`trip`], [`refusal`], [`experiment`] | one word for each thing, and sentences |
+#![forbid(unsafe_code)]
+
+pub mod endpoint;
+pub mod error;
+pub mod event;
+pub mod event_queue;
+pub mod experiment;
+pub mod host;
+pub mod interrupt;
+pub mod link;
+pub mod names;
+pub mod params;
+#[cfg(unix)]
+pub mod pty;
+pub mod refusal;
+pub mod servo_bus;
+pub mod servo_table;
+pub mod station;
+pub mod tap;
+pub mod tcp_pump;
+pub mod toml_file;
+pub mod transport;
+pub mod trip;
+
+pub use host::Host;
+pub use link::LinkStats;
+pub use tap::Tap;
+pub use transport::LinkError;

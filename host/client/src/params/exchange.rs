@@ -1,0 +1,130 @@
+//! Settings read from a board and written to it: a host that asks, changes, and leaves.
+
+use std::collections::VecDeque;
+
+use armbridge_shared::link::message::{Command, Refusal, Settings};
+
+use crate::Host;
+use crate::error::OperatorError;
+use crate::interrupt;
+use crate::station::Request;
+use crate::station::desk::Desk;
+
+/// How long a board that has answered may say nothing.
+const SILENCE_US: u64 = 3_000_000;
+
+/// What has become of an exchange.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Exchanged {
+    /// What was in force.
+    pub before: Option<Settings>,
+    /// Commands that the board has taken, in order.
+    pub taken: Vec<Command>,
+    /// The command that it refused, after which nothing more was asked, and why.
+    pub refused: Option<(Command, Refusal)>,
+}
+
+/// The host. Says hello, hears what is in force, and has the board do what is then
+/// `decide`d, one command after the other, until one is refused.
+#[derive(Debug)]
+pub struct Exchange<D> {
+    desk: Desk,
+    decide: Option<D>,
+    orders: VecDeque<Command>,
+    asked: Option<Command>,
+    heard_us: u64,
+    /// So far.
+    pub exchanged: Exchanged,
+}
+
+/// The commands that bring a board from some settings to others: limits first, which it
+/// takes only while idle, so that with torque on nothing is changed by halves.
+pub fn commands(before: &Settings, after: &Settings, save: bool) -> Vec<Command> {
+    let limit = (before.limits != after.limits).then_some(Command::Limit(after.limits));
+    let configure = (before.setup != after.setup).then_some(Command::Configure(after.setup));
+    let save = save.then_some(Command::Save);
+    [limit, configure, save].into_iter().flatten().collect()
+}
+
+impl<D: FnOnce(&Settings) -> Vec<Command>> Exchange<D> {
+    /// One that has not spoken yet.
+    pub fn new(decide: D) -> Self {
+        Self {
+            desk: Desk::default(),
+            decide: Some(decide),
+            orders: VecDeque::new(),
+            asked: None,
+            heard_us: 0,
+            exchanged: Exchanged::default(),
+        }
+    }
+
+    fn look(&mut self, now_us: u64) {
+        if let Some(settings) = self.desk.settings()
+            && let Some(decide) = self.decide.take()
+        {
+            self.exchanged.before = Some(settings);
+            self.orders = decide(&settings).into();
+            self.next(now_us);
+        }
+        if let Some(answer) = self.desk.take_answer()
+            && let Some(command) = self.asked.take()
+        {
+            match answer {
+                Ok(()) => self.exchanged.taken.push(command),
+                Err(refusal) => {
+                    self.exchanged.refused = Some((command, refusal));
+                    self.orders.clear();
+                }
+            }
+            self.next(now_us);
+        }
+    }
+
+    fn next(&mut self, now_us: u64) {
+        self.asked = self.orders.pop_front();
+        let request = self.asked.map_or(Request::Leave, Request::Command);
+        self.desk.ask(now_us, request);
+    }
+}
+
+impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
+    type Error = OperatorError;
+
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+        if interrupt::is_raised() {
+            self.desk.ask(now_us, Request::Leave);
+        }
+        if self.heard_us > 0 && now_us > self.heard_us + SILENCE_US {
+            return Err(OperatorError::Silent);
+        }
+        self.desk.transmit(now_us)
+    }
+
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
+        self.desk.receive(now_us, bytes, |_| ())?;
+        if !bytes.is_empty() {
+            self.heard_us = now_us;
+        }
+        self.look(now_us);
+        Ok(())
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        self.desk.wake_at_us()
+    }
+
+    fn is_done(&self) -> bool {
+        self.desk.is_done()
+    }
+
+    /// What was asked for is asked again: settings are a state, not an event.
+    fn parted(&mut self, now_us: u64) {
+        self.desk.parted(now_us);
+        self.heard_us = 0;
+        if let Some(command) = self.asked.take() {
+            self.orders.push_front(command);
+            self.next(now_us);
+        }
+    }
+}

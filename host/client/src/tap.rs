@@ -1,0 +1,74 @@
+//! Taps: listeners to the raw bytes of a link, such as recorders and dashboards.
+
+use crate::Host;
+use crate::event::Direction;
+
+/// A listener to the raw bytes of a link. Called on the thread that serves the link:
+/// must not wait.
+pub trait Tap: Send {
+    /// These bytes were written or read at this time (ns since 1970, or of virtual time).
+    fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]);
+
+    /// The connection broke at this time.
+    fn parted(&mut self, host_ns: u64);
+}
+
+/// A host in virtual time with listeners to its link.
+pub struct Tapped<H> {
+    /// The host.
+    pub host: H,
+    taps: Vec<Box<dyn Tap>>,
+}
+
+impl<H> Tapped<H> {
+    /// This host, with these listeners.
+    pub fn new(host: H, taps: Vec<Box<dyn Tap>>) -> Self {
+        Self { host, taps }
+    }
+}
+
+fn notify(taps: &mut [Box<dyn Tap>], direction: Direction, now_us: u64, bytes: &[u8]) {
+    if !bytes.is_empty() {
+        for tap in taps {
+            tap.bytes(direction, now_us.saturating_mul(1_000), bytes);
+        }
+    }
+}
+
+impl<H: Host> Host for Tapped<H> {
+    type Error = H::Error;
+
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
+        let bytes = self.host.transmit(now_us)?;
+        notify(&mut self.taps, Direction::ToBoard, now_us, bytes);
+        Ok(bytes)
+    }
+
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
+        notify(&mut self.taps, Direction::ToHost, now_us, bytes);
+        self.host.receive(now_us, bytes)
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        self.host.wake_at_us()
+    }
+
+    fn is_done(&self) -> bool {
+        self.host.is_done()
+    }
+
+    fn parted(&mut self, now_us: u64) {
+        for tap in &mut self.taps {
+            tap.parted(now_us.saturating_mul(1_000));
+        }
+        self.host.parted(now_us);
+    }
+}
+
+impl<H: std::fmt::Debug> std::fmt::Debug for Tapped<H> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Tapped")
+            .field("host", &self.host)
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,77 @@
+//! Wall-clock time: a host over a socket, and two sockets joined.
+
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use crate::Host;
+
+/// Longest wait for bytes before the host is asked again.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// Why a run over a socket ended early.
+#[derive(Debug)]
+pub enum WallError<H> {
+    /// The connection broke.
+    Io(io::Error),
+    /// The host gave up.
+    Host(H),
+}
+
+/// Lets `host` speak over `link` until it is done. Its time runs `slow` times
+/// slower than the wall clock, as the board's does.
+///
+/// # Errors
+/// If the connection breaks or the host gives up.
+pub fn run<H: Host>(
+    link: &mut TcpStream,
+    host: &mut H,
+    slow: u32,
+) -> Result<(), WallError<H::Error>> {
+    let begun = Instant::now();
+    let now_us = || begun.elapsed().as_micros() as u64 / u64::from(slow);
+    let mut bytes = [0; 4096];
+    while !host.is_done() {
+        let say = host.transmit(now_us()).map_err(WallError::Host)?;
+        link.write_all(say).map_err(WallError::Io)?;
+        let until_wake = Duration::from_micros(host.wake_at_us().saturating_sub(now_us()));
+        let until_wake = until_wake.saturating_mul(slow);
+        let wait = until_wake.clamp(Duration::from_micros(100), PATIENCE);
+        link.set_read_timeout(Some(wait)).map_err(WallError::Io)?;
+        match link.read(&mut bytes) {
+            Ok(0) => return Err(WallError::Io(io::ErrorKind::UnexpectedEof.into())),
+            Ok(count) => host
+                .receive(now_us(), &bytes[..count])
+                .map_err(WallError::Host)?,
+            Err(error) if is_timeout(&error) => {}
+            Err(error) => return Err(WallError::Io(error)),
+        }
+    }
+    Ok(())
+}
+
+/// Whether a read merely found nothing in time.
+pub fn is_timeout(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted
+    )
+}
+
+/// Copies bytes between two sockets, both ways, until either closes.
+///
+/// # Errors
+/// If a socket cannot be duplicated.
+pub fn join(a: &TcpStream, b: &TcpStream) -> io::Result<[JoinHandle<()>; 2]> {
+    let copy = |from: &TcpStream, to: &TcpStream| -> io::Result<JoinHandle<()>> {
+        let (mut from, mut to) = (from.try_clone()?, to.try_clone()?);
+        Ok(std::thread::spawn(move || {
+            // However it ends, the other direction must end too.
+            let _ = io::copy(&mut from, &mut to);
+            let _ = from.shutdown(Shutdown::Both);
+            let _ = to.shutdown(Shutdown::Both);
+        }))
+    };
+    Ok([copy(a, b)?, copy(b, a)?])
+}

@@ -1,0 +1,99 @@
+//! A connection that does not end without a goodbye.
+//!
+//! A host that panics, gives up, or is dropped half-way has not switched the motors
+//! off. So whatever ends a connection but the host's own word sends a hello and a
+//! goodbye: the hello, because its number makes the board listen to what follows it,
+//! and because a board disarms on it already. If the bytes do not arrive either, the
+//! board hears nothing from its host, brakes after 0.1 s and switches off after 0.5 s.
+
+use std::time::{Duration, Instant};
+
+use armbridge_shared::link::frame::Encoder;
+use armbridge_shared::link::message::ToBoard;
+use armbridge_shared::link::schema;
+
+use super::clock::Clock;
+use crate::Tap;
+use crate::event::Direction;
+use crate::servo_bus::Line;
+
+/// How long the board's last words are waited for. Whoever closes a socket with bytes
+/// in it unread takes those back that it has sent.
+const LINGER: Duration = Duration::from_millis(30);
+
+/// A line, what listens to it, and a goodbye that is owed.
+pub(super) struct Connection<'a> {
+    line: Box<dyn Line>,
+    taps: &'a mut [Box<dyn Tap>],
+    clock: &'a Clock,
+    is_goodbye_owed: bool,
+}
+
+impl<'a> Connection<'a> {
+    pub(super) fn new(line: Box<dyn Line>, taps: &'a mut [Box<dyn Tap>], clock: &'a Clock) -> Self {
+        Self {
+            line,
+            taps,
+            clock,
+            is_goodbye_owed: true,
+        }
+    }
+
+    /// Sends; the taps hear it first.
+    pub(super) fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        let now_ns = self.clock.now_ns();
+        for tap in &mut *self.taps {
+            tap.bytes(Direction::ToBoard, now_ns, bytes);
+        }
+        self.line.send(bytes)
+    }
+
+    /// What has come until then; the taps hear it first.
+    pub(super) fn receive(&mut self, until: Instant) -> std::io::Result<Vec<u8>> {
+        let bytes = self.line.receive(until)?;
+        if !bytes.is_empty() {
+            let now_ns = self.clock.now_ns();
+            for tap in &mut *self.taps {
+                tap.bytes(Direction::ToHost, now_ns, &bytes);
+            }
+        }
+        Ok(bytes)
+    }
+
+    /// The host has had its last word.
+    pub(super) fn close(mut self) {
+        self.is_goodbye_owed = false;
+        self.linger();
+    }
+
+    /// It was somebody else's all the time.
+    pub(super) fn abandon(mut self) {
+        self.is_goodbye_owed = false;
+    }
+
+    fn linger(&mut self) {
+        let until = Instant::now() + LINGER;
+        while Instant::now() < until && self.receive(until).is_ok() {}
+    }
+}
+
+impl Drop for Connection<'_> {
+    fn drop(&mut self) {
+        if !self.is_goodbye_owed {
+            return;
+        }
+        let mut encoder = Encoder::default();
+        // An empty frame ends whatever half frame the board is in.
+        let mut words = vec![0];
+        for word in [ToBoard::Hello(schema::HELLO), ToBoard::Goodbye] {
+            words.extend_from_slice(encoder.encode(&word).1);
+        }
+        // Best effort: see above.
+        if self.send(&words).is_ok() {
+            self.linger();
+        }
+    }
+}

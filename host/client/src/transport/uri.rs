@@ -1,0 +1,128 @@
+//! Links by name.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use super::LinkUri;
+use crate::endpoint::EndpointError;
+
+/// All that a link can be, for errors and help.
+pub const CHOICES: &str = "usb:, usb:SERIAL, serial:, serial:///dev/ttyACM0, tcp://HOST:PORT, \
+                           pty: or pty:///dev/pts/3";
+
+/// Why a name is not a link.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LinkUriError {
+    /// A scheme that there is not, or none.
+    #[error("`{0}` is no link: expected {CHOICES}")]
+    Scheme(String),
+    /// What follows `tcp://` is not an address.
+    #[error(transparent)]
+    Endpoint(#[from] EndpointError),
+    /// A path with nothing in it.
+    #[error("`{0}` names no device: write {scheme}:///dev/... or {scheme}: alone", scheme = .0.split(':').next().unwrap_or_default())]
+    NoPath(String),
+}
+
+impl FromStr for LinkUri {
+    type Err = LinkUriError;
+
+    fn from_str(name: &str) -> Result<Self, LinkUriError> {
+        // A device by its path alone is what one has at hand.
+        if name.starts_with('/') || is_windows_port(name) {
+            return Ok(Self::Serial(Some(name.into())));
+        }
+        let unknown = || LinkUriError::Scheme(name.into());
+        let (scheme, rest) = name.split_once(':').ok_or_else(unknown)?;
+        match (scheme, rest) {
+            ("tcp", _) => Ok(Self::Tcp(name.parse()?)),
+            ("usb", serial) => Ok(Self::Usb(
+                some(serial.trim_start_matches('/')).map(str::to_owned),
+            )),
+            ("serial", rest) => Ok(Self::Serial(path(name, rest)?)),
+            ("pty", rest) => Ok(Self::Pty(path(name, rest)?)),
+            _ => Err(unknown()),
+        }
+    }
+}
+
+fn is_windows_port(name: &str) -> bool {
+    let number = name.strip_prefix("COM").unwrap_or_default();
+    !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+fn some(text: &str) -> Option<&str> {
+    (!text.is_empty()).then_some(text)
+}
+
+/// The path after a scheme, with or without `//` before it.
+fn path(name: &str, rest: &str) -> Result<Option<PathBuf>, LinkUriError> {
+    match rest.strip_prefix("//") {
+        Some("") => Err(LinkUriError::NoPath(name.into())),
+        Some(path) => Ok(Some(path.into())),
+        None => Ok(some(rest).map(PathBuf::from)),
+    }
+}
+
+impl fmt::Display for LinkUri {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usb(serial) => write!(f, "usb:{}", serial.as_deref().unwrap_or_default()),
+            Self::Serial(None) => write!(f, "serial:"),
+            Self::Serial(Some(path)) => write!(f, "serial://{}", path.display()),
+            Self::Tcp(endpoint) => endpoint.fmt(f),
+            Self::Pty(None) => write!(f, "pty:"),
+            Self::Pty(Some(path)) => write!(f, "pty://{}", path.display()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_and_written() {
+        for (name, link) in [
+            ("usb:", LinkUri::Usb(None)),
+            ("usb:A1", LinkUri::Usb(Some("A1".into()))),
+            ("serial:", LinkUri::Serial(None)),
+            (
+                "serial:///dev/ttyACM0",
+                LinkUri::Serial(Some("/dev/ttyACM0".into())),
+            ),
+            ("pty:", LinkUri::Pty(None)),
+            ("pty:///dev/pts/3", LinkUri::Pty(Some("/dev/pts/3".into()))),
+        ] {
+            assert_eq!(name.parse(), Ok(link.clone()), "{name}");
+            assert_eq!(link.to_string(), name);
+        }
+        let tcp: LinkUri = "tcp://127.0.0.1:7000".parse().unwrap();
+        assert_eq!(tcp.to_string(), "tcp://127.0.0.1:7000");
+        // As one may write it, too.
+        for (name, same) in [
+            ("/dev/ttyACM0", "serial:///dev/ttyACM0"),
+            ("COM3", "serial://COM3"),
+            ("serial:/dev/ttyACM0", "serial:///dev/ttyACM0"),
+        ] {
+            assert_eq!(name.parse::<LinkUri>().unwrap().to_string(), same);
+        }
+    }
+
+    #[test]
+    fn mistakes_say_what_is_possible() {
+        for (name, words) in [
+            ("", "expected usb:"),
+            ("sym:", "pty:///dev/pts/3"),
+            ("ttyACM0", "serial:///dev/ttyACM0"),
+            ("udp://127.0.0.1:1", "tcp://HOST:PORT"),
+            ("serial://", "serial:///dev/..."),
+            ("tcp://127.0.0.1", "HOST:PORT"),
+        ] {
+            let error = name.parse::<LinkUri>().unwrap_err().to_string();
+            assert!(error.contains(words), "{name}: {error}");
+            assert!(!error.contains('\n'));
+        }
+    }
+}

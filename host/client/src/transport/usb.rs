@@ -1,0 +1,239 @@
+//! The control link of a board on USB: two bulk pipes of an interface that is the
+//! vendor's own.
+//!
+//! The board's serial port is its transparent one; see the firmware's
+//! `board::feather_f405::usb`. Pure Rust, without libusb: on Linux through usbfs, on
+//! Windows through `WinUSB`, on macOS through `IOKit`. Which board is meant and what
+//! goes wrong is tested; the pipes themselves have not been run on hardware.
+
+use std::io::{self, Read, Write};
+use std::time::{Duration, Instant};
+
+use armbridge_shared::link::frame;
+use nusb::io::{EndpointRead, EndpointWrite};
+use nusb::transfer::{Bulk, Direction, In, Out};
+use nusb::{DeviceInfo, ErrorKind, Interface, MaybeFuture};
+
+use crate::servo_bus::Line;
+
+/// The vendor that pid.codes is.
+pub const VENDOR_ID: u16 = 0x1209;
+/// The product that it keeps for tests; others use it too.
+pub const PRODUCT_ID: u16 = 0x0001;
+/// What tells ours from those.
+pub const PRODUCT_NAME: &str = "Armbridge";
+/// Class of the interface with the pipes.
+pub const VENDOR_CLASS: u8 = 0xFF;
+
+/// Bytes of a transfer's buffer: a page, the least that Linux gives out, and more than
+/// any frame.
+const TRANSFER: usize = 4_096;
+const _: () = assert!(TRANSFER >= frame::MAX);
+/// Transfers that are kept open; they take 256 KiB, of 16 MiB that Linux has for USB.
+///
+/// A transfer ends with a packet that is not full, and the board ends each frame with
+/// one: a transfer holds one frame, however large its buffer. While the host does not
+/// read, all transfers but the one that it read last are filled, then the board's own
+/// queue of 15 records and the frame that it has taken out. At 1 kHz that is
+/// 63 + 15 + 1 ms: records are dropped when the host stalls for more than 79 ms. Each
+/// other message takes the place of a record.
+const TRANSFERS: usize = 64;
+/// How long the board may take none of our bytes.
+const STUCK: Duration = Duration::from_secs(1);
+
+/// Why there is no link to a board.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UsbError {
+    /// The system does not tell what is plugged in.
+    #[error("USB devices cannot be listed: {0}; is there USB here? Inside a container, often not")]
+    List(String),
+    /// No board at all.
+    #[error("no board is plugged in: check its USB cable and power; `lsusb` must show 1209:0001")]
+    NoBoard,
+    /// Boards, but not this one.
+    #[error("no board has the serial number {wanted}; there is {}", .there.join(", "))]
+    OtherSerial {
+        /// As asked for.
+        wanted: String,
+        /// Those that there are, as links.
+        there: Vec<String>,
+    },
+    /// More than one.
+    #[error("{} boards are plugged in; name one of {}", .0.len(), .0.join(", "))]
+    Several(Vec<String>),
+    /// The system does not let us.
+    #[error(
+        "{0} may not be opened: let your user have it by the line \
+         SUBSYSTEM==\"usb\", ATTR{{idVendor}}==\"1209\", ATTR{{idProduct}}==\"0001\", MODE=\"0666\" \
+         in /etc/udev/rules.d/70-armbridge.rules, and plug it in again"
+    )]
+    Permission(String),
+    /// Another program has it.
+    #[error("{0} is in use: another host has the link; end that one first")]
+    Busy(String),
+    /// It has no such interface.
+    #[error("{0} has no control link: is its firmware of this version?")]
+    NoPipes(String),
+    /// Anything else.
+    #[error("{0} does not open: {1}; plug it in again")]
+    Other(String, String),
+}
+
+/// Opens the control link of the board with this serial number, or of the only one.
+///
+/// # Errors
+/// If there is none, more than one, or it is not ours to open.
+pub fn open(serial: Option<&str>) -> Result<UsbLine, UsbError> {
+    let devices = nusb::list_devices()
+        .wait()
+        .map_err(|error| UsbError::List(error.to_string()))?;
+    let boards: Vec<DeviceInfo> = devices.filter(is_board).collect();
+    let serials: Vec<Option<&str>> = boards.iter().map(DeviceInfo::serial_number).collect();
+    let board = &boards[pick(&serials, serial)?];
+    let name = name(board.serial_number());
+    let explain = |error: &nusb::Error| explain(&name, error.kind(), &error.to_string());
+    let pipes = board
+        .interfaces()
+        .find(|interface| interface.class() == VENDOR_CLASS)
+        .ok_or_else(|| UsbError::NoPipes(name.clone()))?;
+    let device = board.open().wait().map_err(|error| explain(&error))?;
+    let interface = device
+        .claim_interface(pipes.interface_number())
+        .wait()
+        .map_err(|error| explain(&error))?;
+    UsbLine::on(&interface)
+        .map_err(|error| explain(&error))?
+        .ok_or(UsbError::NoPipes(name))
+}
+
+fn is_board(device: &DeviceInfo) -> bool {
+    device.vendor_id() == VENDOR_ID
+        && device.product_id() == PRODUCT_ID
+        && device.product_string() == Some(PRODUCT_NAME)
+}
+
+/// A board as a link.
+fn name(serial: Option<&str>) -> String {
+    format!("usb:{}", serial.unwrap_or_default())
+}
+
+/// Which of these boards is meant.
+fn pick(serials: &[Option<&str>], wanted: Option<&str>) -> Result<usize, UsbError> {
+    let names = || serials.iter().map(|serial| name(*serial)).collect();
+    match (serials, wanted) {
+        ([], _) => Err(UsbError::NoBoard),
+        ([_], None) => Ok(0),
+        (_, None) => Err(UsbError::Several(names())),
+        (_, Some(wanted)) => serials
+            .iter()
+            .position(|serial| *serial == Some(wanted))
+            .ok_or_else(|| UsbError::OtherSerial {
+                wanted: wanted.into(),
+                there: names(),
+            }),
+    }
+}
+
+fn explain(name: &str, kind: ErrorKind, said: &str) -> UsbError {
+    let name = name.to_owned();
+    match kind {
+        ErrorKind::PermissionDenied => UsbError::Permission(name),
+        ErrorKind::Busy => UsbError::Busy(name),
+        ErrorKind::NotFound => UsbError::NoPipes(name),
+        _ => UsbError::Other(name, said.into()),
+    }
+}
+
+/// The two pipes.
+pub struct UsbLine {
+    from_board: EndpointRead<Bulk>,
+    to_board: EndpointWrite<Bulk>,
+}
+
+impl UsbLine {
+    /// The pipes of this interface, if it has one each way.
+    fn on(interface: &Interface) -> Result<Option<Self>, nusb::Error> {
+        let address = |direction| {
+            let pipes = interface.descriptor()?;
+            let pipe = pipes
+                .endpoints()
+                .find(|pipe| pipe.direction() == direction)?;
+            Some(pipe.address())
+        };
+        let (Some(from), Some(to)) = (address(Direction::In), address(Direction::Out)) else {
+            return Ok(None);
+        };
+        let from_board = interface.endpoint::<Bulk, In>(from)?;
+        let to_board = interface.endpoint::<Bulk, Out>(to)?;
+        Ok(Some(Self {
+            from_board: from_board.reader(TRANSFER).with_num_transfers(TRANSFERS),
+            to_board: to_board.writer(TRANSFER).with_write_timeout(STUCK),
+        }))
+    }
+}
+
+impl Line for UsbLine {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.to_board.write_all(bytes)?;
+        self.to_board.flush()
+    }
+
+    fn receive(&mut self, until: Instant) -> io::Result<Vec<u8>> {
+        let wait = until.saturating_duration_since(Instant::now());
+        self.from_board.set_read_timeout(wait);
+        let mut bytes = vec![0; TRANSFER];
+        let came = self.from_board.read(&mut bytes);
+        crate::servo_bus::line::taken(came, bytes)
+    }
+
+    fn set_baud(&mut self, _baud: u32) -> io::Result<bool> {
+        Ok(false)
+    }
+
+    fn baud(&self) -> Option<u32> {
+        None
+    }
+
+    fn latency(&self) -> Duration {
+        Duration::ZERO
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_board_that_is_meant_is_found() {
+        let (a, b) = (Some("A1"), Some("B2"));
+        assert_eq!(pick(&[None], None), Ok(0));
+        assert_eq!(pick(&[a, b], b), Ok(1));
+        for (there, wanted, words) in [
+            (&[][..], None, "no board is plugged in"),
+            (&[], a, "no board is plugged in"),
+            (
+                &[a, b],
+                None,
+                "2 boards are plugged in; name one of usb:A1, usb:B2",
+            ),
+            (&[a, None], b, "serial number B2; there is usb:A1, usb:"),
+        ] {
+            let error = pick(there, wanted).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_the_system_says_is_turned_into_what_to_do() {
+        for (kind, words) in [
+            (ErrorKind::PermissionDenied, "/etc/udev/rules.d"),
+            (ErrorKind::Busy, "another host has the link"),
+            (ErrorKind::NotFound, "firmware of this version"),
+            (ErrorKind::Disconnected, "gone; plug it in again"),
+        ] {
+            let error = explain("usb:A1", kind, "gone").to_string();
+            assert!(error.contains("usb:A1") && error.contains(words), "{error}");
+            assert!(!error.contains('\n'), "{error}");
+        }
+    }
+}

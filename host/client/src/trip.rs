@@ -1,0 +1,255 @@
+//! Why torque went off, in plain words: the cause, what was seen against what is
+//! allowed, and what to do. And what each mode means.
+
+use armbridge_shared::link::limits::hard;
+use armbridge_shared::link::message::{Drive, Fault, Mode, OffReport, OffState, StopSource, Trip};
+
+/// A trip, told to a person. Lines without a full stop.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Account {
+    /// What happened.
+    pub cause: String,
+    /// Value against limit; `None` where there are no numbers.
+    pub seen: Option<String>,
+    /// What to do about it.
+    pub advice: &'static str,
+}
+
+/// Of a trip.
+pub fn in_words(trip: &Trip) -> Account {
+    let (cause, advice) = words(trip.fault);
+    let joint = trip.joint.map(|joint| u32::from(joint) + 1);
+    Account {
+        cause: joint.map_or_else(
+            || cause.to_owned(),
+            |joint| format!("joint {joint}: {cause}"),
+        ),
+        seen: seen(trip),
+        advice,
+    }
+}
+
+/// What a fault means, and what to do about it.
+pub fn words(fault: Fault) -> (&'static str, &'static str) {
+    match fault {
+        Fault::EmergencyStop(StopSource::Host) => (
+            "emergency stop, asked for by the host",
+            "clear it when the arm is free to move",
+        ),
+        Fault::EmergencyStop(StopSource::Pin) => (
+            "emergency stop by the switch at the board, or its wire broke",
+            "release the switch or mend the wire, then clear",
+        ),
+        Fault::EmergencyStop(StopSource::Flood) => (
+            "emergency stop: more garbage than frames on the link",
+            "end whatever else writes to the link, then clear",
+        ),
+        Fault::HostSilent => (
+            "the host said nothing for too long",
+            "check cable and computer, then clear and arm again",
+        ),
+        Fault::AngleLimit => (
+            "beyond its angle limit, or braked before it for too long",
+            "bring the arm back by hand, then clear",
+        ),
+        Fault::SpeedLimit => (
+            "faster than its limit",
+            "look for what pushes it, or lower the gains, then clear",
+        ),
+        Fault::TorqueLimit => (
+            "more torque than the limit was wanted for too long",
+            "look for what blocks it, or lower the gains, then clear",
+        ),
+        Fault::TorqueRate => (
+            "the wanted torque changed too fast for too long",
+            "the loop rattles: lower the gains or slow the estimator",
+        ),
+        Fault::PwmLimit => (
+            "more PWM than the limit was wanted for too long",
+            "look for what blocks the arm, or lower the gains, then clear",
+        ),
+        Fault::Temperature => (
+            "its servo is too hot, or has changed its temperature too much",
+            "let it cool down, then clear",
+        ),
+        Fault::DeadZone => (
+            "it is where its potentiometer has no track",
+            "turn it back by hand, then clear; is the servo mounted right?",
+        ),
+        Fault::ServoSilent => (
+            "its servo no longer answers",
+            "check its plug and its supply, then clear",
+        ),
+        Fault::ServoReset => (
+            "its servo has been off and on again",
+            "check the supply under load, then clear",
+        ),
+        Fault::SamplesLost => (
+            "too many samples in a row came damaged",
+            "check the bus wiring and its ground, then clear",
+        ),
+        Fault::SamplesRare => (
+            "too many samples were missing within a second",
+            "check the bus wiring and its ground, then clear",
+        ),
+        Fault::Overrun => (
+            "ticks began later than a whole period",
+            "use a longer period or a faster bus, then clear",
+        ),
+        Fault::Clock => (
+            "the board's clock went back",
+            "reset the board; if it happens again, the board is broken",
+        ),
+        Fault::Diverged => (
+            "it is not where the estimate is, again and again",
+            "check calibration and encoder, then clear",
+        ),
+        Fault::Stuck => (
+            "it does not move though driven, or its encoder has stopped",
+            "look for what blocks it, and at its gears, then clear",
+        ),
+        Fault::NotFinite => (
+            "the control law made something that is not a number",
+            "go back to gains and estimator that worked, then clear",
+        ),
+        Fault::ServoAlarm => (
+            "its servo reports heat or overload, and lets go",
+            "let it cool down, take load off the arm, then clear",
+        ),
+        Fault::FirmwareChanged => (
+            "the servos run another firmware than before",
+            "if that is meant, clear; otherwise check what is on the bus",
+        ),
+        Fault::Corrupted => (
+            "a parameter in memory is not what it was set to",
+            "send the settings again, then clear; check the supply",
+        ),
+    }
+}
+
+/// Value against limit, in the unit of the limit.
+fn seen(trip: &Trip) -> Option<String> {
+    let Trip { value, limit, .. } = *trip;
+    let against = |unit: &str, digits: usize| {
+        Some(format!(
+            "{value:.digits$} {unit}, allowed are {limit:.digits$}"
+        ))
+    };
+    match trip.fault {
+        Fault::AngleLimit | Fault::Diverged => against("rad", 3),
+        Fault::SpeedLimit => against("rad/s", 2),
+        // An encoder that is quiet for so many ms, or torque that moves nothing.
+        Fault::Stuck if limit > hard::STUCK_NM => against("ms", 0),
+        Fault::TorqueLimit | Fault::Stuck => against("N m", 2),
+        Fault::TorqueRate => against("N m/s", 0),
+        Fault::PwmLimit => Some(format!("the limit is {limit:.0} counts from off")),
+        // °C or counts, by the servo's firmware.
+        Fault::Temperature => Some(format!("{value:.0}, allowed are {limit:.0}")),
+        Fault::DeadZone => Some(format!("at count {value:.0}, the track ends at {limit:.0}")),
+        Fault::HostSilent | Fault::Overrun => Some(format!(
+            "{:.1} ms, allowed are {:.1}",
+            value * 1e3,
+            limit * 1e3
+        )),
+        Fault::ServoSilent | Fault::SamplesLost => {
+            Some(format!("for {value:.0} ms, allowed are {limit:.0}"))
+        }
+        Fault::SamplesRare => Some(format!("{value:.0} %, allowed are {limit:.0}")),
+        Fault::ServoReset => Some(format!("{value:.0} ticks without a sample")),
+        Fault::Clock => Some(format!("by {:.1} ms", value * 1e3)),
+        Fault::EmergencyStop(_)
+        | Fault::NotFinite
+        | Fault::ServoAlarm
+        | Fault::FirmwareChanged
+        | Fault::Corrupted => None,
+    }
+}
+
+/// A mode in one word, and what that means.
+pub fn mode(mode: Mode) -> (&'static str, &'static str) {
+    match mode {
+        Mode::Boot => ("BOOT", "stop sequence, then the servos are looked for"),
+        Mode::Idle => ("IDLE", "motors off, angles are read"),
+        Mode::Armed => ("ARMED", "ready to move, zero torque"),
+        Mode::Running(Drive::Torque) => ("RUNNING", "constant torque"),
+        Mode::Running(Drive::Regulate) => ("RUNNING", "regulates about the setpoint"),
+        Mode::Running(Drive::Track) => ("RUNNING", "follows a motion, then rests at its end"),
+        Mode::Running(Drive::Hold) => (
+            "RUNNING",
+            "the host was silent, or an experiment is over: braked, and holds",
+        ),
+        Mode::Running(Drive::Experiment) => ("RUNNING", "an experiment drives the arm"),
+        Mode::Degraded(Drive::Torque) => ("DEGRADED", "constant torque; samples missing"),
+        Mode::Degraded(Drive::Regulate) => ("DEGRADED", "regulates; samples missing, predicted"),
+        Mode::Degraded(Drive::Track) => {
+            ("DEGRADED", "follows a motion; samples missing, predicted")
+        }
+        Mode::Degraded(Drive::Hold) => ("DEGRADED", "braked, and holds; samples missing"),
+        Mode::Degraded(Drive::Experiment) => ("DEGRADED", "an experiment; samples missing"),
+        Mode::Passthrough => (
+            "PASSTHROUGH",
+            "a program on the transparent port has the bus",
+        ),
+        Mode::Fault(_) => ("FAULT", "motors off, latched until it is cleared"),
+    }
+}
+
+/// Report on motors that must be off, in words.
+pub fn off(report: &OffReport) -> String {
+    let joint = |state| match state {
+        OffState::Off => "is seen to be off",
+        OffState::Unconfirmed => {
+            "was commanded off, which was not confirmed: switch its supply off"
+        }
+        OffState::OutOfReach => "does not answer, so that its motor may be on: check it",
+    };
+    let [first, second] = report.joints;
+    if first == second {
+        let both = match first {
+            OffState::Off => "both motors are seen to be off",
+            OffState::Unconfirmed => {
+                "both motors were commanded off, which was not confirmed: switch the supply off"
+            }
+            OffState::OutOfReach => "neither servo answers, so that motors may be on: check them",
+        };
+        return both.to_owned();
+    }
+    format!("motor 1 {}, motor 2 {}", joint(first), joint(second))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::names::FAULTS;
+
+    #[test]
+    fn every_fault_is_told_with_what_to_do_and_the_numbers_it_has() {
+        for fault in FAULTS {
+            let account = in_words(&Trip {
+                fault,
+                joint: Some(1),
+                tick: 3,
+                at_us: 3_000,
+                value: 1.6,
+                limit: 1.5,
+            });
+            assert!(account.cause.starts_with("joint 2: "), "{fault:?}");
+            assert!(!account.advice.is_empty() && !account.advice.ends_with('.'));
+            // Each fits in a line of a terminal, with what stands before and after.
+            let lengths = [&account.cause, account.advice].map(|text| text.chars().count());
+            assert!(lengths[0] <= 70 && lengths[1] <= 65, "{account:?}");
+        }
+        let trip = Trip {
+            fault: Fault::HostSilent,
+            joint: None,
+            tick: 3,
+            at_us: 3_000,
+            value: 0.5123,
+            limit: 0.5,
+        };
+        assert_eq!(
+            in_words(&trip).seen.as_deref(),
+            Some("512.3 ms, allowed are 500.0")
+        );
+    }
+}

@@ -1,0 +1,222 @@
+//! `.mat` for MATLAB and Octave.
+//!
+//! | variable   | what                                                              |
+//! |------------|-------------------------------------------------------------------|
+//! | `log`      | struct: `time_s`, `tick`, `angle_rad` ...; a row for each tick, a column for each joint |
+//! | `units`    | struct: the unit of each of these fields                           |
+//! | `columns`  | struct: what each of them is                                       |
+//! | `words`    | struct of cells: `words.mode{log.mode(k)}` is the mode of row `k`  |
+//! | `settings` | struct: the board's, nested at the dots of their names             |
+//! | `about`    | text: which run it is, and how to read this                        |
+//!
+//! A missing count is NaN; nothing is interpolated, and `log.tick` jumps where
+//! records are missing. The ticks are read twice, to count them and to write them,
+//! so that memory does not grow with the run.
+
+pub mod level5;
+
+use std::fs::File;
+use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use armbridge_shared::link::message::Record;
+use level5::{Array, MOST_BYTES, Number, Output};
+
+use super::column::{QUANTITIES, Quantity, Values, Words};
+use super::{About, ExportError};
+use crate::inspect::settings::Setting;
+use toml::Value;
+
+/// Rows that are kept until they are written.
+const ROWS: usize = 1 << 16;
+
+/// Writes the file; `records` gives the ticks as often as it is called.
+///
+/// # Errors
+/// If it cannot be written, or has more ticks than the format can hold.
+pub fn write<I: Iterator<Item = Record>>(
+    path: &Path,
+    about: &About<'_>,
+    records: impl Fn() -> Result<I, ExportError>,
+) -> Result<u64, ExportError> {
+    let ticks = records()?.count();
+    let log = log(ticks);
+    if log.bytes("log") > MOST_BYTES {
+        return Err(ExportError::TooLong {
+            path: path.to_path_buf(),
+            ticks: ticks as u64,
+        });
+    }
+    let failed = |source| ExportError::Write {
+        path: path.to_path_buf(),
+        source,
+    };
+    let mut file = BufWriter::new(File::create(path).map_err(failed)?);
+    let rooms = frame(&mut file, about, &log).map_err(failed)?;
+    fill(&mut file, &rooms, ticks, records()?).map_err(failed)?;
+    Ok(ticks as u64)
+}
+
+/// Everything but the numbers of the ticks; returns where these go.
+fn frame(file: &mut impl Write, about: &About<'_>, log: &Array) -> std::io::Result<Vec<u64>> {
+    let mut rooms = Vec::new();
+    let mut out = Output::begin(file, &about.title())?;
+    log.write("log", &mut out, &mut rooms)?;
+    let of_each = |text: fn(&Quantity) -> &'static str| {
+        let fields = QUANTITIES.iter();
+        Array::Struct(
+            fields
+                .map(|q| (q.name.to_owned(), Array::Text(text(q).to_owned())))
+                .collect(),
+        )
+    };
+    of_each(|q| q.unit).write("units", &mut out, &mut rooms)?;
+    of_each(|q| q.about).write("columns", &mut out, &mut rooms)?;
+    words().write("words", &mut out, &mut rooms)?;
+    settings(&about.settings).write("settings", &mut out, &mut rooms)?;
+    let text = format!(
+        "{}\nRows are ticks, columns are joints; units and columns say what each field of log is. \
+         words.mode{{log.mode(k)}} is the mode of row k, and so for fault, guards, missing and \
+         alarms. Nothing is interpolated: a missing count is NaN, and tick jumps where records \
+         are missing.{}",
+        about.title(),
+        about.damage_in_words()
+    );
+    Array::Text(text).write("about", &mut out, &mut rooms)?;
+    Ok(rooms)
+}
+
+/// The struct with room for so many ticks.
+fn log(ticks: usize) -> Array {
+    let fields = QUANTITIES.iter().map(|quantity| {
+        let room = Array::Reserved {
+            number: number(quantity.values),
+            rows: ticks,
+            columns: quantity.columns.len(),
+        };
+        (quantity.name.to_owned(), room)
+    });
+    Array::Struct(fields.collect())
+}
+
+fn number(values: Values) -> Number {
+    match values {
+        Values::F64(_) => Number::Double,
+        // Counts to 1023 are exact, and a missing one can be NaN.
+        Values::F32(_) | Values::Sample(_) => Number::Single,
+        Values::U32(_) => Number::Uint32,
+        Values::U16(_) => Number::Uint16,
+        Values::Word(..) => Number::Uint8,
+    }
+}
+
+fn words() -> Array {
+    let lists = QUANTITIES
+        .iter()
+        .filter_map(|quantity| match quantity.values {
+            Values::Word(words, _) => Some((quantity.name.to_owned(), cells(words))),
+            Values::F64(_)
+            | Values::F32(_)
+            | Values::U32(_)
+            | Values::U16(_)
+            | Values::Sample(_) => None,
+        });
+    Array::Struct(lists.collect())
+}
+
+fn cells(words: Words) -> Array {
+    Array::Cells(words.all().into_iter().map(Array::Text).collect())
+}
+
+/// A struct for each part of a dotted name.
+fn settings(settings: &[Setting]) -> Array {
+    let mut root = Vec::new();
+    for setting in settings {
+        insert(&mut root, setting.key, value(&setting.value));
+    }
+    Array::Struct(root)
+}
+
+fn insert(fields: &mut Vec<(String, Array)>, key: &str, array: Array) {
+    let Some((group, rest)) = key.split_once('.') else {
+        fields.push((key.to_owned(), array));
+        return;
+    };
+    let at = fields.iter().position(|(name, _)| name == group);
+    let at = at.unwrap_or_else(|| {
+        fields.push((group.to_owned(), Array::Struct(Vec::new())));
+        fields.len() - 1
+    });
+    if let (_, Array::Struct(inner)) = &mut fields[at] {
+        insert(inner, rest, array);
+    }
+}
+
+fn value(value: &Value) -> Array {
+    match value {
+        Value::Array(items) if items.iter().any(Value::is_array) => {
+            Array::Numbers(items.iter().map(row).collect())
+        }
+        Value::Array(_) | Value::Integer(_) | Value::Float(_) => Array::Numbers(vec![row(value)]),
+        Value::Boolean(flag) => Array::number(f64::from(*flag)),
+        Value::String(text) => Array::Text(text.clone()),
+        // Settings have neither.
+        Value::Datetime(_) | Value::Table(_) => Array::Text(value.to_string()),
+    }
+}
+
+/// A number, or a list of them.
+fn row(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Integer(number) => vec![*number as f64],
+        Value::Float(number) => vec![*number],
+        Value::Array(items) => items.iter().flat_map(row).collect(),
+        Value::String(_) | Value::Boolean(_) | Value::Datetime(_) | Value::Table(_) => vec![],
+    }
+}
+
+/// Writes every tick to where it belongs.
+fn fill(
+    file: &mut (impl Write + Seek),
+    rooms: &[u64],
+    ticks: usize,
+    records: impl Iterator<Item = Record>,
+) -> std::io::Result<()> {
+    // Should there be more than were counted, they have no room.
+    let mut records = records.take(ticks);
+    let mut done = 0;
+    let mut bytes = Vec::new();
+    loop {
+        let rows: Vec<Record> = records.by_ref().take(ROWS).collect();
+        if rows.is_empty() {
+            return file.flush();
+        }
+        for (quantity, room) in QUANTITIES.iter().zip(rooms) {
+            let size = number(quantity.values).size();
+            for column in 0..quantity.columns.len() {
+                bytes.clear();
+                column_bytes(&mut bytes, &rows, quantity.values, column);
+                let at = room + (size * (column * ticks + done)) as u64;
+                file.seek(SeekFrom::Start(at))?;
+                file.write_all(&bytes)?;
+            }
+        }
+        done += rows.len();
+    }
+}
+
+fn column_bytes(bytes: &mut Vec<u8>, rows: &[Record], values: Values, joint: usize) {
+    let rows = rows.iter();
+    match values {
+        Values::F64(of) => bytes.extend(rows.flat_map(|row| of(row).to_le_bytes())),
+        Values::F32(of) => bytes.extend(rows.flat_map(|row| of(row, joint).to_le_bytes())),
+        Values::U32(of) => bytes.extend(rows.flat_map(|row| of(row).to_le_bytes())),
+        Values::U16(of) => bytes.extend(rows.flat_map(|row| of(row, joint).to_le_bytes())),
+        Values::Sample(of) => {
+            let count = |row| of(row, joint).map_or(f32::NAN, f32::from);
+            bytes.extend(rows.flat_map(|row| count(row).to_le_bytes()));
+        }
+        // MATLAB counts from 1.
+        Values::Word(_, of) => bytes.extend(rows.map(|row| of(row, joint) as u8 + 1)),
+    }
+}

@@ -1,0 +1,139 @@
+//! Logs in other programs' formats: every column of every tick.
+//!
+//! | format      | file                    | opens in                            |
+//! |-------------|-------------------------|-------------------------------------|
+//! | [`csv`]     | one row per tick        | spreadsheets, everything            |
+//! | [`parquet`] | typed columns           | pandas, polars, `DuckDB`, MATLAB    |
+//! | [`mat`]     | named, unit-annotated   | MATLAB, Octave, `SciPy`             |
+//!
+//! [`mod@column`] says what the columns are. Nothing is interpolated or left out: a
+//! missing sample is empty and says why, and `tick` jumps where records are missing.
+
+pub mod column;
+pub mod csv;
+pub mod mat;
+pub mod parquet;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use armbridge_shared::link::message::Record;
+
+use crate::LogError;
+use crate::inspect::settings::Setting;
+use crate::recording::ReadError;
+use crate::run_info::RunFacts;
+
+/// Formats to choose from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Comma-separated values.
+    Csv,
+    /// Apache Parquet.
+    Parquet,
+    /// MAT-file of level 5.
+    Mat,
+}
+
+impl Format {
+    /// How its files' names end.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+            Self::Mat => "mat",
+        }
+    }
+}
+
+/// Which run it is.
+#[derive(Clone, Debug)]
+pub struct About<'a> {
+    /// Of the run.
+    pub facts: &'a RunFacts,
+    /// Of the board.
+    pub settings: Vec<Setting>,
+    /// What is missing of the log, each in one sentence.
+    pub damage: &'a [String],
+}
+
+impl About<'_> {
+    fn title(&self) -> String {
+        let RunFacts { name, version, .. } = self.facts;
+        format!("armbridge {version} {name}: {}", self.facts.describe())
+    }
+
+    fn damage_in_words(&self) -> String {
+        if self.damage.is_empty() {
+            return String::new();
+        }
+        format!("\nMissing of the log: {}", self.damage.join(" "))
+    }
+
+    fn settings_json(&self) -> String {
+        let settings = self.settings.iter();
+        let settings: BTreeMap<_, _> = settings.map(|s| (s.key, &s.value)).collect();
+        // Plain data: always has a form in JSON.
+        serde_json::to_string(&settings).unwrap_or_default()
+    }
+}
+
+/// Why a log could not be exported.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The log cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The file system said no.
+    #[error(
+        "cannot write {path}: {source}; choose another place with --out",
+        path = path.display()
+    )]
+    Write {
+        /// File being written.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The CSV library said no.
+    #[error(transparent)]
+    Csv(#[from] LogError),
+    /// The Parquet library said no.
+    #[error("cannot write {path}: {source}", path = path.display())]
+    Parquet {
+        /// File being written.
+        path: PathBuf,
+        /// What the library said.
+        source: ::parquet::errors::ParquetError,
+    },
+    /// More ticks than a MAT-file of level 5 holds.
+    #[error(
+        "cannot write {path}: {ticks} ticks are more than the 2 GiB of a variable in a .mat; \
+         export parquet instead, which MATLAB's `parquetread` opens",
+        path = path.display()
+    )]
+    TooLong {
+        /// File that would have been written.
+        path: PathBuf,
+        /// Ticks of the log.
+        ticks: u64,
+    },
+}
+
+/// Writes a log to a file; `records` gives its ticks as often as it is called.
+/// Returns how many there are.
+///
+/// # Errors
+/// If the log cannot be read or the file cannot be written.
+pub fn write<I: Iterator<Item = Record>>(
+    format: Format,
+    path: &Path,
+    about: &About<'_>,
+    records: impl Fn() -> Result<I, ExportError>,
+) -> Result<u64, ExportError> {
+    match format {
+        Format::Csv => csv::write(path, records()?),
+        Format::Parquet => parquet::write(path, about, records()?),
+        Format::Mat => mat::write(path, about, records),
+    }
+}

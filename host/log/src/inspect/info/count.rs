@@ -1,0 +1,159 @@
+//! One pass over a log's events, counting.
+
+use std::collections::BTreeMap;
+
+use armbridge_shared::link::message::{Mode, Record, Sample, ToBoard, ToHost, Trip};
+
+use super::{FaultInfo, Gap, TOLD};
+use crate::clock::Envelope;
+use crate::inspect::log::Orders;
+use armbridge_client::event::{Event, What};
+use armbridge_client::names;
+
+/// What has been counted so far.
+#[derive(Debug, Default)]
+pub(super) struct Count {
+    pub(super) orders: Orders,
+    pub(super) clocks: Envelope,
+    pub(super) ticks: u64,
+    pub(super) first: Option<Record>,
+    pub(super) last: Option<Record>,
+    pub(super) missing_ticks: u64,
+    pub(super) gaps: Vec<Gap>,
+    pub(super) gaps_in_all: usize,
+    pub(super) skipped: u32,
+    pub(super) missing_samples: BTreeMap<&'static str, u64>,
+    pub(super) faults: Vec<FaultInfo>,
+    pub(super) trips: Vec<Trip>,
+    pub(super) resets_s: Vec<f64>,
+    pub(super) partings: u64,
+    pub(super) garbled: u64,
+    pub(super) lost: u64,
+    pub(super) messages: BTreeMap<&'static str, u64>,
+    /// Board's time in each mode, in µs.
+    modes_us: BTreeMap<&'static str, u64>,
+    /// Board's time between the ticks before the last reset.
+    before_us: u64,
+}
+
+impl Count {
+    /// Heeds an event.
+    pub(super) fn take(&mut self, event: &Event) {
+        self.orders.take(event);
+        *self.messages.entry(kind(&event.what)).or_default() += 1;
+        match event.what {
+            What::Told(_, ToHost::Record(record)) => self.record(event.host_ns, record),
+            What::Told(_, ToHost::Tripped(trip)) => self.trips.push(trip),
+            What::Lost(_, frames) => self.lost += u64::from(frames),
+            What::Garbled(..) => self.garbled += 1,
+            What::Parted => self.partings += 1,
+            What::Asked(..) | What::Told(..) => {}
+        }
+    }
+
+    /// From the first tick to the last, over resets.
+    pub(super) fn duration_s(&self) -> f64 {
+        let since_us = self.first.zip(self.last).map_or(0, |(first, last)| {
+            last.start_us.saturating_sub(first.start_us)
+        });
+        (self.before_us + since_us) as f64 * 1e-6
+    }
+
+    /// Seconds in each mode.
+    pub(super) fn modes(&self) -> BTreeMap<&'static str, f64> {
+        let modes = self.modes_us.iter();
+        modes.map(|(mode, us)| (*mode, *us as f64 * 1e-6)).collect()
+    }
+
+    fn record(&mut self, host_ns: u64, record: Record) {
+        self.ticks += 1;
+        match self.last {
+            Some(last) if record.tick <= last.tick && record.start_us < last.start_us => {
+                self.before_us = (self.duration_s() * 1e6) as u64;
+                self.resets_s.push(self.duration_s());
+                self.first = Some(record);
+                self.clocks = Envelope::default();
+            }
+            Some(last) => self.after(&last, &record),
+            None => self.first = Some(record),
+        }
+        self.clocks.add(host_ns, record.start_us);
+        if names::is_up(record.mode) {
+            for sample in record.samples {
+                if let Sample::Missing(kind) = sample {
+                    *self
+                        .missing_samples
+                        .entry(names::missing(kind))
+                        .or_default() += 1;
+                }
+            }
+        }
+        let before = self.last.and_then(|last| names::fault_of(last.mode));
+        self.last = Some(record);
+        if let Mode::Fault(fault) = record.mode
+            && before != Some(fault)
+        {
+            self.faults.push(FaultInfo {
+                at_s: self.duration_s(),
+                tick: record.tick,
+                fault: names::fault(fault),
+                cause: None,
+                in_words: None,
+            });
+        }
+    }
+
+    fn after(&mut self, last: &Record, record: &Record) {
+        let us = record.start_us.saturating_sub(last.start_us);
+        *self.modes_us.entry(names::mode(last.mode)).or_default() += us;
+        self.skipped += record.timing.missed.saturating_sub(last.timing.missed);
+        let missing = record.tick.saturating_sub(last.tick).saturating_sub(1);
+        if missing > 0 {
+            self.missing_ticks += u64::from(missing);
+            self.gaps_in_all += 1;
+            if self.gaps.len() < TOLD {
+                self.gaps.push(Gap {
+                    after_tick: last.tick,
+                    after_s: self.duration_s(),
+                    ticks: missing,
+                    dropped: record.dropped.saturating_sub(last.dropped).min(missing),
+                });
+            }
+        }
+    }
+}
+
+/// What something said is called.
+fn kind(what: &What) -> &'static str {
+    match what {
+        What::Asked(_, message) => match message {
+            ToBoard::Hello(_) => "host: hello",
+            ToBoard::Heartbeat => "host: heartbeat",
+            ToBoard::Stop => "host: stop",
+            ToBoard::Goodbye => "host: goodbye",
+            ToBoard::Command(_) => "host: command",
+        },
+        What::Told(_, message) => match message {
+            ToHost::Hello(_) => "hello",
+            ToHost::Ack { .. } => "ack",
+            ToHost::Departs { .. } => "departs",
+            ToHost::Began(_) => "began",
+            ToHost::Settings(_) => "settings",
+            ToHost::Absent { .. } => "absent",
+            ToHost::Found { .. } => "found",
+            ToHost::Mixed(_) => "mixed",
+            ToHost::Unprepared { .. } => "unprepared",
+            ToHost::Passthrough => "passthrough",
+            ToHost::Port(_) => "port",
+            ToHost::Board(_) => "board",
+            ToHost::Tripped(_) => "tripped",
+            ToHost::Off(_) => "off",
+            ToHost::Concluded(_) => "concluded",
+            ToHost::Temperature { .. } => "temperature",
+            ToHost::Record(_) => "record",
+        },
+        What::Lost(..) => "lost",
+        What::Garbled(..) => "garbled",
+        What::Parted => "parted",
+    }
+}

@@ -1,0 +1,227 @@
+//! A log as it is looked at: the ticks, what was ordered, and what else was said.
+//!
+//! Of a log that is read event by event, only ticks and orders stay in memory:
+//! 0.5 GB for an hour at 1 kHz.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{Read, Seek};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use armbridge_shared::link::message::{
+    Command, Moment, Record, Refusal, Settings, ToBoard, ToHost,
+};
+use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader};
+
+use super::settings;
+use crate::export::About;
+use crate::recording::{ReadError, Reader};
+use crate::run_info::RunFacts;
+use armbridge_client::event::{Event, What};
+
+/// What is compared and drawn of a log.
+#[derive(Clone, Debug)]
+pub struct Log {
+    /// What it says of itself.
+    pub head: Head,
+    /// The ticks, in the order in which they came.
+    pub records: Vec<Record>,
+    /// What the host ordered.
+    pub orders: Vec<Order>,
+}
+
+/// What a log says of itself.
+#[derive(Clone, Debug)]
+pub struct Head {
+    /// Where it was read from.
+    pub path: PathBuf,
+    /// As told when the run began.
+    pub facts: RunFacts,
+    /// In force when the arm was first driven, or at the end if it never was; none
+    /// if the board never told.
+    pub settings: Option<Settings>,
+    /// What is missing of the file, each in one sentence; empty for an intact one.
+    pub damage: Vec<String>,
+    /// Metadata by name and key.
+    pub metadata: BTreeMap<String, BTreeMap<String, String>>,
+}
+
+/// A command, said as often as it took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Order {
+    /// Sequence number of the last frame that carried it.
+    pub sequence: u16,
+    /// The last tick that had been heard of when it was said first; none before
+    /// the first.
+    pub tick: Option<u32>,
+    /// What.
+    pub command: Command,
+    /// What became of it, as far as is known.
+    pub result: Option<Result<(), Refusal>>,
+    /// When the tick took it, if it did.
+    pub moment: Option<Moment>,
+}
+
+/// Puts orders together from what is said, event by event.
+#[derive(Clone, Debug, Default)]
+pub struct Orders {
+    all: Vec<Order>,
+    tick: Option<u32>,
+}
+
+impl Orders {
+    /// Heeds an event.
+    pub fn take(&mut self, event: &Event) {
+        match event.what {
+            What::Asked(sequence, ToBoard::Command(command)) => self.ask(sequence, command),
+            What::Told(_, ToHost::Record(record)) => self.tick = Some(record.tick),
+            What::Told(
+                _,
+                ToHost::Ack {
+                    sequence,
+                    result,
+                    moment,
+                },
+            ) => {
+                let mut orders = self.all.iter_mut().rev();
+                if let Some(order) = orders.find(|order| order.sequence == sequence) {
+                    order.result = Some(result);
+                    order.moment = moment;
+                }
+            }
+            What::Asked(..)
+            | What::Told(..)
+            | What::Lost(..)
+            | What::Garbled(..)
+            | What::Parted => {}
+        }
+    }
+
+    /// A command is said again until it is answered: that is one order.
+    fn ask(&mut self, sequence: u16, command: Command) {
+        match self.all.last_mut() {
+            Some(last)
+                if last.command == command
+                    && matches!(last.result, None | Some(Err(Refusal::Busy))) =>
+            {
+                last.sequence = sequence;
+            }
+            _ => self.all.push(Order {
+                sequence,
+                tick: self.tick,
+                command,
+                result: None,
+                moment: None,
+            }),
+        }
+    }
+
+    /// All of them, in order.
+    pub fn into_all(self) -> Vec<Order> {
+        self.all
+    }
+}
+
+impl Log {
+    /// Reads a log as far as it goes.
+    ///
+    /// # Errors
+    /// When there is nothing that can be read.
+    pub fn load(path: &Path) -> Result<Self, ReadError> {
+        let (mut orders, mut records) = (Orders::default(), Vec::new());
+        let head = Head::read(path, |event| {
+            orders.take(event);
+            records.extend(event.record());
+        })?;
+        Ok(Self {
+            head,
+            records,
+            orders: orders.into_all(),
+        })
+    }
+
+    /// Where the arm was first driven; none if it never was.
+    pub fn driven_from(&self) -> Option<usize> {
+        let is_driven = |record: &Record| record.mode.drive().is_some();
+        self.records.iter().position(is_driven)
+    }
+}
+
+impl Head {
+    /// Reads a log as far as it goes, and shows every event on the way.
+    ///
+    /// # Errors
+    /// When there is nothing that can be read.
+    pub fn read(path: &Path, mut look: impl FnMut(&Event)) -> Result<Self, ReadError> {
+        let mut reader = Reader::open(path)?;
+        let (mut settings, mut is_driven) = (None, false);
+        for event in reader.by_ref() {
+            match event.what {
+                What::Told(_, ToHost::Settings(told)) if !is_driven => settings = Some(told),
+                What::Told(_, ToHost::Record(record)) => is_driven |= record.mode.drive().is_some(),
+                _ => {}
+            }
+            look(&event);
+        }
+        Ok(Self {
+            path: path.to_path_buf(),
+            facts: reader.facts().clone(),
+            settings: settings.or_else(|| reader.last_settings()),
+            damage: reader.damage().to_vec(),
+            metadata: reader.metadata().clone(),
+        })
+    }
+
+    /// What an exported file says of it.
+    pub fn about(&self) -> About<'_> {
+        About {
+            facts: &self.facts,
+            settings: self.settings.as_ref().map_or_else(Vec::new, settings::list),
+            damage: &self.damage,
+        }
+    }
+}
+
+/// The ticks of a log, one after the other.
+///
+/// # Errors
+/// When there is nothing that can be read.
+pub fn records(path: &Path) -> Result<impl Iterator<Item = Record> + use<>, ReadError> {
+    Ok(Reader::open(path)?.filter_map(|event| event.record()))
+}
+
+/// Topics of a log and how many messages each has, by the index at its end; empty
+/// if it has none.
+pub fn topics(path: &Path) -> BTreeMap<String, u64> {
+    let summary = File::open(path).map(summary);
+    let Ok(Some(summary)) = summary else {
+        return BTreeMap::new();
+    };
+    let counts = summary
+        .stats
+        .map_or_else(BTreeMap::new, |stats| stats.channel_message_counts);
+    let topic = |(id, channel): (&u16, &Arc<mcap::Channel<'_>>)| {
+        let count = counts.get(id).copied().unwrap_or(0);
+        (channel.topic.clone(), count)
+    };
+    summary.channels.iter().map(topic).collect()
+}
+
+/// Reads only the end of the file.
+fn summary(mut file: File) -> Option<mcap::Summary> {
+    let mut reader = SummaryReader::new();
+    while let Some(event) = reader.next_event() {
+        match event.ok()? {
+            SummaryReadEvent::ReadRequest(bytes) => {
+                let read = file.read(reader.insert(bytes)).ok()?;
+                reader.notify_read(read);
+            }
+            SummaryReadEvent::SeekRequest(to) => {
+                let at = file.seek(to).ok()?;
+                reader.notify_seeked(at);
+            }
+        }
+    }
+    reader.finish()
+}

@@ -1,0 +1,60 @@
+//! The board's settings as a list of names with values, for tables and files, and
+//! where two boards' settings differ.
+
+use armbridge_shared::link::message::Settings;
+use serde::Serialize;
+
+use armbridge_client::params;
+use armbridge_client::params::Parameter;
+
+/// A setting as it is shown.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Setting {
+    /// Its name, as `limits.hold_ms`.
+    pub key: &'static str,
+    /// Its value.
+    pub value: toml::Value,
+    /// As `rad`; empty for a number without one.
+    pub unit: &'static str,
+}
+
+/// A setting that two boards do not share.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Differing {
+    /// Its name.
+    pub key: &'static str,
+    /// Its value on each; none where it is not in use.
+    pub values: [Option<toml::Value>; 2],
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+/// All that are in use, in the order in which they are shown.
+pub fn list(settings: &Settings) -> Vec<Setting> {
+    let setting = |(parameter, value): (&'static Parameter, _)| Setting {
+        key: parameter.key,
+        value,
+        unit: parameter.unit,
+    };
+    params::pairs(settings).into_iter().map(setting).collect()
+}
+
+/// Those that differ.
+pub fn differing(a: &Settings, b: &Settings) -> Vec<Differing> {
+    let all = params::all().iter();
+    let values = all.map(|parameter| Differing {
+        key: parameter.key,
+        values: [a, b].map(|settings| params::get(settings, parameter.key)),
+        unit: parameter.unit,
+    });
+    values.filter(|d| d.values[0] != d.values[1]).collect()
+}
+
+impl Differing {
+    /// The value on one of them, with its unit; `-` where it is not in use.
+    pub fn show(&self, which: usize) -> String {
+        let value = self.values[which].as_ref();
+        let shown = value.map(|value| format!("{} {}", params::to_text(value), self.unit));
+        shown.map_or_else(|| "-".to_owned(), |text| text.trim_end().to_owned())
+    }
+}

@@ -1,0 +1,154 @@
+//! What a log says about itself: records of names and values, each a text.
+//!
+//! | record       | holds                                                         |
+//! |--------------|---------------------------------------------------------------|
+//! | `run`        | [`RunFacts`]: each fact by its name, and all of them as `json` |
+//! | `build`      | of this program: `git`, `version`, `schema`                   |
+//! | `board`      | of the board: `image` (CRC-32 of its program), `session`, `json` |
+//! | `parameters` | all settings by their names, and as `json`                    |
+//! | `clock`      | the two clocks: `offset_ns`, `at_board_us`, `drift_ppm`, `residual_us`, `residual_most_us` |
+//! | `end`        | `ticks`, `missing_ticks`, `unwritten_bytes`; only of a log that was closed |
+//!
+//! What is learned later is written again: of records of one name, the last holds.
+
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+use armbridge_shared::link::message::{BoardReport, Settings};
+use armbridge_shared::link::schema;
+use mcap::records::Metadata;
+use serde::Serialize;
+use serde_json::Value;
+
+use super::clock::Line;
+use crate::run_info::RunFacts;
+use armbridge_client::params;
+
+/// Name of the record with the facts of the run.
+pub const RUN: &str = "run";
+/// Name of the record about this program.
+pub const BUILD: &str = "build";
+/// Name of the record about the board.
+pub const BOARD: &str = "board";
+/// Name of the record with the settings.
+pub const PARAMETERS: &str = "parameters";
+/// Name of the record about the clocks.
+pub const CLOCK: &str = "clock";
+/// Name of the record that a log ends with.
+pub const END: &str = "end";
+
+/// The commit that the program was built from, once it has told.
+static COMMIT: OnceLock<&'static str> = OnceLock::new();
+
+/// Tells which commit the program was built from; all logs from then on say so. A
+/// program that does not tell is of commit `unknown`.
+pub fn set_commit(commit: &'static str) {
+    // Only the first word counts: a program does not change while it runs.
+    let _ = COMMIT.set(commit);
+}
+
+/// Hash of the link's schema, as text.
+pub fn schema_hash() -> String {
+    format!("{:016x}", u64::from_be_bytes(schema::HASH))
+}
+
+fn record<const N: usize>(name: &str, pairs: [(&str, String); N]) -> Metadata {
+    Metadata {
+        name: name.into(),
+        metadata: pairs.map(|(key, value)| (key.to_owned(), value)).into(),
+    }
+}
+
+pub(super) fn run(facts: &RunFacts) -> Metadata {
+    let mut metadata = fields(facts);
+    metadata.insert("json".into(), json(facts));
+    Metadata {
+        name: RUN.into(),
+        metadata,
+    }
+}
+
+pub(super) fn build() -> Metadata {
+    record(
+        BUILD,
+        [
+            ("git", (*COMMIT.get().unwrap_or(&"unknown")).into()),
+            ("version", env!("CARGO_PKG_VERSION").into()),
+            ("schema", schema_hash()),
+        ],
+    )
+}
+
+pub(super) fn board(report: &BoardReport) -> Metadata {
+    let image = report
+        .image
+        .map_or_else(|| "none".to_owned(), |crc| format!("{crc:08x}"));
+    record(
+        BOARD,
+        [
+            ("image", image),
+            ("session", format!("{:08x}", report.session)),
+            ("json", json(report)),
+        ],
+    )
+}
+
+pub(super) fn parameters(settings: &Settings) -> Metadata {
+    let mut metadata: BTreeMap<_, _> = params::pairs(settings)
+        .into_iter()
+        .map(|(parameter, value)| (parameter.key.to_owned(), params::to_text(&value)))
+        .collect();
+    metadata.insert("json".into(), json(settings));
+    Metadata {
+        name: PARAMETERS.into(),
+        metadata,
+    }
+}
+
+pub(super) fn clock(line: &Line) -> Metadata {
+    record(
+        CLOCK,
+        [
+            ("offset_ns", line.offset_ns.to_string()),
+            ("at_board_us", line.at_board_us.to_string()),
+            ("drift_ppm", format!("{:.4}", line.drift_ppm)),
+            ("residual_us", format!("{:.3}", line.residual_us)),
+            ("residual_most_us", format!("{:.3}", line.residual_most_us)),
+        ],
+    )
+}
+
+pub(super) fn end((ticks, missing): (u64, u64), unwritten: u64) -> Metadata {
+    record(
+        END,
+        [
+            ("ticks", ticks.to_string()),
+            ("missing_ticks", missing.to_string()),
+            ("unwritten_bytes", unwritten.to_string()),
+        ],
+    )
+}
+
+/// The facts of a run, from its record.
+pub(super) fn facts(run: &BTreeMap<String, String>) -> Option<RunFacts> {
+    serde_json::from_str(run.get("json")?).ok()
+}
+
+/// Plain data: always has a form in JSON.
+fn json(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_default()
+}
+
+/// Each field of a value as a text.
+fn fields(value: &impl Serialize) -> BTreeMap<String, String> {
+    let Ok(Value::Object(fields)) = serde_json::to_value(value) else {
+        return BTreeMap::new();
+    };
+    fields
+        .into_iter()
+        .map(|(key, value)| match value {
+            Value::String(text) => (key, text),
+            other => (key, other.to_string()),
+        })
+        .collect()
+}

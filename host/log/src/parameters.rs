@@ -1,0 +1,36 @@
+//! Settings as a message of the log: each by its name, and all of them exactly.
+
+use armbridge_shared::link::message::Settings;
+use toml::Value;
+
+use super::exact::exact;
+use super::proto;
+use armbridge_client::params;
+
+/// The message for settings that the board told.
+pub(super) fn message(host_ns: u64, sequence: u16, settings: &Settings) -> proto::Parameters {
+    proto::Parameters {
+        host_ns,
+        sequence: sequence.into(),
+        parameters: params::pairs(settings)
+            .into_iter()
+            .map(|(parameter, value)| proto::Parameter {
+                key: parameter.key.into(),
+                unit: parameter.unit.into(),
+                numbers: numbers(&value),
+                text: params::to_text(&value),
+            })
+            .collect(),
+        exact: Some(exact(settings)),
+    }
+}
+
+/// The number, or the numbers of a list or a matrix, row by row.
+fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Integer(number) => vec![*number as f64],
+        Value::Float(number) => vec![*number],
+        Value::Array(values) => values.iter().flat_map(numbers).collect(),
+        Value::String(_) | Value::Boolean(_) | Value::Datetime(_) | Value::Table(_) => Vec::new(),
+    }
+}

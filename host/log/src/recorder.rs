@@ -1,0 +1,285 @@
+//! Writes a log while a run goes on: MCAP, off the link's thread.
+//!
+//! ```text
+//! link --bytes--> tap --copies--> queue --> thread: ear, topics --> file
+//! ```
+//!
+//! The recorder hears nothing but the raw bytes of both directions. Each fifth of
+//! a second at the latest it closes a chunk and keeps the raw bytes as an attachment,
+//! which no kill takes any more; each half second it asks the disk to keep what it has,
+//! which no power cut takes once that is done; the recorder does not wait for it. When
+//! the disk is full or fails, it says so, and the link goes on without it.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use super::LogError;
+use super::file::LogFile;
+use super::queue::{self, Queue, QueueTap};
+use super::scribe::{Scribe, Shared};
+use super::syncer::SyncFn;
+use crate::run_info::RunFacts;
+use armbridge_client::Tap;
+
+/// A log that is being written. Dropped, it is closed as by [`finish`](Self::finish),
+/// but nobody hears what went wrong.
+#[derive(Debug)]
+pub struct Recorder {
+    path: PathBuf,
+    queue: Arc<Queue>,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What has become of what was recorded.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecorderReport {
+    /// Records written.
+    pub records: u64,
+    /// Ticks whose record never came, by their numbers; those while the link was
+    /// broken are not counted.
+    pub lost: u64,
+    /// Bytes of the link that were not written, because the disk is too slow or full.
+    pub unwritten: u64,
+    /// Size of the file in bytes.
+    pub size: u64,
+    /// What went wrong, in one sentence that says what to do.
+    pub trouble: Option<String>,
+}
+
+impl Recorder {
+    /// Creates the file, and the thread that writes it. Never holds up the link: what
+    /// the disk is too slow for is counted.
+    ///
+    /// # Errors
+    /// When the file cannot be created or written.
+    pub fn create(path: &Path, facts: &RunFacts) -> Result<Self, LogError> {
+        Self::on_file(path, facts, false)
+    }
+
+    /// The same for a board in virtual time, which waits for the disk where it must:
+    /// nothing is lost.
+    ///
+    /// # Errors
+    /// When the file cannot be created or written.
+    pub fn create_waiting(path: &Path, facts: &RunFacts) -> Result<Self, LogError> {
+        Self::on_file(path, facts, true)
+    }
+
+    fn on_file(path: &Path, facts: &RunFacts, is_patient: bool) -> Result<Self, LogError> {
+        let failed = |source| LogError::Io {
+            path: path.to_path_buf(),
+            source,
+        };
+        let file = std::fs::File::create(path).map_err(failed)?;
+        // Its name must survive a power cut too. Not every system has folders that
+        // can be synced; then there is nothing to do.
+        if let Some(Ok(folder)) = path.parent().map(std::fs::File::open) {
+            let _ = folder.sync_all();
+        }
+        let second = file.try_clone().map_err(failed)?;
+        let sync = move || match second.sync_data() {
+            // What is no file, such as a pipe, cannot.
+            Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
+            done => done,
+        };
+        Self::on_disk(
+            path,
+            Box::new(file),
+            Box::new(sync),
+            facts,
+            Queue::new(is_patient, queue::MOST),
+        )
+    }
+
+    pub(super) fn on_disk(
+        path: &Path,
+        disk: Box<dyn Write + Send>,
+        sync: SyncFn,
+        facts: &RunFacts,
+        queue: Arc<Queue>,
+    ) -> Result<Self, LogError> {
+        let failed = |error| {
+            let path = path.to_path_buf();
+            match error {
+                mcap::McapError::Io(source) => LogError::Io { path, source },
+                source => LogError::Mcap { path, source },
+            }
+        };
+        let file = LogFile::begin(disk, sync).map_err(failed)?;
+        let shared = Arc::default();
+        let scribe = Scribe::new(file, facts.clone(), Arc::clone(&queue), Arc::clone(&shared))
+            .map_err(failed)?;
+        let thread = std::thread::Builder::new()
+            .name("recorder".into())
+            .spawn(move || scribe.run())
+            .map_err(|source| LogError::Io {
+                path: path.to_path_buf(),
+                source,
+            })?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            queue,
+            shared,
+            thread: Some(thread),
+        })
+    }
+
+    /// Where it is written to.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What hears the link for it.
+    pub fn tap(&self) -> Box<dyn Tap> {
+        Box::new(QueueTap(Arc::clone(&self.queue)))
+    }
+
+    /// As far as it has come.
+    pub fn report(&self) -> RecorderReport {
+        let report = self.shared.lock().report.clone();
+        RecorderReport {
+            unwritten: self.queue.unwritten() + report.unwritten,
+            trouble: report
+                .trouble
+                .map(|what| format!("{what} ({})", self.path.display())),
+            ..report
+        }
+    }
+
+    /// Writes what is left, closes the file.
+    ///
+    /// # Errors
+    /// When the file could not be written to its end.
+    pub fn finish(mut self) -> Result<RecorderReport, LogError> {
+        self.join();
+        let report = self.report();
+        let is_broken_off = self.shared.lock().is_broken_off;
+        match &report.trouble {
+            Some(trouble) if is_broken_off => Err(LogError::BrokenOff(trouble.clone())),
+            Some(_) | None => Ok(report),
+        }
+    }
+
+    fn join(&mut self) {
+        self.queue.close();
+        if let Some(thread) = self.thread.take() {
+            // It does not panic; if it did, the report would be what it had come to.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.join();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Recording;
+    use armbridge_client::event::Direction;
+    use armbridge_shared::link::frame::Encoder;
+    use armbridge_shared::link::message::{Settings, ToHost};
+    use std::sync::Mutex;
+
+    /// A disk that does nothing while it is held, and has room for so much.
+    struct Poor {
+        file: std::fs::File,
+        room: usize,
+        hold: Arc<Mutex<()>>,
+    }
+
+    impl Write for Poor {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            drop(self.hold.lock().unwrap());
+            let len = bytes.len().min(self.room);
+            if len == 0 {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            self.room -= len;
+            self.file.write(&bytes[..len])
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// Records a minute of frames, as fast as they come, on such a disk, which is held
+    /// until they have come or not at all.
+    fn record(name: &str, room: usize, is_held: bool, queue: Arc<Queue>) -> (PathBuf, Recorder) {
+        let path = std::env::temp_dir().join(format!("armbridge-{}-{name}", std::process::id()));
+        let file = std::fs::File::create(&path).unwrap();
+        let facts = RunFacts::of("test", "simulated: nothing", &Settings::default());
+        let hold = Arc::new(Mutex::new(()));
+        let disk = Box::new(Poor {
+            file,
+            room,
+            hold: Arc::clone(&hold),
+        });
+        let held_too = Arc::clone(&hold);
+        let sync = Box::new(move || {
+            drop(held_too.lock().unwrap());
+            Ok(())
+        });
+        let recorder = Recorder::on_disk(&path, disk, sync, &facts, queue).unwrap();
+        let (mut tap, mut board) = (recorder.tap(), Encoder::default());
+        let held = is_held.then(|| hold.lock().unwrap());
+        let mut say = |tick: u64| {
+            let frame = board.encode(&ToHost::Temperature { joint: 0, value: 1 }).1;
+            tap.bytes(Direction::ToHost, tick * 1_000_000, frame);
+            recorder.report().unwritten
+        };
+        for tick in 0..60_000 {
+            say(tick);
+        }
+        drop(held);
+        // One that is written again shows that others are missing.
+        let mut unwritten = say(60_000);
+        for tick in 60_001.. {
+            let before = std::mem::replace(&mut unwritten, say(tick));
+            if unwritten == before {
+                break;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        (path, recorder)
+    }
+
+    #[test]
+    fn a_full_disk_is_named_and_what_was_written_is_read() {
+        let (path, recorder) = record("full", 3_000_000, false, Queue::new(true, 1 << 20));
+        let error = recorder.finish().unwrap_err().to_string();
+        assert!(error.contains("the disk is full: make room"), "{error}");
+        assert!(error.contains("-full)"), "{error}");
+        let recording = Recording::load(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert!(recording.events.len() > 1_000, "{}", recording.events.len());
+        assert_eq!(recording.damage.len(), 1, "{:?}", recording.damage);
+    }
+
+    #[test]
+    fn a_slow_disk_holds_up_nobody_and_is_named() {
+        // Whoever waited for it would wait for ever.
+        let (path, recorder) = record("slow", usize::MAX, true, Queue::new(false, 200_000));
+        let report = recorder.finish().unwrap();
+        let trouble = report.trouble.unwrap();
+        assert!(trouble.contains("the disk is too slow"), "{trouble}");
+        assert!(report.unwritten > 100_000, "{}", report.unwritten);
+        let recording = Recording::load(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(recording.damage, [""; 0]);
+        let lost = recording.events.iter().any(|event| {
+            matches!(
+                event.what,
+                armbridge_client::event::What::Lost(Direction::ToHost, _)
+            )
+        });
+        assert!(lost, "frames that were not written are not missed");
+    }
+}

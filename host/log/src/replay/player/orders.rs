@@ -1,0 +1,266 @@
+//! Orders and news, each done again at its place.
+
+use armbridge_shared::link::message::{
+    Command, Fault, Mode, Moment, Record, Refusal, Settings, Trip,
+};
+
+use super::super::compare::Difference;
+use super::super::facts;
+use super::super::notes::{Note, is_before};
+use super::super::what_if::words;
+use super::{Player, ReplayError};
+use armbridge_client::names;
+use armbridge_client::refusal;
+
+impl Player {
+    /// Does what has come to its place.
+    pub(super) fn apply(&mut self, note: &Note) -> Result<(), ReplayError> {
+        match *note {
+            Note::Ack {
+                sequence,
+                result,
+                moment,
+            } => self.answer(sequence, result, moment),
+            Note::Departs { sequence, moment } => {
+                match self.board.start_point(moment) {
+                    Ok(departure) => {
+                        self.departures.insert(sequence, departure);
+                    }
+                    Err(refusal) => self.check_answer("follow", moment, Ok(()), Err(refusal)),
+                }
+                Ok(())
+            }
+            Note::Began {
+                moment,
+                settings,
+                has_left,
+            } => self.began(moment, settings, has_left),
+            Note::Tripped(trip) => {
+                self.tripped(&trip);
+                Ok(())
+            }
+            Note::Found {
+                firmware,
+                baud,
+                is_ready,
+            } => {
+                self.board.set_line(firmware, baud, is_ready);
+                if !self.board.is_ticking() {
+                    self.begin_ticking();
+                }
+                Ok(())
+            }
+            Note::Passthrough => {
+                if self.board.mode() != Mode::Passthrough {
+                    let tick = self.last.map_or(0, |last| last.tick);
+                    let what = "a client of the transparent port took the bus".into();
+                    self.tally.count_adopted(what, tick);
+                    self.board.hand_over();
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn began(
+        &mut self,
+        moment: Moment,
+        told: Option<Settings>,
+        has_left: bool,
+    ) -> Result<(), ReplayError> {
+        // The last tick that was decided before it.
+        let decided = moment.tick.wrapping_sub(u32::from(!moment.is_decided));
+        if let Some(last) = self
+            .last
+            .as_mut()
+            .filter(|last| is_before(last.tick, decided))
+        {
+            let missing = decided.wrapping_sub(last.tick);
+            last.tick = decided;
+            self.lose("nobody had said hello to the board", missing);
+        } else if self.last.is_none() && decided > 0 {
+            self.lose("what was before the hello is not in the log", 0);
+        }
+        if self.is_strange {
+            self.board.forget();
+        } else if has_left {
+            self.board.goodbye();
+        }
+        if let Some(told) = told {
+            let settings = self.changes.apply(&told)?;
+            self.remember_changes(&told, &settings);
+            if settings != self.settings {
+                self.board.set(&settings).map_err(ReplayError::Settings)?;
+                self.settings = settings;
+            }
+            self.board.begin_session(moment);
+            self.begin_anew();
+        }
+        Ok(())
+    }
+
+    /// A goodbye is not acknowledged. One that came just before a tick shows in it: the
+    /// motors were driven until then, and are off from its beginning.
+    pub(super) fn apply_goodbye(&mut self, record: &Record) {
+        let is_driven = self.board.mode().drive().is_some();
+        if is_driven && facts::is_off(record) && self.notes.has_goodbye(record) {
+            self.board.goodbye();
+        }
+    }
+
+    fn remember_changes(&mut self, before: &Settings, after: &Settings) {
+        if !self.changes.is_empty() {
+            self.changed = words(before, after);
+        }
+    }
+
+    /// A command was taken, and this was its answer.
+    fn answer(
+        &mut self,
+        sequence: u16,
+        result: Result<(), Refusal>,
+        moment: Moment,
+    ) -> Result<(), ReplayError> {
+        let departure = self.departures.remove(&sequence);
+        let Some(asked) = self.asked.remove(&sequence) else {
+            // One that was refused has changed nothing.
+            if result.is_ok() {
+                self.lose("a command of another host is not in the log", 0);
+            }
+            return Ok(());
+        };
+        if result.is_err() && !self.is_known() {
+            return Ok(());
+        }
+        let command = self.change(asked)?;
+        let before = self.board.mode();
+        let computed = match (command, departure) {
+            (Command::Follow(motion), Some(departure)) => {
+                self.board.follow(&motion, departure, moment)
+            }
+            (Command::Follow(_), None) => self.board.start_point(moment).map(|_| ()),
+            (command, _) => self.board.command(command, moment, result),
+        };
+        if computed.is_ok() {
+            match command {
+                Command::Configure(setup) => self.settings.setup = setup,
+                Command::Limit(limits) => self.settings.limits = limits,
+                _ => {}
+            }
+        }
+        let after = self.board.mode();
+        let is_energised = match before {
+            Mode::Idle => after == Mode::Armed,
+            Mode::Armed => after.drive().is_some(),
+            _ => false,
+        };
+        if is_energised {
+            self.begin_anew();
+        }
+        self.check_answer(names::command(&command), moment, result, computed);
+        Ok(())
+    }
+
+    /// The command, with the other settings.
+    fn change(&mut self, asked: Command) -> Result<Command, ReplayError> {
+        let settings = match asked {
+            Command::Configure(setup) => Settings {
+                setup,
+                ..self.settings
+            },
+            Command::Limit(limits) => Settings {
+                limits,
+                ..self.settings
+            },
+            _ => return Ok(asked),
+        };
+        let changed = self.changes.apply(&settings)?;
+        Ok(match asked {
+            Command::Configure(_) => {
+                self.remember_changes(&settings, &changed);
+                Command::Configure(changed.setup)
+            }
+            Command::Limit(_) => Command::Limit(changed.limits),
+            other => other,
+        })
+    }
+
+    fn check_answer(
+        &mut self,
+        name: &str,
+        moment: Moment,
+        recorded: Result<(), Refusal>,
+        computed: Result<(), Refusal>,
+    ) {
+        if !self.is_known() {
+            return;
+        }
+        self.tally.answers += 1;
+        if recorded == computed {
+            return;
+        }
+        self.tally.answers_differing += 1;
+        let word = |result: Result<(), Refusal>| match result {
+            Ok(()) => "accepted".to_owned(),
+            Err(refusal) => format!("refused: {}", refusal::in_words(refusal)),
+        };
+        self.tally.differ(|| {
+            Some(Difference {
+                tick: moment.tick,
+                start_us: moment.at_us,
+                field: format!("answer to {name}"),
+                recorded: word(recorded),
+                computed: word(computed),
+            })
+        });
+    }
+
+    /// The board told a fault: one that no tick decides happens here, any other must
+    /// have come out.
+    fn tripped(&mut self, trip: &Trip) {
+        self.is_stopped = true;
+        if facts::is_external(trip.fault) {
+            if !matches!(self.board.mode(), Mode::Fault(_)) {
+                let what = format!("fault {}", names::fault(trip.fault));
+                self.tally.count_adopted(what, trip.tick);
+                self.board.trip(trip);
+            }
+            return;
+        }
+        // When silence was noticed is not known; what changed in memory neither.
+        let is_checked = !matches!(trip.fault, Fault::HostSilent | Fault::Corrupted);
+        // Told again at a hello, it may be of a time of which nothing is known.
+        let is_known = self.is_known() && is_checked;
+        let cause = self.board.cause();
+        let Some(cause) = cause.filter(|cause| is_known && cause.tick == trip.tick) else {
+            return;
+        };
+        self.tally.answers += 1;
+        let values = |trip: &Trip| {
+            let bits = [trip.value, trip.limit].map(f32::to_bits);
+            (trip.fault, trip.joint, trip.tick, bits)
+        };
+        if values(trip) != values(&cause) {
+            self.tally.answers_differing += 1;
+            let word = |trip: &Trip| {
+                let Trip {
+                    joint,
+                    value,
+                    limit,
+                    ..
+                } = trip;
+                let fault = names::fault(trip.fault);
+                format!("{fault} of joint {joint:?}, {value:?} beyond {limit:?}")
+            };
+            self.tally.differ(|| {
+                Some(Difference {
+                    tick: trip.tick,
+                    start_us: trip.at_us,
+                    field: "reason of the fault".into(),
+                    recorded: word(trip),
+                    computed: word(&cause),
+                })
+            });
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! The same inputs with other settings: what the board would have done.
+//!
+//! Open-loop: the arm's answers are those to what the board really did, so the
+//! farther the torques come apart, the less the rest means. It tells what a change
+//! does to the estimate and to the torque, tick by tick, and which guards would have
+//! tripped; it does not tell how the arm would have moved.
+
+use std::fmt;
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Mode, Record, Settings};
+use serde::Serialize;
+use toml::Value;
+
+use super::compare;
+use armbridge_client::params;
+use armbridge_client::params::ParameterError;
+
+/// Settings that are changed wherever the log has settings.
+#[derive(Clone, Debug, Default)]
+pub struct Changes {
+    table: toml::Table,
+    pairs: Vec<(String, Value)>,
+}
+
+/// Why settings cannot be changed so.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ChangeError {
+    /// As the parameter has it.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// Of all, this one cannot.
+    #[error("`setup.period_us` is that of the recorded ticks, {0}; `armbridge bench` tries others")]
+    Period(u32),
+}
+
+impl Changes {
+    /// A table of tables, as in a file, and then these.
+    pub fn new(table: toml::Table, pairs: Vec<(String, Value)>) -> Self {
+        Self { table, pairs }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.table.is_empty() && self.pairs.is_empty()
+    }
+
+    /// The settings with them.
+    ///
+    /// # Errors
+    /// If one of them cannot be.
+    pub fn apply(&self, settings: &Settings) -> Result<Settings, ChangeError> {
+        let mut changed = *settings;
+        params::apply_table(&mut changed, &self.table)?;
+        let pairs = self.pairs.iter().map(|(key, value)| (key.as_str(), value));
+        params::apply(&mut changed, pairs)?;
+        let period_us = settings.setup.period_us;
+        if changed.setup.period_us != period_us {
+            return Err(ChangeError::Period(period_us));
+        }
+        Ok(changed)
+    }
+}
+
+/// What is another, as it is typed.
+pub(super) fn words(before: &Settings, after: &Settings) -> Vec<String> {
+    params::changed(before, after)
+        .into_iter()
+        .map(|(parameter, value)| format!("{}={}", parameter.key, params::to_text(&value)))
+        .collect()
+}
+
+/// A joint's torque and estimate, as recorded and as they would have been.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct JointChange {
+    /// Torque in N m, rms, as recorded.
+    pub torque_rms_recorded_nm: f64,
+    /// As computed.
+    pub torque_rms_computed_nm: f64,
+    /// Largest torque in N m, as recorded.
+    pub torque_max_recorded_nm: f64,
+    /// As computed.
+    pub torque_max_computed_nm: f64,
+    /// Between the two, rms, in N m.
+    pub torque_difference_rms_nm: f64,
+    /// At most, in N m.
+    pub torque_difference_max_nm: f64,
+    /// Between the estimated angles, rms, in rad.
+    pub angle_difference_rms_rad: f64,
+    /// Between the estimated speeds, rms, in rad/s.
+    pub speed_difference_rms_rad_s: f64,
+}
+
+/// What other settings change.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WhatIf {
+    /// The settings, as `key=value`.
+    pub changes: Vec<String>,
+    /// Ticks that were compared.
+    pub ticks: u64,
+    /// Of those, ticks in which the motors were driven, as recorded or as computed:
+    /// what follows is of these.
+    pub driven: u64,
+    /// Ticks whose mode is another.
+    pub other_mode: u64,
+    /// The first of those: tick, mode as recorded, mode as computed.
+    pub first_other_mode: Option<(u32, String, String)>,
+    /// Ticks in which a guard changed the torque, as recorded and as computed.
+    pub guarded: [u64; 2],
+    /// Commands that would have been answered otherwise.
+    pub other_answers: u64,
+    /// Joint by joint.
+    pub joints: [JointChange; JOINTS],
+}
+
+/// The same, growing.
+#[derive(Debug, Default)]
+pub(super) struct Sums {
+    ticks: u64,
+    driven: u64,
+    other_mode: u64,
+    first_other_mode: Option<(u32, String, String)>,
+    guarded: [u64; 2],
+    joints: [JointChange; JOINTS],
+}
+
+impl Sums {
+    pub(super) fn add(&mut self, recorded: &Record, computed: &Record) {
+        self.ticks += 1;
+        if recorded.mode != computed.mode {
+            self.other_mode += 1;
+            self.first_other_mode.get_or_insert_with(|| {
+                let [was, is] = [recorded.mode, computed.mode].map(compare::mode);
+                (recorded.tick, was, is)
+            });
+        }
+        let is_driven = |mode: Mode| mode.drive().is_some();
+        if !(is_driven(recorded.mode) || is_driven(computed.mode)) {
+            return;
+        }
+        self.driven += 1;
+        for (count, record) in self.guarded.iter_mut().zip([recorded, computed]) {
+            *count += u64::from(record.guards.bits() != 0);
+        }
+        for (joint, sums) in self.joints.iter_mut().enumerate() {
+            let of = |values: [f32; JOINTS]| values.get(joint).copied().map_or(0.0, f64::from);
+            let [was, is] = [recorded.torque_nm, computed.torque_nm].map(of);
+            sums.torque_rms_recorded_nm += was * was;
+            sums.torque_rms_computed_nm += is * is;
+            sums.torque_max_recorded_nm = sums.torque_max_recorded_nm.max(was.abs());
+            sums.torque_max_computed_nm = sums.torque_max_computed_nm.max(is.abs());
+            let apart = (was - is).abs();
+            sums.torque_difference_rms_nm += apart * apart;
+            sums.torque_difference_max_nm = sums.torque_difference_max_nm.max(apart);
+            let angle = of(recorded.angle_rad) - of(computed.angle_rad);
+            sums.angle_difference_rms_rad += angle * angle;
+            let speed = of(recorded.speed_rad_s) - of(computed.speed_rad_s);
+            sums.speed_difference_rms_rad_s += speed * speed;
+        }
+    }
+
+    pub(super) fn result(self, changes: Vec<String>, other_answers: u64) -> WhatIf {
+        let Self {
+            ticks,
+            driven,
+            other_mode,
+            first_other_mode,
+            guarded,
+            mut joints,
+        } = self;
+        let rms = |sum: &mut f64| *sum = (*sum / driven.max(1) as f64).sqrt();
+        for joint in &mut joints {
+            rms(&mut joint.torque_rms_recorded_nm);
+            rms(&mut joint.torque_rms_computed_nm);
+            rms(&mut joint.torque_difference_rms_nm);
+            rms(&mut joint.angle_difference_rms_rad);
+            rms(&mut joint.speed_difference_rms_rad_s);
+        }
+        WhatIf {
+            changes,
+            ticks,
+            driven,
+            other_mode,
+            first_other_mode,
+            guarded,
+            other_answers,
+            joints,
+        }
+    }
+}
+
+impl fmt::Display for WhatIf {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            ticks,
+            driven,
+            other_mode,
+            ..
+        } = self;
+        writeln!(f, "with {}", self.changes.join(", "))?;
+        writeln!(
+            f,
+            "open-loop: the arm's answers are those to the recorded torques\n"
+        )?;
+        writeln!(f, "{ticks} ticks, {driven} of them driven:")?;
+        writeln!(
+            f,
+            "joint    torque rms, recorded    computed      apart        max   \
+             angle apart   speed apart"
+        )?;
+        for (joint, change) in (1..).zip(&self.joints) {
+            writeln!(
+                f,
+                "{joint:>5}{:>20.4} N m{:>9.4} N m{:>7.4} N m{:>7.4} N m{:>9.3} mrad{:>8.4} rad/s",
+                change.torque_rms_recorded_nm,
+                change.torque_rms_computed_nm,
+                change.torque_difference_rms_nm,
+                change.torque_difference_max_nm,
+                change.angle_difference_rms_rad * 1e3,
+                change.speed_difference_rms_rad_s,
+            )?;
+        }
+        let [was, is] = self.guarded;
+        writeln!(
+            f,
+            "torque held back by a guard: {was} ticks recorded, {is} computed"
+        )?;
+        match &self.first_other_mode {
+            Some((tick, was, is)) => writeln!(
+                f,
+                "mode differs in {other_mode} ticks, first at tick {tick}: recorded {was}, \
+                 computed {is}"
+            ),
+            None => writeln!(f, "the mode is the same in every tick"),
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! Everything but records, as messages of the log, and back.
+//!
+//! | event                    | message      |
+//! |--------------------------|--------------|
+//! | asked                    | `Command`    |
+//! | told a record            | `Telemetry`, see [`telemetry`](super::telemetry) |
+//! | told settings            | `Parameters` |
+//! | told, lost, garbled, parted | `Event`   |
+
+use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
+use armbridge_shared::link::frame::FrameError;
+use armbridge_shared::link::message::{Command, ToBoard, ToHost};
+
+use super::exact::{exact, value};
+use super::{proto, words};
+use armbridge_client::event::{Direction, What};
+use armbridge_client::names;
+
+/// The message for what the host said.
+pub(super) fn command(host_ns: u64, sequence: u16, said: &ToBoard) -> proto::Command {
+    let mut message = proto::Command {
+        host_ns,
+        sequence: sequence.into(),
+        kind: match said {
+            ToBoard::Hello(_) => "hello",
+            ToBoard::Heartbeat => "heartbeat",
+            ToBoard::Stop => "stop",
+            ToBoard::Goodbye => "goodbye",
+            ToBoard::Command(command) => names::command(command),
+        }
+        .into(),
+        exact: Some(exact(said)),
+        ..proto::Command::default()
+    };
+    match said {
+        ToBoard::Command(Command::Torque(torque_nm)) => message.torque_nm = torque_nm.to_vec(),
+        ToBoard::Command(Command::Regulate(angle_rad)) => {
+            message.reference_rad = angle_rad.to_vec();
+        }
+        ToBoard::Command(Command::Stream {
+            at_us,
+            angle_rad,
+            speed_rad_s,
+        }) => {
+            message.board_us = Some(*at_us);
+            message.reference_rad = angle_rad.to_vec();
+            message.reference_rad_s = speed_rad_s.map(|speed| speed.to_vec()).unwrap_or_default();
+        }
+        ToBoard::Hello(_)
+        | ToBoard::Heartbeat
+        | ToBoard::Stop
+        | ToBoard::Goodbye
+        | ToBoard::Command(
+            Command::Idle
+            | Command::Arm { .. }
+            | Command::Follow(_)
+            | Command::Experiment(_)
+            | Command::Prepare
+            | Command::Release
+            | Command::ClearFault
+            | Command::Configure(_)
+            | Command::Limit(_)
+            | Command::Save,
+        ) => {}
+    }
+    message
+}
+
+/// What the host said, from its message.
+pub(super) fn asked(message: &proto::Command, is_same_schema: bool) -> Option<What> {
+    let said = value(message.exact.as_ref()?, is_same_schema)?;
+    Some(What::Asked(message.sequence.try_into().ok()?, said))
+}
+
+/// The message for what the board said, other than records and settings.
+pub(super) fn board_event(host_ns: u64, sequence: u16, said: &ToHost) -> proto::Event {
+    let (kind, severity, text) = words::describe(said);
+    let mut message = proto::Event {
+        host_ns,
+        severity: severity.into(),
+        kind: kind.into(),
+        text,
+        sequence: Some(sequence.into()),
+        exact: Some(exact(said)),
+        ..proto::Event::default()
+    };
+    match *said {
+        ToHost::Ack {
+            sequence, moment, ..
+        } => {
+            message.of_sequence = Some(sequence.into());
+            message.tick = moment.map(|moment| moment.tick);
+            message.board_us = moment.map(|moment| moment.at_us);
+        }
+        ToHost::Departs { sequence, moment } => {
+            message.of_sequence = Some(sequence.into());
+            message.tick = Some(moment.tick);
+            message.board_us = Some(moment.at_us);
+        }
+        ToHost::Began(moment) => {
+            message.tick = Some(moment.tick);
+            message.board_us = Some(moment.at_us);
+        }
+        ToHost::Absent { joint, .. }
+        | ToHost::Unprepared { joint }
+        | ToHost::Temperature { joint, .. } => message.joint = Some(u32::from(joint) + 1),
+        ToHost::Tripped(trip) => {
+            message.joint = trip.joint.map(|joint| u32::from(joint) + 1);
+            message.tick = Some(trip.tick);
+            message.board_us = Some(trip.at_us);
+            message.value = Some(trip.value);
+            message.limit = Some(trip.limit);
+        }
+        ToHost::Concluded(Conclusion { tick, end }) => {
+            message.tick = Some(tick);
+            if let ExperimentEnd::Angle {
+                joint,
+                value_rad: value,
+            }
+            | ExperimentEnd::Speed {
+                joint,
+                value_rad_s: value,
+            } = end
+            {
+                message.joint = Some(u32::from(joint) + 1);
+                message.value = Some(value);
+            }
+        }
+        ToHost::Hello(_)
+        | ToHost::Settings(_)
+        | ToHost::Found { .. }
+        | ToHost::Mixed(_)
+        | ToHost::Passthrough
+        | ToHost::Port(_)
+        | ToHost::Board(_)
+        | ToHost::Off(_)
+        | ToHost::Record(_) => {}
+    }
+    message
+}
+
+/// The message for something that happened to the link; `None` for what was said on
+/// it.
+pub(super) fn happened(host_ns: u64, what: &What) -> Option<proto::Event> {
+    let event = proto::Event {
+        host_ns,
+        severity: proto::Severity::Warning.into(),
+        ..proto::Event::default()
+    };
+    match *what {
+        What::Asked(..) | What::Told(..) => None,
+        What::Lost(direction, count) => Some(proto::Event {
+            kind: "lost".into(),
+            text: words::lost(direction, count),
+            is_towards_board: direction == Direction::ToBoard,
+            count: count.into(),
+            ..event
+        }),
+        What::Garbled(direction, error) => {
+            let (garbled, version, text) = words::garbled(direction, error);
+            Some(proto::Event {
+                kind: "garbled".into(),
+                text,
+                is_towards_board: direction == Direction::ToBoard,
+                garbled,
+                version,
+                ..event
+            })
+        }
+        What::Parted => Some(proto::Event {
+            kind: "parted".into(),
+            text: "the link broke".into(),
+            ..event
+        }),
+    }
+}
+
+/// What happened, from its message; `Ok(None)` for what the recorder noticed itself.
+///
+/// # Errors
+/// If it cannot be read.
+pub(super) fn event(
+    message: &proto::Event,
+    is_same_schema: bool,
+) -> Result<Option<What>, Unreadable> {
+    let direction = if message.is_towards_board {
+        Direction::ToBoard
+    } else {
+        Direction::ToHost
+    };
+    match (message.kind.as_str(), &message.exact) {
+        (_, Some(exact)) => {
+            let sequence = message.sequence.and_then(|number| number.try_into().ok());
+            let said = value(exact, is_same_schema);
+            let (Some(sequence), Some(said)) = (sequence, said) else {
+                return Err(Unreadable);
+            };
+            Ok(Some(What::Told(sequence, said)))
+        }
+        ("lost", None) => {
+            let count = message.count.try_into().map_err(|_| Unreadable)?;
+            Ok(Some(What::Lost(direction, count)))
+        }
+        ("garbled", None) => {
+            let error = match message.garbled {
+                1 => FrameError::Damaged,
+                2 => FrameError::Version(message.version.try_into().map_err(|_| Unreadable)?),
+                3 => FrameError::Direction,
+                4 => FrameError::Schema,
+                _ => return Err(Unreadable),
+            };
+            Ok(Some(What::Garbled(direction, error)))
+        }
+        ("parted", None) => Ok(Some(What::Parted)),
+        // Of the recorder, or of a later version.
+        (_, None) => Ok(None),
+    }
+}
+
+/// A message that is of another schema, or damaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Unreadable;
+
+/// The settings that the board told, from their message.
+pub(super) fn settings(message: &proto::Parameters, is_same_schema: bool) -> Option<What> {
+    let settings = value(message.exact.as_ref()?, is_same_schema)?;
+    let sequence = message.sequence.try_into().ok()?;
+    Some(What::Told(sequence, ToHost::Settings(settings)))
+}

@@ -1,0 +1,244 @@
+//! The thread of a recorder: takes bytes out of the queue, hears what they say, and
+//! writes it.
+
+use std::io;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use armbridge_shared::link::message::{Settings, ToHost};
+use mcap::{McapError, McapResult};
+
+use super::file::LogFile;
+use super::queue::{Queue, Taken};
+use super::recorder::RecorderReport;
+use super::topics::Encoder;
+use super::{metadata, raw};
+use crate::run_info::RunFacts;
+use armbridge_client::event::{Ear, Event, What};
+
+/// Longest wall time between two chunks: what a kill takes at most.
+const FLUSH: Duration = Duration::from_millis(200);
+
+/// Wall time after which the disk is asked to keep what was written: what a power cut
+/// takes, together with the disk's own time for it.
+const SYNC: Duration = Duration::from_millis(500);
+
+/// Bytes of the link after which a chunk is closed before its time.
+const RAW_MOST: usize = 1 << 20;
+
+/// What a recorder and its thread share.
+#[derive(Debug, Default)]
+pub(super) struct Shared {
+    state: Mutex<State>,
+}
+
+/// How the writing stands.
+#[derive(Clone, Debug, Default)]
+pub(super) struct State {
+    pub(super) report: RecorderReport,
+    /// The file ends before the run did.
+    pub(super) is_broken_off: bool,
+}
+
+impl Shared {
+    /// Nobody panics with the lock in hand.
+    pub(super) fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Whoever writes.
+pub(super) struct Scribe {
+    file: Option<LogFile>,
+    facts: RunFacts,
+    settings: Option<Settings>,
+    queue: Arc<Queue>,
+    shared: Arc<Shared>,
+    ear: Ear,
+    encoder: Encoder,
+    raw: Vec<u8>,
+    latest_ns: u64,
+    /// Ticks that are there and that are missing, in what was flushed.
+    kept: (u64, u64),
+    flushed: Instant,
+    synced: Instant,
+}
+
+impl Scribe {
+    /// Writes what is known from the beginning.
+    pub(super) fn new(
+        mut file: LogFile,
+        facts: RunFacts,
+        queue: Arc<Queue>,
+        shared: Arc<Shared>,
+    ) -> McapResult<Self> {
+        file.metadata(&metadata::build())?;
+        file.metadata(&metadata::run(&facts))?;
+        file.flush()?;
+        file.sync()?;
+        Ok(Self {
+            file: Some(file),
+            facts,
+            settings: None,
+            queue,
+            shared,
+            ear: Ear::default(),
+            encoder: Encoder::default(),
+            raw: Vec::new(),
+            latest_ns: 0,
+            kept: (0, 0),
+            flushed: Instant::now(),
+            synced: Instant::now(),
+        })
+    }
+
+    /// Writes until the queue is closed and empty.
+    pub(super) fn run(mut self) {
+        let mut framed = Vec::new();
+        loop {
+            let taken = self.queue.take(&mut framed, self.flushed + FLUSH);
+            if let Some(mut file) = self.file.take() {
+                match self.write(&mut file, &framed, taken) {
+                    Ok(()) => self.file = Some(file),
+                    Err(error) => self.give_up(&error, file.size()),
+                }
+            } else {
+                self.shared.lock().report.unwritten += raw::bytes(&framed);
+                self.flushed = Instant::now();
+            }
+            self.update_report(taken);
+            if taken.is_last {
+                break;
+            }
+        }
+        if let Some(file) = self.file.take() {
+            let size = file.size();
+            if let Err(error) = self.finish(file) {
+                self.give_up(&error, size);
+            }
+        }
+    }
+
+    fn write(&mut self, file: &mut LogFile, framed: &[u8], taken: Taken) -> McapResult<()> {
+        self.raw.extend_from_slice(framed);
+        for piece in raw::pieces(framed).flatten() {
+            self.latest_ns = self.latest_ns.max(piece.host_ns);
+            if let raw::Kind::Bytes(direction) = piece.kind {
+                self.encoder.travelled(direction, piece.bytes.len());
+            }
+            let mut ear = std::mem::take(&mut self.ear);
+            let mut done = Ok(());
+            raw::hear(&mut ear, piece, |event| {
+                if done.is_ok() {
+                    done = self.heard(file, &event);
+                }
+            });
+            self.ear = ear;
+            done?;
+        }
+        let queue = [framed.len() as u64, taken.fullest as u64, taken.unwritten];
+        self.encoder
+            .queue(self.latest_ns, queue, &mut |message| file.message(message))?;
+        let is_due = self.flushed.elapsed() >= FLUSH;
+        if is_due || self.raw.len() >= RAW_MOST {
+            self.flush(file)?;
+        }
+        if self.synced.elapsed() >= SYNC {
+            file.sync()?;
+            self.synced = Instant::now();
+        }
+        Ok(())
+    }
+
+    fn heard(&mut self, file: &mut LogFile, event: &Event) -> McapResult<()> {
+        self.encoder
+            .event(event, &mut |message| file.message(message))?;
+        match event.what {
+            What::Told(_, ToHost::Board(report)) => file.metadata(&metadata::board(&report)),
+            What::Told(_, ToHost::Settings(settings)) if self.settings != Some(settings) => {
+                let facts = self.facts.with_settings(&settings);
+                file.metadata(&metadata::run(&facts))?;
+                self.settings = Some(settings);
+                file.metadata(&metadata::parameters(&settings))
+            }
+            What::Asked(..)
+            | What::Told(..)
+            | What::Lost(..)
+            | What::Garbled(..)
+            | What::Parted => Ok(()),
+        }
+    }
+
+    /// Closes the chunk, and keeps the raw bytes of what is in it.
+    fn flush(&mut self, file: &mut LogFile) -> McapResult<()> {
+        if !self.raw.is_empty() {
+            file.attach(self.latest_ns, &self.raw)?;
+            self.raw.clear();
+        }
+        file.flush()?;
+        self.kept = self.encoder.ticks();
+        self.flushed = Instant::now();
+        Ok(())
+    }
+
+    fn finish(&mut self, mut file: LogFile) -> McapResult<()> {
+        self.encoder
+            .statistics(self.latest_ns, &mut |message| file.message(message))?;
+        self.flush(&mut file)?;
+        if let Some(line) = self.encoder.clock() {
+            file.metadata(&metadata::clock(&line))?;
+        }
+        file.metadata(&metadata::end(self.encoder.ticks(), self.queue.unwritten()))?;
+        let size = file.finish()?;
+        self.shared.lock().report.size = size;
+        Ok(())
+    }
+
+    /// The file ends here; the queue is emptied all the same, so that nobody waits.
+    fn give_up(&mut self, error: &McapError, size: u64) {
+        let mut shared = self.shared.lock();
+        shared.is_broken_off = true;
+        (shared.report.records, shared.report.lost) = self.kept;
+        shared.report.size = size;
+        shared.report.unwritten += raw::bytes(&self.raw);
+        let last = match self.kept.0 {
+            0 => "before its first tick".into(),
+            count => format!("after {count} ticks"),
+        };
+        shared.report.trouble = Some(match error {
+            McapError::Io(error) => format!("{}; the log ends {last}", io_in_words(error)),
+            other => format!("cannot write the log: {other}; it ends {last}"),
+        });
+    }
+
+    fn update_report(&self, taken: Taken) {
+        let mut shared = self.shared.lock();
+        let report = &mut shared.report;
+        if let Some(file) = &self.file {
+            (report.records, report.lost) = self.encoder.ticks();
+            report.size = file.size();
+        }
+        if taken.unwritten > 0 && report.trouble.is_none() {
+            report.trouble = Some(
+                "the disk is too slow: not all of the link is in the log; \
+                 write it to a faster disk"
+                    .into(),
+            );
+        }
+    }
+}
+
+/// What went wrong with a file, and what to do.
+fn io_in_words(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::StorageFull => "the disk is full: make room, or log to another".into(),
+        io::ErrorKind::QuotaExceeded => {
+            "your share of the disk is used up: make room, or log to another".into()
+        }
+        io::ErrorKind::FileTooLarge => {
+            "the file may not grow further (ulimit -f): raise the limit, or log to another disk"
+                .into()
+        }
+        _ => format!("cannot write the log: {error}: is its disk still there?"),
+    }
+}

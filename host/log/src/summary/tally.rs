@@ -1,0 +1,221 @@
+//! A run counted tick by tick: the memory it takes does not grow with its length.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Drive, Fault, Record, Sample};
+use std::collections::BTreeMap;
+
+use super::segments::{Passed, SegmentTally};
+use super::spread::Counts;
+use super::{Cause, FaultSummary, Summary, remarks};
+use crate::run_info::{PWM_OFF, RunFacts};
+use armbridge_client::LinkStats;
+use armbridge_client::names;
+
+/// Setpoints that are listed; further ones are counted.
+const SEGMENTS_MAX: usize = 200;
+
+/// A run, as far as it has gone.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    ticks: u64,
+    origin_us: u64,
+    last_us: u64,
+    segment: Option<SegmentTally>,
+    segments: Vec<Passed>,
+    segments_left_out: u64,
+    slowest_settling_s: Option<f64>,
+    worst_rest_rad: Option<f64>,
+    peak_torque_nm: [f64; JOINTS],
+    peak_pwm_deviation: [u16; JOINTS],
+    start_error_us: Counts,
+    bus_us: Counts,
+    compute_ns: Counts,
+    missed_ticks: u32,
+    missing: BTreeMap<&'static str, u64>,
+    fault: Option<Fault>,
+    faults: Vec<FaultSummary>,
+    tracked: u64,
+    tracking_square_rad2: [f64; JOINTS],
+}
+
+impl Tally {
+    /// Takes the next tick.
+    pub fn see(&mut self, record: &Record) {
+        if self.ticks == 0 {
+            self.origin_us = record.start_us;
+        }
+        self.ticks += 1;
+        self.last_us = record.start_us;
+        for joint in 0..JOINTS {
+            let torque_nm = f64::from(record.torque_nm[joint].abs());
+            let peak_nm = &mut self.peak_torque_nm[joint];
+            *peak_nm = peak_nm.max(torque_nm);
+            let deviation = record.pwm_in_force[joint].abs_diff(PWM_OFF);
+            let peak = &mut self.peak_pwm_deviation[joint];
+            *peak = deviation.max(*peak);
+        }
+        self.missed_ticks = record.timing.missed;
+        // While servos are being found, the bus and the samples say nothing about
+        // the run.
+        if names::is_up(record.mode) {
+            self.see_samples(record);
+        }
+        self.see_segment(record);
+        self.see_fault(record);
+        if record.mode.drive() == Some(Drive::Track) {
+            self.tracked += 1;
+            for joint in 0..JOINTS {
+                let error_rad = record.angle_rad[joint] - record.reference_rad[joint];
+                self.tracking_square_rad2[joint] += f64::from(error_rad).powi(2);
+            }
+        }
+    }
+
+    fn see_samples(&mut self, record: &Record) {
+        self.start_error_us.add(record.timing.start_error_us);
+        self.bus_us.add(record.timing.bus_us);
+        if record.timing.compute_ns > 0 {
+            self.compute_ns.add(record.timing.compute_ns);
+        }
+        for sample in record.samples {
+            if let Sample::Missing(kind) = sample {
+                *self.missing.entry(names::missing(kind)).or_default() += 1;
+            }
+        }
+    }
+
+    fn see_segment(&mut self, record: &Record) {
+        let is_regulated = record.mode.drive() == Some(Drive::Regulate);
+        if let Some(segment) = &mut self.segment
+            && is_regulated
+            && segment.takes(record)
+        {
+            segment.see(record);
+            return;
+        }
+        if let Some(segment) = self.segment.take() {
+            (self.slowest_settling_s, self.worst_rest_rad) = self.worst_with(&segment);
+            if self.segments.len() < SEGMENTS_MAX {
+                self.segments.push(segment.passed());
+            } else {
+                self.segments_left_out += 1;
+            }
+        }
+        self.segment = is_regulated.then(|| SegmentTally::begin(record));
+    }
+
+    fn see_fault(&mut self, record: &Record) {
+        let fault = names::fault_of(record.mode);
+        if let (true, Some(fault)) = (fault != self.fault, fault) {
+            self.faults.push(FaultSummary {
+                time_s: record.start_us.saturating_sub(self.origin_us) as f64 * 1e-6,
+                fault: names::fault(fault),
+                cause: None,
+            });
+        }
+        self.fault = fault;
+    }
+
+    /// The slowest settling and the worst rest, this segment's too.
+    fn worst_with(&self, segment: &SegmentTally) -> (Option<f64>, Option<f64>) {
+        let passed = segment.passed();
+        let worst = |before: Option<f64>, now: f64| Some(before.map_or(now, |b| b.max(now)));
+        (
+            worst(self.slowest_settling_s, passed.settling_s()),
+            worst(self.worst_rest_rad, passed.rest_rad()),
+        )
+    }
+
+    fn worst(&self) -> (Option<f64>, Option<f64>) {
+        self.segment
+            .as_ref()
+            .map_or((self.slowest_settling_s, self.worst_rest_rad), |segment| {
+                self.worst_with(segment)
+            })
+    }
+
+    /// The longest that settling at a setpoint took, in s, infinite if a joint never
+    /// did; none without setpoints.
+    pub fn slowest_settling_s(&self) -> Option<f64> {
+        self.worst().0
+    }
+
+    /// The farthest that a joint was from a setpoint at rest, in rad.
+    pub fn worst_rest_rad(&self) -> Option<f64> {
+        self.worst().1
+    }
+
+    /// Ticks so far.
+    pub fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Time from the first tick to the last, in s.
+    pub fn covered_s(&self) -> f64 {
+        self.last_us.saturating_sub(self.origin_us) as f64 * 1e-6
+    }
+
+    /// Root mean square of what the estimate was off the reference while that moved,
+    /// in mrad; none if it never did.
+    pub fn tracking_rms_mrad(&self) -> Option<[f64; JOINTS]> {
+        let rms = |square_rad2: f64| (square_rad2 / self.tracked as f64).sqrt() * 1e3;
+        (self.tracked > 0).then(|| self.tracking_square_rad2.map(rms))
+    }
+
+    /// What it comes to.
+    pub fn summary(
+        &self,
+        facts: &RunFacts,
+        link: LinkStats,
+        simulated_s: f64,
+        wall_s: f64,
+    ) -> Summary {
+        let bus_us = self.bus_us.spread();
+        let last = self.segment.as_ref().map(SegmentTally::passed);
+        let mut summary = Summary {
+            run: facts.clone(),
+            ticks: self.ticks,
+            simulated_s,
+            wall_s,
+            simulated_s_per_wall_s: if wall_s > 0.0 {
+                simulated_s / wall_s
+            } else {
+                0.0
+            },
+            segments: (self.segments.iter().chain(&last))
+                .map(|segment| segment.summary(self.origin_us, facts))
+                .collect(),
+            segments_left_out: self.segments_left_out,
+            tracking_rms_mrad: self.tracking_rms_mrad(),
+            peak_torque_nm: self.peak_torque_nm,
+            peak_pwm_deviation: self.peak_pwm_deviation,
+            start_error_us: self.start_error_us.spread(),
+            bus_us,
+            bus_occupancy_percent: bus_us.mean / f64::from(facts.period_us) * 100.0,
+            compute_ns: (!self.compute_ns.is_empty()).then(|| self.compute_ns.spread()),
+            missed_ticks: self.missed_ticks,
+            missing_samples: self.missing.clone(),
+            faults: self.faults.clone(),
+            records: link,
+            log: None,
+            servos: None,
+            port: None,
+            ended: None,
+            missed_expectations: Vec::new(),
+            remarks: Vec::new(),
+        };
+        summary.remarks = remarks::remarks(&summary);
+        summary
+    }
+}
+
+impl From<&armbridge_shared::link::message::Trip> for Cause {
+    fn from(trip: &armbridge_shared::link::message::Trip) -> Self {
+        Self {
+            tick: trip.tick,
+            joint: trip.joint.map(|joint| joint + 1),
+            value: trip.value,
+            limit: trip.limit,
+        }
+    }
+}

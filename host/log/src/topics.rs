@@ -1,0 +1,371 @@
+//! Events of a link as the messages of a log: what the recorder writes and what the
+//! live server serves.
+//!
+//! Topics and their schemas are told in `host/log/proto/armbridge.proto`.
+
+use armbridge_shared::link::message::{Mode, Record, Settings, ToHost};
+use foxglove::Encode;
+use foxglove::messages::{FrameTransforms, JointStates, Log, SceneUpdate};
+use std::borrow::Cow;
+
+use super::clock::{Envelope, Line, Mapping};
+use super::statistics::Counters;
+use super::{parameters, pose, proto, said, telemetry, words};
+use armbridge_client::event::{Direction, Event, What};
+
+/// Board time between two poses of the arm: as often as a screen shows one.
+const POSE_US: u64 = 20_000;
+
+/// Host time between two messages of statistics.
+const STATISTICS_NS: u64 = 1_000_000_000;
+
+/// Where a message belongs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Topic {
+    /// Each tick.
+    Telemetry,
+    /// What the host said.
+    Commands,
+    /// What else the board said, and what happened.
+    Events,
+    /// Settings in force.
+    Parameters,
+    /// Counters, each second.
+    Statistics,
+    /// Events in words.
+    Log,
+    /// Angles, speeds and torques of the joints.
+    JointStates,
+    /// Where the links are.
+    Transforms,
+    /// What they look like.
+    Scene,
+}
+
+impl Topic {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Telemetry,
+        Self::Commands,
+        Self::Events,
+        Self::Parameters,
+        Self::Statistics,
+        Self::Log,
+        Self::JointStates,
+        Self::Transforms,
+        Self::Scene,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Telemetry => "/telemetry",
+            Self::Commands => "/commands",
+            Self::Events => "/events",
+            Self::Parameters => "/parameters",
+            Self::Statistics => "/statistics",
+            Self::Log => "/log",
+            Self::JointStates => "/joint_states",
+            Self::Transforms => "/tf",
+            Self::Scene => "/scene",
+        }
+    }
+
+    /// Name of its messages' type.
+    pub fn schema_name(self) -> &'static str {
+        match self {
+            Self::Telemetry => "armbridge.Telemetry",
+            Self::Commands => "armbridge.Command",
+            Self::Events => "armbridge.Event",
+            Self::Parameters => "armbridge.Parameters",
+            Self::Statistics => "armbridge.Statistics",
+            Self::Log => "foxglove.Log",
+            Self::JointStates => "foxglove.JointStates",
+            Self::Transforms => "foxglove.FrameTransforms",
+            Self::Scene => "foxglove.SceneUpdate",
+        }
+    }
+
+    /// The `FileDescriptorSet` of that type. Messages and schema are of the encoding
+    /// `protobuf`.
+    pub fn schema(self) -> Cow<'static, [u8]> {
+        let known = match self {
+            Self::Telemetry
+            | Self::Commands
+            | Self::Events
+            | Self::Parameters
+            | Self::Statistics => None,
+            Self::Log => Log::get_schema(),
+            Self::JointStates => JointStates::get_schema(),
+            Self::Transforms => FrameTransforms::get_schema(),
+            Self::Scene => SceneUpdate::get_schema(),
+        };
+        known.map_or(Cow::Borrowed(proto::DESCRIPTORS), |schema| schema.data)
+    }
+}
+
+/// A message of a topic.
+#[derive(Clone, Copy, Debug)]
+pub struct Message<'a> {
+    /// Where it belongs.
+    pub topic: Topic,
+    /// On the host's clock in ns; never earlier than the one before on its topic.
+    pub log_time_ns: u64,
+    /// In protobuf.
+    pub bytes: &'a [u8],
+}
+
+/// Makes messages of events.
+#[derive(Debug, Default)]
+pub struct Encoder {
+    settings: Option<Settings>,
+    mode: Option<Mode>,
+    mapping: Mapping,
+    envelope: Envelope,
+    counters: Counters,
+    session: Option<armbridge_shared::link::message::BoardReport>,
+    last_tick: Option<(u32, u64)>,
+    has_parted: bool,
+    posed_us: Option<u64>,
+    statistics_at_ns: Option<u64>,
+    latest_ns: [u64; Topic::ALL.len()],
+    bytes: Vec<u8>,
+}
+
+impl Encoder {
+    /// Makes the messages of an event, in the order in which they belong.
+    ///
+    /// # Errors
+    /// Those of `put`.
+    pub fn event<E>(
+        &mut self,
+        event: &Event,
+        put: &mut impl FnMut(Message<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let at_ns = event.host_ns;
+        let due_ns = *self
+            .statistics_at_ns
+            .get_or_insert(at_ns.saturating_add(STATISTICS_NS));
+        if at_ns >= due_ns {
+            self.statistics(at_ns, put)?;
+            self.statistics_at_ns = Some(at_ns.saturating_add(STATISTICS_NS));
+        }
+        self.counters.count(&event.what);
+        match &event.what {
+            What::Asked(sequence, said) => {
+                let message = said::command(at_ns, *sequence, said);
+                self.put(Topic::Commands, at_ns, &message, put)
+            }
+            What::Told(sequence, ToHost::Record(record)) => {
+                self.tick(at_ns, *sequence, record, put)
+            }
+            What::Told(sequence, ToHost::Settings(settings)) => {
+                self.settings = Some(*settings);
+                let message = parameters::message(at_ns, *sequence, settings);
+                self.put(Topic::Parameters, at_ns, &message, put)?;
+                self.scene(at_ns, put)
+            }
+            What::Told(sequence, said) => {
+                if let ToHost::Board(report) = said {
+                    let is_reset = self.session.is_some_and(|old| old.is_before_reset(report));
+                    if is_reset {
+                        self.begin_anew();
+                    }
+                    self.session = Some(*report);
+                }
+                self.say(said::board_event(at_ns, *sequence, said), put)
+            }
+            What::Lost(..) | What::Garbled(..) | What::Parted => {
+                self.has_parted |= event.what == What::Parted;
+                match said::happened(at_ns, &event.what) {
+                    Some(message) => self.say(message, put),
+                    None => Ok(()),
+                }
+            }
+        }
+    }
+
+    /// So many bytes travelled.
+    pub fn travelled(&mut self, direction: Direction, bytes: usize) {
+        self.counters.travelled(direction, bytes);
+    }
+
+    /// How full the queue to the disk is, in bytes, how full it ever was, and what
+    /// found no room in it. Tells an event if something has not.
+    ///
+    /// # Errors
+    /// Those of `put`.
+    pub fn queue<E>(
+        &mut self,
+        at_ns: u64,
+        [waiting, most, unwritten]: [u64; 3],
+        put: &mut impl FnMut(Message<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let more = self.counters.queue([waiting, most, unwritten]);
+        if more == 0 {
+            return Ok(());
+        }
+        let event = proto::Event {
+            host_ns: at_ns,
+            severity: proto::Severity::Error.into(),
+            kind: "unwritten".into(),
+            text: format!("the disk is too slow: {more} bytes of the link are not in the log"),
+            count: more,
+            ..proto::Event::default()
+        };
+        self.say(event, put)
+    }
+
+    /// Ticks that came, and ticks between them that did not.
+    pub fn ticks(&self) -> (u64, u64) {
+        self.counters.ticks()
+    }
+
+    /// What the two clocks have to do with each other, as far as can be told.
+    pub fn clock(&self) -> Option<Line> {
+        self.envelope.line()
+    }
+
+    /// The statistics up to here.
+    ///
+    /// # Errors
+    /// Those of `put`.
+    pub fn statistics<E>(
+        &mut self,
+        at_ns: u64,
+        put: &mut impl FnMut(Message<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let message = self.counters.message(at_ns, self.envelope.line());
+        self.put(Topic::Statistics, at_ns, &message, put)?;
+        self.scene(at_ns, put)
+    }
+
+    /// The board's clock begins at zero again.
+    fn begin_anew(&mut self) {
+        self.mapping.forget();
+        self.envelope = Envelope::default();
+        self.last_tick = None;
+        self.posed_us = None;
+    }
+
+    fn tick<E>(
+        &mut self,
+        host_ns: u64,
+        sequence: u16,
+        record: &Record,
+        put: &mut impl FnMut(Message<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match self.last_tick {
+            // A board that began anew without saying so.
+            Some((_, at_us)) if record.start_us < at_us => self.begin_anew(),
+            Some((tick, _)) => self.gap(host_ns, tick, record.tick, put)?,
+            None => {}
+        }
+        self.has_parted = false;
+        self.last_tick = Some((record.tick, record.start_us));
+        let at_ns = self.mapping.host_ns(host_ns, record.start_us);
+        self.envelope.add(host_ns, record.start_us);
+        self.counters.tick(record, host_ns.saturating_sub(at_ns));
+        let joints = self
+            .settings
+            .as_ref()
+            .map(|settings| &settings.setup.joints);
+        let message = telemetry::telemetry(host_ns, sequence, record, joints);
+        self.put(Topic::Telemetry, at_ns, &message, put)?;
+        if self.mode != Some(record.mode) {
+            self.mode = Some(record.mode);
+            let (severity, text) = words::mode(record.mode);
+            let event = proto::Event {
+                host_ns,
+                board_us: Some(record.start_us),
+                severity: severity.into(),
+                kind: "mode".into(),
+                text,
+                tick: Some(record.tick),
+                ..proto::Event::default()
+            };
+            self.say(event, put)?;
+        }
+        let is_due = self
+            .posed_us
+            .is_none_or(|at_us| record.start_us >= at_us.saturating_add(POSE_US));
+        if is_due {
+            self.posed_us = Some(record.start_us);
+            self.put(Topic::JointStates, at_ns, &pose::joints(at_ns, record), put)?;
+            let transforms = pose::transforms(at_ns, record.angle_rad, self.settings.as_ref());
+            self.put(Topic::Transforms, at_ns, &transforms, put)?;
+        }
+        Ok(())
+    }
+
+    /// Says which ticks between two are not in the log.
+    fn gap<E>(
+        &mut self,
+        host_ns: u64,
+        before: u32,
+        after: u32,
+        put: &mut impl FnMut(Message<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let missing = after.saturating_sub(before).saturating_sub(1);
+        if missing == 0 {
+            return Ok(());
+        }
+        let why = if self.has_parted {
+            ": the link was broken"
+        } else {
+            self.counters.missing(missing);
+            ""
+        };
+        let (first, last) = (before + 1, after - 1);
+        let event = proto::Event {
+            host_ns,
+            severity: proto::Severity::Warning.into(),
+            kind: "gap".into(),
+            text: format!("ticks {first} to {last} are not in the log{why}"),
+            count: missing.into(),
+            tick: Some(first),
+            ..proto::Event::default()
+        };
+        self.say(event, put)
+    }
+
+    /// An event, and the same in words.
+    fn say<E>(
+        &mut self,
+        event: proto::Event,
+        put: &mut impl FnMut(Message<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let at_ns = event.host_ns;
+        self.put(Topic::Events, at_ns, &event, put)?;
+        let log = pose::log(at_ns, event.severity(), event.kind, event.text);
+        self.put(Topic::Log, at_ns, &log, put)
+    }
+
+    fn scene<E>(
+        &mut self,
+        at_ns: u64,
+        put: &mut impl FnMut(Message<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let scene = pose::scene(at_ns, self.settings.as_ref());
+        self.put(Topic::Scene, at_ns, &scene, put)
+    }
+
+    fn put<E>(
+        &mut self,
+        topic: Topic,
+        at_ns: u64,
+        message: &impl prost::Message,
+        put: &mut impl FnMut(Message<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let latest_ns = &mut self.latest_ns[topic as usize];
+        *latest_ns = at_ns.max(*latest_ns);
+        self.bytes.clear();
+        // A vector grows as needed.
+        let _ = message.encode(&mut self.bytes);
+        put(Message {
+            topic,
+            log_time_ns: *latest_ns,
+            bytes: &self.bytes,
+        })
+    }
+}

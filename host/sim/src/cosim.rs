@@ -1,0 +1,250 @@
+//! Board, bus, arm and host in one virtual time.
+//!
+//! Nothing sleeps and nothing is stepped at a fixed rate: time jumps to the
+//! next instant at which something happens, a byte on the wire, an alarm of the
+//! board, a word of the host. Two runs with the same seed are equal to the
+//! bit. The link between board and host takes no time.
+
+use std::fmt;
+use std::sync::mpsc::Receiver;
+
+use armbridge_client::Host;
+use armbridge_shared::bridge::gateway::ClientLine;
+
+use crate::Bench;
+use crate::board::{Board, Input, Output, Wake};
+use crate::plant::Push;
+
+/// What a hand does to the simulated arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Interaction {
+    /// Brings it back to where it began and holds it until a motor drives it, see
+    /// [`Bench::lift`].
+    Lift,
+    /// Pushes it, see [`Bench::push`].
+    Push(Push),
+}
+
+/// Who uses the board's transparent port.
+pub trait Client: fmt::Debug {
+    /// What it has set its serial port to.
+    fn line(&self) -> ClientLine;
+
+    /// What it sends now.
+    fn transmit(&mut self, now_us: u64) -> Vec<u8>;
+
+    /// Takes what the board sent it.
+    fn receive(&mut self, now_us: u64, bytes: &[u8]);
+
+    /// When to be asked again, at the latest.
+    fn wake_at_us(&self) -> u64;
+}
+
+impl Client for Box<dyn Client> {
+    fn line(&self) -> ClientLine {
+        (**self).line()
+    }
+
+    fn transmit(&mut self, now_us: u64) -> Vec<u8> {
+        (**self).transmit(now_us)
+    }
+
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) {
+        (**self).receive(now_us, bytes);
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        (**self).wake_at_us()
+    }
+}
+
+/// Nobody.
+#[derive(Debug)]
+struct NoClient;
+
+impl Client for NoClient {
+    fn line(&self) -> ClientLine {
+        ClientLine::default()
+    }
+
+    fn transmit(&mut self, _now_us: u64) -> Vec<u8> {
+        Vec::new()
+    }
+
+    fn receive(&mut self, _now_us: u64, _bytes: &[u8]) {}
+
+    fn wake_at_us(&self) -> u64 {
+        u64::MAX
+    }
+}
+
+/// Why a run ended early.
+#[derive(Debug)]
+pub enum CosimError<B, H> {
+    /// The board is gone.
+    Board(B),
+    /// The host gave up.
+    Host(H),
+}
+
+/// Board, bench and host, and what the time is.
+#[derive(Debug)]
+pub struct Cosim<B, H> {
+    /// Runs the control code.
+    pub board: B,
+    /// Servos and arm.
+    pub bench: Bench,
+    /// At the other end of the link.
+    pub host: H,
+    client: Box<dyn Client>,
+    interactions: Option<Receiver<Interaction>>,
+    /// The emergency stop's switch.
+    pub is_stop_pressed: bool,
+    now_us: u64,
+    wake: Wake,
+    heard: Vec<u8>,
+    output: Output,
+}
+
+impl<B: Board, H: Host> Cosim<B, H> {
+    /// All three at time 0.
+    pub fn new(board: B, bench: Bench, host: H) -> Self {
+        Self {
+            board,
+            bench,
+            host,
+            client: Box::new(NoClient),
+            interactions: None,
+            is_stop_pressed: false,
+            now_us: 0,
+            wake: Wake::default(),
+            heard: Vec::new(),
+            output: Output::default(),
+        }
+    }
+
+    /// The same, with somebody at the transparent port from now on.
+    #[must_use]
+    pub fn with_client(self, client: impl Client + 'static) -> Self {
+        Self {
+            client: Box::new(client),
+            ..self
+        }
+    }
+
+    /// The same, with an arm that these hands are laid on, each time at once.
+    #[must_use]
+    pub fn with_interactions(self, interactions: Receiver<Interaction>) -> Self {
+        Self {
+            interactions: Some(interactions),
+            ..self
+        }
+    }
+
+    /// The same, with another host at the link from now on.
+    pub fn with_host<G: Host>(self, host: G) -> Cosim<B, G> {
+        let Self {
+            board,
+            bench,
+            client,
+            interactions,
+            is_stop_pressed,
+            now_us,
+            wake,
+            heard,
+            output,
+            ..
+        } = self;
+        Cosim {
+            board,
+            bench,
+            host,
+            client,
+            interactions,
+            is_stop_pressed,
+            now_us,
+            wake,
+            heard,
+            output,
+        }
+    }
+
+    /// Virtual time in µs.
+    pub fn now_us(&self) -> u64 {
+        self.now_us
+    }
+
+    /// Runs until the host is done.
+    ///
+    /// # Errors
+    /// If the board is gone, or the host gives up.
+    pub fn run(&mut self) -> Result<(), CosimError<B::Error, H::Error>> {
+        while !self.host.is_done() {
+            self.step()?;
+        }
+        Ok(())
+    }
+
+    /// Goes on to the next thing that happens.
+    ///
+    /// # Errors
+    /// If the board is gone, or the host gives up.
+    pub fn step(&mut self) -> Result<(), CosimError<B::Error, H::Error>> {
+        self.step_until(u64::MAX)
+    }
+
+    /// The same, but no farther than to `latest_us`: whoever wants something to
+    /// happen then is there in time.
+    ///
+    /// # Errors
+    /// If the board is gone, or the host gives up.
+    pub fn step_until(&mut self, latest_us: u64) -> Result<(), CosimError<B::Error, H::Error>> {
+        let Self {
+            board,
+            bench,
+            host,
+            client,
+            interactions,
+            heard,
+            output,
+            is_stop_pressed,
+            ..
+        } = self;
+        let others_us = host.wake_at_us().min(client.wake_at_us());
+        let until_us = self.wake.at_us.min(others_us).min(latest_us);
+        let until_us = until_us.max(self.now_us);
+        heard.clear();
+        let now_us = bench.advance(until_us, self.wake.bus_bytes, heard);
+
+        for interaction in interactions.iter().flat_map(Receiver::try_iter) {
+            match interaction {
+                Interaction::Lift => bench.lift(),
+                Interaction::Push(push) => bench.push(push),
+            }
+        }
+        let from_host = host.transmit(now_us).map_err(CosimError::Host)?;
+        output.bus.clear();
+        output.link.clear();
+        output.client.clear();
+        let from_client = client.transmit(now_us);
+        let input = Input {
+            bus: heard,
+            link: from_host,
+            line: client.line(),
+            client: &from_client,
+            is_stop_pressed: *is_stop_pressed,
+        };
+        self.wake = board
+            .run(now_us, input, output)
+            .map_err(CosimError::Board)?;
+        if output.bus_baud != 0 {
+            bench.set_baud(output.bus_baud);
+        }
+        bench.send(now_us, &output.bus);
+        client.receive(now_us, &output.client);
+        host.receive(now_us, &output.link)
+            .map_err(CosimError::Host)?;
+        self.now_us = now_us;
+        Ok(())
+    }
+}

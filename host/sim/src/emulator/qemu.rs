@@ -1,0 +1,287 @@
+//! The QEMU process: its command line, its sockets, its end.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// The emulator. On the search path wherever it is installed.
+const PROGRAM: &str = "qemu-system-arm";
+
+/// How long QEMU may take to connect its sockets: a second on a loaded machine.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// Who owns the board's time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Time {
+    /// The bench grants it.
+    Lockstep,
+    /// QEMU's clock, this many times slower.
+    Slow(u32),
+}
+
+/// A failure of the firmware's own, on demand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Provocation {
+    /// What fails.
+    pub failure: Failure,
+    /// When, in ms of the board's time since boot.
+    pub at_ms: u32,
+}
+
+/// What can be made to fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// A panic.
+    Panic,
+    /// A fault of the processor.
+    Fault,
+    /// The stack grows beyond its end.
+    Overflow,
+    /// The tick never ends.
+    Hang,
+}
+
+impl fmt::Display for Provocation {
+    /// As the firmware has it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let failure = match self.failure {
+            Failure::Panic => "panic",
+            Failure::Fault => "fault",
+            Failure::Overflow => "overflow",
+            Failure::Hang => "hang",
+        };
+        write!(f, "provoke={failure}@{}", self.at_ms)
+    }
+}
+
+/// What to run, and how time passes for it.
+#[derive(Clone, Debug)]
+pub struct QemuOptions {
+    /// The firmware image, an ELF file.
+    pub image: PathBuf,
+    /// Who owns the board's time.
+    pub time: Time,
+    /// Instructions take a fixed virtual time, so that measured compute times
+    /// repeat from run to run.
+    pub icount: bool,
+    /// How the firmware is made to fail, once.
+    pub provoke: Option<Provocation>,
+}
+
+/// Why the emulator does not run.
+#[derive(Debug, thiserror::Error)]
+pub enum QemuError {
+    /// There is no image where it should be.
+    #[error("no firmware image at {}: build it with `cargo build-emulator`", .0.display())]
+    NoImage(PathBuf),
+    /// There is something else.
+    #[error("{} is no ELF file: build the image with `cargo build-emulator`", .0.display())]
+    NotAnImage(PathBuf),
+    /// The program is not installed.
+    #[error(
+        "{PROGRAM} is not installed: `cargo verify` installs it where it may, \
+         or use your package manager (Debian: `apt-get install qemu-system-arm`)"
+    )]
+    NotInstalled,
+    /// The program could not be started.
+    #[error("cannot start {PROGRAM}: {0}")]
+    Start(io::Error),
+    /// It ended before, or instead of, connecting its ports.
+    #[error("{PROGRAM} ended: {0}")]
+    Died(String),
+    /// A socket failed.
+    #[error("the connection to {PROGRAM} broke: {0}")]
+    Socket(#[from] io::Error),
+}
+
+/// A running emulator; killed when dropped.
+#[derive(Debug)]
+pub struct Qemu {
+    process: Child,
+    /// The control link.
+    pub link: TcpStream,
+    /// The servo bus.
+    pub bus: TcpStream,
+    /// The transparent port.
+    pub client: TcpStream,
+    /// In lockstep, all to the board: QEMU's standard input. Not one socket for both
+    /// directions: whoever waits to read from one is also woken when what he wrote
+    /// has been read, twice a message for nothing.
+    pub to_board: ChildStdin,
+    /// In lockstep, all from the board: QEMU's standard output.
+    pub from_board: UnixStream,
+    /// What the firmware logs.
+    pub log: TcpStream,
+}
+
+impl Qemu {
+    /// Starts the image and waits for its ports.
+    ///
+    /// # Errors
+    /// If there is no image, no QEMU, or it does not come up.
+    pub fn start(options: &QemuOptions) -> Result<Self, QemuError> {
+        check_image(&options.image)?;
+        // QEMU connects to us: no port number has to be guessed.
+        let listen = || TcpListener::bind((Ipv4Addr::LOCALHOST, 0));
+        let listeners = [listen()?, listen()?, listen()?, listen()?];
+        let mut command = Command::new(PROGRAM);
+        command.args(arguments(options));
+        for (name, listener) in ["link", "bus", "client", "log"].iter().zip(&listeners) {
+            let port = listener.local_addr()?.port();
+            command.arg("-chardev");
+            command.arg(format!(
+                "socket,id={name},host=127.0.0.1,port={port},nodelay=on"
+            ));
+        }
+        for name in ["link", "bus", "client"] {
+            command.args(["-serial", &format!("chardev:{name}")]);
+        }
+        let (from_board, theirs) = UnixStream::pair()?;
+        command.stdin(Stdio::piped());
+        command.stdout(OwnedFd::from(theirs));
+        command.stderr(Stdio::piped());
+        if options.time == Time::Lockstep {
+            // Ctrl-C at the terminal is for us alone: the board is to be disarmed
+            // first. Without us it ends where its input does.
+            command.process_group(0);
+        }
+        let mut process = command.spawn().map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => QemuError::NotInstalled,
+            _ => QemuError::Start(error),
+        })?;
+        // With it goes our hold on QEMU's end of `from_board`.
+        drop(command);
+        let to_board = process.stdin.take();
+        let to_board = to_board.ok_or_else(|| QemuError::Died("it has no input".into()))?;
+        let [link, bus, client, log] = &listeners;
+        let mut accept = |listener| accept(listener, &mut process);
+        let (link, bus) = (accept(link)?, accept(bus)?);
+        let (client, log) = (accept(client)?, accept(log)?);
+        Ok(Self {
+            process,
+            link,
+            bus,
+            client,
+            to_board,
+            from_board,
+            log,
+        })
+    }
+
+    /// Turns an error on a socket into its cause, if QEMU has ended.
+    pub fn explain(&mut self, error: io::Error) -> QemuError {
+        // Its last words may take a moment after the socket closes.
+        std::thread::sleep(Duration::from_millis(100));
+        last_words(&mut self.process).map_or(QemuError::Socket(error), QemuError::Died)
+    }
+}
+
+impl Drop for Qemu {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// QEMU would run whatever it is given.
+fn check_image(image: &Path) -> Result<(), QemuError> {
+    let mut file = File::open(image).map_err(|_| QemuError::NoImage(image.into()))?;
+    let mut magic = [0; 4];
+    match file.read_exact(&mut magic) {
+        Ok(()) if magic == *b"\x7FELF" => Ok(()),
+        _ => Err(QemuError::NotAnImage(image.into())),
+    }
+}
+
+fn arguments(options: &QemuOptions) -> Vec<String> {
+    let time = match options.time {
+        Time::Lockstep => "lockstep".into(),
+        Time::Slow(times) => format!("slow={times}"),
+    };
+    let provoke = options
+        .provoke
+        .map_or_else(String::new, |provocation| format!(",arg={provocation}"));
+    let mut arguments = vec![
+        "-machine".into(),
+        "mps2-an386".into(),
+        "-display".into(),
+        "none".into(),
+        "-monitor".into(),
+        "none".into(),
+        "-semihosting-config".into(),
+        format!("enable=on,target=native,chardev=log,arg=armbridge,arg={time}{provoke}"),
+        "-kernel".into(),
+        options.image.display().to_string(),
+    ];
+    if options.icount {
+        // 8 ns an instruction: 125 MIPS, about what the board's 168 MHz core
+        // does. Without `sleep` an idle core jumps to its next alarm.
+        let sleep = match options.time {
+            Time::Lockstep => "off",
+            Time::Slow(_) => "on",
+        };
+        arguments.extend(["-icount".into(), format!("shift=3,align=off,sleep={sleep}")]);
+    }
+    arguments
+}
+
+fn accept(listener: &TcpListener, process: &mut Child) -> Result<TcpStream, QemuError> {
+    listener.set_nonblocking(true)?;
+    let begun = Instant::now();
+    loop {
+        match listener.accept() {
+            Ok((stream, _)) => {
+                stream.set_nonblocking(false)?;
+                stream.set_nodelay(true)?;
+                return Ok(stream);
+            }
+            Err(error) if error.kind() != io::ErrorKind::WouldBlock => return Err(error.into()),
+            Err(_) => {}
+        }
+        if let Some(said) = last_words(process) {
+            return Err(QemuError::Died(said));
+        }
+        if begun.elapsed() > CONNECT_TIMEOUT {
+            return Err(QemuError::Died(
+                "it did not connect its ports in time".into(),
+            ));
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// How a process that has ended ended: what it wrote, or its exit code, which
+/// is the firmware's if it ended by itself.
+fn last_words(process: &mut Child) -> Option<String> {
+    let status = process.try_wait().ok()??;
+    let mut text = String::new();
+    if let Some(stderr) = &mut process.stderr {
+        // Best effort: the status alone will do.
+        let _ = stderr.read_to_string(&mut text);
+    }
+    Some(match (status.code(), text.lines().next()) {
+        (Some(101), _) => "the firmware panicked".into(),
+        (Some(102), _) => "the firmware ran into a hard fault".into(),
+        (_, Some(line)) => line.into(),
+        (_, None) => status.to_string(),
+    })
+}
+
+/// Where `cargo build-emulator` puts the image, seen from the workspace.
+pub fn default_image() -> PathBuf {
+    let relative = Path::new("thumbv7em-none-eabihf/firmware/mps2-an386");
+    std::env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(
+            || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target"),
+            PathBuf::from,
+        )
+        .join(relative)
+}

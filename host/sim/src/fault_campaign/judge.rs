@@ -1,0 +1,330 @@
+//! Runs a case and judges it.
+//!
+//! ```text
+//! ready     first fault ... last    mended      cleared
+//! |0.3-0.8 s| up to 0.1 s |  1.5 s   |   0.2 s  | 3 s at most
+//! ```
+//!
+//! What is required is judged at every event on the bench, not at ticks.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Fault, Mode};
+
+use super::case::{Case, Injection};
+use super::expect::{self, Verdict};
+use super::kind::Kind;
+use super::outcome::Outcome;
+use super::story::Story;
+use super::world::World;
+use armbridge_client::names;
+
+/// From a fault to motors off, where the bus carries packets, in µs.
+pub const STOP_US: u64 = 20_000;
+/// Until the arm does what it shall, in µs: bring-up takes 20 ms.
+const READY_US: u64 = 1_000_000;
+/// From the mending to the end, in µs.
+const SETTLE_US: u64 = 200_000;
+/// Until a cleared board is idle again, in µs.
+const CLEAR_US: u64 = 3_000_000;
+/// Far more events than a case can have: there are six or seven a tick.
+const EVENTS_MAX: u32 = 200_000;
+/// Torque that a PWM's rounding adds, in N m: a count is 1.2 mN m.
+const ROUNDING_NM: f32 = 0.002;
+
+/// A case under way.
+pub(super) struct Judge<'a, 'b> {
+    case: &'b Case,
+    world: World<'a>,
+    story: &'b mut Story,
+    outcome: Outcome,
+    mode: Mode,
+    /// Since when no mode drives the motors, in µs.
+    undriven_us: Option<u64>,
+    fault: Option<(Fault, u64)>,
+    /// A motor was given more than it may be.
+    is_beyond: bool,
+    events: u32,
+}
+
+impl<'a, 'b> Judge<'a, 'b> {
+    pub(super) fn new(case: &'b Case, world: World<'a>, story: &'b mut Story) -> Self {
+        Self {
+            case,
+            mode: world.mode(),
+            world,
+            story,
+            outcome: Outcome::new(case),
+            undriven_us: None,
+            fault: None,
+            is_beyond: false,
+            events: 0,
+        }
+    }
+
+    /// From the beginning to the end.
+    pub(super) fn run(mut self) -> Outcome {
+        let is_ready = self.go_until(READY_US, |judge| judge.world.driver().is_working());
+        if !is_ready || self.fault.is_some() {
+            let why = format!("not ready: {}", self.described());
+            return self.outcome.failed(why);
+        }
+        let ready_us = self.world.now_us();
+        let what = "the arm does what it shall";
+        self.story.append(ready_us, || what.into());
+        self.inject(ready_us);
+        self.judge_name(ready_us);
+        let now_us = self.world.now_us();
+        if let Some(off) = self.world.driver().off {
+            self.story
+                .append(now_us, || format!("the board has told: {off:?}"));
+        }
+        self.story.append(now_us, || "everything is mended".into());
+        self.world.mend();
+        self.go_until(now_us + SETTLE_US, |_| false);
+        self.clear();
+        self.judge_motors();
+        self.outcome
+    }
+
+    /// Lets things go wrong, and watches.
+    fn inject(&mut self, ready_us: u64) {
+        let injections = &self.case.injections;
+        let mut acts: Vec<(u64, bool, usize)> = injections
+            .iter()
+            .enumerate()
+            .flat_map(|(which, injection)| {
+                let begin_us = ready_us + injection.after_us;
+                let end_us = begin_us.saturating_add(injection.lasts_us);
+                [(begin_us, true, which), (end_us, false, which)]
+            })
+            .collect();
+        acts.sort_unstable_by_key(|(at_us, is_begin, _)| (*at_us, !is_begin));
+        let last_us = injections.iter().map(|i| i.after_us).max().unwrap_or(0);
+        let until_us = ready_us + last_us + self.case.watched_us();
+        for (at_us, is_begin, which) in acts {
+            if at_us >= until_us {
+                break;
+            }
+            self.go_until(at_us, |_| false);
+            if let Some(injection) = injections.get(which) {
+                self.act(injection, is_begin);
+            }
+        }
+        self.go_until(until_us, |_| false);
+    }
+
+    fn act(&mut self, injection: &Injection, is_begin: bool) {
+        let now_us = self.world.now_us();
+        if is_begin {
+            self.story.injects(now_us, injection);
+            if self.world.is_well() && self.fault.is_some() {
+                let why = format!("a fault before anything was wrong: {}", self.described());
+                self.outcome.fail(why);
+            }
+            self.world.begin(injection);
+        } else {
+            self.world.end(injection);
+            if injection.lasts_us > 0 {
+                self.story
+                    .append(now_us, || format!("{} is over", injection.kind));
+            }
+        }
+    }
+
+    /// Goes on until then, or until what is waited for has come. Returns whether
+    /// it has.
+    fn go_until(&mut self, until_us: u64, has_come: impl Fn(&mut Self) -> bool) -> bool {
+        while self.world.now_us() < until_us && !has_come(self) {
+            if self.events >= EVENTS_MAX {
+                self.outcome.fail("hung: too many events".into());
+                return false;
+            }
+            self.events += 1;
+            self.world.step_until(until_us);
+            self.look();
+        }
+        has_come(self)
+    }
+
+    /// What has happened?
+    fn look(&mut self) {
+        let now_us = self.world.now_us();
+        let mode = self.world.mode();
+        if mode != self.mode {
+            self.story.changes(now_us, self.mode, mode, &mut self.world);
+            if mode.drive().is_some() {
+                self.undriven_us = None;
+            } else if self.mode.drive().is_some() {
+                self.undriven_us = Some(now_us);
+            }
+            if let (Mode::Fault(fault), None) = (mode, self.fault) {
+                self.fault = Some((fault, now_us));
+            }
+            self.mode = mode;
+        }
+        let is_garbled = self.world.is_garbled();
+        let allowed = self.case.limits().pwm_counts;
+        for servo in 0..JOINTS {
+            if let Some(since_us) = self.undriven_us {
+                let overdue_ms = self.world.overdue_us(servo, since_us) as f64 * 1e-3;
+                self.outcome.stop_ms = self.outcome.stop_ms.max(overdue_ms);
+            }
+            let most = self.world.cosim.bench.take_most_counts(servo);
+            if most > allowed && !is_garbled && !self.is_beyond {
+                self.is_beyond = true;
+                let why = format!("motor {servo} was {most} counts from off");
+                self.outcome.fail(why);
+            }
+        }
+    }
+
+    fn described(&mut self) -> String {
+        let trip = self.world.driver().trip;
+        let fault = trip.map_or_else(String::new, |trip| format!(", {trip:?}"));
+        format!("{:?}{fault}", self.mode)
+    }
+
+    /// Is it called what it is?
+    fn judge_name(&mut self, ready_us: u64) {
+        let injections = &self.case.injections;
+        let is = |verdict, injection| expect::verdict(injection, self.case) == verdict;
+        let outcome = &mut self.outcome;
+        match self.fault {
+            None => outcome.is_named_right = !injections.iter().any(|i| is(Verdict::Must, i)),
+            Some((fault, at_us)) => {
+                let is_name = |i: &Injection| {
+                    expect::right(i.kind, self.case.servos)
+                        .names
+                        .contains(&fault)
+                };
+                outcome.is_named_right =
+                    injections.iter().any(|i| is_name(i) && !is(Verdict::No, i));
+                outcome.fault = Some(names::fault(fault));
+                let first_us = ready_us + injections.first().map_or(0, |i| i.after_us);
+                outcome.detected_ms = Some(at_us.saturating_sub(first_us) as f64 * 1e-3);
+            }
+        }
+        if self.case.has(Kind::Goodbye) && self.mode.is_armed() {
+            outcome.fail("still armed after a goodbye".into());
+        }
+    }
+
+    /// Does the board come back?
+    fn clear(&mut self) {
+        if self.fault.is_none() || !self.case.is_cleared {
+            return;
+        }
+        let now_us = self.world.now_us();
+        self.story
+            .append(now_us, || "the host clears the fault".into());
+        self.world.driver().clear();
+        let is_back = self.go_until(now_us + CLEAR_US, |judge| judge.mode == Mode::Idle);
+        self.outcome.is_cleared = Some(is_back);
+        if !is_back {
+            let why = format!("not idle after the fault was cleared: {}", self.described());
+            self.outcome.fail(why);
+        }
+    }
+
+    /// Was anything ordered that must not be, or not taken back in time?
+    fn judge_motors(&mut self) {
+        let outcome = &mut self.outcome;
+        if outcome.stop_ms > STOP_US as f64 * 1e-3 {
+            outcome.fail(format!("a motor was on for {:.1} ms", outcome.stop_ms));
+        }
+        if let Some((at_us, counts)) = self.world.cosim.board.beyond {
+            outcome.fail(format!(
+                "a PWM {counts} counts from off was sent at {at_us} µs"
+            ));
+        }
+        let [allowed_nm, _] = self.case.limits().torque_nm;
+        let driver = self.world.driver();
+        // What a board computes from a number that is not the one that was set says
+        // nothing; its PWM does.
+        if driver.most_nm > allowed_nm + ROUNDING_NM && !self.case.has(Kind::Corrupt) {
+            let most_nm = driver.most_nm;
+            outcome.fail(format!("torque of {most_nm} N m, {allowed_nm} allowed"));
+        }
+        if driver.swallowed > 0 {
+            let swallowed = driver.swallowed;
+            outcome.fail(format!("{swallowed} commands out of range accepted"));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::case::Scenario;
+    use super::super::driver::Whim;
+    use super::*;
+    use armbridge_shared::bridge::Channels;
+    use armbridge_shared::link::message::StopSource;
+    use armbridge_shared::servo::Firmware;
+
+    /// The first single of this kind, in the first scenario.
+    fn case_of(kind: Kind, is_tight: bool) -> Case {
+        let place = Kind::ALL.iter().position(|other| *other == kind).unwrap();
+        let case = Case::new(2 * place as u64, Firmware::Morpheus);
+        Case { is_tight, ..case }
+    }
+
+    /// Judges a case by what another one has set up and what is done behind its
+    /// back.
+    fn judged(case: &Case, set_up: &Case, done: impl FnOnce(&mut World<'_>)) -> Outcome {
+        let mut channels = Channels::new();
+        let world = World::new(set_up, channels.split()).unwrap();
+        let mut story = Story::untold();
+        let mut judge = Judge::new(case, world, &mut story);
+        assert!(judge.go_until(READY_US, |judge| judge.world.driver().is_working()));
+        let ready_us = judge.world.now_us();
+        judge.go_until(ready_us + 100_000, |_| false);
+        done(&mut judge.world);
+        judge.inject(ready_us);
+        judge.judge_name(ready_us);
+        judge.judge_motors();
+        judge.outcome
+    }
+
+    #[test]
+    fn a_motor_that_stays_on_is_seen() {
+        let stop = case_of(Kind::StopHost, false);
+        assert_eq!(judged(&stop, &stop, |_| ()).failures, [""; 0]);
+        let deafened = judged(&stop, &stop, |world| world.cosim.bench.deafen(0, true));
+        assert!(deafened.stop_ms > 1_000.0, "{deafened:?}");
+        let is_seen = |why: &String| why.contains("was on for");
+        assert!(deafened.failures.iter().any(is_seen), "{deafened:?}");
+    }
+
+    #[test]
+    fn a_board_with_other_limits_is_seen() {
+        let case = |is_tight| Case {
+            to_rad: [1.2; JOINTS],
+            ..case_of(Kind::Goodbye, is_tight)
+        };
+        let outcome = judged(&case(true), &case(false), |world| {
+            world.cosim.board.allowed = 10;
+        });
+        let seen = outcome.failures.join("; ");
+        for words in ["counts from off", "was sent at", "N m, 0.8 allowed"] {
+            assert!(seen.contains(words), "{seen}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_name_and_a_missing_one_are_seen() {
+        let goodbye = case_of(Kind::Goodbye, false);
+        assert!(judged(&goodbye, &goodbye, |_| ()).is_named_right);
+        let stopped = judged(&goodbye, &goodbye, |world| {
+            world.cosim.is_stop_pressed = true;
+        });
+        let pin = names::fault(Fault::EmergencyStop(StopSource::Pin));
+        assert_eq!((stopped.fault, stopped.is_named_right), (Some(pin), false));
+        // A host that is gone cannot stop anything.
+        let stop = Case {
+            scenario: Scenario::Idle,
+            ..case_of(Kind::StopHost, false)
+        };
+        let ignored = judged(&stop, &stop, |world| world.driver().behave(Whim::Gone));
+        assert_eq!((ignored.fault, ignored.is_named_right), (None, false));
+    }
+}

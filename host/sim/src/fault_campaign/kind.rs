@@ -1,0 +1,217 @@
+//! What can be injected, one word each.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Serialize, Serializer};
+
+use crate::wire::{Damage, Way};
+
+/// Kinds of faults.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// Bytes of one way come to harm.
+    Bytes(Way, Harm),
+    /// The master begins to hear itself.
+    EchoOn,
+    /// A master that always heard itself no longer does.
+    EchoOff,
+    /// The data line is held down.
+    LineLow,
+    /// The data line is held up.
+    LineHigh,
+    /// A servo is off and on again.
+    ServoReset,
+    /// A servo hears and obeys, and says nothing.
+    ServoMute,
+    /// A servo hears nothing, and goes on as it was told last.
+    ServoDeaf,
+    /// The servos change places.
+    ServosSwapped,
+    /// A potentiometer says one count for ever.
+    Frozen,
+    /// A potentiometer's wiper has left its track.
+    DeadZone,
+    /// A motor heats up.
+    Hot,
+    /// The host is gone.
+    HostVanish,
+    /// Garbage comes at full rate.
+    HostFlood,
+    /// Garbage comes between good frames.
+    HostGarbage,
+    /// The host goes on in another schema.
+    HostSchema,
+    /// Frames of before come again.
+    HostReplay,
+    /// Commands with numbers beyond all bounds.
+    HostRange,
+    /// The host leaves politely.
+    Goodbye,
+    /// The board's clock leaps ahead.
+    ClockAhead,
+    /// The board's clock leaps back.
+    ClockBack,
+    /// Somebody pushes the arm.
+    Push,
+    /// A bit of a parameter in force is turned.
+    Corrupt,
+    /// The host asks for an emergency stop.
+    StopHost,
+    /// The stop switch is pressed.
+    StopPin,
+}
+
+/// What becomes of bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Harm {
+    /// They never arrive.
+    Lost,
+    /// They arrive late.
+    Late,
+    /// They arrive twice.
+    Doubled,
+    /// With a bit turned.
+    Flipped,
+    /// The rest of their packet does not arrive either.
+    CutOff,
+}
+
+impl Harm {
+    /// As the bench has it; what is late is late by so much.
+    pub(super) fn damage(self, late_ns: u64) -> Damage {
+        match self {
+            Self::Lost => Damage::Lost,
+            Self::Late => Damage::Late { ns: late_ns },
+            Self::Doubled => Damage::Doubled,
+            Self::Flipped => Damage::Flipped,
+            Self::CutOff => Damage::CutOff,
+        }
+    }
+}
+
+impl Kind {
+    /// Every one.
+    pub const ALL: [Self; 34] = {
+        use Harm::{CutOff, Doubled, Flipped, Late, Lost};
+        use Way::{ToMaster, ToServos};
+        [
+            Self::Bytes(ToServos, Lost),
+            Self::Bytes(ToServos, Late),
+            Self::Bytes(ToServos, Doubled),
+            Self::Bytes(ToServos, Flipped),
+            Self::Bytes(ToServos, CutOff),
+            Self::Bytes(ToMaster, Lost),
+            Self::Bytes(ToMaster, Late),
+            Self::Bytes(ToMaster, Doubled),
+            Self::Bytes(ToMaster, Flipped),
+            Self::Bytes(ToMaster, CutOff),
+            Self::EchoOn,
+            Self::EchoOff,
+            Self::LineLow,
+            Self::LineHigh,
+            Self::ServoReset,
+            Self::ServoMute,
+            Self::ServoDeaf,
+            Self::ServosSwapped,
+            Self::Frozen,
+            Self::DeadZone,
+            Self::Hot,
+            Self::HostVanish,
+            Self::HostFlood,
+            Self::HostGarbage,
+            Self::HostSchema,
+            Self::HostReplay,
+            Self::HostRange,
+            Self::Goodbye,
+            Self::ClockAhead,
+            Self::ClockBack,
+            Self::Push,
+            Self::Corrupt,
+            Self::StopHost,
+            Self::StopPin,
+        ]
+    };
+
+    /// As it is written on a command line.
+    pub const fn name(self) -> &'static str {
+        use Harm::{CutOff, Doubled, Flipped, Late, Lost};
+        use Way::{ToMaster, ToServos};
+        match self {
+            Self::Bytes(ToServos, Lost) => "lost-to-servos",
+            Self::Bytes(ToServos, Late) => "late-to-servos",
+            Self::Bytes(ToServos, Doubled) => "doubled-to-servos",
+            Self::Bytes(ToServos, Flipped) => "flipped-to-servos",
+            Self::Bytes(ToServos, CutOff) => "cut-to-servos",
+            Self::Bytes(ToMaster, Lost) => "lost-to-master",
+            Self::Bytes(ToMaster, Late) => "late-to-master",
+            Self::Bytes(ToMaster, Doubled) => "doubled-to-master",
+            Self::Bytes(ToMaster, Flipped) => "flipped-to-master",
+            Self::Bytes(ToMaster, CutOff) => "cut-to-master",
+            Self::EchoOn => "echo-on",
+            Self::EchoOff => "echo-off",
+            Self::LineLow => "line-low",
+            Self::LineHigh => "line-high",
+            Self::ServoReset => "servo-reset",
+            Self::ServoMute => "servo-mute",
+            Self::ServoDeaf => "servo-deaf",
+            Self::ServosSwapped => "servos-swapped",
+            Self::Frozen => "frozen",
+            Self::DeadZone => "dead-zone",
+            Self::Hot => "hot",
+            Self::HostVanish => "host-vanish",
+            Self::HostFlood => "host-flood",
+            Self::HostGarbage => "host-garbage",
+            Self::HostSchema => "host-schema",
+            Self::HostReplay => "host-replay",
+            Self::HostRange => "host-range",
+            Self::Goodbye => "goodbye",
+            Self::ClockAhead => "clock-ahead",
+            Self::ClockBack => "clock-back",
+            Self::Push => "push",
+            Self::Corrupt => "corrupt",
+            Self::StopHost => "stop-host",
+            Self::StopPin => "stop-pin",
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl Serialize for Kind {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// There is no kind of this name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no fault `{0}`; there are: {all}", all = Kind::ALL.map(Kind::name).join(", "))]
+pub struct NoKind(String);
+
+impl FromStr for Kind {
+    type Err = NoKind;
+
+    fn from_str(text: &str) -> Result<Self, NoKind> {
+        let mut all = Self::ALL.into_iter();
+        all.find(|kind| kind.name() == text)
+            .ok_or_else(|| NoKind(text.to_owned()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_is_its_own() {
+        for kind in Kind::ALL {
+            assert_eq!(kind.name().parse(), Ok(kind));
+        }
+        assert!("host".parse::<Kind>().is_err());
+    }
+}

@@ -1,0 +1,134 @@
+//! What happened in one case, line by line.
+
+use std::fmt::Write;
+
+use armbridge_shared::link::message::Mode;
+use armbridge_shared::servo::Firmware;
+
+use super::case::{Case, Injection};
+use super::expect::{self, Verdict};
+use super::outcome::Outcome;
+use super::world::World;
+use armbridge_client::names;
+
+/// A case as it is told; one that nobody listens to costs nothing.
+#[derive(Debug, Default)]
+pub(super) struct Story {
+    is_untold: bool,
+    lines: String,
+}
+
+impl Story {
+    pub(super) fn untold() -> Self {
+        Self {
+            is_untold: true,
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn text(self) -> String {
+        self.lines
+    }
+
+    fn line(&mut self, line: &str) {
+        self.lines.push_str(line);
+        self.lines.push('\n');
+    }
+
+    pub(super) fn append(&mut self, now_us: u64, what: impl FnOnce() -> String) {
+        if !self.is_untold {
+            // Writing to a string cannot fail.
+            let _ = writeln!(self.lines, "{:>9.3} ms  {}", now_us as f64 * 1e-3, what());
+        }
+    }
+
+    pub(super) fn begin(&mut self, case: &Case) {
+        let setup = if case.is_best { "best" } else { "default" };
+        let friction = if case.friction { "with" } else { "without" };
+        let limits = if case.is_tight { ", tight limits" } else { "" };
+        let servos = match case.servos {
+            Firmware::Morpheus => "",
+            Firmware::Stock => ", stock servos",
+        };
+        self.line(&format!(
+            "seed {}: {:?}, {setup} set-up, {friction} friction{limits}{servos}",
+            case.seed, case.scenario
+        ));
+        for injection in &case.injections {
+            let right = expect::right(injection.kind, case.servos);
+            let names: Vec<&str> = right
+                .names
+                .iter()
+                .map(|fault| names::fault(*fault))
+                .collect();
+            let (kind, names) = (injection.kind, names.join(", "));
+            self.line(&match expect::verdict(injection, case) {
+                Verdict::Must => format!("{kind}: must be called {names}"),
+                Verdict::May => format!("{kind}: nothing, or {names}"),
+                Verdict::No => format!("{kind}: must be called nothing"),
+            });
+            self.line(&format!("  {}", right.because));
+        }
+    }
+
+    pub(super) fn injects(&mut self, now_us: u64, injection: &Injection) {
+        self.append(now_us, || {
+            let Injection {
+                kind,
+                lasts_us,
+                servo,
+                amount,
+                late_us,
+                ..
+            } = injection;
+            let lasts = if *lasts_us > 1 << 40 {
+                "until mended".into()
+            } else {
+                format!("for {:.3} ms", *lasts_us as f64 * 1e-3)
+            };
+            format!("{kind} {lasts}, servo {servo}, amount {amount:.4}, late {late_us} µs")
+        });
+    }
+
+    pub(super) fn changes(&mut self, now_us: u64, from: Mode, to: Mode, world: &mut World<'_>) {
+        if self.is_untold {
+            return;
+        }
+        let record = world.driver().record;
+        let trip = world.driver().trip;
+        self.append(now_us, || {
+            let state = record.map_or_else(String::new, |record| {
+                format!(
+                    "; tick {}, q {:.3?} rad, dq {:.2?} rad/s, PWM {:?}, {:?}",
+                    record.tick,
+                    record.angle_rad,
+                    record.speed_rad_s,
+                    record.pwm_in_force,
+                    record.samples
+                )
+            });
+            let why = match (to, trip) {
+                (Mode::Fault(_), Some(trip)) => format!("; {trip:?}"),
+                _ => String::new(),
+            };
+            format!("{from:?} -> {to:?}{why}{state}")
+        });
+    }
+
+    pub(super) fn end(&mut self, outcome: &Outcome) {
+        let named = if outcome.is_named_right {
+            "right"
+        } else {
+            "wrong"
+        };
+        self.line(&format!(
+            "called {}, which is {named}; detected after {:?} ms, motors off after {:.3} ms",
+            outcome.fault.unwrap_or("nothing"),
+            outcome.detected_ms,
+            outcome.stop_ms
+        ));
+        for failure in &outcome.failures {
+            self.line(&format!("FAILED: {failure}"));
+        }
+    }
+}

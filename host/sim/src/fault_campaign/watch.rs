@@ -1,0 +1,143 @@
+//! Monitor of a case: the board's bytes on the servo bus, and the messages on its link.
+
+use std::ops::Range;
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Pwm;
+
+use crate::board::{Board, Input, Output, VirtualBoard, Wake};
+use armbridge_client::event::{Direction, Ear, Event};
+
+/// Packet of a tick that sets the PWM of both servos of one firmware.
+struct Order {
+    /// Its first bytes.
+    head: [u8; 7],
+    len: usize,
+    /// Place of each servo's value in it, low byte first.
+    at: [Range<usize>; JOINTS],
+    /// Distance of a value from off, in counts.
+    from_off: fn(u16) -> u16,
+}
+
+const ORDERS: [Order; 2] = [
+    // Morpheus: `SYNC_WR` from 0x0F on, three bytes each, of which the last two are
+    // the PWM.
+    Order {
+        head: [0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3],
+        len: 16,
+        at: [9..11, 13..15],
+        from_off: |pwm| pwm.abs_diff(Pwm::OFF.counts()),
+    },
+    // Stock: `SYNC_WRITE` of the moving speed, two bytes each: the duty, 1023 for all,
+    // with bit 10 for the sign.
+    Order {
+        head: [0xFF, 0xFF, 0xFE, 10, 0x83, 32, 2],
+        len: 14,
+        at: [8..10, 11..13],
+        from_off: |duty| {
+            let share = f64::from(duty & 1023) / 1023.0;
+            (share * f64::from(Pwm::OFF.counts())).round() as u16
+        },
+    },
+];
+
+/// The board of a case.
+pub(super) struct Watched<'a> {
+    pub(super) board: VirtualBoard<'a>,
+    /// Largest distance from off that it may send, in counts.
+    pub(super) allowed: u16,
+    /// First packet beyond that: its time in µs, and its distance from off in counts.
+    pub(super) beyond: Option<(u64, u16)>,
+    /// Receiver of the messages on the link, as the board hears them.
+    ear: Option<(Ear, &'a mut dyn FnMut(Event))>,
+}
+
+impl<'a> Watched<'a> {
+    pub(super) fn new(board: VirtualBoard<'a>, allowed: u16) -> Self {
+        Self {
+            board,
+            allowed,
+            beyond: None,
+            ear: None,
+        }
+    }
+
+    /// Tells what is said on the link from now on.
+    pub(super) fn overhear(&mut self, hear: &'a mut dyn FnMut(Event)) {
+        self.ear = Some((Ear::default(), hear));
+    }
+
+    fn is_driven(&self) -> bool {
+        self.board.mode().drive().is_some()
+    }
+}
+
+impl Board for Watched<'_> {
+    type Error = <VirtualBoard<'static> as Board>::Error;
+
+    fn run(
+        &mut self,
+        now_us: u64,
+        input: Input<'_>,
+        output: &mut Output,
+    ) -> Result<Wake, Self::Error> {
+        let was_driven = self.is_driven();
+        if let Some((ear, hear)) = &mut self.ear {
+            ear.take(Direction::ToBoard, now_us * 1_000, input.link, hear);
+        }
+        let wake = self.board.run(now_us, input, output)?;
+        if let Some((ear, hear)) = &mut self.ear {
+            ear.take(Direction::ToHost, now_us * 1_000, &output.link, hear);
+        }
+        let allowed = if was_driven || self.is_driven() {
+            self.allowed
+        } else {
+            0
+        };
+        for counts in ordered(&output.bus) {
+            if counts > allowed {
+                self.beyond.get_or_insert((now_us, counts));
+            }
+        }
+        Ok(wake)
+    }
+}
+
+/// Counts from off of the PWMs in the orders among these bytes.
+fn ordered(bytes: &[u8]) -> impl Iterator<Item = u16> {
+    ORDERS.iter().flat_map(|order| {
+        bytes
+            .windows(order.len)
+            .filter(|packet| packet.starts_with(&order.head))
+            .flat_map(|packet| {
+                order.at.clone().map(|at| {
+                    let bytes = at.rev().filter_map(|byte| packet.get(byte));
+                    let number = bytes.fold(0, |number, byte| number << 8 | u16::from(*byte));
+                    (order.from_off)(number)
+                })
+            })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use armbridge_shared::bridge::SERVO_IDS;
+    use armbridge_shared::servo::morpheus::Request;
+    use armbridge_shared::servo::protocol1::{BROADCAST, Instruction};
+
+    #[test]
+    fn orders_are_read() {
+        let [a, b] = [1_200, 3].map(|pwm| Pwm::new(pwm).unwrap());
+        let mut bytes = Request::Cycle.encode().to_vec();
+        bytes.extend(Request::Drive([(SERVO_IDS[0], a), (SERVO_IDS[1], b)]).encode());
+        assert_eq!(ordered(&bytes).collect::<Vec<_>>(), [200, 997]);
+        let speeds = Instruction::SyncWrite {
+            address: 32,
+            count: 2,
+            blocks: &[1, 0xFF, 0x03, 2, 0x00, 0x06],
+        };
+        let bytes = speeds.encode::<16>(BROADCAST).unwrap();
+        assert_eq!(ordered(&bytes).collect::<Vec<_>>(), [1_000, 500]);
+    }
+}

@@ -1,0 +1,272 @@
+//! Board, bench and host of a case, and how each kind of fault is done to them.
+
+use std::ops::Range;
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::bridge::{BridgeEnd, LinkEnd, MemoryRegion, SERVO_IDS, gateway::PortEnd};
+use armbridge_shared::link::message::Mode;
+
+use super::case::{Case, Injection, Scenario};
+use super::driver::{Driver, Whim};
+use super::judge::STOP_US;
+use super::kind::Kind;
+use super::watch::Watched;
+use crate::Bench;
+use crate::board::VirtualBoard;
+use crate::cosim::{Cosim, CosimError};
+use crate::faults::host::{Meddled, Meddling};
+use crate::faults::sensor::SensorFault;
+use crate::kind::{KindError, ServoKind};
+use crate::plant::{Plant, Push};
+use crate::servo::Deafness;
+use crate::wire::{ByteFault, Way};
+use armbridge_client::refusal;
+
+/// Speed of the servos' bus.
+const BAUD: u32 = 1_000_000;
+/// Heating of a stock servo in °C for one count of a Morpheus servo's converter: its limit
+/// of 70 °C, 45 above the air, is reached in 0.5 to 1.5 s.
+const CELSIUS_PER_COUNT: f64 = 0.1;
+
+/// All ends of a board's channels.
+pub(super) type Ends<'a> = (BridgeEnd<'a>, LinkEnd<'a>, PortEnd<'a>);
+
+/// Share of bytes to the servos beyond which nothing is sure to arrive: the stop
+/// sequence has 270 bytes, and parts of it that stand in for each other. A byte that
+/// is late is as bad as one that is lost: it meets an answer.
+const SHARE_THAT_BLOCKS: f64 = 0.01;
+
+/// Everything that takes part in a case.
+pub(super) struct World<'a> {
+    pub(super) cosim: Cosim<Watched<'a>, Meddled<Driver>>,
+    echoes: bool,
+    is_swapped: bool,
+    is_well: bool,
+    /// When a servo could not be reached, in µs.
+    blocked: Vec<(usize, Range<u64>)>,
+    /// When bytes to the servos came to harm, however few, in µs: a checksum of eight
+    /// bits passes one damaged packet in 256, and the stop sequence has orders that a
+    /// servo takes without any.
+    garbled: Vec<Range<u64>>,
+    /// Until when each servo was inside an operation that a damaged order has begun,
+    /// in which it hears nothing, in µs.
+    busy_us: [u64; JOINTS],
+}
+
+impl<'a> World<'a> {
+    pub(super) fn new(case: &Case, ends: Ends<'a>) -> Result<Self, String> {
+        let limits = case.limits();
+        let board = VirtualBoard::new(ends).map_err(refusal::in_words)?;
+        let arms = case.scenario != Scenario::Idle;
+        let driver = Driver::new(case.setup(), limits, arms, case.command());
+        let kinds: Result<Vec<ServoKind>, KindError> = SERVO_IDS
+            .iter()
+            .map(|id| ServoKind::new(case.servos, id.get(), BAUD))
+            .collect();
+        let kinds = kinds.map_err(|error| error.to_string())?;
+        let mut bench = Bench::with_servos(Plant::new(case.plant(), case.seed), &kinds);
+        bench.echo(case.echoes());
+        let board = Watched::new(board, limits.pwm_counts);
+        Ok(Self {
+            cosim: Cosim::new(board, bench, Meddled::new(driver)),
+            echoes: case.echoes(),
+            is_swapped: false,
+            is_well: true,
+            blocked: Vec::new(),
+            garbled: Vec::new(),
+            busy_us: [0; JOINTS],
+        })
+    }
+
+    pub(super) fn now_us(&self) -> u64 {
+        self.cosim.now_us()
+    }
+
+    pub(super) fn mode(&self) -> Mode {
+        self.cosim.board.board.mode()
+    }
+
+    pub(super) fn driver(&mut self) -> &mut Driver {
+        &mut self.cosim.host.host
+    }
+
+    pub(super) fn step_until(&mut self, latest_us: u64) {
+        self.cosim
+            .step_until(latest_us)
+            .unwrap_or_else(|error| match error {
+                CosimError::Board(never) | CosimError::Host(never) => match never {},
+            });
+        for servo in 0..JOINTS {
+            if self.deafness(servo) == Some(Deafness::Busy) {
+                self.busy_us[servo] = self.now_us();
+            }
+        }
+    }
+
+    fn deafness(&self, servo: usize) -> Option<Deafness> {
+        let device = self.cosim.bench.servos().get(servo)?;
+        device.morpheus()?.deafness()
+    }
+
+    /// Whether nothing has gone wrong yet.
+    pub(super) fn is_well(&self) -> bool {
+        self.is_well
+    }
+
+    /// Whether what reaches the servos may be what nobody said.
+    pub(super) fn is_garbled(&self) -> bool {
+        let now_us = self.now_us();
+        let mut garbled = self.garbled.iter();
+        // What they have heard they may obey a little later.
+        garbled.any(|at_us| (at_us.start..at_us.end.saturating_add(STOP_US)).contains(&now_us))
+    }
+
+    /// For how long since then this servo's motor was on without a break, when it was
+    /// last, in µs, not counting time in which it could not be reached.
+    pub(super) fn overdue_us(&self, servo: usize, since_us: u64) -> u64 {
+        let (on_ns, off_ns) = self.cosim.bench.last_on_ns(servo);
+        let until_us = off_ns.map_or(self.now_us(), |ns| ns / 1_000);
+        let mut from_us = since_us.max(on_ns / 1_000).max(self.busy_us[servo]);
+        for (blocked, during_us) in &self.blocked {
+            let counts = *blocked == servo && during_us.start < until_us;
+            if counts && during_us.end > from_us {
+                from_us = during_us.end;
+            }
+        }
+        until_us.saturating_sub(from_us)
+    }
+
+    /// It goes wrong now.
+    pub(super) fn begin(&mut self, injection: &Injection) {
+        self.is_well = false;
+        let now_us = self.now_us();
+        let Injection {
+            kind,
+            lasts_us,
+            servo,
+            amount,
+            seed,
+            ..
+        } = *injection;
+        let during_us = now_us..now_us.saturating_add(lasts_us);
+        if blocks(injection) {
+            let servos = if kind == Kind::ServoDeaf {
+                servo..servo + 1
+            } else {
+                0..JOINTS
+            };
+            self.blocked
+                .extend(servos.map(|servo| (servo, during_us.clone())));
+        }
+        if let Kind::Bytes(Way::ToServos, _) | Kind::LineLow | Kind::LineHigh = kind {
+            self.garbled.push(during_us.clone());
+        }
+        let Cosim {
+            board, bench, host, ..
+        } = &mut self.cosim;
+        let mut meddle = |what| host.meddle(what, during_us.clone(), seed);
+        match kind {
+            Kind::Bytes(way, harm) => bench.harm(ByteFault {
+                way,
+                damage: harm.damage(injection.late_us * 1_000),
+                share: amount,
+                from_ns: during_us.start * 1_000,
+                until_ns: during_us.end.saturating_mul(1_000),
+                seed,
+            }),
+            Kind::EchoOn | Kind::EchoOff => bench.echo(kind == Kind::EchoOn),
+            Kind::LineLow => bench.hold_low(lasts_us),
+            Kind::LineHigh => bench.hold_high(lasts_us),
+            Kind::ServoReset => bench.power_cycle(servo),
+            Kind::ServoMute => bench.mute(servo, true),
+            Kind::ServoDeaf => bench.deafen(servo, true),
+            Kind::ServosSwapped => {
+                bench.swap_servos();
+                self.is_swapped = true;
+            }
+            Kind::Frozen => bench.fail_sensor(servo, SensorFault::Frozen),
+            Kind::DeadZone => bench.fail_sensor(servo, SensorFault::OffTrack { seed }),
+            Kind::Hot => match bench.servo_mut(servo).stock_mut() {
+                Some(stock) => stock.heat(amount * CELSIUS_PER_COUNT),
+                None => bench.fail_sensor(
+                    servo,
+                    SensorFault::Hot {
+                        counts_per_s: amount,
+                    },
+                ),
+            },
+            Kind::HostVanish => meddle(Meddling::Vanish),
+            Kind::HostFlood => meddle(Meddling::Flood),
+            Kind::HostGarbage => meddle(Meddling::Garbage),
+            Kind::HostReplay if amount > 0.5 => meddle(Meddling::RepeatOnly),
+            Kind::HostReplay => meddle(Meddling::Repeat),
+            Kind::HostSchema => host.host.behave(Whim::OtherSchema),
+            Kind::HostRange => host.host.behave(Whim::OutOfRange),
+            Kind::Goodbye => host.host.behave(Whim::Leaves),
+            Kind::ClockAhead => board.board.shift_clock((amount * 1e3) as i64),
+            Kind::ClockBack => board.board.shift_clock(-(amount * 1e3) as i64),
+            Kind::Push => bench.push(Push {
+                joint: servo,
+                torque_nm: amount,
+                start_ns: now_us * 1_000,
+                duration_ns: lasts_us * 1_000,
+            }),
+            Kind::Corrupt => board.board.inject_error(MemoryRegion::Config, seed as u32),
+            Kind::StopHost => host.host.stop(),
+            Kind::StopPin => self.cosim.is_stop_pressed = true,
+        }
+    }
+
+    /// It is over, if it is one that has to be told so.
+    pub(super) fn end(&mut self, injection: &Injection) {
+        let bench = &mut self.cosim.bench;
+        match injection.kind {
+            Kind::EchoOn | Kind::EchoOff => bench.echo(self.echoes),
+            Kind::ServoMute => bench.mute(injection.servo, false),
+            Kind::ServoDeaf => bench.deafen(injection.servo, false),
+            _ => {}
+        }
+    }
+
+    /// Somebody sees to everything that is wrong.
+    pub(super) fn mend(&mut self) {
+        let now_us = self.now_us();
+        let blocked = self.blocked.iter_mut().map(|(_, during_us)| during_us);
+        for during_us in blocked.chain(&mut self.garbled) {
+            during_us.end = during_us.end.min(now_us);
+        }
+        for servo in 0..JOINTS {
+            // One that once saw a packet of 128 bytes or more hears the next only
+            // when it was switched off.
+            if self.deafness(servo) == Some(Deafness::MessageStuck) {
+                self.cosim.bench.power_cycle(servo);
+            }
+        }
+        let Cosim { bench, host, .. } = &mut self.cosim;
+        for servo in 0..JOINTS {
+            bench.mend_sensors(servo);
+            if let Some(stock) = bench.servo_mut(servo).stock_mut() {
+                stock.cool();
+            }
+            bench.mute(servo, false);
+            bench.deafen(servo, false);
+        }
+        bench.unharm();
+        bench.echo(self.echoes);
+        if std::mem::take(&mut self.is_swapped) {
+            bench.swap_servos();
+        }
+        host.leave_alone();
+        host.host.behave(Whim::None);
+        self.cosim.is_stop_pressed = false;
+    }
+}
+
+/// Whether no packet is sure to reach the servo while it lasts.
+pub(super) fn blocks(injection: &Injection) -> bool {
+    match injection.kind {
+        Kind::LineLow | Kind::LineHigh | Kind::ServoDeaf => true,
+        Kind::Bytes(Way::ToServos, _) => injection.amount > SHARE_THAT_BLOCKS,
+        _ => false,
+    }
+}

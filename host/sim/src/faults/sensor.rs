@@ -1,0 +1,122 @@
+//! What a servo's converter reads when something is wrong with what it reads.
+
+use crate::servo::Reading;
+use rand_distr::{Distribution, Uniform};
+use rand_pcg::Pcg32;
+
+/// Largest count of the converter.
+const LARGEST_COUNT: u16 = 1023;
+/// How near its ends the converter is while the wiper is off the track, in
+/// counts: it floats, and follows whatever is near.
+const FLOATING_COUNTS: u16 = 6;
+
+/// What is wrong with a servo's sensors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SensorFault {
+    /// The potentiometer says for ever what it says at first.
+    Frozen,
+    /// The wiper has left its track: counts at random near either end.
+    OffTrack {
+        /// Of the counts.
+        seed: u64,
+    },
+    /// The motor heats up from what it was.
+    Hot {
+        /// Converter counts a second.
+        counts_per_s: f64,
+    },
+}
+
+/// What is wrong with one servo's sensors.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sensors {
+    position: Position,
+    /// Since when it heats up, once it has been read, and how fast.
+    heat: Option<(Option<u64>, f64)>,
+}
+
+#[derive(Clone, Debug, Default)]
+enum Position {
+    #[default]
+    True,
+    Frozen(Option<u16>),
+    OffTrack(Pcg32),
+}
+
+impl Sensors {
+    pub(crate) fn fail(&mut self, fault: SensorFault) {
+        /// Apart from the bus's streams, which are 0 to 3.
+        const STREAM: u64 = 4;
+
+        match fault {
+            SensorFault::Frozen => self.position = Position::Frozen(None),
+            SensorFault::OffTrack { seed } => {
+                self.position = Position::OffTrack(Pcg32::new(seed, STREAM));
+            }
+            SensorFault::Hot { counts_per_s } => self.heat = Some((None, counts_per_s)),
+        }
+    }
+
+    /// All is well again.
+    pub(crate) fn mend(&mut self) {
+        *self = Self::default();
+    }
+
+    /// What the converter makes of what is true.
+    pub(crate) fn read(&mut self, truth: Reading, at_ns: u64) -> Reading {
+        let position = match &mut self.position {
+            Position::True => truth.position,
+            Position::Frozen(count) => *count.get_or_insert(truth.position),
+            Position::OffTrack(draw) => float(draw),
+        };
+        let more = self.heat.as_mut().map_or(0.0, |(since_ns, counts_per_s)| {
+            let since_ns = *since_ns.get_or_insert(at_ns);
+            at_ns.saturating_sub(since_ns) as f64 * 1e-9 * *counts_per_s
+        });
+        let temperature = f64::from(truth.temperature) + more;
+        Reading {
+            position,
+            temperature: temperature.clamp(0.0, LARGEST_COUNT.into()) as u16,
+        }
+    }
+}
+
+fn float(draw: &mut Pcg32) -> u16 {
+    let Ok(all) = Uniform::new(0, 2 * FLOATING_COUNTS) else {
+        return 0;
+    };
+    match all.sample(draw) {
+        low @ 0..FLOATING_COUNTS => low,
+        high => LARGEST_COUNT + FLOATING_COUNTS - high,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_lies_in_its_way() {
+        let truth = |position| Reading {
+            position,
+            temperature: 300,
+        };
+        let mut sensors = Sensors::default();
+        assert_eq!(sensors.read(truth(500), 0), truth(500));
+        sensors.fail(SensorFault::Frozen);
+        sensors.fail(SensorFault::Hot { counts_per_s: 50.0 });
+        assert_eq!(sensors.read(truth(501), 1_000_000_000), truth(501));
+        let later = sensors.read(truth(700), 3_000_000_000);
+        assert_eq!((later.position, later.temperature), (501, 400));
+        sensors.fail(SensorFault::OffTrack { seed: 1 });
+        let counts: Vec<u16> = (0..1_000)
+            .map(|_| sensors.read(truth(512), 0).position)
+            .collect();
+        for end in [0..=5, 1018..=1023] {
+            assert!(counts.iter().filter(|count| end.contains(*count)).count() > 400);
+        }
+        assert!(counts.iter().all(|count| !(6..1018).contains(count)));
+        sensors.mend();
+        assert_eq!(sensors.read(truth(512), 9), truth(512));
+    }
+}

@@ -1,0 +1,230 @@
+//! What the servos of the bench turn: the arm, and for those beyond its two
+//! joints a shaft with nothing on it.
+
+use super::faults::sensor::Sensors;
+use super::plant::Plant;
+use super::servo::Reading;
+use super::wire::Mechanics;
+use armbridge_shared::JOINTS;
+
+/// Converter counts of a Morpheus servo at room temperature: any will do, it
+/// does nothing with them. A stock servo has a thermal model of its own.
+const TEMPERATURE: u16 = 300;
+/// Speed without load at full duty: 59 rpm (e-Manual), in counts of 300/1023
+/// degree a second.
+const NO_LOAD_COUNTS_PER_S: f64 = 59.0 / 60.0 * 360.0 / (300.0 / 1023.0);
+/// Counts of a whole turn, of which the converter sees 0..=1023.
+const TURN_COUNTS: f64 = 360.0 / (300.0 / 1023.0);
+/// The PWM that switches a motor off.
+const OFF: u16 = 1000;
+/// A motor so near to that is off: a part of the stop sequence steps aside by one
+/// count, which is 1.2 mN m, before it says 1000.
+const STEP_ASIDE: u16 = 1;
+
+/// The arm and the shafts.
+#[derive(Debug)]
+pub(super) struct Joints {
+    pub(super) arm: Plant,
+    pub(super) sensors: [Sensors; JOINTS],
+    /// Each of the arm's servos is where the other was.
+    is_swapped: bool,
+    motors: [Motor; JOINTS],
+    shafts: Vec<Shaft>,
+}
+
+/// What the motor of one of the arm's servos gets, and got.
+#[derive(Clone, Copy, Debug)]
+struct Motor {
+    pwm: u16,
+    /// Since when it is on, or when it was switched on last.
+    on_ns: u64,
+    /// Since when it is off, or when it was switched off last.
+    off_ns: u64,
+    /// Time that it was on before it was switched on last.
+    earlier_ns: u64,
+    /// Farthest from off since that was asked last, in counts.
+    most: u16,
+}
+
+/// A motor without load: its speed follows its duty at once.
+#[derive(Clone, Copy, Debug)]
+struct Shaft {
+    at_ns: u64,
+    /// Within one turn.
+    counts: f64,
+    counts_per_s: f64,
+}
+
+impl Shaft {
+    /// In the middle, at rest.
+    const START: Self = Self {
+        at_ns: 0,
+        counts: 512.0,
+        counts_per_s: 0.0,
+    };
+
+    fn advance(&mut self, to_ns: u64) {
+        let seconds = to_ns.saturating_sub(self.at_ns) as f64 * 1e-9;
+        self.counts = (self.counts + self.counts_per_s * seconds).rem_euclid(TURN_COUNTS);
+        self.at_ns = self.at_ns.max(to_ns);
+    }
+
+    /// In the gap of 60 degrees the converter is at one of its ends.
+    fn position(&self) -> u16 {
+        let middle_of_gap = f64::midpoint(1023.0, TURN_COUNTS);
+        if self.counts > middle_of_gap {
+            0
+        } else {
+            self.counts.round().min(1023.0) as u16
+        }
+    }
+}
+
+impl Joints {
+    /// The arm's, and those of so many more servos.
+    pub(super) fn new(arm: Plant, servos: usize) -> Self {
+        Self {
+            arm,
+            sensors: Default::default(),
+            is_swapped: false,
+            motors: [Motor::OFF; JOINTS],
+            shafts: vec![Shaft::START; servos.saturating_sub(JOINTS)],
+        }
+    }
+
+    /// The arm's servos change places, as they are. The next change changes them
+    /// back.
+    pub(super) fn swap(&mut self, at_ns: u64) {
+        self.is_swapped = !self.is_swapped;
+        for servo in 0..JOINTS {
+            self.arm
+                .drive(self.joint(servo), at_ns, self.motors[servo].pwm);
+        }
+    }
+
+    /// Which joint this servo of the arm's turns.
+    fn joint(&self, servo: usize) -> usize {
+        if self.is_swapped {
+            JOINTS - 1 - servo
+        } else {
+            servo
+        }
+    }
+
+    /// When this servo's motor was on last; the end is `None` while it is.
+    pub(super) fn last_on_ns(&self, servo: usize) -> (u64, Option<u64>) {
+        let motor = self.motors[servo];
+        (motor.on_ns, motor.is_off().then_some(motor.off_ns))
+    }
+
+    /// Time that this servo's motor was on so far.
+    pub(super) fn total_on_ns(&self, servo: usize, now_ns: u64) -> u64 {
+        let motor = self.motors[servo];
+        let until_ns = if motor.is_off() { motor.off_ns } else { now_ns };
+        motor.earlier_ns + until_ns.saturating_sub(motor.on_ns)
+    }
+
+    /// The farthest from off that this servo's motor was since this was asked last,
+    /// in counts.
+    pub(super) fn take_most_counts(&mut self, servo: usize) -> u16 {
+        let motor = &mut self.motors[servo];
+        std::mem::replace(&mut motor.most, motor.pwm.abs_diff(OFF))
+    }
+}
+
+impl Motor {
+    const OFF: Self = Self {
+        pwm: OFF,
+        on_ns: 0,
+        off_ns: 0,
+        earlier_ns: 0,
+        most: 0,
+    };
+
+    fn set(&mut self, at_ns: u64, pwm: u16) {
+        let was_off = self.is_off();
+        self.pwm = pwm;
+        match (was_off, self.is_off()) {
+            (true, false) => {
+                self.earlier_ns += self.off_ns - self.on_ns;
+                self.on_ns = at_ns;
+            }
+            (false, true) => self.off_ns = at_ns,
+            (true, true) | (false, false) => {}
+        }
+        self.most = self.most.max(pwm.abs_diff(OFF));
+    }
+
+    fn is_off(&self) -> bool {
+        self.pwm.abs_diff(OFF) <= STEP_ASIDE
+    }
+}
+
+impl Mechanics for Joints {
+    fn convert(&mut self, servo: usize, at_ns: u64) -> Reading {
+        let reading = |position| Reading {
+            position,
+            temperature: TEMPERATURE,
+        };
+        match servo.checked_sub(JOINTS) {
+            None => {
+                let truth = reading(self.arm.read(self.joint(servo), at_ns));
+                self.sensors[servo].read(truth, at_ns)
+            }
+            Some(shaft) => {
+                let shaft = &mut self.shafts[shaft];
+                shaft.advance(at_ns);
+                reading(shaft.position())
+            }
+        }
+    }
+
+    fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16) {
+        match servo.checked_sub(JOINTS) {
+            None => {
+                self.motors[servo].set(at_ns, pwm);
+                self.arm.drive(self.joint(servo), at_ns, pwm);
+            }
+            Some(shaft) => {
+                let shaft = &mut self.shafts[shaft];
+                shaft.advance(at_ns);
+                let duty = (f64::from(pwm) - f64::from(OFF)) / f64::from(OFF);
+                shaft.counts_per_s = duty * NO_LOAD_COUNTS_PER_S;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::PlantConfig;
+
+    #[test]
+    fn a_motors_time_on_is_the_sum_of_all_times() {
+        let mut joints = Joints::new(Plant::new(PlantConfig::default(), 1), 2);
+        // The last is the stop sequence's side step.
+        for (at_ns, pwm) in [(100, 1200), (150, 800), (300, 1000), (500, 0), (600, 1001)] {
+            joints.drive(0, at_ns, pwm);
+        }
+        assert_eq!([0, 1].map(|servo| joints.total_on_ns(servo, 900)), [300, 0]);
+        joints.drive(0, 1_000, 2000);
+        assert_eq!(joints.total_on_ns(0, 1_250), 550);
+    }
+
+    #[test]
+    fn a_free_shaft_turns_at_its_duty_and_through_the_gap() {
+        let mut joints = Joints::new(Plant::new(PlantConfig::default(), 1), 3);
+        let at = |joints: &mut Joints, ms: u64| joints.convert(2, ms * 1_000_000).position;
+        assert_eq!(at(&mut joints, 0), 512);
+        joints.drive(2, 0, 1500);
+        // 29.5 rpm: 177 degrees, or 604 counts, a second.
+        assert_eq!(at(&mut joints, 500), 814);
+        assert_eq!(at(&mut joints, 900), 1023);
+        assert_eq!(at(&mut joints, 1_100), 0);
+        // A whole turn in 2.034 s.
+        assert_eq!(at(&mut joints, 2_034), 512);
+        joints.drive(2, 2_034_000_000, 1000);
+        assert_eq!(at(&mut joints, 3_000), 512);
+    }
+}

@@ -1,0 +1,183 @@
+//! Which servos are on the bench.
+
+use super::servo::{DEFAULT_ROM, Servo};
+use super::stock::Ax12a;
+use super::wire::Device;
+use armbridge_client::servo_table::Table;
+use armbridge_shared::servo::Firmware;
+use std::fmt;
+
+/// The firmware of this name on the command line.
+///
+/// # Errors
+/// If there is none.
+pub fn firmware(name: &str) -> Result<Firmware, KindError> {
+    match name {
+        "morpheus" => Ok(Firmware::Morpheus),
+        "stock" => Ok(Firmware::Stock),
+        _ => Err(KindError::Firmware),
+    }
+}
+
+/// A servo to be put on the bench, otherwise as ex works.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ServoKind {
+    firmware: Firmware,
+    id: u8,
+    baud_register: u8,
+}
+
+impl fmt::Display for ServoKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let baud = 2_000_000 / (u32::from(self.baud_register) + 1);
+        write!(f, "{} ({}, {baud} baud)", self.id, self.firmware)
+    }
+}
+
+/// Why there is no such servo.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum KindError {
+    /// No firmware of this name.
+    #[error("expected morpheus or stock")]
+    Firmware,
+    /// It does not take this id.
+    #[error("a {firmware} servo cannot have id {id}: expected {lowest} to {highest}")]
+    Id {
+        /// What runs on it.
+        firmware: Firmware,
+        /// What was asked for.
+        id: u8,
+        /// The least it takes.
+        lowest: u16,
+        /// The most it takes.
+        highest: u16,
+    },
+    /// It has no such rate.
+    #[error("a {firmware} servo has no rate of {baud} baud: {rates}")]
+    Baud {
+        /// What runs on it.
+        firmware: Firmware,
+        /// What was asked for.
+        baud: u32,
+        /// What it has.
+        rates: &'static str,
+    },
+}
+
+/// Rates that Morpheus knows, with their registers.
+const MORPHEUS_RATES: [(u32, u8); 6] = [
+    (2_000_000, 0),
+    (1_000_000, 1),
+    (500_000, 3),
+    (115_200, 16),
+    (57_600, 34),
+    (9_600, 207),
+];
+/// How far a stock servo's rate may be from what was asked for: 115200 baud is
+/// 2.1 % off.
+const RATE_TOLERANCE: f64 = 0.025;
+
+impl ServoKind {
+    /// A servo with this firmware, id and rate.
+    ///
+    /// # Errors
+    /// If no servo can be so.
+    pub fn new(firmware: Firmware, id: u8, baud: u32) -> Result<Self, KindError> {
+        let range = &Table::for_firmware(firmware)
+            .by_name("id")
+            .map(|id| id.range.clone());
+        if let Some(range) = range
+            && !range.contains(&id.into())
+        {
+            return Err(KindError::Id {
+                firmware,
+                id,
+                lowest: *range.start(),
+                highest: *range.end(),
+            });
+        }
+        let baud_register = baud_register(firmware, baud)?;
+        Ok(Self {
+            firmware,
+            id,
+            baud_register,
+        })
+    }
+
+    pub(super) fn build(self) -> Device {
+        match self.firmware {
+            Firmware::Morpheus => {
+                let mut rom = DEFAULT_ROM;
+                rom[0x01] = self.id;
+                rom[0x0A] = self.baud_register;
+                Servo::new(rom).into()
+            }
+            Firmware::Stock => Ax12a::new(self.id, self.baud_register).into(),
+        }
+    }
+}
+
+/// What a servo's baud register holds for this rate.
+fn baud_register(firmware: Firmware, baud: u32) -> Result<u8, KindError> {
+    let refused = |rates| KindError::Baud {
+        firmware,
+        baud,
+        rates,
+    };
+    match firmware {
+        Firmware::Morpheus => {
+            let rate = MORPHEUS_RATES.iter().find(|(rate, _)| *rate == baud);
+            rate.map(|(_, register)| *register)
+                .ok_or_else(|| refused("expected 2000000, 1000000, 500000, 115200, 57600 or 9600"))
+        }
+        Firmware::Stock => {
+            let exact = 2e6 / f64::from(baud.max(1)) - 1.0;
+            let register = exact.round().clamp(0.0, 254.0);
+            let error = 2e6 / (register + 1.0) / f64::from(baud.max(1)) - 1.0;
+            if error.abs() > RATE_TOLERANCE {
+                return Err(refused("expected 2000000 divided by 1 to 255"));
+            }
+            Ok(register as u8)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn registers_of_the_rates_are_those_of_the_documents() {
+        for (baud, register) in [
+            (1_000_000, 1),
+            (500_000, 3),
+            (400_000, 4),
+            (250_000, 7),
+            (200_000, 9),
+            (115_200, 16),
+            (57_600, 34),
+            (19_200, 103),
+            (9_600, 207),
+        ] {
+            assert_eq!(baud_register(Firmware::Stock, baud), Ok(register), "{baud}");
+        }
+        for (baud, register) in MORPHEUS_RATES {
+            assert_eq!(baud_register(Firmware::Morpheus, baud), Ok(register));
+        }
+    }
+
+    #[test]
+    fn impossible_servos_are_refused_with_what_is_possible() {
+        let why = |firmware, id, baud| {
+            ServoKind::new(firmware, id, baud)
+                .map_err(|error| error.to_string())
+                .unwrap_err()
+        };
+        assert!(why(Firmware::Morpheus, 0, 1_000_000).contains("1 to 253"));
+        assert!(why(Firmware::Stock, 254, 1_000_000).contains("0 to 253"));
+        assert!(why(Firmware::Morpheus, 1, 250_000).contains("115200"));
+        assert!(why(Firmware::Stock, 1, 750_000).contains("divided"));
+        assert!(ServoKind::new(Firmware::Stock, 0, 250_000).is_ok());
+        assert_eq!(firmware("xl"), Err(KindError::Firmware));
+    }
+}

@@ -1,0 +1,105 @@
+//! Boards by name, real and simulated, and a host driven on one.
+//!
+//! | name                        | what                                                  |
+//! |-----------------------------|-------------------------------------------------------|
+//! | `usb:`, `serial:`, `tcp:`, `pty:` | a board at a byte stream, see [`transport`]     |
+//! | `sim:`                      | the board's code and the bench, in this process       |
+//! | `emulate:`, `emulate:IMAGE` | the firmware image under QEMU, with the bench         |
+
+mod uri;
+mod virtual_board;
+
+pub use uri::{BoardUri, BoardUriError, CHOICES};
+pub use virtual_board::run as drive_board;
+
+use std::sync::mpsc::Receiver;
+
+use armbridge_client::transport::{self, LinkOptions};
+use armbridge_client::{Host, LinkError, refusal};
+use armbridge_shared::bridge::Channels;
+
+use crate::Bench;
+use crate::board::VirtualBoard;
+use crate::cosim::{Client, Interaction};
+
+/// How fast virtual time goes on `sim:` and `emulate:`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// As fast as it can be computed.
+    Free,
+    /// Held back to the wall clock.
+    WallClock,
+}
+
+/// What a board is driven with. All but `link` is for `sim:` and `emulate:`.
+pub struct Options {
+    /// Servos and arm.
+    pub bench: Bench,
+    /// How fast virtual time goes.
+    pub pace: Pace,
+    /// Program on the board's transparent port.
+    pub client: Option<Box<dyn Client>>,
+    /// Hands on the arm.
+    pub interactions: Option<Receiver<Interaction>>,
+    /// Listeners, and what to do when a link breaks.
+    pub link: LinkOptions,
+}
+
+impl Options {
+    /// As fast as it goes on this bench, untouched, without listeners.
+    pub fn new(bench: Bench) -> Self {
+        Self {
+            bench,
+            pace: Pace::Free,
+            client: None,
+            interactions: None,
+            link: LinkOptions::default(),
+        }
+    }
+}
+
+/// Drives `host` on the board until it is done, over a real link as
+/// [`transport::drive`] does. The host comes back whatever happened.
+pub fn drive<H: Host>(
+    uri: &BoardUri,
+    options: Options,
+    host: H,
+) -> (H, Result<(), LinkError<H::Error>>) {
+    match uri {
+        BoardUri::Link(uri) => transport::drive(uri, options.link, host),
+        BoardUri::Sim => {
+            let mut channels = Channels::new();
+            match VirtualBoard::new(channels.split()) {
+                Ok(board) => virtual_board::run(board, options, host),
+                Err(refusal) => {
+                    let why = refusal::in_words(refusal);
+                    let why = format!("the default set-up has no controller: {why}");
+                    (host, Err(LinkError::Link(why)))
+                }
+            }
+        }
+        BoardUri::Emulate(image) => emulate(image.as_deref(), options, host),
+    }
+}
+
+#[cfg(unix)]
+fn emulate<H: Host>(
+    image: Option<&std::path::Path>,
+    options: Options,
+    host: H,
+) -> (H, Result<(), LinkError<H::Error>>) {
+    match virtual_board::emulated(image) {
+        Ok(board) => virtual_board::run(board, options, host),
+        Err(error) => (host, Err(LinkError::Link(error.to_string()))),
+    }
+}
+
+#[cfg(not(unix))]
+fn emulate<H: Host>(
+    _: Option<&std::path::Path>,
+    _: Options,
+    host: H,
+) -> (H, Result<(), LinkError<H::Error>>) {
+    let why = "`emulate:` needs Linux or macOS; `sim:` runs everywhere";
+    (host, Err(LinkError::Link(why.into())))
+}

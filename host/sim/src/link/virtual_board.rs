@@ -1,0 +1,99 @@
+//! A host on a board in virtual time: the board's code in this process or the firmware
+//! image under QEMU.
+
+use std::fmt::Display;
+
+use armbridge_client::tap::Tapped;
+use armbridge_client::{Host, LinkError};
+
+use super::{Options, Pace};
+use crate::board::Board;
+use crate::cosim::{Cosim, CosimError};
+use crate::pacer::Held;
+
+/// How often a host that is held back to the wall clock is asked at the least.
+const ASK_US: u64 = 20_000;
+
+/// Like [`drive`](super::drive), on this board.
+pub fn run<B: Board, H: Host>(
+    board: B,
+    options: Options,
+    host: H,
+) -> (H, Result<(), LinkError<H::Error>>)
+where
+    B::Error: Display,
+{
+    let paced = Paced {
+        host: Tapped::new(host, options.link.taps),
+        held: match options.pace {
+            Pace::Free => None,
+            Pace::WallClock => Some(Held::begin()),
+        },
+        ask_us: match options.pace {
+            Pace::Free => u64::MAX,
+            Pace::WallClock => 0,
+        },
+    };
+    let mut cosim = Cosim::new(board, options.bench, paced);
+    if let Some(client) = options.client {
+        cosim = cosim.with_client(client);
+    }
+    if let Some(interactions) = options.interactions {
+        cosim = cosim.with_interactions(interactions);
+    }
+    let result = cosim.run().map_err(|error| match error {
+        CosimError::Board(error) => LinkError::Link(error.to_string()),
+        CosimError::Host(error) => LinkError::Host(error),
+    });
+    (cosim.host.host.host, result)
+}
+
+/// The firmware image, booted; what it logs is left to `armbridge emulate` to show.
+#[cfg(unix)]
+pub(super) fn emulated(
+    image: Option<&std::path::Path>,
+) -> Result<crate::emulator::EmulatedBoard, crate::emulator::QemuError> {
+    use crate::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, log, qemu};
+
+    let options = QemuOptions {
+        image: image.map_or_else(qemu::default_image, Into::into),
+        time: Time::Lockstep,
+        icount: false,
+        provoke: None,
+    };
+    let qemu = Qemu::start(&options)?;
+    // Read all the same: a full socket would hold up the board.
+    log::spawn(&options.image, qemu.log.try_clone()?, drop)?;
+    EmulatedBoard::new(qemu)
+}
+
+/// A host held back to the wall clock, or not.
+struct Paced<H> {
+    host: H,
+    held: Option<Held>,
+    ask_us: u64,
+}
+
+impl<H: Host> Host for Paced<H> {
+    type Error = H::Error;
+
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
+        if let Some(held) = &mut self.held {
+            self.ask_us = now_us + ASK_US;
+            held.wait(now_us);
+        }
+        self.host.transmit(now_us)
+    }
+
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
+        self.host.receive(now_us, bytes)
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        self.host.wake_at_us().min(self.ask_us)
+    }
+
+    fn is_done(&self) -> bool {
+        self.host.is_done()
+    }
+}

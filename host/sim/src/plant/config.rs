@@ -1,0 +1,135 @@
+//! Every switch and number of the virtual arm.
+
+use super::body::Friction;
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::{Joint, Pwm};
+use armbridge_shared::arm::{Parameters, State};
+use core::f64::consts::FRAC_PI_2;
+use nalgebra::Vector2;
+
+/// A virtual arm. The default is the bench's: the paper's arm and servos, with
+/// dry friction, one count of sensor noise, upright and held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlantConfig {
+    /// The arm's true parameters, before the two scales below.
+    pub arm: Parameters<f64>,
+    /// Factor on mass matrix and Coriolis torque.
+    pub inertia_scale: f64,
+    /// Factor on the gravity torque.
+    pub gravity_scale: f64,
+    /// The servos' true calibration. Dead-zone compensation has no meaning
+    /// here and is not looked at.
+    pub joints: [Joint<f64>; JOINTS],
+    /// Whether there is dry friction.
+    pub friction_on: bool,
+    /// Dry friction of each joint, if there is any.
+    pub friction: [Friction; JOINTS],
+    /// PWM counts below and above off up to which each servo gives no torque:
+    /// none for `1000 - below <= PWM <= 1000 + above`.
+    pub dead_zone_counts: [[u16; 2]; JOINTS],
+    /// Time in ns from a PWM's arrival in each servo to its torque.
+    pub input_delay_ns: [u64; JOINTS],
+    /// Factor on every motor torque: supply voltage, or a wrong 834.
+    pub torque_gain: f64,
+    /// PWM counts by which the motors' true zero lies above the calibrated one.
+    pub pwm_offset_counts: f64,
+    /// Largest motor torque in N m.
+    pub torque_limit_nm: f64,
+    /// Smallest and largest angle of each joint in rad.
+    pub stops_rad: [[f64; 2]; JOINTS],
+    /// Standard deviation of the encoders' noise in counts.
+    pub noise_lsb_rms: f64,
+    /// Where the arm is at time zero.
+    pub initial: State<f64>,
+    /// Somebody holds the arm where it is until the first servo is told a PWM
+    /// other than 1000.
+    pub held: bool,
+}
+
+impl Default for PlantConfig {
+    fn default() -> Self {
+        // 0.06 N m are the 50 PWM counts of the paper's dead zone; a sliding
+        // gear takes about two thirds of that.
+        let friction = Friction {
+            coulomb_nm: 0.04,
+            static_nm: 0.06,
+            stribeck_rad_s: 0.0,
+        };
+        Self {
+            arm: Parameters::paper(),
+            inertia_scale: 1.0,
+            gravity_scale: 1.0,
+            joints: [Joint::paper(); JOINTS],
+            friction_on: true,
+            friction: [friction; JOINTS],
+            dead_zone_counts: [[0; 2]; JOINTS],
+            input_delay_ns: [0; JOINTS],
+            torque_gain: 1.0,
+            pwm_offset_counts: 0.0,
+            // Stall torque of an AX-12A at 12 V; above what equation (5) gives.
+            torque_limit_nm: 1.5,
+            // The table stops joint 1; the servo's 300 degree stop joint 2.
+            stops_rad: [
+                [-FRAC_PI_2, FRAC_PI_2],
+                [-150_f64.to_radians(), 150_f64.to_radians()],
+            ],
+            noise_lsb_rms: 1.0,
+            initial: State::at_rest(Vector2::zeros()),
+            held: true,
+        }
+    }
+}
+
+impl PlantConfig {
+    /// The dead zone that the paper describes: no torque for 950 < PWM < 1050.
+    pub const PAPER_DEAD_ZONE_COUNTS: [u16; 2] = [49, 49];
+
+    /// The parameters that the arm really has.
+    pub(super) fn true_arm(&self) -> Parameters<f64> {
+        let (arm, scale) = (self.arm, self.inertia_scale);
+        Parameters {
+            m1: arm.m1 * scale,
+            m2: arm.m2 * scale,
+            // Gravity torque is mass times g: the masses' scale must not show.
+            g: arm.g * self.gravity_scale / scale,
+            i1x: arm.i1x * scale,
+            i1y: arm.i1y * scale,
+            i1z: arm.i1z * scale,
+            i2x: arm.i2x * scale,
+            i2y: arm.i2y * scale,
+            i2z: arm.i2z * scale,
+            ..arm
+        }
+    }
+
+    /// Static friction of each joint in N m; none if it has no dry friction.
+    pub fn static_friction_nm(&self) -> Option<[f64; JOINTS]> {
+        self.friction_on
+            .then(|| self.friction.map(|friction| friction.static_nm))
+    }
+
+    pub(super) fn true_friction(&self) -> [Friction; JOINTS] {
+        if self.friction_on {
+            self.friction
+        } else {
+            [Friction::NONE; JOINTS]
+        }
+    }
+
+    /// Joint torque in N m that a servo makes of a PWM: equation (5) with the
+    /// motor's true zero and gain.
+    pub(super) fn torque(&self, servo: usize, pwm: u16) -> f64 {
+        let off = Pwm::OFF.counts();
+        let [below, above] = self.dead_zone_counts[servo];
+        if off.saturating_sub(below) <= pwm && pwm <= off.saturating_add(above) {
+            return 0.0;
+        }
+        let calibrated = self.joints[servo];
+        let motor = Joint {
+            offset_counts: calibrated.offset_counts + self.pwm_offset_counts,
+            ..calibrated
+        };
+        let torque_nm = motor.torque(Pwm::saturating(pwm)) * self.torque_gain;
+        torque_nm.clamp(-self.torque_limit_nm, self.torque_limit_nm)
+    }
+}

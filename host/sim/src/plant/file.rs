@@ -1,0 +1,219 @@
+//! A virtual arm described in a file, `host/plants/default.toml` and its like.
+//!
+//! Every switch and number of [`PlantConfig`] is a key; one that a file leaves
+//! out has its default, and one that does not exist is an error that names
+//! those that do. Errors are one line with file, line and column.
+
+mod joint;
+mod range;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::arm::{Mounting, Parameters, State};
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+use self::joint::JointKeys;
+use super::PlantConfig;
+use armbridge_client::toml_file;
+use armbridge_client::toml_file::{Document, DocumentError};
+
+/// An arm as a file has it. The comments of `default.toml` say what each key is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlantFile {
+    friction: bool,
+    /// The paper's, or none, of both joints.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dead_zone: Option<bool>,
+    held: bool,
+    #[serde(deserialize_with = "range::scale")]
+    inertia_scale: f64,
+    #[serde(deserialize_with = "range::scale")]
+    gravity_scale: f64,
+    #[serde(deserialize_with = "range::scale")]
+    torque_gain: f64,
+    #[serde(deserialize_with = "range::counts")]
+    pwm_offset_counts: f64,
+    #[serde(deserialize_with = "range::torque")]
+    torque_limit_nm: f64,
+    /// That of both joints.
+    #[serde(
+        deserialize_with = "range::maybe_delay",
+        skip_serializing_if = "Option::is_none"
+    )]
+    input_delay_us: Option<u32>,
+    #[serde(deserialize_with = "range::noise")]
+    noise_lsb_rms: f64,
+    #[serde(with = "ArmKeys")]
+    arm: Parameters<f64>,
+    joint1: JointKeys,
+    joint2: JointKeys,
+}
+
+/// Two keys of a file that say the same.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Clash {
+    /// The one that is of both joints.
+    pub key: &'static str,
+    /// Which they are.
+    pub what: String,
+}
+
+/// Keys of [`Parameters`], with their ranges.
+#[derive(Serialize, Deserialize)]
+#[serde(
+    remote = "Parameters<f64>",
+    deny_unknown_fields,
+    default = "Parameters::paper"
+)]
+struct ArmKeys {
+    #[serde(deserialize_with = "range::length")]
+    l1: f64,
+    #[serde(deserialize_with = "range::length")]
+    l2: f64,
+    #[serde(deserialize_with = "range::mass")]
+    m1: f64,
+    #[serde(deserialize_with = "range::mass")]
+    m2: f64,
+    #[serde(deserialize_with = "range::gravity")]
+    g: f64,
+    #[serde(deserialize_with = "range::inertia")]
+    i1x: f64,
+    #[serde(deserialize_with = "range::small_inertia")]
+    i1y: f64,
+    #[serde(deserialize_with = "range::small_inertia")]
+    i1z: f64,
+    #[serde(deserialize_with = "range::small_inertia")]
+    i2x: f64,
+    #[serde(deserialize_with = "range::inertia")]
+    i2y: f64,
+    #[serde(deserialize_with = "range::small_inertia")]
+    i2z: f64,
+    #[serde(deserialize_with = "range::viscous")]
+    b1: f64,
+    #[serde(deserialize_with = "range::viscous")]
+    b2: f64,
+    #[serde(with = "Way")]
+    mounting: Mounting,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Mounting", rename_all = "lowercase")]
+enum Way {
+    Upright,
+    Hanging,
+}
+
+impl Default for PlantFile {
+    /// [`PlantConfig::default`]; what has its default only where a file says nothing
+    /// else about it, such as where the arm is at first, is not said.
+    fn default() -> Self {
+        let config = PlantConfig::default();
+        let joint = |joint| JointKeys {
+            stops_rad: Some(config.stops_rad[joint]),
+            ..JointKeys::default()
+        };
+        Self {
+            joint1: joint(0),
+            joint2: joint(1),
+            ..Self::of(&config)
+        }
+    }
+}
+
+impl PlantFile {
+    /// Reads a file.
+    ///
+    /// # Errors
+    ///
+    /// See [`DocumentError`].
+    pub fn read(path: &Path) -> Result<Self, DocumentError> {
+        let text = std::fs::read_to_string(path).map_err(|source| DocumentError::Read {
+            path: path.into(),
+            source,
+        })?;
+        let file: Self =
+            toml::from_str(&text).map_err(|error| toml_file::not_toml(path, &text, &error))?;
+        match file.clash() {
+            Some(Clash { key, what }) => Err(Document::parse(path, text)?.wrong_key(key, what)),
+            None => Ok(file),
+        }
+    }
+
+    /// What is said twice: of both joints by a key of the file, and of one by its own.
+    pub fn clash(&self) -> Option<Clash> {
+        let of_both = |key, is_said: bool, [of_1, of_2]: [bool; JOINTS], own: &str| {
+            (is_said && (of_1 || of_2)).then(|| Clash {
+                key,
+                what: format!(
+                    "`{key}` is that of both joints, and `joint{}.{own}` says it again; keep \
+                     one of the two",
+                    if of_1 { 1 } else { 2 },
+                ),
+            })
+        };
+        let joints = [&self.joint1, &self.joint2];
+        let has_zone = joints.map(|joint| joint.dead_zone_counts.is_some());
+        let has_delay = joints.map(|joint| joint.input_delay_us.is_some());
+        let (zone, delay) = (self.dead_zone.is_some(), self.input_delay_us.is_some());
+        of_both("dead_zone", zone, has_zone, "dead_zone_counts")
+            .or_else(|| of_both("input_delay_us", delay, has_delay, "input_delay_us"))
+    }
+
+    /// What a file says about this arm, with every key.
+    pub fn of(config: &PlantConfig) -> Self {
+        Self {
+            friction: config.friction_on,
+            dead_zone: None,
+            held: config.held,
+            inertia_scale: config.inertia_scale,
+            gravity_scale: config.gravity_scale,
+            torque_gain: config.torque_gain,
+            pwm_offset_counts: config.pwm_offset_counts,
+            torque_limit_nm: config.torque_limit_nm,
+            input_delay_us: None,
+            noise_lsb_rms: config.noise_lsb_rms,
+            arm: config.arm,
+            joint1: JointKeys::of(config, 0),
+            joint2: JointKeys::of(config, 1),
+        }
+    }
+
+    /// The arm. It is at `initial_rad` where the file does not say where.
+    pub fn config(&self, initial_rad: [f64; JOINTS]) -> PlantConfig {
+        let keys = [&self.joint1, &self.joint2];
+        let default = PlantConfig::default();
+        let dead_zone = if self.dead_zone == Some(true) {
+            PlantConfig::PAPER_DEAD_ZONE_COUNTS
+        } else {
+            [0; 2]
+        };
+        PlantConfig {
+            arm: self.arm,
+            inertia_scale: self.inertia_scale,
+            gravity_scale: self.gravity_scale,
+            joints: keys.map(JointKeys::servo),
+            friction_on: self.friction,
+            friction: keys.map(JointKeys::friction),
+            dead_zone_counts: keys.map(|joint| joint.dead_zone_counts.unwrap_or(dead_zone)),
+            input_delay_ns: keys.map(|joint| {
+                let delay_us = joint.input_delay_us.or(self.input_delay_us);
+                u64::from(delay_us.unwrap_or(0)) * 1_000
+            }),
+            torque_gain: self.torque_gain,
+            pwm_offset_counts: self.pwm_offset_counts,
+            torque_limit_nm: self.torque_limit_nm,
+            stops_rad: [0, 1].map(|j| keys[j].stops_rad.unwrap_or(default.stops_rad[j])),
+            noise_lsb_rms: self.noise_lsb_rms,
+            initial: State {
+                q: Vector2::from_fn(|j, _| keys[j].initial_rad.unwrap_or(initial_rad[j])),
+                dq: Vector2::from_fn(|j, _| keys[j].initial_rad_s),
+            },
+            held: self.held,
+        }
+    }
+}

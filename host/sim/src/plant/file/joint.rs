@@ -1,0 +1,121 @@
+//! What a plant file says of one joint.
+
+use armbridge_shared::actuator::{Direction, Joint};
+use serde::{Deserialize, Serialize};
+
+use super::range;
+use crate::plant::{Friction, PlantConfig};
+
+/// Its keys; the comments of `default.toml` say what each is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct JointKeys {
+    #[serde(
+        deserialize_with = "range::maybe_angle",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub(super) initial_rad: Option<f64>,
+    #[serde(deserialize_with = "range::speed")]
+    pub(super) initial_rad_s: f64,
+    #[serde(
+        deserialize_with = "range::maybe_stops",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub(super) stops_rad: Option<[f64; 2]>,
+    #[serde(deserialize_with = "range::torque")]
+    pub(super) coulomb_nm: f64,
+    #[serde(deserialize_with = "range::torque")]
+    pub(super) static_nm: f64,
+    #[serde(deserialize_with = "range::stribeck")]
+    pub(super) stribeck_rad_s: f64,
+    #[serde(
+        deserialize_with = "range::maybe_dead_zone",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub(super) dead_zone_counts: Option<[u16; 2]>,
+    #[serde(
+        deserialize_with = "range::maybe_delay",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub(super) input_delay_us: Option<u32>,
+    #[serde(with = "Turning")]
+    pub(super) direction: Direction,
+    #[serde(deserialize_with = "range::zero")]
+    pub(super) zero_count: f64,
+    #[serde(deserialize_with = "range::angle_of_count")]
+    pub(super) rad_per_count: f64,
+    #[serde(deserialize_with = "range::gain")]
+    pub(super) gain_counts_per_nm: f64,
+    #[serde(deserialize_with = "range::counts")]
+    pub(super) offset_counts: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Direction", rename_all = "lowercase")]
+enum Turning {
+    Forward,
+    Reverse,
+}
+
+impl Default for JointKeys {
+    /// The joints differ in their stops, which are not said.
+    fn default() -> Self {
+        Self {
+            initial_rad: None,
+            stops_rad: None,
+            dead_zone_counts: None,
+            input_delay_us: None,
+            ..Self::of(&PlantConfig::default(), 0)
+        }
+    }
+}
+
+impl JointKeys {
+    pub(super) fn of(config: &PlantConfig, joint: usize) -> Self {
+        let Joint {
+            zero_count,
+            rad_per_count,
+            direction,
+            gain_counts_per_nm,
+            offset_counts,
+        } = config.joints[joint];
+        let Friction {
+            coulomb_nm,
+            static_nm,
+            stribeck_rad_s,
+        } = config.friction[joint];
+        Self {
+            initial_rad: Some(config.initial.q[joint]),
+            initial_rad_s: config.initial.dq[joint],
+            stops_rad: Some(config.stops_rad[joint]),
+            coulomb_nm,
+            static_nm,
+            stribeck_rad_s,
+            dead_zone_counts: Some(config.dead_zone_counts[joint]),
+            input_delay_us: Some((config.input_delay_ns[joint] / 1_000) as u32),
+            direction,
+            zero_count,
+            rad_per_count,
+            gain_counts_per_nm,
+            offset_counts,
+        }
+    }
+
+    pub(super) fn servo(&self) -> Joint<f64> {
+        Joint {
+            zero_count: self.zero_count,
+            rad_per_count: self.rad_per_count,
+            direction: self.direction,
+            gain_counts_per_nm: self.gain_counts_per_nm,
+            offset_counts: self.offset_counts,
+        }
+    }
+
+    pub(super) fn friction(&self) -> Friction {
+        Friction {
+            coulomb_nm: self.coulomb_nm,
+            static_nm: self.static_nm,
+            stribeck_rad_s: self.stribeck_rad_s,
+        }
+    }
+}

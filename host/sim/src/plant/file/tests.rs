@@ -1,0 +1,139 @@
+use std::path::PathBuf;
+
+use super::*;
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../plants")
+        .join(name)
+}
+
+#[test]
+fn default_toml_is_the_default_and_has_every_key() {
+    let path = shipped("default.toml");
+    let file = PlantFile::read(&path).unwrap();
+    assert_eq!(file.config([9.0; JOINTS]), PlantConfig::default());
+    let of_code: toml::Table = serde_json::from_value(
+        serde_json::to_value(PlantFile::of(&PlantConfig::default())).unwrap(),
+    )
+    .unwrap();
+    let of_file: toml::Table = toml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let keys = |table: &toml::Table| {
+        let within = |value: &toml::Value| value.as_table().map(|t| t.keys().cloned().collect());
+        let keys: Vec<(String, Option<Vec<String>>)> = table
+            .iter()
+            .map(|(key, value)| (key.clone(), within(value)))
+            .collect();
+        keys
+    };
+    assert_eq!(keys(&of_file), keys(&of_code));
+}
+
+#[test]
+fn every_shipped_arm_can_be_read() {
+    for entry in std::fs::read_dir(shipped("")).unwrap() {
+        let file = PlantFile::read(&entry.unwrap().path()).unwrap();
+        file.config([0.0; JOINTS]);
+    }
+    let dead = PlantFile::read(&shipped("dead-zone.toml")).unwrap();
+    let expected = PlantConfig {
+        friction_on: false,
+        dead_zone_counts: [PlantConfig::PAPER_DEAD_ZONE_COUNTS; JOINTS],
+        initial: State::at_rest(Vector2::new(0.1, 0.2)),
+        ..PlantConfig::default()
+    };
+    assert_eq!(dead.config([0.1, 0.2]), expected);
+}
+
+#[test]
+fn what_a_file_says_is_so() {
+    let config = |text: &str| {
+        let file: PlantFile = toml::from_str(text).unwrap();
+        assert_eq!(file.clash(), None);
+        file.config([0.0; JOINTS])
+    };
+    let hanging = config("arm.mounting = 'hanging'").arm;
+    let mounting = Mounting::Hanging;
+    assert_eq!(
+        hanging,
+        Parameters {
+            mounting,
+            ..Parameters::paper()
+        }
+    );
+    assert_eq!(config("input_delay_us = 7").input_delay_ns, [7_000; JOINTS]);
+    let own = config("joint2.input_delay_us = 7\njoint1.dead_zone_counts = [3, 4]");
+    assert_eq!(own.input_delay_ns, [0, 7_000]);
+    assert_eq!(own.dead_zone_counts, [[3, 4], [0, 0]]);
+    assert_eq!(
+        config("dead_zone = false").dead_zone_counts,
+        [[0; 2]; JOINTS]
+    );
+    let paper = config("dead_zone = true").dead_zone_counts;
+    assert_eq!(paper, [PlantConfig::PAPER_DEAD_ZONE_COUNTS; JOINTS]);
+}
+
+#[test]
+fn mistakes_are_named_with_their_place() {
+    let folder = std::env::temp_dir();
+    let path = folder.join(format!("armbridge-plant-{}.toml", std::process::id()));
+    for (text, at, words) in [
+        ("torque_gian = 1", (1, 1), ["torque_gian", "`torque_gain`"]),
+        ("[arm]\nl9 = 1", (2, 1), ["l9", "`l1`"]),
+        (
+            "[joint1]\n  coulomb_nm = true",
+            (2, 16),
+            ["coulomb_nm", "expected a number"],
+        ),
+        (
+            "held = true\ninertia_scale = 0",
+            (2, 17),
+            ["inertia_scale", "from 0.1 to 10"],
+        ),
+        (
+            "noise_lsb_rms = nan",
+            (1, 17),
+            ["noise_lsb_rms", "from 0 to 100"],
+        ),
+        (
+            "[joint2]\nstops_rad = [1, -1]",
+            (2, 13),
+            ["stops_rad", "smallest"],
+        ),
+        (
+            "[joint1]\ndead_zone_counts = [0, 501]",
+            (2, 20),
+            ["dead_zone_counts", "from 0 to 500"],
+        ),
+        (
+            "held = true\ndead_zone = false\njoint2.dead_zone_counts = [1, 2]",
+            (2, 1),
+            ["`dead_zone`", "`joint2.dead_zone_counts`"],
+        ),
+        (
+            "input_delay_us = 1\n[joint1]\ninput_delay_us = 1",
+            (1, 1),
+            ["`input_delay_us`", "`joint1.input_delay_us`"],
+        ),
+        (
+            "[joint2]\ndirection = 'up'",
+            (2, 13),
+            ["direction", "`reverse`"],
+        ),
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let error = PlantFile::read(&path).unwrap_err();
+        let line = error.to_string();
+        let DocumentError::Wrong { place, .. } = error else {
+            panic!("{line}");
+        };
+        assert_eq!((place.line, place.column), at, "{line}");
+        assert!(words.iter().all(|word| line.contains(word)), "{line}");
+        assert!(!line.contains('\n'), "{line}");
+    }
+    std::fs::remove_file(&path).unwrap();
+    assert!(matches!(
+        PlantFile::read(&path),
+        Err(DocumentError::Read { .. })
+    ));
+}

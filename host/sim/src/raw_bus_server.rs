@@ -1,0 +1,269 @@
+//! The virtual servos in wall-clock time, for anybody's program.
+//!
+//! Raw bus bytes go in and out of one connection, as on the wire. What comes in
+//! is put on the bus back to back, each chunk at the time at which it was read,
+//! so that a pause which the other side keeps is one on the bus too, as far as
+//! the system lets it through. What the servos say comes out when its last bit
+//! would have arrived. With echo the other side hears itself, as on a single
+//! wire whose receiver stays on.
+//!
+//! A terminal has a rate, which the other side sets; it is then that of the bus's
+//! master, from the next chunk on. Bytes that are not understood because of the
+//! rate, or because servos collide, come out as a receiver makes of them.
+//!
+//! # Falling behind
+//!
+//! The bench follows the wall clock and makes up for what it was late, but not
+//! for more than 0.1 s: after a suspension, or a peer that did not read, the
+//! rest is left out, and the servos find the arm where it was.
+//!
+//! The other side cannot get ahead either. The bus carries a byte in 10 µs;
+//! with 20 ms of bytes waiting for it nothing more is read, and the other
+//! side's writes wait.
+
+use std::collections::VecDeque;
+use std::io::{self, Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::{Duration, Instant};
+
+use crate::Bench;
+use armbridge_client::tcp_pump::is_timeout;
+
+/// Finest step of the wall clock: what a sleeping thread can keep.
+const STEP: Duration = Duration::from_micros(200);
+/// Between two looks for somebody who connects.
+const WAITING_STEP: Duration = Duration::from_millis(5);
+/// Most that is made up for, in the bench's time.
+const LAG_MAX_US: u64 = 100_000;
+/// Most that waits for the bus.
+const BACKLOG_MAX_US: u64 = 20_000;
+/// The latest answer that there is: START's, 4.74 ms times the id later.
+const ANSWER_US: u64 = 15_000;
+/// How long the servos have been on when the first can ask them: more than they
+/// need to start.
+const STARTED_US: u64 = 5_000;
+/// Chunks read ahead.
+const CHUNKS: usize = 8;
+
+/// The longest answer in bits: of LEN 255.
+const ANSWER_BITS: u64 = 2_590;
+
+/// What was read.
+#[derive(Debug)]
+struct Chunk {
+    at: Instant,
+    /// The terminal's rate, where there is one.
+    baud: Option<u32>,
+    bytes: Vec<u8>,
+}
+
+/// A bench that follows the wall clock.
+#[derive(Debug)]
+pub struct LiveBench {
+    bench: Bench,
+    slow: u32,
+    /// When the bench's time was [`STARTED_US`].
+    epoch: Instant,
+    now_us: u64,
+    /// What is on its way to the bus, and when it will have been sent.
+    echoes: VecDeque<(u64, Vec<u8>)>,
+    heard: Vec<u8>,
+}
+
+impl LiveBench {
+    /// From now on, `slow` times slower than the wall clock, with servos that have
+    /// started.
+    pub fn new(mut bench: Bench, slow: u32) -> Self {
+        bench.advance(STARTED_US, None, &mut Vec::new());
+        Self {
+            bench,
+            slow,
+            epoch: Instant::now(),
+            now_us: STARTED_US,
+            echoes: VecDeque::new(),
+            heard: Vec::new(),
+        }
+    }
+
+    /// Waits for somebody to connect; the servos go on meanwhile.
+    ///
+    /// # Errors
+    /// If the listener fails.
+    pub fn accept(&mut self, listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
+        listener.set_nonblocking(true)?;
+        loop {
+            match listener.accept() {
+                Ok((stream, peer)) => {
+                    stream.set_nonblocking(false)?;
+                    stream.set_nodelay(true)?;
+                    return Ok((stream, peer));
+                }
+                Err(error) if is_timeout(&error) => {}
+                Err(error) => return Err(error),
+            }
+            self.follow(Instant::now());
+            std::thread::sleep(WAITING_STEP);
+        }
+    }
+
+    /// Serves until the other side has said its last word and heard the answer.
+    /// A second connection finds the servos as the first left them. `baud` tells
+    /// the rate that the other side has set, if it can set one.
+    ///
+    /// # Errors
+    /// If the connection breaks.
+    pub fn serve(
+        &mut self,
+        from: impl Read + Send + 'static,
+        mut to: impl Write,
+        baud: impl Fn() -> Option<u32> + Send + 'static,
+        echo: bool,
+    ) -> io::Result<()> {
+        let chunks = spawn_reader(from, baud);
+        // What was said before is for nobody.
+        self.follow(Instant::now());
+        self.echoes.clear();
+        self.heard.clear();
+        loop {
+            let is_behind = self.bench.line_free_us() > self.now_us + BACKLOG_MAX_US;
+            let came = if is_behind {
+                std::thread::sleep(STEP);
+                Err(RecvTimeoutError::Timeout)
+            } else {
+                chunks.recv_timeout(STEP)
+            };
+            let Chunk { at, baud, bytes } = match came {
+                Ok(chunk) => chunk?,
+                Err(RecvTimeoutError::Timeout) => Chunk {
+                    at: Instant::now(),
+                    baud: None,
+                    bytes: Vec::new(),
+                },
+                Err(RecvTimeoutError::Disconnected) => break,
+            };
+            self.follow(at);
+            if let Some(baud) = baud.filter(|baud| *baud != self.bench.baud()) {
+                self.bench.set_baud(baud);
+            }
+            self.bench.send(self.now_us, &bytes);
+            if echo {
+                self.echoes.push_back((self.bench.line_free_us(), bytes));
+            }
+            self.forward(&mut to)?;
+        }
+        let last_us = self.now_us.max(self.bench.line_free_us())
+            + ANSWER_US
+            + ANSWER_BITS * 1_000_000 / u64::from(self.bench.baud());
+        while self.now_us < last_us {
+            std::thread::sleep(STEP);
+            self.follow(Instant::now());
+            self.forward(&mut to)?;
+        }
+        Ok(())
+    }
+
+    /// Goes on to this time, as far as it is made up for.
+    fn follow(&mut self, at: Instant) {
+        let wall = at.saturating_duration_since(self.epoch) / self.slow;
+        let wall_us = STARTED_US + wall.as_micros() as u64;
+        let until_us = wall_us.clamp(self.now_us, self.now_us + LAG_MAX_US);
+        self.epoch += Duration::from_micros(wall_us.saturating_sub(until_us)) * self.slow;
+        while let Some((sent_us, bytes)) = self.echoes.pop_front() {
+            if sent_us > until_us {
+                self.echoes.push_front((sent_us, bytes));
+                break;
+            }
+            self.bench.advance(sent_us, None, &mut self.heard);
+            self.heard.extend(bytes);
+        }
+        self.bench.advance(until_us, None, &mut self.heard);
+        self.now_us = until_us;
+    }
+
+    fn forward(&mut self, to: &mut impl Write) -> io::Result<()> {
+        if !self.heard.is_empty() {
+            to.write_all(&self.heard)?;
+            to.flush()?;
+            self.heard.clear();
+        }
+        Ok(())
+    }
+}
+
+/// Reads on a thread, so that the servos need not wait for bytes.
+fn spawn_reader(
+    mut from: impl Read + Send + 'static,
+    baud: impl Fn() -> Option<u32> + Send + 'static,
+) -> Receiver<io::Result<Chunk>> {
+    let (sender, receiver) = sync_channel(CHUNKS);
+    std::thread::spawn(move || {
+        let mut bytes = [0; 1024];
+        loop {
+            let came = match from.read(&mut bytes) {
+                Ok(0) => return,
+                Ok(count) => Ok(Chunk {
+                    at: Instant::now(),
+                    baud: baud(),
+                    bytes: bytes[..count].to_vec(),
+                }),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => Err(error),
+            };
+            let failed = came.is_err();
+            if sender.send(came).is_err() || failed {
+                return;
+            }
+        }
+    });
+    receiver
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::{Plant, PlantConfig};
+
+    const PING: [u8; 6] = [0xAA, 3, 1, 0xFE, 1, 0xF9];
+    const PONG: [u8; 6] = [0xAA, 3, 0xFE, 1, 1, 0xF9];
+
+    fn live() -> LiveBench {
+        LiveBench::new(Bench::new(Plant::new(PlantConfig::default(), 1)), 1)
+    }
+
+    #[test]
+    fn who_closes_at_once_is_answered_and_echo_comes_first() {
+        for echo in [false, true] {
+            let (mut live, mut heard) = (live(), Vec::new());
+            for _ in 0..2 {
+                live.serve(&PING[..], &mut heard, || None, echo).unwrap();
+            }
+            let sent = if echo { PING.as_slice() } else { &[] };
+            assert_eq!(heard, [sent, &PONG].concat().repeat(2), "echo {echo}");
+        }
+    }
+
+    #[test]
+    fn a_suspension_is_left_out() {
+        let mut live = live();
+        live.follow(live.epoch + Duration::from_secs(3600));
+        let then_us = STARTED_US + LAG_MAX_US;
+        assert_eq!(live.now_us, then_us);
+        // From there on as fast as the wall clock, and never back.
+        let resumed = live.epoch + Duration::from_micros(LAG_MAX_US);
+        live.follow(resumed + Duration::from_millis(7));
+        assert_eq!(live.now_us, then_us + 7_000);
+        live.follow(resumed);
+        assert_eq!(live.now_us, then_us + 7_000);
+    }
+
+    #[test]
+    fn more_than_the_bus_carries_takes_its_time() {
+        let (mut live, mut heard) = (live(), Vec::new());
+        let bytes: Vec<u8> = [0xFF; 4_000].into_iter().chain(PING).collect();
+        live.serve(io::Cursor::new(bytes), &mut heard, || None, false)
+            .unwrap();
+        assert!(live.now_us >= 40_000, "{} µs", live.now_us);
+        assert_eq!(heard, PONG);
+    }
+}

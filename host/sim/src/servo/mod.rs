@@ -1,0 +1,257 @@
+//! A virtual servo: an AX-12A that runs the Morpheus V1.2 firmware.
+//!
+//! The firmware speaks its own protocol (`AA LEN DEST SRC data checksum`),
+//! applies PWM as it is told and has many traps: servos go deaf when they
+//! misread each other's replies, a long packet stops command processing until
+//! power-off, an EEPROM write deafens for 8.4 ms a byte, and no time-out ever
+//! stops the motor. All of that is modelled, because a master has to be tested
+//! against it.
+//!
+//! | module      | what it models                                            |
+//! |-------------|-----------------------------------------------------------|
+//! | `uart`      | the serial port: two byte buffer, overruns, bit clock     |
+//! | `inbox`     | the receive state machine and the two message buffers     |
+//! | `obey`      | the commands                                              |
+//! | `write`     | those that write registers                                |
+//! | `registers` | the EEPROM and the register map                           |
+//! | `control`   | PWM, position and speed control                           |
+//! | `converter` | when position and temperature are sampled                 |
+//! | `mcu`       | the main loop and the interrupts in time                  |
+//! | `turn`      | one turn of the main loop: timer tick, transmitter         |
+//! | `costs`     | how long each piece of the firmware takes                 |
+//!
+//! Time inside is counted in processor cycles of 62.5 ns, outside in
+//! nanoseconds. A servo acts only at events, so it does not matter in which
+//! steps time is advanced.
+
+mod control;
+mod converter;
+mod costs;
+mod inbox;
+mod mcu;
+mod obey;
+mod registers;
+mod turn;
+mod uart;
+mod write;
+
+pub use inbox::Receiving;
+pub use registers::{DEFAULT_ROM, ROM_SIZE};
+
+use control::Mode;
+use mcu::Mcu;
+
+/// What a servo's converter reads, in counts, 0..=1023.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Reading {
+    /// Position.
+    pub position: u16,
+    /// Temperature.
+    pub temperature: u16,
+}
+
+/// Why a servo would not answer a ping.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Deafness {
+    /// Its receiver waits for the rest of something.
+    MidPacket,
+    /// It processes no packet until it is switched off and on.
+    MessageStuck,
+    /// It is inside a long operation.
+    Busy,
+}
+
+/// What a servo does to the world outside.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Action {
+    /// Reads the converter's inputs.
+    Convert,
+    /// The PWM on the motor changes.
+    Pwm(u16),
+    /// Switches its bus driver off.
+    Release,
+    /// Switches its bus driver on and sends a byte, starting at `start_ns`.
+    Send { byte: u8, start_ns: u64 },
+}
+
+/// Registers and variables, for comparing and showing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct State {
+    /// PWM on the motor, 0..=2000, 1000 = off.
+    pub pwm: u16,
+    /// Position and speed control decide the PWM.
+    pub position_mode: bool,
+    /// What the receiver waits for.
+    pub receiving: Receiving,
+    /// Bytes after which the receiver resets itself.
+    pub failsafe: u8,
+    /// Baud register in use.
+    pub baud: u8,
+    /// EEPROM registers.
+    pub rom: [u8; ROM_SIZE],
+    /// Position register.
+    pub position: u16,
+    /// Speed register: counts over 14 samples, without sign.
+    pub speed: u8,
+    /// Temperature register, in converter counts.
+    pub temperature: u16,
+    /// PWM register.
+    pub pwm_requested: u16,
+    /// Last PWM taken from a sync write.
+    pub pwm_sync: u16,
+    /// What a sync write must differ from to be obeyed.
+    pub pwm_before: u16,
+    /// Goal register.
+    pub goal_requested: u16,
+    /// What a new goal must differ from.
+    pub goal_before: u16,
+    /// Goal that position control uses.
+    pub goal: u16,
+    /// Speed register as written.
+    pub speed_requested: u16,
+    /// Speed that position control uses.
+    pub goal_speed: u16,
+}
+
+/// One servo. It is powered up with the wire it is given to.
+#[derive(Debug, Clone)]
+pub struct Servo {
+    mcu: Mcu,
+    connected: bool,
+    overruns: u32,
+}
+
+/// Nanoseconds at processor cycle `cycle`.
+fn nanoseconds(cycle: u64) -> u64 {
+    match cycle {
+        u64::MAX => u64::MAX,
+        _ => cycle * 125 / 2,
+    }
+}
+
+/// First processor cycle not before `at_ns`.
+fn cycle(at_ns: u64) -> u64 {
+    (at_ns * 2).div_ceil(125)
+}
+
+impl Servo {
+    /// A servo with this EEPROM; see [`DEFAULT_ROM`].
+    pub fn new(rom: [u8; ROM_SIZE]) -> Self {
+        Self {
+            mcu: Mcu::new(0, rom),
+            connected: true,
+            overruns: 0,
+        }
+    }
+
+    /// A servo with default settings and this id.
+    pub fn with_id(id: u8) -> Self {
+        let mut rom = DEFAULT_ROM;
+        rom[usize::from(registers::ID)] = id;
+        Self::new(rom)
+    }
+
+    /// The id in its EEPROM.
+    pub fn id(&self) -> u8 {
+        self.mcu.rom[usize::from(registers::ID)]
+    }
+
+    /// PWM on the motor, 0..=2000, 1000 = off.
+    pub fn pwm(&self) -> u16 {
+        self.mcu.control.applied
+    }
+
+    /// Joined to the wire?
+    pub fn connected(&self) -> bool {
+        self.connected
+    }
+
+    /// Bytes lost in its receiver since the beginning.
+    pub fn overruns(&self) -> u32 {
+        self.overruns + self.mcu.uart.overruns()
+    }
+
+    /// Why it would not answer a ping now; `None` if it would.
+    pub fn deafness(&self) -> Option<Deafness> {
+        if self.mcu.busy() {
+            Some(Deafness::Busy)
+        } else if self.mcu.inbox.stuck() {
+            Some(Deafness::MessageStuck)
+        } else if self.mcu.inbox.state() != Receiving::Idle {
+            Some(Deafness::MidPacket)
+        } else {
+            None
+        }
+    }
+
+    /// Registers and variables.
+    pub fn state(&self) -> State {
+        let mcu = &self.mcu;
+        State {
+            pwm: mcu.control.applied,
+            position_mode: mcu.control.mode == Mode::Position,
+            receiving: mcu.inbox.state(),
+            failsafe: mcu.inbox.failsafe(),
+            baud: mcu.baud,
+            rom: mcu.rom,
+            position: mcu.control.position as u16,
+            speed: mcu.control.speed as u8,
+            temperature: mcu.control.temperature,
+            pwm_requested: mcu.requests.pwm,
+            pwm_sync: mcu.requests.pwm_sync,
+            pwm_before: mcu.requests.pwm_before,
+            goal_requested: mcu.requests.goal,
+            goal_before: mcu.requests.goal_before,
+            goal: mcu.control.goal as u16,
+            speed_requested: mcu.requests.speed,
+            goal_speed: mcu.control.goal_speed as u16,
+        }
+    }
+
+    pub(crate) fn connect(&mut self, connected: bool) {
+        self.connected = connected;
+    }
+
+    /// Off and on again: everything but the EEPROM is forgotten.
+    pub(crate) fn power_cycle(&mut self, at_ns: u64) {
+        self.overruns = self.overruns();
+        self.mcu = Mcu::new(cycle(at_ns), self.mcu.rom);
+    }
+
+    /// Its bus driver is on, and its receiver cut off.
+    pub(crate) fn driving(&self) -> bool {
+        self.mcu.driving
+    }
+
+    /// Length of one bit at its present rate.
+    pub(crate) fn bit_ns(&self) -> u64 {
+        nanoseconds(self.mcu.uart.bit())
+    }
+
+    pub(crate) fn next_event_ns(&self) -> u64 {
+        nanoseconds(self.mcu.next_event())
+    }
+
+    /// Makes the event due at `at_ns` happen.
+    pub(crate) fn step(&mut self, at_ns: u64) -> Option<Action> {
+        self.mcu.step(cycle(at_ns))
+    }
+
+    pub(crate) fn converted(&mut self, reading: Reading) {
+        self.mcu
+            .converter
+            .converted(reading.position, reading.temperature);
+    }
+
+    /// A start bit reaches its receiver.
+    pub(crate) fn start_bit(&mut self) {
+        self.mcu.uart.start_bit();
+    }
+
+    /// A byte has been received.
+    pub(crate) fn receive(&mut self, byte: u8) {
+        if self.mcu.listening() {
+            self.mcu.uart.arrived(byte);
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! The control table as bytes: what is kept, what is forgotten, what may be
+//! written.
+//!
+//! Addresses without a register read 0, and what is written to them is dropped.
+//! A write is checked whole before any of it is done: one value out of its
+//! register's range, one register that is only read, one address beyond the
+//! table, and nothing is written.
+
+use armbridge_client::servo_table::{AX12A, Access, Register, Storage};
+use armbridge_shared::servo::protocol1::Alarms;
+use std::ops::RangeInclusive;
+
+/// Bytes of the table.
+pub(super) const SIZE: usize = AX12A.size as usize;
+/// Those below this address are kept without power.
+const RAM: u8 = at::TORQUE_ENABLE;
+/// What can still be written when [`at::LOCK`] is set (manual of 2006, "Lock").
+const NEVER_LOCKED: RangeInclusive<u8> = at::TORQUE_ENABLE..=at::TORQUE_LIMIT;
+/// Of servos sold today. Nothing depends on it.
+const FIRMWARE_VERSION: u8 = 24;
+
+/// Where the registers are that the servo itself looks at.
+pub(super) mod at {
+    pub(in super::super) const FIRMWARE_VERSION: u8 = 2;
+    pub(in super::super) const ID: u8 = 3;
+    pub(in super::super) const BAUD_RATE: u8 = 4;
+    pub(in super::super) const RETURN_DELAY: u8 = 5;
+    pub(in super::super) const CW_ANGLE_LIMIT: u8 = 6;
+    pub(in super::super) const CCW_ANGLE_LIMIT: u8 = 8;
+    pub(in super::super) const TEMPERATURE_LIMIT: u8 = 11;
+    pub(in super::super) const MIN_VOLTAGE: u8 = 12;
+    pub(in super::super) const MAX_VOLTAGE: u8 = 13;
+    pub(in super::super) const MAX_TORQUE: u8 = 14;
+    pub(in super::super) const STATUS_RETURN_LEVEL: u8 = 16;
+    pub(in super::super) const SHUTDOWN: u8 = 18;
+    pub(in super::super) const TORQUE_ENABLE: u8 = 24;
+    pub(in super::super) const CW_MARGIN: u8 = 26;
+    pub(in super::super) const CCW_MARGIN: u8 = 27;
+    pub(in super::super) const CW_SLOPE: u8 = 28;
+    pub(in super::super) const CCW_SLOPE: u8 = 29;
+    pub(in super::super) const GOAL_POSITION: u8 = 30;
+    pub(in super::super) const MOVING_SPEED: u8 = 32;
+    pub(in super::super) const TORQUE_LIMIT: u8 = 34;
+    pub(in super::super) const PRESENT_POSITION: u8 = 36;
+    pub(in super::super) const PRESENT_SPEED: u8 = 38;
+    pub(in super::super) const PRESENT_LOAD: u8 = 40;
+    pub(in super::super) const PRESENT_VOLTAGE: u8 = 42;
+    pub(in super::super) const PRESENT_TEMPERATURE: u8 = 43;
+    pub(in super::super) const REGISTERED: u8 = 44;
+    pub(in super::super) const MOVING: u8 = 46;
+    pub(in super::super) const LOCK: u8 = 47;
+    pub(in super::super) const PUNCH: u8 = 48;
+}
+
+/// The bytes of the control table.
+#[derive(Clone, Debug)]
+pub(super) struct Memory {
+    bytes: [u8; SIZE],
+}
+
+impl Memory {
+    /// As ex works, powered up.
+    pub(super) fn new() -> Self {
+        let mut memory = Self { bytes: [0; SIZE] };
+        memory.bytes[usize::from(at::FIRMWARE_VERSION)] = FIRMWARE_VERSION;
+        memory.restore(Storage::Eeprom);
+        memory.power_up();
+        memory
+    }
+
+    /// Everything but the EEPROM is back at its initial value.
+    pub(super) fn power_up(&mut self) {
+        self.bytes[usize::from(RAM)..].fill(0);
+        self.restore(Storage::Ram);
+        self.set_word(at::TORQUE_LIMIT, self.word(at::MAX_TORQUE));
+    }
+
+    /// The EEPROM as ex works.
+    pub(super) fn reset(&mut self) {
+        self.restore(Storage::Eeprom);
+    }
+
+    fn restore(&mut self, storage: Storage) {
+        for register in AX12A.registers.iter().filter(|r| r.storage == storage) {
+            if let Some(value) = register.initial {
+                self.put(register.address, &register.bytes_of(value));
+            }
+        }
+    }
+
+    pub(super) fn byte(&self, address: u8) -> u8 {
+        self.bytes[usize::from(address)]
+    }
+
+    pub(super) fn word(&self, address: u8) -> u16 {
+        u16::from_le_bytes([self.byte(address), self.byte(address + 1)])
+    }
+
+    pub(super) fn set_byte(&mut self, address: u8, value: u8) {
+        self.bytes[usize::from(address)] = value;
+    }
+
+    pub(super) fn set_word(&mut self, address: u8, value: u16) {
+        self.put(address, &value.to_le_bytes());
+    }
+
+    fn put(&mut self, address: u8, data: &[u8]) {
+        let start = usize::from(address);
+        self.bytes[start..start + data.len()].copy_from_slice(data);
+    }
+
+    /// So many bytes from there on; `None` if they are not all in the table.
+    pub(super) fn read(&self, address: u8, count: u8) -> Option<&[u8]> {
+        let start = usize::from(address);
+        self.bytes.get(start..start + usize::from(count))
+    }
+
+    /// Both angle limits are 0: endless turning.
+    pub(super) fn is_wheel(&self) -> bool {
+        self.word(at::CW_ANGLE_LIMIT) == 0 && self.word(at::CCW_ANGLE_LIMIT) == 0
+    }
+
+    /// Torque is on, and not limited to nothing.
+    pub(super) fn torque_on(&self) -> bool {
+        self.byte(at::TORQUE_ENABLE) != 0 && self.word(at::TORQUE_LIMIT) != 0
+    }
+
+    /// What is wrong with writing this there.
+    pub(super) fn check(&self, address: u8, data: &[u8]) -> Alarms {
+        let start = usize::from(address);
+        let mut after = self.bytes;
+        let Some(place) = after.get_mut(start..start + data.len()) else {
+            return Alarms::RANGE;
+        };
+        place.copy_from_slice(data);
+        let mut alarms = Alarms::NONE;
+        for register in written(address, data.len()) {
+            let value = register.value_in(&after, 0).unwrap_or_default();
+            if !self.may_write(register) || !register.range.contains(&value) {
+                return Alarms::RANGE;
+            }
+            let limits = self.word(at::CW_ANGLE_LIMIT)..=self.word(at::CCW_ANGLE_LIMIT);
+            if register.address == at::GOAL_POSITION && !self.is_wheel() && !limits.contains(&value)
+            {
+                alarms = Alarms::ANGLE_LIMIT;
+            }
+        }
+        alarms
+    }
+
+    fn may_write(&self, register: &Register) -> bool {
+        let locked = self.byte(at::LOCK) != 0 && !NEVER_LOCKED.contains(&register.address);
+        let in_use = register.storage == Storage::Eeprom && self.byte(at::TORQUE_ENABLE) != 0;
+        register.access == Access::ReadWrite && !locked && !in_use
+    }
+
+    /// Writes what was found to be right.
+    pub(super) fn write(&mut self, address: u8, data: &[u8]) {
+        let first = usize::from(address);
+        for register in written(address, data.len()) {
+            for at in usize::from(register.address)..usize::from(register.end()) {
+                if let Some(byte) = at.checked_sub(first).and_then(|index| data.get(index)) {
+                    self.bytes[at] = *byte;
+                }
+            }
+        }
+    }
+}
+
+/// Registers of which so many bytes from there on are a part.
+fn written(address: u8, count: usize) -> impl Iterator<Item = &'static Register> {
+    let (start, end) = (usize::from(address), usize::from(address) + count);
+    AX12A
+        .registers
+        .iter()
+        .filter(move |r| usize::from(r.address) < end && start < usize::from(r.end()))
+}
+
+/// Bytes of EEPROM registers that writing this changes.
+pub(super) fn eeprom_bytes(address: u8, count: usize) -> u64 {
+    let end = (usize::from(address) + count).min(usize::from(RAM));
+    end.saturating_sub(usize::from(address)) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_those_of_the_table() {
+        for (address, name) in [
+            (at::FIRMWARE_VERSION, "firmware_version"),
+            (at::ID, "id"),
+            (at::BAUD_RATE, "baud_rate"),
+            (at::RETURN_DELAY, "return_delay_time"),
+            (at::CW_ANGLE_LIMIT, "cw_angle_limit"),
+            (at::CCW_ANGLE_LIMIT, "ccw_angle_limit"),
+            (at::TEMPERATURE_LIMIT, "temperature_limit"),
+            (at::MIN_VOLTAGE, "min_voltage_limit"),
+            (at::MAX_VOLTAGE, "max_voltage_limit"),
+            (at::MAX_TORQUE, "max_torque"),
+            (at::STATUS_RETURN_LEVEL, "status_return_level"),
+            (at::SHUTDOWN, "shutdown"),
+            (at::TORQUE_ENABLE, "torque_enable"),
+            (at::CW_MARGIN, "cw_compliance_margin"),
+            (at::CCW_MARGIN, "ccw_compliance_margin"),
+            (at::CW_SLOPE, "cw_compliance_slope"),
+            (at::CCW_SLOPE, "ccw_compliance_slope"),
+            (at::GOAL_POSITION, "goal_position"),
+            (at::MOVING_SPEED, "moving_speed"),
+            (at::TORQUE_LIMIT, "torque_limit"),
+            (at::PRESENT_POSITION, "present_position"),
+            (at::PRESENT_SPEED, "present_speed"),
+            (at::PRESENT_LOAD, "present_load"),
+            (at::PRESENT_VOLTAGE, "present_voltage"),
+            (at::PRESENT_TEMPERATURE, "present_temperature"),
+            (at::REGISTERED, "registered"),
+            (at::MOVING, "moving"),
+            (at::LOCK, "lock"),
+            (at::PUNCH, "punch"),
+        ] {
+            assert_eq!(AX12A.by_name(name).unwrap().address, address, "{name}");
+        }
+        for register in AX12A.registers {
+            let kept = register.storage == Storage::Eeprom;
+            assert_eq!(kept, register.address < RAM, "{}", register.name);
+        }
+    }
+
+    #[test]
+    fn a_write_is_right_as_a_whole_or_not_done() {
+        let mut memory = Memory::new();
+        // Goal and speed at once, across two registers.
+        assert_eq!(memory.check(30, &[0x00, 2, 0x00, 1]), Alarms::NONE);
+        // The second of them is too large; so is one that gets only its high byte.
+        assert_eq!(memory.check(30, &[0x00, 2, 0, 8]), Alarms::RANGE);
+        assert_eq!(memory.check(31, &[4]), Alarms::RANGE);
+        // Only read, and beyond the end.
+        assert_eq!(memory.check(36, &[0, 0]), Alarms::RANGE);
+        assert_eq!(memory.check(48, &[32, 0, 0]), Alarms::RANGE);
+        assert_eq!(memory.check(200, &[0]), Alarms::RANGE);
+        // Gaps take anything and keep nothing.
+        assert_eq!(memory.check(18, &[36, 7]), Alarms::NONE);
+        memory.write(18, &[4, 7]);
+        assert_eq!(memory.read(18, 2), Some(&[4, 0][..]));
+        assert_eq!(memory.read(49, 2), None);
+    }
+
+    #[test]
+    fn torque_and_lock_close_the_eeprom() {
+        let mut memory = Memory::new();
+        memory.write(at::TORQUE_ENABLE, &[1]);
+        assert_eq!(memory.check(at::ID, &[2]), Alarms::RANGE);
+        memory.write(at::TORQUE_ENABLE, &[0]);
+        assert_eq!(memory.check(at::ID, &[2]), Alarms::NONE);
+        memory.write(at::LOCK, &[1]);
+        for address in [at::ID, at::LOCK, at::PUNCH] {
+            assert_eq!(memory.check(address, &[0]), Alarms::RANGE);
+        }
+        assert_eq!(memory.check(at::TORQUE_ENABLE, &[1]), Alarms::NONE);
+        memory.power_up();
+        assert_eq!(memory.check(at::ID, &[2]), Alarms::NONE);
+    }
+
+    #[test]
+    fn power_off_forgets_the_ram_alone() {
+        let mut memory = Memory::new();
+        memory.write(at::MAX_TORQUE, &[0, 2]);
+        memory.write(at::CW_SLOPE, &[64]);
+        memory.power_up();
+        assert_eq!(memory.word(at::MAX_TORQUE), 512);
+        assert_eq!(memory.word(at::TORQUE_LIMIT), 512);
+        assert_eq!(memory.byte(at::CW_SLOPE), 32);
+        memory.reset();
+        assert_eq!(memory.word(at::MAX_TORQUE), 1023);
+        assert_eq!(memory.byte(at::FIRMWARE_VERSION), FIRMWARE_VERSION);
+    }
+}

@@ -1,0 +1,153 @@
+//! Either kind of servo, as the wire sees it.
+
+use super::line::Decoded;
+use crate::servo::{Action, Reading, Servo};
+use crate::stock::Ax12a;
+
+/// A servo on the wire.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a bus has few, and they stay where they are"
+)]
+#[derive(Clone, Debug)]
+pub enum Device {
+    /// It runs Morpheus.
+    Morpheus(Servo),
+    /// It runs what it came with.
+    Stock(Ax12a),
+}
+
+impl From<Servo> for Device {
+    fn from(servo: Servo) -> Self {
+        Self::Morpheus(servo)
+    }
+}
+
+impl From<Ax12a> for Device {
+    fn from(servo: Ax12a) -> Self {
+        Self::Stock(servo)
+    }
+}
+
+impl Device {
+    /// If it runs Morpheus.
+    pub fn morpheus(&self) -> Option<&Servo> {
+        match self {
+            Self::Morpheus(servo) => Some(servo),
+            Self::Stock(_) => None,
+        }
+    }
+
+    /// If it runs the stock firmware.
+    pub fn stock(&self) -> Option<&Ax12a> {
+        match self {
+            Self::Morpheus(_) => None,
+            Self::Stock(servo) => Some(servo),
+        }
+    }
+
+    /// The same, to change what no master can.
+    pub fn stock_mut(&mut self) -> Option<&mut Ax12a> {
+        match self {
+            Self::Morpheus(_) => None,
+            Self::Stock(servo) => Some(servo),
+        }
+    }
+
+    /// The id in its EEPROM.
+    pub fn id(&self) -> u8 {
+        match self {
+            Self::Morpheus(servo) => servo.id(),
+            Self::Stock(servo) => servo.id(),
+        }
+    }
+
+    /// PWM on the motor, 0..=2000, 1000 = off.
+    pub fn pwm(&self) -> u16 {
+        match self {
+            Self::Morpheus(servo) => servo.pwm(),
+            Self::Stock(servo) => servo.pwm(),
+        }
+    }
+
+    /// Joined to the wire?
+    pub fn connected(&self) -> bool {
+        match self {
+            Self::Morpheus(servo) => servo.connected(),
+            Self::Stock(servo) => servo.connected(),
+        }
+    }
+
+    pub(super) fn connect(&mut self, connected: bool) {
+        match self {
+            Self::Morpheus(servo) => servo.connect(connected),
+            Self::Stock(servo) => servo.connect(connected),
+        }
+    }
+
+    pub(super) fn power_cycle(&mut self, at_ns: u64) {
+        match self {
+            Self::Morpheus(servo) => servo.power_cycle(at_ns),
+            Self::Stock(servo) => servo.power_cycle(at_ns),
+        }
+    }
+
+    /// Its bus driver is on, and its receiver cut off.
+    pub(super) fn driving(&self) -> bool {
+        match self {
+            Self::Morpheus(servo) => servo.driving(),
+            Self::Stock(servo) => servo.driving(),
+        }
+    }
+
+    /// Length of one bit at its present rate.
+    #[inline]
+    pub(super) fn bit_ns(&self) -> u64 {
+        match self {
+            Self::Morpheus(servo) => servo.bit_ns(),
+            Self::Stock(servo) => servo.bit_ns(),
+        }
+    }
+
+    #[inline]
+    pub(super) fn next_event_ns(&self) -> u64 {
+        match self {
+            Self::Morpheus(servo) => servo.next_event_ns(),
+            Self::Stock(servo) => servo.next_event_ns(),
+        }
+    }
+
+    /// Makes the event due at `now_ns` happen.
+    pub(super) fn step(&mut self, now_ns: u64) -> Option<Action> {
+        match self {
+            Self::Morpheus(servo) => servo.step(now_ns),
+            Self::Stock(servo) => servo.step(now_ns),
+        }
+    }
+
+    /// What its converter reads, as it asked.
+    pub(super) fn converted(&mut self, reading: Reading) {
+        match self {
+            Self::Morpheus(servo) => servo.converted(reading),
+            Self::Stock(servo) => servo.converted(reading),
+        }
+    }
+
+    /// A start bit reaches its receiver.
+    pub(super) fn start_bit(&mut self) {
+        match self {
+            Self::Morpheus(servo) => servo.start_bit(),
+            // Its receiver is not known to lose bytes.
+            Self::Stock(_) => {}
+        }
+    }
+
+    /// A byte has been received.
+    pub(super) fn receive(&mut self, decoded: Decoded, now_ns: u64) {
+        match self {
+            // Morpheus does not look at the stop bit.
+            Self::Morpheus(servo) => servo.receive(decoded.byte),
+            Self::Stock(servo) => servo.receive(decoded.byte, decoded.framing_error, now_ns),
+        }
+    }
+}

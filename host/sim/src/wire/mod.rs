@@ -1,0 +1,245 @@
+//! The servo bus: one half-duplex data line, a master and its servos.
+//!
+//! Everything happens in virtual time, in nanoseconds from power-up, at
+//! events: a byte starts or ends, a servo's converter samples, a step of its
+//! program is done. [`Wire::advance`] makes all events up to a moment happen in
+//! order. Nothing depends on how that is cut into steps, so the same servos
+//! serve a simulation that jumps from event to event and a program that
+//! follows the wall clock. There is no randomness unless [`Wire::disturb`] or
+//! [`Wire::harm`] asks for it, and that is seeded: equal inputs give equal
+//! outputs.
+//!
+//! Bytes are placed bit by bit. When two senders overlap, low wins, and every
+//! receiver decodes what it sees. A servo whose bus driver is on hears
+//! nothing; a disconnected one neither hears nor is heard.
+//!
+//! The master's own bytes are not handed back: an adapter that echoes adds
+//! its echo itself.
+
+mod device;
+mod disturbance;
+mod events;
+mod faults;
+mod line;
+
+pub use device::Device;
+pub use disturbance::Disturbance;
+pub use faults::{ByteFault, Damage, Way};
+
+use super::servo::{Reading, Servo};
+use faults::Faults;
+use line::{Ears, Frame, MASTER, Receiver};
+use std::collections::VecDeque;
+
+/// One bit at 1 Mbaud.
+const DEFAULT_BIT_NS: u64 = 1_000;
+
+/// Time of one bit at this rate.
+pub(crate) fn bit_ns(baud: u32) -> u64 {
+    (1_000_000_000 / u64::from(baud.max(1))).max(1)
+}
+
+/// What the servos are connected to.
+pub trait Mechanics {
+    /// What servo `servo`'s converter reads at `at_ns`.
+    fn convert(&mut self, servo: usize, at_ns: u64) -> Reading;
+    /// The PWM applied to servo `servo`'s motor changes at `at_ns`
+    /// (0..=2000, 1000 = off). It is off at power-up.
+    fn drive(&mut self, servo: usize, at_ns: u64, pwm: u16);
+}
+
+/// A byte from the servos as the master's receiver decodes it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Heard {
+    /// The byte.
+    pub byte: u8,
+    /// When the receiver has it, three quarters into its stop bit.
+    pub end_ns: u64,
+    /// The stop bit was not high: bytes have collided.
+    pub framing_error: bool,
+}
+
+/// Something that happened on the wire; see [`Wire::record`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Record {
+    /// A servo sent a byte.
+    Sent {
+        /// Which servo.
+        servo: usize,
+        /// The byte.
+        byte: u8,
+        /// Start of its start bit.
+        start_ns: u64,
+        /// End of its stop bit.
+        end_ns: u64,
+    },
+    /// A servo switched its bus driver off.
+    Released {
+        /// Which servo.
+        servo: usize,
+        /// When.
+        at_ns: u64,
+    },
+    /// A byte as a receiver decodes it that is always on.
+    Decoded(u8),
+}
+
+/// A half-duplex bus with one master and any number of servos.
+#[derive(Debug, Clone)]
+pub struct Wire {
+    now_ns: u64,
+    servos: Vec<Device>,
+    receivers: Vec<Receiver>,
+    master: Receiver,
+    monitor: Option<Receiver>,
+    records: Vec<Record>,
+    /// Bytes not yet begun, in order of their start.
+    due: VecDeque<Frame>,
+    /// Bytes begun and not yet forgotten.
+    frames: Vec<Frame>,
+    heard: VecDeque<Heard>,
+    disturbance: Option<Disturbance>,
+    faults: Faults,
+    /// Next event of each servo, as last asked.
+    servo_next_ns: Vec<u64>,
+}
+
+impl Wire {
+    /// A wire with these servos, all powered up at t = 0.
+    pub fn new<D: Into<Device>>(servos: Vec<D>) -> Self {
+        let servos: Vec<Device> = servos.into_iter().map(Into::into).collect();
+        let receivers = servos
+            .iter()
+            .map(|servo| Receiver::new(Ears::All, servo.bit_ns()))
+            .collect();
+        let servo_next_ns = servos.iter().map(Device::next_event_ns).collect();
+        Self {
+            now_ns: 0,
+            servos,
+            receivers,
+            master: Receiver::new(Ears::Servos, DEFAULT_BIT_NS),
+            monitor: None,
+            records: Vec::new(),
+            due: VecDeque::new(),
+            frames: Vec::new(),
+            heard: VecDeque::new(),
+            disturbance: None,
+            faults: Faults::default(),
+            servo_next_ns,
+        }
+    }
+
+    /// The moment up to which everything has happened.
+    pub fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    /// The servos, in the order given.
+    pub fn servos(&self) -> &[Device] {
+        &self.servos
+    }
+
+    /// Those of them that run Morpheus.
+    pub fn morpheus(&self) -> impl Iterator<Item = &Servo> {
+        self.servos.iter().filter_map(Device::morpheus)
+    }
+
+    /// One of the servos, to change what no master can: its supply, its heat.
+    pub fn servo_mut(&mut self, servo: usize) -> &mut Device {
+        &mut self.servos[servo]
+    }
+
+    /// Starts to keep [`Record`]s, for tests and tools.
+    pub fn record(&mut self) {
+        self.monitor = Some(Receiver::new(Ears::All, DEFAULT_BIT_NS));
+    }
+
+    /// The records since the last call.
+    pub fn take_records(&mut self) -> Vec<Record> {
+        std::mem::take(&mut self.records)
+    }
+
+    /// The rate at which the master listens from now on. Each byte that it sends
+    /// sets it too.
+    pub fn listen_at(&mut self, baud: u32) {
+        let bit_ns = bit_ns(baud);
+        self.master.set_bit(bit_ns);
+        if let Some(monitor) = &mut self.monitor {
+            monitor.set_bit(bit_ns);
+        }
+    }
+
+    /// The master sends a byte whose start bit begins at `start_ns`, which is
+    /// not before now nor before the end of its previous byte.
+    pub fn send(&mut self, start_ns: u64, byte: u8, baud: u32) {
+        self.listen_at(baud);
+        self.plug_in(Frame {
+            sender: MASTER,
+            byte,
+            start_ns: start_ns.max(self.now_ns),
+            bit_ns: bit_ns(baud),
+        });
+    }
+
+    fn enqueue(&mut self, frame: Frame) {
+        let later = |f: &&Frame| f.start_ns > frame.start_ns;
+        let place = self.due.len() - self.due.iter().rev().take_while(later).count();
+        self.due.insert(place, frame);
+    }
+
+    /// The oldest byte heard from the servos and not yet taken.
+    pub fn take_heard(&mut self) -> Option<Heard> {
+        self.heard.pop_front()
+    }
+
+    /// Lets something spoil replies at the master's receiver from now on.
+    pub fn disturb(&mut self, disturbance: Disturbance) {
+        self.disturbance = Some(disturbance);
+    }
+
+    /// Joins a servo to the wire or cuts it off. It stays powered.
+    pub fn connect(&mut self, servo: usize, connected: bool) {
+        self.servos[servo].connect(connected);
+        self.refresh_ears(servo);
+    }
+
+    /// Switches a servo off and on again.
+    pub fn power_cycle(&mut self, servo: usize, mechanics: &mut impl Mechanics) {
+        self.servos[servo].power_cycle(self.now_ns);
+        mechanics.drive(servo, self.now_ns, self.servos[servo].pwm());
+        self.due.retain(|frame| frame.sender != servo);
+        self.refresh_ears(servo);
+        self.servo_changed(servo);
+    }
+
+    /// When the next event is due; `u64::MAX` if none is.
+    pub fn next_event_ns(&self) -> u64 {
+        let due = self.due.front().map_or(u64::MAX, |frame| frame.start_ns);
+        let mut next = due.min(self.master.next_ns()).min(self.faults.next_ns());
+        if let Some(monitor) = &self.monitor {
+            next = next.min(monitor.next_ns());
+        }
+        for (receiver, servo_ns) in self.receivers.iter().zip(&self.servo_next_ns) {
+            next = next.min(receiver.next_ns()).min(*servo_ns);
+        }
+        next.max(self.now_ns)
+    }
+
+    /// Makes everything happen up to and including `to_ns`.
+    pub fn advance(&mut self, to_ns: u64, mechanics: &mut impl Mechanics) {
+        self.advance_until(to_ns, usize::MAX, mechanics);
+    }
+
+    /// The same, but stops at the byte that makes it `heard` bytes to take.
+    pub fn advance_until(&mut self, to_ns: u64, heard: usize, mechanics: &mut impl Mechanics) {
+        while self.heard.len() < heard {
+            let next = self.next_event_ns();
+            if next > to_ns {
+                self.now_ns = self.now_ns.max(to_ns);
+                return;
+            }
+            self.now_ns = next;
+            self.happen(next, to_ns, mechanics);
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! The station on the bench.
+
+use std::sync::{Arc, Mutex};
+
+use armbridge_shared::link::message::{Command, Drive, Fault, Mode, StopSource, ToHost};
+
+use armbridge_client::Host;
+use armbridge_client::Tap;
+use armbridge_client::event::{Direction, Ear, What};
+use armbridge_client::station::{Request, Station};
+use armbridge_sim::Bench;
+use armbridge_sim::link::{BoardUri, Options, drive};
+use armbridge_sim::plant::{Plant, PlantConfig};
+
+/// Hears the modes one after the other, and asks for the next thing on each.
+struct Listener<F> {
+    ear: Ear,
+    modes: Arc<Mutex<Vec<Mode>>>,
+    on_mode: F,
+}
+
+impl<F: FnMut(Mode) + Send> Tap for Listener<F> {
+    fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]) {
+        let Self {
+            ear,
+            modes,
+            on_mode,
+        } = self;
+        ear.take(direction, host_ns, bytes, |event| {
+            let What::Told(_, ToHost::Record(record)) = event.what else {
+                return;
+            };
+            let mut modes = modes.lock().unwrap();
+            if modes.last() != Some(&record.mode) {
+                modes.push(record.mode);
+                on_mode(record.mode);
+            }
+        });
+    }
+
+    fn parted(&mut self, _host_ns: u64) {}
+}
+
+/// The modes that a board on the bench goes through, told what to ask on each.
+fn modes(mut on_mode: impl FnMut(Mode) -> Vec<Request> + Send + 'static) -> Vec<Mode> {
+    let (station, controls) = Station::new();
+    let modes = Arc::new(Mutex::new(Vec::new()));
+    let listener = Listener {
+        ear: Ear::default(),
+        modes: Arc::clone(&modes),
+        on_mode: move |mode| {
+            for request in on_mode(mode) {
+                controls.send(request).unwrap();
+            }
+        },
+    };
+    let bench = Bench::new(Plant::new(PlantConfig::default(), 1));
+    let mut options = Options::new(bench);
+    options.link.taps.push(Box::new(listener));
+    let (_, result) = drive(&BoardUri::Sim, options, station);
+    result.unwrap();
+    Arc::try_unwrap(modes).unwrap().into_inner().unwrap()
+}
+
+#[test]
+fn requests_are_done_in_order_and_leaving_disarms() {
+    let heard = modes(|mode| match mode {
+        Mode::Idle => vec![
+            Request::Arm,
+            Request::Command(Command::Regulate([0.0, 0.0])),
+        ],
+        Mode::Running(_) => vec![Request::Leave],
+        _ => vec![],
+    });
+    // Both are heeded before the next tick.
+    assert_eq!(heard, [Mode::Idle, Mode::Running(Drive::Regulate)]);
+}
+
+#[test]
+fn a_stop_needs_no_session_and_comes_before_what_waits() {
+    let fault = Mode::Fault(Fault::EmergencyStop(StopSource::Host));
+    let heard = modes(move |mode| match mode {
+        Mode::Idle => vec![Request::Stop, Request::Leave],
+        _ => vec![],
+    });
+    assert_eq!(heard.first(), Some(&Mode::Idle));
+    let heard = modes(move |mode| match mode {
+        Mode::Idle => vec![Request::Arm, Request::Stop],
+        mode if mode == fault => vec![Request::Leave],
+        _ => vec![],
+    });
+    assert_eq!(heard, [Mode::Idle, fault]);
+}
+
+#[test]
+fn without_controls_it_leaves() {
+    let (station, _) = Station::new();
+    let bench = Bench::new(Plant::new(PlantConfig::default(), 1));
+    let (station, result) = drive(&BoardUri::Sim, Options::new(bench), station);
+    result.unwrap();
+    assert!(station.is_done());
+}
