@@ -2,9 +2,9 @@
 
 use std::convert::Infallible;
 
-use armbridge_analysis::plan_runner::Script;
+use armbridge_analysis::plan_runner::{PlanError, Script};
 use armbridge_client::Host;
-use armbridge_client::error::OperatorError;
+use armbridge_client::status::Obstacle;
 use armbridge_shared::arm::Mounting;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::estimate::Config;
@@ -219,10 +219,14 @@ fn a_servo_that_is_unplugged_is_named() {
     let mut run = bench_run(&mut channels, plant([0.1, 0.1], true), 1, script);
     run.bench.disconnect(1);
     let error = run.run().unwrap_err();
-    let CosimError::Host(OperatorError::NoServos { last }) = error else {
+    let CosimError::Host(PlanError::Servos(last)) = error else {
         panic!("{error:?}");
     };
-    assert_eq!(last, Some((1, Missing::Silence)));
+    let absent = Obstacle::Absent {
+        joint: 1,
+        missing: Missing::Silence,
+    };
+    assert_eq!(last, Some(absent));
 }
 
 /// A constant torque that drives the first joint towards its limit: the arm is

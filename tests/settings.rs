@@ -6,7 +6,7 @@ use std::io::Read;
 use std::time::{Duration, Instant};
 
 use armbridge_client::Host;
-use armbridge_client::link::{Client, Said};
+use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_client::tcp_pump;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{
@@ -31,7 +31,7 @@ enum Say {
 /// Somebody who says what they have to say once the board is idle, and listens to
 /// some ticks after the last answer.
 struct Caller {
-    client: Client,
+    client: CommandLink,
     to_say: VecDeque<Say>,
     heard: Heard,
     is_idle: bool,
@@ -48,15 +48,15 @@ struct Heard {
 }
 
 impl Caller {
-    fn take(&mut self, said: Said) {
+    fn take(&mut self, said: BoardMessage) {
         match said {
-            Said::Told(ToHost::Board(report)) => {
+            BoardMessage::Told(ToHost::Board(report)) => {
                 self.heard.session = report.session;
                 self.heard.settings = Some(report.settings);
             }
-            Said::Done => self.heard.answers.push(Ok(())),
-            Said::Refused(refusal) => self.heard.answers.push(Err(refusal)),
-            Said::Told(ToHost::Record(record)) => {
+            BoardMessage::Done => self.heard.answers.push(Ok(())),
+            BoardMessage::Refused(refusal) => self.heard.answers.push(Err(refusal)),
+            BoardMessage::Told(ToHost::Record(record)) => {
                 self.is_idle |= record.mode == Mode::Idle;
                 if self.has_said_all() {
                     self.ticks_left = self.ticks_left.saturating_sub(1);
@@ -91,11 +91,9 @@ impl Host for Caller {
         Ok(self.client.transmit(now_us))
     }
 
-    fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
-        let mut said = Vec::new();
-        self.client.receive(bytes, |what| said.push(what));
-        for what in said {
-            self.take(what);
+    fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Infallible> {
+        while let Some(message) = self.client.receive(&mut bytes) {
+            self.take(message);
         }
         Ok(())
     }
@@ -112,7 +110,7 @@ impl Host for Caller {
 /// Somebody with this to say.
 fn caller(to_say: impl IntoIterator<Item = Say>) -> Caller {
     Caller {
-        client: Client::default(),
+        client: CommandLink::default(),
         to_say: to_say.into_iter().collect(),
         heard: Heard::default(),
         is_idle: false,

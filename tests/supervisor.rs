@@ -4,7 +4,7 @@
 use std::convert::Infallible;
 
 use armbridge_client::Host;
-use armbridge_client::link::{Client, Said};
+use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_shared::bridge::{Channels, MemoryRegion};
 use armbridge_shared::link::message::{
     Command, Drive, Fault, Limits, Mode, OffReport, OffState, Refusal, Setup, StopSource, ToBoard,
@@ -22,12 +22,12 @@ use armbridge_tests::plant;
 /// One who says what a test wants said, and hears everything.
 #[derive(Default)]
 struct Talker {
-    client: Client,
+    client: CommandLink,
     is_silent: bool,
     /// Sent before anything else, once.
     noise: Vec<u8>,
     out: Vec<u8>,
-    said: Vec<(u64, Said)>,
+    said: Vec<(u64, BoardMessage)>,
 }
 
 impl Host for Talker {
@@ -42,9 +42,10 @@ impl Host for Talker {
         Ok(&self.out)
     }
 
-    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
-        let said = &mut self.said;
-        self.client.receive(bytes, |what| said.push((now_us, what)));
+    fn receive(&mut self, now_us: u64, mut bytes: &[u8]) -> Result<(), Infallible> {
+        while let Some(message) = self.client.receive(&mut bytes) {
+            self.said.push((now_us, message));
+        }
         Ok(())
     }
 
@@ -104,8 +105,8 @@ impl<'a> Table<'a> {
             let answer = self.run.host.said[heard..]
                 .iter()
                 .find_map(|(_, said)| match said {
-                    Said::Done => Some(Ok(())),
-                    Said::Refused(refusal) => Some(Err(*refusal)),
+                    BoardMessage::Done => Some(Ok(())),
+                    BoardMessage::Refused(refusal) => Some(Err(*refusal)),
                     _ => None,
                 });
             if let Some(answer) = answer {
@@ -118,7 +119,7 @@ impl<'a> Table<'a> {
     fn session(&self) -> u32 {
         let reports = self.run.host.said.iter().rev();
         let mut sessions = reports.filter_map(|(_, said)| match said {
-            Said::Told(ToHost::Board(report)) => Some(report.session),
+            BoardMessage::Told(ToHost::Board(report)) => Some(report.session),
             _ => None,
         });
         sessions.next().expect("the board has told")
@@ -142,7 +143,7 @@ impl<'a> Table<'a> {
     fn trip(&self) -> Trip {
         let mut said = self.run.host.said.iter().rev();
         said.find_map(|(_, said)| match said {
-            Said::Told(ToHost::Tripped(trip)) => Some(*trip),
+            BoardMessage::Told(ToHost::Tripped(trip)) => Some(*trip),
             _ => None,
         })
         .expect("the board has told why")
@@ -214,7 +215,7 @@ fn nothing_moves_before_it_is_armed_and_only_this_session_arms() {
     assert_ne!(table.motors()[0], 1000);
 
     // A second hello is another host: what the first has armed is not its.
-    table.run.host.client = Client::default();
+    table.run.host.client = CommandLink::default();
     table.until(|mode| mode == Mode::Idle);
     table.pass_ms(20);
     assert_eq!(table.motors(), [1000; 2]);
@@ -292,7 +293,7 @@ fn a_goodbye_is_no_fault() {
     let mut channels = Channels::new();
     let mut table = Table::new(&mut channels);
     table.stand();
-    table.run.host.client.say(ToBoard::Goodbye);
+    table.run.host.client.send(ToBoard::Goodbye);
     table.pass_ms(20);
     assert_eq!((table.mode(), table.motors()), (Mode::Idle, [1000; 2]));
 }
@@ -307,7 +308,7 @@ fn emergency_stops_from_host_pin_and_flood_are_one_path() {
         assert_eq!(table.order(Command::Torque([0.1, 0.1])), Ok(()));
         table.pass_ms(20);
         match source {
-            StopSource::Host => table.run.host.client.say(ToBoard::Stop),
+            StopSource::Host => table.run.host.client.send(ToBoard::Stop),
             StopSource::Pin => table.run.is_stop_pressed = true,
             StopSource::Flood => {
                 table.run.host.noise = (0..8_000_u32).map(|i| (i * 7 % 251) as u8).collect();
@@ -329,12 +330,12 @@ fn the_host_is_told_when_the_motors_are_seen_to_be_off() {
     table.stand();
     assert_eq!(table.order(Command::Regulate([0.5, 0.0])), Ok(()));
     table.pass_ms(800);
-    table.run.host.client.say(ToBoard::Stop);
+    table.run.host.client.send(ToBoard::Stop);
     table.pass_ms(50);
     let reports = |table: &Table<'_>| -> Vec<OffReport> {
         let said = table.run.host.said.iter();
         said.filter_map(|(_, said)| match said {
-            Said::Told(ToHost::Off(report)) => Some(*report),
+            BoardMessage::Told(ToHost::Off(report)) => Some(*report),
             _ => None,
         })
         .collect()

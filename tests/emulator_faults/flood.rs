@@ -7,7 +7,7 @@
 //! not show that it can cope with the work, but that the tick does not wait for the
 //! end of it.
 
-use armbridge_client::link::Said;
+use armbridge_client::session::BoardMessage;
 use armbridge_shared::link::message::{Command, Fault, Mode, Record, StopSource};
 use armbridge_tests::random::Random;
 
@@ -35,7 +35,7 @@ fn garbage_does_not_keep_the_tick_waiting() {
     rig.until("the end of the garbage", |_| garbage.is_finished());
     // What comes after it is answered after it.
     rig.pilot.client.command(Command::Idle);
-    rig.until_said("an answer", |said| matches!(said, Said::Done));
+    rig.until_said("an answer", |said| matches!(said, BoardMessage::Done));
 
     let fault = Fault::EmergencyStop(StopSource::Flood);
     let trip = rig.pilot.trip().unwrap();

@@ -6,7 +6,7 @@
 //! bring-up, with nothing in between. The handler writes a line to the log when it
 //! has sent its own, and the board's clock at its head tells how long that took.
 
-use armbridge_client::link::Said;
+use armbridge_client::session::BoardMessage;
 use armbridge_shared::link::message::{Command, End, LastEnd, Mode, Refusal, ToHost};
 use armbridge_sim::emulator::{Failure, Provocation, qemu};
 use object::{Object, ObjectSymbol};
@@ -42,7 +42,7 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
     let driven_until = rig.until_driven();
     let first = rig.pilot.report().unwrap();
     assert_eq!(first.last_end.cause, End::PowerUp, "not driven in time");
-    let is_reset = |said: &Said| matches!(said, Said::Told(ToHost::Board(report)) if first.is_before_reset(report));
+    let is_reset = |said: &BoardMessage| matches!(said, BoardMessage::Told(ToHost::Board(report)) if first.is_before_reset(report));
     rig.until_said("a reset", is_reset);
     let end = rig.pilot.report().unwrap().last_end;
 
@@ -72,9 +72,9 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
     ] {
         rig.pilot.client.command(command);
         let answer = rig.until_said("an answer", |said| {
-            matches!(said, Said::Done | Said::Refused(_))
+            matches!(said, BoardMessage::Done | BoardMessage::Refused(_))
         });
-        assert_eq!(answer, Said::Refused(refusal));
+        assert_eq!(answer, BoardMessage::Refused(refusal));
     }
     let last = rig.pilot.last().unwrap();
     assert_eq!((last.mode, last.pwm_in_force), (Mode::Idle, OFF));

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use armbridge_client::Host;
-use armbridge_client::link::{Client, Said};
+use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_shared::link::message::{BoardReport, Command, Mode, Record, Refusal, ToHost, Trip};
 use armbridge_tests::random::Random;
 
@@ -24,11 +24,11 @@ enum Stage {
 #[derive(Debug)]
 pub(crate) struct Pilot {
     /// For what else is to be commanded.
-    pub(crate) client: Client,
+    pub(crate) client: CommandLink,
     drive: Command,
     stage: Stage,
     /// All that the board said, in order.
-    pub(crate) heard: Vec<Said>,
+    pub(crate) heard: Vec<BoardMessage>,
     /// Speaks garbage and nothing else from now on.
     pub(crate) is_flooding: bool,
     random: Random,
@@ -40,7 +40,7 @@ impl Pilot {
     /// Will drive the arm so.
     pub(crate) fn new(drive: Command) -> Self {
         Self {
-            client: Client::default(),
+            client: CommandLink::default(),
             drive,
             stage: Stage::Waiting,
             heard: Vec::new(),
@@ -59,7 +59,7 @@ impl Pilot {
     /// All records.
     pub(crate) fn records(&self) -> impl Iterator<Item = Record> {
         self.heard.iter().filter_map(|said| match said {
-            Said::Told(ToHost::Record(record)) => Some(*record),
+            BoardMessage::Told(ToHost::Record(record)) => Some(*record),
             _ => None,
         })
     }
@@ -67,7 +67,7 @@ impl Pilot {
     /// What the board said of itself last.
     pub(crate) fn report(&self) -> Option<BoardReport> {
         self.heard.iter().rev().find_map(|said| match said {
-            Said::Told(ToHost::Board(report)) => Some(*report),
+            BoardMessage::Told(ToHost::Board(report)) => Some(*report),
             _ => None,
         })
     }
@@ -75,7 +75,7 @@ impl Pilot {
     /// Why the board switched torque off.
     pub(crate) fn trip(&self) -> Option<Trip> {
         self.heard.iter().find_map(|said| match said {
-            Said::Told(ToHost::Tripped(trip)) => Some(*trip),
+            BoardMessage::Told(ToHost::Tripped(trip)) => Some(*trip),
             _ => None,
         })
     }
@@ -86,14 +86,16 @@ impl Pilot {
         self.stage = Stage::Arming;
     }
 
-    fn take(&mut self, said: Said) {
+    fn take(&mut self, said: BoardMessage) {
         self.heard.push(said);
         match (said, self.stage) {
-            (Said::Told(ToHost::Record(record)), Stage::Waiting) if record.mode == Mode::Idle => {
+            (BoardMessage::Told(ToHost::Record(record)), Stage::Waiting)
+                if record.mode == Mode::Idle =>
+            {
                 self.arm();
             }
-            (Said::Refused(Refusal::OtherSession), Stage::Arming) => self.arm(),
-            (Said::Done, Stage::Arming) => {
+            (BoardMessage::Refused(Refusal::OtherSession), Stage::Arming) => self.arm(),
+            (BoardMessage::Done, Stage::Arming) => {
                 self.client.command(self.drive);
                 self.stage = Stage::Driving;
             }
@@ -118,11 +120,9 @@ impl Host for Pilot {
         Ok(&self.garbage)
     }
 
-    fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
-        let mut said = Vec::new();
-        self.client.receive(bytes, |what| said.push(what));
-        for what in said {
-            self.take(what);
+    fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Infallible> {
+        while let Some(message) = self.client.receive(&mut bytes) {
+            self.take(message);
         }
         Ok(())
     }

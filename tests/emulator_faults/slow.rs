@@ -12,7 +12,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use armbridge_client::Host;
-use armbridge_client::link::Said;
+use armbridge_client::session::BoardMessage;
 use armbridge_client::tcp_pump::is_timeout;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Command;
@@ -107,7 +107,11 @@ impl Rig {
     }
 
     /// The same, until it has said something that it had not before.
-    pub(crate) fn until_said(&mut self, what: &str, mut is_it: impl FnMut(&Said) -> bool) -> Said {
+    pub(crate) fn until_said(
+        &mut self,
+        what: &str,
+        mut is_it: impl FnMut(&BoardMessage) -> bool,
+    ) -> BoardMessage {
         let before = self.pilot.heard.len();
         self.until(what, |pilot| pilot.heard[before..].iter().any(&mut is_it));
         let mut said = self.pilot.heard[before..].iter();

@@ -1,9 +1,9 @@
 //! Finding the servos: either firmware, any speed, and what is refused.
 
-use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_analysis::plan_runner::{Operator, PlanError, Script};
 use armbridge_client::Host;
-use armbridge_client::error::OperatorError;
-use armbridge_client::link::{Client, Said};
+use armbridge_client::session::{BoardMessage, CommandLink};
+use armbridge_client::status::Obstacle;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Missing, Setup, ToHost};
 use armbridge_shared::servo::Firmware;
@@ -50,7 +50,8 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
             cosim
                 .run()
                 .unwrap_or_else(|error| panic!("{firmware} {nominal}: {error:?}"));
-            assert_eq!(cosim.host.found(), Some((firmware, rate)));
+            let servos = cosim.host.status().servos.unwrap();
+            assert_eq!((servos.firmware, servos.baud), (firmware, rate));
 
             let records = cosim.host.into_parts().0;
             let bus_us = records.iter().map(|record| record.timing.bus_us);
@@ -83,7 +84,7 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
     }
 }
 
-fn operate(bench: Bench, setup: Setup) -> Result<Operator, OperatorError> {
+fn operate(bench: Bench, setup: Setup) -> Result<Operator, PlanError> {
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).unwrap();
     let mut cosim = Cosim::new(board, bench, Operator::new(Script::upright(setup, 500_000)));
@@ -101,13 +102,16 @@ fn what_cannot_work_is_refused_with_its_reason() {
     let mixed = operate(bench(&arm, both, 1_000_000), Setup::default());
     assert_eq!(
         mixed.unwrap_err(),
-        OperatorError::Mixed(Firmware::Stock, Firmware::Morpheus)
+        PlanError::Servos(Some(Obstacle::Mixed(Firmware::Stock, Firmware::Morpheus)))
     );
     let mut lonely = bench(&arm, [Firmware::Stock; 2], 500_000);
     lonely.disconnect(1);
     let absent = operate(lonely, Setup::default()).unwrap_err();
-    let last = Some((1, Missing::Silence));
-    assert_eq!(absent, OperatorError::NoServos { last });
+    let obstacle = Obstacle::Absent {
+        joint: 1,
+        missing: Missing::Silence,
+    };
+    assert_eq!(absent, PlanError::Servos(Some(obstacle)));
     // 1 kHz at 57600 baud: the answer says what would do.
     let slow = operate(
         bench(&arm, [Firmware::Morpheus; 2], 57_600),
@@ -121,7 +125,7 @@ fn what_cannot_work_is_refused_with_its_reason() {
 /// A host that gives its commands one by one, whenever the servos are reported
 /// found.
 struct Commander {
-    client: Client,
+    client: CommandLink,
     commands: Vec<Command>,
     ends_us: u64,
     now_us: u64,
@@ -135,11 +139,11 @@ impl Host for Commander {
         Ok(self.client.transmit(now_us))
     }
 
-    fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
+    fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Self::Error> {
         let mut is_found = false;
-        self.client.receive(bytes, |said| {
-            is_found |= matches!(said, Said::Told(ToHost::Found { .. }));
-        });
+        while let Some(message) = self.client.receive(&mut bytes) {
+            is_found |= matches!(message, BoardMessage::Told(ToHost::Found { .. }));
+        }
         if is_found && !self.commands.is_empty() {
             self.client.command(self.commands.remove(0));
         }
@@ -186,7 +190,7 @@ fn stock_servos_are_prepared_and_given_back_as_they_were() {
         let bench = bench(&plant([0.0; 2], true), [Firmware::Stock; 2], 1_000_000);
         assert_eq!(settings(&bench), as_found);
         let host = Commander {
-            client: Client::default(),
+            client: CommandLink::default(),
             commands: commands.clone(),
             ends_us: 900_000,
             now_us: 0,

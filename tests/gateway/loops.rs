@@ -45,7 +45,7 @@ where
         cosim = cosim.with_client(client);
     }
     cosim.run().expect("a run");
-    let port = cosim.host.port();
+    let port = cosim.host.status().port;
     (cosim.host.into_parts().0, port)
 }
 

@@ -7,7 +7,7 @@ use armbridge_shared::link::message::{Command, Drive, Fault, Mode, StopSource, T
 use armbridge_client::Host;
 use armbridge_client::Tap;
 use armbridge_client::event::{Direction, Ear, What};
-use armbridge_client::station::{Request, Station};
+use armbridge_client::session::{ChannelHost, Request};
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::{Plant, PlantConfig};
@@ -38,12 +38,12 @@ impl<F: FnMut(Mode) + Send> Tap for Listener<F> {
         });
     }
 
-    fn parted(&mut self, _host_ns: u64) {}
+    fn disconnected(&mut self, _host_ns: u64) {}
 }
 
 /// The modes that a board on the bench goes through, told what to ask on each.
 fn modes(mut on_mode: impl FnMut(Mode) -> Vec<Request> + Send + 'static) -> Vec<Mode> {
-    let (station, controls) = Station::new();
+    let (station, controls) = ChannelHost::new();
     let modes = Arc::new(Mutex::new(Vec::new()));
     let listener = Listener {
         ear: Ear::default(),
@@ -94,7 +94,7 @@ fn a_stop_needs_no_session_and_comes_before_what_waits() {
 
 #[test]
 fn without_controls_it_leaves() {
-    let (station, _) = Station::new();
+    let (station, _) = ChannelHost::new();
     let bench = Bench::new(Plant::new(PlantConfig::default(), 1));
     let (station, result) = drive(&BoardUri::Sim, Options::new(bench), station);
     result.unwrap();

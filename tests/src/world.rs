@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use armbridge_analysis::plan_runner::{Operator, Script};
 use armbridge_client::Host;
 use armbridge_client::event::{Direction, Ear, Event, What};
-use armbridge_client::link::{Client, Said};
+use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_log::replay::{Changes, Player, Report};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Record, ToBoard, ToHost};
@@ -113,7 +113,7 @@ pub enum Act {
 /// A host that does one thing after the other, whatever the board says.
 #[derive(Debug)]
 pub struct Free {
-    client: Client,
+    client: CommandLink,
     acts: VecDeque<(u64, Act)>,
     until_us: u64,
     now_us: u64,
@@ -125,7 +125,7 @@ impl Free {
     /// Acts at these times in µs, in order.
     pub fn new(acts: impl IntoIterator<Item = (u64, Act)>, until_us: u64) -> Self {
         Self {
-            client: Client::default(),
+            client: CommandLink::default(),
             acts: acts.into_iter().collect(),
             until_us,
             now_us: 0,
@@ -152,7 +152,7 @@ impl Host for Free {
                     session: self.session,
                 }),
                 Act::Command(command) => self.client.command(command),
-                Act::Say(message) => self.client.say(message),
+                Act::Say(message) => self.client.send(message),
                 Act::Silence(lasts_us) => self.silent_us = now_us + lasts_us,
             }
         }
@@ -162,13 +162,12 @@ impl Host for Free {
         Ok(self.client.transmit(now_us))
     }
 
-    fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
-        let session = &mut self.session;
-        self.client.receive(bytes, |said| {
-            if let Said::Told(ToHost::Board(report)) = said {
-                *session = report.session;
+    fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Self::Error> {
+        while let Some(message) = self.client.receive(&mut bytes) {
+            if let BoardMessage::Told(ToHost::Board(report)) = message {
+                self.session = report.session;
             }
-        });
+        }
         Ok(())
     }
 

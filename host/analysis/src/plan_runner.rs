@@ -11,40 +11,34 @@
 
 mod answers;
 mod ending;
+mod error;
 mod keep;
-mod news;
 pub mod plan;
 mod taking;
 mod timeline;
 mod words;
 
 pub use ending::Ending;
+pub use error::PlanError;
 pub use keep::{Everything, Keep};
 pub use plan::{Plan, Script};
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use armbridge_shared::link::message::{Command, Mode, Record, Settings};
+use armbridge_shared::link::message::{Command, Mode, OffReport, Record, Settings, Trip};
 
 use armbridge_client::Host;
 use armbridge_client::LinkStats;
-use armbridge_client::error::OperatorError;
-use armbridge_client::link::Client;
+use armbridge_client::error::SessionError;
 use armbridge_client::names;
+use armbridge_client::session::{
+    ANSWER_TIMEOUT_US, HELLO_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session,
+};
 use armbridge_sim::cosim::Interaction;
 use ending::Watch;
-use news::News;
 use plan::{Act, Begin};
 use timeline::{Due, Offset, Timeline};
-
-/// How long a board may take to answer the first hello.
-const HELLO_TIMEOUT_US: u64 = 3_000_000;
-/// How long the servos may take to be found: bring-up takes 30 ms.
-const SERVO_TIMEOUT_US: u64 = 3_000_000;
-/// How long a command may take to be acknowledged, and how long a board that is armed
-/// may say nothing at all: it says something every tick.
-const ACK_TIMEOUT_US: u64 = 2_000_000;
 
 #[derive(Debug)]
 enum Phase {
@@ -62,12 +56,15 @@ enum Phase {
 /// Somebody who works through a [`Plan`].
 #[derive(Debug)]
 pub struct Operator<K = Everything> {
-    client: Client,
+    session: Session,
     plan: Plan,
     phase: Phase,
     /// `None` before the first word in this phase.
     entered_us: Option<u64>,
-    news: News,
+    trips: Vec<Trip>,
+    off_reports: Vec<OffReport>,
+    /// Points of a stream that came too late.
+    late_points: u64,
     watch: Watch,
     offset: Offset,
     /// What is still to be told in this phase, one after the other.
@@ -87,7 +84,7 @@ pub struct Operator<K = Everything> {
     hands: Option<Sender<Interaction>>,
     ending: Option<Ending>,
     /// Why to give up once the motors are off.
-    trouble: Option<OperatorError>,
+    trouble: Option<PlanError>,
     interrupt: fn() -> bool,
     keep: K,
 }
@@ -106,7 +103,7 @@ impl Operator {
     /// Records and commands, with the time in µs at which these were given, and
     /// what became of the link's frames.
     pub fn into_parts(self) -> (Vec<Record>, Vec<(u64, Command)>, LinkStats) {
-        let stats = self.client.stats();
+        let stats = self.session.stats();
         (self.keep.records, self.keep.commands, stats)
     }
 }
@@ -115,11 +112,13 @@ impl<K: Keep> Operator<K> {
     /// An operator who has not begun, and hands what comes to `keep`.
     pub fn keeping(plan: impl Into<Plan>, keep: K) -> Self {
         Self {
-            client: Client::default(),
+            session: Session::default(),
             plan: plan.into(),
             phase: Phase::Connecting,
             entered_us: None,
-            news: News::default(),
+            trips: Vec::new(),
+            off_reports: Vec::new(),
+            late_points: 0,
             watch: Watch::default(),
             offset: Offset::default(),
             queue: VecDeque::new(),
@@ -165,12 +164,16 @@ impl<K: Keep> Operator<K> {
     fn command(&mut self, now_us: u64, command: Command) {
         self.asked = names::command(&command);
         self.keep.command(now_us, &command);
-        self.client.command(command);
+        self.session.request(now_us, Request::Command(command));
     }
 
     fn arm(&mut self, now_us: u64) {
-        let session = self.news.report.map_or(0, |report| report.session);
-        self.command(now_us, Command::Arm { session });
+        let report = self.session.status().report;
+        let session = report.map_or(0, |report| report.session);
+        let command = Command::Arm { session };
+        self.asked = names::command(&command);
+        self.keep.command(now_us, &command);
+        self.session.request(now_us, Request::Arm);
     }
 
     fn run(&mut self, now_us: u64) {
@@ -181,9 +184,9 @@ impl<K: Keep> Operator<K> {
         let elapsed_us = now_us.saturating_sub(since_us);
         if elapsed_us >= self.plan.stop.after_us {
             self.end(now_us, Ending::Time);
-        } else if now_us.saturating_sub(self.heard_us) > ACK_TIMEOUT_US {
-            self.give_up(now_us, OperatorError::Silent);
-        } else if self.client.is_settled() {
+        } else if now_us.saturating_sub(self.heard_us) > ANSWER_TIMEOUT_US {
+            self.give_up(now_us, SessionError::Silent.into());
+        } else if self.session.is_settled() {
             match timeline.take(elapsed_us, &self.plan.steps) {
                 None => {}
                 Some(Due::Point(point, begun_us)) => {
@@ -225,7 +228,7 @@ impl<K: Keep> Operator<K> {
     }
 
     /// Ends it otherwise: motors off first, whatever else.
-    fn give_up(&mut self, now_us: u64, trouble: OperatorError) {
+    fn give_up(&mut self, now_us: u64, trouble: PlanError) {
         self.trouble.get_or_insert(trouble);
         self.switch_off(now_us);
     }
@@ -263,28 +266,26 @@ impl<K: Keep> Operator<K> {
 }
 
 impl<K: Keep> Host for Operator<K> {
-    type Error = OperatorError;
+    type Error = PlanError;
 
-    fn transmit(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], PlanError> {
         if (self.interrupt)() {
             self.interrupt(now_us);
         }
         let waited_us = now_us.saturating_sub(*self.entered_us.get_or_insert(now_us));
         match self.phase {
             Phase::Connecting if waited_us > HELLO_TIMEOUT_US => {
-                let damaged = self.client.stats().damaged;
-                return Err(OperatorError::NoBoard { damaged });
+                let damaged = self.session.stats().damaged;
+                return Err(SessionError::NoBoard { damaged }.into());
             }
             Phase::Learning | Phase::SettingUp | Phase::Arming | Phase::SwitchingOff
-                if waited_us > ACK_TIMEOUT_US =>
+                if waited_us > ANSWER_TIMEOUT_US =>
             {
-                return Err(self.trouble.take().unwrap_or(OperatorError::Silent));
+                let silent = || SessionError::Silent.into();
+                return Err(self.trouble.take().unwrap_or_else(silent));
             }
             Phase::WaitingForServos if waited_us > SERVO_TIMEOUT_US => {
-                let absent = OperatorError::NoServos {
-                    last: self.news.absent,
-                };
-                return Err(self.news.trouble.take().unwrap_or(absent));
+                return Err(PlanError::Servos(self.session.status().obstacle));
             }
             Phase::Running(_) => self.run(now_us),
             Phase::Connecting
@@ -295,7 +296,7 @@ impl<K: Keep> Host for Operator<K> {
             | Phase::SwitchingOff
             | Phase::Over => {}
         }
-        Ok(self.client.transmit(now_us))
+        Ok(self.session.transmit(now_us)?)
     }
 
     fn wake_at_us(&self) -> u64 {
@@ -304,7 +305,7 @@ impl<K: Keep> Host for Operator<K> {
                 let over_us = self.plan.stop.after_us;
                 let next_us = timeline.due_us(&self.plan.steps);
                 // What is not acknowledged is waited for.
-                let next_us = next_us.filter(|_| self.client.is_settled());
+                let next_us = next_us.filter(|_| self.session.is_settled());
                 timeline.since_us + next_us.map_or(over_us, |due_us| due_us.min(over_us))
             }
             Phase::Connecting
@@ -315,22 +316,26 @@ impl<K: Keep> Host for Operator<K> {
             | Phase::SwitchingOff
             | Phase::Over => u64::MAX,
         };
-        due_us.min(self.client.wake_at_us())
+        due_us.min(self.session.wake_at_us())
     }
 
-    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
-        let mut said = Vec::new();
-        self.client.receive(bytes, |what| said.push(what));
-        said.into_iter()
-            .try_for_each(|what| self.take(now_us, what))
+    fn receive(&mut self, now_us: u64, mut bytes: &[u8]) -> Result<(), PlanError> {
+        loop {
+            let reported = self.session.status().report;
+            match self.session.receive(now_us, &mut bytes) {
+                Ok(None) => return Ok(()),
+                Ok(Some(message)) => self.take(now_us, message, reported)?,
+                Err(error) => self.despair(now_us, error.into())?,
+            }
+        }
     }
 
     fn is_done(&self) -> bool {
         matches!(self.phase, Phase::Over)
     }
 
-    fn parted(&mut self, now_us: u64) {
-        self.client.parted();
+    fn disconnected(&mut self, now_us: u64) {
+        self.session.disconnected();
         match self.phase {
             Phase::Connecting
             | Phase::Learning
@@ -340,7 +345,7 @@ impl<K: Keep> Host for Operator<K> {
                 self.is_armed = false;
                 self.phase = Phase::Connecting;
             }
-            Phase::Running(_) => self.give_up(now_us, OperatorError::Parted),
+            Phase::Running(_) => self.give_up(now_us, PlanError::Disconnected),
             Phase::SwitchingOff => self.switch_off(now_us),
             Phase::Over => {}
         }

@@ -11,8 +11,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use armbridge_client::LinkError;
-use armbridge_client::error::OperatorError;
-use armbridge_client::station::{Controls, Request, Station};
+use armbridge_client::error::SessionError;
+use armbridge_client::session::{ChannelHost, Request, Requests};
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::Push;
@@ -38,7 +38,7 @@ pub enum Hand {
 /// A link and the thread that serves it.
 #[derive(Debug)]
 pub struct Session {
-    controls: Controls,
+    controls: Requests,
     hands: Sender<Interaction>,
     thread: Option<JoinHandle<Result<(), String>>>,
 }
@@ -52,7 +52,7 @@ impl Session {
         uri: BoardUri,
         options: impl FnOnce() -> Options + Send + 'static,
     ) -> Result<Self, String> {
-        let (station, controls) = Station::new();
+        let (station, controls) = ChannelHost::new();
         let (hands, interactions) = channel();
         let mut session = Self {
             controls,
@@ -66,7 +66,7 @@ impl Session {
                 let mut options = options();
                 options.interactions = Some(interactions);
                 let (_, result) = drive(&uri, options, station);
-                result.map_err(|error: LinkError<OperatorError>| error.to_string())
+                result.map_err(|error: LinkError<SessionError>| error.to_string())
             })
             .map_err(|error| format!("cannot begin a thread: {error}"))?;
         session.thread = Some(thread);

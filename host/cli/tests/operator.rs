@@ -1,19 +1,22 @@
 //! The operator at a link where no board of ours is.
 
-use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_analysis::plan_runner::{Operator, PlanError, Script};
 use armbridge_client::Host;
-use armbridge_client::error::OperatorError;
+use armbridge_client::error::SessionError;
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{Hello, Setup, ToHost};
 use armbridge_shared::link::schema;
 
 /// Listens to a peer that says the same every 100 ms, until it gives up.
-fn verdict(said: &[u8]) -> OperatorError {
+fn verdict(said: &[u8]) -> SessionError {
     let mut operator = Operator::new(Script::demo(Setup::default(), 1_000_000));
     for now_us in (0..10_000_000).step_by(100_000) {
         let spoken = operator.transmit(now_us).map(<[u8]>::len);
         let heard = spoken.and_then(|_| operator.receive(now_us, said));
         if let Err(error) = heard {
+            let PlanError::Session(error) = error else {
+                panic!("{error}");
+            };
             return error;
         }
     }
@@ -29,7 +32,7 @@ fn another_schema_is_told_with_both_versions() {
     hello.schema[0] ^= 1;
     let frame = Encoder::default().encode(&ToHost::Hello(hello)).1.to_vec();
     let error = verdict(&frame);
-    assert_eq!(error, OperatorError::OtherSchema(hello));
+    assert_eq!(error, SessionError::OtherSchema(hello));
     let line = error.to_string();
     let [major, minor, patch] = schema::VERSION;
     for word in [
@@ -46,9 +49,9 @@ fn another_schema_is_told_with_both_versions() {
 
 #[test]
 fn garbage_is_told_from_silence() {
-    assert_eq!(verdict(&[]), OperatorError::NoBoard { damaged: 0 });
+    assert_eq!(verdict(&[]), SessionError::NoBoard { damaged: 0 });
     let error = verdict(b"garbage\0");
-    let OperatorError::NoBoard { damaged } = error else {
+    let SessionError::NoBoard { damaged } = error else {
         panic!("{error}");
     };
     assert!(damaged >= 30, "{damaged}");

@@ -13,7 +13,7 @@ use armbridge::watch::model::Model;
 use armbridge::watch::view;
 use armbridge_client::Tap;
 use armbridge_client::event::{Direction, Ear, Event, What};
-use armbridge_client::station::{Controls, Request, Station};
+use armbridge_client::session::{ChannelHost, Request, Requests};
 use armbridge_shared::arm::State;
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::message::{Command, Drive, Mode, Record, ToHost};
@@ -33,7 +33,7 @@ struct Until {
     ear: Ear,
     model: Arc<Mutex<Model>>,
     end_ns: u64,
-    controls: Controls,
+    controls: Requests,
     is_asked: bool,
 }
 
@@ -46,7 +46,7 @@ impl Tap for Until {
             }
         });
         // It may be gone already.
-        if model.mode() == Some(Mode::Idle) && !self.is_asked {
+        if model.board.mode() == Some(Mode::Idle) && !self.is_asked {
             self.is_asked = true;
             let _ = self.controls.send(Request::Arm);
             let upright = Command::Regulate([0.0, 0.0]);
@@ -57,7 +57,7 @@ impl Tap for Until {
         }
     }
 
-    fn parted(&mut self, _host_ns: u64) {}
+    fn disconnected(&mut self, _host_ns: u64) {}
 }
 
 /// What is known at `end_ns` of an arm that is regulated upright and pushed.
@@ -74,7 +74,7 @@ fn watched(push: Push, end_ns: u64, is_armed: bool) -> Model {
     let mut bench = Bench::new(Plant::new(config, 1));
     bench.push(push);
     let model = Arc::new(Mutex::new(Model::default()));
-    let (station, controls) = Station::new();
+    let (station, controls) = ChannelHost::new();
     let mut options = Options::new(bench);
     options.link.taps.push(Box::new(Until {
         ear: Ear::default(),
@@ -151,7 +151,7 @@ fn an_arm_that_was_pushed_and_stands() {
 #[test]
 fn an_arm_that_was_pushed_too_hard() {
     let model = regulated(shove(6 * S), 7 * S);
-    assert!(model.trip.is_some());
+    assert!(model.board.trip.is_some());
     for (size, place) in SIZES {
         is_as_kept(
             &format!("fault-{size}"),
@@ -185,7 +185,7 @@ fn an_experiment_and_how_it_ended() {
         model.take(&Event { host_ns, what });
         screen(model, &Keys::default(), (100, 30))
     };
-    let tick = model.record.unwrap();
+    let tick = model.board.record.unwrap();
     let in_drive = |drive| {
         let mut tick: Record = tick;
         tick.mode = Mode::Running(drive);
@@ -254,7 +254,7 @@ fn stopping_needs_no_answer_and_arming_does() {
 
     // Regulating arms first; the arm stays where it is.
     assert_eq!(letter(&mut keys, 'r', &idle), []);
-    let here = Command::Regulate(idle.record.unwrap().angle_rad);
+    let here = Command::Regulate(idle.board.record.unwrap().angle_rad);
     let held = [Act::Ask(Request::Arm), Act::Ask(Request::Command(here))];
     assert_eq!(letter(&mut keys, 'h', &idle), held);
 

@@ -1,15 +1,11 @@
-//! Why a run came to nothing, and what to do about it.
+//! Why a session ended, and the causes that a board reports, in words.
 
-use armbridge_shared::link::message::{End, Fault, Hello, LastEnd, Missing, Refusal};
+use armbridge_shared::link::message::{End, Hello, LastEnd, Missing};
 use armbridge_shared::link::schema;
-use armbridge_shared::servo::Firmware;
 
-use crate::names;
-use crate::refusal;
-
-/// Why a run came to nothing.
+/// Why a session ended.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum OperatorError {
+pub enum SessionError {
     /// Nothing that can be read came from the board.
     #[error("{}", no_board(*.damaged))]
     NoBoard {
@@ -22,61 +18,6 @@ pub enum OperatorError {
          same source", build(*.0), build(schema::HELLO)
     )]
     OtherSchema(Hello),
-    /// The board looks for its servos in vain.
-    #[error("{}", no_servos(*.last))]
-    NoServos {
-        /// Joint that was missed last, and what was heard; `None` if the board
-        /// says nothing about it.
-        last: Option<(u8, Missing)>,
-    },
-    /// The servos run different firmwares.
-    #[error(
-        "servo 1 runs {0} and servo 2 {1}: they disturb each other on one bus; flash both with \
-         the same firmware"
-    )]
-    Mixed(Firmware, Firmware),
-    /// A stock servo does not take its settings.
-    #[error(
-        "servo {servo} answers, but cannot be set to wheel mode: is its EEPROM locked? \
-         Switch its power off and on",
-        servo = u32::from(*.0) + 1
-    )]
-    Unprepared(u8),
-    /// The board refused a command.
-    #[error("the board refused `{command}`: {}", refusal::in_words(*.refusal))]
-    Refused {
-        /// Its name.
-        command: &'static str,
-        /// Why.
-        refusal: Refusal,
-    },
-    /// The board has begun anew, with its motors off.
-    #[error("the board has been reset: {}", end_in_words(.0))]
-    Reset(LastEnd),
-    /// Torque cannot come on.
-    #[error(
-        "a fault is latched on the board, `{}`: see to its cause, then clear it (`run --clear`)",
-        names::fault(*.0)
-    )]
-    Latched(Fault),
-    /// The link broke while the motors were on.
-    #[error(
-        "the link to the board broke in mid-run; the arm was braked by the board and let go of \
-         within half a second, and is not armed again: look at the cable, then run again"
-    )]
-    Parted,
-    /// Torque went off without a fault, and not by this host.
-    #[error(
-        "somebody else disarmed the board in mid-run: is another program on its link? End it, \
-         then run again"
-    )]
-    Disarmed,
-    /// A setting of the scenario does not go with the board's.
-    #[error("{0}")]
-    Setting(#[from] crate::params::ParameterError),
-    /// The settings that come of both.
-    #[error("with the board's own settings, the scenario's cannot be: {}", refusal::in_words(*.0))]
-    Settings(Refusal),
     /// The board stopped answering commands.
     #[error("the board stopped answering: was it reset or unplugged?")]
     Silent,
@@ -119,16 +60,6 @@ fn build(hello: Hello) -> String {
     let schema = u64::from_be_bytes(hello.schema);
     let [major, minor, patch] = hello.version;
     format!("{schema:016x}, version {major}.{minor}.{patch}")
-}
-
-fn no_servos(last: Option<(u8, Missing)>) -> String {
-    match last {
-        None => "the board does not find its servos: check their power and wiring".into(),
-        Some((joint, missing)) => {
-            let servo = u32::from(joint) + 1;
-            format!("servo {servo} does not answer: {}", likely_cause(missing))
-        }
-    }
 }
 
 /// Why a servo that is asked for does not answer.

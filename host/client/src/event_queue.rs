@@ -69,7 +69,7 @@ impl Tap for Filler {
         });
     }
 
-    fn parted(&mut self, host_ns: u64) {
+    fn disconnected(&mut self, host_ns: u64) {
         // The next connection begins with frames of its own.
         self.ear = Ear::default();
         let what = What::Parted;
@@ -97,7 +97,7 @@ mod tests {
         let feed = Feed::default();
         let mut tap = feed.tap();
         for host_ns in 0..MOST as u64 + 10 {
-            tap.parted(host_ns);
+            tap.disconnected(host_ns);
         }
         let mut events = VecDeque::new();
         assert_eq!(feed.take(&mut events), 10);

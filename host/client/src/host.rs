@@ -28,7 +28,7 @@ pub trait Host {
     fn is_done(&self) -> bool;
 
     /// The connection broke; what comes from now on is of another one.
-    fn parted(&mut self, _now_us: u64) {}
+    fn disconnected(&mut self, _now_us: u64) {}
 }
 
 impl<H: Host + ?Sized> Host for &mut H {
@@ -50,7 +50,7 @@ impl<H: Host + ?Sized> Host for &mut H {
         (**self).is_done()
     }
 
-    fn parted(&mut self, now_us: u64) {
-        (**self).parted(now_us);
+    fn disconnected(&mut self, now_us: u64) {
+        (**self).disconnected(now_us);
     }
 }

@@ -5,8 +5,8 @@
 //! |------------------|------------------------------------------------------------|
 //! | [`transport`]    | links by name; a [`Host`] driven over one                  |
 //! | [`host`]         | the sans-io interface between a link and what uses it      |
-//! | [`link`]         | the host's end of the protocol: hello, heartbeats, commands until acknowledged |
-//! | [`station`]      | requests in order, the session, stopping and leaving       |
+//! | [`session`]      | requests in order, arming, the emergency stop, leaving     |
+//! | [`status`]       | what a board has told                                      |
 //! | [`event`]        | what is said on a link, decoded from both directions' bytes |
 //! | [`event_queue`]  | the same, handed to another thread                         |
 //! | [`tap`]          | listeners to a link's bytes                                |
@@ -23,7 +23,6 @@ pub mod event_queue;
 pub mod experiment;
 pub mod host;
 pub mod interrupt;
-pub mod link;
 pub mod names;
 pub mod params;
 #[cfg(unix)]
@@ -31,7 +30,8 @@ pub mod pty;
 pub mod refusal;
 pub mod servo_bus;
 pub mod servo_table;
-pub mod station;
+pub mod session;
+pub mod status;
 pub mod tap;
 pub mod tcp_pump;
 pub mod toml_file;
@@ -39,6 +39,6 @@ pub mod transport;
 pub mod trip;
 
 pub use host::Host;
-pub use link::LinkStats;
+pub use session::{LinkStats, Session};
 pub use tap::Tap;
 pub use transport::LinkError;

@@ -10,7 +10,7 @@ pub trait Tap: Send {
     fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]);
 
     /// The connection broke at this time.
-    fn parted(&mut self, host_ns: u64);
+    fn disconnected(&mut self, host_ns: u64);
 }
 
 /// A host in virtual time with listeners to its link.
@@ -57,11 +57,11 @@ impl<H: Host> Host for Tapped<H> {
         self.host.is_done()
     }
 
-    fn parted(&mut self, now_us: u64) {
+    fn disconnected(&mut self, now_us: u64) {
         for tap in &mut self.taps {
-            tap.parted(now_us.saturating_mul(1_000));
+            tap.disconnected(now_us.saturating_mul(1_000));
         }
-        self.host.parted(now_us);
+        self.host.disconnected(now_us);
     }
 }
 

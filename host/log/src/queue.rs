@@ -153,7 +153,7 @@ impl Tap for QueueTap {
         });
     }
 
-    fn parted(&mut self, host_ns: u64) {
+    fn disconnected(&mut self, host_ns: u64) {
         self.0.put(raw::Piece {
             host_ns,
             kind: raw::Kind::Parted,

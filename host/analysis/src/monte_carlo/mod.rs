@@ -21,10 +21,9 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Record};
 
-use crate::plan_runner::{Operator, Script};
+use crate::plan_runner::{Operator, PlanError, Script};
 use armbridge_client::Host;
 use armbridge_client::Tap;
-use armbridge_client::error::OperatorError;
 use armbridge_client::tap::Tapped;
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
@@ -75,7 +74,7 @@ pub struct Truth {
 pub enum TrialError {
     /// The operator gave up.
     #[error(transparent)]
-    Operator(#[from] OperatorError),
+    Operator(#[from] PlanError),
     /// No share of replies.
     #[error("a share of replies is from 0 to 1, not {0}")]
     Loss(f64),
@@ -114,7 +113,7 @@ impl Trial {
         let mut channels = Channels::new();
         let board = VirtualBoard::new(channels.split()).map_err(|refusal| {
             let command = "the default set-up";
-            OperatorError::Refused { command, refusal }
+            PlanError::Refused { command, refusal }
         })?;
         let bench = Bench::new(Plant::new(self.plant, seed));
         let host = Tapped::new(

@@ -1,7 +1,7 @@
 //! What an operator can be asked while it works, and after.
 
-use armbridge_shared::link::message::{BoardReport, Mode, OffReport, PortCounters, Settings, Trip};
-use armbridge_shared::servo::Firmware;
+use armbridge_client::status::BoardStatus;
+use armbridge_shared::link::message::{Mode, OffReport, Settings, Trip};
 
 use super::plan::Act;
 use super::{Ending, Keep, Operator, Phase};
@@ -70,34 +70,24 @@ impl<K: Keep> Operator<K> {
         self.settings.as_ref().map(|[_, last]| last)
     }
 
-    /// What the servos run, and the speed of their bus, once they are found.
-    pub fn found(&self) -> Option<(Firmware, u32)> {
-        self.news.found
-    }
-
-    /// What became of the transparent port's packets, as last reported.
-    pub fn port(&self) -> PortCounters {
-        self.news.port
-    }
-
-    /// What the board said of itself, once it has.
-    pub fn report(&self) -> Option<BoardReport> {
-        self.news.report
+    /// What the board has told.
+    pub fn status(&self) -> &BoardStatus {
+        self.session.status()
     }
 
     /// Why the board switched torque off, each time.
     pub fn trips(&self) -> &[Trip] {
-        &self.news.trips
+        &self.trips
     }
 
     /// What the servos did after each of its stop sequences.
     pub fn off_reports(&self) -> &[OffReport] {
-        &self.news.off_reports
+        &self.off_reports
     }
 
     /// What became of the link's frames.
     pub fn stats(&self) -> LinkStats {
-        self.client.stats()
+        self.session.stats()
     }
 
     /// Who was handed what came.

@@ -1,12 +1,14 @@
 //! What an operator makes of what the board says.
 
-use armbridge_shared::link::message::{Command, Mode, Record, Refusal, Settings, ToHost};
+use armbridge_shared::link::message::{
+    BoardReport, Command, Mode, Record, Refusal, Settings, ToHost,
+};
 
+use super::PlanError;
 use super::plan::{self, Begin};
 use super::timeline::Timeline;
 use super::{Keep, Operator, Phase};
-use armbridge_client::error::OperatorError;
-use armbridge_client::link::Said;
+use armbridge_client::session::BoardMessage;
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::plant::Push;
 
@@ -15,68 +17,92 @@ use armbridge_sim::plant::Push;
 const IDLE_US: u64 = 100_000;
 
 impl<K: Keep> Operator<K> {
-    pub(super) fn take(&mut self, now_us: u64, said: Said) -> Result<(), OperatorError> {
+    /// Takes a message; before it, this was the board's report.
+    pub(super) fn take(
+        &mut self,
+        now_us: u64,
+        message: BoardMessage,
+        reported: Option<BoardReport>,
+    ) -> Result<(), PlanError> {
         self.heard_us = now_us;
-        if let Err(error) = self.news.take(&said) {
-            return self.despair(now_us, error);
+        self.note(&message);
+        if let (BoardMessage::Told(ToHost::Board(report)), Some(before)) = (message, reported)
+            && before.is_before_reset(&report)
+        {
+            return self.despair(now_us, PlanError::Reset(report.last_end));
         }
-        match (said, &self.phase) {
-            (Said::Hello, Phase::Connecting) => self.greeted(now_us),
-            (Said::Told(ToHost::Settings(settings)), _) => self.take_settings(now_us, settings)?,
-            (Said::Told(ToHost::Record(record)), _) => self.recorded(now_us, &record)?,
-            (Said::Told(ToHost::Concluded(conclusion)), _) => self.keep.concluded(&conclusion),
-            (Said::Done, Phase::SettingUp) => self.set_up(now_us),
-            (Said::Done, Phase::Arming) => self.begin(now_us),
-            (Said::Done, Phase::Running(_)) => self.acted(),
+        match (message, &self.phase) {
+            (BoardMessage::Hello(_), Phase::Connecting) => self.greeted(now_us),
+            (BoardMessage::Told(ToHost::Settings(settings)), _) => {
+                self.take_settings(now_us, settings)?;
+            }
+            (BoardMessage::Told(ToHost::Record(record)), _) => self.recorded(now_us, &record)?,
+            (BoardMessage::Told(ToHost::Concluded(conclusion)), _) => {
+                self.keep.concluded(&conclusion);
+            }
+            (BoardMessage::Done, Phase::SettingUp) => self.set_up(now_us),
+            (BoardMessage::Done, Phase::Arming) => self.begin(now_us),
+            (BoardMessage::Done, Phase::Running(_)) => self.acted(),
             // The one is done with, and whatever is refused at the end is left.
-            (Said::Done | Said::Refused(_), Phase::SwitchingOff) => {
+            (BoardMessage::Done | BoardMessage::Refused(_), Phase::SwitchingOff) => {
                 return self.switched_off(now_us);
             }
-            // It has heard a second hello, and says so.
-            (Said::Refused(Refusal::OtherSession), Phase::Arming | Phase::Running(_)) => {
-                self.arm(now_us);
-            }
-            (Said::Refused(refusal), Phase::Arming) => {
+            (BoardMessage::Refused(refusal), Phase::Arming) => {
                 return Err(refused("arm", refusal));
             }
-            (Said::Refused(refusal), Phase::SettingUp) => {
+            (BoardMessage::Refused(refusal), Phase::SettingUp) => {
                 return Err(refused("configure", refusal));
             }
             // A fault came first: the records show it.
-            (Said::Refused(Refusal::Faulted), Phase::Running(_)) => self.switch_off(now_us),
+            (BoardMessage::Refused(Refusal::Faulted), Phase::Running(_)) => self.switch_off(now_us),
             // Too late for this point of a stream; the next may come in time.
-            (Said::Refused(Refusal::Late), Phase::Running(_)) => self.news.late_points += 1,
-            (Said::Refused(refusal), Phase::Running(_)) => {
+            (BoardMessage::Refused(Refusal::Late), Phase::Running(_)) => self.late_points += 1,
+            (BoardMessage::Refused(refusal), Phase::Running(_)) => {
                 self.give_up(now_us, refused(self.asked, refusal));
             }
             (
-                Said::Told(ToHost::Found {
+                BoardMessage::Told(ToHost::Found {
                     is_ready: false, ..
                 }),
                 Phase::WaitingForServos,
             ) => self.command(now_us, Command::Prepare),
             // Back from whoever has the bus.
-            (Said::Told(ToHost::Passthrough), Phase::WaitingForServos) => {
+            (BoardMessage::Told(ToHost::Passthrough), Phase::WaitingForServos) => {
                 self.command(now_us, Command::Idle);
             }
             // News, or nothing to do now.
             (
-                Said::Hello | Said::OtherSchema(_) | Said::Done | Said::Refused(_) | Said::Told(_),
+                BoardMessage::Hello(_)
+                | BoardMessage::OtherSchema(_)
+                | BoardMessage::Done
+                | BoardMessage::Refused(_)
+                | BoardMessage::Told(_),
                 _,
             ) => {}
         }
         Ok(())
     }
 
+    /// Keeps what the board reports of its faults.
+    fn note(&mut self, message: &BoardMessage) {
+        match *message {
+            // Repeated after a hello.
+            BoardMessage::Told(ToHost::Tripped(trip)) if self.trips.last() == Some(&trip) => {}
+            BoardMessage::Told(ToHost::Tripped(trip)) => self.trips.push(trip),
+            BoardMessage::Told(ToHost::Off(report)) => self.off_reports.push(report),
+            _ => {}
+        }
+    }
+
     /// The board cannot be worked with any more.
-    fn despair(&mut self, now_us: u64, error: OperatorError) -> Result<(), OperatorError> {
+    pub(super) fn despair(&mut self, now_us: u64, error: PlanError) -> Result<(), PlanError> {
         match (&self.phase, &error) {
             // Its motors are off; let it say so on the record.
-            (Phase::Running(_), OperatorError::Reset(_)) => {
+            (Phase::Running(_), PlanError::Reset(_)) => {
                 self.give_up(now_us, error);
                 Ok(())
             }
-            (Phase::SwitchingOff, OperatorError::Reset(_)) => Ok(()),
+            (Phase::SwitchingOff, PlanError::Reset(_)) => Ok(()),
             _ => Err(self.trouble.take().unwrap_or(error)),
         }
     }
@@ -96,13 +122,13 @@ impl<K: Keep> Operator<K> {
         }
     }
 
-    fn take_settings(&mut self, now_us: u64, settings: Settings) -> Result<(), OperatorError> {
+    fn take_settings(&mut self, now_us: u64, settings: Settings) -> Result<(), PlanError> {
         let [_, last] = self.settings.get_or_insert([settings; 2]);
         *last = settings;
         if let (Begin::Changed(change), Phase::Learning) = (&self.plan.begin, &self.phase) {
             let wanted = change.apply(&settings)?;
             if let Some(refusal) = armbridge_shared::bridge::why_not(&wanted) {
-                return Err(OperatorError::Settings(refusal));
+                return Err(PlanError::Settings(refusal));
             }
             self.queue.extend(plan::differences(&settings, &wanted));
             self.enter(Phase::SettingUp, now_us);
@@ -118,7 +144,8 @@ impl<K: Keep> Operator<K> {
             return;
         }
         self.enter(Phase::WaitingForServos, now_us);
-        if let (Some(_), false) = (self.news.found, self.news.is_ready) {
+        let servos = self.session.status().servos;
+        if servos.is_some_and(|servos| !servos.is_ready) {
             self.command(now_us, Command::Prepare);
         }
     }
@@ -144,7 +171,7 @@ impl<K: Keep> Operator<K> {
         }
     }
 
-    fn switched_off(&mut self, now_us: u64) -> Result<(), OperatorError> {
+    fn switched_off(&mut self, now_us: u64) -> Result<(), PlanError> {
         if let Some(command) = self.queue.pop_front() {
             self.command(now_us, command);
             return Ok(());
@@ -153,18 +180,17 @@ impl<K: Keep> Operator<K> {
         self.trouble.take().map_or(Ok(()), Err)
     }
 
-    fn recorded(&mut self, now_us: u64, record: &Record) -> Result<(), OperatorError> {
+    fn recorded(&mut self, now_us: u64, record: &Record) -> Result<(), PlanError> {
         self.mode = record.mode;
         self.offset.see(now_us, record.start_us);
         match self.phase {
-            Phase::WaitingForServos if record.mode == Mode::Idle && self.news.is_ready => {
-                self.news.absent = None;
+            Phase::WaitingForServos if record.mode == Mode::Idle && self.has_servos() => {
                 self.enter(Phase::Arming, now_us);
                 self.arm(now_us);
             }
             Phase::WaitingForServos => {
                 if let Mode::Fault(fault) = record.mode {
-                    return Err(OperatorError::Latched(fault));
+                    return Err(PlanError::Latched(fault));
                 }
             }
             Phase::Running(_) => {
@@ -172,7 +198,7 @@ impl<K: Keep> Operator<K> {
                 if let Some(ending) = self.watch.see(&self.plan.stop, record) {
                     self.end(now_us, ending);
                 } else if self.is_disarmed(now_us) {
-                    self.give_up(now_us, OperatorError::Disarmed);
+                    self.give_up(now_us, PlanError::Disarmed);
                 }
             }
             Phase::SwitchingOff => {
@@ -191,6 +217,11 @@ impl<K: Keep> Operator<K> {
         Ok(())
     }
 
+    fn has_servos(&self) -> bool {
+        let servos = self.session.status().servos;
+        servos.is_some_and(|servos| servos.is_ready)
+    }
+
     /// Whether torque is off for no reason that this host knows.
     fn is_disarmed(&mut self, now_us: u64) -> bool {
         if !(self.is_armed && matches!(self.mode, Mode::Boot | Mode::Idle | Mode::Passthrough)) {
@@ -202,6 +233,6 @@ impl<K: Keep> Operator<K> {
     }
 }
 
-fn refused(command: &'static str, refusal: Refusal) -> OperatorError {
-    OperatorError::Refused { command, refusal }
+fn refused(command: &'static str, refusal: Refusal) -> PlanError {
+    PlanError::Refused { command, refusal }
 }

@@ -12,14 +12,13 @@ use std::time::{Duration, Instant};
 
 use armbridge_shared::link::message::PortCounters;
 
-use crate::plan_runner::{Ending, Operator, Plan};
+use crate::plan_runner::{Ending, Operator, Plan, PlanError};
 use crate::plot;
 use crate::plot::PlotError;
 use crate::progress::Progress;
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::scenario::{Judge, Success};
 use armbridge_client::Host;
-use armbridge_client::error::OperatorError;
 use armbridge_client::event::Direction;
 use armbridge_client::interrupt;
 use armbridge_client::names;
@@ -113,7 +112,7 @@ pub enum PlayerError {
     Link(String),
     /// Nor this way.
     #[error(transparent)]
-    Operator(#[from] OperatorError),
+    Operator(#[from] PlanError),
     /// Ctrl-C before the arm was armed.
     #[error("ended by ctrl-c before the arm was armed; nothing has moved")]
     Interrupted,
@@ -219,10 +218,7 @@ impl Player {
     ///
     /// # Errors
     /// If there was no run, or its plots cannot be written.
-    pub fn finish(
-        self,
-        result: Result<(), LinkError<OperatorError>>,
-    ) -> Result<Finished, PlayerError> {
+    pub fn finish(self, result: Result<(), LinkError<PlanError>>) -> Result<Finished, PlayerError> {
         let wall: Duration = self.begun.elapsed();
         let Self {
             operator,
@@ -265,8 +261,8 @@ impl Player {
                 Some(end.in_words())
             }
         });
-        let (port, link) = (operator.port(), operator.stats());
-        let (servos, trips) = (operator.found(), operator.trips().to_vec());
+        let (servos, port) = (operator.status().servos, operator.status().port);
+        let (link, trips) = (operator.stats(), operator.trips().to_vec());
         let mut ledger = operator.into_keep();
         let csv_trouble = ledger.close().map(|error| error.to_string());
 
@@ -276,9 +272,9 @@ impl Player {
             _ => tally.covered_s(),
         };
         let mut summary = tally.summary(&facts, link, run_s, wall.as_secs_f64());
-        summary.servos = servos.map(|(firmware, baud)| ServoSummary {
-            firmware: firmware.to_string(),
-            baud,
+        summary.servos = servos.map(|servos| ServoSummary {
+            firmware: servos.firmware.to_string(),
+            baud: servos.baud,
         });
         summary.port = (port != PortCounters::default()).then_some(port);
         let is_complete = log.is_complete() && csv_trouble.is_none();
@@ -333,9 +329,9 @@ fn close(recorder: Recorder) -> LogSummary {
 }
 
 impl Host for Player {
-    type Error = OperatorError;
+    type Error = PlanError;
 
-    fn transmit(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], PlanError> {
         if now_us >= self.look_us {
             self.look_us = now_us + LOOK_US;
             let now_s = self.operator.fraction(now_us) * self.duration_s;
@@ -349,7 +345,7 @@ impl Host for Player {
         Ok(words)
     }
 
-    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), PlanError> {
         if let (Some(ear), false) = (&mut self.ear, bytes.is_empty()) {
             ear.bytes(Direction::ToHost, now_us * 1_000, bytes);
         }
@@ -364,12 +360,12 @@ impl Host for Player {
         self.operator.is_done()
     }
 
-    fn parted(&mut self, now_us: u64) {
+    fn disconnected(&mut self, now_us: u64) {
         self.progress.say("the link broke; waiting for it");
         if let Some(ear) = &mut self.ear {
-            ear.parted(now_us * 1_000);
+            ear.disconnected(now_us * 1_000);
         }
-        self.operator.parted(now_us);
+        self.operator.disconnected(now_us);
     }
 }
 

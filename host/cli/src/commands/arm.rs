@@ -15,19 +15,19 @@ pub(crate) fn run(args: &ArmedArgs) -> Outcome {
     if !args.quiet && !args.errand.json {
         task = task.reporting(|line| eprintln!("{line}"));
     }
-    let (uri, errand) = errand::go(&args.errand, "arm", Pace::WallClock, task)?;
-    let ending = errand.task.outcome().unwrap_or(&Ending::Disarmed);
+    let (uri, host) = errand::go(&args.errand, "arm", Pace::WallClock, task)?;
+    let ending = host.task.outcome().unwrap_or(&Ending::Disarmed);
     let mut out = std::io::stdout();
     if args.errand.json {
         let report = json!({
             "link": uri.to_string(),
             "ended_by": ending.name(),
-            "held_s": errand.task.held().as_secs_f64(),
+            "held_s": host.task.held().as_secs_f64(),
             "in_words": ending.in_words(),
         });
         writeln!(out, "{report}")?;
     } else {
-        let held_s = errand.task.held().as_secs_f64();
+        let held_s = host.task.held().as_secs_f64();
         writeln!(out, "armed for {held_s:.1} s; {}", ending.in_words())?;
     }
     Ok(ExitCode::from(match ending {

@@ -22,8 +22,8 @@ pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
         is_sure: args.yes,
     };
     let task = Calibrate::new(Terminal::new(), wish);
-    let (uri, errand) = errand::go(&args.errand, "calibrate", Pace::WallClock, task)?;
-    let [before, after] = errand
+    let (uri, host) = errand::go(&args.errand, "calibrate", Pace::WallClock, task)?;
+    let [before, after] = host
         .task
         .result()
         .ok_or("the calibration was not brought to its end")?;

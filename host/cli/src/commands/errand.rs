@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use armbridge::config::Config;
-use armbridge::tasks::{Errand, Task};
+use armbridge::tasks::{Task, TaskHost};
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::LinkError;
 use armbridge_client::interrupt;
@@ -21,13 +21,13 @@ pub(crate) fn go<T: Task>(
     name: &str,
     pace: Pace,
     task: T,
-) -> Result<(BoardUri, Errand<T>), Error> {
+) -> Result<(BoardUri, TaskHost<T>), Error> {
     let config = Config::discover()?;
     let (uri, mut options) = link::options(&args.link, &config)?;
     options.pace = pace;
     let recorder = record(args, name, &uri, &mut options)?;
     interrupt::listen()?;
-    let (errand, result) = drive(&uri, options, Errand::new(task));
+    let (host, result) = drive(&uri, options, TaskHost::new(task));
     let written = recorder.map(Recorder::finish).transpose();
     match result {
         Ok(()) => {}
@@ -37,7 +37,7 @@ pub(crate) fn go<T: Task>(
     if let Some(trouble) = written?.and_then(|report| report.trouble) {
         return Err(format!("the log is not complete: {trouble}").into());
     }
-    Ok((uri, errand))
+    Ok((uri, host))
 }
 
 fn record(

@@ -3,13 +3,12 @@
 
 use std::process::ExitCode;
 
-use armbridge_analysis::plan_runner::{Plan, Script};
+use armbridge_analysis::plan_runner::{Plan, PlanError, Script};
 use armbridge_analysis::run;
 use armbridge_analysis::run::{Files, Finished, Player, Task};
 use armbridge_analysis::scenario::Success;
 use armbridge_client::Host;
 use armbridge_client::LinkError;
-use armbridge_client::error::OperatorError;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
@@ -160,7 +159,7 @@ pub(crate) fn player(
 /// Ends a run: its files, its summary, its exit code.
 pub(crate) fn finish(
     player: Player,
-    result: Result<(), LinkError<OperatorError>>,
+    result: Result<(), LinkError<PlanError>>,
     output: &OutputArgs,
 ) -> Outcome {
     let Finished {

@@ -3,10 +3,11 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use armbridge::tasks::Errand;
+use armbridge::tasks::TaskHost;
 use armbridge::tasks::status::Status;
 use armbridge_client::error::end_in_words;
 use armbridge_client::names;
+use armbridge_client::status::FoundServos;
 use armbridge_client::trip;
 use armbridge_log::table;
 use armbridge_shared::JOINTS;
@@ -19,43 +20,40 @@ use super::{Outcome, errand};
 use crate::cli::ErrandArgs;
 
 pub(crate) fn run(args: &ErrandArgs) -> Outcome {
-    let (uri, errand) = errand::go(args, "status", Pace::Free, Status::default())?;
+    let (uri, host) = errand::go(args, "status", Pace::Free, Status::default())?;
     let mut out = std::io::stdout();
     if args.json {
-        writeln!(out, "{}", as_json(&uri, &errand))?;
+        writeln!(out, "{}", as_json(&uri, &host))?;
     } else {
-        write!(out, "{}", as_text(&uri, &errand))?;
+        write!(out, "{}", as_text(&uri, &host))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn as_text(uri: &BoardUri, errand: &Errand<Status>) -> String {
+fn as_text(uri: &BoardUri, host: &TaskHost<Status>) -> String {
     let mut rows = vec![
         ["link".to_owned(), format!("{uri} ({})", uri.world())],
-        ["board".into(), board(errand)],
+        ["board".into(), board(host)],
     ];
-    if let Some(report) = errand.model.report {
+    if let Some(report) = host.session.status().report {
         rows.push(["last end".into(), last_end(&report)]);
         rows.push(["settings".into(), settings_from(report.settings).into()]);
         rows.push(["stack".into(), stack(&report)]);
         rows.push(["image".into(), image(&report)]);
     }
-    rows.push(["servos".into(), servos(errand)]);
-    rows.extend(mode(errand));
-    rows.extend((0..JOINTS).map(|joint| {
-        [
-            format!("joint {}", joint + 1),
-            joint_in_words(errand, joint),
-        ]
-    }));
-    rows.push(["link health".into(), health(errand)]);
-    rows.push(["round trip".into(), round_trip(errand)]);
+    rows.push(["servos".into(), servos(host)]);
+    rows.extend(mode(host));
+    rows.extend(
+        (0..JOINTS).map(|joint| [format!("joint {}", joint + 1), joint_in_words(host, joint)]),
+    );
+    rows.push(["link health".into(), health(host)]);
+    rows.push(["round trip".into(), round_trip(host)]);
     let rows: Vec<Vec<String>> = rows.into_iter().map(Vec::from).collect();
     table::columns(&rows)
 }
 
-fn board(errand: &Errand<Status>) -> String {
-    let hello = errand.hello.map_or_else(
+fn board(host: &TaskHost<Status>) -> String {
+    let hello = host.session.status().hello.map_or_else(
         || "says nothing".to_owned(),
         |hello| {
             let [major, minor, patch] = hello.version;
@@ -63,7 +61,7 @@ fn board(errand: &Errand<Status>) -> String {
             format!("version {major}.{minor}.{patch}, schema {schema:016x}")
         },
     );
-    match errand.model.report {
+    match host.session.status().report {
         Some(report) => format!("{hello}, session {}", report.session),
         None => hello,
     }
@@ -117,25 +115,42 @@ fn image(report: &BoardReport) -> String {
     )
 }
 
-fn servos(errand: &Errand<Status>) -> String {
-    match (errand.model.found, &errand.model.trouble) {
-        (Some((firmware, baud, true)), _) => format!("{firmware}, {baud} baud, ready"),
-        (Some((firmware, baud, false)), _) => format!(
+fn servos(host: &TaskHost<Status>) -> String {
+    let status = host.session.status();
+    match (status.servos, status.obstacle) {
+        (
+            Some(FoundServos {
+                firmware,
+                baud,
+                is_ready: true,
+            }),
+            _,
+        ) => {
+            format!("{firmware}, {baud} baud, ready")
+        }
+        (
+            Some(FoundServos {
+                firmware,
+                baud,
+                is_ready: false,
+            }),
+            _,
+        ) => format!(
             "{firmware}, {baud} baud; not in wheel mode: `armbridge arm --prepare` sets them"
         ),
-        (None, Some(trouble)) => trouble.clone(),
+        (None, Some(obstacle)) => obstacle.to_string(),
         (None, None) => "not found yet".into(),
     }
 }
 
-fn mode(errand: &Errand<Status>) -> Vec<[String; 2]> {
-    let model = &errand.model;
-    let Some(now) = model.mode() else {
+fn mode(host: &TaskHost<Status>) -> Vec<[String; 2]> {
+    let status = host.session.status();
+    let Some(now) = status.mode() else {
         return vec![["mode".into(), "no tick was heard".into()]];
     };
     let (name, means) = trip::mode(now);
     let mut rows = vec![["mode".into(), format!("{name}: {means}")]];
-    if let Some(tripped) = model.trip {
+    if let Some(tripped) = status.trip {
         let account = trip::in_words(&tripped);
         let seen = account
             .seen
@@ -144,7 +159,7 @@ fn mode(errand: &Errand<Status>) -> Vec<[String; 2]> {
             "fault".into(),
             format!("{}{seen} (tick {})", account.cause, tripped.tick),
         ]);
-        if let Some(report) = &model.off {
+        if let Some(report) = &status.off {
             rows.push(["after it".into(), trip::off(report)]);
         }
         rows.push(["what to do".into(), account.advice.into()]);
@@ -153,17 +168,18 @@ fn mode(errand: &Errand<Status>) -> Vec<[String; 2]> {
 }
 
 /// In °C from a stock servo, in counts of its converter from Morpheus.
-fn temperature(errand: &Errand<Status>, joint: usize) -> Option<(u16, &'static str)> {
-    let (firmware, ..) = errand.model.found?;
-    let value = errand.model.bus.temperature[joint]?;
-    Some(match firmware {
+fn temperature(host: &TaskHost<Status>, joint: usize) -> Option<(u16, &'static str)> {
+    let status = host.session.status();
+    let servos = status.servos?;
+    let value = status.temperature[joint]?;
+    Some(match servos.firmware {
         Firmware::Morpheus => (value, "counts"),
         Firmware::Stock => (value, "degC"),
     })
 }
 
-fn joint_in_words(errand: &Errand<Status>, joint: usize) -> String {
-    let angle = errand.model.record.map_or_else(
+fn joint_in_words(host: &TaskHost<Status>, joint: usize) -> String {
+    let angle = host.session.status().record.map_or_else(
         || "angle not known".to_owned(),
         |record| {
             let counts = record.samples[joint]
@@ -172,50 +188,51 @@ fn joint_in_words(errand: &Errand<Status>, joint: usize) -> String {
             format!("{:+.3} rad ({counts})", record.angle_rad[joint])
         },
     );
-    match temperature(errand, joint) {
+    match temperature(host, joint) {
         Some((value, unit)) => format!("{angle}, temperature {value} {unit}"),
         None => angle,
     }
 }
 
-fn health(errand: &Errand<Status>) -> String {
-    let link = &errand.model.link;
+fn health(host: &TaskHost<Status>) -> String {
+    let stats = host.session.stats();
     format!(
         "{:.0} frames/s; {} lost, {} damaged, {} dropped by the board",
-        link.frames_per_s(errand.model.now_ns()),
-        link.lost,
-        link.damaged + link.foreign,
-        link.dropped
+        host.task.frames_per_s(),
+        stats.lost,
+        stats.damaged,
+        stats.dropped
     )
 }
 
 /// Median and longest in ms.
-fn round_trip_ms(errand: &Errand<Status>) -> Option<[f64; 2]> {
-    let sorted = errand.task.round_trips_ns();
+fn round_trip_ms(host: &TaskHost<Status>) -> Option<[f64; 2]> {
+    let sorted = host.task.round_trips_us();
     let median = sorted.get(sorted.len() / 2)?;
     let longest = sorted.last()?;
-    Some([*median, *longest].map(|ns| ns as f64 * 1e-6))
+    Some([*median, *longest].map(|us| us as f64 * 1e-3))
 }
 
-fn round_trip(errand: &Errand<Status>) -> String {
-    round_trip_ms(errand).map_or_else(
+fn round_trip(host: &TaskHost<Status>) -> String {
+    round_trip_ms(host).map_or_else(
         || "not measured: nothing was asked".into(),
         |[median_ms, longest_ms]| {
-            let count = errand.task.round_trips_ns().len();
+            let count = host.task.round_trips_us().len();
             format!("median {median_ms:.1} ms, longest {longest_ms:.1} ms of {count}")
         },
     )
 }
 
-fn as_json(uri: &BoardUri, errand: &Errand<Status>) -> Value {
-    let model = &errand.model;
-    let mode = model.mode();
+fn as_json(uri: &BoardUri, host: &TaskHost<Status>) -> Value {
+    let status = host.session.status();
+    let stats = host.session.stats();
+    let mode = status.mode();
     let joints: Vec<Value> = (0..JOINTS)
         .map(|joint| {
-            let temperature = temperature(errand, joint);
+            let temperature = temperature(host, joint);
             json!({
-                "angle_rad": model.record.map(|record| record.angle_rad[joint]),
-                "counts": model.record.and_then(|record| record.samples[joint].counts()),
+                "angle_rad": status.record.map(|record| record.angle_rad[joint]),
+                "counts": status.record.and_then(|record| record.samples[joint].counts()),
                 "temperature": temperature.map(|(value, _)| value),
                 "temperature_unit": temperature.map(|(_, unit)| unit),
             })
@@ -224,28 +241,28 @@ fn as_json(uri: &BoardUri, errand: &Errand<Status>) -> Value {
     json!({
         "link": uri.to_string(),
         "world": uri.world(),
-        "version": errand.hello.map(|hello| hello.version.map(|part| part.to_string()).join(".")),
-        "schema": errand.hello.map(|hello| format!("{:016x}", u64::from_be_bytes(hello.schema))),
-        "session": model.report.map(|report| report.session),
-        "last_end": model.report.map(|report| last_end(&report)),
-        "settings": model.report.map(|report| settings_from(report.settings)),
-        "stack_used_bytes": model.report.and_then(|report| report.stack).map(|stack| stack.used),
-        "stack_size_bytes": model.report.and_then(|report| report.stack).map(|stack| stack.size),
-        "image_crc32": model.report.and_then(|report| report.image).map(|crc| format!("{crc:08x}")),
-        "firmware": model.found.map(|(firmware, ..)| firmware.to_string()),
-        "baud": model.found.map(|(_, baud, _)| baud),
-        "ready": model.found.map(|(_, _, is_ready)| is_ready),
-        "trouble": model.trouble,
+        "version": host.session.status().hello.map(|hello| hello.version.map(|part| part.to_string()).join(".")),
+        "schema": host.session.status().hello.map(|hello| format!("{:016x}", u64::from_be_bytes(hello.schema))),
+        "session": status.report.map(|report| report.session),
+        "last_end": status.report.map(|report| last_end(&report)),
+        "settings": status.report.map(|report| settings_from(report.settings)),
+        "stack_used_bytes": status.report.and_then(|report| report.stack).map(|stack| stack.used),
+        "stack_size_bytes": status.report.and_then(|report| report.stack).map(|stack| stack.size),
+        "image_crc32": status.report.and_then(|report| report.image).map(|crc| format!("{crc:08x}")),
+        "firmware": status.servos.map(|servos| servos.firmware.to_string()),
+        "baud": status.servos.map(|servos| servos.baud),
+        "ready": status.servos.map(|servos| servos.is_ready),
+        "trouble": status.obstacle.map(|obstacle| obstacle.to_string()),
         "mode": mode.map(names::mode),
         "fault": mode.and_then(names::fault_of).map(names::fault),
-        "cause": model.trip.map(|tripped| trip::in_words(&tripped).cause),
-        "advice": model.trip.map(|tripped| trip::in_words(&tripped).advice),
+        "cause": status.trip.map(|tripped| trip::in_words(&tripped).cause),
+        "advice": status.trip.map(|tripped| trip::in_words(&tripped).advice),
         "joints": joints,
-        "frames_per_s": model.link.frames_per_s(model.now_ns()),
-        "lost": model.link.lost,
-        "damaged": model.link.damaged + model.link.foreign,
-        "dropped": model.link.dropped,
-        "round_trip_median_ms": round_trip_ms(errand).map(|[median, _]| median),
-        "round_trip_longest_ms": round_trip_ms(errand).map(|[_, longest]| longest),
+        "frames_per_s": host.task.frames_per_s(),
+        "lost": stats.lost,
+        "damaged": stats.damaged,
+        "dropped": stats.dropped,
+        "round_trip_median_ms": round_trip_ms(host).map(|[median, _]| median),
+        "round_trip_longest_ms": round_trip_ms(host).map(|[_, longest]| longest),
     })
 }

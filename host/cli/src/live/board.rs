@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
-use armbridge_shared::link::message::{Command, Mode, Record, Refusal, Settings, ToBoard, ToHost};
-
 use armbridge_client::event::{Event, What};
+use armbridge_client::status::BoardStatus;
+use armbridge_shared::link::message::{Command, Refusal, ToBoard, ToHost};
 
 /// Commands that are remembered until they are answered.
 const OPEN: usize = 64;
@@ -12,16 +12,13 @@ const OPEN: usize = 64;
 /// Made of what was said on the link.
 #[derive(Clone, Debug, Default)]
 pub struct Board {
-    /// What is in force.
-    pub settings: Option<Settings>,
-    /// The latest tick.
-    pub record: Option<Record>,
+    /// What it has told.
+    pub status: BoardStatus,
     /// What was refused last, and how many refusals there were before.
     pub refused: Option<(Asked, Refusal)>,
     /// How many there were.
     pub refusals: u64,
     open: VecDeque<(u16, Asked)>,
-    is_passthrough: bool,
 }
 
 /// A command, as far as somebody waits for what becomes of it.
@@ -74,24 +71,11 @@ impl Board {
             ) => {
                 self.answered(sequence, result);
             }
-            What::Told(_, ToHost::Settings(settings)) => self.settings = Some(settings),
-            What::Told(_, ToHost::Passthrough) => self.is_passthrough = true,
-            What::Told(_, ToHost::Record(record)) => {
-                self.record = Some(record);
-                self.is_passthrough = false;
-            }
+            What::Told(_, message) => self.status.take(&message),
             // The next may be another board.
             What::Parted => *self = Self::default(),
-            What::Asked(..) | What::Told(..) | What::Lost(..) | What::Garbled(..) => {}
+            What::Asked(..) | What::Lost(..) | What::Garbled(..) => {}
         }
-    }
-
-    /// What it is doing, as far as is known.
-    pub fn mode(&self) -> Option<Mode> {
-        if self.is_passthrough {
-            return Some(Mode::Passthrough);
-        }
-        self.record.map(|record| record.mode)
     }
 
     fn answered(&mut self, sequence: u16, result: Result<(), Refusal>) {

@@ -15,7 +15,7 @@ use foxglove::websocket::{GetParametersResponder, Parameter, SetParametersRespon
 use super::board::{Asked, Board};
 use super::values;
 use armbridge_client::refusal;
-use armbridge_client::station::Request;
+use armbridge_client::session::Request;
 
 /// How long the board may take.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -70,7 +70,7 @@ impl Service {
 
     fn requests(self, board: &Board) -> Vec<Request> {
         let drive = |command| {
-            let arm = match board.mode() {
+            let arm = match board.status.mode() {
                 Some(mode) if mode.is_armed() => None,
                 Some(_) | None => Some(Request::Arm),
             };
@@ -81,7 +81,7 @@ impl Service {
             Self::Disarm => vec![Request::Command(Command::Idle)],
             Self::ClearFault => vec![Request::Command(Command::ClearFault)],
             Self::Arm => vec![Request::Arm],
-            Self::Hold => board.record.map_or_else(Vec::new, |record| {
+            Self::Hold => board.status.record.map_or_else(Vec::new, |record| {
                 drive(Command::Regulate(record.angle_rad))
             }),
             Self::Upright => drive(Command::Follow(Motion::MinimumJerk {
@@ -165,7 +165,7 @@ impl Desk {
         let mut outcome = Outcome::default();
         match wish {
             Wish::Get(names, responder) => {
-                let all = board.settings.as_ref();
+                let all = board.status.settings.as_ref();
                 responder.respond(all.map_or_else(Vec::new, |all| values::of(all, &names)));
             }
             Wish::Set(wanted, responder) => self.change(&wanted, responder, board, &mut outcome),
@@ -188,7 +188,7 @@ impl Desk {
             .iter()
             .map(|parameter| parameter.name.clone())
             .collect();
-        let Some(settings) = board.settings else {
+        let Some(settings) = board.status.settings else {
             let why = "parameters cannot be set before the board has told its own";
             outcome.complaints.push(why.into());
             responder.respond(vec![]);
@@ -248,10 +248,10 @@ impl Desk {
                     names,
                     responder,
                 } => {
-                    let is_so = board.settings == Some(*wanted);
+                    let is_so = board.status.settings == Some(*wanted);
                     let why = why(Some(Asked::Change)).filter(|_| !is_so);
                     if is_so || why.is_some() {
-                        let all = board.settings.as_ref();
+                        let all = board.status.settings.as_ref();
                         let values = all.map_or_else(Vec::new, |all| values::of(all, &names));
                         responder.respond(values);
                         outcome.complaints.extend(why);
@@ -265,7 +265,7 @@ impl Desk {
                     self.waiting.push(Waiting { what, ..waiting });
                 }
                 What::Call { service, responder } => {
-                    let mode = board.mode();
+                    let mode = board.status.mode();
                     if mode.is_some_and(|mode| service.is_done(mode)) {
                         responder.respond_ok(br#"{"success":true,"message":""}"#);
                     } else if let Some(why) = why(service.asked()) {

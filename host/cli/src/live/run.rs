@@ -14,7 +14,7 @@ use crate::link_thread::Session;
 use armbridge_client::event::Event;
 use armbridge_client::event_queue::Feed;
 use armbridge_client::interrupt;
-use armbridge_client::station::Request;
+use armbridge_client::session::Request;
 use armbridge_log::topics::{Encoder, Message, Topic};
 
 /// Between two looks at what has happened: viewers get messages that are at most so
@@ -94,9 +94,9 @@ struct Live<'a> {
 
 impl Live<'_> {
     fn event(&mut self, event: &Event) {
-        let before = self.board.settings;
+        let before = self.board.status.settings;
         self.board.take(event);
-        if self.board.settings != before {
+        if self.board.status.settings != before {
             self.publish_changes(before.as_ref());
         }
         let later_ns = *self
@@ -135,7 +135,7 @@ impl Live<'_> {
 
     /// Tells those who look at parameters what has changed.
     fn publish_changes(&self, before: Option<&Settings>) {
-        let Some(settings) = &self.board.settings else {
+        let Some(settings) = &self.board.status.settings else {
             return;
         };
         let changed: Vec<String> = before.map_or_else(Vec::new, |before| {

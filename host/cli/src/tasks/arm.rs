@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use armbridge_shared::link::message::{BoardReport, Command, LastEnd, Mode, Refusal, Trip};
 
-use super::{ANSWER_TIMEOUT_US, GaveUp, SERVO_TIMEOUT_US, Task, View};
-use crate::watch::model::Model;
+use super::{GaveUp, Task, View};
 use armbridge_client::error::end_in_words;
 use armbridge_client::interrupt;
 use armbridge_client::refusal;
-use armbridge_client::station::Request;
+use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
+use armbridge_client::status::{BoardStatus, FoundServos};
 use armbridge_client::trip;
 
 /// How it ended.
@@ -96,44 +96,57 @@ impl Arm {
     fn end(&mut self, view: &mut View<'_>, outcome: Outcome) {
         self.step = Step::Over;
         self.outcome = Some(outcome);
-        view.desk.ask(view.now_us, Request::Leave);
+        view.session.request(view.now_us, Request::Leave);
     }
 
     fn wait(&mut self, view: &mut View<'_>, since_us: u64) -> Result<(), GaveUp> {
-        let (now_us, model) = (view.now_us, view.model);
-        if let Some(trip) = model.trip {
+        let now_us = view.now_us;
+        let status = view.session.status();
+        let none = || "the servos are not found: check their power and wiring".to_owned();
+        let why_not = status
+            .obstacle
+            .map_or_else(none, |obstacle| obstacle.to_string());
+        if let Some(trip) = status.trip {
             let cause = trip::in_words(&trip).cause;
             return Err(GaveUp(format!(
                 "a fault is latched: {cause}; look after it, then `armbridge clear`"
             )));
         }
-        match (model.mode(), model.found) {
+        match (status.mode(), status.servos) {
             (Some(Mode::Passthrough), _) => {
                 let why = refusal::in_words(Refusal::Passthrough);
                 return Err(GaveUp(format!("the board is not armed: {why}")));
             }
-            (Some(Mode::Idle), Some((_, _, true))) => {
-                view.desk.ask(now_us, Request::Arm);
+            (Some(Mode::Idle), Some(FoundServos { is_ready: true, .. })) => {
+                view.session.request(now_us, Request::Arm);
                 self.step = Step::Arming(now_us);
             }
-            (_, Some((_, _, false))) if self.prepares => {
-                view.desk.ask(now_us, Request::Command(Command::Prepare));
+            (
+                _,
+                Some(FoundServos {
+                    is_ready: false, ..
+                }),
+            ) if self.prepares => {
+                let prepare = Request::Command(Command::Prepare);
+                view.session.request(now_us, prepare);
                 self.step = Step::Preparing(now_us);
             }
-            (_, Some((_, _, false))) => {
+            (
+                _,
+                Some(FoundServos {
+                    is_ready: false, ..
+                }),
+            ) => {
                 return Err(GaveUp(
                     "stock servos take no torque before they are set to wheel mode, which is kept \
                      in their EEPROM: add --prepare to do it"
                         .into(),
                 ));
             }
-            (_, Some((_, _, true)) | None)
-                if now_us.saturating_sub(since_us) > SERVO_TIMEOUT_US =>
-            {
-                let none = || "the servos are not found: check their power and wiring".to_owned();
-                return Err(GaveUp(model.trouble.clone().unwrap_or_else(none)));
+            _ if now_us.saturating_sub(since_us) > SERVO_TIMEOUT_US => {
+                return Err(GaveUp(why_not));
             }
-            (_, Some((_, _, true)) | None) => {}
+            _ => {}
         }
         Ok(())
     }
@@ -142,7 +155,7 @@ impl Arm {
         self.held = Duration::from_micros(view.now_us.saturating_sub(since_us));
         if view.now_us >= self.report_us {
             self.report_us = view.now_us + REPORT_US;
-            (self.report_line)(&line(view.model, self.held));
+            (self.report_line)(&line(view.session.status(), self.held));
         }
         if interrupt::is_raised() || self.lasts.is_some_and(|lasts| self.held >= lasts) {
             self.end(view, Outcome::Disarmed);
@@ -151,12 +164,13 @@ impl Arm {
 
     /// What ends it whatever it does.
     fn misfortune(&self, view: &View<'_>) -> Option<Outcome> {
-        let (before, report) = (self.report?, view.model.report?);
+        let status = view.session.status();
+        let (before, report) = (self.report?, status.report?);
         if before.is_before_reset(&report) {
             return Some(Outcome::Reset(report.last_end));
         }
-        let is_fault = matches!(view.model.mode(), Some(Mode::Fault(_)));
-        let trip = view.model.trip.filter(|_| is_fault);
+        let is_fault = matches!(status.mode(), Some(Mode::Fault(_)));
+        let trip = status.trip.filter(|_| is_fault);
         trip.map(Outcome::Tripped)
     }
 }
@@ -166,7 +180,7 @@ impl Task for Arm {
         let now_us = view.now_us;
         match self.step {
             Step::Over => return Ok(()),
-            Step::Lost if view.model.report.is_some() && view.desk.is_greeted() => {
+            Step::Lost if view.session.status().report.is_some() && view.session.is_greeted() => {
                 let outcome = self.misfortune(&view).unwrap_or(Outcome::Parted);
                 self.end(&mut view, outcome);
             }
@@ -175,22 +189,24 @@ impl Task for Arm {
             }
             Step::Lost => {}
             Step::Waiting(None) => {
-                if view.desk.is_greeted() {
+                if view.session.is_greeted() {
                     self.step = Step::Waiting(Some(now_us));
                 }
             }
             Step::Waiting(Some(since_us)) => self.wait(&mut view, since_us)?,
             Step::Preparing(since_us) => {
-                if let Some((_, _, true)) = view.model.found {
+                let status = view.session.status();
+                if status.servos.is_some_and(|servos| servos.is_ready) {
                     self.step = Step::Waiting(Some(now_us));
                 } else if now_us.saturating_sub(since_us) > SERVO_TIMEOUT_US {
                     let none = || "the servos cannot be set to wheel mode".to_owned();
-                    return Err(GaveUp(view.model.trouble.clone().unwrap_or_else(none)));
+                    let why = status.obstacle.map_or_else(none, |why| why.to_string());
+                    return Err(GaveUp(why));
                 }
             }
-            Step::Arming(since_us) => match view.desk.take_answer() {
+            Step::Arming(since_us) => match view.session.take_answer() {
                 Some(Ok(())) => {
-                    self.report = view.model.report;
+                    self.report = view.session.status().report;
                     self.step = Step::Holding(now_us);
                 }
                 Some(Err(refusal)) => {
@@ -212,7 +228,7 @@ impl Task for Arm {
         Ok(())
     }
 
-    fn parted(&mut self, _now_us: u64) {
+    fn disconnected(&mut self, _now_us: u64) {
         self.step = match self.step {
             Step::Waiting(_) | Step::Preparing(_) => Step::Waiting(None),
             Step::Arming(_) | Step::Holding(_) | Step::Lost => Step::Lost,
@@ -222,8 +238,8 @@ impl Task for Arm {
 }
 
 /// As "armed for 3 s: joints at +0.300, -0.250 rad".
-fn line(model: &Model, held: Duration) -> String {
-    let at = model.record.map_or_else(String::new, |record| {
+fn line(status: &BoardStatus, held: Duration) -> String {
+    let at = status.record.map_or_else(String::new, |record| {
         let [first, second] = record.angle_rad;
         format!(": joints at {first:+.3}, {second:+.3} rad")
     });

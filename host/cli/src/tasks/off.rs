@@ -2,9 +2,9 @@
 
 use armbridge_shared::link::message::{Command, Mode, Refusal};
 
-use super::{ANSWER_TIMEOUT_US, GaveUp, SERVO_TIMEOUT_US, Task, View};
+use super::{GaveUp, Task, View};
 use armbridge_client::refusal;
-use armbridge_client::station::Request;
+use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::trip;
 
 /// How far it has come.
@@ -29,15 +29,16 @@ impl Default for Disarm {
 impl Task for Disarm {
     fn look(&mut self, view: View<'_>) -> Result<(), GaveUp> {
         match self.0 {
-            Step::Greeting if !view.desk.is_greeted() => {}
+            Step::Greeting if !view.session.is_greeted() => {}
             Step::Greeting => {
-                view.desk.ask(view.now_us, Request::Command(Command::Idle));
+                view.session
+                    .request(view.now_us, Request::Command(Command::Idle));
                 self.0 = Step::Asked(view.now_us);
             }
-            Step::Asked(since_us) => match view.desk.take_answer() {
+            Step::Asked(since_us) => match view.session.take_answer() {
                 Some(Ok(())) => {
                     self.0 = Step::Over;
-                    view.desk.ask(view.now_us, Request::Leave);
+                    view.session.request(view.now_us, Request::Leave);
                 }
                 Some(Err(refusal)) => {
                     let why = refusal::in_words(refusal);
@@ -52,7 +53,7 @@ impl Task for Disarm {
         Ok(())
     }
 
-    fn parted(&mut self, _now_us: u64) {
+    fn disconnected(&mut self, _now_us: u64) {
         self.0 = Step::Greeting;
     }
 }
@@ -72,12 +73,12 @@ impl Task for Stop {
     fn look(&mut self, view: View<'_>) -> Result<(), GaveUp> {
         match self.0 {
             Step::Greeting => {
-                view.desk.ask(view.now_us, Request::Stop);
+                view.session.request(view.now_us, Request::Stop);
                 self.0 = Step::Asked(view.now_us);
             }
-            Step::Asked(_) if view.model.trip.is_some() => {
+            Step::Asked(_) if view.session.status().trip.is_some() => {
                 self.0 = Step::Over;
-                view.desk.ask(view.now_us, Request::Leave);
+                view.session.request(view.now_us, Request::Leave);
             }
             Step::Asked(since_us) => overdue(view.now_us, since_us, ANSWER_TIMEOUT_US, || {
                 "stop was said, but the board does not say that it has stopped: press the switch \
@@ -89,7 +90,7 @@ impl Task for Stop {
         Ok(())
     }
 
-    fn parted(&mut self, _now_us: u64) {
+    fn disconnected(&mut self, _now_us: u64) {
         self.0 = Step::Greeting;
     }
 }
@@ -106,11 +107,11 @@ impl Default for Clear {
 
 impl Task for Clear {
     fn look(&mut self, view: View<'_>) -> Result<(), GaveUp> {
-        let mode = view.model.mode();
+        let mode = view.session.status().mode();
         match self.0 {
             Step::Greeting if matches!(mode, Some(Mode::Fault(_))) => {
-                view.desk
-                    .ask(view.now_us, Request::Command(Command::ClearFault));
+                view.session
+                    .request(view.now_us, Request::Command(Command::ClearFault));
                 self.0 = Step::Asked(view.now_us);
             }
             // Nothing to clear, or done.
@@ -118,10 +119,10 @@ impl Task for Clear {
                 if matches!(mode, Some(Mode::Idle | Mode::Passthrough)) =>
             {
                 self.0 = Step::Over;
-                view.desk.ask(view.now_us, Request::Leave);
+                view.session.request(view.now_us, Request::Leave);
             }
             Step::Asked(since_us) => {
-                match view.desk.take_answer() {
+                match view.session.take_answer() {
                     // The board soon reports that motors are off, or that they are not.
                     Some(Err(Refusal::NotOff)) => self.0 = Step::Greeting,
                     Some(Err(refusal)) => {
@@ -140,14 +141,14 @@ impl Task for Clear {
         Ok(())
     }
 
-    fn parted(&mut self, _now_us: u64) {
+    fn disconnected(&mut self, _now_us: u64) {
         self.0 = Step::Greeting;
     }
 }
 
 fn not_cleared(view: &View<'_>) -> String {
-    let model = view.model;
-    match (&model.trip, &model.trouble) {
+    let status = view.session.status();
+    match (&status.trip, status.obstacle) {
         (Some(trip), _) => {
             let account = trip::in_words(trip);
             format!(
@@ -155,7 +156,7 @@ fn not_cleared(view: &View<'_>) -> String {
                 account.cause, account.advice
             )
         }
-        (None, Some(trouble)) => format!("the fault is cleared, but {trouble}"),
+        (None, Some(obstacle)) => format!("the fault is cleared, but {obstacle}"),
         (None, None) => {
             "the fault is cleared, but the servos are not found: check their power".into()
         }

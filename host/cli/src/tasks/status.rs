@@ -3,7 +3,7 @@
 use armbridge_shared::link::message::{Command, Mode};
 
 use super::{GaveUp, Task, View};
-use armbridge_client::station::Request;
+use armbridge_client::session::Request;
 
 /// How long the board is listened to: it tells its servos' temperatures once a second.
 const LISTEN_US: u64 = 1_200_000;
@@ -16,15 +16,24 @@ const PINGS: usize = 10;
 #[derive(Debug, Default)]
 pub struct Status {
     begun_us: Option<u64>,
-    is_asking: bool,
-    round_trips_ns: Vec<u64>,
+    asked_us: Option<u64>,
+    round_trips_us: Vec<u64>,
+    /// Frames that had come when listening began, and those that came while it lasted.
+    frames: [u64; 2],
+    listened_us: u64,
     is_over: bool,
 }
 
 impl Status {
-    /// Round trips in ns, shortest first.
-    pub fn round_trips_ns(&self) -> Vec<u64> {
-        let mut sorted = self.round_trips_ns.clone();
+    /// Frames from the board in a second.
+    pub fn frames_per_s(&self) -> f64 {
+        let [_, frames] = self.frames;
+        frames as f64 / (self.listened_us as f64 * 1e-6).max(1e-6)
+    }
+
+    /// Round trips in µs, shortest first.
+    pub fn round_trips_us(&self) -> Vec<u64> {
+        let mut sorted = self.round_trips_us.clone();
         sorted.sort_unstable();
         sorted
     }
@@ -32,37 +41,41 @@ impl Status {
 
 impl Task for Status {
     fn look(&mut self, view: View<'_>) -> Result<(), GaveUp> {
-        let View {
-            now_us,
-            model,
-            desk,
-        } = view;
-        if self.is_over || !desk.is_greeted() {
+        let View { now_us, session } = view;
+        if self.is_over || !session.is_greeted() {
             return Ok(());
         }
+        let stats = session.stats();
+        if self.begun_us.is_none() {
+            self.frames[0] = stats.sent;
+        }
         let listened_us = now_us - *self.begun_us.get_or_insert(now_us);
+        self.frames[1] = stats.sent - self.frames[0];
+        self.listened_us = listened_us;
         if listened_us < LISTEN_US {
             return Ok(());
         }
-        if self.is_asking && desk.take_answer().is_some() {
-            self.is_asking = false;
-            self.round_trips_ns.extend(model.link.round_trip_ns);
+        if let Some(asked_us) = self.asked_us
+            && session.take_answer().is_some()
+        {
+            self.asked_us = None;
+            self.round_trips_us.push(now_us - asked_us);
         }
-        // To ask would take the bus from whoever has it.
-        let may_ask = model.mode() != Some(Mode::Passthrough);
-        let is_enough = self.round_trips_ns.len() >= PINGS;
+        // A command would take the bus from the transparent port.
+        let may_ask = session.status().mode() != Some(Mode::Passthrough);
+        let is_enough = self.round_trips_us.len() >= PINGS;
         if !may_ask || is_enough || listened_us > LISTEN_US + PINGS_US {
             self.is_over = true;
-            desk.ask(now_us, Request::Leave);
-        } else if !self.is_asking {
-            self.is_asking = true;
-            desk.ask(now_us, Request::Command(Command::Idle));
+            session.request(now_us, Request::Leave);
+        } else if self.asked_us.is_none() {
+            self.asked_us = Some(now_us);
+            session.request(now_us, Request::Command(Command::Idle));
         }
         Ok(())
     }
 
-    fn parted(&mut self, _now_us: u64) {
+    fn disconnected(&mut self, _now_us: u64) {
         self.begun_us = None;
-        self.is_asking = false;
+        self.asked_us = None;
     }
 }

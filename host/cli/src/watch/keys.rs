@@ -12,7 +12,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::model::{Line, Model};
 use crate::link_thread::Hand;
-use armbridge_client::station::Request;
+use armbridge_client::session::Request;
 
 /// A step of the setpoint in rad: a tenth of the torque that a joint has, at the
 /// default gains less than a thirtieth.
@@ -141,6 +141,7 @@ impl Keys {
         let command = |command| Some(Act::Ask(Request::Command(command)));
         let drive = match key {
             KeyCode::Char('h' | 'H') => model
+                .board
                 .record
                 .and_then(|record| command(Command::Regulate(record.angle_rad))),
             KeyCode::Char('u' | 'U') => command(Command::Follow(Motion::MinimumJerk {
@@ -179,7 +180,7 @@ impl Keys {
     }
 
     fn clear(&mut self, model: &Model) -> Option<Act> {
-        if let Some(Mode::Fault(_)) = model.mode() {
+        if let Some(Mode::Fault(_)) = model.board.mode() {
             return Some(Act::Ask(Request::Command(Command::ClearFault)));
         }
         self.note = Some("there is no fault to clear");
@@ -195,7 +196,7 @@ impl Keys {
     }
 
     fn lift(&mut self, model: &Model) -> Option<Act> {
-        if model.mode().is_some_and(Mode::is_armed) {
+        if model.board.mode().is_some_and(Mode::is_armed) {
             self.note = Some("the motors drive the arm: press d first");
             return None;
         }
@@ -203,7 +204,11 @@ impl Keys {
     }
 
     fn step(&mut self, model: &Model, joint: usize, by_rad: f32) -> Option<Act> {
-        let record = model.record.as_ref().filter(|_| model.line() == Line::Up)?;
+        let record = model
+            .board
+            .record
+            .as_ref()
+            .filter(|_| model.line() == Line::Up)?;
         let (Mode::Running(drive) | Mode::Degraded(drive)) = record.mode else {
             self.note = Some("the setpoint moves while the arm regulates: press r first");
             return None;
@@ -217,7 +222,10 @@ impl Keys {
             .setpoint
             .filter(|(_, at_ns)| now_ns.saturating_sub(*at_ns) < FRESH_NS);
         let mut setpoint = fresh.map_or(record.reference_rad, |(setpoint, _)| setpoint);
-        let limits = model.settings.map(|settings| settings.limits.angle_rad);
+        let limits = model
+            .board
+            .settings
+            .map(|settings| settings.limits.angle_rad);
         let most = limits.unwrap_or([hard::ANGLE_RAD; JOINTS])[joint] - MARGIN_RAD;
         let wanted = setpoint[joint] + by_rad;
         // On from beyond, only back.
@@ -233,7 +241,7 @@ impl Keys {
 
 /// Whether the board can be armed, and what to ask.
 fn arming(model: &Model) -> Result<Question, &'static str> {
-    match (model.line(), model.mode()) {
+    match (model.line(), model.board.mode()) {
         (Line::Opening | Line::Parted(_), _) | (_, None) => Err("there is no board on the link"),
         (Line::Quiet(_), _) => Err("the board is silent"),
         (Line::Up, Some(Mode::Boot)) => Err("the servos are not found yet"),
@@ -244,16 +252,16 @@ fn arming(model: &Model) -> Result<Question, &'static str> {
             Err("a program has the bus: press d to take it back first")
         }
         (Line::Up, Some(Mode::Fault(_))) => Err("a fault is latched: press c to clear it first"),
-        (Line::Up, Some(Mode::Idle)) => match model.found {
-            Some((_, _, false)) => Ok(Question::Prepare),
-            Some((_, _, true)) | None => Ok(Question::Arm),
+        (Line::Up, Some(Mode::Idle)) => match model.board.servos {
+            Some(servos) if !servos.is_ready => Ok(Question::Prepare),
+            Some(_) | None => Ok(Question::Arm),
         },
     }
 }
 
 /// Whether it can be told to regulate, and what to ask.
 fn regulating(model: &Model) -> Result<Question, &'static str> {
-    match (model.line(), model.mode()) {
+    match (model.line(), model.board.mode()) {
         (Line::Up, Some(mode)) if mode.is_armed() => Ok(Question::Regulate),
         _ => arming(model).map(|question| match question {
             Question::Arm | Question::Regulate | Question::ArmAndRegulate => {

@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::net::TcpListener;
 use std::time::Duration;
 
-use armbridge_client::station::Request;
+use armbridge_client::session::Request;
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{Drive, Fault, Hello, Mode, StopSource, ToHost};
 use armbridge_shared::link::schema;

@@ -7,11 +7,11 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use armbridge_client::Host;
-use armbridge_client::error::OperatorError;
+use armbridge_client::error::SessionError;
 use armbridge_client::event::{Direction, Ear, What};
-use armbridge_client::link::{Client, Said};
 use armbridge_client::servo_bus::port::open_device;
-use armbridge_client::station::{Controls, Request, Station};
+use armbridge_client::session::{BoardMessage, CommandLink};
+use armbridge_client::session::{ChannelHost, Request, Requests};
 use armbridge_client::transport::{LinkOptions, LinkUri, drive};
 use armbridge_client::{LinkError, Tap};
 use armbridge_shared::link::message::{Command, Fault, Mode, ToHost};
@@ -47,18 +47,18 @@ impl Tap for Watcher {
             });
     }
 
-    fn parted(&mut self, _host_ns: u64) {
+    fn disconnected(&mut self, _host_ns: u64) {
         self.0 = Ear::default();
         self.1.lock().unwrap().partings += 1;
     }
 }
 
 /// How a host's thread ended.
-pub(crate) type Ended = Result<(), LinkError<OperatorError>>;
+pub(crate) type Ended = Result<(), LinkError<SessionError>>;
 
 /// A station on a link.
 pub(crate) struct Manned {
-    pub(crate) controls: Controls,
+    pub(crate) controls: Requests,
     heard: Arc<Mutex<Heard>>,
     thread: JoinHandle<Ended>,
 }
@@ -73,7 +73,7 @@ pub(crate) fn options(patience: Duration) -> LinkOptions {
 
 impl Manned {
     pub(crate) fn on(link: &LinkUri, patience: Duration) -> Self {
-        let (station, controls) = Station::new();
+        let (station, controls) = ChannelHost::new();
         let heard = Arc::new(Mutex::new(Heard::default()));
         let thread = {
             let (link, heard) = (link.clone(), Arc::clone(&heard));
@@ -141,7 +141,7 @@ fn when_the_controls_are_dropped_the_arm_is_disarmed() {
 
 /// A station that comes to a bad end when it is told to.
 struct Mortal {
-    station: Station,
+    station: ChannelHost,
     end: Receiver<bool>,
 }
 
@@ -178,7 +178,7 @@ fn a_host_that_gives_up_or_panics_says_goodbye() {
     for panics in [false, true] {
         let board = Served::on("tcp://127.0.0.1:0");
         let (end, is_end) = channel();
-        let (station, controls) = Station::new();
+        let (station, controls) = ChannelHost::new();
         let link = board.link.clone();
         let thread = std::thread::spawn(move || {
             let mortal = Mortal {
@@ -210,7 +210,7 @@ fn a_host_that_does_not_read_holds_up_nothing() {
         panic!("{}", board.link);
     };
     let mut line = open_device(path, 1_000_000).unwrap();
-    let mut client = Client::default();
+    let mut client = CommandLink::default();
     let begun = Instant::now();
     let now_us = || begun.elapsed().as_micros() as u64;
     let (mut session, mut is_armed) = (None, false);
@@ -219,14 +219,18 @@ fn a_host_that_does_not_read_holds_up_nothing() {
         line.send(client.transmit(now_us())).unwrap();
         let bytes = line.receive(Instant::now() + Duration::from_millis(10));
         let mut wish = None;
-        client.receive(&bytes.unwrap(), |said| match said {
-            Said::Told(ToHost::Board(report)) => session = Some(report.session),
-            Said::Told(ToHost::Record(record)) if record.mode == Mode::Idle => {
-                wish = session.map(|session| Command::Arm { session });
+        let bytes = bytes.unwrap();
+        let mut bytes = bytes.as_slice();
+        while let Some(message) = client.receive(&mut bytes) {
+            match message {
+                BoardMessage::Told(ToHost::Board(report)) => session = Some(report.session),
+                BoardMessage::Told(ToHost::Record(record)) if record.mode == Mode::Idle => {
+                    wish = session.map(|session| Command::Arm { session });
+                }
+                BoardMessage::Done => is_armed = true,
+                _ => {}
             }
-            Said::Done => is_armed = true,
-            _ => {}
-        });
+        }
         if let (Some(arm), true) = (wish, client.is_settled()) {
             client.command(arm);
         }
@@ -244,11 +248,13 @@ fn a_host_that_does_not_read_holds_up_nothing() {
     until("the board is heard again", || {
         line.send(client.transmit(now_us())).unwrap();
         let bytes = line.receive(Instant::now() + Duration::from_millis(10));
-        client.receive(&bytes.unwrap(), |said| {
-            if let Said::Told(ToHost::Record(record)) = said {
+        let bytes = bytes.unwrap();
+        let mut bytes = bytes.as_slice();
+        while let Some(message) = client.receive(&mut bytes) {
+            if let BoardMessage::Told(ToHost::Record(record)) = message {
                 mode = Some(record.mode);
             }
-        });
+        }
         damaged = client.stats().damaged;
         mode == Some(silent) && client.stats().lost > 0
     });

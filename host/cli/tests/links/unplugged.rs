@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use armbridge_client::LinkError;
-use armbridge_client::station::Request;
+use armbridge_client::session::Request;
 use armbridge_shared::link::message::{Fault, Mode};
 
 use crate::board::{Served, until};

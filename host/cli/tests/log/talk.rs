@@ -309,6 +309,6 @@ impl<'a> Talk<'a> {
             host_ns: self.now_ns,
             what: armbridge_client::event::What::Parted,
         });
-        self.tap.parted(self.now_ns);
+        self.tap.disconnected(self.now_ns);
     }
 }

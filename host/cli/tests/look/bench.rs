@@ -53,8 +53,8 @@ impl Tap for Deaf {
         self.tap.bytes(direction, host_ns, bytes);
     }
 
-    fn parted(&mut self, host_ns: u64) {
-        self.tap.parted(host_ns);
+    fn disconnected(&mut self, host_ns: u64) {
+        self.tap.disconnected(host_ns);
     }
 }
 

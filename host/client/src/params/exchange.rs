@@ -5,10 +5,9 @@ use std::collections::VecDeque;
 use armbridge_shared::link::message::{Command, Refusal, Settings};
 
 use crate::Host;
-use crate::error::OperatorError;
+use crate::error::SessionError;
 use crate::interrupt;
-use crate::station::Request;
-use crate::station::desk::Desk;
+use crate::session::{Request, Session};
 
 /// How long a board that has answered may say nothing.
 const SILENCE_US: u64 = 3_000_000;
@@ -28,7 +27,7 @@ pub struct Exchanged {
 /// `decide`d, one command after the other, until one is refused.
 #[derive(Debug)]
 pub struct Exchange<D> {
-    desk: Desk,
+    session: Session,
     decide: Option<D>,
     orders: VecDeque<Command>,
     asked: Option<Command>,
@@ -50,7 +49,7 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Exchange<D> {
     /// One that has not spoken yet.
     pub fn new(decide: D) -> Self {
         Self {
-            desk: Desk::default(),
+            session: Session::default(),
             decide: Some(decide),
             orders: VecDeque::new(),
             asked: None,
@@ -60,14 +59,14 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Exchange<D> {
     }
 
     fn look(&mut self, now_us: u64) {
-        if let Some(settings) = self.desk.settings()
+        if let Some(settings) = self.session.status().settings
             && let Some(decide) = self.decide.take()
         {
             self.exchanged.before = Some(settings);
             self.orders = decide(&settings).into();
             self.next(now_us);
         }
-        if let Some(answer) = self.desk.take_answer()
+        if let Some(answer) = self.session.take_answer()
             && let Some(command) = self.asked.take()
         {
             match answer {
@@ -84,25 +83,25 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Exchange<D> {
     fn next(&mut self, now_us: u64) {
         self.asked = self.orders.pop_front();
         let request = self.asked.map_or(Request::Leave, Request::Command);
-        self.desk.ask(now_us, request);
+        self.session.request(now_us, request);
     }
 }
 
 impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
-    type Error = OperatorError;
+    type Error = SessionError;
 
-    fn transmit(&mut self, now_us: u64) -> Result<&[u8], OperatorError> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], SessionError> {
         if interrupt::is_raised() {
-            self.desk.ask(now_us, Request::Leave);
+            self.session.request(now_us, Request::Leave);
         }
         if self.heard_us > 0 && now_us > self.heard_us + SILENCE_US {
-            return Err(OperatorError::Silent);
+            return Err(SessionError::Silent);
         }
-        self.desk.transmit(now_us)
+        self.session.transmit(now_us)
     }
 
-    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), OperatorError> {
-        self.desk.receive(now_us, bytes, |_| ())?;
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), SessionError> {
+        self.session.receive_all(now_us, bytes)?;
         if !bytes.is_empty() {
             self.heard_us = now_us;
         }
@@ -111,16 +110,16 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
     }
 
     fn wake_at_us(&self) -> u64 {
-        self.desk.wake_at_us()
+        self.session.wake_at_us()
     }
 
     fn is_done(&self) -> bool {
-        self.desk.is_done()
+        self.session.is_done()
     }
 
     /// What was asked for is asked again: settings are a state, not an event.
-    fn parted(&mut self, now_us: u64) {
-        self.desk.parted(now_us);
+    fn disconnected(&mut self, now_us: u64) {
+        self.session.disconnected();
         self.heard_us = 0;
         if let Some(command) = self.asked.take() {
             self.orders.push_front(command);

@@ -67,7 +67,7 @@ pub struct LinkOptions {
     /// Listeners.
     pub taps: Vec<Box<dyn Tap>>,
     /// Nothing is written to standard error when the link breaks or comes back: for
-    /// a program that draws on the terminal and listens to [`Tap::parted`].
+    /// a program that draws on the terminal and listens to [`Tap::disconnected`].
     pub is_quiet: bool,
 }
 
@@ -94,7 +94,7 @@ pub enum LinkError<H> {
 }
 
 /// Drives `host` over the link until it is done. Reopens a link that breaks, and
-/// tells the host by [`Host::parted`]. The host comes back whatever happened.
+/// tells the host by [`Host::disconnected`]. The host comes back whatever happened.
 ///
 /// The host is asked to speak every 20 ms at the latest, also while the link is broken;
 /// what it says then is lost. If it gives up or panics, the board is told goodbye, which

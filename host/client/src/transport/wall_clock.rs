@@ -3,7 +3,7 @@
 //! One thread: it waits for bytes, at the longest until the host wants to speak or
 //! [`LONGEST`], and hands them on. The system's own buffers hold what comes while the
 //! host is busy. A stream that breaks is opened again, as often as it takes and
-//! patience allows; whoever was told [`Host::parted`] begins with a hello. It is back
+//! patience allows; whoever was told [`Host::disconnected`] begins with a hello. It is back
 //! when the board is heard again.
 
 use std::io;
@@ -114,9 +114,9 @@ impl Session<'_> {
     fn part<H: Host>(&mut self, why: &io::Error, host: &mut H) -> String {
         let now_ns = self.clock.now_ns();
         for tap in &mut self.options.taps {
-            tap.parted(now_ns);
+            tap.disconnected(now_ns);
         }
-        host.parted(self.clock.now_us());
+        host.disconnected(self.clock.now_us());
         let why = match why.kind() {
             io::ErrorKind::UnexpectedEof => "the other side closed it".to_owned(),
             _ => why.to_string(),

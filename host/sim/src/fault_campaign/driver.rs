@@ -16,7 +16,7 @@ use armbridge_shared::link::message::{
 use armbridge_shared::link::schema;
 
 use armbridge_client::Host;
-use armbridge_client::link::{Client, Said};
+use armbridge_client::session::{BoardMessage, CommandLink};
 
 /// How often a strange host says what it says, in µs: as often as a good one.
 const STRANGE_US: u64 = 25_000;
@@ -53,7 +53,7 @@ enum Phase {
 /// The host of a case.
 #[derive(Debug)]
 pub(super) struct Driver {
-    client: Client,
+    client: CommandLink,
     setup: Setup,
     limits: Limits,
     command: Option<Command>,
@@ -85,7 +85,7 @@ impl Driver {
     /// if that.
     pub(super) fn new(setup: Setup, limits: Limits, arms: bool, command: Option<Command>) -> Self {
         Self {
-            client: Client::default(),
+            client: CommandLink::default(),
             setup,
             limits,
             command,
@@ -113,13 +113,13 @@ impl Driver {
 
     /// Asks for an emergency stop.
     pub(super) fn stop(&mut self) {
-        self.client.say(ToBoard::Stop);
+        self.client.send(ToBoard::Stop);
     }
 
     pub(super) fn behave(&mut self, whim: Whim) {
         if whim == Whim::None && self.whim != Whim::None {
             // Whoever comes back says hello.
-            self.client = Client::default();
+            self.client = CommandLink::default();
         }
         self.whim = whim;
         self.strange_us = 0;
@@ -136,26 +136,30 @@ impl Driver {
         self.client.command(command);
     }
 
-    fn take(&mut self, said: Said) {
+    fn take(&mut self, said: BoardMessage) {
         match (said, self.phase) {
-            (Said::Hello, Phase::Connecting) => {
+            (BoardMessage::Hello(_), Phase::Connecting) => {
                 self.next(Phase::SettingUp, Command::Configure(self.setup));
             }
-            (Said::Done, Phase::SettingUp) => {
+            (BoardMessage::Done, Phase::SettingUp) => {
                 self.next(Phase::Limiting, Command::Limit(self.limits));
             }
-            (Said::Done, Phase::Limiting) => self.phase = Phase::Waiting,
-            (Said::Done, Phase::Arming) => match self.command {
+            (BoardMessage::Done, Phase::Limiting) => self.phase = Phase::Waiting,
+            (BoardMessage::Done, Phase::Arming) => match self.command {
                 Some(command) => self.next(Phase::Commanding, command),
                 None => self.phase = Phase::Working,
             },
-            (Said::Done, Phase::Commanding) => self.phase = Phase::Working,
-            (Said::Done, Phase::Working) if self.whim == Whim::OutOfRange => self.swallowed += 1,
-            (Said::Told(ToHost::Board(report)), _) => self.session = report.session,
-            (Said::Told(ToHost::Tripped(trip)), _) => self.trip = Some(trip),
-            (Said::Told(ToHost::Off(report)), _) => self.off = Some(report),
-            (Said::Told(ToHost::Found { is_ready, .. }), _) => self.is_ready = Some(is_ready),
-            (Said::Told(ToHost::Record(record)), phase) => {
+            (BoardMessage::Done, Phase::Commanding) => self.phase = Phase::Working,
+            (BoardMessage::Done, Phase::Working) if self.whim == Whim::OutOfRange => {
+                self.swallowed += 1;
+            }
+            (BoardMessage::Told(ToHost::Board(report)), _) => self.session = report.session,
+            (BoardMessage::Told(ToHost::Tripped(trip)), _) => self.trip = Some(trip),
+            (BoardMessage::Told(ToHost::Off(report)), _) => self.off = Some(report),
+            (BoardMessage::Told(ToHost::Found { is_ready, .. }), _) => {
+                self.is_ready = Some(is_ready);
+            }
+            (BoardMessage::Told(ToHost::Record(record)), phase) => {
                 self.record = Some(record);
                 let torques = record.torque_nm.iter();
                 self.most_nm = torques.fold(self.most_nm, |most, nm| most.max(nm.abs()));
@@ -186,7 +190,7 @@ impl Driver {
         self.turn += 1;
         match self.whim {
             Whim::None | Whim::Gone => {}
-            Whim::Leaves => self.client.say(ToBoard::Goodbye),
+            Whim::Leaves => self.client.send(ToBoard::Goodbye),
             Whim::OtherSchema => {
                 let hello = Hello {
                     schema: schema::HASH.map(|byte| !byte),
@@ -255,11 +259,9 @@ impl Host for Driver {
         Ok(self.client.transmit(now_us))
     }
 
-    fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Infallible> {
-        let mut said = Vec::new();
-        self.client.receive(bytes, |what| said.push(what));
-        for what in said {
-            self.take(what);
+    fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Infallible> {
+        while let Some(message) = self.client.receive(&mut bytes) {
+            self.take(message);
         }
         Ok(())
     }

@@ -60,7 +60,7 @@ pub const VISCOUS_TORQUE_COULOMB: &[Unknown] =
 pub(super) const COUNT: usize = 5;
 
 impl Unknown {
-    /// All of them, as they lie in [`Numbers::to_array`].
+    /// All of them, as they lie in `to_array`.
     pub const ALL: [Self; COUNT] = [
         Self::Viscous,
         Self::Torque,

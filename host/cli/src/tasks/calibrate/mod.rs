@@ -23,8 +23,8 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::message::{Command, Mode, Settings, Setup};
 
-use super::{ANSWER_TIMEOUT_US, GaveUp, SERVO_TIMEOUT_US, Task, View};
-use armbridge_client::station::Request;
+use super::{GaveUp, Task, View};
+use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::{interrupt, refusal, trip};
 use measure::{Pose, Sampler, direction};
 use motor::Motor;
@@ -113,14 +113,14 @@ impl<G: Guide> Calibrate<G> {
     }
 
     fn wait(&mut self, view: &View<'_>) -> Result<(), GaveUp> {
-        let model = view.model;
-        if let Some(tripped) = model.trip {
+        let status = view.session.status();
+        if let Some(tripped) = status.trip {
             return Err(GaveUp(format!(
                 "a fault is latched: {}; look after it, then `armbridge clear`",
                 trip::in_words(&tripped).cause
             )));
         }
-        if let (Some(Mode::Idle), Some(settings)) = (model.mode(), model.settings) {
+        if let (Some(Mode::Idle), Some(settings)) = (status.mode(), status.settings) {
             self.before = Some(settings);
             self.joints = settings.setup.joints;
             self.guide
@@ -128,7 +128,8 @@ impl<G: Guide> Calibrate<G> {
             self.next_joint(0);
         } else if view.now_us > 2 * SERVO_TIMEOUT_US {
             let none = || "the servos are not found: check their power and wiring".to_owned();
-            return Err(GaveUp(model.trouble.clone().unwrap_or_else(none)));
+            let why = status.obstacle.map_or_else(none, |why| why.to_string());
+            return Err(GaveUp(why));
         }
         Ok(())
     }
@@ -225,7 +226,7 @@ impl<G: Guide> Calibrate<G> {
     /// Shows the counts now and then; whether the person has answered.
     fn is_answered(&mut self, view: &View<'_>) -> Result<bool, GaveUp> {
         if view.now_us >= self.show_us
-            && let Some(record) = view.model.record
+            && let Some(record) = view.session.status().record
         {
             self.show_us = view.now_us + SHOW_US;
             let [first, second] = record.samples.map(|sample| {
@@ -244,7 +245,8 @@ impl<G: Guide> Calibrate<G> {
                 ..before.setup
             };
             let configure = Command::Configure(setup);
-            view.desk.ask(view.now_us, Request::Command(configure));
+            view.session
+                .request(view.now_us, Request::Command(configure));
         }
         self.step = Step::Configuring(view.now_us);
     }
@@ -255,7 +257,8 @@ impl<G: Guide> Calibrate<G> {
             let sign = self.joints[joint].direction;
             self.step = Step::Motor(Motor::ask(joint, sign, &mut self.guide));
         } else {
-            view.desk.ask(view.now_us, Request::Command(Command::Save));
+            view.session
+                .request(view.now_us, Request::Command(Command::Save));
             self.step = Step::Saving(view.now_us);
         }
     }
@@ -266,7 +269,7 @@ impl<G: Guide> Task for Calibrate<G> {
         if interrupt::is_raised() && !matches!(self.step, Step::Over) {
             return Err(GaveUp("ctrl-c was pressed: nothing was saved".into()));
         }
-        let record = view.model.record;
+        let record = view.session.status().record;
         match std::mem::replace(&mut self.step, Step::Waiting) {
             Step::Waiting => self.wait(&view)?,
             Step::Zero(joint) => {
@@ -320,7 +323,7 @@ impl<G: Guide> Task for Calibrate<G> {
             Step::Saving(since_us) => {
                 if answer(&mut view, since_us, "save")? {
                     self.step = Step::Over;
-                    view.desk.ask(view.now_us, Request::Leave);
+                    view.session.request(view.now_us, Request::Leave);
                 } else {
                     self.step = Step::Saving(since_us);
                 }
@@ -330,7 +333,7 @@ impl<G: Guide> Task for Calibrate<G> {
         Ok(())
     }
 
-    fn parted(&mut self, _now_us: u64) {
+    fn disconnected(&mut self, _now_us: u64) {
         if !matches!(self.step, Step::Over) {
             self.guide.say("The link broke: all begins anew.");
             self.step = Step::Waiting;
@@ -340,7 +343,7 @@ impl<G: Guide> Task for Calibrate<G> {
 
 /// Whether the board has done what it was asked to.
 fn answer(view: &mut View<'_>, since_us: u64, what: &str) -> Result<bool, GaveUp> {
-    match view.desk.take_answer() {
+    match view.session.take_answer() {
         Some(Ok(())) => Ok(true),
         Some(Err(refusal)) => {
             let why = refusal::in_words(refusal);

@@ -6,7 +6,7 @@ use armbridge_shared::link::message::{Command, Mode};
 
 use super::{Guide, answer};
 use crate::tasks::{GaveUp, View};
-use armbridge_client::station::Request;
+use armbridge_client::session::Request;
 use armbridge_client::trip;
 
 /// In N m: twice what friction holds, a tenth of what the servo gives.
@@ -61,20 +61,20 @@ impl Motor {
         view: &mut View<'_>,
         guide: &mut impl Guide,
     ) -> Result<bool, GaveUp> {
-        if let (Some(Mode::Fault(_)), Some(tripped)) = (view.model.mode(), view.model.trip) {
+        let status = view.session.status();
+        if let (Some(Mode::Fault(_)), Some(tripped)) = (status.mode(), status.trip) {
             let cause = trip::in_words(&tripped).cause;
             return Err(unsaved(&format!("the board switched off: {cause}")));
         }
         let now_us = view.now_us;
-        let count = view
-            .model
+        let count = status
             .record
             .and_then(|record| record.samples[self.joint].counts());
         match (self.step, count) {
             (Step::Asking, _) => match guide.answer()?.as_deref().map(str::trim) {
                 None => {}
                 Some("y" | "Y" | "yes") => {
-                    view.desk.ask(now_us, Request::Arm);
+                    view.session.request(now_us, Request::Arm);
                     self.step = Step::Arming(now_us);
                 }
                 Some(_) => return Err(unsaved("the motor was not to be checked")),
@@ -84,13 +84,14 @@ impl Motor {
                     let mut torque_nm = [0.0; JOINTS];
                     torque_nm[self.joint] = PUSH_NM;
                     let push = Command::Torque(torque_nm);
-                    view.desk.ask(now_us, Request::Command(push));
+                    view.session.request(now_us, Request::Command(push));
                     self.step = Step::Pushing(count, now_us + PUSH_US);
                 }
             }
             (Step::Pushing(from, until_us), Some(count)) if now_us >= until_us => {
                 self.moved = i32::from(count) - i32::from(from);
-                view.desk.ask(now_us, Request::Command(Command::Idle));
+                view.session
+                    .request(now_us, Request::Command(Command::Idle));
                 self.step = Step::Stopping(now_us);
             }
             (Step::Stopping(since_us), _) => {

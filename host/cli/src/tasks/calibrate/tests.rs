@@ -10,7 +10,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint};
 
 use super::{Calibrate, Guide, Wish};
-use crate::tasks::{Errand, GaveUp};
+use crate::tasks::{GaveUp, TaskHost};
 use armbridge_client::Host;
 use armbridge_client::LinkError;
 use armbridge_sim::Bench;
@@ -39,7 +39,7 @@ impl Guide for Talk {
 /// Does as told, an instant later; where the arm is to be turned, pushes joint
 /// `turns[joint]` and answers when it has come to rest.
 struct Person {
-    errand: Errand<Calibrate<Talk>>,
+    errand: TaskHost<Calibrate<Talk>>,
     talk: Talk,
     turns: [usize; JOINTS],
     seen: usize,
@@ -117,7 +117,7 @@ fn calibrated(
         is_sure: false,
     };
     let person = Person {
-        errand: Errand::new(Calibrate::new(talk.clone(), wish)),
+        errand: TaskHost::new(Calibrate::new(talk.clone(), wish)),
         talk,
         turns,
         seen: 0,
@@ -155,7 +155,7 @@ fn zeros_and_signs_are_found_and_saved() {
         assert!((f64::from(found.rad_per_count) - there.rad_per_count).abs() < 1e-9);
     }
     // The board says what is in force.
-    let settings = person.errand.model.settings.unwrap();
+    let settings = person.errand.session.status().settings.unwrap();
     assert_eq!(settings.setup.joints, after);
     assert_eq!(said.matches("as it should").count(), 2, "{said}");
 }

@@ -19,9 +19,6 @@ pub struct Bus {
     missed_before: Option<u32>,
     /// Ticks that the board skipped.
     pub missed_ticks: u64,
-    /// Latest temperature of each servo: in °C from a stock one, in counts of its
-    /// converter from Morpheus.
-    pub temperature: [Option<u16>; JOINTS],
     /// Alarms of stock servos, latest.
     pub alarms: [u8; JOINTS],
     timings: VecDeque<Timing>,
@@ -33,7 +30,6 @@ impl Default for Bus {
             missing: [[0; names::MISSING.len()]; JOINTS],
             missed_before: None,
             missed_ticks: 0,
-            temperature: [None; JOINTS],
             alarms: [0; JOINTS],
             timings: VecDeque::with_capacity(TICKS),
         }

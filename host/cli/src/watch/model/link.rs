@@ -63,7 +63,7 @@ impl Link {
     }
 
     /// The connection broke.
-    pub fn parted(&mut self, now_ns: u64) {
+    pub fn disconnected(&mut self, now_ns: u64) {
         self.breaks += 1;
         self.parted_ns = Some(now_ns);
         self.open.clear();

@@ -8,6 +8,7 @@ use ratatui::text::{Line, Span};
 use super::theme;
 use crate::watch::model::{Line as LinkLine, Model};
 use armbridge_client::names;
+use armbridge_client::status::Obstacle;
 use armbridge_client::{experiment, trip};
 
 /// Which link, and how it does; `what` names it.
@@ -36,11 +37,11 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
         }
         LinkLine::Parted(ns) => return lost(model, "LINK LOST", "the connection broke", ns),
         // A program on the transparent port has the bus: there are no ticks to tell of.
-        LinkLine::Quiet(_) if model.mode() == Some(Mode::Passthrough) => {}
+        LinkLine::Quiet(_) if model.board.mode() == Some(Mode::Passthrough) => {}
         LinkLine::Quiet(ns) => return lost(model, "SILENT", "the board says nothing", ns),
         LinkLine::Up => {}
     }
-    let Some(mode) = model.mode() else {
+    let Some(mode) = model.board.mode() else {
         return vec![said("CONNECTED", theme::warn(), &waiting_for(model))];
     };
     if let Mode::Fault(fault) = mode {
@@ -52,19 +53,26 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
         Mode::Armed | Mode::Degraded(_) | Mode::Boot | Mode::Passthrough => theme::warn(),
         Mode::Idle | Mode::Fault(_) => Style::new(),
     };
-    let guards = model.record.map(|record| names::guards(record.guards));
+    let guards = model
+        .board
+        .record
+        .map(|record| names::guards(record.guards));
     let guards = guards.filter(|guards| !guards.is_empty());
     let meaning = guards.map_or_else(
         || meaning.to_owned(),
         |guards| format!("{meaning}; torque held back: {guards}"),
     );
     let mut lines = vec![said(word, style, &meaning)];
-    if let (Some(Drive::Hold), Some(conclusion)) = (mode.drive(), &model.concluded) {
+    if let (Some(Drive::Hold), Some(conclusion)) = (mode.drive(), &model.board.concluded) {
         let ended = experiment::conclusion(conclusion);
         lines.push(Line::from(format!("   {ended}")));
     }
-    if let Some(trouble) = &model.trouble {
-        lines.push(Line::from(format!(" ! {trouble}")).style(theme::warn()));
+    if let Some(obstacle) = model.board.obstacle {
+        let help = match obstacle {
+            Obstacle::NotReady => ": press a to set them",
+            _ => "",
+        };
+        lines.push(Line::from(format!(" ! {obstacle}{help}")).style(theme::warn()));
     }
     lines
 }
@@ -78,15 +86,19 @@ fn said(word: &str, style: Style, meaning: &str) -> Line<'static> {
 }
 
 fn waiting_for(model: &Model) -> String {
-    let trouble = model.trouble.clone();
-    trouble.unwrap_or_else(|| "the servos are being looked for".into())
+    let searching = || "the servos are being looked for".into();
+    let obstacle = model.board.obstacle;
+    obstacle.map_or_else(searching, |obstacle| obstacle.to_string())
 }
 
 fn lost(model: &Model, word: &str, what: &str, ns: u64) -> Vec<Line<'static>> {
     let ago = format!("{what} {:.1} s ago; trying again", ns as f64 * 1e-9);
     let mut lines = vec![said(word, theme::bad(), &ago)];
-    let was = model.mode().map_or("not known", |mode| trip::mode(mode).0);
-    let off = model.settings.map_or_else(
+    let was = model
+        .board
+        .mode()
+        .map_or("not known", |mode| trip::mode(mode).0);
+    let off = model.board.settings.map_or_else(
         || "by itself the board switches torque off".to_owned(),
         |settings| {
             let limits = settings.limits;
@@ -101,7 +113,7 @@ fn lost(model: &Model, word: &str, what: &str, ns: u64) -> Vec<Line<'static>> {
 }
 
 fn tripped(model: &Model, fault: Fault) -> Vec<Line<'static>> {
-    let (cause, seen, advice) = if let Some(trip) = &model.trip {
+    let (cause, seen, advice) = if let Some(trip) = &model.board.trip {
         let told = trip::in_words(trip);
         let seen = told.seen.map(|seen| format!("{seen} · "));
         let seen = format!("{}tick {} · ", seen.unwrap_or_default(), trip.tick);
@@ -110,7 +122,7 @@ fn tripped(model: &Model, fault: Fault) -> Vec<Line<'static>> {
         let (cause, advice) = trip::words(fault);
         (cause.to_owned(), String::new(), advice)
     };
-    let off = model.off.as_ref().map(trip::off);
+    let off = model.board.off.as_ref().map(trip::off);
     let after = off.unwrap_or_else(|| "stopping".to_owned());
     vec![
         said("FAULT", theme::bad(), &cause),

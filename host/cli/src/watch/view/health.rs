@@ -66,9 +66,12 @@ pub(super) fn link(frame: &mut Frame<'_>, area: Rect, model: &Model) {
 /// How the bus does.
 pub(super) fn bus(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let bus = &model.bus;
-    let period_us = model.settings.map(|settings| settings.setup.period_us);
+    let period_us = model
+        .board
+        .settings
+        .map(|settings| settings.setup.period_us);
     let missed = bus.missed_ticks;
-    let time = model.record.map_or_else(String::new, |record| {
+    let time = model.board.record.map_or_else(String::new, |record| {
         let of = period_us.map_or_else(String::new, |period_us| format!(" of {period_us}"));
         format!("{}{of} µs, missed {missed}", record.timing.bus_us)
     });
@@ -94,9 +97,9 @@ pub(super) fn bus(frame: &mut Frame<'_>, area: Rect, model: &Model) {
 
 /// What the servos are.
 fn servos(model: &Model) -> String {
-    model.found.map_or_else(
+    model.board.servos.map_or_else(
         || "servos not found yet".to_owned(),
-        |(firmware, baud, _)| format!("{firmware}, {baud} baud"),
+        |servos| format!("{}, {} baud", servos.firmware, servos.baud),
     )
 }
 
@@ -108,12 +111,12 @@ fn heat(model: &Model) -> Line<'static> {
         return Line::from(format!("servo {}: {names}", joint + 1)).style(theme::bad());
     }
     let [first, second] = model
-        .bus
+        .board
         .temperature
         .map(|value| value.map_or_else(|| "–".to_owned(), |value| value.to_string()));
-    let unit = match model.found {
-        Some((Firmware::Stock, ..)) => "°C",
-        Some((Firmware::Morpheus, ..)) => "counts",
+    let unit = match model.board.servos.map(|servos| servos.firmware) {
+        Some(Firmware::Stock) => "°C",
+        Some(Firmware::Morpheus) => "counts",
         None => "",
     };
     Line::from(format!("temp. {first}, {second} {unit}"))

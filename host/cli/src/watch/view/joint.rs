@@ -16,7 +16,7 @@ const ROOMY: u16 = 10;
 
 /// Draws it.
 pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, joint: usize) {
-    let is_old = model.record.is_some() && model.line() != LinkLine::Up;
+    let is_old = model.board.record.is_some() && model.line() != LinkLine::Up;
     let mut title = vec![
         Span::from(format!(" joint {}  ", joint + 1)).style(theme::strong()),
         Span::from("── ").fg(theme::ANGLE),
@@ -48,7 +48,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, joint: usiz
 
 /// Angle, setpoint, speed and disturbance.
 fn estimate(model: &Model, joint: usize) -> [Line<'static>; 2] {
-    let Some(record) = &model.record else {
+    let Some(record) = &model.board.record else {
         return [Line::from("nothing measured yet"), Line::default()];
     };
     let value = |text: String| Span::from(text).style(theme::strong());
@@ -68,7 +68,10 @@ fn estimate(model: &Model, joint: usize) -> [Line<'static>; 2] {
         Span::from(" rad/s  disturb "),
     ];
     // Not every estimator looks for it.
-    let estimator = model.settings.map(|settings| settings.setup.estimator);
+    let estimator = model
+        .board
+        .settings
+        .map(|settings| settings.setup.estimator);
     match estimator {
         Some(Config::FiniteDifference { .. } | Config::Luenberger { .. }) => {
             second.push(Span::from("not sought"));
@@ -92,9 +95,15 @@ struct Torque {
 
 impl Torque {
     fn of(model: &Model, joint: usize) -> Self {
-        let limits = model.settings.map(|settings| settings.limits.torque_nm);
+        let limits = model
+            .board
+            .settings
+            .map(|settings| settings.limits.torque_nm);
         Self {
-            now_nm: model.record.map_or(0.0, |record| record.torque_nm[joint]),
+            now_nm: model
+                .board
+                .record
+                .map_or(0.0, |record| record.torque_nm[joint]),
             limit_nm: limits.map_or(hard::TORQUE_NM, |limits| limits[joint]),
             is_assumed: limits.is_none(),
         }

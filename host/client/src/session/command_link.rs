@@ -1,13 +1,13 @@
-//! A host that speaks to a board: hello, heartbeats, commands until they are
-//! acknowledged, and everything the board says, in order.
+//! The control link's protocol, seen from the host: hello, heartbeats, one command
+//! repeated until it is acknowledged, and the board's messages in order.
 //!
-//! Sans-io and clockless, like the board's end: the same client runs in the
-//! bench's virtual time and over a socket in wall-clock time.
+//! A hello is repeated every 25 ms until the board answers it, and again after a reset of
+//! the board. A command is repeated as often, with a new sequence number each time; the
+//! acknowledgement of the last one counts. `Busy` is no answer.
 
 use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, Received};
 use armbridge_shared::link::message::{Command, Hello, Refusal, ToBoard, ToHost};
 use armbridge_shared::link::schema;
-
 use serde::Serialize;
 
 /// What became of the records on their way to the host.
@@ -27,25 +27,25 @@ pub struct LinkStats {
 /// the silence after which the board brakes the arm and holds it.
 const HEARTBEAT_US: u64 = 25_000;
 
-/// What the board said.
+/// A message of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "lives for one frame")]
-pub enum Said {
+pub enum BoardMessage {
     /// Its hello, with a schema equal to ours.
-    Hello,
+    Hello(Hello),
     /// Its hello, with another schema: nothing else can be understood.
     OtherSchema(Hello),
-    /// It did what was commanded last.
+    /// The latest command is carried out.
     Done,
-    /// It refused what was commanded last.
+    /// The latest command is refused.
     Refused(Refusal),
-    /// Anything else.
+    /// Any other.
     Told(ToHost),
 }
 
 /// The host's end of the link.
 #[derive(Debug, Default)]
-pub struct Client {
+pub struct CommandLink {
     encoder: Encoder,
     decoder: Decoder,
     outgoing: Vec<u8>,
@@ -58,22 +58,22 @@ pub struct Client {
     stats: LinkStats,
 }
 
-impl Client {
-    /// Wants `command` done; replaces one that is not acknowledged yet.
+impl CommandLink {
+    /// Repeats this command until it is acknowledged; replaces one that is not yet.
     pub fn command(&mut self, command: Command) {
         self.pending = Some((command, None));
         self.next_us = 0;
     }
 
-    /// Says this once, before anything else, without waiting for an answer.
-    pub fn say(&mut self, message: ToBoard) {
+    /// Sends this once, before anything else, without waiting for an answer.
+    pub fn send(&mut self, message: ToBoard) {
         self.asides.push(message);
         self.next_us = 0;
     }
 
     /// The connection broke: what was on its way is forgotten, and the next one begins
     /// with a hello.
-    pub fn parted(&mut self) {
+    pub fn disconnected(&mut self) {
         self.decoder = Decoder::default();
         self.is_greeted = false;
         self.pending = None;
@@ -81,9 +81,9 @@ impl Client {
         self.next_us = 0;
     }
 
-    /// The last words: the board disarms, and nothing is said any more.
-    pub fn farewell(&mut self) -> &[u8] {
-        self.parted();
+    /// A goodbye, on which the board disarms; nothing follows it.
+    pub fn goodbye(&mut self) -> &[u8] {
+        self.disconnected();
         self.next_us = u64::MAX;
         self.outgoing.clear();
         let (_, frame) = self.encoder.encode(&ToBoard::Goodbye);
@@ -134,19 +134,21 @@ impl Client {
         &self.outgoing
     }
 
-    /// When to call [`Client::transmit`] again.
+    /// When to call [`CommandLink::transmit`] again.
     pub fn wake_at_us(&self) -> u64 {
         self.next_us
     }
 
-    /// Takes bytes from the board; calls `heard` with what they say.
-    pub fn receive(&mut self, bytes: &[u8], mut heard: impl FnMut(Said)) {
-        for byte in bytes {
+    /// Takes bytes from the board, up to the end of a message; the rest stays in `bytes`.
+    /// `None` once they are used up.
+    pub fn receive(&mut self, bytes: &mut &[u8]) -> Option<BoardMessage> {
+        while let Some((byte, rest)) = bytes.split_first() {
+            *bytes = rest;
             match self.decoder.push::<ToHost>(*byte) {
                 None => {}
                 Some(Ok(received)) => {
-                    if let Some(said) = self.take(received) {
-                        heard(said);
+                    if let Some(message) = self.take(received) {
+                        return Some(message);
                     }
                 }
                 // Intact but unreadable: before the hellos are exchanged that
@@ -159,9 +161,10 @@ impl Client {
                 )) => self.stats.damaged += 1,
             }
         }
+        None
     }
 
-    fn take(&mut self, received: Received<ToHost>) -> Option<Said> {
+    fn take(&mut self, received: Received<ToHost>) -> Option<BoardMessage> {
         let lost = u64::from(received.lost);
         self.stats.lost += lost;
         self.stats.sent += lost + 1;
@@ -175,9 +178,9 @@ impl Client {
             ToHost::Hello(hello) if hello.schema == schema::HASH => {
                 self.is_greeted = true;
                 self.next_us = 0;
-                Some(Said::Hello)
+                Some(BoardMessage::Hello(hello))
             }
-            ToHost::Hello(hello) => Some(Said::OtherSchema(hello)),
+            ToHost::Hello(hello) => Some(BoardMessage::OtherSchema(hello)),
             // It is said again with the next heartbeat.
             ToHost::Ack {
                 result: Err(Refusal::Busy),
@@ -189,12 +192,12 @@ impl Client {
                 let is_ours = matches!(self.pending, Some((_, Some(sent))) if sent == sequence);
                 is_ours.then(|| {
                     self.pending = None;
-                    result.map_or_else(Said::Refused, |()| Said::Done)
+                    result.map_or_else(BoardMessage::Refused, |()| BoardMessage::Done)
                 })
             }
             ToHost::Record(record) => {
                 self.stats.dropped = u64::from(record.dropped);
-                Some(Said::Told(received.message))
+                Some(BoardMessage::Told(received.message))
             }
             ToHost::Departs { .. }
             | ToHost::Began(_)
@@ -209,7 +212,7 @@ impl Client {
             | ToHost::Tripped(_)
             | ToHost::Off(_)
             | ToHost::Concluded(_)
-            | ToHost::Temperature { .. } => Some(Said::Told(received.message)),
+            | ToHost::Temperature { .. } => Some(BoardMessage::Told(received.message)),
         }
     }
 }

@@ -1,0 +1,60 @@
+//! Why a run came to nothing, and what to do about it.
+
+use armbridge_client::error::{SessionError, end_in_words};
+use armbridge_client::params::ParameterError;
+use armbridge_client::status::Obstacle;
+use armbridge_client::{names, refusal};
+use armbridge_shared::link::message::{Fault, LastEnd, Refusal};
+
+/// Why a run came to nothing.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// There is no session with a board.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    /// The board has not found its servos, or cannot use them.
+    #[error("{}", servos_in_words(.0.as_ref()))]
+    Servos(Option<Obstacle>),
+    /// The board refused a command.
+    #[error("the board refused `{command}`: {}", refusal::in_words(*.refusal))]
+    Refused {
+        /// Its name.
+        command: &'static str,
+        /// Why.
+        refusal: Refusal,
+    },
+    /// The board has been reset, with its motors off.
+    #[error("the board has been reset: {}", end_in_words(.0))]
+    Reset(LastEnd),
+    /// Torque cannot come on.
+    #[error(
+        "a fault is latched on the board, `{}`: see to its cause, then clear it (`run --clear`)",
+        names::fault(*.0)
+    )]
+    Latched(Fault),
+    /// The link broke while the motors were on.
+    #[error(
+        "the link to the board broke in mid-run; the arm was braked by the board and let go of \
+         within half a second, and is not armed again: look at the cable, then run again"
+    )]
+    Disconnected,
+    /// Torque went off without a fault, and not by this host.
+    #[error(
+        "another host disarmed the board in mid-run: is another program on its link? End it, \
+         then run again"
+    )]
+    Disarmed,
+    /// A setting of the scenario does not go with the board's.
+    #[error("{0}")]
+    Setting(#[from] ParameterError),
+    /// The settings that come of both.
+    #[error("with the board's own settings, the scenario's cannot be: {}", refusal::in_words(*.0))]
+    Settings(Refusal),
+}
+
+fn servos_in_words(obstacle: Option<&Obstacle>) -> String {
+    obstacle.map_or_else(
+        || "the board does not find its servos: check their power and wiring".into(),
+        Obstacle::to_string,
+    )
+}

@@ -1,0 +1,362 @@
+//! A session with a board: requests in order, arming, the emergency stop, and leaving.
+//!
+//! Sans-io and clockless, like the board's end: the same [`Session`] runs in virtual time
+//! and over a byte stream in wall-clock time. It never arms by itself: what was requested
+//! before the link broke or the board was reset is dropped.
+//!
+//! ```text
+//! requests --> Session --> CommandLink --bytes--> board
+//!                 |             ^
+//!            BoardStatus        `------bytes----- board
+//! ```
+//!
+//! | module           | what                                                        |
+//! |------------------|-------------------------------------------------------------|
+//! | [`command_link`] | hello, heartbeats, one command until it is acknowledged     |
+//! | [`channel_host`] | a host that takes its requests from a channel               |
+//!
+//! # Times
+//!
+//! Each time-out of the hosts in this workspace is one of the constants below; the
+//! board's own are `Limits` in `armbridge_shared`.
+
+pub mod channel_host;
+pub mod command_link;
+
+pub use channel_host::{ChannelHost, Requests};
+pub use command_link::{BoardMessage, CommandLink, LinkStats};
+
+use std::collections::VecDeque;
+
+use armbridge_shared::link::message::{BoardReport, Command, Mode, Refusal, ToBoard, ToHost};
+
+use crate::error::SessionError;
+use crate::status::BoardStatus;
+
+/// How long a board may take to answer the first hello.
+pub const HELLO_TIMEOUT_US: u64 = 3_000_000;
+/// How long a command may take to be acknowledged, and how long an armed board, which
+/// sends a record every tick, may send nothing.
+pub const ANSWER_TIMEOUT_US: u64 = 2_000_000;
+/// How long servos may take to be found: bring-up takes 30 ms, at several rates longer.
+pub const SERVO_TIMEOUT_US: u64 = 3_000_000;
+/// How long an emergency stop is repeated until a fault is reported.
+const STOP_TIMEOUT_US: u64 = 1_000_000;
+/// Between two of them.
+const STOP_AGAIN_US: u64 = 20_000;
+/// How long the board may take to acknowledge that it has disarmed before the session
+/// ends without.
+const LEAVE_TIMEOUT_US: u64 = 1_000_000;
+/// Requests that may wait; what is more comes from a program that does not look at the
+/// answers.
+const QUEUE_MAX: usize = 64;
+/// Attempts to arm while the board counts up its sessions, one for each hello that it
+/// hears.
+const ARM_ATTEMPTS: u32 = 3;
+
+/// What can be requested of a session.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Request {
+    /// Repeat this command until the board answers.
+    Command(Command),
+    /// Arm, with the session number that the board has reported.
+    Arm,
+    /// Emergency stop, at once.
+    Stop,
+    /// Disarm, send a goodbye and end.
+    Leave,
+}
+
+/// How far leaving has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Leaving {
+    #[default]
+    No,
+    /// The board is told to disarm; given up at this time.
+    Disarming(u64),
+    /// Goodbye is the next message.
+    Goodbye,
+    /// It has been sent.
+    Gone,
+}
+
+/// The host's end of a link, with its requests and the board's status.
+#[derive(Debug, Default)]
+pub struct Session {
+    link: CommandLink,
+    queue: VecDeque<Request>,
+    status: BoardStatus,
+    /// The board answered at least once.
+    was_greeted: bool,
+    /// How often the arming at hand was tried.
+    arm_attempts: u32,
+    /// Until when to send stop, and when next.
+    stopping: Option<(u64, u64)>,
+    leaving: Leaving,
+    answer: Option<Result<(), Refusal>>,
+}
+
+impl Session {
+    /// The board's answer to the latest request, once.
+    pub fn take_answer(&mut self) -> Option<Result<(), Refusal>> {
+        self.answer.take()
+    }
+
+    /// The board has answered our hello, with our schema.
+    pub fn is_greeted(&self) -> bool {
+        self.link.is_greeted()
+    }
+
+    /// What the board has told.
+    pub fn status(&self) -> &BoardStatus {
+        &self.status
+    }
+
+    /// What became of the link's frames.
+    pub fn stats(&self) -> LinkStats {
+        self.link.stats()
+    }
+
+    /// Everything requested has been answered.
+    pub fn is_settled(&self) -> bool {
+        self.queue.is_empty() && self.link.is_settled() && self.stopping.is_none()
+    }
+
+    /// Takes a request. What switches off drops the requests that wait.
+    pub fn request(&mut self, now_us: u64, request: Request) {
+        match request {
+            Request::Stop => {
+                self.queue.clear();
+                self.stopping = Some((now_us + STOP_TIMEOUT_US, now_us));
+            }
+            Request::Leave => {
+                if self.leaving == Leaving::No {
+                    self.leave(now_us);
+                }
+            }
+            Request::Command(Command::Idle) => {
+                self.queue.clear();
+                self.command(Command::Idle);
+            }
+            Request::Command(_) | Request::Arm => {
+                if self.queue.len() < QUEUE_MAX {
+                    self.queue.push_back(request);
+                }
+            }
+        }
+    }
+
+    fn command(&mut self, command: Command) {
+        self.arm_attempts = 0;
+        self.answer = None;
+        self.link.command(command);
+    }
+
+    fn leave(&mut self, now_us: u64) {
+        self.queue.clear();
+        self.leaving = match self.status.mode() {
+            // The client of the transparent port keeps the bus.
+            Some(Mode::Passthrough) => Leaving::Gone,
+            _ if !self.link.is_greeted() => Leaving::Goodbye,
+            Some(_) | None => {
+                self.command(Command::Idle);
+                Leaving::Disarming(now_us + LEAVE_TIMEOUT_US)
+            }
+        };
+    }
+
+    /// Bytes for the board.
+    ///
+    /// # Errors
+    /// If no board has answered for 3 s.
+    pub fn transmit(&mut self, now_us: u64) -> Result<&[u8], SessionError> {
+        if let Leaving::Disarming(until_us) = self.leaving
+            && now_us >= until_us
+        {
+            self.leaving = Leaving::Goodbye;
+        }
+        match self.leaving {
+            Leaving::Goodbye => {
+                self.leaving = Leaving::Gone;
+                return Ok(self.link.goodbye());
+            }
+            Leaving::Gone => return Ok(&[]),
+            Leaving::No | Leaving::Disarming(_) => {}
+        }
+        if !self.was_greeted && now_us > HELLO_TIMEOUT_US {
+            let damaged = self.link.stats().damaged;
+            return Err(SessionError::NoBoard { damaged });
+        }
+        self.stop_again(now_us);
+        self.next();
+        Ok(self.link.transmit(now_us))
+    }
+
+    fn stop_again(&mut self, now_us: u64) {
+        let Some((until_us, next_us)) = self.stopping else {
+            return;
+        };
+        if now_us >= until_us {
+            self.stopping = None;
+        } else if now_us >= next_us {
+            self.link.send(ToBoard::Stop);
+            self.stopping = Some((until_us, now_us + STOP_AGAIN_US));
+        }
+    }
+
+    fn can_send(&self) -> bool {
+        self.link.is_greeted() && self.link.is_settled() && self.stopping.is_none()
+    }
+
+    /// Goes on to the next request, if the one before is answered.
+    fn next(&mut self) {
+        if !self.can_send() {
+            return;
+        }
+        match (self.queue.front(), self.status.report) {
+            (Some(Request::Command(command)), _) => {
+                let command = *command;
+                self.queue.pop_front();
+                self.command(command);
+            }
+            (Some(Request::Arm), Some(report)) => {
+                self.queue.pop_front();
+                self.arm(report, 1);
+            }
+            // The report follows the hello.
+            (Some(Request::Arm), None) | (None, _) => {}
+            // Never in the queue.
+            (Some(Request::Stop | Request::Leave), _) => {
+                self.queue.pop_front();
+            }
+        }
+    }
+
+    fn arm(&mut self, report: BoardReport, attempt: u32) {
+        let session = report.session;
+        self.command(Command::Arm { session });
+        self.arm_attempts = attempt;
+    }
+
+    /// When to be asked again, at the latest.
+    pub fn wake_at_us(&self) -> u64 {
+        let stop_us = self.stopping.map_or(u64::MAX, |(_, next_us)| next_us);
+        let leave_us = match self.leaving {
+            Leaving::No => u64::MAX,
+            Leaving::Disarming(until_us) => until_us,
+            Leaving::Goodbye | Leaving::Gone => 0,
+        };
+        let queue_us = match self.queue.front() {
+            Some(_) if self.can_send() => 0,
+            Some(_) | None => u64::MAX,
+        };
+        let wake_us = self.link.wake_at_us().min(queue_us);
+        wake_us.min(stop_us).min(leave_us)
+    }
+
+    /// Takes bytes from the board, up to the end of a message, which is in the
+    /// [`status`](Session::status) then; the rest stays in `bytes`. `None` once they are
+    /// used up.
+    ///
+    /// # Errors
+    /// If the board was built from other message types.
+    pub fn receive(
+        &mut self,
+        now_us: u64,
+        bytes: &mut &[u8],
+    ) -> Result<Option<BoardMessage>, SessionError> {
+        while let Some(message) = self.link.receive(bytes) {
+            if self.take(now_us, message)? {
+                return Ok(Some(message));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Takes all of these bytes.
+    ///
+    /// # Errors
+    /// As [`receive`](Session::receive).
+    pub fn receive_all(&mut self, now_us: u64, mut bytes: &[u8]) -> Result<(), SessionError> {
+        while self.receive(now_us, &mut bytes)?.is_some() {}
+        Ok(())
+    }
+
+    /// False if the message concerns nothing but this session.
+    fn take(&mut self, now_us: u64, message: BoardMessage) -> Result<bool, SessionError> {
+        match message {
+            BoardMessage::OtherSchema(hello) => {
+                self.status.take(&ToHost::Hello(hello));
+                return Err(SessionError::OtherSchema(hello));
+            }
+            BoardMessage::Hello(hello) => {
+                self.was_greeted = true;
+                self.status.take(&ToHost::Hello(hello));
+            }
+            BoardMessage::Done => self.answered(Ok(())),
+            BoardMessage::Refused(Refusal::OtherSession)
+                if (1..ARM_ATTEMPTS).contains(&self.arm_attempts) =>
+            {
+                if let Some(report) = self.status.report {
+                    self.arm(report, self.arm_attempts + 1);
+                    return Ok(false);
+                }
+            }
+            BoardMessage::Refused(refusal) => self.answered(Err(refusal)),
+            BoardMessage::Told(told) => {
+                let before = self.status.report;
+                self.status.take(&told);
+                match told {
+                    ToHost::Board(report)
+                        if before.is_some_and(|before| before.is_before_reset(&report)) =>
+                    {
+                        // Meant for the board before.
+                        self.forget(now_us);
+                    }
+                    ToHost::Record(record) if matches!(record.mode, Mode::Fault(_)) => {
+                        self.stopping = None;
+                    }
+                    _ => {}
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    fn answered(&mut self, answer: Result<(), Refusal>) {
+        self.arm_attempts = 0;
+        self.answer = Some(answer);
+        if let Leaving::Disarming(_) = self.leaving {
+            self.leaving = Leaving::Goodbye;
+        }
+    }
+
+    /// Drops the requests; a session that is leaving goes on leaving.
+    fn forget(&mut self, now_us: u64) {
+        self.queue.clear();
+        self.arm_attempts = 0;
+        self.stopping = None;
+        if let Leaving::Disarming(_) = self.leaving {
+            self.leave(now_us);
+        }
+    }
+
+    /// The connection broke: requests and status are dropped.
+    pub fn disconnected(&mut self) {
+        self.link.disconnected();
+        self.status.forget();
+        self.queue.clear();
+        self.arm_attempts = 0;
+        self.stopping = None;
+        self.leaving = match self.leaving {
+            Leaving::No => Leaving::No,
+            // No goodbye arrives; the board switches off when its host is silent.
+            Leaving::Disarming(_) | Leaving::Goodbye | Leaving::Gone => Leaving::Gone,
+        };
+    }
+
+    /// The session has ended.
+    pub fn is_done(&self) -> bool {
+        self.leaving == Leaving::Gone
+    }
+}

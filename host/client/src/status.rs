@@ -1,0 +1,168 @@
+//! Status of a board, as far as it has told: the latest of each of its messages.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::experiment::Conclusion;
+use armbridge_shared::link::message::{
+    BoardReport, Hello, LastEnd, Missing, Mode, OffReport, PortCounters, Record, Settings, ToHost,
+    Trip,
+};
+use armbridge_shared::link::schema;
+use armbridge_shared::servo::Firmware;
+
+use crate::error::{end_in_words, likely_cause};
+
+/// Servos that a board has found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FoundServos {
+    /// What they run.
+    pub firmware: Firmware,
+    /// Speed of their bus in bits per second.
+    pub baud: u32,
+    /// They take torque; stock servos do so in wheel mode only.
+    pub is_ready: bool,
+}
+
+/// Why a board cannot arm although no fault is latched.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Obstacle {
+    /// It was built from other message types.
+    #[error("the board runs another version: flash it with this one")]
+    OtherSchema,
+    /// It has been reset.
+    #[error("the board has been reset: {}", end_in_words(.0))]
+    Reset(LastEnd),
+    /// A servo does not answer.
+    #[error("servo {} does not answer: {}", u32::from(*joint) + 1, likely_cause(*missing))]
+    Absent {
+        /// Joint that it moves, counting from 0.
+        joint: u8,
+        /// What was heard instead.
+        missing: Missing,
+    },
+    /// Stock servos are not in wheel mode.
+    #[error("the stock servos are not in wheel mode")]
+    NotReady,
+    /// The servos run different firmwares.
+    #[error(
+        "servo 1 runs {0} and servo 2 {1}: they disturb each other on one bus; flash both alike"
+    )]
+    Mixed(Firmware, Firmware),
+    /// A stock servo does not take its settings.
+    #[error(
+        "servo {} answers, but cannot be set to wheel mode: is its EEPROM locked? Switch its \
+         power off and on", u32::from(*.0) + 1
+    )]
+    Unprepared(u8),
+}
+
+/// What is known of a board. What it has not told is `None`.
+#[derive(Clone, Debug, Default)]
+pub struct BoardStatus {
+    /// Its version and schema.
+    pub hello: Option<Hello>,
+    /// Its session, settings' source, last end, stack and image.
+    pub report: Option<BoardReport>,
+    /// Settings in force.
+    pub settings: Option<Settings>,
+    /// The latest tick.
+    pub record: Option<Record>,
+    /// Its servos.
+    pub servos: Option<FoundServos>,
+    /// Why it cannot arm.
+    pub obstacle: Option<Obstacle>,
+    /// Cause of the latched fault.
+    pub trip: Option<Trip>,
+    /// What the servos did after its stop sequence.
+    pub off: Option<OffReport>,
+    /// Temperature of each servo, in °C from stock servos, in counts of their converter
+    /// from Morpheus.
+    pub temperature: [Option<u16>; JOINTS],
+    /// How the last experiment ended, until something else drives the arm.
+    pub concluded: Option<Conclusion>,
+    /// Packets on the transparent port.
+    pub port: PortCounters,
+    /// The transparent port's client has the bus.
+    is_passthrough: bool,
+}
+
+impl BoardStatus {
+    /// What the board is doing.
+    pub fn mode(&self) -> Option<Mode> {
+        if self.is_passthrough {
+            return Some(Mode::Passthrough);
+        }
+        self.record.map(|record| record.mode)
+    }
+
+    /// The board was reset or its link broke: what it did is known no more.
+    pub fn forget(&mut self) {
+        *self = Self {
+            hello: self.hello,
+            ..Self::default()
+        };
+    }
+
+    /// Takes a message.
+    pub fn take(&mut self, message: &ToHost) {
+        match *message {
+            ToHost::Hello(hello) => {
+                self.hello = Some(hello);
+                self.obstacle = (hello.schema != schema::HASH).then_some(Obstacle::OtherSchema);
+            }
+            ToHost::Settings(settings) => self.settings = Some(settings),
+            ToHost::Absent { joint, missing } => {
+                self.obstacle = Some(Obstacle::Absent { joint, missing });
+            }
+            ToHost::Found {
+                firmware,
+                baud,
+                is_ready,
+            } => {
+                self.servos = Some(FoundServos {
+                    firmware,
+                    baud,
+                    is_ready,
+                });
+                self.obstacle = (!is_ready).then_some(Obstacle::NotReady);
+            }
+            ToHost::Mixed([first, second]) => self.obstacle = Some(Obstacle::Mixed(first, second)),
+            ToHost::Unprepared { joint } => self.obstacle = Some(Obstacle::Unprepared(joint)),
+            ToHost::Passthrough => self.is_passthrough = true,
+            ToHost::Board(report) => {
+                let before = self.report.replace(report);
+                if before.is_some_and(|before| before.is_before_reset(&report)) {
+                    self.obstacle = Some(Obstacle::Reset(report.last_end));
+                }
+            }
+            ToHost::Tripped(trip) => self.trip = Some(trip),
+            ToHost::Off(report) => self.off = Some(report),
+            ToHost::Temperature { joint, value } => {
+                if let Some(known) = self.temperature.get_mut(usize::from(joint)) {
+                    *known = Some(value);
+                }
+            }
+            ToHost::Record(record) => self.take_record(record),
+            ToHost::Concluded(conclusion) => self.concluded = Some(conclusion),
+            ToHost::Port(counters) => self.port = counters,
+            ToHost::Ack { .. } | ToHost::Departs { .. } | ToHost::Began(_) => {}
+        }
+    }
+
+    fn take_record(&mut self, record: Record) {
+        use armbridge_shared::link::message::Drive::{Experiment, Hold};
+
+        let is_fault = |mode| matches!(mode, Mode::Fault(_));
+        let was_fault = self.record.is_some_and(|last| is_fault(last.mode));
+        if was_fault && !is_fault(record.mode) {
+            (self.trip, self.off) = (None, None);
+        }
+        if !matches!(record.mode.drive(), Some(Hold | Experiment)) {
+            self.concluded = None;
+        }
+        if record.mode.is_armed() {
+            self.obstacle = None;
+        }
+        self.is_passthrough = false;
+        self.record = Some(record);
+    }
+}
