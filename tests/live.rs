@@ -1,4 +1,4 @@
-//! A viewer at `armbridge live`: one that was written from the protocol's
+//! A viewer at `armbridge foxglove`: one that was written from the protocol's
 //! specification, in Python.
 
 use std::io::{BufRead, BufReader};
@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 
 use armbridge_tests::place;
 
-/// `armbridge live` on any free port, ended with the test.
+/// `armbridge foxglove` on any free port, ended with the test.
 struct Live {
     child: Child,
     url: String,
@@ -16,7 +16,7 @@ struct Live {
 impl Live {
     fn start(options: &[&str]) -> Self {
         let mut child = Command::new(place::armbridge())
-            .args(["live", "--link", "sim:", "--port", "0"])
+            .args(["foxglove", "--link", "sim:", "--port", "0"])
             .args(options)
             .stdout(Stdio::piped())
             .spawn()
@@ -77,7 +77,7 @@ fn a_port_that_is_taken_is_named() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
     let output = Command::new(place::armbridge())
-        .args(["live", "--link", "sim:", "--port", &port])
+        .args(["foxglove", "--link", "sim:", "--port", &port])
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(2));

@@ -1,7 +1,7 @@
 //! The fault campaign, small: every kind of fault once in every scenario, and as
 //! many pairs.
 //!
-//! `armbridge torture --seeds 10000` is the same with more.
+//! `armbridge fault-campaign --seeds 10000` is the same with more.
 
 use std::convert::Infallible;
 

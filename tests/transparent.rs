@@ -11,15 +11,17 @@ use std::process::{Child, Command, Output, Stdio};
 use armbridge_tests::place;
 
 /// The servos by themselves, at the rate that the terminal is set to.
-const SERVOS: &[&str] = &["servos", "--pty", "--firmware", "stock"];
+const SERVOS: &[&str] = &["serve", "servos", "--listen", "pty:", "--firmware", "stock"];
 
 /// The same behind the transparent port of the emulated board, with its arm
 /// disarmed.
 const BOARD: &[&str] = &[
-    "emulate",
-    "--transparent-pty",
-    "--disarmed",
-    "--quiet",
+    "serve",
+    "board",
+    "--link",
+    "emulate:",
+    "--transparent",
+    "pty:",
     "--firmware",
     "stock",
 ];

@@ -1,4 +1,4 @@
-"""A viewer, written from the protocol's specification, at `armbridge live`.
+"""A viewer, written from the protocol's specification, at `armbridge foxglove`.
 
     python live.py ws://127.0.0.1:PORT [--arm]
 

@@ -6,7 +6,7 @@
 //! it is subtracted: what is left is the function, call and moves included.
 //!
 //! `cargo count-instructions` builds and runs it. What a whole tick decides takes
-//! is in the records of `armbridge emulate --icount`.
+//! is in the records of `armbridge run --link emulate:?icount`.
 #![no_std]
 #![no_main]
 

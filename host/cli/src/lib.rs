@@ -3,7 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod config;
+pub mod foxglove;
 pub mod link_thread;
-pub mod live;
 pub mod tasks;
 pub mod watch;

@@ -47,12 +47,19 @@ fn assert_fails(output: &Output, words: &[&str]) {
 fn wrong_arguments_say_what_is_right() {
     let program = Program::new("arguments");
     for (args, words) in [
-        (["--duration", "0"].as_slice(), "seconds from 0.1"),
-        (&["demo", "--period-us", "10"], "from 600 to 100000"),
-        (&["--initial", "2,0"], "expected two angles"),
-        (&["servos", "--listen", "localhost:1"], "tcp://HOST:PORT"),
-        (&["servos"], "--listen"),
-        (&["servos", "--pty", "--slow", "0"], "1..=10000"),
+        (["run", "--duration", "0"].as_slice(), "seconds from 0.1"),
+        (&["run", "--set", "period"], "is not KEY=VALUE"),
+        (&["run", "--initial", "2,0"], "expected two angles"),
+        (
+            &["serve", "servos", "--listen", "localhost:1"],
+            "tcp://HOST:PORT",
+        ),
+        (&["serve", "servos"], "--listen"),
+        (
+            &["serve", "servos", "--listen", "pty:", "--slow", "0"],
+            "1..=10000",
+        ),
+        (&["demo", "--seed", "2"], "`armbridge run demo`"),
         (&["balance"], "balance"),
         (&["bench", "--q", "1,2"], "expected 4 numbers"),
         (&["bench", "--seeds", "5..1"], "expected seeds"),
@@ -60,7 +67,7 @@ fn wrong_arguments_say_what_is_right() {
         (&["bench", "--loss", "1.5"], "share from 0 to 1"),
         (&["bench", "--reference", "sine:9,9,1"], "sine:A1,A2,HZ"),
         (&["bench", "--best", "--estimator", "kalman"], "--best"),
-        (&["torture", "--kinds", "gremlins"], "servo-deaf"),
+        (&["fault-campaign", "--kinds", "gremlins"], "servo-deaf"),
     ] {
         assert_fails(&program.run(args), &[words, "--help"]);
     }
@@ -68,8 +75,14 @@ fn wrong_arguments_say_what_is_right() {
 
 #[test]
 fn a_campaign_repeats_and_a_seed_is_told() {
-    let program = Program::new("torture");
-    let args = ["torture", "--seeds", "80", "--kinds", "goodbye,stop-pin"];
+    let program = Program::new("campaign");
+    let args = [
+        "fault-campaign",
+        "--seeds",
+        "80",
+        "--kinds",
+        "goodbye,stop-pin",
+    ];
     let json = |args: &[&str]| program.run(&[args, &["--json"]].concat());
     let [first, second] = [json(&args), json(&args)];
     assert_eq!(first.status.code(), Some(0), "{}", text(&first.stdout));
@@ -83,7 +96,7 @@ fn a_campaign_repeats_and_a_seed_is_told() {
         .collect();
     assert_eq!(names, ["goodbye", "stop-pin"]);
 
-    let story = program.run(&["torture", "--seed", "66"]);
+    let story = program.run(&["fault-campaign", "--seed", "66"]);
     assert_eq!(story.status.code(), Some(0));
     let story = text(&story.stdout);
     for words in ["stop-pin", "Fault(EmergencyStop(Pin))", "which is right"] {
@@ -96,7 +109,7 @@ fn a_taken_port_is_named() {
     let program = Program::new("taken");
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let at = format!("tcp://{}", taken.local_addr().unwrap());
-    let output = program.run(&["servos", "--listen", &at]);
+    let output = program.run(&["serve", "servos", "--listen", &at]);
     assert_fails(&output, &[&at, "taken", "another port"]);
 }
 
@@ -106,29 +119,25 @@ fn an_emulator_that_cannot_start_says_why() {
     let program = Program::new("emulator");
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let at = format!("tcp://{}", taken.local_addr().unwrap());
-    let output = program.run(&["emulate", "--link-listen", &at]);
+    let output = program.run(&["serve", "board", "--link", "emulate:", "--listen", &at]);
     assert_fails(&output, &[&at, "taken", "another port"]);
 
     let image = program.0.join("no-such-image");
     let image = image.to_str().unwrap();
-    let output = program.run(&["emulate", "--quiet", "--image", image]);
+    let link = format!("emulate:{image}");
+    let run = ["run", "--quiet", "--link", &link];
+    let output = program.run(&run);
     assert_fails(&output, &[image, "cargo build-emulator"]);
-    let output = program.run(&[
-        "emulate",
-        "--quiet",
-        "--image",
-        image,
-        "--link-listen",
-        at0(),
-    ]);
-    assert_fails(&output, &[image, "cargo build-emulator"]);
+    let output = program.run(&["serve", "board", "--link", &link, "--listen", at0()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("cargo build-emulator"));
 
     fs::write(image, "no image").unwrap();
-    let output = program.run(&["emulate", "--quiet", "--image", image]);
+    let output = program.run(&run);
     assert_fails(&output, &[image, "no ELF file", "cargo build-emulator"]);
 
     fs::write(image, b"\x7FELF").unwrap();
-    let mut command = program.command(&["emulate", "--quiet", "--image", image]);
+    let mut command = program.command(&run);
     let output = command.env("PATH", "").output().unwrap();
     assert_fails(
         &output,
@@ -137,10 +146,12 @@ fn an_emulator_that_cannot_start_says_why() {
 
     // TCP's port multiplexer, which nobody runs.
     let nobody = "tcp://127.0.0.1:1";
-    let output = program.run(&["emulate", "--quiet", "--image", image, "--bus", nobody]);
+    let on_bus = format!("{link}?bus={nobody}");
+    let output = program.run(&["run", "--quiet", "--link", &on_bus]);
     assert_fails(&output, &[nobody, "is the other side listening?"]);
+    let runs = fs::read_dir(program.0.join("runs")).map(Iterator::count);
     assert!(
-        !program.0.join("runs").exists(),
+        matches!(runs, Err(_) | Ok(0)),
         "an empty run was left behind"
     );
 }
@@ -155,7 +166,7 @@ fn at0() -> &'static str {
 fn a_folder_that_cannot_be_made_is_named() {
     let program = Program::new("folder");
     fs::write(program.0.join("file"), "in the way").unwrap();
-    let output = program.run(&["--duration", "0.5", "--out", "file/runs"]);
+    let output = program.run(&["run", "--duration", "0.5", "--out", "file/runs"]);
     assert_fails(&output, &["file", "--out"]);
     let output = program.run(&["paper", "--out", "file/runs"]);
     assert_fails(&output, &["file", "--out"]);
@@ -164,7 +175,7 @@ fn a_folder_that_cannot_be_made_is_named() {
 #[test]
 fn the_demo_writes_every_file_and_prints_a_table() {
     let program = Program::new("demo");
-    let output = program.run(&["--duration", "1"]);
+    let output = program.run(&["run", "--duration", "1"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let printed = text(&output.stdout);
     let folder = program.0.join(printed.lines().last().unwrap());
@@ -180,7 +191,6 @@ fn the_demo_writes_every_file_and_prints_a_table() {
     let expected = [
         "angles.png",
         "angles.svg",
-        "run.csv",
         "run.mcap",
         "timing.png",
         "timing.svg",
@@ -188,15 +198,12 @@ fn the_demo_writes_every_file_and_prints_a_table() {
         "torque.svg",
     ];
     assert_eq!(names, expected);
-    let csv = fs::read_to_string(folder.join("run.csv")).unwrap();
-    // A header and a record a millisecond.
-    assert!((950..1100).contains(&csv.lines().count()));
 }
 
 #[test]
 fn nobody_reads_the_table() {
     let program = Program::new("pipe");
-    let mut command = program.command(&["--duration", "1"]);
+    let mut command = program.command(&["run", "--duration", "1"]);
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
     drop(child.stdout.take());
@@ -208,7 +215,7 @@ fn nobody_reads_the_table() {
 fn json_is_one_object_and_quiet_is_nothing() {
     let program = Program::new("output");
     let run = |option| {
-        let output = program.run(&["demo", option, "--duration", "1", "--seed", "3"]);
+        let output = program.run(&["run", "demo", option, "--duration", "1", "--seed", "3"]);
         assert!(output.status.success(), "{}", text(&output.stderr));
         assert_eq!(text(&output.stderr), "");
         output.stdout

@@ -98,7 +98,7 @@ fn the_benchs_arm_is_found_in_its_logs_and_a_board_takes_it() {
             "{picture}"
         );
     }
-    let output = program(&["set", "--from", "arm.toml"]);
+    let output = program(&["params", "--from", "arm.toml"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(text(&output.stdout).contains("the board has taken it"));
 }

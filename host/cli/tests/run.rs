@@ -96,7 +96,6 @@ fn mistakes_are_one_line_and_nothing_is_left_behind() {
         (&["none.toml"], "cannot read none.toml"),
         (&["upright", "--link", "tcp://127.0.0.1:1"], "127.0.0.1:1"),
         (&["upright", "--link", "ftp:x"], "sim:"),
-        (&[], "<SCENARIO>"),
     ] {
         let output = program.run(args);
         let line = text(&output.stderr);

@@ -1,4 +1,4 @@
-//! `armbridge servos` as another program meets it: raw bus bytes over TCP and
+//! `armbridge serve servos` as another program meets it: raw bus bytes over TCP and
 //! over a pseudo-terminal, in wall-clock time.
 //!
 //! No time is asserted, only what is said; a busy machine may delay a packet
@@ -32,7 +32,7 @@ struct Servos(Child);
 impl Servos {
     fn start(args: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_armbridge"));
-        command.arg("servos").args(args);
+        command.args(["serve", "servos"]).args(args);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         Self(command.spawn().unwrap())
     }
@@ -194,7 +194,7 @@ fn stock_servos_at_a_rate_of_their_own() {
 /// The terminal on which they are.
 #[cfg(unix)]
 fn on_pty(args: &[&str]) -> (Servos, std::fs::File) {
-    let mut servos = Servos::start(&[&["--pty"], args].concat());
+    let mut servos = Servos::start(&[&["--listen", "pty:"], args].concat());
     let mut name = String::new();
     let mut said = BufReader::new(servos.0.stdout.take().unwrap());
     said.read_line(&mut name).unwrap();

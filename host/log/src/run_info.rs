@@ -20,7 +20,7 @@ pub const PWM_MAX: u16 = 2000;
 /// Facts of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunFacts {
-    /// Command that made the run: `demo`, `emulate`.
+    /// Scenario or command that made the run.
     pub name: String,
     /// Where control code and arm are: `simulated: bench`.
     pub world: String,

@@ -19,7 +19,6 @@ use crate::progress::Progress;
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::scenario::{Judge, Success};
 use armbridge_client::Host;
-use armbridge_client::event::Direction;
 use armbridge_client::interrupt;
 use armbridge_client::names;
 use armbridge_client::{LinkError, Tap};
@@ -130,8 +129,6 @@ pub struct Player {
     has_plots: bool,
     look_us: u64,
     begun: Instant,
-    /// Where nothing else hears the link for the log.
-    ear: Option<Box<dyn Tap>>,
 }
 
 impl Player {
@@ -177,15 +174,7 @@ impl Player {
             has_plots: files.plots,
             look_us: 0,
             begun: Instant::now(),
-            ear: None,
         })
-    }
-
-    /// The same, on a link that has no taps.
-    #[must_use]
-    pub fn listening(mut self) -> Self {
-        self.ear = Some(self.tap());
-        self
     }
 
     /// What hears the link for the log.
@@ -338,17 +327,10 @@ impl Host for Player {
             self.progress.at(now_s);
             self.progress.say(self.doing(now_us, now_s));
         }
-        let words = self.operator.transmit(now_us)?;
-        if let (Some(ear), false) = (&mut self.ear, words.is_empty()) {
-            ear.bytes(Direction::ToBoard, now_us * 1_000, words);
-        }
-        Ok(words)
+        self.operator.transmit(now_us)
     }
 
     fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), PlanError> {
-        if let (Some(ear), false) = (&mut self.ear, bytes.is_empty()) {
-            ear.bytes(Direction::ToHost, now_us * 1_000, bytes);
-        }
         self.operator.receive(now_us, bytes)
     }
 
@@ -362,9 +344,6 @@ impl Host for Player {
 
     fn disconnected(&mut self, now_us: u64) {
         self.progress.say("the link broke; waiting for it");
-        if let Some(ear) = &mut self.ear {
-            ear.disconnected(now_us * 1_000);
-        }
         self.operator.disconnected(now_us);
     }
 }

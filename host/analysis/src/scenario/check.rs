@@ -9,7 +9,7 @@ use armbridge_shared::bridge::SERVO_IDS;
 use armbridge_shared::servo::Firmware;
 use nalgebra::Vector2;
 
-use super::file::{BenchKeys, Expect, File, Pair, ServoName, StopKeys};
+use super::file::{BenchKeys, Expect, File, Pair, ServoName, StepKeys, StopKeys};
 use super::place::{Place, Wrong};
 use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, Success};
@@ -34,10 +34,11 @@ pub(super) fn scenario(
     overrides: &Overrides,
 ) -> Result<Scenario, Wrong> {
     let (stop, success) = stop(&file.stop, overrides)?;
-    let change = Change {
-        base: file.control.into(),
+    let mut change = Change {
+        base: overrides.control.unwrap_or(file.control.into()),
         set: pairs(&file.set),
     };
+    change.set.extend(overrides.set.iter().cloned());
     let set = Place::top("set");
     let settings = change
         .apply(&overrides.board.unwrap_or_default())
@@ -45,9 +46,12 @@ pub(super) fn scenario(
     params::check(&settings).map_err(|unfit| Wrong::new(set, unfit))?;
     let bench = bench(&file.bench, folder, overrides)?;
     let initial_rad: Pair = bench.plant.initial.q.map(|q| q as f32).into();
+    // A run that is asked to be shorter ends before its last steps.
+    let is_kept = |step: &&StepKeys| overrides.duration_s.is_none_or(|end_s| step.at_s < end_s);
+    let kept = file.step.iter().take_while(is_kept).count();
     let plan = Plan {
         begin: Begin::Changed(change),
-        steps: steps::steps(&file.step, stop.after_us, &settings, initial_rad)?,
+        steps: steps::steps(&file.step[..kept], stop.after_us, &settings, initial_rad)?,
         pushes: pushes(&file.bench, stop.after_us)?,
         stop,
         is_clearing: false,
@@ -145,6 +149,7 @@ fn bench(
     if overrides.plant.is_none() {
         plant.friction_on = keys.friction.unwrap_or(plant.friction_on);
     }
+    plant.friction_on = overrides.friction.unwrap_or(plant.friction_on);
     let firmware = |name| match name {
         ServoName::Morpheus => Firmware::Morpheus,
         ServoName::Stock => Firmware::Stock,
@@ -156,12 +161,12 @@ fn bench(
     let baud = keys.baud.unwrap_or(1_000_000);
     let servos = SERVO_IDS.iter().zip(firmwares);
     let servos = servos.map(|(id, firmware)| ServoKind::new(firmware, id.get(), baud));
+    let servos: Result<Vec<ServoKind>, _> = servos.collect();
+    let servos = servos.map_err(|error| Wrong::new(place.at("baud"), error))?;
     Ok(BenchSpec {
         plant,
         seed: overrides.seed.or(keys.seed).unwrap_or(1),
-        servos: servos
-            .collect::<Result<_, _>>()
-            .map_err(|error| Wrong::new(place.at("baud"), error))?,
+        servos: overrides.servos.clone().unwrap_or(servos),
     })
 }
 

@@ -4,7 +4,7 @@
 //! title = "There and back"
 //! control = "compensated"        # or "paper", or "board": whatever the board has
 //!
-//! [set]                          # parameters by name, as `armbridge get` lists them
+//! [set]                          # parameters by name, as `armbridge params` lists them
 //! limits.speed_rad_s = [6.0, 6.0]
 //!
 //! [[step]]
@@ -76,6 +76,9 @@ use std::path::Path;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Settings;
 
+use toml::Value;
+
+use crate::plan_runner::plan::Base;
 use crate::plan_runner::{Ending, Plan};
 use armbridge_client::names;
 use armbridge_client::params;
@@ -125,8 +128,12 @@ impl BenchSpec {
 }
 
 /// What the command line says otherwise.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Overrides {
+    /// Control that the board's settings start from.
+    pub control: Option<Base>,
+    /// Parameters by name, after those of the scenario.
+    pub set: Vec<(String, Value)>,
     /// Length of the run.
     pub duration_s: Option<f64>,
     /// Seed of the bench.
@@ -135,6 +142,10 @@ pub struct Overrides {
     pub initial_rad: Option<[f64; JOINTS]>,
     /// The bench's arm, whatever the scenario says of it.
     pub plant: Option<PlantFile>,
+    /// Whether the bench's arm has dry friction.
+    pub friction: Option<bool>,
+    /// The bench's servos.
+    pub servos: Option<Vec<ServoKind>>,
     /// Settings of the board that is to do it; without any it has the defaults.
     pub board: Option<Settings>,
 }

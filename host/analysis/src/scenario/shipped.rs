@@ -34,6 +34,7 @@ macro_rules! shipped {
 
 /// All of them, in the order in which they are listed.
 pub const SHIPPED: &[Shipped] = shipped![
+    "demo",
     "upright",
     "push",
     "pick",

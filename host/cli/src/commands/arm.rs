@@ -1,24 +1,58 @@
 //! `armbridge arm`: ready to move, and held so.
 
-use std::io::Write;
-use std::process::ExitCode;
-
+use super::{Outcome, task};
+use crate::args::TaskArgs;
 use armbridge::tasks::arm::{Arm, Outcome as Ending};
 use armbridge_sim::link::Pace;
+use clap::Args;
 use serde_json::json;
+use std::io::Write;
+use std::process::ExitCode;
+use std::time::Duration;
 
-use super::{Outcome, errand};
-use crate::cli::ArmedArgs;
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge arm --link serial:            until ctrl-c
+  armbridge arm --for 5                   the simulated board, for 5 s
+  armbridge arm --link usb: --record run.mcap
+
+Armed means ready to move, with zero torque. The program stays: a board whose host
+falls silent switches off by itself. Ctrl-C disarms first, then ends. Exit code 1:
+the board switched torque off, was reset, or the link broke meanwhile.";
+
+/// Arm and stay.
+#[derive(Args, Debug)]
+pub(crate) struct ArmedArgs {
+    #[command(flatten)]
+    pub(crate) task: TaskArgs,
+    /// Disarm and end after so many s, instead of on ctrl-c.
+    #[arg(long = "for", value_name = "S", value_parser = seconds)]
+    pub(crate) lasts: Option<Duration>,
+    /// Set stock servos to wheel mode and a short return delay, where they are not;
+    /// both are kept in their EEPROM.
+    #[arg(long)]
+    pub(crate) prepare: bool,
+    /// No status line.
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    match text.parse() {
+        Ok(seconds) if (0.1..=86_400.0).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
+        _ => Err("expected seconds from 0.1 to 86400".into()),
+    }
+}
 
 pub(crate) fn run(args: &ArmedArgs) -> Outcome {
-    let mut task = Arm::new(args.lasts, args.prepare);
-    if !args.quiet && !args.errand.json {
-        task = task.reporting(|line| eprintln!("{line}"));
+    let mut job = Arm::new(args.lasts, args.prepare);
+    if !args.quiet && !args.task.json {
+        job = job.reporting(|line| eprintln!("{line}"));
     }
-    let (uri, host) = errand::go(&args.errand, "arm", Pace::WallClock, task)?;
+    let (uri, host) = task::go(&args.task, "arm", Pace::WallClock, job)?;
     let ending = host.task.outcome().unwrap_or(&Ending::Disarmed);
     let mut out = std::io::stdout();
-    if args.errand.json {
+    if args.task.json {
         let report = json!({
             "link": uri.to_string(),
             "ended_by": ending.name(),

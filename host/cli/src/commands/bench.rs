@@ -2,10 +2,10 @@
 
 mod setup;
 
-use std::io::Write;
-use std::path::Path;
-use std::process::ExitCode;
-
+use super::Outcome;
+use crate::args::values::{
+    Seeds, angles, duration, not_negative, numbers, period, positive, seeds, weights,
+};
 use armbridge_analysis::monte_carlo;
 use armbridge_analysis::monte_carlo::{Outcome as Trialled, Run, Task, Trial};
 use armbridge_analysis::plot;
@@ -17,10 +17,184 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::link::message::Setup;
 use armbridge_sim::plant::{PlantConfig, PlantFile, Push};
+use clap::{Args, ValueEnum};
 use serde::Serialize;
+use std::io::Write;
+use std::path::Path;
+use std::path::PathBuf;
+use std::process::ExitCode;
 
-use super::Outcome;
-use crate::cli::BenchArgs;
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge bench
+  armbridge bench --estimator luenberger --friction 0,0 --seeds 1..20
+  armbridge bench --controller computed-torque --natural 20,20 --reference sine:0.3,0.3,1
+  armbridge bench --plant host/plants/dead-zone.toml --disturb 1,0.2,3,0.05 --loss 0.2
+
+What is not said is the best set-up there is: the LQR, the Kalman filter, and
+0.04 N m against friction. Figures are the true arm's, of the worse joint.";
+
+/// Trials on the bench.
+#[derive(Args, Debug)]
+pub(crate) struct BenchArgs {
+    /// The best set-up there is, which is what is taken anyway.
+    #[arg(long, conflicts_with_all = ["controller", "estimator", "friction"])]
+    pub(crate) best: bool,
+    #[command(flatten)]
+    pub(crate) control: ControlArgs,
+    #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
+    /// Torque fed forward against dry friction, in N m [default: 0.04,0.04].
+    #[arg(long, value_name = "NM,NM", value_parser = weights::<2>)]
+    pub(crate) friction: Option<[f32; JOINTS]>,
+    /// Tick period in µs.
+    #[arg(long, value_name = "US", default_value_t = 1_000, value_parser = period)]
+    pub(crate) period_us: u32,
+    /// The virtual arm, as host/plants/default.toml describes it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plant: Option<PathBuf>,
+    /// upright, hold:Q1,Q2, step:Q1,Q2, min-jerk:Q1,Q2[,S], sine:A1,A2,HZ or
+    /// chirp:A1,A2,HZ,HZ; in rad. Motions begin upright, after 2 s.
+    #[arg(long, value_name = "WHAT", default_value = "upright")]
+    pub(crate) reference: Task,
+    /// Joint angles in rad at which the arm is held until torque comes on
+    /// [default: 0.49,-0.3, unless the plant file says where].
+    #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
+    pub(crate) initial: Option<[f64; JOINTS]>,
+    /// Push joint 1 or 2 by so much, from then on, for so long; may be repeated.
+    #[arg(long, value_name = "JOINT,NM,START_S,DURATION_S", value_parser = push,
+          allow_hyphen_values = true)]
+    pub(crate) disturb: Vec<Push>,
+    /// Share of the servos' replies that is damaged at random, 0 to 1.
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]
+    pub(crate) loss: f64,
+    /// Seeds of everything random: 1..20, or 1,2,3.
+    #[arg(long, default_value = "1..5", value_parser = seeds)]
+    pub(crate) seeds: Seeds,
+    /// Simulated time in s from the first setpoint on.
+    #[arg(long, value_name = "S", default_value_t = 8.0, value_parser = duration)]
+    pub(crate) duration: f64,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Draw plots of the first seed and write its log, into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) plot: Option<PathBuf>,
+    /// No progress bar, no table.
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+/// From state to torque.
+#[derive(Args, Debug)]
+pub(crate) struct ControlArgs {
+    /// Control law.
+    #[arg(long, value_enum, default_value_t = ControllerName::Lqr)]
+    pub(crate) controller: ControllerName,
+    /// Diagonal of the LQR's Q: both angles, both speeds.
+    #[arg(long, value_name = "A,B,C,D", value_parser = weights::<4>)]
+    pub(crate) q: Option<[f32; 4]>,
+    /// Diagonal of the LQR's R: both torques.
+    #[arg(long, value_name = "A,B", value_parser = weights::<2>)]
+    pub(crate) r: Option<[f32; 2]>,
+    /// Natural frequencies of the computed torque's errors, in rad/s.
+    #[arg(long, value_name = "W1,W2", value_parser = weights::<2>)]
+    pub(crate) natural: Option<[f32; JOINTS]>,
+    /// Damping ratios of the computed torque's errors.
+    #[arg(long, value_name = "Z1,Z2", value_parser = weights::<2>)]
+    pub(crate) damping: Option<[f32; JOINTS]>,
+}
+
+/// From samples to state.
+#[derive(Args, Debug)]
+pub(crate) struct EstimateArgs {
+    /// Where the state comes from.
+    #[arg(long, value_enum, default_value_t = EstimatorName::Kalman)]
+    pub(crate) estimator: EstimatorName,
+    /// Time constant of the filtered difference in s [default: 0.02].
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub(crate) filter: Option<f32>,
+    /// Poles of the Luenberger observer at 45 ms, two for each joint.
+    #[arg(long, value_name = "P,P,P,P", value_parser = poles)]
+    pub(crate) poles: Option<[f32; 4]>,
+    /// Let a sample show one period late in the observer, as printed.
+    #[arg(long)]
+    pub(crate) prediction: bool,
+    /// The Kalman filter's noise of an angle, in rad.
+    #[arg(long, value_name = "RAD", value_parser = positive)]
+    pub(crate) angle_noise: Option<f32>,
+    /// Its noise of the acceleration, in rad/s² per root Hz.
+    #[arg(long, value_name = "X", value_parser = positive)]
+    pub(crate) acceleration_noise: Option<f32>,
+    /// How fast its disturbance walks, in N m per root s.
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub(crate) walk: Option<f32>,
+    /// Coulomb friction in its model, in N m.
+    #[arg(long, value_name = "NM", value_parser = not_negative)]
+    pub(crate) coulomb: Option<f32>,
+    /// Speed from which on that is fully there, in rad/s.
+    #[arg(long, value_name = "RAD/S", value_parser = positive)]
+    pub(crate) slide: Option<f32>,
+}
+
+/// Control laws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ControllerName {
+    /// The gain that the paper prints, meant for 45 ms.
+    Paper,
+    /// LQR, designed for the period.
+    Lqr,
+    /// Feedback linearisation.
+    ComputedTorque,
+}
+
+/// Estimators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EstimatorName {
+    /// Plain backward difference.
+    Difference,
+    /// The same through a low pass.
+    Filtered,
+    /// Observer (11).
+    Luenberger,
+    /// Kalman filter with disturbance torques.
+    Kalman,
+}
+
+fn poles(text: &str) -> Result<[f32; 4], String> {
+    numbers(text)
+        .filter(|numbers: &[f32; 4]| numbers.iter().all(|x| *x > 0.0 && *x < 1.0))
+        .ok_or_else(|| "expected four numbers between 0 and 1, with commas between".into())
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err("expected a share from 0 to 1".into()),
+    }
+}
+
+fn push(text: &str) -> Result<Push, String> {
+    /// Torque in N m beyond which no hand pushes, and the longest run in s.
+    const MOST: [f64; 2] = [10.0, 3_600.0];
+
+    let push = || {
+        let (joint, rest) = text.split_once(',')?;
+        let [torque_nm, start_s, duration_s] = numbers(rest)?;
+        let joint = ["1", "2"].into_iter().position(|j| j == joint.trim())?;
+        let is_time = |s: f64| (0.0..=MOST[1]).contains(&s);
+        let is_push = f64::abs(torque_nm) <= MOST[0] && is_time(start_s) && is_time(duration_s);
+        let nanoseconds = |s: f64| (s * 1e9) as u64;
+        is_push.then(|| Push {
+            joint,
+            torque_nm,
+            start_ns: nanoseconds(start_s),
+            duration_ns: nanoseconds(duration_s),
+        })
+    };
+    push()
+        .ok_or_else(|| "expected joint 1 or 2, N m, and two times in s, as 1,0.2,3,0.05".to_owned())
+}
 
 /// Where the arm is held at first, in rad, unless asked otherwise.
 const INITIAL_RAD: [f64; JOINTS] = [0.49, -0.3];
@@ -186,5 +360,28 @@ fn facts(trial: &Trial, seed: u64) -> RunFacts {
         torque_limits_nm: joints.map(|joint| [joint.torque(Pwm::MIN), joint.torque(Pwm::MAX)]),
         static_friction_nm: friction_on.then(|| friction.map(|f| f.static_nm)),
         stiction_offset_mrad: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_what_is_meant() {
+        assert_eq!(seeds("2..4"), Ok(Seeds(vec![2, 3, 4])));
+        assert_eq!(seeds("7,1"), Ok(Seeds(vec![7, 1])));
+        for wrong in ["", "4..2", "1..999999", "a", "1,", "-1"] {
+            assert!(seeds(wrong).is_err(), "{wrong}");
+        }
+        let pushed = push("2,-0.2,3,0.05").unwrap();
+        assert_eq!((pushed.joint, pushed.torque_nm), (1, -0.2));
+        assert_eq!(
+            (pushed.start_ns, pushed.duration_ns),
+            (3_000_000_000, 50_000_000)
+        );
+        for wrong in ["0,1,1,1", "1.5,1,1,1", "1,nan,1,1", "1,1,-1,1", "1,1,1"] {
+            assert!(push(wrong).is_err(), "{wrong}");
+        }
     }
 }

@@ -5,10 +5,10 @@ use std::io::{IsTerminal, Write};
 use armbridge_client::servo_bus::{Client, Line};
 
 use super::Error;
-use crate::cli::LineArgs;
+use crate::args::BusArgs;
 
 /// A client on the port, which a serial device offers at `baud`.
-pub(super) fn open(args: &LineArgs, baud: u32) -> Result<Client<Box<dyn Line>>, Error> {
+pub(super) fn open(args: &BusArgs, baud: u32) -> Result<Client<Box<dyn Line>>, Error> {
     let port = args.port.as_ref().ok_or(
         "--port is missing: the serial device of the adapter, for example /dev/ttyUSB0, serial: for \
          the board's transparent port, or tcp://HOST:PORT",

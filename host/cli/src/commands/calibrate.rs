@@ -1,19 +1,53 @@
 //! `armbridge calibrate`: zero and sign of each joint, by hand.
 
-use std::io::{BufRead, IsTerminal, Write};
-use std::process::ExitCode;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
-
+use super::{Outcome, task};
+use crate::args::TaskArgs;
 use armbridge::tasks::GaveUp;
 use armbridge::tasks::calibrate::{Calibrate, Guide, Wish};
 use armbridge_log::table;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_sim::link::Pace;
+use clap::Args;
 use serde_json::json;
+use std::io::{BufRead, IsTerminal, Write};
+use std::process::ExitCode;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-use super::{Outcome, errand};
-use crate::cli::CalibrateArgs;
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge calibrate --link serial:                   both joints
+  armbridge calibrate --link usb: --joint 2
+  armbridge calibrate --link serial: --check-motor     each motor pushes once, when told to
+  printf '\\n\\n\\n\\ny\\n' | armbridge calibrate --link tcp://127.0.0.1:7001
+
+The motors are off while the arm is moved by hand. Nothing is changed before you say
+yes; then zero and direction of each joint are set and saved on the board, and all
+its other settings stay. In a script, each line of the input is one answer.";
+
+/// Find zero and sign of each joint.
+#[derive(Args, Debug)]
+pub(crate) struct CalibrateArgs {
+    #[command(flatten)]
+    pub(crate) task: TaskArgs,
+    /// Only this joint.
+    #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))]
+    joint: Option<u8>,
+    /// Have each motor push once, gently, to see that it turns the way its encoder
+    /// counts. Asks before each.
+    #[arg(long)]
+    pub(crate) check_motor: bool,
+    /// Save without asking. Motors are asked for all the same.
+    #[arg(long)]
+    pub(crate) yes: bool,
+}
+
+impl CalibrateArgs {
+    /// Which joints, counting from 0.
+    pub(crate) fn joints(&self) -> [bool; 2] {
+        [1, 2].map(|joint| self.joint.is_none_or(|only| only == joint))
+    }
+}
 
 pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
     let wish = Wish {
@@ -21,14 +55,14 @@ pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
         checks_motors: args.check_motor,
         is_sure: args.yes,
     };
-    let task = Calibrate::new(Terminal::new(), wish);
-    let (uri, host) = errand::go(&args.errand, "calibrate", Pace::WallClock, task)?;
+    let job = Calibrate::new(Terminal::new(), wish);
+    let (uri, host) = task::go(&args.task, "calibrate", Pace::WallClock, job)?;
     let [before, after] = host
         .task
         .result()
         .ok_or("the calibration was not brought to its end")?;
     let mut out = std::io::stdout();
-    if args.errand.json {
+    if args.task.json {
         let report = json!({
             "link": uri.to_string(),
             "before": before.map(as_json),

@@ -1,15 +1,38 @@
 //! `armbridge config`: what is in force, and what could be.
 
-use std::io::{ErrorKind, Write};
-use std::process::ExitCode;
-
+use super::Outcome;
 use armbridge::config::{Config, FILE_NAME, InForce, explain};
 use armbridge_client::params::to_text;
 use armbridge_log::table;
+use clap::Args;
 use serde_json::{Value, json};
+use std::io::{ErrorKind, Write};
+use std::process::ExitCode;
 
-use super::Outcome;
-use crate::cli::ConfigArgs;
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge config
+  armbridge config --init
+  armbridge config --explain | less
+
+armbridge.toml is looked for in the working directory and in those above it. Options of a
+command go before the environment (ARMBRIDGE_LINK, ARMBRIDGE_OUT), that before the file,
+that before the defaults.";
+
+/// What is in force.
+#[derive(Args, Debug)]
+pub(crate) struct ConfigArgs {
+    /// Print every key with meaning, unit, default and range, as an armbridge.toml whose
+    /// lines are all comments.
+    #[arg(long, conflicts_with_all = ["init", "json"])]
+    pub(crate) explain: bool,
+    /// Write that into the working directory, as armbridge.toml.
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) init: bool,
+    /// Print one JSON array instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 pub(crate) fn run(args: &ConfigArgs) -> Outcome {
     let mut out = std::io::stdout();
@@ -40,7 +63,7 @@ pub(crate) fn run(args: &ConfigArgs) -> Outcome {
     write!(out, "{}", table::columns(&rows))?;
     let remark = match config.file() {
         Some(file) if config.has_settings() => format!(
-            "A board has settings of its own: `armbridge set --from {}` sends it what is here for \
+            "A board has settings of its own: `armbridge params --from {}` sends it what is here for \
              it, and `design` counts with that.",
             file.display()
         ),

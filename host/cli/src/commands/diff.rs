@@ -1,15 +1,34 @@
 //! `armbridge diff`: where two logs differ.
 
+use super::Outcome;
+use armbridge_analysis::run_folder::DEFAULT_BASE;
+use armbridge_log::find::find;
+use armbridge_log::inspect::{Diff, Head, Log};
+use clap::Args;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use armbridge_analysis::run_folder::DEFAULT_BASE;
-use armbridge_log::find::find;
-use armbridge_log::inspect::{Diff, Head, Log};
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge diff runs/before runs/after
+  armbridge diff a.mcap b.mcap --json
 
-use super::Outcome;
-use crate::cli::DiffArgs;
+Exit codes: 0 the same, 1 they differ.";
+
+/// Two logs to compare.
+#[derive(Args, Debug)]
+pub(crate) struct DiffArgs {
+    /// A log, or run folder with a run.mcap.
+    #[arg(value_name = "A")]
+    pub(crate) a: PathBuf,
+    /// Another.
+    #[arg(value_name = "B")]
+    pub(crate) b: PathBuf,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 pub(crate) fn run(args: &DiffArgs) -> Outcome {
     let load = |path: &PathBuf| Log::load(&find(Some(path), Path::new(DEFAULT_BASE))?);

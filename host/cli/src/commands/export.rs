@@ -1,17 +1,48 @@
 //! `armbridge export`: a log in another program's format.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
-
+use super::Outcome;
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_log::export;
 use armbridge_log::export::Format;
 use armbridge_log::find::find;
 use armbridge_log::inspect::{Head, log};
+use clap::{Args, ValueEnum};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
-use super::Outcome;
-use crate::cli::{ExportArgs, FormatName};
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge export csv
+  armbridge export parquet run.mcap --out run.parquet
+  armbridge export mat run.mcap
+
+In Python:   pandas.read_parquet('run.parquet')
+In MATLAB:   load run.mat; plot(log.time_s, log.angle_rad)";
+
+/// A log to convert.
+#[derive(Args, Debug)]
+pub(crate) struct ExportArgs {
+    /// Kind of file.
+    pub(crate) format: FormatName,
+    /// Log, or run folder with a run.mcap; by default the newest run.
+    #[arg(value_name = "LOG")]
+    pub(crate) log: Option<PathBuf>,
+    /// File to write; by default beside the log.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Formats of exported files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FormatName {
+    /// One row per tick, units in the header.
+    Csv,
+    /// Columns for pandas, polars, `DuckDB`.
+    Parquet,
+    /// Named fields for MATLAB and Octave.
+    Mat,
+}
 
 pub(crate) fn run(args: &ExportArgs) -> Outcome {
     let format = match args.format {

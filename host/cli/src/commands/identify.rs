@@ -6,10 +6,10 @@ mod preview;
 mod run;
 mod told;
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
-
+use self::apply::Apply;
+use self::told::Wish;
+use super::{Error, Outcome};
+use crate::args::LinkArgs;
 use armbridge_analysis::identify::{
     Checks, Diagnosis, Found, Known, Prior, Report, Tally, Trace, identify, settings, traces,
 };
@@ -19,12 +19,91 @@ use armbridge_client::params::Parameter;
 use armbridge_log::find::find as find_log;
 use armbridge_log::recording::Recording;
 use armbridge_shared::link::message::Settings;
+use clap::{Args, Subcommand};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use toml::Value;
 
-use self::apply::Apply;
-use self::told::Wish;
-use super::{Error, Outcome};
-use crate::cli::{FitArgs, Identify, IdentifyArgs};
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge identify run --link serial:
+  armbridge run multisine && armbridge identify fit
+  armbridge identify fit runs/*-multisine runs/*-staircase runs/*-stiction
+  armbridge identify fit run.mcap --out arm.toml && armbridge params --from arm.toml --save
+  armbridge identify paper";
+
+/// What an arm is, from its logs.
+#[derive(Args, Debug)]
+pub(crate) struct IdentifyArgs {
+    #[command(subcommand)]
+    pub(crate) what: Identify,
+}
+
+#[derive(Subcommand, Debug)]
+pub(crate) enum Identify {
+    /// Have the arm move as a plan says, and find the numbers that explain how it did.
+    #[command(after_help = run::EXAMPLES)]
+    Run(run::IdentifyRunArgs),
+    /// Find the numbers that explain these logs.
+    #[command(after_help = FIT_EXAMPLES)]
+    Fit(FitArgs),
+    /// Do as the paper did, and see why its two friction values differ.
+    #[command(after_help = paper::EXAMPLES)]
+    Paper(paper::PaperArgs),
+}
+
+pub(crate) const FIT_EXAMPLES: &str = "\
+Examples:
+  armbridge identify fit
+  armbridge identify fit runs/*-multisine runs/*-staircase --out arm.toml
+  armbridge identify fit runs/*-multisine --held-out runs/*-sweep --report page
+  armbridge identify fit run.mcap --weighed 0.05 --json
+
+Only ticks in which the motors are driven count; only while a joint slides does it tell
+anything. Motion tells all torques as multiples of one another: that one is the arm's
+weight, by arm.m1_kg, arm.m2_kg and the lengths that the log has. Exit code 1 with what is
+wrong and no numbers if the logs cannot tell them: empty, too short, samples lost, clipped,
+wrong joint, wrong way, held by hand.";
+
+#[derive(Args, Debug)]
+pub(crate) struct FitArgs {
+    /// Logs, or run folders with a run.mcap; by default the newest run.
+    #[arg(value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// How well masses and lengths are known, as a share of the weight.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
+    pub(crate) weighed: f64,
+    /// Tell how well the numbers forecast this log, which they are not found in; may be
+    /// given several times. Without it, the last fifth of the windows is held out of a
+    /// second fit, if that takes no more than 2 s.
+    #[arg(long, value_name = "LOG")]
+    pub(crate) held_out: Vec<PathBuf>,
+    /// Write the parameters to this file, for `armbridge params --from`.
+    #[arg(long, value_name = "TOML")]
+    pub(crate) out: Option<PathBuf>,
+    /// Send the arm that was found to the board, with gains for it, and save it there.
+    #[arg(long)]
+    pub(crate) apply: bool,
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
+    /// With --apply, change the board without asking.
+    #[arg(long, requires = "apply")]
+    pub(crate) yes: bool,
+    /// Write a page with pictures, report.html, into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) report: Option<PathBuf>,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(share) if (1e-4..=1.0).contains(&share) => Ok(share),
+        Ok(_) | Err(_) => Err("expected a share from 0.0001 to 1, as 0.01 for 1 %".into()),
+    }
+}
 
 pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
     match &args.what {

@@ -1,15 +1,31 @@
 //! `armbridge info`: what a log holds.
 
-use std::io::Write;
-use std::path::Path;
-use std::process::ExitCode;
-
+use super::Outcome;
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_log::find::find;
 use armbridge_log::inspect::Info;
+use clap::Args;
+use std::io::Write;
+use std::path::Path;
+use std::path::PathBuf;
+use std::process::ExitCode;
 
-use super::Outcome;
-use crate::cli::InfoArgs;
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge info
+  armbridge info runs/2026-11-21T10-55-00Z-demo
+  armbridge info run.mcap --json";
+
+/// A log to tell of.
+#[derive(Args, Debug)]
+pub(crate) struct InfoArgs {
+    /// Log, or run folder with a run.mcap; by default the newest run.
+    #[arg(value_name = "LOG")]
+    pub(crate) log: Option<PathBuf>,
+    /// Print one JSON object instead of the text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 pub(crate) fn run(args: &InfoArgs) -> Outcome {
     let info = Info::read(&find(args.log.as_deref(), Path::new(DEFAULT_BASE))?)?;

@@ -8,7 +8,7 @@ use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::{Plant, PlantConfig};
 
 use super::Error;
-use crate::cli::LinkArgs;
+use crate::args::LinkArgs;
 
 /// Seed of the virtual servos' noise, where a command does not ask for one.
 const SEED: u64 = 1;

@@ -8,7 +8,13 @@ use armbridge_analysis::paper::{Claim, Findings, Outline};
 use armbridge_analysis::run_folder::RunFolder;
 
 use super::Outcome;
-use crate::cli::OutputArgs;
+use crate::args::OutputArgs;
+
+/// What the help ends with.
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge paper
+  armbridge paper --out reports --json";
 
 pub(crate) fn run(args: &OutputArgs) -> Outcome {
     let folder = RunFolder::create(args.out.as_deref(), "paper")?;

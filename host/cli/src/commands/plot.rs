@@ -1,18 +1,89 @@
 //! `armbridge plot`: figures of a log, or of two on top of each other.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
-
+use super::Outcome;
 use armbridge_analysis::plot;
 use armbridge_analysis::plot::{Figure, Formats};
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_log::find::find;
 use armbridge_log::inspect::Log;
 use armbridge_log::recording::ReadError;
+use clap::{Args, ValueEnum};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
-use super::Outcome;
-use crate::cli::{Picture, PlotArgs, What};
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge plot
+  armbridge plot run.mcap --what tracking,spectrum --from 2 --to 6 --format svg
+  armbridge plot --compare before.mcap after.mcap --out compared
+
+Times are in s after the first tick of the log; runs that are compared begin where
+the arm is first driven.";
+
+/// A log to draw.
+#[derive(Args, Debug)]
+pub(crate) struct PlotArgs {
+    /// Log, or run folder with a run.mcap; by default the newest run.
+    #[arg(value_name = "LOG")]
+    pub(crate) log: Option<PathBuf>,
+    /// Draw two logs on top of each other, and their difference.
+    #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["log", "what", "from", "to"])]
+    pub(crate) compare: Option<Vec<PathBuf>>,
+    /// What to draw.
+    #[arg(
+        long,
+        value_name = "WHAT,WHAT",
+        value_delimiter = ',',
+        default_value = "all"
+    )]
+    pub(crate) what: Vec<What>,
+    /// Folder to write to; by default that of the log.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Leave out what is before this time.
+    #[arg(long, value_name = "S")]
+    pub(crate) from: Option<f64>,
+    /// Leave out what is after this time.
+    #[arg(long, value_name = "S")]
+    pub(crate) to: Option<f64>,
+    /// Kinds of files.
+    #[arg(
+        long,
+        value_name = "svg,png",
+        value_delimiter = ',',
+        default_value = "svg,png"
+    )]
+    pub(crate) format: Vec<Picture>,
+}
+
+/// Kinds of picture files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Picture {
+    /// For print and editing.
+    Svg,
+    /// For everything else.
+    Png,
+}
+
+/// Figures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum What {
+    /// Encoder, estimate and setpoint of both joints.
+    Angles,
+    /// Estimate minus reference.
+    Tracking,
+    /// Torque and PWM.
+    Torque,
+    /// Speed over angle.
+    Phase,
+    /// How late ticks began, and what they took.
+    Timing,
+    /// Power of error, torque and innovation over frequency.
+    Spectrum,
+    /// Every figure.
+    All,
+}
 
 pub(crate) fn run(args: &PlotArgs) -> Outcome {
     let formats = Formats {

@@ -1,34 +1,167 @@
-//! `armbridge run`: a scenario, on whatever link.
+//! `armbridge run`: a scenario, on any board.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use armbridge::config::Config;
+use armbridge_analysis::plan_runner::plan::Base;
 use armbridge_analysis::run::{Files, Player, Task};
 use armbridge_analysis::scenario::{Judge, Overrides, SHIPPED, Scenario, Shipped};
+use armbridge_client::params;
+use armbridge_client::transport::LinkUri;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::table;
+use armbridge_shared::JOINTS;
 use armbridge_sim::link::{BoardUri, Options, Pace, drive};
 use armbridge_sim::plant::PlantFile;
+use clap::{Args, ValueEnum};
 use serde::Serialize;
+use toml::Value;
 
-use super::{Error, Outcome, job};
-use crate::cli::RunArgs;
+use super::finish::finish;
+use super::{Error, Outcome, transparent_port};
+use crate::args::values::{angles, duration};
+use crate::args::{LinkArgs, OutputArgs, PaceName, VirtualServoArgs};
+
+/// What the help ends with.
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge run --list                      the scenarios that ship
+  armbridge run                             the demo, on the bench, as fast as it goes
+  armbridge run demo --control compensated  the same with friction overcome
+  armbridge run push --link emulate:        by the firmware image under QEMU
+  armbridge run mine.toml --link serial:    a file of your own, on a board
+  armbridge run mine.toml --check           is it in order? Nothing moves
+  armbridge run hour --duration 600 --json  ten minutes, summed up as JSON
+
+A scenario is a TOML file; `armbridge run NAME --show` prints one that ships, to start
+from. Ctrl-C switches the motors off, then ends the run. The log and the plots of the run
+are in a new folder in runs/.
+
+Exit codes: 0 the run ended as the scenario wants it, 1 otherwise (a fault, something
+expected that was missed, records lost), 2 there was no run, 130 ended by ctrl-c.";
+
+/// A scenario, and what is otherwise than it says.
+#[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RunArgs {
+    /// A file, or the name of a scenario that ships.
+    #[arg(default_value = "demo")]
+    pub(crate) scenario: String,
+    /// List the scenarios that ship.
+    #[arg(long)]
+    pub(crate) list: bool,
+    /// Check the scenario, and do nothing.
+    #[arg(long)]
+    pub(crate) check: bool,
+    /// Print the file of a scenario that ships, and do nothing.
+    #[arg(long, conflicts_with = "check")]
+    pub(crate) show: bool,
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
+    /// Control to start from, instead of the scenario's own.
+    #[arg(long, value_enum)]
+    pub(crate) control: Option<ControlName>,
+    /// Change a parameter of the board for this run; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = params::pair)]
+    pub(crate) set: Vec<(String, Value)>,
+    /// Length of the run in s instead of the scenario's own; what repeats does so until
+    /// then.
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub(crate) duration: Option<f64>,
+    /// Clear a fault that is latched on the board; see to its cause first.
+    #[arg(long)]
+    pub(crate) clear: bool,
+    /// In the end, give stock servos back the mode and the return delay they were
+    /// found with.
+    #[arg(long)]
+    pub(crate) release: bool,
+    #[command(flatten)]
+    pub(crate) simulated: SimulatedArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// The simulation, for `sim:` and `emulate:`.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Simulated board (sim: and emulate:)")]
+pub(crate) struct SimulatedArgs {
+    /// Seed of the encoders' noise instead of the scenario's own.
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Joint angles in rad at which the arm is held until torque comes on, instead of the
+    /// scenario's own.
+    #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
+    pub(crate) initial: Option<[f64; JOINTS]>,
+    /// The virtual arm instead of the scenario's own, as host/plants/default.toml
+    /// describes it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plant: Option<PathBuf>,
+    /// Take dry friction off the virtual arm.
+    #[arg(long)]
+    pub(crate) no_friction: bool,
+    #[command(flatten)]
+    pub(crate) servos: VirtualServoArgs,
+    /// Serve the board's transparent port to another program, on a socket or by `pty:` on
+    /// a new pseudo-terminal.
+    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
+    pub(crate) transparent: Option<LinkUri>,
+    /// How fast time goes.
+    #[arg(long, value_enum, default_value_t = PaceName::Free)]
+    pub(crate) pace: PaceName,
+}
+
+/// Controls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ControlName {
+    /// The board's own settings.
+    Board,
+    /// The paper's weights and a Luenberger observer.
+    Paper,
+    /// Kalman filter, stiffer gains, friction fed forward.
+    Compensated,
+}
+
+impl From<ControlName> for Base {
+    fn from(name: ControlName) -> Self {
+        match name {
+            ControlName::Board => Self::Board,
+            ControlName::Paper => Self::Paper,
+            ControlName::Compensated => Self::Compensated,
+        }
+    }
+}
+
+impl RunArgs {
+    fn overrides(&self) -> Result<Overrides, Error> {
+        let simulated = &self.simulated;
+        Ok(Overrides {
+            control: self.control.map(Base::from),
+            set: self.set.clone(),
+            duration_s: self.duration,
+            seed: simulated.seed,
+            initial_rad: simulated.initial,
+            plant: simulated
+                .plant
+                .as_deref()
+                .map(PlantFile::read)
+                .transpose()?,
+            friction: simulated.no_friction.then_some(false),
+            servos: simulated.servos.asked()?,
+            board: None,
+        })
+    }
+}
 
 pub(crate) fn run(args: &RunArgs) -> Outcome {
-    let Some(name) = args.scenario.as_deref() else {
+    let name = &args.scenario;
+    if args.list {
         return list(args.output.json);
-    };
+    }
     if args.show {
         return show(name);
     }
-    let overrides = Overrides {
-        duration_s: args.duration,
-        seed: args.seed,
-        initial_rad: None,
-        plant: args.plant.as_deref().map(PlantFile::read).transpose()?,
-        board: None,
-    };
-    let mut scenario = Scenario::load(name, &overrides)?;
+    let mut scenario = Scenario::load(name, &args.overrides()?)?;
     if args.check {
         println!("{name} is in order: {}", scenario.title);
         return Ok(ExitCode::SUCCESS);
@@ -41,17 +174,18 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     let staging = Staging {
         config: &config,
         link: &link,
-        pace: args.pace.into(),
+        pace: args.simulated.pace.into(),
         is_quiet: args.output.quiet,
         is_silent: args.output.quiet || args.output.json,
     };
     let mut options = staging.options(&mut scenario);
+    options.client = transparent_port::open(args.simulated.transparent.as_ref())?;
     let base = config.out(args.output.out.as_deref());
     let mut player = Player::new(staging.task(scenario)?, Some(&base))?;
     options.link.taps.push(player.tap());
     options.interactions = Some(player.interactions());
     let (player, result) = drive(&link, options, player);
-    job::finish(player, result, &args.output)
+    finish(player, result, &args.output)
 }
 
 /// What a scenario is played on, and how.
@@ -81,6 +215,9 @@ impl Staging<'_> {
         options.pace = self.pace;
         options.link.patience = self.config.patience();
         options.link.is_quiet = self.is_quiet;
+        if !self.is_silent {
+            options.board_log = |line| eprintln!("board: {line}");
+        }
         options
     }
 

@@ -1,17 +1,90 @@
 //! `armbridge servo`: registers, id, baud rate and factory settings of one.
 
-use std::io::Write;
-use std::process::ExitCode;
-
+use super::{Error, Outcome, bus};
+use crate::args::{BusArgs, baud};
 use armbridge_client::servo_bus::change::ChangeError;
 use armbridge_client::servo_bus::reading::{Reading, ServoError, Taken, Value};
 use armbridge_client::servo_bus::{Line, Servo, moves};
 use armbridge_client::servo_table::{Access, Register, Storage, Table, alarms};
 use armbridge_shared::servo::Firmware;
+use clap::{Args, Subcommand};
 use serde_json::json;
+use std::io::Write;
+use std::process::ExitCode;
 
-use super::{Error, Outcome, bus};
-use crate::cli::{ServoAction, ServoArgs, register_value};
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge servo 1 read --port /dev/ttyUSB0
+  armbridge servo 1 read present_voltage --port /dev/ttyUSB0
+  armbridge servo 2 write pwm 1100 --port tcp://127.0.0.1:7000
+  armbridge servo 1 set-id 2 --port /dev/ttyUSB0
+  armbridge servo 2 set-baud 57600 --port /dev/ttyUSB0
+
+Exit code 1: the servo did not answer, refused, or kept another value.";
+
+/// One servo.
+#[derive(Args, Debug)]
+pub(crate) struct ServoArgs {
+    /// Its id.
+    #[arg(value_parser = clap::value_parser!(u8).range(0..=253))]
+    pub(crate) id: u8,
+    #[command(flatten)]
+    pub(crate) line: BusArgs,
+    /// Rate at which the servo is now; of a serial device.
+    #[arg(long, global = true, default_value = "1000000", value_parser = baud)]
+    pub(crate) baud: u32,
+    /// Do not ask before anything moves or is changed for good.
+    #[arg(long, global = true)]
+    pub(crate) yes: bool,
+    #[command(subcommand)]
+    pub(crate) action: ServoAction,
+}
+
+/// What to do with it.
+#[derive(Debug, Subcommand)]
+pub(crate) enum ServoAction {
+    /// Read one register, or all.
+    Read {
+        /// Its name, or its address.
+        register: Option<String>,
+        /// Print one JSON object instead of the table.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write one register and read it back.
+    Write {
+        /// Its name, or its address.
+        register: String,
+        /// As on the wire, without unit; 0x1F and 31 are the same.
+        #[arg(value_parser = register_value)]
+        value: u16,
+    },
+    /// Give it another id, if that is free.
+    SetId {
+        /// Its id from then on.
+        new: u8,
+    },
+    /// Give it another baud rate.
+    SetBaud {
+        /// Its rate from then on, in baud.
+        #[arg(value_parser = baud)]
+        rate: u32,
+        /// Also where the line's rate cannot follow, without reading back.
+        #[arg(long)]
+        blind: bool,
+    },
+    /// Restore all settings ex works: id 1, 1000000 baud.
+    FactoryReset,
+}
+
+/// A number of 16 bits, decimal or hexadecimal.
+fn register_value(text: &str) -> Result<u16, String> {
+    let number = match text.strip_prefix("0x") {
+        Some(digits) => u16::from_str_radix(digits, 16),
+        None => text.parse(),
+    };
+    number.map_err(|_| "expected a number from 0 to 65535, or 0x0 to 0xFFFF".into())
+}
 
 pub(crate) fn run(args: &ServoArgs) -> Outcome {
     let mut client = bus::open(&args.line, args.baud)?;

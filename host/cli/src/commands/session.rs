@@ -16,8 +16,8 @@ use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, Pace};
 use armbridge_sim::plant::Plant;
 
-use super::{Error, job};
-use crate::cli::SessionArgs;
+use super::{Error, virtual_arm};
+use crate::args::SessionArgs;
 
 /// A link that breaks is tried again for as long as anybody looks.
 const PATIENCE: Duration = Duration::from_secs(24 * 3_600);
@@ -51,7 +51,7 @@ impl Opened {
         let feed = Feed::default();
         let mut taps = vec![feed.tap()];
         taps.extend(recorder.as_ref().map(Recorder::tap));
-        let (plant, kinds) = (job::plant_config(&args.arm)?, args.servos.kinds()?);
+        let (plant, kinds) = (virtual_arm::config(&args.arm)?, args.servos.kinds()?);
         let seed = args.arm.seed;
         // A bench cannot be sent to another thread: it is made there.
         let session = Session::begin(link, move || {

@@ -1,8 +1,7 @@
 //! `armbridge status`: what the board says of itself, and how the link does.
 
-use std::io::Write;
-use std::process::ExitCode;
-
+use super::{Outcome, task};
+use crate::args::TaskArgs;
 use armbridge::tasks::TaskHost;
 use armbridge::tasks::status::Status;
 use armbridge_client::error::end_in_words;
@@ -15,12 +14,20 @@ use armbridge_shared::link::message::{BoardReport, End, SettingsFrom};
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::link::{BoardUri, Pace};
 use serde_json::{Value, json};
+use std::io::Write;
+use std::process::ExitCode;
 
-use super::{Outcome, errand};
-use crate::cli::ErrandArgs;
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge status                        of the simulated board
+  armbridge status --link serial:         of the board that is plugged in
+  armbridge status --link tcp://127.0.0.1:7001 --json
 
-pub(crate) fn run(args: &ErrandArgs) -> Outcome {
-    let (uri, host) = errand::go(args, "status", Pace::Free, Status::default())?;
+Saying hello disarms a board: a link has one host. Where another program has the
+link, that is said and nothing is done.";
+
+pub(crate) fn run(args: &TaskArgs) -> Outcome {
+    let (uri, host) = task::go(args, "status", Pace::Free, Status::default())?;
     let mut out = std::io::stdout();
     if args.json {
         writeln!(out, "{}", as_json(&uri, &host))?;

@@ -1,13 +1,27 @@
 //! `armbridge watch`: a dashboard on the terminal.
 
+use super::Outcome;
+use super::session::Opened;
+use crate::args::SessionArgs;
+use armbridge::watch::screen;
+use clap::Args;
 use std::io::IsTerminal;
 use std::process::ExitCode;
 
-use armbridge::watch::screen;
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge watch                                   the simulated arm; r arms and regulates
+  armbridge watch --link serial:                    the board that is plugged in
+  armbridge watch --link tcp://127.0.0.1:7001 --record run.mcap
 
-use super::Outcome;
-use super::session::Opened;
-use crate::cli::WatchArgs;
+Keys: space stops, d disarms, q quits and disarms first, ? shows all of them.";
+
+/// A dashboard.
+#[derive(Args, Debug)]
+pub(crate) struct WatchArgs {
+    #[command(flatten)]
+    pub(crate) session: SessionArgs,
+}
 
 pub(crate) fn run(args: &WatchArgs) -> Outcome {
     if !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal() {

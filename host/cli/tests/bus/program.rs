@@ -113,9 +113,8 @@ fn through_the_boards_transparent_port() {
 
     for firmware in ["morpheus", "stock"] {
         let mut board = Command::new(env!("CARGO_BIN_EXE_armbridge"))
-            .args(["demo", "--disarmed", "--firmware", firmware])
-            .args(["--transparent-listen", "tcp://127.0.0.1:0"])
-            .args(["--out", env!("CARGO_TARGET_TMPDIR")])
+            .args(["serve", "board", "--link", "sim:", "--firmware", firmware])
+            .args(["--transparent", "tcp://127.0.0.1:0"])
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
             .spawn()

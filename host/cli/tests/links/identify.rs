@@ -119,7 +119,7 @@ fn the_boards_own_limits_are_asked_first() {
     let board = Served::on(TCP);
     let plan = plan("limits");
     assert_ends(
-        &run(&board.link, &["set", "limits.angle_rad=0.9,1.5"]),
+        &run(&board.link, &["params", "limits.angle_rad=0.9,1.5"]),
         0,
         "has taken it",
     );
@@ -177,7 +177,7 @@ fn find_apply_and_stand(link: &LinkUri, plan: &[String; 2]) {
         ("joint1.gain_counts_per_nm", 700.0),
     ];
     let keys = truth.map(|(key, _)| key);
-    let told = run(link, &[&["get"][..], &keys[..], &["--json"]].concat());
+    let told = run(link, &[&["params"][..], &keys[..], &["--json"]].concat());
     let told: serde_json::Value = serde_json::from_slice(&told.stdout).unwrap();
     for (number, (key, truth)) in told.as_array().unwrap().iter().zip(truth) {
         let found = number["value"].as_f64().unwrap();
@@ -210,7 +210,8 @@ fn what_was_found_reaches_the_emulated_board_too() {
     let hidden = PathBuf::from(&plan[1]).join("hidden.toml");
     std::fs::write(&hidden, HIDDEN).unwrap();
     let mut board = Command::new(env!("CARGO_BIN_EXE_armbridge"));
-    board.args(["emulate", "--link-listen", TCP, "--initial", "0,0"]);
+    board.args(["serve", "board", "--link", "emulate:", "--listen", TCP]);
+    board.args(["--initial", "0,0"]);
     board.args(["--quiet", "--plant", hidden.to_str().unwrap()]);
     let mut board = board.stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(board.stderr.take().unwrap()).lines();

@@ -1,4 +1,4 @@
-//! `get`, `set` and `design --apply`, with the board on the bench.
+//! `params` and `design --apply`, with the board on the bench.
 
 use serde_json::json;
 
@@ -7,7 +7,7 @@ use super::{Program, text};
 #[test]
 fn get_shows_what_the_board_has() {
     let program = Program::new();
-    let table = program.says(&["get"]);
+    let table = program.says(&["params"]);
     let mut lines = table.lines();
     let head = lines.next().unwrap();
     assert_eq!(
@@ -15,25 +15,25 @@ fn get_shows_what_the_board_has() {
         ["key", "value", "unit", "what"]
     );
     assert!(table.contains("controller.kind") && !table.contains("controller.gain"));
-    let hold = program.json(&["get", "limits.hold_ms", "--json", "--link", "sim:"]);
+    let hold = program.json(&["params", "limits.hold_ms", "--json", "--link", "sim:"]);
     assert_eq!(hold[0]["value"], json!(100));
     assert_eq!(hold[0]["unit"], json!("ms"));
     assert_eq!(hold[0]["takes"], json!("an integer from 0 to 2000"));
     // A group is all of its parameters; of other kinds only if asked for.
     let group = |args: &[&str]| program.json(args).as_array().unwrap().len();
-    assert_eq!(group(&["get", "controller", "--json"]), 3);
-    assert_eq!(group(&["get", "controller", "--all", "--json"]), 6);
-    let gain = program.says(&["get", "controller.gain"]);
+    assert_eq!(group(&["params", "controller", "--json"]), 3);
+    assert_eq!(group(&["params", "controller", "--all", "--json"]), 6);
+    let gain = program.says(&["params", "controller.gain"]);
     assert!(gain.contains("Only with controller.kind gain"), "{gain}");
-    program.fails(&["get", "limits.hold"], &["is it `limits.hold_ms`?"]);
-    program.fails(&["get", "--link", "sam:"], &["expected usb:"]);
+    program.fails(&["params", "limits.hold"], &["is it `limits.hold_ms`?"]);
+    program.fails(&["params", "--link", "sam:"], &["expected usb:"]);
 }
 
 #[test]
 fn set_changes_all_or_nothing_and_says_so() {
     let program = Program::new();
     let said = program.says(&[
-        "set",
+        "params",
         "limits.hold_ms=80",
         "controller.q=30,30,0.3,0.3",
         "--save",
@@ -51,7 +51,7 @@ fn set_changes_all_or_nothing_and_says_so() {
         said.ends_with("has taken it, and keeps its settings across power-off\n"),
         "{said}"
     );
-    let report = program.json(&["set", "limits.hold_ms=80", "--json"]);
+    let report = program.json(&["params", "limits.hold_ms=80", "--json"]);
     assert_eq!(report["changes"][0]["before"], json!(100));
     assert_eq!(
         (&report["done"], &report["saved"]),
@@ -59,29 +59,34 @@ fn set_changes_all_or_nothing_and_says_so() {
     );
     assert!(
         program
-            .says(&["set", "limits.hold_ms=100"])
+            .says(&["params", "limits.hold_ms=100"])
             .contains("nothing to change")
     );
     assert!(
         program
-            .says(&["set", "limits.lost_ms=30", "--dry-run"])
+            .says(&["params", "limits.lost_ms=30", "--dry-run"])
             .contains("dry run")
     );
     for (args, words) in [
-        (["set", "limits.hold_ms"].as_slice(), "is not KEY=VALUE"),
-        (&["set"], "KEY=VALUE"),
-        (&["set", "limits.hold_ms=9999"], "an integer from 0 to 2000"),
         (
-            &["set", "limits.hold_ms=600"],
+            ["params", "limits.hold_ms", "limits.lost_ms=30"].as_slice(),
+            "`limits.hold_ms` has no value",
+        ),
+        (
+            &["params", "limits.hold_ms=9999"],
+            "an integer from 0 to 2000",
+        ),
+        (
+            &["params", "limits.hold_ms=600"],
             "longer than `limits.silence_ms` (500)",
         ),
         (
-            &["set", "controller.damping=1,1"],
+            &["params", "controller.damping=1,1"],
             "set `controller.kind` too",
         ),
         (
             &[
-                "set",
+                "params",
                 "controller.kind=gain",
                 "controller.gain=0,0,0,0,0,0,0,0",
             ],
@@ -125,7 +130,7 @@ fn a_design_goes_to_the_board_by_hand_or_by_file() {
     );
 
     program.says(&with(&["--write", "gains.toml", "--plot", "step.svg"]));
-    let said = program.says(&["set", "--from", "gains.toml"]);
+    let said = program.says(&["params", "--from", "gains.toml"]);
     assert!(said.contains("[30.0, 30.0, 0.3, 0.3]"), "{said}");
     // It is a configuration, too.
     std::fs::rename(program.path("gains.toml"), program.path("armbridge.toml")).unwrap();

@@ -50,15 +50,15 @@ fn the_file_that_is_written_says_nothing_until_it_is_edited() {
     );
     assert!(line("out").ends_with(" default"), "{table}");
     // Every command finds it, from further below as well.
-    program.fails(&["get"], &["tcp://127.0.0.1:1"]);
-    program.says(&["get", "--link", "sim:"]);
+    program.fails(&["params"], &["tcp://127.0.0.1:1"]);
+    program.says(&["params", "--link", "sim:"]);
     // What it has for the board is sent by who says so.
     let told = table.lines().last().unwrap_or_default();
     assert!(
-        told.contains("`armbridge set --from ") && told.contains("armbridge.toml`"),
+        told.contains("`armbridge params --from ") && told.contains("armbridge.toml`"),
         "{table}"
     );
-    let said = program.says(&["set", "--link", "sim:", "--from", "armbridge.toml"]);
+    let said = program.says(&["params", "--link", "sim:", "--from", "armbridge.toml"]);
     assert!(
         said.contains("limits.hold_ms") && said.contains("the board has taken it"),
         "{said}"
@@ -78,7 +78,7 @@ fn mistakes_have_a_place() {
         ("link = \n", "armbridge.toml:1:"),
     ] {
         fs::write(&path, text).unwrap();
-        for command in ["config", "get", "design"] {
+        for command in ["config", "params", "design"] {
             program.fails(&[command], &[words]);
         }
     }

@@ -48,7 +48,7 @@ fn bash_completes_commands_and_options() {
         bash(&script).unwrap()
     };
     assert_eq!(completed("armbridge des"), "design");
-    assert_eq!(completed("armbridge set --dr"), "--dry-run");
+    assert_eq!(completed("armbridge params --dr"), "--dry-run");
     assert!(completed("armbridge completions z").contains("zsh"));
 }
 

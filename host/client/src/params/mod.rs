@@ -1,5 +1,5 @@
 //! The board's settings as names with values: one table for the configuration file,
-//! `get` and `set`, scenarios, the log and the viewer.
+//! `armbridge params`, scenarios, the log and the viewer.
 //!
 //! Keys are dotted and carry their unit: `limits.hold_ms`, `arm.l1_m`, `joint1.zero_count`,
 //! `controller.q`. What there is of a controller or an estimator depends on its kind:

@@ -2,7 +2,7 @@
 //!
 //! Raw bus bytes go through any stream that behaves as a `USB2Dynamixel`: the
 //! board's transparent port, such an adapter or a U2D2 itself, or the virtual
-//! servos of `armbridge servos`.
+//! servos of `armbridge serve servos`.
 //!
 //! | module        | what                                                     |
 //! |---------------|----------------------------------------------------------|

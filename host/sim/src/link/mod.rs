@@ -5,11 +5,15 @@
 //! | `usb:`, `serial:`, `tcp:`, `pty:` | a board at a byte stream, see [`transport`]     |
 //! | `sim:`                      | the board's code and the bench, in this process       |
 //! | `emulate:`, `emulate:IMAGE` | the firmware image under QEMU, with the bench         |
+//! | `emulate:?icount`           | each instruction takes a fixed virtual time           |
+//! | `emulate:?bus=tcp://HOST:PORT&slow=50` | the image in slowed wall-clock time, on a servo bus elsewhere |
 
+#[cfg(unix)]
+mod emulated;
 mod uri;
 mod virtual_board;
 
-pub use uri::{BoardUri, BoardUriError, CHOICES};
+pub use uri::{BoardUri, BoardUriError, CHOICES, EmulatorUri, ExternalBus};
 pub use virtual_board::run as drive_board;
 
 use std::sync::mpsc::Receiver;
@@ -41,6 +45,8 @@ pub struct Options {
     pub client: Option<Box<dyn Client>>,
     /// Hands on the arm.
     pub interactions: Option<Receiver<Interaction>>,
+    /// Takes each line that an emulated board logs.
+    pub board_log: fn(&str),
     /// Listeners, and what to do when a link breaks.
     pub link: LinkOptions,
 }
@@ -53,6 +59,7 @@ impl Options {
             pace: Pace::Free,
             client: None,
             interactions: None,
+            board_log: |_| {},
             link: LinkOptions::default(),
         }
     }
@@ -78,28 +85,12 @@ pub fn drive<H: Host>(
                 }
             }
         }
-        BoardUri::Emulate(image) => emulate(image.as_deref(), options, host),
+        #[cfg(unix)]
+        BoardUri::Emulate(emulator) => emulated::run(emulator, options, host),
+        #[cfg(not(unix))]
+        BoardUri::Emulate(_) => {
+            let why = "`emulate:` needs Linux or macOS; `sim:` runs everywhere";
+            (host, Err(LinkError::Link(why.into())))
+        }
     }
-}
-
-#[cfg(unix)]
-fn emulate<H: Host>(
-    image: Option<&std::path::Path>,
-    options: Options,
-    host: H,
-) -> (H, Result<(), LinkError<H::Error>>) {
-    match virtual_board::emulated(image) {
-        Ok(board) => virtual_board::run(board, options, host),
-        Err(error) => (host, Err(LinkError::Link(error.to_string()))),
-    }
-}
-
-#[cfg(not(unix))]
-fn emulate<H: Host>(
-    _: Option<&std::path::Path>,
-    _: Options,
-    host: H,
-) -> (H, Result<(), LinkError<H::Error>>) {
-    let why = "`emulate:` needs Linux or macOS; `sim:` runs everywhere";
-    (host, Err(LinkError::Link(why.into())))
 }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use armbridge_client::endpoint::{Endpoint, EndpointError};
 use armbridge_client::transport::{LinkUri, LinkUriError};
 
 /// All that a board can be, for errors and help.
@@ -17,9 +18,34 @@ pub enum BoardUri {
     Link(LinkUri),
     /// The bench.
     Sim,
-    /// The emulator, with this image or the one that was built last.
-    Emulate(Option<PathBuf>),
+    /// The firmware image under QEMU.
+    Emulate(EmulatorUri),
 }
+
+/// Name of an emulated board: `emulate:IMAGE?icount`,
+/// `emulate:IMAGE?bus=tcp://HOST:PORT&slow=50`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct EmulatorUri {
+    /// The image; `None` for the one that was built last.
+    pub image: Option<PathBuf>,
+    /// Each instruction takes 8 ns of virtual time, so that measured compute times
+    /// repeat.
+    pub icount: bool,
+    /// A servo bus elsewhere, in wall-clock time, instead of the bench's.
+    pub bus: Option<ExternalBus>,
+}
+
+/// A servo bus behind a socket.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExternalBus {
+    /// Raw bus bytes.
+    pub at: Endpoint,
+    /// How many times slower than the wall clock the board's time runs.
+    pub slow: u32,
+}
+
+/// Slowness of an emulated board on an external bus whose bytes take their time.
+const SLOW: u32 = 50;
 
 /// Why a name is not a board.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -36,6 +62,15 @@ pub enum BoardUriError {
     /// A path with nothing in it.
     #[error("`{0}` names no image: write emulate:IMAGE or emulate: alone")]
     NoImage(String),
+    /// An option that there is not.
+    #[error(
+        "`{0}` is no option of emulate: expected icount, bus=tcp://HOST:PORT or slow=TIMES, with & \
+         between"
+    )]
+    Option(String),
+    /// The address of an external bus.
+    #[error("the bus of emulate: {0}")]
+    Bus(#[from] EndpointError),
 }
 
 impl FromStr for BoardUri {
@@ -45,17 +80,70 @@ impl FromStr for BoardUri {
         match name.split_once(':') {
             Some(("sim", "" | "//")) => Ok(Self::Sim),
             Some(("sim", rest)) => Err(BoardUriError::Sim(rest.into())),
-            Some(("emulate", "")) => Ok(Self::Emulate(None)),
             Some(("emulate", "//")) => Err(BoardUriError::NoImage(name.into())),
-            Some(("emulate", image)) => {
-                let image = image.strip_prefix("//").unwrap_or(image);
-                Ok(Self::Emulate(Some(image.into())))
-            }
+            Some(("emulate", rest)) => Ok(Self::Emulate(rest.parse()?)),
             _ => name.parse().map(Self::Link).map_err(|error| match error {
                 LinkUriError::Scheme(name) => BoardUriError::Scheme(name),
                 error => BoardUriError::Link(error),
             }),
         }
+    }
+}
+
+impl FromStr for EmulatorUri {
+    type Err = BoardUriError;
+
+    /// What follows `emulate:`.
+    fn from_str(text: &str) -> Result<Self, BoardUriError> {
+        let (image, options) = text.split_once('?').unwrap_or((text, ""));
+        let image = image.strip_prefix("//").unwrap_or(image);
+        let mut uri = Self {
+            image: (!image.is_empty()).then(|| image.into()),
+            ..Self::default()
+        };
+        let mut slow = None;
+        for option in options.split('&').filter(|option| !option.is_empty()) {
+            let unknown = || BoardUriError::Option(option.into());
+            match option.split_once('=') {
+                None if option == "icount" => uri.icount = true,
+                Some(("bus", at)) => {
+                    let (at, slow) = (at.parse()?, SLOW);
+                    uri.bus = Some(ExternalBus { at, slow });
+                }
+                Some(("slow", times)) => {
+                    let times = times
+                        .parse()
+                        .ok()
+                        .filter(|times| (1..=10_000).contains(times));
+                    slow = Some(times.ok_or_else(unknown)?);
+                }
+                _ => return Err(unknown()),
+            }
+        }
+        match (&mut uri.bus, slow) {
+            (Some(bus), Some(times)) => bus.slow = times,
+            (None, Some(times)) => return Err(BoardUriError::Option(format!("slow={times}"))),
+            (_, None) => {}
+        }
+        Ok(uri)
+    }
+}
+
+impl fmt::Display for EmulatorUri {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(image) = &self.image {
+            write!(f, "{}", image.display())?;
+        }
+        let icount = self.icount.then(|| "icount".to_owned());
+        let bus = self
+            .bus
+            .as_ref()
+            .map(|bus| format!("bus={}&slow={}", bus.at, bus.slow));
+        let options: Vec<String> = icount.into_iter().chain(bus).collect();
+        if options.is_empty() {
+            return Ok(());
+        }
+        write!(f, "?{}", options.join("&"))
     }
 }
 
@@ -84,8 +172,7 @@ impl fmt::Display for BoardUri {
         match self {
             Self::Link(link) => link.fmt(f),
             Self::Sim => write!(f, "sim:"),
-            Self::Emulate(None) => write!(f, "emulate:"),
-            Self::Emulate(Some(image)) => write!(f, "emulate:{}", image.display()),
+            Self::Emulate(emulator) => write!(f, "emulate:{emulator}"),
         }
     }
 }
@@ -98,8 +185,25 @@ mod tests {
     fn names_are_read_and_written() {
         for (name, board) in [
             ("sim:", BoardUri::Sim),
-            ("emulate:", BoardUri::Emulate(None)),
-            ("emulate:a/b.elf", BoardUri::Emulate(Some("a/b.elf".into()))),
+            ("emulate:", BoardUri::Emulate(EmulatorUri::default())),
+            (
+                "emulate:a/b.elf?icount",
+                BoardUri::Emulate(EmulatorUri {
+                    image: Some("a/b.elf".into()),
+                    icount: true,
+                    bus: None,
+                }),
+            ),
+            (
+                "emulate:?bus=tcp://127.0.0.1:7000&slow=10",
+                BoardUri::Emulate(EmulatorUri {
+                    bus: Some(ExternalBus {
+                        at: "tcp://127.0.0.1:7000".parse().unwrap(),
+                        slow: 10,
+                    }),
+                    ..EmulatorUri::default()
+                }),
+            ),
             ("usb:", BoardUri::Link(LinkUri::Usb(None))),
         ] {
             assert_eq!(name.parse(), Ok(board.clone()), "{name}");
@@ -115,6 +219,9 @@ mod tests {
             ("sym:", "emulate:IMAGE"),
             ("sim:9", "nothing can follow"),
             ("emulate://", "emulate:IMAGE"),
+            ("emulate:?fast", "icount, bus="),
+            ("emulate:?slow=10", "icount, bus="),
+            ("emulate:?bus=udp://x", "tcp://HOST:PORT"),
             ("serial://", "serial:///dev/..."),
         ] {
             let error = name.parse::<BoardUri>().unwrap_err().to_string();

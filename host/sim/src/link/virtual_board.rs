@@ -48,25 +48,6 @@ where
     (cosim.host.host.host, result)
 }
 
-/// The firmware image, booted; what it logs is left to `armbridge emulate` to show.
-#[cfg(unix)]
-pub(super) fn emulated(
-    image: Option<&std::path::Path>,
-) -> Result<crate::emulator::EmulatedBoard, crate::emulator::QemuError> {
-    use crate::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, log, qemu};
-
-    let options = QemuOptions {
-        image: image.map_or_else(qemu::default_image, Into::into),
-        time: Time::Lockstep,
-        icount: false,
-        provoke: None,
-    };
-    let qemu = Qemu::start(&options)?;
-    // Read all the same: a full socket would hold up the board.
-    log::spawn(&options.image, qemu.log.try_clone()?, drop)?;
-    EmulatedBoard::new(qemu)
-}
-
 /// A host held back to the wall clock, or not.
 struct Paced<H> {
     host: H,

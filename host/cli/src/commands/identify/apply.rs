@@ -10,10 +10,10 @@ use armbridge_client::refusal;
 use armbridge_log::table;
 use armbridge_shared::link::message::Settings;
 
-use super::super::set::{Sent, differences};
+use super::super::params_exchange::{Sent, differences};
 use super::super::{Error, ask};
 use super::Fit;
-use crate::cli::LinkArgs;
+use crate::args::LinkArgs;
 
 /// Where to, and whether anybody is asked.
 pub(super) struct Apply<'a> {

@@ -1,18 +1,48 @@
 //! `armbridge identify paper`: the paper's own procedure.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
-
+use super::super::{Error, Outcome};
 use armbridge_analysis::identify::paper::{PaperComparison, Sampled, sampled};
 use armbridge_analysis::run_folder::{DEFAULT_BASE, RunFolder};
 use armbridge_log::find::find;
 use armbridge_log::recording::Recording;
 use armbridge_shared::arm::Parameters;
+use clap::Args;
 use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
-use super::super::{Error, Outcome};
-use crate::cli::PaperArgs;
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge identify paper                    the paper's two experiments, simulated
+  armbridge run paper-free-fall && armbridge run paper-constant-input
+  armbridge identify paper runs/*-paper-free-fall runs/*-paper-constant-input
+  armbridge identify paper runs/*-paper-free-fall --as-paper --json
+
+The paper fits viscous friction to a free fall, b1 = 0.421, and friction and torque to a
+constant input, b1 = 0.239. Both are fitted as it did, and then with dry friction. Inertia
+and weight are those that the log's board believes in. Writes a figure into a run folder.";
+
+/// The paper's own procedure.
+#[derive(Args, Debug)]
+pub(crate) struct PaperArgs {
+    /// Logs of a free fall, of a constant input, or of both, or their run folders; without
+    /// any, both are simulated.
+    #[arg(value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Use a sample every 45 ms, as the paper had, instead of all.
+    #[arg(long, requires = "logs")]
+    pub(crate) as_paper: bool,
+    /// Seed of the simulated encoder's noise.
+    #[arg(long, default_value_t = 1, conflicts_with = "logs")]
+    pub(crate) seed: u64,
+    /// Folder in which the run folder with the figure is made.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 /// The paper's period in s.
 const PERIOD_S: f64 = 0.045;

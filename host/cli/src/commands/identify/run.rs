@@ -1,9 +1,12 @@
 //! `armbridge identify run`: a plan shown, agreed to, performed, fitted, and applied.
 
-use std::io::Write;
-use std::path::PathBuf;
-use std::process::ExitCode;
-
+use super::super::run::Staging;
+use super::super::{Error, Outcome, ask, link};
+use super::apply::{Applied, Apply, not};
+use super::share;
+use super::told::{self, Wish};
+use super::{Fit, preview};
+use crate::args::{LinkArgs, OutputArgs, PaceName};
 use armbridge::config::Config;
 use armbridge_analysis::run::{Finished, Player, Verdict};
 use armbridge_analysis::run_folder::RunFolder;
@@ -14,14 +17,60 @@ use armbridge_client::params::exchange::Exchange;
 use armbridge_shared::link::message::Settings;
 use armbridge_sim::link::{BoardUri, drive};
 use armbridge_sim::plant::PlantFile;
+use clap::Args;
 use serde_json::{Value, json};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
 
-use super::super::run::Staging;
-use super::super::{Error, Outcome, ask, link};
-use super::apply::{Applied, Apply, not};
-use super::told::{self, Wish};
-use super::{Fit, preview};
-use crate::cli::IdentifyRunArgs;
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge identify run --dry-run                     what would move where, as a picture
+  armbridge identify run                               a simulated arm
+  armbridge identify run --plant host/plants/heavy.toml   another one, unknown to the board
+  armbridge identify run --link serial: --apply        the arm on a board, which is told
+  armbridge identify run --plan mine.toml --link tcp://127.0.0.1:7001 --yes --json
+
+Before anything moves, every step is checked against the board's settings, and a picture
+shows the angles that will be swept; a real arm moves only after `yes`. In the end the run
+folder has the log, arm.toml for `armbridge params --from`, and the plots. What is known too
+vaguely for control is not applied, --yes or not.
+
+Exit codes: 0 the numbers are found, and applied if asked for; 1 the run or the fit went
+wrong, or the board was not changed; 2 nothing has moved; 130 ended by ctrl-c, motors off.";
+
+/// A plan, performed and fitted.
+#[derive(Args, Debug)]
+pub(crate) struct IdentifyRunArgs {
+    /// A scenario with experiments: a file, or the name of one that ships.
+    #[arg(long, value_name = "NAME|FILE", default_value = "identify")]
+    pub(crate) plan: String,
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
+    /// Show what would move where, with a picture, and end. Needs no board.
+    #[arg(long, conflicts_with = "apply")]
+    pub(crate) dry_run: bool,
+    /// Move, and with --apply change the board, without asking.
+    #[arg(long)]
+    pub(crate) yes: bool,
+    /// How well masses and lengths are known, as a share of the weight.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
+    pub(crate) weighed: f64,
+    /// Send the arm that was found to the board, with gains for it, and save it there.
+    #[arg(long)]
+    pub(crate) apply: bool,
+    /// The virtual arm of sim: and emulate:, as host/plants/default.toml describes it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plant: Option<PathBuf>,
+    /// Seed of its encoders' noise, instead of the plan's own.
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// How fast time goes on sim: and emulate:.
+    #[arg(long, value_enum, default_value_t = PaceName::Free)]
+    pub(crate) pace: PaceName,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
 
 /// What the parameters are written to.
 const ARM_NAME: &str = "arm.toml";

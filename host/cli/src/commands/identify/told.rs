@@ -10,8 +10,8 @@ use armbridge_analysis::identify::{
 use armbridge_log::table;
 
 use super::super::{Error, Outcome};
+use super::FitArgs;
 use super::{Fit, is_same, load, paths};
-use crate::cli::FitArgs;
 
 /// What is wanted beside the numbers.
 pub(super) struct Wish<'a> {

@@ -1,12 +1,17 @@
-//! The command line of `servos`.
+//! `armbridge serve servos`: the virtual servos in wall-clock time.
 
+use armbridge_client::endpoint::Endpoint;
 use armbridge_client::transport::LinkUri;
 use armbridge_shared::servo::Firmware;
+use armbridge_sim::Bench;
 use armbridge_sim::kind;
 use armbridge_sim::kind::{KindError, ServoKind};
+use armbridge_sim::raw_bus_server::LiveBench;
 use clap::Args;
+use std::process::ExitCode;
 
-use super::ArmArgs;
+use super::super::{Outcome, virtual_arm};
+use crate::args::ArmArgs;
 
 /// Rates that a bus can have: what a stock servo has at the least, and what
 /// Morpheus has at the most.
@@ -15,8 +20,10 @@ const BAUDS: std::ops::RangeInclusive<i64> = 7_843..=2_000_000;
 /// Virtual servos for other programs.
 #[derive(Args, Debug)]
 pub(crate) struct ServosArgs {
-    #[command(flatten)]
-    pub(crate) at: ServosAt,
+    /// Where: on a TCP port, to one program at a time, or by `pty:` on a new
+    /// pseudo-terminal, whose name is printed.
+    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
+    pub(crate) listen: LinkUri,
     /// What runs on the servos, morpheus or stock: one for all, or one each.
     #[arg(
         long,
@@ -45,7 +52,7 @@ pub(crate) struct ServosArgs {
     servo_baud: Vec<u32>,
     /// Baud rate of whoever connects over TCP. On the pseudo-terminal it is
     /// what the other side sets.
-    #[arg(long, value_name = "BAUD", default_value_t = 1_000_000, conflicts_with = "pty",
+    #[arg(long, value_name = "BAUD", default_value_t = 1_000_000,
           value_parser = clap::value_parser!(u32).range(BAUDS))]
     pub(crate) baud: u32,
     /// Send back what comes in, as a single-wire bus that hears itself.
@@ -57,19 +64,6 @@ pub(crate) struct ServosArgs {
     pub(crate) slow: u32,
     #[command(flatten)]
     pub(crate) arm: ArmArgs,
-}
-
-/// Where the bus is offered.
-#[derive(Args, Debug)]
-#[group(required = true, multiple = false)]
-pub(crate) struct ServosAt {
-    /// On a TCP port, to one program at a time, or as `pty:` on a new
-    /// pseudo-terminal, whose name is printed.
-    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
-    pub(crate) listen: Option<LinkUri>,
-    /// The same as `--listen pty:`.
-    #[arg(long)]
-    pub(crate) pty: bool,
 }
 
 /// Why there are no such servos.
@@ -118,23 +112,78 @@ fn one_each<T: Copy>(
     }
 }
 
+pub(super) fn run(args: &ServosArgs) -> Outcome {
+    let plant = virtual_arm::plant(&args.arm)?;
+    let kinds = args.kinds()?;
+    let mut bench = Bench::with_servos(plant, &kinds);
+    bench.set_baud(args.baud);
+    let mut bench = LiveBench::new(bench, args.slow);
+    let who = in_words(&kinds);
+    match &args.listen {
+        LinkUri::Tcp(endpoint) => on_tcp(args, &who, endpoint, &mut bench),
+        LinkUri::Pty(None) => on_pty(args, &who, &mut bench),
+        other @ (LinkUri::Usb(_) | LinkUri::Serial(_) | LinkUri::Pty(Some(_))) => Err(format!(
+            "servos cannot be offered on {other}: expected tcp://HOST:PORT or pty:"
+        )
+        .into()),
+    }
+}
+
+/// As "1 (morpheus, 1000000 baud) and 2 (stock, 1000000 baud)".
+fn in_words(kinds: &[ServoKind]) -> String {
+    let each: Vec<String> = kinds.iter().map(ToString::to_string).collect();
+    each.join(" and ")
+}
+
+fn on_tcp(args: &ServosArgs, who: &str, endpoint: &Endpoint, bench: &mut LiveBench) -> Outcome {
+    let (listener, at) = endpoint.listen()?;
+    eprintln!(
+        "virtual servos {who} on {at}, raw bus bytes at {} baud; end with ctrl-c",
+        args.baud
+    );
+    loop {
+        let (stream, peer) = bench.accept(&listener)?;
+        eprintln!("{peer} is on the bus");
+        match bench.serve(stream.try_clone()?, stream, || None, args.echo) {
+            Ok(()) => eprintln!("{peer} has left; the servos go on as they were told"),
+            Err(error) => eprintln!("{peer} is gone: {error}"),
+        }
+    }
+}
+
+#[cfg(unix)]
+fn on_pty(args: &ServosArgs, who: &str, bench: &mut LiveBench) -> Outcome {
+    use armbridge_client::pty::Pty;
+
+    let pty = Pty::open()?;
+    let ours = pty.controller()?;
+    eprintln!("virtual servos {who}, raw bus bytes; end with ctrl-c");
+    println!("{}", pty.name());
+    let baud = move || Pty::baud(&ours);
+    bench.serve(pty.controller()?, pty.controller()?, baud, args.echo)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(not(unix))]
+fn on_pty(_: &ServosArgs, _: &str, _: &mut LiveBench) -> Outcome {
+    Err("there are no pseudo-terminals on this system: use --listen tcp://127.0.0.1:PORT".into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::{Cli, Command};
     use clap::Parser;
 
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: ServosArgs,
+    }
+
     fn kinds(args: &[&str]) -> Result<Vec<ServoKind>, String> {
-        let args = [
-            &["armbridge", "servos", "--listen", "tcp://127.0.0.1:0"],
-            args,
-        ]
-        .concat();
-        let cli = Cli::try_parse_from(args).map_err(|error| error.to_string())?;
-        match cli.command {
-            Some(Command::Servos(args)) => args.kinds().map_err(|error| error.to_string()),
-            _ => unreachable!("servos was asked for"),
-        }
+        let args = [&["servos", "--listen", "tcp://127.0.0.1:0"], args].concat();
+        let line = Line::try_parse_from(args).map_err(|error| error.to_string())?;
+        line.args.kinds().map_err(|error| error.to_string())
     }
 
     #[test]
@@ -165,7 +214,6 @@ mod tests {
             (&["--servo-baud", "1,2,3"], "one for each id"),
             (&["--servo-baud", "750000"], "no rate of 750000"),
             (&["--baud", "300"], "7843"),
-            (&["--pty", "--baud", "57600"], "cannot be used with"),
         ] {
             let error = kinds(args).unwrap_err();
             assert!(error.contains(word), "{args:?}: {error}");

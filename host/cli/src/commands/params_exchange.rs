@@ -1,33 +1,18 @@
-//! `armbridge set`: parameters changed on the board.
+//! Settings of a board, changed as a group: what `params`, `design` and `identify` have in
+//! common.
 
-use std::io::Write;
-use std::process::ExitCode;
-
-use armbridge::config;
+use super::{Error, Outcome, link};
+use crate::args::LinkArgs;
 use armbridge::config::Config;
 use armbridge_client::params;
 use armbridge_client::params::exchange::{Exchange, Exchanged, commands};
 use armbridge_client::params::to_text;
 use armbridge_client::refusal;
-use armbridge_client::toml_file::Document;
 use armbridge_log::table;
 use armbridge_shared::link::message::{Command, Settings};
 use serde_json::json;
-
-use super::{Error, Outcome, link};
-use crate::cli::{LinkArgs, SetArgs};
-
-pub(crate) fn run(args: &SetArgs) -> Outcome {
-    let file = args.from.as_deref().map(Document::read).transpose()?;
-    let wanted = |before: &Settings| wanted(before, file.as_ref(), args);
-    let how = How {
-        link: &args.link,
-        save: args.save,
-        dry_run: args.dry_run,
-        json: args.json,
-    };
-    apply(&how, wanted)
-}
+use std::io::Write;
+use std::process::ExitCode;
 
 /// How settings are changed, and told.
 pub(super) struct How<'a> {
@@ -131,23 +116,6 @@ pub(super) fn differences(before: &Settings, after: &Settings) -> String {
         ]
     });
     table::columns(&rows.collect::<Vec<_>>())
-}
-
-/// What the file, and then the command line, makes of the board's settings.
-fn wanted(before: &Settings, file: Option<&Document>, args: &SetArgs) -> Result<Settings, Error> {
-    let mut after = *before;
-    if let Some(file) = file {
-        // An armbridge.toml has the host's own keys, too.
-        let is_own = |key: &str| config::KEYS.iter().any(|own| own.key == key);
-        let entries = file.entries().filter(|(key, _)| !is_own(key));
-        let entries = entries.map(|(key, entry)| (key, &entry.value));
-        params::apply(&mut after, entries)
-            .map_err(|error| file.wrong_key(error.key(), error.to_string()))?;
-    }
-    let pairs = args.pairs.iter();
-    params::apply(&mut after, pairs.map(|(key, value)| (key.as_str(), value)))?;
-    params::check(&after)?;
-    Ok(after)
 }
 
 fn show(how: &How<'_>, sent: &Sent) -> Result<(), Error> {

@@ -1,4 +1,4 @@
-//! `armbridge live`: the topics of a log, as they happen, on a Foxglove WebSocket server.
+//! `armbridge foxglove`: the topics of a log, as they happen, on a Foxglove WebSocket server.
 //!
 //! ```text
 //! link --bytes--> feed --events--> this thread --messages--> server --> viewers

@@ -1,23 +1,26 @@
-//! What the commands have in common that do one thing on a link.
+//! What commands have in common that do one thing on a link.
 
-use std::path::{Path, PathBuf};
-
+use super::Outcome;
+use super::{Error, link};
+use crate::args::TaskArgs;
 use armbridge::config::Config;
 use armbridge::tasks::{Task, TaskHost};
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::LinkError;
 use armbridge_client::interrupt;
+use armbridge_client::names;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::Settings;
 use armbridge_sim::link::{BoardUri, Options, Pace, drive};
-
-use super::{Error, link};
-use crate::cli::ErrandArgs;
+use serde_json::json;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 /// Does it; gives back the link's name and what is known then.
 pub(crate) fn go<T: Task>(
-    args: &ErrandArgs,
+    args: &TaskArgs,
     name: &str,
     pace: Pace,
     task: T,
@@ -41,7 +44,7 @@ pub(crate) fn go<T: Task>(
 }
 
 fn record(
-    args: &ErrandArgs,
+    args: &TaskArgs,
     name: &str,
     uri: &BoardUri,
     options: &mut Options,
@@ -66,4 +69,27 @@ fn file(path: &Path, name: &str) -> Result<PathBuf, Error> {
     let folder = RunFolder::create(Some(path), name)?;
     eprintln!("recording in {}", folder.path().display());
     Ok(folder.file("run.mcap"))
+}
+
+/// Prints what became of it.
+pub(crate) fn print<T: Task>(
+    args: &TaskArgs,
+    uri: &BoardUri,
+    host: &TaskHost<T>,
+    said: &str,
+) -> Outcome {
+    let mut out = std::io::stdout();
+    if args.json {
+        let mode = host.session.status().mode();
+        let report = json!({
+            "link": uri.to_string(),
+            "mode": mode.map(names::mode),
+            "fault": mode.and_then(names::fault_of).map(names::fault),
+            "in_words": said,
+        });
+        writeln!(out, "{report}")?;
+    } else {
+        writeln!(out, "{said}")?;
+    }
+    Ok(ExitCode::SUCCESS)
 }

@@ -4,25 +4,25 @@ use std::fmt::Write;
 
 use clap::Command;
 
-/// What one wants to do, and what there is for it.
-const GROUPS: [(&str, &[&str]); 6] = [
-    ("Run", &["demo", "run", "watch", "live", "emulate"]),
+/// What one wants to do, and the commands for it.
+const GROUPS: [(&str, &[&str]); 7] = [
+    ("Run", &["run", "watch", "foxglove"]),
     (
-        "Connect",
+        "Board",
         &[
             "status",
             "arm",
             "disarm",
             "stop",
             "clear",
-            "scan",
-            "servo",
             "calibrate",
+            "params",
         ],
     ),
-    ("Set up", &["get", "set", "design", "identify", "config"]),
-    ("Look", &["info", "plot", "export", "diff", "replay"]),
-    ("Try on the bench", &["bench", "torture", "paper", "servos"]),
+    ("Servos", &["scan", "servo"]),
+    ("Set up", &["design", "identify", "config"]),
+    ("Logs", &["info", "plot", "export", "diff", "replay"]),
+    ("Simulation", &["bench", "fault-campaign", "paper", "serve"]),
     ("Shell", &["completions", "man", "help"]),
 ];
 
@@ -48,7 +48,7 @@ fn write_help(out: &mut String, command: &Command) -> std::fmt::Result {
     }
     writeln!(
         out,
-        "Usage: armbridge [COMMAND] [OPTIONS]\n       armbridge [OPTIONS OF demo]"
+        "Usage: armbridge [COMMAND] [OPTIONS]; without a command, `run demo`"
     )?;
     for (group, names) in GROUPS {
         let found = names
@@ -67,7 +67,7 @@ fn write_help(out: &mut String, command: &Command) -> std::fmt::Result {
         out,
         "\nOptions:\n  -h, --help      Print this, or after a command what it does, its options and \
          examples\n  -V, --version   Print the version\n\n\
-         Commands that speak to a board take --link, such as serial:, tcp://HOST:PORT, sim: or\n\
+         Commands for a board take --link, such as serial:, tcp://HOST:PORT, sim: or\n\
          emulate:; `armbridge config` says which one is taken otherwise.\n"
     )
 }
@@ -84,7 +84,7 @@ fn write_group<'a>(
     commands.try_for_each(|command| {
         let about = command.get_about().map(ToString::to_string);
         let about = about.unwrap_or_default();
-        writeln!(out, "  {:<13}{about}", command.get_name())
+        writeln!(out, "  {:<15}{about}", command.get_name())
     })
 }
 
@@ -122,7 +122,7 @@ mod tests {
         );
         assert!(!help.contains("\nMore:"), "in no group: {help}");
         for name in command.get_subcommands().map(Command::get_name) {
-            let line = format!("\n  {name:<13}");
+            let line = format!("\n  {name:<15}");
             assert_eq!(help.matches(&line).count(), 1, "{name}");
         }
     }

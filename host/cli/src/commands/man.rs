@@ -1,25 +1,31 @@
-//! `armbridge completions` and `armbridge man`: from the definitions that command lines
-//! are read with.
+//! `armbridge man`: from the definitions that command lines are read with.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Command;
+use clap::{Args, Command};
 use clap_mangen::Man;
 
 use super::{Error, Outcome};
-use crate::cli::{self, CompletionsArgs, ManArgs};
+use crate::cli;
 
-pub(crate) fn completions(args: &CompletionsArgs) -> Outcome {
-    let mut script = Vec::new();
-    let mut command = cli::command();
-    clap_complete::generate(args.shell, &mut command, "armbridge", &mut script);
-    std::io::stdout().write_all(&script)?;
-    Ok(ExitCode::SUCCESS)
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge man | man -l -
+  armbridge man --out ~/.local/share/man/man1
+
+A page for the program and one for each command: armbridge(1), armbridge-run(1), ...";
+
+/// Manual pages.
+#[derive(Args, Debug)]
+pub(crate) struct ManArgs {
+    /// Write the pages of all commands into this folder, instead of printing the first.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
 }
 
-pub(crate) fn man(args: &ManArgs) -> Outcome {
+pub(crate) fn run(args: &ManArgs) -> Outcome {
     let mut command = cli::command();
     command.build();
     let Some(folder) = &args.out else {

@@ -1,0 +1,14 @@
+//! Arguments that several commands take.
+
+mod bus;
+mod link;
+mod output;
+mod simulation;
+mod task;
+pub(crate) mod values;
+
+pub(crate) use bus::{BusArgs, baud};
+pub(crate) use link::{LinkArgs, PaceName, SessionArgs};
+pub(crate) use output::OutputArgs;
+pub(crate) use simulation::{ArmArgs, VirtualServoArgs};
+pub(crate) use task::TaskArgs;

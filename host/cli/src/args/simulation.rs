@@ -1,0 +1,69 @@
+//! The simulated arm and its servos.
+
+use std::path::PathBuf;
+
+use armbridge_shared::bridge::SERVO_IDS;
+use armbridge_shared::servo::Firmware;
+use armbridge_sim::kind;
+use armbridge_sim::kind::{KindError, ServoKind};
+use clap::Args;
+
+use super::values::angles;
+
+/// The virtual arm.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct ArmArgs {
+    /// Seed of the encoders' noise.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Joint angles in rad at which the arm is held until torque comes on
+    /// [default: 0.3,-0.25, unless the plant file says where].
+    #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
+    pub(crate) initial: Option<[f64; 2]>,
+    /// The virtual arm, as host/plants/default.toml describes it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plant: Option<PathBuf>,
+    /// Take dry friction off the virtual arm.
+    #[arg(long)]
+    pub(crate) no_friction: bool,
+}
+
+/// The virtual servos that move the arm.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct VirtualServoArgs {
+    /// What runs on the two servos: morpheus or stock, or one each, as
+    /// stock,morpheus [default: morpheus].
+    #[arg(
+        long,
+        value_name = "NAME[,NAME]",
+        value_delimiter = ',',
+        value_parser = kind::firmware,
+    )]
+    firmware: Vec<Firmware>,
+    /// Baud rate that is stored in the servos [default: 1000000].
+    #[arg(long, value_name = "BAUD")]
+    servo_baud: Option<u32>,
+}
+
+impl VirtualServoArgs {
+    /// The servos, with the ids that the board looks for.
+    pub(crate) fn kinds(&self) -> Result<Vec<ServoKind>, KindError> {
+        let baud = self.servo_baud.unwrap_or(1_000_000);
+        let firmware = |joint: usize| match self.firmware.as_slice() {
+            [] => Firmware::Morpheus,
+            each => each[joint % each.len()],
+        };
+        let servos = SERVO_IDS.iter().enumerate();
+        servos
+            .map(|(joint, id)| ServoKind::new(firmware(joint), id.get(), baud))
+            .collect()
+    }
+
+    /// The same if anything is asked for.
+    pub(crate) fn asked(&self) -> Result<Option<Vec<ServoKind>>, KindError> {
+        if self.firmware.is_empty() && self.servo_baud.is_none() {
+            return Ok(None);
+        }
+        self.kinds().map(Some)
+    }
+}

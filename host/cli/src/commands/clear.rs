@@ -1,0 +1,18 @@
+//! `armbridge clear`: a latched fault cleared.
+
+use super::{Outcome, task};
+use crate::args::TaskArgs;
+use armbridge::tasks::off::Clear;
+use armbridge_sim::link::Pace;
+
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge clear --link serial:
+  armbridge clear --link tcp://127.0.0.1:7001 --json
+
+Look after the cause first: `armbridge status` tells what it was.";
+
+pub(crate) fn run(args: &TaskArgs) -> Outcome {
+    let (uri, host) = task::go(args, "clear", Pace::Free, Clear::default())?;
+    task::print(args, &uri, &host, "no fault is latched; motors are off")
+}

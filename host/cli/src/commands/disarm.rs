@@ -1,0 +1,29 @@
+//! `armbridge disarm`: motors off.
+
+use super::{Outcome, task};
+use crate::args::TaskArgs;
+use armbridge::tasks::off::Disarm;
+use armbridge_client::trip;
+use armbridge_shared::link::message::Mode;
+use armbridge_sim::link::Pace;
+
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge disarm --link serial:
+  armbridge disarm --link tcp://127.0.0.1:7001 --json";
+
+pub(crate) fn run(args: &TaskArgs) -> Outcome {
+    let (uri, host) = task::go(args, "disarm", Pace::Free, Disarm::default())?;
+    let is_fault = matches!(host.session.status().mode(), Some(Mode::Fault(_)));
+    let said = host.session.status().trip.filter(|_| is_fault).map_or_else(
+        || "disarmed: motors are off".to_owned(),
+        |tripped| {
+            let account = trip::in_words(&tripped);
+            format!(
+                "motors are off; a fault is latched: {}; {}",
+                account.cause, account.advice
+            )
+        },
+    );
+    task::print(args, &uri, &host, &said)
+}

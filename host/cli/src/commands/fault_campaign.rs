@@ -1,0 +1,113 @@
+//! `armbridge fault-campaign`: faults of every kind on the bench.
+
+use super::Outcome;
+use armbridge_analysis::monte_carlo;
+use armbridge_analysis::progress::Progress;
+use armbridge_shared::servo::Firmware;
+use armbridge_sim::fault_campaign;
+use armbridge_sim::fault_campaign::Kind;
+use armbridge_sim::fault_campaign::{Case, Report};
+use clap::{Args, ValueEnum};
+use std::convert::Infallible;
+use std::io::Write;
+use std::process::ExitCode;
+
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge fault-campaign
+  armbridge fault-campaign --seeds 10000 --json
+  armbridge fault-campaign --seeds 5000 --kinds servo-reset,servo-deaf
+  armbridge fault-campaign --seed 17
+  armbridge fault-campaign --servos stock
+
+An even seed is one fault, an odd one a pair. A motor counts as on for as long as
+it is driven in a mode that should not, while its servo can be reached.";
+
+/// Faults of every kind.
+#[derive(Args, Debug)]
+pub(crate) struct FaultCampaignArgs {
+    /// How many seeds, from 0 on.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1_000,
+        conflicts_with = "seed"
+    )]
+    pub(crate) seeds: u64,
+    /// Replay this one, and tell what happens.
+    #[arg(long, value_name = "SEED")]
+    pub(crate) seed: Option<u64>,
+    /// Of the seeds, only those with no other faults than these.
+    #[arg(
+        long,
+        value_name = "KIND,KIND",
+        value_delimiter = ',',
+        conflicts_with = "seed"
+    )]
+    pub(crate) kinds: Vec<Kind>,
+    /// Servos on the bench.
+    #[arg(long, value_enum, default_value_t = ServosName::Morpheus)]
+    pub(crate) servos: ServosName,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// No progress bar, no table.
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+/// Servos by their firmware.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ServosName {
+    /// With the open firmware Morpheus.
+    Morpheus,
+    /// AX-12A as they come.
+    Stock,
+}
+
+impl From<ServosName> for Firmware {
+    fn from(name: ServosName) -> Self {
+        match name {
+            ServosName::Morpheus => Self::Morpheus,
+            ServosName::Stock => Self::Stock,
+        }
+    }
+}
+
+pub(crate) fn run(args: &FaultCampaignArgs) -> Outcome {
+    let (report, text) = match args.seed {
+        Some(seed) => {
+            let (outcome, story) = fault_campaign::run_with_story(seed, args.servos.into());
+            (Report::of(&[outcome]), Some(story))
+        }
+        None => (campaign(args), None),
+    };
+    let text = if args.json {
+        serde_json::to_string(&report)? + "\n"
+    } else if args.quiet {
+        String::new()
+    } else {
+        text.unwrap_or_else(|| fault_campaign::table(&report))
+    };
+    let mut out = std::io::stdout();
+    write!(out, "{text}").map_err(|error| format!("cannot print the report: {error}"))?;
+    Ok(ExitCode::from(u8::from(!report.holds())))
+}
+
+/// Of the seeds from 0 on, those whose faults are all asked for.
+fn campaign(args: &FaultCampaignArgs) -> Report {
+    let servos = args.servos.into();
+    let is_wanted = |seed: &u64| {
+        let is_kind = |kind| args.kinds.is_empty() || args.kinds.contains(&kind);
+        let case = Case::new(*seed, servos);
+        case.injections
+            .iter()
+            .all(|injection| is_kind(injection.kind))
+    };
+    let seeds: Vec<u64> = (0..args.seeds).filter(is_wanted).collect();
+    let progress = Progress::new(seeds.len() as f64, args.quiet || args.json);
+    let one = |seed| Ok::<_, Infallible>(fault_campaign::run(seed, servos));
+    let outcomes = monte_carlo::for_seeds(&seeds, one, |done| progress.at(done as f64));
+    progress.finish();
+    Report::of(&outcomes.unwrap_or_else(|never| match never {}))
+}

@@ -1,0 +1,34 @@
+//! The end of a run: its summary, and its exit code.
+
+use std::process::ExitCode;
+
+use armbridge_analysis::plan_runner::PlanError;
+use armbridge_analysis::run;
+use armbridge_analysis::run::{Finished, Player};
+use armbridge_client::LinkError;
+
+use super::Outcome;
+use crate::args::OutputArgs;
+
+/// Ends a run: its files, its summary, its exit code.
+pub(super) fn finish(
+    player: Player,
+    result: Result<(), LinkError<PlanError>>,
+    output: &OutputArgs,
+) -> Outcome {
+    let Finished {
+        summary,
+        folder,
+        verdict,
+    } = player.finish(result)?;
+    let path = folder.display();
+    if output.json {
+        run::print(&serde_json::to_string(&summary)?, &folder)?;
+    } else if !output.quiet {
+        run::print(&format!("{}\n{path}", summary.table()), &folder)?;
+    }
+    if let Some(ended) = &summary.ended {
+        eprintln!("armbridge: the run ended early: {ended}");
+    }
+    Ok(ExitCode::from(verdict.exit_code()))
+}

@@ -1,0 +1,71 @@
+//! `armbridge foxglove`: the topics of a log, as they happen, for viewers.
+
+use super::Outcome;
+use super::session::Opened;
+use crate::args::SessionArgs;
+use armbridge::foxglove::run;
+use armbridge::foxglove::server::Server;
+use clap::Args;
+use std::io::Write;
+use std::net::{IpAddr, Ipv4Addr};
+use std::process::ExitCode;
+
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge foxglove                                    the simulated arm, on ws://127.0.0.1:8765
+  armbridge foxglove --link serial: --record run.mcap   the board that is plugged in, and a log
+  armbridge foxglove --allow-arm                        viewers may let the motors come on
+
+Open the address that it prints in Foxglove (Open connection, Foxglove WebSocket).
+Parameters are edited in its Parameters panel; /stop, /disarm and /clear_fault are called
+from its Service Call panel, with {} as the request. Ends with ctrl-c, disarmed.";
+
+/// Port that viewers look for.
+const PORT: u16 = 8765;
+
+/// A live server.
+#[derive(Args, Debug)]
+pub(crate) struct FoxgloveArgs {
+    #[command(flatten)]
+    pub(crate) session: SessionArgs,
+    /// Port of the server; 0 for any that is free.
+    #[arg(long, default_value_t = PORT)]
+    pub(crate) port: u16,
+    /// Address to listen on. On any but this computer's own, whoever reaches it can
+    /// change settings and stop the arm.
+    #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
+    pub(crate) host: IpAddr,
+    /// Let viewers arm the board and have it hold the arm, or move it upright.
+    #[arg(long)]
+    pub(crate) allow_arm: bool,
+}
+
+pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
+    // First: a port that is taken shall not begin anything.
+    let server = Server::start(args.host, args.port, args.allow_arm)?;
+    let opened = Opened::begin(&args.session, "foxglove", false)?;
+    if !args.host.is_loopback() {
+        eprintln!(
+            "armbridge: whoever reaches {} can change settings{}; use it on networks you trust",
+            args.host,
+            if args.allow_arm {
+                " and move the arm"
+            } else {
+                ""
+            }
+        );
+    }
+    // Whoever starts this as a part of something else reads the address here.
+    println!("ws://{}:{}", args.host, server.port());
+    std::io::stdout().flush()?;
+    eprintln!("{}: open {}", opened.title, server.app_url());
+    let served = run::run(opened.session(), &opened.feed, &server);
+    let ended = opened.end();
+    server.stop();
+    ended?;
+    eprintln!(
+        "{} messages, {} events left out",
+        served.messages, served.unseen
+    );
+    Ok(ExitCode::SUCCESS)
+}

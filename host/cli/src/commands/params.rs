@@ -1,0 +1,192 @@
+//! `armbridge params`: the board's parameters, shown or changed.
+
+use super::Error;
+use super::params_exchange::{How, apply};
+use super::{Outcome, link};
+use crate::args::LinkArgs;
+use armbridge::config;
+use armbridge::config::Config;
+use armbridge_client::params;
+use armbridge_client::params::exchange::Exchange;
+use armbridge_client::params::{Parameter, to_text};
+use armbridge_client::toml_file::Document;
+use armbridge_log::table;
+use armbridge_shared::link::message::Settings;
+use clap::Args;
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use toml::Value as TomlValue;
+
+/// What the help ends with.
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge params
+  armbridge params limits controller.q --link serial:
+  armbridge params limits.hold_ms=80 controller.q=30,30,0.3,0.3 --link serial:
+  armbridge params controller.kind=computed-torque controller.natural_rad_s=25,25
+  armbridge params --from gains.toml --save
+
+A group such as limits stands for all of its parameters. All changes are made, or none:
+the limits as one group, only while the board is idle, and the set-up as another, without a
+step in the torque. Exit code 1 if the board refuses.";
+
+/// What is shown or changed.
+#[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
+#[derive(Args, Debug)]
+pub(crate) struct ParamsArgs {
+    /// Parameters or groups to show, or parameters to change and their values, lists with
+    /// commas between; without any, all are shown.
+    #[arg(value_name = "KEY|KEY=VALUE")]
+    pub(crate) keys: Vec<String>,
+    /// Take changes from a file with tables as in armbridge.toml, such as `design --write`
+    /// makes; what is named on the command line goes first.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) from: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
+    /// Have the board keep all its settings across power-off.
+    #[arg(long)]
+    pub(crate) save: bool,
+    /// Show what would be changed, and change nothing.
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    /// Show those of other kinds of controller and estimator as well.
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// Print JSON instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+pub(crate) fn run(args: &ParamsArgs) -> Outcome {
+    let (pairs, keys): (Vec<_>, Vec<_>) = args.keys.iter().partition(|key| key.contains('='));
+    let is_change = !pairs.is_empty() || args.from.is_some() || args.save;
+    if !is_change {
+        return show(args);
+    }
+    if let Some(key) = keys.first() {
+        return Err(format!(
+            "`{key}` has no value: parameters are either shown or changed, as {key}=VALUE"
+        )
+        .into());
+    }
+    let pairs: Result<Vec<_>, _> = pairs.into_iter().map(|pair| params::pair(pair)).collect();
+    change(args, &pairs?)
+}
+
+fn change(args: &ParamsArgs, pairs: &[(String, TomlValue)]) -> Outcome {
+    let file = args.from.as_deref().map(Document::read).transpose()?;
+    let how = How {
+        link: &args.link,
+        save: args.save,
+        dry_run: args.dry_run,
+        json: args.json,
+    };
+    apply(&how, |before: &Settings| {
+        wanted(before, file.as_ref(), pairs)
+    })
+}
+
+/// What the file, and then the command line, makes of the board's settings.
+fn wanted(
+    before: &Settings,
+    file: Option<&Document>,
+    pairs: &[(String, TomlValue)],
+) -> Result<Settings, Error> {
+    let mut after = *before;
+    if let Some(file) = file {
+        // An armbridge.toml has the host's own keys, too.
+        let is_own = |key: &str| config::KEYS.iter().any(|own| own.key == key);
+        let entries = file.entries().filter(|(key, _)| !is_own(key));
+        let entries = entries.map(|(key, entry)| (key, &entry.value));
+        params::apply(&mut after, entries)
+            .map_err(|error| file.wrong_key(error.key(), error.to_string()))?;
+    }
+    params::apply(
+        &mut after,
+        pairs.iter().map(|(key, value)| (key.as_str(), value)),
+    )?;
+    params::check(&after)?;
+    Ok(after)
+}
+
+fn show(args: &ParamsArgs) -> Outcome {
+    let asked = asked(&args.keys)?;
+    let host = link::run_host(
+        &args.link,
+        &Config::discover()?,
+        Exchange::new(|_| Vec::new()),
+    )?;
+    let Some(settings) = host.exchanged.before else {
+        return Err("the board did not say what it computes with; ask again".into());
+    };
+    // Whoever names one wants to see it.
+    let all = args.all || args.keys.iter().any(|key| params::find(key).is_some());
+    let shown: Vec<_> = asked
+        .into_iter()
+        .filter(|parameter| all || parameter.value(&settings).is_some())
+        .collect();
+    let mut out = std::io::stdout();
+    if args.json {
+        let rows: Vec<Value> = shown.iter().map(|p| as_json(p, &settings)).collect();
+        writeln!(out, "{}", Value::from(rows))?;
+    } else {
+        let heads = ["key", "value", "unit", "what"].map(str::to_owned).to_vec();
+        let rows = shown.iter().map(|parameter| row(parameter, &settings));
+        let rows: Vec<Vec<String>> = std::iter::once(heads).chain(rows).collect();
+        write!(out, "{}", table::columns(&rows))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Parameters by their names, or those of groups.
+fn asked(keys: &[String]) -> Result<Vec<&'static Parameter>, params::ParameterError> {
+    let of_key = |key: &String| {
+        let is_it = |parameter: &&Parameter| parameter.key == key || parameter.group() == key;
+        let found: Vec<_> = params::all().iter().filter(is_it).collect();
+        if found.is_empty() {
+            Err(params::unknown(key))
+        } else {
+            Ok(found)
+        }
+    };
+    if keys.is_empty() {
+        return Ok(params::all().iter().collect());
+    }
+    let found: Result<Vec<_>, _> = keys.iter().map(of_key).collect();
+    Ok(found?.concat())
+}
+
+fn row(parameter: &Parameter, settings: &Settings) -> Vec<String> {
+    let value = parameter.value(settings);
+    let about = match (&value, parameter.goes_with()) {
+        (None, Some((kind, with))) => {
+            format!(
+                "{} Only with {} {}.",
+                parameter.about,
+                kind.key,
+                with.join(" or ")
+            )
+        }
+        (Some(_), _) | (None, None) => parameter.about.to_owned(),
+    };
+    let value = value.as_ref().map_or_else(|| "-".to_owned(), to_text);
+    vec![
+        parameter.key.to_owned(),
+        value,
+        parameter.unit.to_owned(),
+        about,
+    ]
+}
+
+fn as_json(parameter: &Parameter, settings: &Settings) -> Value {
+    json!({
+        "key": parameter.key,
+        "value": parameter.value(settings),
+        "unit": parameter.unit,
+        "what": parameter.about,
+        "takes": parameter.takes.to_string(),
+    })
+}

@@ -1,0 +1,117 @@
+//! `armbridge serve`: a simulated board, or virtual servos alone, for other programs.
+
+mod servos;
+
+use std::convert::Infallible;
+use std::process::ExitCode;
+
+use armbridge::config::Config;
+use armbridge_client::Host;
+use armbridge_client::transport::LinkUri;
+use armbridge_sim::Bench;
+use armbridge_sim::link::{Options, Pace, drive};
+use armbridge_sim::link_server::RemoteHost;
+use clap::{Args, Subcommand};
+
+use super::{Outcome, transparent_port, virtual_arm};
+use crate::args::{ArmArgs, LinkArgs, VirtualServoArgs};
+
+/// What the help ends with.
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge serve board --listen tcp://127.0.0.1:7001
+  armbridge serve board --link emulate: --listen pty:
+  armbridge serve board --transparent tcp://127.0.0.1:7002
+  armbridge serve servos --listen tcp://127.0.0.1:7000
+  armbridge scan --port tcp://127.0.0.1:7000
+
+Time is held back to the wall clock. Ends with ctrl-c.";
+
+/// What is served.
+#[derive(Args, Debug)]
+pub(crate) struct ServeArgs {
+    #[command(subcommand)]
+    what: Served,
+}
+
+#[derive(Debug, Subcommand)]
+enum Served {
+    /// A simulated board: its control link, its transparent port, or both.
+    Board(Box<BoardArgs>),
+    /// The virtual servos and arm, as raw bytes of their bus.
+    Servos(servos::ServosArgs),
+}
+
+/// A simulated board.
+#[derive(Args, Debug)]
+struct BoardArgs {
+    #[command(flatten)]
+    link: LinkArgs,
+    /// Serve the control link, on a socket or by `pty:` on a new pseudo-terminal, to one
+    /// program at a time.
+    #[arg(
+        long,
+        value_name = "tcp://HOST:PORT|pty:",
+        required_unless_present = "transparent"
+    )]
+    listen: Option<LinkUri>,
+    /// Serve the transparent port, which behaves as the vendor's USB adapter. Without
+    /// --listen nothing else uses the bus.
+    #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
+    transparent: Option<LinkUri>,
+    #[command(flatten)]
+    arm: ArmArgs,
+    #[command(flatten)]
+    servos: VirtualServoArgs,
+}
+
+pub(crate) fn run(args: &ServeArgs) -> Outcome {
+    match &args.what {
+        Served::Board(args) => board(args),
+        Served::Servos(args) => servos::run(args),
+    }
+}
+
+fn board(args: &BoardArgs) -> Outcome {
+    let link = Config::discover()?.link(args.link.link.as_ref())?;
+    if !link.is_simulated() {
+        return Err(format!("{link} is a board: only simulated ones are served").into());
+    }
+    let plant = virtual_arm::plant(&args.arm)?;
+    let mut options = Options::new(Bench::with_servos(plant, &args.servos.kinds()?));
+    options.pace = Pace::WallClock;
+    options.board_log = |line| eprintln!("board: {line}");
+    options.client = transparent_port::open(args.transparent.as_ref())?;
+    match &args.listen {
+        Some(at) => {
+            let (host, at) = RemoteHost::offer(at)?;
+            eprintln!("control link on {at}; end with ctrl-c");
+            drive(&link, options, host).1?;
+        }
+        None => drive(&link, options, NoHost).1?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// No host at the control link.
+struct NoHost;
+
+impl Host for NoHost {
+    type Error = Infallible;
+
+    fn transmit(&mut self, _now_us: u64) -> Result<&[u8], Infallible> {
+        Ok(&[])
+    }
+
+    fn receive(&mut self, _now_us: u64, _bytes: &[u8]) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn wake_at_us(&self) -> u64 {
+        u64::MAX
+    }
+
+    fn is_done(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,30 @@
+//! `armbridge stop`: the emergency stop.
+
+use super::{Outcome, task};
+use crate::args::TaskArgs;
+use armbridge::tasks::off::Stop;
+use armbridge_client::trip;
+use armbridge_sim::link::Pace;
+
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  armbridge stop --link serial:
+  armbridge stop --link tcp://127.0.0.1:7001
+
+Said at once, without waiting for the board's hello, and until the board says that
+it has stopped. The fault stays latched: `armbridge clear` clears it. While another
+program has the link, stop there, or at the board's switch.";
+
+pub(crate) fn run(args: &TaskArgs) -> Outcome {
+    let (uri, host) = task::go(args, "stop", Pace::Free, Stop::default())?;
+    let cause = host
+        .session
+        .status()
+        .trip
+        .map(|trip| trip::in_words(&trip).cause);
+    let said = format!(
+        "stopped: {}; `armbridge clear` clears it when the arm is free to move",
+        cause.unwrap_or_default()
+    );
+    task::print(args, &uri, &host, &said)
+}

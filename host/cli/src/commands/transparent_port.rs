@@ -1,0 +1,39 @@
+//! The transparent port of a simulated board, served to another program.
+
+use armbridge_client::transport::LinkUri;
+use armbridge_sim::cosim::Client;
+use armbridge_sim::usb2dynamixel_server::RemoteClient;
+
+use super::Error;
+
+/// The program at the port that is asked for.
+pub(super) fn open(at: Option<&LinkUri>) -> Result<Option<Box<dyn Client>>, Error> {
+    match at {
+        None => Ok(None),
+        Some(LinkUri::Tcp(endpoint)) => {
+            let (listener, at) = endpoint.listen()?;
+            eprintln!("transparent port on {at}, raw bus bytes");
+            Ok(Some(Box::new(RemoteClient::on_socket(listener)?)))
+        }
+        Some(LinkUri::Pty(None)) => on_terminal().map(Some),
+        Some(other @ (LinkUri::Usb(_) | LinkUri::Serial(_) | LinkUri::Pty(Some(_)))) => {
+            Err(format!(
+                "the transparent port cannot be served on {other}: expected tcp://HOST:PORT or pty:"
+            )
+            .into())
+        }
+    }
+}
+
+#[cfg(unix)]
+fn on_terminal() -> Result<Box<dyn Client>, Error> {
+    let pty = armbridge_client::pty::Pty::open()?;
+    eprintln!("transparent port, raw bus bytes:");
+    println!("{}", pty.name());
+    Ok(Box::new(RemoteClient::on_terminal(pty)?))
+}
+
+#[cfg(not(unix))]
+fn on_terminal() -> Result<Box<dyn Client>, Error> {
+    Err("there are no pseudo-terminals on this system: use tcp://127.0.0.1:PORT".into())
+}

@@ -1,0 +1,34 @@
+//! The virtual arm that is asked for.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::arm::State;
+use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
+
+use super::Error;
+use crate::args::ArmArgs;
+
+/// Where the arm is held at first, in rad, unless asked otherwise.
+const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
+
+/// The virtual arm, held at its initial angles.
+pub(super) fn plant(args: &ArmArgs) -> Result<Plant, Error> {
+    Ok(Plant::new(config(args)?, args.seed))
+}
+
+/// What it is.
+pub(super) fn config(args: &ArmArgs) -> Result<PlantConfig, Error> {
+    let mut plant = match &args.plant {
+        Some(path) => PlantFile::read(path)?.config(INITIAL_RAD),
+        None => PlantConfig {
+            initial: State::at_rest(INITIAL_RAD.into()),
+            ..PlantConfig::default()
+        },
+    };
+    if let Some(initial) = args.initial {
+        plant.initial.q = initial.into();
+    }
+    if args.no_friction {
+        plant.friction_on = false;
+    }
+    Ok(plant)
+}

@@ -1,0 +1,68 @@
+//! A host on the firmware image under QEMU: in lockstep with the bench, or in slowed
+//! wall-clock time on a servo bus elsewhere.
+
+use armbridge_client::tap::Tapped;
+use armbridge_client::tcp_pump::{self, WallError};
+use armbridge_client::{Host, LinkError};
+
+use super::uri::{EmulatorUri, ExternalBus};
+use super::{Options, virtual_board};
+use crate::emulator::{EmulatedBoard, Qemu, QemuError, QemuOptions, Time, log, qemu};
+
+/// Like [`drive`](super::drive), on this board.
+pub(super) fn run<H: Host>(
+    uri: &EmulatorUri,
+    options: Options,
+    host: H,
+) -> (H, Result<(), LinkError<H::Error>>) {
+    let failed = |error: QemuError| LinkError::Link(error.to_string());
+    match (&uri.bus, start(uri, options.board_log)) {
+        (_, Err(error)) => (host, Err(failed(error))),
+        (Some(bus), Ok(qemu)) => on_bus(bus, qemu, options, host),
+        (None, Ok(qemu)) => match EmulatedBoard::new(qemu) {
+            Ok(board) => virtual_board::run(board, options, host),
+            Err(error) => (host, Err(failed(error))),
+        },
+    }
+}
+
+/// The image, booted.
+fn start(uri: &EmulatorUri, board_log: fn(&str)) -> Result<Qemu, QemuError> {
+    let options = QemuOptions {
+        image: uri.image.clone().unwrap_or_else(qemu::default_image),
+        time: match &uri.bus {
+            None => Time::Lockstep,
+            Some(bus) => Time::Slow(bus.slow),
+        },
+        icount: uri.icount,
+        provoke: None,
+    };
+    let qemu = Qemu::start(&options)?;
+    // Read in any case: a full socket would hold up the board.
+    log::spawn(&options.image, qemu.log.try_clone()?, move |line| {
+        board_log(&line);
+    })?;
+    Ok(qemu)
+}
+
+fn on_bus<H: Host>(
+    bus: &ExternalBus,
+    mut qemu: Qemu,
+    options: Options,
+    host: H,
+) -> (H, Result<(), LinkError<H::Error>>) {
+    let mut host = Tapped::new(host, options.link.taps);
+    let connected = bus.at.connect().map_err(|error| error.to_string());
+    let joined = connected
+        .and_then(|bus| tcp_pump::join(&bus, &qemu.bus).map_err(|error| error.to_string()));
+    let result = match joined {
+        Err(error) => Err(LinkError::Link(error)),
+        Ok(_copiers) => {
+            tcp_pump::run(&mut qemu.link, &mut host, bus.slow).map_err(|error| match error {
+                WallError::Host(error) => LinkError::Host(error),
+                WallError::Io(error) => LinkError::Link(qemu.explain(error).to_string()),
+            })
+        }
+    };
+    (host.host, result)
+}
