@@ -1,6 +1,7 @@
-//! The README's walk is what the program prints.
+//! The console blocks of the README and of the book are what the program prints.
 //!
-//! Each `console` block of the README is a list of commands, `$ armbridge …` or
+//! Each `console` block of the README and of the chapters, in the order of
+//! `host/doc/src/SUMMARY.md`, is a list of commands, `$ armbridge …` or
 //! `$ cargo run --release`, with what they print. All are run, in order, in one
 //! empty folder, and the output is compared line by line. A line `...` stands for
 //! any lines, and `…` within a line for any text: wall-clock times, names of run
@@ -16,10 +17,22 @@ struct Step {
     expected: Vec<String>,
 }
 
-fn steps(readme: &str) -> Vec<Step> {
+/// The README and the chapters of the book, in order.
+fn pages(root: &Path) -> Vec<String> {
+    let book = root.join("host/doc/src");
+    let summary = fs::read_to_string(book.join("SUMMARY.md")).unwrap();
+    let links = summary.split("](").skip(1);
+    let chapters = links.map(|link| book.join(link.split(')').next().unwrap_or_default()));
+    let pages = std::iter::once(root.join("README.md")).chain(chapters);
+    pages
+        .map(|page| fs::read_to_string(page).unwrap())
+        .collect()
+}
+
+fn steps(pages: &str) -> Vec<Step> {
     let mut steps: Vec<Step> = Vec::new();
     let mut is_console = false;
-    for line in readme.lines() {
+    for line in pages.lines() {
         match (line, line.strip_prefix("$ ")) {
             ("```console", _) => is_console = true,
             ("```", _) => is_console = false,
@@ -94,12 +107,12 @@ fn first_misfit<'a>(expected: &'a [String], lines: &[&str]) -> Option<&'a str> {
 }
 
 #[test]
-fn the_walk_of_the_readme_prints_what_it_shows() {
+fn console_blocks_print_what_they_show() {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let readme = fs::read_to_string(here.join("../../README.md")).unwrap();
+    let pages = pages(&here.join("../..")).join("\n");
     let folder = std::env::temp_dir().join(format!("armbridge-walk-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();
-    let steps = steps(&readme);
+    let steps = steps(&pages);
     assert!(steps.len() >= 6, "{} commands", steps.len());
     for Step { command, expected } in steps {
         let printed = if command.starts_with("armbridge watch") {
