@@ -1,10 +1,31 @@
-//! What the whole-system tests share: a run of the bench and what to read off
-//! its records, hosts of all kinds, and the replay of recorded exchanges.
+//! What the tests share: a run of the bench and what to read off its records, hosts and
+//! clients of all kinds, boards and servos that are served, scenarios for bench and
+//! emulator, and cases of which the campaign has many more.
 
+#![allow(
+    clippy::missing_panics_doc,
+    clippy::missing_errors_doc,
+    reason = "what panics or errs here fails a test"
+)]
+
+pub mod arms;
+pub mod cable;
+pub mod caller;
 pub mod experiments;
+pub mod fault_replay;
+pub mod free_host;
+pub mod gateway;
+pub mod kill;
+pub mod paper_runs;
 pub mod place;
 pub mod random;
 pub mod replay;
+pub mod served_board;
+pub mod served_servos;
+pub mod station_host;
+pub mod streams;
+pub mod synthetic;
+pub mod torque_off;
 pub mod trace;
 pub mod world;
 

@@ -1,6 +1,7 @@
 //! Where the set-up puts things, for those that use them.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Cargo's folder of what it builds, and of what the set-up installs.
 pub fn target() -> PathBuf {
@@ -22,12 +23,25 @@ pub fn armbridge() -> PathBuf {
     program
 }
 
-/// The virtual environment of the Python clients: `cargo verify` makes it.
-pub fn python_environment() -> PathBuf {
-    target().join("python")
+/// The interpreter of the virtual environment that `cargo verify` makes for the Python
+/// clients.
+pub fn python() -> PathBuf {
+    target().join("python/bin/python")
 }
 
-/// Its interpreter.
-pub fn python() -> PathBuf {
-    python_environment().join("bin/python")
+/// A run of a script in `tests/python`.
+///
+/// # Panics
+/// If there is no virtual environment.
+pub fn script(name: &str) -> Command {
+    let python = python();
+    assert!(
+        python.exists(),
+        "no {}: cargo verify --only python",
+        python.display()
+    );
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("python");
+    let mut command = Command::new(python);
+    command.arg(folder.join(name));
+    command
 }

@@ -6,7 +6,7 @@ use armbridge_analysis::plan_runner::{Operator, Script};
 use armbridge_client::Host;
 use armbridge_client::event::{Direction, Ear, Event, What};
 use armbridge_client::session::{BoardMessage, CommandLink};
-use armbridge_log::replay::{Changes, Player, Report};
+use armbridge_log::replay::{Changes, Player, Report, Verdict};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Record, ToBoard, ToHost};
 use armbridge_sim::Bench;
@@ -214,4 +214,23 @@ pub fn records(events: &[Event]) -> impl Iterator<Item = Record> {
         What::Told(_, ToHost::Record(record)) => Some(record),
         _ => None,
     })
+}
+
+/// Everything that was compared is the same.
+///
+/// # Panics
+/// If not.
+#[track_caller]
+pub fn assert_equal(report: &Report) {
+    assert_eq!(report.verdict, Verdict::Equal, "{}", report.text());
+}
+
+/// Everything is the same, and nothing was left out.
+///
+/// # Panics
+/// If not.
+#[track_caller]
+pub fn assert_all_equal(report: &Report) {
+    assert_equal(report);
+    assert_eq!(report.compared, report.records, "{}", report.text());
 }

@@ -16,7 +16,8 @@ use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{Record, Settings, ToHost};
 
-#[path = "../../cli/tests/report/synthetic.rs"]
+#[path = "../../../tests/src/synthetic.rs"]
+#[expect(unreachable_pub, reason = "public to the tests")]
 mod synthetic;
 
 /// Ten minutes at 1 kHz.

@@ -14,8 +14,10 @@
 //! | [`store`]     | settings in flash: saves, boots, power cuts and damage | what is in force was saved, and only damage loses it; a save never erases, and has the room that was made for it |
 //!
 //! Used twice: by the fuzz targets, which look for new paths through the code,
-//! and by `streams`, which feeds ten million streams to each parser.
+//! and by `tests/src/streams`, which feeds streams to each parser, ten million in the
+//! campaign.
 
+pub mod frames;
 pub mod gateway;
 pub mod link;
 pub mod master;

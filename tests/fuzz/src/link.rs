@@ -5,8 +5,7 @@ use std::fmt::Debug;
 use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, MAX, Message};
 use armbridge_shared::link::message::{Command, Missing, ToBoard, ToHost};
 
-#[path = "../../robustness/frames.rs"]
-mod frames;
+use super::frames;
 
 /// Layout of the frames that are written here.
 const VERSION: u8 = 1;

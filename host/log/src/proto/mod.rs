@@ -1,6 +1,6 @@
 //! The messages of a log as protobuf: Rust made of `host/log/proto/armbridge.proto`, and
 //! its descriptors. `UPDATE_SNAPSHOT=1 cargo test -p armbridge-tests --test
-//! log_schema` makes both again.
+//! sim schema` makes both again.
 
 // Made by a program, from a file that is documented.
 #[allow(missing_docs, clippy::all, clippy::pedantic, unreachable_pub)]

@@ -1,0 +1,6 @@
+//! The program on links that fail: unplugged, reset, shared, not read, of another version.
+//! After each the right words, the right exit code, and no arm that is left energised.
+
+mod commands;
+pub(crate) mod program;
+mod runs;

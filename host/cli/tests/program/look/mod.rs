@@ -1,0 +1,11 @@
+//! `info`, `plot`, `export` and `diff`, as a user meets them, on logs from the bench.
+
+mod bench;
+mod program;
+
+use std::path::PathBuf;
+
+/// A fresh, empty folder for one test.
+fn folder(name: &str) -> PathBuf {
+    crate::folder(&format!("look-{name}"))
+}

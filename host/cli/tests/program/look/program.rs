@@ -1,0 +1,204 @@
+//! What the program prints, writes and returns.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use armbridge_shared::link::message::{Controller, Gains, Setup};
+use serde_json::Value;
+
+use super::bench::{Run, record};
+use super::folder;
+
+fn armbridge(folder: &Path, args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_armbridge"));
+    command.args(args).current_dir(folder).output().unwrap()
+}
+
+/// What it prints; it must end with this code.
+fn printed(folder: &Path, args: &[&str], code: i32) -> String {
+    let output = armbridge(folder, args);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {said}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn json(folder: &Path, args: &[&str], code: i32) -> Value {
+    serde_json::from_str(&printed(folder, args, code)).unwrap()
+}
+
+#[test]
+fn a_log_is_told_drawn_and_exported() {
+    let folder = folder("whole");
+    let run = folder.join("runs/2026-01-01T00-00-00Z-test");
+    fs::create_dir_all(&run).unwrap();
+    record(&run, Run::default());
+
+    // Without a name, the newest run.
+    let text = printed(&folder, &["info"], 0);
+    for words in [
+        "nothing: the log is whole",
+        "test · simulated: bench · seed 1 · period 1000 µs",
+        "gaps        none",
+        "faults      none",
+        "regulate 3",
+        "controller.q",
+        "/telemetry",
+    ] {
+        assert!(text.contains(words), "no {words:?} in\n{text}");
+    }
+    let info = json(&folder, &["info", "--json"], 0);
+    let ticks = info["ticks"].as_u64().unwrap();
+    assert!((2000..2300).contains(&ticks), "{ticks}");
+    assert_eq!(info["missing_ticks"], 0);
+    assert_eq!(info["commands"]["regulate"], serde_json::json!([3, 0]));
+    assert_eq!(info["topics"]["/telemetry"], ticks);
+    assert_eq!(info["messages"]["record"], ticks);
+
+    printed(&folder, &["export", "csv"], 0);
+    let csv = fs::read_to_string(run.join("run.csv")).unwrap();
+    assert_eq!(csv.lines().count() as u64, ticks + 1);
+    assert!(csv.starts_with("time_s,tick,mode,"));
+
+    let plots = printed(&folder, &["plot", "--format", "svg", "--out", "plots"], 0);
+    assert_eq!(plots.lines().count(), 6, "{plots}");
+    let what = [
+        "plot",
+        "--what",
+        "phase,spectrum",
+        "--from",
+        "1",
+        "--to",
+        "1.5",
+    ];
+    let plots = printed(&folder, &what, 0);
+    let names: Vec<&str> = plots.lines().filter_map(|l| l.rsplit('/').next()).collect();
+    assert_eq!(
+        names,
+        ["phase.svg", "phase.png", "spectrum.svg", "spectrum.png"]
+    );
+    for (args, words) in [
+        (["plot", "--from", "7"].as_slice(), "nothing lies between"),
+        (&["info", "nowhere"], "no such file"),
+        (&["export", "mat", "--out", "nowhere/x.mat"], "--out"),
+    ] {
+        let output = armbridge(&folder, args);
+        let line = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{line}");
+        assert!(line.contains(words) && line.lines().count() == 1, "{line}");
+    }
+}
+
+#[test]
+fn what_is_missing_is_told_and_not_filled_in() {
+    let folder = folder("gap");
+    let run = Run {
+        push_nm: Some(3.0),
+        deaf: [700, 720],
+        ..Run::default()
+    };
+    record(&folder, run);
+    // The file breaks off as well.
+    let path = folder.join("run.mcap");
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() - 5_000]).unwrap();
+
+    let info = json(&folder, &["info", "run.mcap", "--json"], 0);
+    assert_eq!(info["gap_count"], 1, "{info}");
+    let missing = info["gaps"][0]["ticks"].as_u64().unwrap();
+    assert_eq!(info["missing_ticks"], missing);
+    assert!((15..=20).contains(&missing), "{info}");
+    assert!(!info["damage"].as_array().unwrap().is_empty());
+    let fault = &info["faults"][0];
+    assert!(fault["cause"]["value"].is_number(), "{fault}");
+    let text = printed(&folder, &["info", "run.mcap"], 0);
+    let name = fault["fault"].as_str().unwrap();
+    for words in [name, "lost on the link or in the log", "tick "] {
+        assert!(text.contains(words), "no {words:?} in\n{text}");
+    }
+
+    printed(&folder, &["export", "csv", "run.mcap"], 0);
+    let csv = fs::read_to_string(folder.join("run.csv")).unwrap();
+    let rows = csv.lines().skip(1);
+    let ticks: Vec<u64> = rows
+        .map(|row| row.split(',').nth(1).unwrap().parse().unwrap())
+        .collect();
+    let jumps: Vec<u64> = ticks.windows(2).map(|two| two[1] - two[0] - 1).collect();
+    assert_eq!(jumps.iter().sum::<u64>(), missing);
+
+    let args = ["plot", "run.mcap", "--format", "svg", "--what", "angles"];
+    printed(&folder, &args, 0);
+    let svg = fs::read_to_string(folder.join("angles.svg")).unwrap();
+    assert!(svg.contains("no records") && svg.contains(&format!("fault: {name}")));
+}
+
+#[test]
+fn the_same_seed_is_the_same_and_another_is_not() {
+    let folder = folder("diff");
+    let stiff = Setup {
+        controller: Controller::StateFeedback(Gains::Design {
+            q: [60.0, 60.0, 0.3, 0.3],
+            r: [10.0, 10.0],
+        }),
+        ..Setup::best()
+    };
+    let runs = [
+        ("a", Run::default()),
+        ("again", Run::default()),
+        (
+            "seed",
+            Run {
+                seed: 2,
+                ..Run::default()
+            },
+        ),
+        (
+            "stiff",
+            Run {
+                setup: stiff,
+                ..Run::default()
+            },
+        ),
+    ];
+    for (name, run) in runs {
+        fs::create_dir_all(folder.join(name)).unwrap();
+        record(&folder.join(name), run);
+    }
+    let same = printed(&folder, &["diff", "a", "again"], 0);
+    assert!(same.ends_with("The same.\n"), "{same}");
+
+    let seeds = json(&folder, &["diff", "a", "seed", "--json"], 1);
+    assert_eq!(seeds["settings"], serde_json::json!([]));
+    assert!(seeds["first_command"].is_null());
+    assert_eq!(seeds["unmatched"], serde_json::json!([0, 0]));
+    let angle = seeds["quantities"].as_array().unwrap().iter();
+    let angle = angle.clone().find(|q| q["column"] == "q1_rad").unwrap();
+    let (max, rms) = (
+        angle["max"].as_f64().unwrap(),
+        angle["rms"].as_f64().unwrap(),
+    );
+    assert!(0.0 < rms && rms < max && max < 0.05, "{angle}");
+
+    let text = printed(&folder, &["diff", "a", "stiff"], 1);
+    for words in [
+        "settings   1 differ",
+        "controller.q",
+        "30.0",
+        "60.0",
+        "torque1_nm",
+    ] {
+        assert!(text.contains(words), "no {words:?} in\n{text}");
+    }
+    let args = ["plot", "--compare", "a", "stiff", "--out", "both"];
+    let plots = printed(&folder, &args, 0);
+    assert_eq!(plots.lines().count(), 4, "{plots}");
+    let svg = fs::read_to_string(folder.join("both/compare-angles.svg")).unwrap();
+    assert!(svg.contains("B − A (mrad)") && svg.contains("difference: at most"));
+    printed(
+        &folder,
+        &["plot", "--compare", "a", "again", "--out", "both"],
+        0,
+    );
+    let svg = fs::read_to_string(folder.join("both/compare-torque.svg")).unwrap();
+    assert_eq!(svg.matches("difference: none").count(), 2);
+}

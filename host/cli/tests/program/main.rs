@@ -1,0 +1,28 @@
+//! `armbridge` as a user meets it: what it prints, where, and how it ends.
+//!
+//! A module a command or a subject: `cargo test -p armbridge --test program walk::`.
+
+mod cli;
+mod identification;
+mod links;
+mod live;
+mod look;
+mod run;
+mod servo_bus;
+mod servos;
+mod settings;
+#[cfg(unix)]
+mod terminal;
+mod transparent;
+mod walk;
+mod watch;
+
+use std::path::PathBuf;
+
+/// A fresh, empty folder for one test.
+pub(crate) fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}

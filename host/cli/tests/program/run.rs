@@ -1,0 +1,120 @@
+//! `armbridge run` as a user meets it: what it prints, what it leaves, how it ends.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+/// The program, in a folder of this test alone.
+struct Program(PathBuf);
+
+impl Program {
+    fn new(test: &str) -> Self {
+        Self(crate::folder(&format!("run-{test}")))
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_armbridge"));
+        let command = command.arg("run").args(args).current_dir(&self.0);
+        command.env_remove("ARMBRIDGE_LINK").output().unwrap()
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.0.join(name), text).unwrap();
+    }
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+#[test]
+fn a_scenario_leaves_a_log_plots_and_a_summary() {
+    let program = Program::new("upright");
+    let output = program.run(&["upright", "--duration", "8.5"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let printed = text(&output.stdout);
+    assert!(printed.starts_with("armbridge upright · simulated: bench · seed 1"));
+    assert!(
+        printed.contains("records written, 0 lost, 0 bytes unwritten"),
+        "{printed}"
+    );
+    let folder = program.0.join(printed.lines().last().unwrap());
+    for name in ["run.mcap", "angles.svg", "torque.png"] {
+        assert!(folder.join(name).is_file(), "{name} in {folder:?}");
+    }
+
+    let again = program.run(&["upright", "--duration", "8.5", "--json"]);
+    let summary: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!(summary["segments"].as_array().unwrap().len(), 3);
+    assert_eq!(summary["log"]["lost"], 0);
+    // A record a millisecond, and what was said before and after.
+    assert!(summary["log"]["written"].as_u64().unwrap() >= 8_500);
+}
+
+#[test]
+fn what_was_expected_and_missed_is_exit_code_1() {
+    let program = Program::new("missed");
+    program.write(
+        "mine.toml",
+        "title = \"t\"\ncontrol = \"paper\"\n[[step]]\nat_s = 0\nregulate_rad = [0, 0]\n\
+         [stop]\nafter_s = 1\n[expect]\nsettles_within_s = 0.1\n",
+    );
+    let output = program.run(&["mine.toml"]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let printed = text(&output.stdout).replace("\n   ", "");
+    assert!(
+        printed.contains("MISSED settling at a setpoint"),
+        "{printed}"
+    );
+}
+
+#[test]
+fn a_fault_ends_the_run_and_is_named() {
+    let program = Program::new("fault");
+    program.write(
+        "mine.toml",
+        "title = \"t\"\n[bench]\nfriction = false\n[[step]]\nat_s = 0\ntorque_nm = [0.7, 0]\n\
+         [stop]\nafter_s = 5\n",
+    );
+    let output = program.run(&["mine.toml", "--json"]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["faults"][0]["fault"], "angle_limit");
+}
+
+#[test]
+fn mistakes_are_one_line_and_nothing_is_left_behind() {
+    let program = Program::new("mistakes");
+    program.write("mine.toml", "title = \"t\"\n[stop]\nafter_s = \"soon\"\n");
+    for (args, words) in [
+        (["mine.toml", "--check"].as_slice(), "mine.toml:3:11: "),
+        (&["mine.toml"], "mine.toml:3:11: "),
+        (&["uprihgt"], "is it `upright`?"),
+        (&["none.toml"], "cannot read none.toml"),
+        (&["upright", "--link", "tcp://127.0.0.1:1"], "127.0.0.1:1"),
+        (&["upright", "--link", "ftp:x"], "sim:"),
+    ] {
+        let output = program.run(args);
+        let line = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {line}");
+        assert_eq!(line.trim_end().lines().count(), 1, "{line}");
+        assert!(line.contains(words), "{args:?}: no {words:?} in {line}");
+    }
+    let runs = fs::read_dir(program.0.join("runs")).map(Iterator::count);
+    assert!(matches!(runs, Err(_) | Ok(0)), "{runs:?}");
+}
+
+#[test]
+fn what_ships_is_listed_and_shown() {
+    let program = Program::new("list");
+    let list = program.run(&["--list"]);
+    let listed = text(&list.stdout);
+    for name in ["upright", "paper-upright", "hour"] {
+        assert!(
+            listed.lines().any(|line| line.starts_with(name)),
+            "{listed}"
+        );
+    }
+    let shown = program.run(&["push", "--show"]);
+    assert!(text(&shown.stdout).contains("[[bench.push]]"));
+}

@@ -1,0 +1,132 @@
+//! Programs that were written for the vendor's USB adapter, as they are: its SDK
+//! and pypot, on a pseudo-terminal of `armbridge`.
+//!
+//! What they ask and compare is in `tests/python/`. They have time limits of their
+//! own, of the wall clock, so they ask again where a busy machine was late.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Output, Stdio};
+
+use armbridge_tests::place;
+
+/// The servos by themselves, at the rate that the terminal is set to.
+const SERVOS: &[&str] = &["serve", "servos", "--listen", "pty:", "--firmware", "stock"];
+
+/// The same behind the transparent port of the emulated board, with its arm
+/// disarmed.
+const BOARD: &[&str] = &[
+    "serve",
+    "board",
+    "--link",
+    "emulate:",
+    "--transparent",
+    "pty:",
+    "--firmware",
+    "stock",
+];
+
+/// `armbridge`, ended with the test.
+struct Served {
+    child: Child,
+    /// The terminal that it serves.
+    terminal: String,
+}
+
+impl Served {
+    /// Runs it. On stdout it says which terminal it serves.
+    fn start(arguments: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_armbridge"))
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let stdout = child.stdout.take().unwrap();
+        let mut lines = BufReader::new(stdout).lines().map_while(Result::ok);
+        let terminal = lines.find(|line| line.starts_with("/dev/"));
+        // Owned from here on, so that it ends with the test.
+        let served = Self {
+            child,
+            terminal: terminal.unwrap_or_default(),
+        };
+        assert!(
+            !served.terminal.is_empty(),
+            "{arguments:?} names no terminal"
+        );
+        // Its other lines are of no interest, but must go somewhere.
+        std::thread::spawn(move || lines.for_each(drop));
+        served
+    }
+
+    /// Runs one of the scripts in `tests/python/` on it.
+    fn run(&self, script: &str, options: &[&str]) -> Output {
+        place::script(script)
+            .arg(&self.terminal)
+            .args(options)
+            .output()
+            .unwrap()
+    }
+
+    fn passes(&self, script: &str, options: &[&str]) {
+        let output = self.run(script, options);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{script} {options:?}: {said}");
+        print!("{}", String::from_utf8_lossy(&output.stdout));
+    }
+
+    fn fails(&self, script: &str, options: &[&str], why: &str) {
+        let output = self.run(script, options);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains(why), "{script} {options:?}: {said}");
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+#[ignore = "needs the Python packages: run `cargo verify`"]
+fn the_sdk_and_pypot_work_with_stock_servos() {
+    let servos = Served::start(SERVOS);
+    servos.passes("sdk.py", &["--fresh", "--rate-counts"]);
+    servos.passes("pypot_io.py", &[]);
+}
+
+#[test]
+#[ignore = "needs QEMU, the emulator's image and the Python packages: run `cargo verify`"]
+fn the_sdk_and_pypot_work_through_the_emulated_board() {
+    // A board each: what one leaves the arm at is not the other's affair.
+    for (script, options) in [
+        ("sdk.py", &["--fresh", "--rate-counts"][..]),
+        ("pypot_io.py", &[]),
+    ] {
+        Served::start(BOARD).passes(script, options);
+    }
+}
+
+/// The scripts see what is wrong.
+#[test]
+#[ignore = "needs the Python packages: run `cargo verify`"]
+fn the_sdk_and_pypot_miss_servos_that_are_not_there() {
+    let servos = Served::start(SERVOS);
+    servos.fails(
+        "sdk.py",
+        &["--ids", "1", "3"],
+        "ping 3: [TxRxResult] There is no status packet!",
+    );
+    servos.fails(
+        "sdk.py",
+        &["--ids", "1"],
+        "there is no servo 2, and it answers",
+    );
+    servos.fails(
+        "pypot_io.py",
+        &["--ids", "2", "3"],
+        "ids: [1, 2], should be [2, 3]",
+    );
+}

@@ -1,0 +1,304 @@
+//! The dashboard's screens, drawn from runs on the bench: the same bytes, from the
+//! same seed, in virtual time.
+//!
+//! What they looked like when somebody looked is in `data/watch/`;
+//! `UPDATE_SNAPSHOT=1 cargo test -p armbridge --test program watch` writes it anew. Look at
+//! what it wrote.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use armbridge::watch::keys::{Act, Keys, Question};
+use armbridge::watch::model::Model;
+use armbridge::watch::view;
+use armbridge_client::Tap;
+use armbridge_client::event::{Direction, Ear, Event, What};
+use armbridge_client::session::{ChannelHost, Request, Requests};
+use armbridge_shared::arm::State;
+use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
+use armbridge_shared::link::message::{Command, Drive, Mode, Record, ToHost};
+use armbridge_sim::Bench;
+use armbridge_sim::link::{BoardUri, Options, drive};
+use armbridge_sim::plant::{Plant, PlantConfig, Push};
+use nalgebra::Vector2;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+const S: u64 = 1_000_000_000;
+
+/// Feeds a model until a moment, sees to it that the arm is regulated upright until
+/// then, and leaves.
+struct Until {
+    ear: Ear,
+    model: Arc<Mutex<Model>>,
+    end_ns: u64,
+    controls: Requests,
+    is_asked: bool,
+}
+
+impl Tap for Until {
+    fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]) {
+        let mut model = self.model.lock().unwrap();
+        self.ear.take(direction, host_ns, bytes, |event| {
+            if event.host_ns <= self.end_ns {
+                model.take(&event);
+            }
+        });
+        // It may be gone already.
+        if model.board.mode() == Some(Mode::Idle) && !self.is_asked {
+            self.is_asked = true;
+            let _ = self.controls.send(Request::Arm);
+            let upright = Command::Regulate([0.0, 0.0]);
+            let _ = self.controls.send(Request::Command(upright));
+        }
+        if host_ns > self.end_ns {
+            let _ = self.controls.send(Request::Leave);
+        }
+    }
+
+    fn disconnected(&mut self, _host_ns: u64) {}
+}
+
+/// What is known at `end_ns` of an arm that is regulated upright and pushed.
+fn regulated(push: Push, end_ns: u64) -> Model {
+    watched(push, end_ns, true)
+}
+
+/// The same, or of one that nobody arms.
+fn watched(push: Push, end_ns: u64, is_armed: bool) -> Model {
+    let config = PlantConfig {
+        initial: State::at_rest(Vector2::new(0.3, -0.25)),
+        ..PlantConfig::default()
+    };
+    let mut bench = Bench::new(Plant::new(config, 1));
+    bench.push(push);
+    let model = Arc::new(Mutex::new(Model::default()));
+    let (station, controls) = ChannelHost::new();
+    let mut options = Options::new(bench);
+    options.link.taps.push(Box::new(Until {
+        ear: Ear::default(),
+        model: Arc::clone(&model),
+        end_ns,
+        controls,
+        is_asked: !is_armed,
+    }));
+    let (_, result) = drive(&BoardUri::Sim, options, station);
+    result.unwrap();
+    Arc::try_unwrap(model).unwrap().into_inner().unwrap()
+}
+
+/// A push that the arm stands.
+fn nudge(start_ns: u64) -> Push {
+    Push {
+        joint: 0,
+        torque_nm: 0.5,
+        start_ns,
+        duration_ns: S / 10,
+    }
+}
+
+/// A push that it does not stand.
+fn shove(start_ns: u64) -> Push {
+    Push {
+        joint: 1,
+        torque_nm: 3.0,
+        start_ns,
+        duration_ns: S,
+    }
+}
+
+fn screen(model: &Model, keys: &Keys, (width, height): (u16, u16)) -> String {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+    terminal
+        .draw(|frame| view::draw(frame, model, keys, "sim: (simulated)"))
+        .unwrap();
+    let drawn = terminal.backend().to_string();
+    // The backend quotes its lines.
+    let lines = drawn.lines().map(|line| line.trim_matches('"').trim_end());
+    let lines: Vec<_> = lines.collect();
+    lines.join("\n") + "\n"
+}
+
+/// Compares with what is kept, or keeps it.
+fn is_as_kept(name: &str, drawn: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/data/watch/{name}.txt"));
+    if std::env::var_os("UPDATE_SNAPSHOT").is_some() {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, drawn).unwrap();
+    }
+    let kept = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        kept == drawn,
+        "the screen has changed; if that is meant, run again with UPDATE_SNAPSHOT=1\n\
+         kept:\n{kept}\ndrawn:\n{drawn}"
+    );
+}
+
+const SIZES: [(&str, (u16, u16)); 2] = [("80x24", (80, 24)), ("120x40", (120, 40))];
+
+#[test]
+fn an_arm_that_was_pushed_and_stands() {
+    let model = regulated(nudge(7 * S), 9 * S);
+    for (size, place) in SIZES {
+        is_as_kept(
+            &format!("running-{size}"),
+            &screen(&model, &Keys::default(), place),
+        );
+    }
+}
+
+#[test]
+fn an_arm_that_was_pushed_too_hard() {
+    let model = regulated(shove(6 * S), 7 * S);
+    assert!(model.board.trip.is_some());
+    for (size, place) in SIZES {
+        is_as_kept(
+            &format!("fault-{size}"),
+            &screen(&model, &Keys::default(), place),
+        );
+    }
+}
+
+#[test]
+fn a_link_that_broke() {
+    let mut model = regulated(nudge(7 * S), 9 * S);
+    model.take(&Event {
+        host_ns: 9 * S,
+        what: What::Parted,
+    });
+    model.advance(9 * S + 3_200_000_000);
+    for (size, place) in SIZES {
+        is_as_kept(
+            &format!("lost-{size}"),
+            &screen(&model, &Keys::default(), place),
+        );
+    }
+}
+
+#[test]
+fn an_experiment_and_how_it_ended() {
+    let mut model = regulated(nudge(7 * S), 5 * S);
+    let told = |model: &mut Model, message| {
+        let host_ns = 5 * S;
+        let what = What::Told(0, message);
+        model.take(&Event { host_ns, what });
+        screen(model, &Keys::default(), (100, 30))
+    };
+    let tick = model.board.record.unwrap();
+    let in_drive = |drive| {
+        let mut tick: Record = tick;
+        tick.mode = Mode::Running(drive);
+        ToHost::Record(tick)
+    };
+    let drawn = told(&mut model, in_drive(Drive::Experiment));
+    assert!(drawn.contains("an experiment drives the arm"), "{drawn}");
+    let conclusion = Conclusion {
+        tick: tick.tick,
+        end: ExperimentEnd::Angle {
+            joint: 1,
+            value_rad: 0.512,
+        },
+    };
+    told(&mut model, ToHost::Concluded(conclusion));
+    let drawn = told(&mut model, in_drive(Drive::Hold));
+    let ended = "broken off: joint 2 left its envelope at 0.512 rad";
+    assert!(drawn.contains(ended), "{drawn}");
+    let drawn = told(&mut model, in_drive(Drive::Track));
+    assert!(!drawn.contains(ended), "{drawn}");
+}
+
+#[test]
+fn a_screen_that_is_too_small_says_so_and_still_tells_a_fault() {
+    let model = regulated(shove(6 * S), 7 * S);
+    let drawn = screen(&model, &Keys::default(), (60, 12));
+    assert!(
+        drawn.contains("60x12") && drawn.contains("80x24"),
+        "{drawn}"
+    );
+    assert!(
+        drawn.contains("FAULT") && drawn.contains("space stops"),
+        "{drawn}"
+    );
+    // Nothing is too small to be drawn on.
+    for size in [(1, 1), (2, 24), (200, 3)] {
+        let _ = screen(&model, &Keys::default(), size);
+    }
+}
+
+fn press(keys: &mut Keys, code: KeyCode, model: &Model) -> Vec<Act> {
+    keys.press(KeyEvent::new(code, KeyModifiers::NONE), model)
+}
+
+/// A letter.
+fn letter(keys: &mut Keys, letter: char, model: &Model) -> Vec<Act> {
+    press(keys, KeyCode::Char(letter), model)
+}
+
+#[test]
+fn stopping_needs_no_answer_and_arming_does() {
+    let idle = watched(nudge(9 * S), S, false);
+    let mut keys = Keys::new(false);
+    for stop in [' ', 's'] {
+        assert_eq!(letter(&mut keys, 'a', &idle), []);
+        assert_eq!(keys.question, Some(Question::Arm));
+        assert_eq!(letter(&mut keys, stop, &idle), [Act::Ask(Request::Stop)]);
+        assert_eq!(keys.question, None);
+        // What was asked before is not answered by what comes after.
+        assert_eq!(letter(&mut keys, 'y', &idle), []);
+    }
+    assert_eq!(letter(&mut keys, 'a', &idle), []);
+    assert_eq!(letter(&mut keys, 'n', &idle), []);
+    assert_eq!(letter(&mut keys, 'a', &idle), []);
+    assert_eq!(letter(&mut keys, 'y', &idle), [Act::Ask(Request::Arm)]);
+
+    // Regulating arms first; the arm stays where it is.
+    assert_eq!(letter(&mut keys, 'r', &idle), []);
+    let here = Command::Regulate(idle.board.record.unwrap().angle_rad);
+    let held = [Act::Ask(Request::Arm), Act::Ask(Request::Command(here))];
+    assert_eq!(letter(&mut keys, 'h', &idle), held);
+
+    // A link that broke while one thought about it.
+    assert_eq!(letter(&mut keys, 'a', &idle), []);
+    let mut lost = idle.clone();
+    lost.take(&Event {
+        host_ns: S,
+        what: What::Parted,
+    });
+    assert_eq!(letter(&mut keys, 'y', &lost), []);
+    assert_eq!(letter(&mut keys, 'a', &lost), []);
+    assert_eq!(keys.question, None);
+    let ctrl_c = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+    assert_eq!(keys.press(ctrl_c, &lost), [Act::Quit]);
+}
+
+#[test]
+fn setpoints_move_in_steps_and_stay_where_the_arm_is_not_braked() {
+    let running = regulated(nudge(9 * S), 2 * S);
+    let mut keys = Keys::new(false);
+    let mut latest = [0.0; 2];
+    for _ in 0..200 {
+        for act in press(&mut keys, KeyCode::Right, &running) {
+            let Act::Ask(Request::Command(Command::Regulate(setpoint))) = act else {
+                panic!("{act:?}");
+            };
+            assert!(
+                (setpoint[0] - latest[0] - 0.02).abs() < 1e-5,
+                "{setpoint:?}"
+            );
+            latest = setpoint;
+        }
+    }
+    // The limit is 1.5, and the brake acts from 1.4 on.
+    assert!(latest[0] > 1.25 && latest[0] <= 1.3, "{latest:?}");
+    assert!(latest[1].abs() < 1e-6);
+    assert_eq!(letter(&mut keys, 'c', &running), []);
+    assert_eq!(letter(&mut keys, '1', &running), []);
+
+    let fault = regulated(shove(6 * S), 7 * S);
+    assert_eq!(press(&mut keys, KeyCode::Up, &fault), []);
+    assert_eq!(letter(&mut keys, 'a', &fault), []);
+    assert_eq!(keys.question, None);
+    let clear = Act::Ask(Request::Command(Command::ClearFault));
+    assert_eq!(letter(&mut keys, 'c', &fault), [clear]);
+}

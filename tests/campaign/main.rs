@@ -1,0 +1,21 @@
+//! What takes minutes: the tests of `sim` and `program` with many more seeds.
+//!
+//! A plain `cargo test` leaves it out; `cargo verify --campaign` runs it, as does
+//! `cargo test -p armbridge-tests --test campaign`, after `cargo build` for [`paper`].
+
+mod arms;
+mod faults;
+mod kill;
+mod paper;
+mod replay;
+mod streams;
+
+use std::path::PathBuf;
+
+/// A fresh, empty folder for one test.
+pub(crate) fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}

@@ -1,0 +1,11 @@
+//! The firmware image under QEMU: agreement with the bench, and what only an image has.
+//!
+//! Needs QEMU and the image, `cargo build-emulator`; without them,
+//! `cargo test -p armbridge-tests --test emulator` runs nothing.
+
+mod agreement;
+mod faults;
+mod gateway;
+mod replay;
+mod settings;
+mod torque_off;

@@ -1,0 +1,65 @@
+//! Settings outlive a reset of the emulated board, whose flash is memory that it leaves alone.
+
+use std::io::Read;
+use std::time::{Duration, Instant};
+
+use armbridge_client::tcp_pump;
+use armbridge_shared::link::message::SettingsFrom;
+use armbridge_sim::emulator::{Failure, Provocation, Qemu, QemuOptions, Time, qemu};
+use armbridge_sim::raw_bus_server::LiveBench;
+use armbridge_tests::caller::{SAVE, bench, caller, configure};
+
+#[test]
+#[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
+fn firmware_keeps_settings_across_a_reset() {
+    /// Times slower than the wall clock, for a machine with other things to do.
+    const SLOW: u32 = 10;
+    const FAILS_MS: u32 = 1_200;
+    let begun = Instant::now();
+    let mut qemu = Qemu::start(&QemuOptions {
+        image: qemu::default_image(),
+        time: Time::Slow(SLOW),
+        icount: false,
+        provoke: Some(Provocation {
+            failure: Failure::Panic,
+            at_ms: FAILS_MS,
+        }),
+    })
+    .unwrap();
+    let (from, to) = (qemu.bus.try_clone().unwrap(), qemu.bus.try_clone().unwrap());
+    // Ends with QEMU.
+    std::thread::spawn(move || LiveBench::new(bench(), SLOW).serve(from, to, || None, false));
+
+    let mut first = caller([configure(2_000), SAVE]);
+    tcp_pump::run(&mut qemu.link, &mut first, SLOW).unwrap();
+    assert_eq!(first.heard.settings, Some(SettingsFrom::Default));
+    assert_eq!(first.heard.answers, [Ok(()); 2]);
+    let fails_at = Duration::from_millis(u64::from(FAILS_MS * SLOW));
+    assert!(
+        begun.elapsed() < fails_at,
+        "too slow a machine for this test"
+    );
+
+    let over = fails_at + Duration::from_secs(2);
+    std::thread::sleep(over.saturating_sub(begun.elapsed()));
+    // What the first life said last is nobody's any more.
+    let link = &mut qemu.link;
+    link.set_read_timeout(Some(Duration::from_millis(100)))
+        .unwrap();
+    while matches!(link.read(&mut [0; 4096]), Ok(count) if count > 0) {}
+    let mut second = caller([]);
+    tcp_pump::run(&mut qemu.link, &mut second, SLOW).unwrap();
+    assert_ne!(second.heard.session, first.heard.session);
+    assert_eq!(second.heard.settings, Some(SettingsFrom::Saved));
+    let spans = second.heard.records.windows(2);
+    let spans = spans.map(|pair| {
+        (
+            pair[1].tick - pair[0].tick,
+            pair[1].start_us - pair[0].start_us,
+        )
+    });
+    assert!(spans.clone().any(|(ticks, _)| ticks == 1));
+    for (ticks, span_us) in spans.filter(|(ticks, _)| *ticks == 1) {
+        assert!((1_500..2_500).contains(&span_us), "{ticks} in {span_us} us");
+    }
+}

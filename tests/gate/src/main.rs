@@ -1,0 +1,118 @@
+//! `cargo verify`: everything that finds mistakes in a change, set-up included.
+//!
+//! Two lanes of steps run side by side, one for the host and one for the board: cargo
+//! has a lock for each of their folders, and one lane compiles while the other waits for
+//! a linker or a clock. What a step says goes to a file; of a step that fails the end is
+//! shown. Exit code 0: all passed; 1: a step failed; 2: wrong arguments.
+//!
+//! Host code is checked and tested in the dev profile, firmware in the profile of its
+//! images, and cargo is always asked for the whole workspace: so no dependency is built
+//! in two forms. Overflow checks are on.
+
+mod fuzz;
+mod lanes;
+mod miri;
+mod no_panic;
+mod output;
+mod packages;
+mod place;
+mod setup;
+mod steps;
+
+use std::process::ExitCode;
+use steps::{CAMPAIGN, GATE, Step};
+
+const USAGE: &str = "\
+Set up what the tests need, then check, build and test everything.
+
+usage: cargo verify [--campaign] [--only STEP.. | --list | --help]
+
+  --campaign   what takes long instead: many more seeds, streams, faults and fuzzing
+  --only STEP  these steps alone, one after the other, in the terminal
+  --list       say what the steps are and do nothing
+  --help       say this and do nothing";
+
+/// What the campaign takes on two cores.
+const CAMPAIGN_TIME: &str = "about an hour and a half on two cores";
+
+/// What the arguments ask for.
+#[derive(Debug, PartialEq)]
+enum Task {
+    Help,
+    List,
+    Gate,
+    Campaign,
+    /// The steps with these names.
+    Only(Vec<String>),
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match task(&arguments) {
+        Ok(Task::Help) => println!("{USAGE}"),
+        Ok(Task::List) => {
+            for Step { name, what, .. } in GATE {
+                println!("{name:<16}{what}");
+            }
+            println!("\nwith --campaign, {CAMPAIGN_TIME}:");
+            for Step { name, what, .. } in CAMPAIGN {
+                println!("{name:<16}{what}");
+            }
+        }
+        Ok(Task::Gate) => return lanes::run(GATE),
+        Ok(Task::Campaign) => {
+            println!("cargo verify --campaign: {CAMPAIGN_TIME}");
+            return lanes::run(CAMPAIGN);
+        }
+        Ok(Task::Only(names)) => return lanes::run_only(&names),
+        Err(what) => {
+            eprintln!("{what}\n\n{USAGE}");
+            return ExitCode::from(2);
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+fn task(arguments: &[&str]) -> Result<Task, String> {
+    match arguments {
+        [] => Ok(Task::Gate),
+        ["--campaign"] => Ok(Task::Campaign),
+        ["--help" | "-h"] => Ok(Task::Help),
+        ["--list"] => Ok(Task::List),
+        ["--only"] => Err("--only wants the name of a step".to_owned()),
+        ["--only", names @ ..] => {
+            let unknown = names.iter().find(|name| steps::named(name).is_none());
+            match unknown {
+                Some(name) => Err(format!(
+                    "there is no step `{name}`; see cargo verify --list"
+                )),
+                None => Ok(Task::Only(names.iter().map(ToString::to_string).collect())),
+            }
+        }
+        _ => Err(format!("cannot make sense of `{}`", arguments.join(" "))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_are_understood_or_refused() {
+        assert_eq!(task(&[]), Ok(Task::Gate));
+        assert_eq!(task(&["--list"]), Ok(Task::List));
+        assert_eq!(task(&["--campaign"]), Ok(Task::Campaign));
+        let names = [GATE[0].name, CAMPAIGN[0].name];
+        let only = Task::Only(names.map(str::to_owned).to_vec());
+        assert_eq!(task(&["--only", names[0], names[1]]), Ok(only));
+        for wrong in [
+            &["--only"][..],
+            &["--only", "nowhere"],
+            &["x"],
+            &["--list", "x"],
+        ] {
+            assert!(task(wrong).is_err(), "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! What must be on the machine beside Rust itself, and how it gets there.
+//!
+//! What is there already is never touched. What is missing is installed where
+//! that needs no question answered; otherwise the error says which command to
+//! run.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::output::{Output, cargo, printed, succeeds};
+use crate::packages::Program;
+use crate::place;
+
+/// Target of both firmware images.
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Formatter, linter and target, by rustup where one is missing; the test runner, by
+/// cargo.
+pub(crate) fn rust(out: &Output) -> Result<(), String> {
+    for (component, check) in [
+        ("rustfmt", "cargo fmt --version"),
+        ("clippy", "cargo clippy --version"),
+    ] {
+        if !succeeds(check) {
+            rustup(out, &format!("rustup component add {component}"))?;
+        }
+    }
+    // Where a target's library is, if it is installed.
+    let query = format!("rustc --print target-libdir --target {TARGET}");
+    let installed = printed(&query).is_some_and(|path| Path::new(path.trim()).is_dir());
+    if !installed {
+        rustup(out, &format!("rustup target add {TARGET}"))?;
+    }
+    if succeeds("cargo nextest --version") {
+        return Ok(());
+    }
+    // It takes minutes: said in the terminal, wherever the rest goes.
+    println!("      cargo-nextest, which runs the tests, is missing and is built once");
+    out.cargo("install --locked cargo-nextest")
+}
+
+fn rustup(out: &Output, command: &str) -> Result<(), String> {
+    if !succeeds("rustup --version") {
+        return Err(format!(
+            "rustup is not there to run `{command}`; install the same by hand"
+        ));
+    }
+    out.words(command)
+}
+
+/// What the campaign uses.
+pub(crate) fn campaign(out: &Output) -> Result<(), String> {
+    rust(out)?;
+    python(out)?;
+    compiler(out)
+}
+
+/// The documentation of every crate, warnings being errors.
+pub(crate) fn documentation(out: &Output) -> Result<(), String> {
+    let mut doc = cargo("doc --workspace --no-deps");
+    out.run(doc.env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+/// The emulator of the board's processor.
+pub(crate) fn qemu(out: &Output) -> Result<(), String> {
+    let qemu = Program {
+        name: "qemu-system-arm",
+        check: "qemu-system-arm --version".to_owned(),
+        packages: [
+            "qemu-system-arm",
+            "qemu-system-arm",
+            "qemu-system-arm",
+            "qemu",
+        ],
+    };
+    qemu.ensure(out)
+}
+
+/// The C++ compiler that libFuzzer is built with: `c++`, or what `CXX` says.
+pub(crate) fn compiler(out: &Output) -> Result<(), String> {
+    let compiler = std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned());
+    let compiler = Program {
+        name: "a C++ compiler",
+        check: format!("{compiler} --version"),
+        packages: ["g++", "gcc-c++", "gcc", "gcc"],
+    };
+    compiler.ensure(out)
+}
+
+/// A virtual environment with the Python clients, in cargo's target folder.
+pub(crate) fn python(out: &Output) -> Result<(), String> {
+    let python = Program {
+        name: "Python 3 with venv and pip",
+        // What Debian leaves out of its plain python3.
+        check: "python3 -m ensurepip --version".to_owned(),
+        packages: ["python3 python3-venv", "python3", "python", "python"],
+    };
+    python.ensure(out)?;
+    let environment = place::python_environment();
+    let interpreter = environment.join("bin/python");
+    let works = Command::new(&interpreter)
+        .args(["-m", "pip", "--version"])
+        .output();
+    if !works.is_ok_and(|output| output.status.success()) {
+        let mut make = Command::new("python3");
+        out.run(make.args(["-m", "venv", "--clear"]).arg(environment))?;
+    }
+    let mut install = Command::new(interpreter);
+    install
+        .args(["-m", "pip", "install", "--quiet", "--no-deps"])
+        .args(["--disable-pip-version-check", "--requirement"])
+        .arg(place::root().join("tests/python/requirements.txt"));
+    out.run(&mut install)
+}

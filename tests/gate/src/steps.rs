@@ -1,0 +1,249 @@
+//! The steps of the gate and of the campaign, each lane's cheapest first.
+
+use crate::output::Output;
+use crate::{fuzz, miri, no_panic, setup};
+
+/// Something that must pass.
+pub(crate) struct Step {
+    /// What `--only` calls it.
+    pub(crate) name: &'static str,
+    /// What it is for.
+    pub(crate) what: &'static str,
+    /// Steps beside which it runs.
+    pub(crate) lane: Lane,
+    /// Steps of the other lane that have to be done before.
+    pub(crate) needs: &'static [&'static str],
+    /// What it does.
+    pub(crate) work: Work,
+}
+
+/// Steps that follow each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Lane {
+    /// Uses cargo's folder of the host's code.
+    Host,
+    /// Uses the folders of images, fuzz targets and Miri.
+    Board,
+}
+
+/// What a step does.
+#[derive(Clone, Copy)]
+pub(crate) enum Work {
+    /// Does this.
+    Do(fn(&Output) -> Result<(), String>),
+    /// Runs cargo with each of these lines, single spaces between the words.
+    Cargo(&'static [&'static str]),
+}
+
+impl Work {
+    /// Does it, all words to `out`.
+    pub(crate) fn perform(self, out: &Output) -> Result<(), String> {
+        match self {
+            Self::Do(work) => work(out),
+            Self::Cargo(lines) => lines.iter().try_for_each(|line| out.cargo(line)),
+        }
+    }
+}
+
+/// A step of the host's lane.
+const fn host(name: &'static str, what: &'static str, lines: &'static [&'static str]) -> Step {
+    step(Lane::Host, name, what, Work::Cargo(lines))
+}
+
+/// A step of the board's lane.
+const fn board(name: &'static str, what: &'static str, lines: &'static [&'static str]) -> Step {
+    step(Lane::Board, name, what, Work::Cargo(lines))
+}
+
+const fn step(lane: Lane, name: &'static str, what: &'static str, work: Work) -> Step {
+    Step {
+        name,
+        what,
+        lane,
+        needs: &[],
+        work,
+    }
+}
+
+/// A step after others of the other lane.
+#[expect(clippy::needless_pass_by_value, reason = "a constant function takes it apart")]
+const fn after(needs: &'static [&'static str], step: Step) -> Step {
+    Step { needs, ..step }
+}
+
+/// What each change must pass.
+pub(crate) const GATE: &[Step] = &[
+    step(
+        Lane::Host,
+        "rust",
+        "formatter, linter, test runner and the board's target are there",
+        Work::Do(setup::rust),
+    ),
+    host(
+        "format",
+        "code is formatted, fuzz targets included",
+        &[
+            "fmt --all --check",
+            "fmt --manifest-path tests/fuzz/Cargo.toml --check",
+        ],
+    ),
+    host(
+        "build",
+        "all tests build",
+        &[
+            "nextest run --workspace --no-run",
+            // The other programs that tests and checks start.
+            "build --workspace --bins",
+        ],
+    ),
+    host(
+        "lint",
+        "no warnings in what runs on the host, campaigns and firmware without a board included",
+        &[
+            "clippy --workspace --all-targets -- -D warnings",
+            "clippy --workspace --test campaign -- -D warnings",
+        ],
+    ),
+    step(
+        Lane::Host,
+        "doc",
+        "documentation has no broken links",
+        Work::Do(setup::documentation),
+    ),
+    host(
+        "doc-test",
+        "examples in the documentation run",
+        &["test --workspace --doc"],
+    ),
+    after(
+        &["python", "qemu", "build-images"],
+        host(
+            "test",
+            "every test: crates, one process, program, emulator, Python packages",
+            &["nextest run --workspace --run-ignored all"],
+        ),
+    ),
+    step(
+        Lane::Board,
+        "qemu",
+        "the emulator of the board's processor is there",
+        Work::Do(setup::qemu),
+    ),
+    step(
+        Lane::Board,
+        "compiler",
+        "libFuzzer's C++ compiler is there",
+        Work::Do(setup::compiler),
+    ),
+    step(
+        Lane::Board,
+        "python",
+        "the Python programs that work through the board's port are there",
+        Work::Do(setup::python),
+    ),
+    after(
+        &["rust"],
+        board(
+            "build-images",
+            "the images of the emulator and of the board build",
+            &["build-emulator", "build-board"],
+        ),
+    ),
+    board(
+        "lint-images",
+        "no warnings in the images, nor in shared code by itself without the standard library",
+        &[
+            "clippy --profile firmware --package armbridge-firmware --target \
+             thumbv7em-none-eabihf --features mps2-an386 --bin mps2-an386 --bin instructions \
+             -- -D warnings",
+            "clippy --profile firmware --package armbridge-firmware --target \
+             thumbv7em-none-eabihf --features feather-f405 --bin feather-f405 -- -D warnings",
+            "clippy --profile firmware --package armbridge-firmware --target \
+             thumbv7em-none-eabihf --features no-panic --bin no-panic -- -D warnings",
+            "clippy --profile firmware --package armbridge-shared --target \
+             thumbv7em-none-eabihf -- -D warnings",
+        ],
+    ),
+    step(
+        Lane::Board,
+        "fuzz",
+        "each fuzz target finds nothing in a few seconds",
+        Work::Do(fuzz::short),
+    ),
+    step(
+        Lane::Board,
+        "miri",
+        "what handles bytes does with memory only what it may",
+        Work::Do(miri::run),
+    ),
+    after(
+        &["build"],
+        step(
+            Lane::Board,
+            "no-panic",
+            "no panic can be reached from what bus, host or client send",
+            Work::Do(no_panic::run),
+        ),
+    ),
+];
+
+/// What takes long: the gate has a shorter form of each.
+pub(crate) const CAMPAIGN: &[Step] = &[
+    step(
+        Lane::Host,
+        "campaign-setup",
+        "what the campaign needs is there",
+        Work::Do(setup::campaign),
+    ),
+    host(
+        "campaign",
+        "streams, replays, faults, kills and arms by the thousand",
+        &[
+            "build --release --workspace --bins",
+            "nextest run --release --workspace --test campaign --run-ignored all --no-capture",
+        ],
+    ),
+    step(
+        Lane::Host,
+        "fuzz-long",
+        "each fuzz target finds nothing in ten minutes",
+        Work::Do(fuzz::long),
+    ),
+];
+
+/// The step with this name.
+pub(crate) fn named(name: &str) -> Option<&'static Step> {
+    GATE.iter().chain(CAMPAIGN).find(|step| step.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_step_has_a_name_of_its_own() {
+        for step in GATE.iter().chain(CAMPAIGN) {
+            let all = GATE.iter().chain(CAMPAIGN);
+            let named = all.filter(|other| other.name == step.name);
+            assert_eq!(named.count(), 1, "{}", step.name);
+        }
+    }
+
+    /// Otherwise both lanes could wait for each other.
+    #[test]
+    fn a_step_needs_steps_that_need_none_after_it() {
+        for steps in [GATE, CAMPAIGN] {
+            let mut done: Vec<&str> = Vec::new();
+            while done.len() < steps.len() {
+                let before = done.len();
+                for lane in [Lane::Host, Lane::Board] {
+                    let mut lane = steps.iter().filter(|step| step.lane == lane);
+                    let next = lane.find(|step| !done.contains(&step.name));
+                    let is_ready = |step: &&Step| step.needs.iter().all(|it| done.contains(it));
+                    done.extend(next.filter(is_ready).map(|step| step.name));
+                }
+                assert!(done.len() > before, "stuck after {done:?}");
+            }
+        }
+    }
+}

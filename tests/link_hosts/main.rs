@@ -1,4 +1,0 @@
-//! Hosts on a link to the bench: requests in order, settings as a group.
-
-mod exchange;
-mod station;

@@ -1,0 +1,13 @@
+//! Two arms drawn at random, from the default plan to control; the campaign has twenty.
+
+use armbridge_tests::arms::{Arm, Judged, arms, compare_control, judge, judge_forecasts};
+
+#[test]
+fn two_arms_are_found() {
+    let arms = arms(&[2, 5]);
+    let numbers: Vec<Judged> = arms.iter().flat_map(Arm::numbers).collect();
+    judge(&numbers);
+    judge_forecasts(&arms);
+    let [worst, _] = compare_control(&arms);
+    assert!(worst <= 1.1, "{worst:.3}");
+}

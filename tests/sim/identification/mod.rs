@@ -1,0 +1,62 @@
+//! Data that cannot tell an arm are named, and a fit says what it does not know.
+//!
+//! Simulated: the virtual arm of the bench, without a bus between, moved by [`hands`].
+//! Lengths and the weight of link 2 are told, as by a ruler and a scale. That arms are found
+//! by the board's own plan is shown in `arms`.
+
+mod arms;
+mod bad_data;
+mod checks;
+mod hands;
+mod paper;
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Joint;
+use armbridge_shared::arm::Parameters;
+use armbridge_shared::link::message::Setup;
+use armbridge_sim::plant::PlantConfig;
+use core::f64::consts::TAU;
+
+/// What the arm is believed to be: the paper's, but for what a ruler tells, the weight of
+/// link 2, and where its zeros are, which calibration has found to some counts.
+fn believed(config: &PlantConfig) -> Setup {
+    let mut setup = Setup::default();
+    setup.arm = Parameters {
+        l1: config.arm.l1 as f32,
+        l2: config.arm.l2 as f32,
+        m2: config.arm.m2 as f32,
+        ..setup.arm
+    };
+    for (joint, servo) in setup.joints.iter_mut().enumerate() {
+        servo.direction = config.joints[joint].direction;
+        servo.zero_count = config.joints[joint].zero_count as f32 + 3.0;
+    }
+    setup
+}
+
+/// Its servos, as a controller computes with them.
+fn servos(setup: &Setup) -> [Joint<f64>; JOINTS] {
+    setup.joints.map(|joint| Joint {
+        zero_count: joint.zero_count.into(),
+        rad_per_count: joint.rad_per_count.into(),
+        direction: joint.direction,
+        gain_counts_per_nm: joint.gain_counts_per_nm.into(),
+        offset_counts: joint.offset_counts.into(),
+    })
+}
+
+/// Sums of sines, and their slopes.
+fn multisine(t: f64, amplitude: f64, lowest_hz: f64, shift: f64) -> [f64; 2] {
+    const LINES: u32 = 15;
+    let grown = t.min(1.0);
+    let mut sum = [0.0; 2];
+    for line in 1..=LINES {
+        let line = f64::from(line);
+        let rate = TAU * lowest_hz * line;
+        let phase = rate * t - TAU / 2.0 * line * (line - 1.0) / f64::from(LINES) + shift;
+        let amplitude = grown * amplitude / f64::from(LINES).sqrt();
+        sum[0] += amplitude * phase.cos();
+        sum[1] -= amplitude * rate * phase.sin();
+    }
+    sum
+}

@@ -1,0 +1,7 @@
+//! Hosts on links: requests in order, settings as a group; a host that leaves, fails or
+//! does not read, and a cable that is unplugged.
+
+mod exchange;
+mod hosts;
+mod station;
+mod unplugged;

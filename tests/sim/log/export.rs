@@ -1,0 +1,182 @@
+//! Exported logs as other programs read them: every column of every tick, bit for
+//! bit.
+//!
+//! What is expected is written beside the exported files, column by column, straight
+//! from the records; `tests/python/columns.py` reads both with pyarrow, polars, `SciPy` and
+//! Python's own csv, and compares.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use armbridge_analysis::monte_carlo::Trial;
+use armbridge_analysis::plan_runner::Script;
+use armbridge_client::names;
+use armbridge_log::export;
+use armbridge_log::export::{About, Format};
+use armbridge_log::inspect::settings;
+use armbridge_log::run_info::RunFacts;
+use armbridge_shared::link::message::{Guards, Mode, Record, Sample, Settings, Setup};
+use armbridge_sim::plant::{PlantConfig, Push};
+use armbridge_tests::place;
+
+/// Numbers that are hard to write down.
+const HARD: [f32; 6] = [
+    f32::NAN,
+    f32::NEG_INFINITY,
+    -0.0,
+    f32::MIN_POSITIVE / 8.0,
+    f32::MAX,
+    0.1,
+];
+
+/// A run on the bench in which a fifth of the samples is missing and the arm is
+/// pushed over its limit, then whatever else a record can hold.
+fn records() -> Vec<Record> {
+    let setup = Setup::best();
+    let push = Push {
+        joint: 0,
+        torque_nm: 3.0,
+        start_ns: 1_000_000_000,
+        duration_ns: 300_000_000,
+    };
+    let trial = Trial {
+        pushes: vec![push],
+        loss: 0.2,
+        ..Trial::new(PlantConfig::default(), Script::demo(setup, 2_000_000))
+    };
+    let mut records = trial.run(1).unwrap().records;
+    let is_faulty = |record: &Record| names::fault_of(record.mode).is_some();
+    assert!(records.iter().any(is_faulty), "no fault on the way");
+    // A gap.
+    records.drain(500..520);
+    let last = *records.last().unwrap();
+    let modes = names::FAULTS
+        .into_iter()
+        .map(Mode::Fault)
+        .chain(names::MODES);
+    for (i, mode) in modes.enumerate() {
+        let missing = names::MISSING[i % names::MISSING.len()];
+        let hard = |by: usize| HARD[(i + by) % HARD.len()];
+        records.push(Record {
+            tick: last.tick + 2 + i as u32,
+            // A year of the board's time, to the microsecond.
+            start_us: 31_557_600_000_000 + i as u64,
+            mode,
+            guards: Guards::BRAKED.or(Guards::PWM),
+            samples: [Sample::Missing(missing), Sample::Counts(i as u16)],
+            alarms: [(i as u8) & 0x7f, 1 << (i % 7)],
+            reference_rad: [hard(0), hard(1)],
+            reference_speed_rad_s: [hard(2), hard(3)],
+            angle_rad: [hard(4), hard(5)],
+            speed_rad_s: [hard(1), hard(0)],
+            torque_nm: [hard(3), hard(2)],
+            disturbance_nm: [hard(5), hard(4)],
+            dropped: u32::MAX,
+            ..last
+        });
+    }
+    records
+}
+
+/// Writes a column as the bytes of its numbers, or as words.
+struct Expected<'a> {
+    folder: PathBuf,
+    records: &'a [Record],
+}
+
+impl Expected<'_> {
+    fn bytes<const N: usize>(&self, name: &str, kind: &str, of: impl Fn(&Record) -> [u8; N]) {
+        let bytes: Vec<u8> = self.records.iter().flat_map(of).collect();
+        fs::write(self.folder.join(format!("{name}.{kind}")), bytes).unwrap();
+    }
+
+    fn reals(&self, names: [&str; 2], of: impl Fn(&Record) -> [f32; 2]) {
+        for (joint, name) in names.into_iter().enumerate() {
+            self.bytes(name, "f4", |record| of(record)[joint].to_le_bytes());
+        }
+    }
+
+    fn words(&self, name: &str, of: impl Fn(&Record) -> String) {
+        let words: Vec<String> = self.records.iter().map(of).collect();
+        let json = serde_json::to_string(&words).unwrap();
+        fs::write(self.folder.join(format!("{name}.json")), json).unwrap();
+    }
+
+    fn write(&self) {
+        self.bytes("time_s", "f8", |r| (r.start_us as f64 / 1e6).to_le_bytes());
+        self.bytes("tick", "u4", |r| r.tick.to_le_bytes());
+        self.words("mode", |r| names::mode(r.mode).to_owned());
+        let fault = |r: &Record| names::fault_of(r.mode).map_or("", names::fault);
+        self.words("fault", |r| fault(r).to_owned());
+        self.words("guards", |r| names::guards(r.guards));
+        self.reals(["q1_ref_rad", "q2_ref_rad"], |r| r.reference_rad);
+        self.reals(["dq1_ref_rad_s", "dq2_ref_rad_s"], |r| {
+            r.reference_speed_rad_s
+        });
+        self.reals(["q1_rad", "q2_rad"], |r| r.angle_rad);
+        self.reals(["dq1_rad_s", "dq2_rad_s"], |r| r.speed_rad_s);
+        self.reals(["torque1_nm", "torque2_nm"], |r| r.torque_nm);
+        self.reals(["disturbance1_nm", "disturbance2_nm"], |r| r.disturbance_nm);
+        for joint in 0..2 {
+            let name = |before: &str, after: &str| format!("{before}{}{after}", joint + 1);
+            // Missing: -1.
+            let count = |r: &Record| r.samples[joint].counts().map_or(-1, i32::from);
+            self.bytes(&name("count", ""), "i4", |r| count(r).to_le_bytes());
+            let missing = |r: &Record| r.samples[joint].missing().map_or("", names::missing);
+            self.words(&name("missing", ""), |r| missing(r).to_owned());
+            self.words(&name("alarms", ""), |r| names::alarms(r.alarms[joint]));
+            let in_force = |r: &Record| r.pwm_in_force[joint].to_le_bytes();
+            self.bytes(&name("pwm", "_in_force"), "u2", in_force);
+            let next = |r: &Record| r.pwm_next[joint].to_le_bytes();
+            self.bytes(&name("pwm", "_next"), "u2", next);
+        }
+        self.bytes("start_error_us", "u4", |r| {
+            r.timing.start_error_us.to_le_bytes()
+        });
+        self.bytes("bus_us", "u4", |r| r.timing.bus_us.to_le_bytes());
+        self.bytes("compute_ns", "u4", |r| r.timing.compute_ns.to_le_bytes());
+        self.bytes("missed_ticks", "u4", |r| r.timing.missed.to_le_bytes());
+        self.bytes("dropped_records", "u4", |r| r.dropped.to_le_bytes());
+    }
+}
+
+fn export_all(folder: &Path, records: &[Record], settings: &Settings) {
+    let facts = RunFacts::of("demo", "simulated: bench", settings);
+    let about = About {
+        facts: &facts,
+        settings: settings::list(settings),
+        damage: &["the log breaks off".to_owned()],
+    };
+    for format in [Format::Csv, Format::Parquet, Format::Mat] {
+        let path = folder.join("run").with_extension(format.extension());
+        let records = || Ok(records.iter().copied());
+        let ticks = export::write(format, &path, &about, records).unwrap();
+        assert_eq!(ticks, records().map(Iterator::count).unwrap() as u64);
+    }
+}
+
+#[test]
+#[ignore = "needs the Python packages: run `cargo verify`"]
+fn pyarrow_polars_and_scipy_read_every_column_bit_for_bit() {
+    let folder = place::target().join("tmp/export");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(folder.join("expected")).unwrap();
+    let records = records();
+    let expected = Expected {
+        folder: folder.join("expected"),
+        records: &records,
+    };
+    expected.write();
+    let settings = Settings {
+        setup: Setup::best(),
+        ..Settings::default()
+    };
+    export_all(&folder, &records, &settings);
+
+    let output = place::script("columns.py").arg(&folder).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    let failed = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}{failed}");
+    assert!(said.contains("32 columns"), "{said}");
+    print!("{said}");
+}

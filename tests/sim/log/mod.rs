@@ -1,0 +1,26 @@
+//! Logs: what is written comes back, whatever was said, and whatever happened to the
+//! file.
+
+mod csv;
+mod damage;
+mod export;
+mod kill;
+mod python;
+mod raw;
+mod round_trip;
+mod schema;
+mod talk;
+
+use std::path::PathBuf;
+
+use armbridge_log::run_info::RunFacts;
+use armbridge_shared::link::message::Settings;
+
+/// A fresh, empty folder for one test.
+fn folder(name: &str) -> PathBuf {
+    crate::folder(&format!("log-{name}"))
+}
+
+fn facts() -> RunFacts {
+    RunFacts::of("test", "simulated: nothing", &Settings::default())
+}

@@ -1,0 +1,65 @@
+//! Whatever is said on a link, the log gives it back, bit by bit.
+
+use super::talk::{Random, Talk};
+use super::{facts, folder};
+use armbridge_client::event::{Direction, Event, What};
+use armbridge_log::recorder::Recorder;
+use armbridge_log::recording::Recording;
+use armbridge_shared::link::message::ToHost;
+
+/// An event as bytes: NaN is equal to itself in them.
+fn bits(event: &Event) -> (u64, String, Vec<u8>) {
+    let (kind, bytes) = match &event.what {
+        What::Asked(sequence, said) => (
+            format!("asked {sequence}"),
+            postcard::to_stdvec(said).unwrap(),
+        ),
+        What::Told(sequence, said) => (
+            format!("told {sequence}"),
+            postcard::to_stdvec(said).unwrap(),
+        ),
+        other @ (What::Lost(..) | What::Garbled(..) | What::Parted) => {
+            (format!("{other:?}"), Vec::new())
+        }
+    };
+    (event.host_ns, kind, bytes)
+}
+
+#[test]
+fn every_event_comes_back_bit_by_bit() {
+    let path = folder("every_event").join("run.mcap");
+    let recorder = Recorder::create_waiting(&path, &facts()).unwrap();
+    let mut tap = recorder.tap();
+    let mut talk = Talk::new(&mut *tap);
+    let mut tick = 0;
+    for seed in 0..40 {
+        let mut random = Random(seed);
+        for message in random.asked() {
+            talk.ask(&message);
+        }
+        for message in random.told() {
+            talk.tell(&message);
+            tick += 1;
+            talk.tell(&ToHost::Record(random.record(tick)));
+        }
+        talk.miss();
+        talk.travel(Direction::ToHost, &[7, 0]);
+        talk.travel(Direction::ToBoard, &[1, 2, 3, 0]);
+        if seed % 8 == 7 {
+            talk.part();
+        }
+    }
+    let heard = std::mem::take(&mut talk.heard);
+    let report = recorder.finish().unwrap();
+    assert_eq!((report.records, report.unwritten), (tick.into(), 0));
+    assert_eq!(report.size, path.metadata().unwrap().len());
+    assert_eq!(report.trouble, None);
+
+    let recording = Recording::load(&path).unwrap();
+    assert_eq!(recording.damage, [""; 0]);
+    assert_eq!(recording.events.len(), heard.len());
+    for (read, heard) in recording.events.iter().zip(&heard) {
+        assert_eq!(bits(read), bits(heard), "{read:?}, {heard:?}");
+    }
+    assert_eq!(recording.records().len(), tick as usize);
+}

@@ -1,0 +1,37 @@
+//! Everything that runs in one process: the board's code, the bench, hosts and logs.
+//!
+//! A module a subject: `cargo test -p armbridge-tests --test sim torque_off::`.
+
+mod closed_loop;
+mod control;
+mod experiments;
+mod gateway;
+mod golden;
+mod identification;
+mod links;
+mod log;
+mod operator;
+mod paper;
+mod paper_report;
+mod plot;
+mod replay;
+mod robustness;
+mod safety_case;
+mod servo_bus;
+mod servo_steps;
+mod settings;
+mod summary;
+mod supervisor;
+mod sweep;
+mod torque_off;
+mod torture;
+
+use std::path::PathBuf;
+
+/// A fresh, empty folder for one test.
+pub(crate) fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}

@@ -1,0 +1,85 @@
+//! Streams of bytes, random and damaged seeds of the fuzz targets, into each parser and
+//! the store. The campaign has ten million.
+
+use armbridge_tests::streams::{checks, feed, seeds};
+
+const STREAMS: usize = 200_000;
+/// Each takes a thousand times as long as a stream does.
+const SCRIPTS: usize = STREAMS / 100;
+
+#[test]
+fn gateway() {
+    let found = feed(STREAMS, "gateway", 0x5EED_0105, checks::gateway::check);
+    assert!(found > STREAMS / 2, "{found}");
+}
+
+#[test]
+fn protocol1() {
+    // Four sizes of parser, and more than a packet a stream for most of them.
+    let found = feed(STREAMS, "protocol1", 0x5EED_0101, checks::protocol1::check);
+    assert!(found > STREAMS, "{found}");
+}
+
+#[test]
+fn morpheus() {
+    let found = feed(STREAMS, "morpheus", 0x5EED_0102, checks::morpheus::check);
+    assert!(found > STREAMS, "{found}");
+}
+
+#[test]
+fn link_to_board() {
+    let found = feed(STREAMS, "link", 0x5EED_0103, checks::link::to_board);
+    assert!(found > STREAMS / 20, "{found}");
+}
+
+#[test]
+fn link_to_host() {
+    let found = feed(STREAMS, "link", 0x5EED_0104, checks::link::to_host);
+    assert!(found > STREAMS / 20, "{found}");
+}
+
+#[test]
+fn store() {
+    let found = feed(SCRIPTS, "store", 0x5EED_0106, checks::store::check);
+    assert!(found > SCRIPTS / 2, "{found}");
+}
+
+#[test]
+fn the_files_are_what_stands_here() {
+    for (target, expected) in seeds::all() {
+        if std::env::var_os("UPDATE_SNAPSHOT").is_some() {
+            let folder = seeds::folder(target);
+            let _ = std::fs::remove_dir_all(&folder);
+            std::fs::create_dir_all(&folder).unwrap();
+            for (name, bytes) in &expected {
+                std::fs::write(folder.join(name), bytes).unwrap();
+            }
+        }
+        assert_eq!(
+            seeds::files(target),
+            expected,
+            "meant? UPDATE_SNAPSHOT=1 rewrites seeds/{target}"
+        );
+    }
+}
+
+/// Each seed gets to where its target is interesting.
+#[test]
+fn every_seed_is_understood() {
+    let checks = [
+        checks::gateway::check,
+        checks::link::check,
+        checks::master::check,
+        checks::morpheus::check,
+        checks::protocol1::check,
+        checks::store::check,
+    ];
+    for ((target, all), check) in seeds::all().into_iter().zip(checks) {
+        for (name, bytes) in all {
+            // A stop is not answered, and half a packet is none.
+            let is_nothing = target == "master" && name.starts_with("stop");
+            let is_answered = !is_nothing && name != "morpheus-too-long";
+            assert_eq!(check(&bytes) > 0, is_answered, "{target}/{name}");
+        }
+    }
+}

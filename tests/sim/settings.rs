@@ -1,0 +1,124 @@
+//! Settings outlive the board: saved over the link, in force after a reset.
+
+use armbridge_client::Host;
+use armbridge_shared::bridge::Channels;
+use armbridge_shared::link::message::{Command, Guards, Limits, Record, Refusal, SettingsFrom};
+use armbridge_sim::board::{Flash, VirtualBoard, blank_flash};
+use armbridge_sim::cosim::Cosim;
+use armbridge_tests::caller::{Heard, SAVE, Say, bench, caller, configure, period_us};
+
+/// A board is switched on with this flash, hears all this, and is switched off.
+fn live(flash: &mut Flash, to_say: impl IntoIterator<Item = Say>) -> Heard {
+    let mut channels = Channels::new();
+    let board = VirtualBoard::with_flash(channels.split(), flash.clone()).unwrap();
+    let mut cosim = Cosim::new(board, bench(), caller(to_say));
+    while !cosim.host.is_done() {
+        cosim.step().unwrap();
+    }
+    flash.clone_from(cosim.board.flash());
+    cosim.host.heard
+}
+
+fn limit(torque_nm: f32) -> Say {
+    Say::Command(Command::Limit(Limits {
+        torque_nm: [torque_nm; 2],
+        ..Limits::default()
+    }))
+}
+
+const TORQUE_NM: f32 = 0.2;
+/// Arm, and ask for [`TORQUE_NM`].
+const PUSH: [Say; 2] = [Say::Arm, Say::Command(Command::Torque([TORQUE_NM, 0.0]))];
+
+/// The greatest torque of joint 0, and whether it was limited.
+fn pushed(heard: &Heard) -> (f32, bool) {
+    let driven = heard.records.iter().filter(|r| r.mode.drive().is_some());
+    let torque = |record: &Record| record.torque_nm[0].abs();
+    let greatest_nm = driven.clone().map(torque).fold(0.0, f32::max);
+    let is_limited = driven.clone().any(|r| r.guards.contains(Guards::TORQUE));
+    (greatest_nm, is_limited)
+}
+
+#[test]
+fn what_is_saved_is_in_force_after_a_reset() {
+    let mut flash = blank_flash();
+    let heard = live(&mut flash, [configure(2_000), limit(0.1), SAVE]);
+    assert_eq!(heard.settings, Some(SettingsFrom::Default));
+    assert_eq!(heard.answers, [Ok(()); 3]);
+
+    let heard = live(&mut flash, PUSH);
+    assert_eq!(heard.settings, Some(SettingsFrom::Saved));
+    assert_eq!(heard.answers, [Ok(()); 2]);
+    assert_eq!(period_us(&heard), 2_000);
+    let (greatest_nm, is_limited) = pushed(&heard);
+    assert!(
+        is_limited && (0.05..0.11).contains(&greatest_nm),
+        "{greatest_nm}"
+    );
+
+    // Changed, but not saved: the next life knows nothing of it.
+    let heard = live(&mut flash, [configure(1_000), limit(1.0)]);
+    assert_eq!(
+        (heard.settings, period_us(&heard)),
+        (Some(SettingsFrom::Saved), 1_000)
+    );
+    assert_eq!(period_us(&live(&mut flash, [])), 2_000);
+}
+
+#[test]
+fn nothing_is_written_while_armed() {
+    let mut flash = blank_flash();
+    let heard = live(&mut flash, [limit(0.1), Say::Arm, SAVE]);
+    assert_eq!(heard.answers, [Ok(()), Ok(()), Err(Refusal::NotIdle)]);
+    assert_eq!(flash.0, blank_flash().0);
+}
+
+#[test]
+fn damaged_settings_are_reported_and_not_used() {
+    let mut flash = blank_flash();
+    live(&mut flash, [configure(2_000), limit(0.1), SAVE]);
+    let sound = flash.clone();
+    let written = flash.0.iter().rposition(|byte| *byte != 0xFF).unwrap();
+    let mut damaged = 0;
+    for at in (0..=written).step_by(29) {
+        flash.clone_from(&sound);
+        flash.0[at] ^= 0x11;
+        let heard = live(&mut flash, PUSH);
+        // A few bits belong to nothing that counts: of the marks of page and
+        // receipt.
+        if heard.settings == Some(SettingsFrom::Saved) {
+            assert_eq!(period_us(&heard), 2_000, "byte {at}");
+            continue;
+        }
+        assert_eq!(heard.settings, Some(SettingsFrom::Damaged), "byte {at}");
+        assert_eq!(period_us(&heard), 1_000, "byte {at}");
+        let (greatest_nm, is_limited) = pushed(&heard);
+        assert!(
+            !is_limited && (greatest_nm - TORQUE_NM).abs() < 0.01,
+            "{greatest_nm}"
+        );
+        damaged += 1;
+        // It can be saved to again.
+        live(&mut flash, [limit(0.3), SAVE]);
+        assert_eq!(live(&mut flash, []).settings, Some(SettingsFrom::Saved));
+    }
+    assert!(damaged >= 7, "{damaged}");
+}
+
+#[test]
+fn a_full_flash_says_so_until_a_reset() {
+    let mut flash = blank_flash();
+    let many = (0..100).flat_map(|number| [limit(0.1 + number as f32 * 0.01), SAVE]);
+    let heard = live(&mut flash, many);
+    let refused = heard.answers.iter().filter(|answer| answer.is_err());
+    assert!(
+        refused
+            .clone()
+            .all(|answer| *answer == Err(Refusal::NotSaved))
+    );
+    let refused = refused.count();
+    assert!((1..=100 - 16).contains(&refused), "{refused}");
+    let heard = live(&mut flash, [limit(0.15), SAVE]);
+    assert_eq!(heard.settings, Some(SettingsFrom::Saved));
+    assert_eq!(heard.answers, [Ok(()); 2]);
+}

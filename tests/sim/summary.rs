@@ -1,0 +1,201 @@
+//! Numbers of the summary against ones known beforehand.
+
+use armbridge_client::LinkStats;
+use armbridge_log::run_info::RunFacts;
+use armbridge_log::summary::{Spread, Summary, segments};
+use armbridge_shared::link::message::{Drive, Fault, Missing, Mode, Record, Sample, Timing};
+use armbridge_tests::synthetic;
+
+const LINK: LinkStats = LinkStats {
+    sent: 4000,
+    lost: 0,
+    damaged: 0,
+    dropped: 0,
+};
+
+/// 4 s of regulation: joint 1 decays to 10 mrad above its reference as
+/// exp(-t/0.2 s) from 100 mrad, joint 2 stays 30 mrad below. The reference of
+/// joint 1 steps after 2 s.
+fn decay() -> Vec<Record> {
+    let mut record = synthetic::run(0.0)[100];
+    record.mode = Mode::Running(Drive::Regulate);
+    record.samples = [Sample::Counts(512); 2];
+    record.pwm_in_force = [1000, 1000];
+    record.torque_nm = [0.1, -0.4];
+    let tick = |k: u32| {
+        let reference = if k < 2000 { 0.0 } else { 0.2 };
+        let t = f64::from(k % 2000) * 1e-3;
+        let angle = f64::from(reference) + 0.010 + 0.090 * (-t / 0.2).exp();
+        record.tick = k;
+        record.start_us = 5_000_000 + u64::from(k) * 1000;
+        record.reference_rad = [reference, 0.0];
+        record.angle_rad = [angle as f32, -0.030];
+        record.timing = Timing {
+            start_error_us: k % 100,
+            bus_us: 500,
+            compute_ns: 0,
+            missed: 0,
+        };
+        record
+    };
+    (0..4000).map(tick).collect()
+}
+
+fn summary(records: &[Record], facts: &RunFacts) -> Summary {
+    Summary::of(records, facts, LINK, 4.0, 0.1)
+}
+
+#[test]
+fn settling_and_steady_state_are_those_of_the_decay() {
+    let summary = summary(&decay(), &synthetic::facts(None));
+    assert_eq!(summary.segments.len(), 2);
+    for (i, segment) in summary.segments.iter().enumerate() {
+        assert!((segment.start_s - 2.0 * i as f64).abs() < 1e-9);
+        assert!((segment.end_s - 2.0 * (i + 1) as f64).abs() < 1e-9);
+        // 90 exp(-t/0.2) < 10 from t = 0.2 ln 9 = 0.4394 s on.
+        let settles_s = segment.joints[0].settling_time_s.unwrap();
+        assert!((settles_s - 0.440).abs() < 1e-6, "{settles_s}");
+        assert!(segment.joints[1].settling_time_s.is_none());
+        // Mean of the decay's tail, 1.5 s to 2 s: 10 + 0.018 mrad.
+        let rest_mrad = segment.joints[0].steady_state_error_mrad;
+        assert!((rest_mrad - 10.018).abs() < 0.002, "{rest_mrad}");
+        assert!((segment.joints[1].steady_state_error_mrad + 30.0).abs() < 1e-4);
+        let counts = segment.joints[1].steady_state_error_counts;
+        assert!(
+            (counts + 0.030 / synthetic::RAD_PER_COUNT).abs() < 1e-4,
+            "{counts}"
+        );
+    }
+}
+
+#[test]
+fn the_run_is_measured_over_all_its_ticks() {
+    let mut records = decay();
+    records[1000].torque_nm[0] = -0.9;
+    records[1000].pwm_in_force[1] = 300;
+    let summary = summary(&records, &synthetic::facts(None));
+    assert!((summary.peak_torque_nm[0] - 0.9).abs() < 1e-6);
+    assert_eq!(summary.peak_pwm_deviation, [0, 700]);
+    // 0 to 99, forty times each: mean 49.5, variance (100^2 - 1) / 12.
+    let Spread {
+        mean,
+        std,
+        p99,
+        max,
+    } = summary.start_error_us;
+    assert!((mean - 49.5).abs() < 1e-9);
+    assert!((std - (9999.0f64 / 12.0).sqrt()).abs() < 1e-9);
+    assert_eq!((p99, max), (98, 99));
+    assert!((summary.bus_occupancy_percent - 50.0).abs() < 1e-9);
+    assert!(summary.compute_ns.is_none());
+    assert!((summary.simulated_s_per_wall_s - 40.0).abs() < 1e-9);
+}
+
+#[test]
+fn faults_and_losses_are_said() {
+    let mut records = decay();
+    for record in &mut records[3000..] {
+        record.mode = Mode::Fault(Fault::SamplesLost);
+    }
+    records[10].samples[1] = Sample::Missing(Missing::Silence);
+    records[11].samples = [
+        Sample::Missing(Missing::Line),
+        Sample::Missing(Missing::Silence),
+    ];
+    let link = LinkStats {
+        sent: 4000,
+        lost: 3,
+        damaged: 1,
+        dropped: 0,
+    };
+    let summary = Summary::of(&records, &synthetic::facts(None), link, 4.0, 0.1);
+    assert_eq!(summary.faults.len(), 1);
+    assert!((summary.faults[0].time_s - 3.0).abs() < 1e-9);
+    assert_eq!(summary.missing_samples["silence"], 2);
+    assert_eq!(summary.missing_samples["line"], 1);
+    let text = summary.table().replace("\n   ", "");
+    for words in [
+        "FAULT samples_lost at 3.000 s",
+        "3 samples missing: line 1, silence 2",
+    ] {
+        assert!(text.contains(words), "{text}");
+    }
+    assert!(text.contains("not complete: 3 lost, 1 damaged"), "{text}");
+    // The fault ends the last segment.
+    assert!((summary.segments[1].end_s - 3.0).abs() < 1e-9);
+}
+
+#[test]
+fn the_rest_is_blamed_on_stiction_only_where_it_explains_it() {
+    let records = decay();
+    let remarks = |friction| {
+        summary(&records, &synthetic::facts(friction))
+            .remarks
+            .join("\n")
+    };
+    // 30 mrad at joint 2, whose net stiffness is 1.10 - 0.181 N m/rad.
+    assert!(remarks(Some(0.06)).contains(
+        "joint 2 rests up to 30.0 mrad from its setpoint, within what static friction explains: \
+         0.06 N m / 0.919 N m/rad = 65.3 mrad"
+    ));
+    // 27.2 mrad, and one count is 5.1 mrad.
+    assert!(remarks(Some(0.025)).contains("within one encoder count of what static friction"));
+    assert!(remarks(Some(0.01)).contains("joint 2 rests up to 30.0 mrad from its setpoint, MORE"));
+    assert!(remarks(None).contains("more than one encoder count (5.1 mrad)"));
+}
+
+#[test]
+fn a_run_without_ticks_has_a_summary_too() {
+    let summary = Summary::of(&[], &synthetic::facts(None), LinkStats::default(), 0.0, 0.0);
+    assert!(summary.segments.is_empty() && summary.faults.is_empty());
+    assert!(summary.table().contains("0 recorded"));
+}
+
+#[test]
+fn table_fits_and_json_keeps_its_keys() {
+    let records = synthetic::run(0.06);
+    let facts = synthetic::facts(Some(0.06));
+    assert_eq!(segments(&records).len(), synthetic::SETPOINTS.len());
+    let summary = Summary::of(&records, &facts, LINK, 10.02, 0.31);
+    let text = summary.table();
+    let widest = text.lines().map(|line| line.chars().count()).max();
+    assert!(widest <= Some(100) && !text.contains('\u{1b}'), "{text}");
+    println!("{text}");
+
+    let json = serde_json::to_value(&summary).unwrap();
+    let keys: Vec<_> = json
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect();
+    let mut expected = vec![
+        "run",
+        "ticks",
+        "simulated_s",
+        "wall_s",
+        "simulated_s_per_wall_s",
+        "segments",
+        "segments_left_out",
+        "tracking_rms_mrad",
+        "peak_torque_nm",
+        "peak_pwm_deviation",
+        "start_error_us",
+        "bus_us",
+        "bus_occupancy_percent",
+        "compute_ns",
+        "missed_ticks",
+        "missing_samples",
+        "faults",
+        "records",
+        "log",
+        "ended",
+        "missed_expectations",
+        "servos",
+        "port",
+        "remarks",
+    ];
+    expected.sort_unstable();
+    assert_eq!(keys, expected);
+    assert!(json["segments"][0]["joints"][0]["steady_state_error_mrad"].is_number());
+}

@@ -1,0 +1,109 @@
+//! Outages of the wire to stock servos that are driven: they keep their last duty,
+//! and are off as soon as the wire can carry a packet again.
+//!
+//! Standing is not off: an arm that presses against an obstacle, or leans on its
+//! motors, stands still with its motors on.
+
+use armbridge_shared::link::message::{Command, Setup};
+use armbridge_shared::servo::Firmware;
+use armbridge_sim::plant::PlantConfig;
+use armbridge_tests::plant;
+
+use armbridge_tests::torque_off::cases::{all, run_cases};
+use armbridge_tests::torque_off::rig::{STOP_US, World, bench, between_obstacles, with_rig};
+
+/// Lengths of outages in ms: longer than samples may be missing.
+const CUTS_MS: [u64; 5] = [30, 60, 90, 200, 400];
+/// Beginnings of outages within a tick of 1 ms, in µs.
+const PHASES_US: [u64; 2] = [0, 550];
+/// Time from the command to the outage, in ms.
+const DRIVEN_MS: u64 = 500;
+
+/// State of the arm when the wire is cut.
+#[derive(Clone, Copy, Debug)]
+enum Arm {
+    /// It presses against an obstacle.
+    Presses,
+    /// It is held aslant; gravity and friction balance its last torque.
+    Leans,
+    /// It stands.
+    Stands,
+    /// It moves.
+    Swings,
+}
+
+impl Arm {
+    fn plant(self) -> PlantConfig {
+        match self {
+            Self::Presses => between_obstacles(),
+            Self::Leans => plant([0.3, -0.2], true),
+            Self::Stands => plant([0.0; 2], true),
+            Self::Swings => plant([0.4, 0.4], false),
+        }
+    }
+
+    fn command(self) -> Command {
+        match self {
+            Self::Presses => Command::Torque([0.25, 0.15]),
+            Self::Leans => Command::Regulate([0.3, -0.2]),
+            Self::Stands => Command::Regulate([0.0; 2]),
+            Self::Swings => Command::Regulate([-0.6, 0.2]),
+        }
+    }
+
+    fn driven_ms(self) -> u64 {
+        match self {
+            Self::Presses | Self::Leans | Self::Stands => DRIVEN_MS,
+            Self::Swings => 150,
+        }
+    }
+}
+
+fn outage(arm: Arm, cut_ms: u64, phase_us: u64) -> Result<(), String> {
+    with_rig(World::Bench, bench(&arm.plant(), Firmware::Stock), |rig| {
+        rig.prepare();
+        assert_eq!(rig.command(Command::Configure(Setup::best())), Ok(()));
+        rig.drive(arm.command());
+        rig.pass_ms(arm.driven_ms());
+        rig.until_us(rig.now_us().next_multiple_of(1_000) + phase_us);
+        let mode = rig.mode();
+        assert!(
+            mode.is_some_and(|mode| mode.drive().is_some()),
+            "{arm:?}: {mode:?}"
+        );
+        rig.cosim.bench.hold_high(cut_ms * 1_000);
+        let whole_us = rig.now_us() + cut_ms * 1_000;
+        all([
+            rig.stays_off(whole_us + STOP_US, World::Bench.watch_ms()),
+            rig.reports_are_true(),
+            rig.is_reported_off(),
+        ])
+    })
+}
+
+fn outages(arm: Arm) {
+    let cases = CUTS_MS
+        .into_iter()
+        .flat_map(|cut_ms| PHASES_US.map(|phase_us| (cut_ms, phase_us)));
+    run_cases(cases, |(cut_ms, phase_us)| outage(arm, *cut_ms, *phase_us));
+}
+
+#[test]
+fn an_arm_that_presses_against_an_obstacle_is_off_after_an_outage() {
+    outages(Arm::Presses);
+}
+
+#[test]
+fn an_arm_that_leans_is_off_after_an_outage() {
+    outages(Arm::Leans);
+}
+
+#[test]
+fn an_arm_that_stands_is_off_after_an_outage() {
+    outages(Arm::Stands);
+}
+
+#[test]
+fn an_arm_that_swings_is_off_after_an_outage() {
+    outages(Arm::Swings);
+}

@@ -1,0 +1,191 @@
+//! Free runs: where an arm is 5 s later by the PWM that was sent alone.
+//!
+//! A run begins with an experiment, where the board holds both joints. They do not rest
+//! there: noise makes the PWM tremble, and joints give way by parts of a count. So the model
+//! is at rest 0.3 s before, forgets in 0.1 s what it does not know of their speed, and the
+//! mean of what the encoders said in the other 0.2 s tells where it is. Noise of a count
+//! leaves 0.07 counts of doubt. From there on nothing of the log is used but its PWM.
+//!
+//! It lasts 5 s, or until it diverges, which is measured on that very run: four more begin a
+//! tenth of a count beside it, either joint, either way. When one of them is a count from it,
+//! in either joint, what the encoder cannot tell has grown tenfold, and the run is judged up
+//! to there. That is soon for an arm that falls away from upright, or where a joint is about
+//! to give way, and never for one that rests. It depends on the model's motion, not on what
+//! a fit thinks of its errors.
+//!
+//! What is judged is measured less computed, root mean square of both joints, less noise of a
+//! count and rounding.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Drive, Record, Sample};
+
+use super::model::{Model, Moving};
+
+/// Most ticks of a run.
+const TICKS: usize = 5_000;
+/// Ticks that go before, and of these those whose mean tells where it begins.
+const BEFORE: usize = 300;
+const MEAN: usize = 200;
+/// Times that the beginning is mended; the first leaves hundredths of a count.
+const MENDED: usize = 4;
+/// Counts beside a run where others begin, and apart from it when it has diverged.
+const BESIDE_COUNTS: f64 = 0.1;
+const APART_COUNTS: f64 = 1.0;
+/// Variance of a measured count: noise, and rounding.
+const NOISE: f64 = 1.0 + 1.0 / 12.0;
+
+/// A run, up to where it is judged.
+#[derive(Clone, Copy, Debug)]
+pub struct FreeRun {
+    /// The tick of the log in which it begins.
+    begin: usize,
+    ticks: usize,
+    /// Sum of the squares of both joints' errors.
+    squares: f64,
+}
+
+impl FreeRun {
+    /// Root mean square in counts, without the encoder's noise.
+    fn rms(&self) -> f64 {
+        (self.squares / (JOINTS * self.ticks) as f64 - NOISE)
+            .max(0.0)
+            .sqrt()
+    }
+}
+
+/// Runs, together.
+#[derive(Clone, Copy, Debug)]
+pub struct Summary {
+    /// Runs.
+    pub runs: usize,
+    /// Those that are at most a count off.
+    pub close: usize,
+    /// Root mean square in counts of all of their ticks.
+    pub rms: f64,
+    /// Length in s: least, quartiles, most.
+    lengths_s: [f64; 5],
+}
+
+impl Summary {
+    /// Of these runs.
+    pub fn of(runs: &[FreeRun]) -> Self {
+        let all = FreeRun {
+            begin: 0,
+            ticks: runs.iter().map(|run| run.ticks).sum(),
+            squares: runs.iter().map(|run| run.squares).sum(),
+        };
+        let mut ticks: Vec<usize> = runs.iter().map(|run| run.ticks).collect();
+        ticks.sort_unstable();
+        Self {
+            runs: runs.len(),
+            close: runs.iter().filter(|run| run.rms() <= 1.0).count(),
+            rms: all.rms(),
+            lengths_s: [0, 1, 2, 3, 4].map(|quarter| {
+                let index = quarter * (ticks.len() - 1) / 4;
+                ticks[index] as f64 * 1e-3
+            }),
+        }
+    }
+}
+
+impl core::fmt::Display for Summary {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self {
+            runs, close, rms, ..
+        } = self;
+        let [least, first, half, third, most] = self.lengths_s;
+        write!(
+            f,
+            "{close} of {runs} free runs to a count, {rms:.2} counts rms together; they last \
+             {least:.1} to {most:.1} s, half of them {first:.1} to {third:.1}, median {half:.1}"
+        )
+    }
+}
+
+/// Free runs from the beginning of every experiment of a log; those that are farther off than
+/// a count are printed.
+pub fn free_runs(model: &Model, log: &[Record]) -> Vec<FreeRun> {
+    let is_one = |record: &Record| record.mode.drive() == Some(Drive::Experiment);
+    let begins = (2 * BEFORE..log.len().saturating_sub(TICKS))
+        .filter(|&tick| is_one(&log[tick]) && !is_one(&log[tick - 1]));
+    let runs: Vec<FreeRun> = begins
+        .filter_map(|begin| free_run(model, log, begin))
+        .collect();
+    for run in runs.iter().filter(|run| run.rms() > 1.0) {
+        let [at_s, lasts_s] = [run.begin, run.ticks].map(|ticks| ticks as f64 * 1e-3);
+        println!(
+            "a free run of {lasts_s:.1} s at {at_s:.1} s is {:.2} counts off",
+            run.rms()
+        );
+    }
+    runs
+}
+
+fn measured(log: &[Record], tick: usize) -> Option<[f64; JOINTS]> {
+    let [first, second] = log[tick].samples.map(Sample::counts);
+    Some([first?.into(), second?.into()])
+}
+
+/// None if the log lacks a sample.
+fn free_run(model: &Model, log: &[Record], begin: usize) -> Option<FreeRun> {
+    let start = start(model, log, begin)?;
+    let brought = |start: [f64; JOINTS]| {
+        let mut moving = model.at_rest(log, begin - BEFORE, start);
+        (0..BEFORE).for_each(|_| moving.step());
+        moving
+    };
+    let beside = |joint: usize, counts: f64| {
+        let mut start = start;
+        start[joint] += counts;
+        brought(start)
+    };
+    let mut moving = brought(start);
+    let mut others: Vec<Moving> = (0..JOINTS)
+        .flat_map(|joint| [-BESIDE_COUNTS, BESIDE_COUNTS].map(|counts| beside(joint, counts)))
+        .collect();
+    let mut run = FreeRun {
+        begin,
+        ticks: 0,
+        squares: 0.0,
+    };
+    while run.ticks < TICKS {
+        let counts = moving.counts();
+        let is_apart = |other: &Moving| {
+            let beside = other.counts();
+            (0..JOINTS).any(|joint| (beside[joint] - counts[joint]).abs() >= APART_COUNTS)
+        };
+        if others.iter().any(is_apart) {
+            break;
+        }
+        let errors = measured(log, begin + run.ticks)?.into_iter().zip(counts);
+        run.squares += errors.map(|(is, own)| (is - own).powi(2)).sum::<f64>();
+        run.ticks += 1;
+        moving.step();
+        others.iter_mut().for_each(Moving::step);
+    }
+    Some(run)
+}
+
+/// Where a model rests [`BEFORE`] a tick, in counts, so that its mean over the [`MEAN`] ticks
+/// before that tick is what the encoders said.
+fn start(model: &Model, log: &[Record], begin: usize) -> Option<[f64; JOINTS]> {
+    let first = begin - BEFORE;
+    let mut start = measured(log, first)?;
+    for _ in 0..MENDED {
+        let mut off = [0.0; JOINTS];
+        let mut moving = model.at_rest(log, first, start);
+        for tick in first..begin {
+            if tick >= begin - MEAN {
+                let errors = measured(log, tick)?.into_iter().zip(moving.counts());
+                for (off, (is, own)) in off.iter_mut().zip(errors) {
+                    *off += (is - own) / MEAN as f64;
+                }
+            }
+            moving.step();
+        }
+        for (start, off) in start.iter_mut().zip(off) {
+            *start += off;
+        }
+    }
+    Some(start)
+}

@@ -1,0 +1,142 @@
+//! An arm in numbers that need not be whole, moved by the PWM of a log and nothing else of
+//! it: with dry and static friction, dead zones and delays.
+
+use armbridge_analysis::identify::{Found, Quantity};
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::{Joint, Pwm};
+use armbridge_shared::arm::{Parameters, State};
+use armbridge_shared::link::message::{Record, Setup};
+use armbridge_sim::plant::{Body, Friction, PlantConfig};
+use nalgebra::Vector2;
+
+use super::truth::truth;
+
+/// A tick in s, and in ns.
+const TICK_S: f64 = 1e-3;
+const TICK_NS: u64 = 1_000_000;
+
+/// The arm, its motors and encoders.
+#[derive(Clone, Copy, Debug)]
+pub struct Model {
+    arm: Parameters<f64>,
+    joints: [Joint<f64>; JOINTS],
+    friction: [Friction; JOINTS],
+    /// Counts below and above off up to which there is no torque; torque comes half a count
+    /// beyond, between the last silent PWM and the next.
+    dead_counts: [[f64; 2]; JOINTS],
+    /// From the sample behind a tick's angle to the torque of its PWM.
+    delay_s: [f64; JOINTS],
+    stops_rad: [[f64; 2]; JOINTS],
+}
+
+impl Model {
+    /// The arm that was found, as a board is told it, and with what a board is not told.
+    pub fn found(told: &Setup, found: &Found) -> Self {
+        let number = |joint: usize, quantity: Quantity| found.number(joint, quantity).0;
+        Self {
+            arm: told.arm.map(f64::from),
+            joints: told.joints.map(|joint| Joint {
+                zero_count: joint.zero_count.into(),
+                rad_per_count: joint.rad_per_count.into(),
+                direction: joint.direction,
+                gain_counts_per_nm: joint.gain_counts_per_nm.into(),
+                offset_counts: joint.offset_counts.into(),
+            }),
+            friction: core::array::from_fn(|joint| {
+                // None of these arms' dry friction falls with speed.
+                assert_eq!(found.stribeck[joint], None);
+                let coulomb_nm = number(joint, Quantity::Coulomb);
+                let static_nm = found.friction[joint].map_or(coulomb_nm, |of| of.torque_nm);
+                Friction {
+                    coulomb_nm,
+                    static_nm: static_nm.max(coulomb_nm),
+                    stribeck_rad_s: 0.0,
+                }
+            }),
+            dead_counts: core::array::from_fn(|joint| {
+                [Quantity::DeadBelow, Quantity::DeadAbove].map(|edge| number(joint, edge))
+            }),
+            delay_s: core::array::from_fn(|joint| number(joint, Quantity::Delay)),
+            stops_rad: PlantConfig::default().stops_rad,
+        }
+    }
+
+    /// The arm as it truly is.
+    pub fn truth(config: &PlantConfig) -> Self {
+        Self {
+            arm: config.arm,
+            joints: config.joints,
+            friction: config.friction,
+            dead_counts: config.dead_zone_counts.map(|counts| counts.map(f64::from)),
+            delay_s: core::array::from_fn(|joint| truth(config, joint, Quantity::Delay)),
+            stops_rad: config.stops_rad,
+        }
+    }
+
+    /// At rest at these positions in counts in that tick of a log.
+    ///
+    /// # Panics
+    ///
+    /// When it moves, if the log begins later than the delay before that tick.
+    pub fn at_rest<'a>(&self, log: &'a [Record], tick: usize, counts: [f64; JOINTS]) -> Moving<'a> {
+        let angle = |joint: usize| {
+            let [zero, one] = [0.0, 1.0].map(|rad| self.joints[joint].position(rad));
+            (counts[joint] - zero) / (one - zero)
+        };
+        let initial = State::at_rest(Vector2::new(angle(0), angle(1)));
+        Moving {
+            model: *self,
+            log,
+            tick,
+            now_ns: 0,
+            body: Body::new(self.arm, self.friction, self.stops_rad, initial),
+        }
+    }
+
+    fn torque_nm(&self, joint: usize, pwm: u16) -> f64 {
+        let counts = f64::from(pwm) - f64::from(Pwm::OFF.counts());
+        let [below, above] = self.dead_counts[joint];
+        let edge = if counts < 0.0 { below } else { above };
+        if counts.abs() < edge + 0.5 {
+            return 0.0;
+        }
+        self.joints[joint].torque(Pwm::saturating(pwm))
+    }
+}
+
+/// A model on its way through a log.
+pub struct Moving<'a> {
+    model: Model,
+    log: &'a [Record],
+    tick: usize,
+    now_ns: u64,
+    body: Body,
+}
+
+impl Moving<'_> {
+    /// What the encoders would say without noise, in counts.
+    pub fn counts(&self) -> [f64; JOINTS] {
+        let state = self.body.state(self.now_ns);
+        core::array::from_fn(|joint| self.model.joints[joint].position(state.q[joint]))
+    }
+
+    /// On to the next tick.
+    pub fn step(&mut self) {
+        let ticks = self.model.delay_s.map(|delay_s| delay_s.max(0.0) / TICK_S);
+        let torque_nm = |joint: usize, before: usize| {
+            let pwm = self.log[self.tick - before].pwm_in_force[joint];
+            self.model.torque_nm(joint, pwm)
+        };
+        let mut now_nm = Vector2::from_fn(|joint, _| torque_nm(joint, ticks[joint] as usize + 1));
+        self.body.set_torque(self.now_ns, now_nm);
+        let part = ticks.map(|ticks| (ticks.fract() * TICK_NS as f64) as u64);
+        let order = if part[0] <= part[1] { [0, 1] } else { [1, 0] };
+        for joint in order {
+            now_nm[joint] = torque_nm(joint, ticks[joint] as usize);
+            self.body.set_torque(self.now_ns + part[joint], now_nm);
+        }
+        self.tick += 1;
+        self.now_ns += TICK_NS;
+        self.body.advance(self.now_ns);
+    }
+}

@@ -1,0 +1,35 @@
+//! The default plan, performed by the board on a virtual arm nobody knows.
+
+use armbridge_analysis::plan_runner::plan::Begin;
+use armbridge_analysis::plan_runner::{Operator, Plan};
+use armbridge_analysis::scenario::{Overrides, Scenario};
+use armbridge_client::Host;
+use armbridge_shared::bridge::Channels;
+use armbridge_shared::link::message::{Record, Setup};
+use armbridge_sim::Bench;
+use armbridge_sim::board::VirtualBoard;
+use armbridge_sim::cosim::{Cosim, CosimError};
+use armbridge_sim::plant::{Plant, PlantConfig};
+
+/// The plan that ships, and how a board works that performs it.
+pub fn shipped() -> (Plan, Setup) {
+    let scenario = Scenario::load("identify", &Overrides::default()).unwrap();
+    (scenario.plan, scenario.settings.setup)
+}
+
+/// What a board recorded that is set up so.
+pub fn perform(plan: &Plan, setup: Setup, config: &PlantConfig, seed: u64) -> Vec<Record> {
+    let mut plan = plan.clone();
+    plan.begin = Begin::With(Box::new(setup));
+    let mut channels = Channels::new();
+    let board = VirtualBoard::new(channels.split()).unwrap();
+    let bench = Bench::new(Plant::new(*config, seed));
+    let mut cosim = Cosim::new(board, bench, Operator::new(plan));
+    while !cosim.host.is_done() {
+        cosim.step().unwrap_or_else(|error| match error {
+            CosimError::Host(error) => panic!("{error}"),
+            CosimError::Board(never) => match never {},
+        });
+    }
+    cosim.host.into_parts().0
+}

@@ -1,0 +1,65 @@
+//! What is known of an arm before, and what it truly is.
+
+use armbridge_analysis::identify::Quantity;
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Joint;
+use armbridge_shared::arm::Parameters;
+use armbridge_shared::link::message::Setup;
+use armbridge_sim::plant::PlantConfig;
+
+/// From the sample behind a tick's angle to the moment at which a servo applies the PWM
+/// of that tick, in s, on average over the 158 000 ticks of the default plan on the bench
+/// whose PWM is another than before: from the servo's conversion to the step of its control
+/// that puts the PWM on the motor. It does either once in 0.89 ms, so that a tick's time may
+/// be off by half of that.
+const BUS_S: [f64; JOINTS] = [0.756e-3, 0.679e-3];
+
+/// What is believed: the paper's arm, but for what a ruler and a scale tell, which are the
+/// lengths and the weight of link 2, and where its zeros are, which calibration has found
+/// to three counts.
+pub fn believed(config: &PlantConfig, setup: Setup) -> Setup {
+    let mut believed = setup;
+    believed.arm = Parameters {
+        l1: config.arm.l1 as f32,
+        l2: config.arm.l2 as f32,
+        m2: config.arm.m2 as f32,
+        ..setup.arm
+    };
+    for (servo, truth) in believed.joints.iter_mut().zip(&config.joints) {
+        servo.direction = truth.direction;
+        servo.zero_count = truth.zero_count as f32 + 3.0;
+    }
+    believed
+}
+
+/// A board that knows all of the arm that a board can know.
+pub fn known(config: &PlantConfig, setup: Setup) -> Setup {
+    Setup {
+        arm: config.arm.map(|number| number as f32),
+        joints: config.joints.map(|joint| Joint {
+            zero_count: joint.zero_count as f32,
+            rad_per_count: joint.rad_per_count as f32,
+            direction: joint.direction,
+            gain_counts_per_nm: joint.gain_counts_per_nm as f32,
+            offset_counts: joint.offset_counts as f32,
+        }),
+        friction_nm: config.friction.map(|friction| friction.coulomb_nm as f32),
+        ..setup
+    }
+}
+
+/// A number as it truly is.
+pub fn truth(config: &PlantConfig, joint: usize, quantity: Quantity) -> f64 {
+    match quantity {
+        Quantity::DeadBelow => config.dead_zone_counts[joint][0].into(),
+        Quantity::DeadAbove => config.dead_zone_counts[joint][1].into(),
+        Quantity::Delay => config.input_delay_ns[joint] as f64 * 1e-9 + BUS_S[joint],
+        Quantity::Inertia
+        | Quantity::Gravity
+        | Quantity::Viscous
+        | Quantity::Coulomb
+        | Quantity::Gain
+        | Quantity::Offset
+        | Quantity::Zero => quantity.of(&known(config, Setup::default()), joint),
+    }
+}

@@ -1,0 +1,154 @@
+//! A control loop with a client that never stops asking.
+
+use crate::{plant, settling_s};
+use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_shared::bridge::Channels;
+use armbridge_shared::link::message::{Mode, PortCounters, Record, Setup};
+use armbridge_shared::servo::Firmware;
+use armbridge_sim::board::{Board, VirtualBoard};
+use armbridge_sim::cosim::Cosim;
+use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
+
+use super::bench;
+use super::client::{Hammer, Tally, curious};
+
+const DURATION_US: u64 = 2_000_000;
+/// When the client begins, in µs: stock servos are brought up in 0.18 s, and the
+/// loop has been running for a while.
+const CLIENT_FROM_US: u64 = 400_000;
+
+/// 1 kHz on Morpheus servos; on stock ones, which may take 0.95 ms of each, there
+/// is slack only at half of that.
+fn period_us(firmware: Firmware) -> u32 {
+    match firmware {
+        Firmware::Morpheus => 1_000,
+        Firmware::Stock => 2_000,
+    }
+}
+
+fn run<B: Board>(
+    board: B,
+    firmware: Firmware,
+    client: Option<Hammer>,
+) -> (Vec<Record>, PortCounters)
+where
+    B::Error: std::fmt::Debug,
+{
+    let bench = bench(&plant([0.3, -0.25], false), [firmware; 2], 1_000_000);
+    let setup = Setup {
+        period_us: period_us(firmware),
+        ..Setup::default()
+    };
+    let script = Script::upright(setup, DURATION_US);
+    let mut cosim = Cosim::new(board, bench, Operator::new(script));
+    if let Some(client) = client {
+        cosim = cosim.with_client(client);
+    }
+    cosim.run().expect("a run");
+    let port = cosim.host.status().port;
+    (cosim.host.into_parts().0, port)
+}
+
+/// A run on the bench: its records, and the port's counters.
+pub fn on_bench(firmware: Firmware, client: Option<Hammer>) -> (Vec<Record>, PortCounters) {
+    let mut channels = Channels::new();
+    let board = VirtualBoard::new(channels.split()).unwrap();
+    run(board, firmware, client)
+}
+
+/// A run of the firmware image under QEMU.
+pub fn in_emulator(firmware: Firmware, client: Option<Hammer>) -> (Vec<Record>, PortCounters) {
+    let options = QemuOptions {
+        image: qemu::default_image(),
+        time: Time::Lockstep,
+        icount: false,
+        provoke: None,
+    };
+    let board = EmulatedBoard::new(Qemu::start(&options).unwrap()).unwrap();
+    run(board, firmware, client)
+}
+
+/// What the loop makes of the arm.
+#[derive(Debug)]
+struct Control {
+    settled_s: f32,
+    /// Largest distance from upright in the last 250 ticks, in rad.
+    rest_rad: f32,
+    /// Mean time of a tick's exchange in µs.
+    bus_us: f32,
+}
+
+/// What holds of every loop on an arm without friction, whoever else is there.
+#[track_caller]
+fn control(records: &[Record]) -> Control {
+    assert!(records.len() > 990, "{} records", records.len());
+    let last = records.last().unwrap();
+    assert_eq!(last.timing.missed, records[0].timing.missed);
+    for record in records {
+        assert_eq!(record.timing.start_error_us, 0, "{record:?}");
+        assert!(!matches!(record.mode, Mode::Fault(_)), "{record:?}");
+        assert!(
+            record
+                .samples
+                .iter()
+                .all(|sample| sample.counts().is_some())
+        );
+    }
+    let settled = [0, 1].map(|joint| settling_s(records, joint, 0.02).expect("settled"));
+    let end = &records[records.len() - 250..];
+    let far = end.iter().flat_map(|record| record.angle_rad).map(f32::abs);
+    let bus_us = records.iter().map(|record| record.timing.bus_us as f32);
+    Control {
+        settled_s: settled[0].max(settled[1]) as f32,
+        rest_rad: far.fold(0.0, f32::max),
+        bus_us: bus_us.sum::<f32>() / records.len() as f32,
+    }
+}
+
+#[track_caller]
+fn answered(tally: &Tally, port: PortCounters, firmware: Firmware) {
+    assert_eq!(tally.wrong, [""; 0], "{firmware}");
+    let settled = tally.answered + tally.refused + tally.silent;
+    assert!(tally.asked - settled <= 1, "{tally:?}");
+    assert!(tally.answered > 200 && tally.refused > 20, "{tally:?}");
+    // The last report is up to 0.1 s old.
+    assert!(port.passed > 150 && port.refused > 20, "{port:?}");
+    assert_eq!((port.halves, port.lost), (0, 0), "{port:?}");
+}
+
+/// Runs a loop without and with a client that never stops asking, and compares them.
+pub fn hammered(
+    firmware: Firmware,
+    world: fn(Firmware, Option<Hammer>) -> (Vec<Record>, PortCounters),
+) {
+    let client = client(firmware);
+    let (alone, _) = world(firmware, None);
+    let (shared, port) = world(firmware, Some(client.clone()));
+    let tally = client.tally();
+    answered(&tally, port, firmware);
+    let (alone, shared) = (control(&alone), control(&shared));
+    println!(
+        "{firmware}: alone {alone:?}, with a client {shared:?}; asked {}, answered {}, refused {}, \
+         silent {}, slowest {} us, {port:?}",
+        tally.asked, tally.answered, tally.refused, tally.silent, tally.slowest_us
+    );
+    // As well as ever: upright within a count and a half of the encoder, in the
+    // same time but for the noise of the encoders.
+    for control in [&alone, &shared] {
+        assert!(
+            control.settled_s < 1.1 && control.rest_rad < 0.0077,
+            "{control:?}"
+        );
+    }
+    assert!(
+        (alone.settled_s - shared.settled_s).abs() < 0.05,
+        "{alone:?} {shared:?}"
+    );
+    // Less margin in it, while somebody waits.
+    assert!(shared.bus_us < alone.bus_us + 5.0, "{alone:?} {shared:?}");
+}
+
+/// A client for the whole of a run.
+pub fn client(firmware: Firmware) -> Hammer {
+    Hammer::new(curious(firmware), CLIENT_FROM_US, DURATION_US)
+}

@@ -1,0 +1,231 @@
+//! A client of the transparent port: it repeats packets, sends others once, changes
+//! its rate, hangs and closes its port, as a test tells it.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use armbridge_shared::bridge::gateway::ClientLine;
+use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::morpheus;
+use armbridge_shared::servo::protocol1::{BROADCAST, Instruction};
+use armbridge_sim::cosim::Client;
+
+/// Its address on the bus of Morpheus servos.
+const ADDRESS: u8 = 0xFE;
+/// The servos' ids.
+const IDS: [u8; 2] = [1, 2];
+/// PWM at which it drives Morpheus servos: half of what there is.
+const PWM: u16 = 1500;
+/// Moving speed at which it drives stock servos in wheel mode: the same duty.
+const SPEED: u16 = 512;
+/// Goal of stock servos in joint mode, in counts: beyond an obstacle that is ten from
+/// the middle.
+const GOAL: u16 = 540;
+
+/// Bytes that are written periodically.
+#[derive(Debug)]
+struct Stream {
+    bytes: Vec<u8>,
+    period_us: u64,
+    next_us: u64,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    line: ClientLine,
+    once: Vec<u8>,
+    streams: Vec<Stream>,
+    now_us: u64,
+    /// Time of the last write in µs.
+    written_us: u64,
+}
+
+/// A handle on the client: one for the run, one for the test.
+#[derive(Clone, Debug, Default)]
+pub struct ClientHandle(Rc<RefCell<State>>);
+
+impl ClientHandle {
+    /// Opens the port, or sets its rate.
+    pub fn open(&self, baud: u32) {
+        self.0.borrow_mut().line = ClientLine {
+            is_open: true,
+            baud,
+        };
+    }
+
+    /// Writes these bytes once.
+    pub fn send(&self, bytes: &[u8]) {
+        self.0.borrow_mut().once.extend_from_slice(bytes);
+    }
+
+    /// Writes these bytes every `period_us` from now on, beside its other streams.
+    pub fn stream(&self, bytes: Vec<u8>, period_us: u64) {
+        let mut state = self.0.borrow_mut();
+        let next_us = state.now_us;
+        state.streams.push(Stream {
+            bytes,
+            period_us,
+            next_us,
+        });
+    }
+
+    /// Stops writing; the port stays open.
+    pub fn hang(&self) {
+        self.0.borrow_mut().streams.clear();
+    }
+
+    /// Stops writing and closes the port.
+    pub fn close(&self) {
+        self.hang();
+        self.0.borrow_mut().line = ClientLine::default();
+    }
+
+    /// Time of its last write in µs.
+    pub fn written_us(&self) -> u64 {
+        self.0.borrow().written_us
+    }
+}
+
+impl Client for ClientHandle {
+    fn line(&self) -> ClientLine {
+        self.0.borrow().line
+    }
+
+    fn transmit(&mut self, now_us: u64) -> Vec<u8> {
+        let state = &mut *self.0.borrow_mut();
+        state.now_us = now_us;
+        let mut bytes = std::mem::take(&mut state.once);
+        for stream in &mut state.streams {
+            if stream.next_us <= now_us {
+                stream.next_us = now_us + stream.period_us;
+                bytes.extend_from_slice(&stream.bytes);
+            }
+        }
+        if !bytes.is_empty() {
+            state.written_us = now_us;
+        }
+        bytes
+    }
+
+    fn receive(&mut self, _now_us: u64, _bytes: &[u8]) {}
+
+    fn wake_at_us(&self) -> u64 {
+        let state = self.0.borrow();
+        if !state.once.is_empty() {
+            return 0;
+        }
+        let times_us = state.streams.iter().map(|stream| stream.next_us);
+        times_us.min().unwrap_or(u64::MAX)
+    }
+}
+
+/// Method by which a client drives the motors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Morpheus servos, by PWM.
+    Pwm,
+    /// Stock servos in wheel mode, by moving speeds.
+    Speeds,
+    /// Stock servos in joint mode, by goals, each of which enables torque.
+    Goals,
+}
+
+impl Method {
+    /// Every method.
+    pub const ALL: [Self; 3] = [Self::Pwm, Self::Speeds, Self::Goals];
+
+    /// Firmware of the servos.
+    pub fn firmware(self) -> Firmware {
+        match self {
+            Self::Pwm => Firmware::Morpheus,
+            Self::Speeds | Self::Goals => Firmware::Stock,
+        }
+    }
+
+    /// Packets that drive both motors.
+    pub fn packets(self) -> Vec<u8> {
+        match self {
+            Self::Pwm => IDS
+                .map(|id| self.write(id, 0x10, &PWM.to_le_bytes()))
+                .concat(),
+            Self::Speeds => sync_write(32, SPEED),
+            Self::Goals => sync_write(30, GOAL),
+        }
+    }
+
+    /// Packets that make servos ready for this method: wheel mode, torque enabled.
+    pub fn preparation(self) -> Vec<Vec<u8>> {
+        match self {
+            Self::Speeds => {
+                let wheel = IDS.map(|id| self.write(id, 6, &[0; 4]));
+                let enable = IDS.map(|id| self.write(id, 24, &[1]));
+                wheel.into_iter().chain(enable).collect()
+            }
+            Self::Pwm | Self::Goals => Vec::new(),
+        }
+    }
+
+    /// Packets that set the rate of the first servo. A stock one takes none while its
+    /// torque is enabled.
+    pub fn rate(self, register: u8) -> Vec<u8> {
+        match self.firmware() {
+            Firmware::Morpheus => self.write(IDS[0], 0x0A, &[register]),
+            Firmware::Stock => [(24, 0), (4, register)]
+                .map(|(address, value)| self.write(IDS[0], address, &[value]))
+                .concat(),
+        }
+    }
+
+    /// Packets that make the first servo ready again at its new rate.
+    pub fn again(self) -> Vec<u8> {
+        match self {
+            Self::Speeds => self.write(IDS[0], 24, &[1]),
+            Self::Pwm | Self::Goals => Vec::new(),
+        }
+    }
+
+    /// Packet that asks the first servo for its position.
+    pub fn question(self) -> Vec<u8> {
+        let read = Instruction::Read {
+            address: 36,
+            count: 2,
+        };
+        match self.firmware() {
+            Firmware::Morpheus => morpheus(IDS[0], &[2, 0x0B, 2]),
+            Firmware::Stock => stock(IDS[0], &read),
+        }
+    }
+
+    /// Packet that writes a servo's registers from `address` on.
+    fn write(self, id: u8, address: u8, data: &[u8]) -> Vec<u8> {
+        match self.firmware() {
+            Firmware::Morpheus => morpheus(id, &[&[3, address], data].concat()),
+            Firmware::Stock => stock(id, &Instruction::Write { address, data }),
+        }
+    }
+}
+
+/// Packet that writes a register of two bytes of both stock servos.
+fn sync_write(address: u8, value: u16) -> Vec<u8> {
+    let [low, high] = value.to_le_bytes();
+    let write = Instruction::SyncWrite {
+        address,
+        count: 2,
+        blocks: &IDS.map(|id| [id, low, high]).concat(),
+    };
+    stock(BROADCAST, &write)
+}
+
+fn morpheus(id: u8, data: &[u8]) -> Vec<u8> {
+    let frame = morpheus::Frame {
+        destination: id,
+        source: ADDRESS,
+        data,
+    };
+    frame.encode::<64>().expect("a short packet").to_vec()
+}
+
+fn stock(id: u8, instruction: &Instruction) -> Vec<u8> {
+    let packet = instruction.encode::<64>(id);
+    packet.expect("a short packet").to_vec()
+}
