@@ -3,7 +3,7 @@
 //! No clock is involved: how busy the machine is changes how long these tests
 //! take, and nothing else.
 
-use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_client::endpoint::Endpoint;
 use armbridge_client::tcp_pump;
 use armbridge_shared::actuator::Pwm;
@@ -15,7 +15,7 @@ use armbridge_shared::link::motion::Motion;
 use armbridge_sim::Bench;
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
-use armbridge_sim::link_server::RemoteHost;
+use armbridge_sim::link_server::LinkServer;
 use armbridge_sim::plant::Plant;
 use armbridge_tests::{plant, records, settling_s};
 
@@ -99,7 +99,7 @@ fn board(icount: bool) -> EmulatedBoard {
 }
 
 fn emulate(icount: bool) -> Vec<Record> {
-    let mut run = Cosim::new(board(icount), bench(false), Operator::new(script()));
+    let mut run = Cosim::new(board(icount), bench(false), PlanRunner::new(script()));
     run.run().unwrap();
     run.host.into_parts().0
 }
@@ -107,7 +107,7 @@ fn emulate(icount: bool) -> Vec<Record> {
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn all_controllers_and_motions_agree_with_the_bench() {
-    let mut run = Cosim::new(board(false), bench(true), Operator::new(tour()));
+    let mut run = Cosim::new(board(false), bench(true), PlanRunner::new(tour()));
     run.run().unwrap();
     let emulated = without_measured_times(run.host.into_parts().0);
     let bench = without_measured_times(records(plant([0.2, -0.2], true), 1, tour()));
@@ -186,7 +186,7 @@ fn with_icount_measured_times_repeat_too() {
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn the_stop_switch_is_heeded() {
-    let mut run = Cosim::new(board(false), bench(false), Operator::new(script()));
+    let mut run = Cosim::new(board(false), bench(false), PlanRunner::new(script()));
     while run.now_us() < 500_000 {
         run.step().unwrap();
     }
@@ -215,7 +215,7 @@ fn another_program_can_have_the_link() {
         let mut run = Cosim::new(
             board(false),
             bench(false),
-            RemoteHost::new(listener).unwrap(),
+            LinkServer::new(listener).unwrap(),
         );
         while is_done.try_recv().is_err() {
             run.step().unwrap();
@@ -232,7 +232,7 @@ fn another_program_can_have_the_link() {
         commands: vec![(0, Command::Regulate([0.0, 0.0]))],
         duration_us: 500_000,
     };
-    let mut operator = Operator::new(script);
+    let mut operator = PlanRunner::new(script);
     tcp_pump::run(&mut at.connect().unwrap(), &mut operator, 1).unwrap();
     done.send(()).unwrap();
     assert_eq!(

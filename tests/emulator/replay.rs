@@ -1,6 +1,6 @@
 //! The firmware's own run, through the same code on the host.
 
-use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_client::event::What;
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, Role};
@@ -62,7 +62,7 @@ fn what_the_processor_computed_is_the_same_here() {
         duration_us: at_us,
     };
     let bench = Bench::new(Plant::new(plant([0.2, -0.2], true), 1));
-    let mut run = Cosim::new(board, bench, Overheard::new(Operator::new(script)));
+    let mut run = Cosim::new(board, bench, Overheard::new(PlanRunner::new(script)));
     run.run().unwrap();
     let report = replay(&run.host.events);
     assert_all_equal(&report);

@@ -8,7 +8,7 @@
 
 use std::fmt::Debug;
 
-use armbridge_analysis::monte_carlo::{Joints, Outcome, Task, Trial, for_seeds};
+use armbridge_analysis::monte_carlo::{Joints, Maneuver, Outcome, Trial, for_seeds};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::estimate::{Config, Tuning};
@@ -36,7 +36,7 @@ fn tracking() -> Setup {
 }
 
 fn trial(config: &PlantConfig, setup: Setup, task: &str, duration_s: f64) -> Trial {
-    let task: Task = task.parse().unwrap();
+    let task: Maneuver = task.parse().unwrap();
     Trial::new(*config, task.script(setup, duration_s).unwrap())
 }
 

@@ -1,6 +1,6 @@
 //! The operator at a link where no board of ours is.
 
-use armbridge_analysis::plan_runner::{Operator, PlanError, Script};
+use armbridge_analysis::plan_runner::{PlanError, PlanRunner, Script};
 use armbridge_client::Host;
 use armbridge_client::error::SessionError;
 use armbridge_shared::link::frame::Encoder;
@@ -9,7 +9,7 @@ use armbridge_shared::link::schema;
 
 /// Listens to a peer that says the same every 100 ms, until it gives up.
 fn verdict(said: &[u8]) -> SessionError {
-    let mut operator = Operator::new(Script::demo(Setup::default(), 1_000_000));
+    let mut operator = PlanRunner::new(Script::demo(Setup::default(), 1_000_000));
     for now_us in (0..10_000_000).step_by(100_000) {
         let spoken = operator.transmit(now_us).map(<[u8]>::len);
         let heard = spoken.and_then(|_| operator.receive(now_us, said));

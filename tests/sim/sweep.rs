@@ -8,7 +8,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use armbridge_analysis::monte_carlo::{Joints, Outcome, Task, Trial, for_seeds};
+use armbridge_analysis::monte_carlo::{Joints, Maneuver, Outcome, Trial, for_seeds};
 use armbridge_shared::JOINTS;
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{Controller, Setup};
@@ -79,7 +79,7 @@ fn cases() -> Vec<(String, Trial)> {
                         estimator,
                         ..Setup::best()
                     };
-                    let script = Task::UPRIGHT.script(setup, DURATION_S).unwrap();
+                    let script = Maneuver::UPRIGHT.script(setup, DURATION_S).unwrap();
                     let period_ms = period_us / 1_000;
                     let name = format!(
                         "{controller_name:<16}{estimator_name:<12}{period_ms:>9}  {arm_name:<11}"

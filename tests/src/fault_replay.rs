@@ -1,6 +1,6 @@
 //! Cases of the fault campaign, through the board's code again.
 
-use armbridge_log::replay::{Changes, Player};
+use armbridge_log::replay::{Changes, Replayer};
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::fault_campaign::{Case, Kind, overhear};
 
@@ -11,7 +11,7 @@ pub fn replay(seed: u64) -> (u64, u64) {
     if case.injections.iter().any(|it| it.kind == Kind::Corrupt) {
         return (0, 0);
     }
-    let mut player = Player::new(Changes::default()).unwrap();
+    let mut player = Replayer::new(Changes::default()).unwrap();
     let _ = overhear(seed, Firmware::Morpheus, |event| {
         player.take(&event).unwrap();
     });

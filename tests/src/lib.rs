@@ -29,7 +29,7 @@ pub mod torque_off;
 pub mod trace;
 pub mod world;
 
-use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::Channels;
@@ -50,7 +50,7 @@ pub fn plant(initial_rad: [f64; JOINTS], friction_on: bool) -> PlantConfig {
 }
 
 /// An operator at the link of `board`, and the virtual arm on its bus.
-pub type Run<B> = Cosim<B, Operator>;
+pub type Run<B> = Cosim<B, PlanRunner>;
 
 /// A run of `script` on the bench, about to begin. The board's channels are
 /// the caller's, as they are a `static` on a real board.
@@ -67,7 +67,7 @@ pub fn bench_run(
     Cosim::new(
         board,
         Bench::new(Plant::new(config, seed)),
-        Operator::new(script),
+        PlanRunner::new(script),
     )
 }
 

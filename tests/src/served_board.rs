@@ -11,7 +11,7 @@ use armbridge_shared::link::message::{BoardReport, End, LastEnd, Mode};
 use armbridge_sim::Bench;
 use armbridge_sim::board::{VirtualBoard, blank_flash};
 use armbridge_sim::cosim::Cosim;
-use armbridge_sim::link_server::RemoteHost;
+use armbridge_sim::link_server::LinkServer;
 use armbridge_sim::plant::{Plant, PlantConfig};
 
 /// The motors off.
@@ -46,7 +46,7 @@ impl Served {
 
     /// The same with an arm of its own.
     pub fn with_arm(name: &str, arm: &PlantConfig) -> Self {
-        let (host, link) = RemoteHost::offer(&name.parse().unwrap()).unwrap();
+        let (host, link) = LinkServer::offer(&name.parse().unwrap()).unwrap();
         let seen = Arc::new(Mutex::new(Seen {
             mode: Mode::Boot,
             pwm: OFF,
@@ -100,7 +100,7 @@ pub fn until(what: &str, mut is_so: impl FnMut() -> bool) {
 }
 
 fn serve(
-    host: RemoteHost,
+    host: LinkServer,
     arm: Plant,
     seen: &Mutex<Seen>,
     is_over: &AtomicBool,

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::servo_bus::line::TcpLine;
 use armbridge_client::servo_bus::reading::Value;
-use armbridge_client::servo_bus::{Client, Servo};
+use armbridge_client::servo_bus::{BusMaster, Servo};
 use armbridge_client::servo_table::MORPHEUS;
 use armbridge_shared::servo::Firmware as Kind;
 use armbridge_sim::Bench;
@@ -71,10 +71,10 @@ pub fn serve(servos: &[(Kind, u8)], echo: bool) -> Served {
 }
 
 /// A client of the servos.
-pub fn connect(at: &Served) -> Client<TcpLine> {
+pub fn connect(at: &Served) -> BusMaster<TcpLine> {
     let stream = TcpStream::connect(at.0).unwrap();
     stream.set_nodelay(true).unwrap();
-    Client::new(TcpLine::new(stream), PATIENCE).unwrap()
+    BusMaster::new(TcpLine::new(stream), PATIENCE).unwrap()
 }
 
 /// The first temperature is measured half a second after power-up; until then

@@ -2,11 +2,11 @@
 
 use std::collections::VecDeque;
 
-use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_client::Host;
 use armbridge_client::event::{Direction, Ear, Event, What};
 use armbridge_client::session::{BoardMessage, CommandLink};
-use armbridge_log::replay::{Changes, Player, Report, Verdict};
+use armbridge_log::replay::{Changes, Replayer, Report, Verdict};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Record, ToBoard, ToHost};
 use armbridge_sim::Bench;
@@ -74,7 +74,7 @@ pub fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).expect("default set-up");
     let bench = Bench::new(Plant::new(config, seed));
-    let mut run = Cosim::new(board, bench, Overheard::new(Operator::new(script)));
+    let mut run = Cosim::new(board, bench, Overheard::new(PlanRunner::new(script)));
     run.run().expect("a run");
     run.host.events
 }
@@ -84,7 +84,7 @@ pub fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
 /// # Panics
 /// If there can be no such settings.
 pub fn replay_with(events: &[Event], changes: Changes) -> Report {
-    let mut player = Player::new(changes).expect("default set-up");
+    let mut player = Replayer::new(changes).expect("default set-up");
     for event in events {
         player.take(event).expect("settings that can be");
     }

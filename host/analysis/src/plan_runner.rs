@@ -9,19 +9,19 @@
 //! and a board that is reset end the run: the operator says hello again, so that the
 //! log goes on, and sees that torque is off. It never arms a second time by itself.
 
-mod answers;
-mod ending;
 mod error;
-mod keep;
+mod on_message;
+mod outcome;
 pub mod plan;
-mod taking;
+mod queries;
+mod record_sink;
 mod timeline;
 mod words;
 
-pub use ending::Ending;
 pub use error::PlanError;
-pub use keep::{Everything, Keep};
+pub use outcome::Ending;
 pub use plan::{Plan, Script};
+pub use record_sink::{AllRecords, RecordSink};
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -36,7 +36,7 @@ use armbridge_client::session::{
     ANSWER_TIMEOUT_US, HELLO_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session,
 };
 use armbridge_sim::cosim::Interaction;
-use ending::Watch;
+use outcome::Watch;
 use plan::{Act, Begin};
 use timeline::{Due, Offset, Timeline};
 
@@ -55,7 +55,7 @@ enum Phase {
 
 /// Somebody who works through a [`Plan`].
 #[derive(Debug)]
-pub struct Operator<K = Everything> {
+pub struct PlanRunner<K = AllRecords> {
     session: Session,
     plan: Plan,
     phase: Phase,
@@ -89,10 +89,10 @@ pub struct Operator<K = Everything> {
     keep: K,
 }
 
-impl Operator {
+impl PlanRunner {
     /// An operator who has not begun and keeps everything in memory.
     pub fn new(plan: impl Into<Plan>) -> Self {
-        Self::keeping(plan, Everything::default())
+        Self::keeping(plan, AllRecords::default())
     }
 
     /// The records so far.
@@ -108,7 +108,7 @@ impl Operator {
     }
 }
 
-impl<K: Keep> Operator<K> {
+impl<K: RecordSink> PlanRunner<K> {
     /// An operator who has not begun, and hands what comes to `keep`.
     pub fn keeping(plan: impl Into<Plan>, keep: K) -> Self {
         Self {
@@ -265,7 +265,7 @@ impl<K: Keep> Operator<K> {
     }
 }
 
-impl<K: Keep> Host for Operator<K> {
+impl<K: RecordSink> Host for PlanRunner<K> {
     type Error = PlanError;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], PlanError> {

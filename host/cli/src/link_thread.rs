@@ -37,13 +37,13 @@ pub enum Hand {
 
 /// A link and the thread that serves it.
 #[derive(Debug)]
-pub struct Session {
+pub struct LinkThread {
     controls: Requests,
     hands: Sender<Interaction>,
     thread: Option<JoinHandle<Result<(), String>>>,
 }
 
-impl Session {
+impl LinkThread {
     /// Begins to serve the link. `options` say how, and who listens.
     ///
     /// # Errors
@@ -128,7 +128,7 @@ impl Session {
     }
 }
 
-impl Drop for Session {
+impl Drop for LinkThread {
     fn drop(&mut self) {
         // Nobody is left to be told.
         let _ = self.leave();

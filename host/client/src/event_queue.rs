@@ -15,7 +15,7 @@ const MOST: usize = 8192;
 
 /// The end that is read.
 #[derive(Clone, Debug, Default)]
-pub struct Feed(Arc<Mutex<Queue>>);
+pub struct EventQueue(Arc<Mutex<Queue>>);
 
 #[derive(Debug, Default)]
 struct Queue {
@@ -25,7 +25,7 @@ struct Queue {
     latest: Option<(u64, Instant)>,
 }
 
-impl Feed {
+impl EventQueue {
     /// What fills it.
     pub fn tap(&self) -> Box<dyn Tap> {
         Box::new(Filler {
@@ -58,7 +58,7 @@ impl Feed {
 
 struct Filler {
     ear: Ear,
-    feed: Feed,
+    feed: EventQueue,
 }
 
 impl Tap for Filler {
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn a_slow_reader_has_the_latest_and_is_told_what_it_missed() {
-        let feed = Feed::default();
+        let feed = EventQueue::default();
         let mut tap = feed.tap();
         for host_ns in 0..MOST as u64 + 10 {
             tap.disconnected(host_ns);

@@ -1,7 +1,7 @@
 //! The bench: servos on a wire that move an arm.
 
+use crate::drivetrain::Joints;
 use crate::faults::sensor::SensorFault;
-use crate::joints::Joints;
 use crate::kind::ServoKind;
 use crate::plant::{Plant, Push};
 use crate::servo::Servo;

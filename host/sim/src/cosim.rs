@@ -26,7 +26,7 @@ pub enum Interaction {
 }
 
 /// Who uses the board's transparent port.
-pub trait Client: fmt::Debug {
+pub trait PortClient: fmt::Debug {
     /// What it has set its serial port to.
     fn line(&self) -> ClientLine;
 
@@ -40,7 +40,7 @@ pub trait Client: fmt::Debug {
     fn wake_at_us(&self) -> u64;
 }
 
-impl Client for Box<dyn Client> {
+impl PortClient for Box<dyn PortClient> {
     fn line(&self) -> ClientLine {
         (**self).line()
     }
@@ -60,9 +60,9 @@ impl Client for Box<dyn Client> {
 
 /// Nobody.
 #[derive(Debug)]
-struct NoClient;
+struct NoPortClient;
 
-impl Client for NoClient {
+impl PortClient for NoPortClient {
     fn line(&self) -> ClientLine {
         ClientLine::default()
     }
@@ -96,7 +96,7 @@ pub struct Cosim<B, H> {
     pub bench: Bench,
     /// At the other end of the link.
     pub host: H,
-    client: Box<dyn Client>,
+    client: Box<dyn PortClient>,
     interactions: Option<Receiver<Interaction>>,
     /// The emergency stop's switch.
     pub is_stop_pressed: bool,
@@ -113,7 +113,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
             board,
             bench,
             host,
-            client: Box::new(NoClient),
+            client: Box::new(NoPortClient),
             interactions: None,
             is_stop_pressed: false,
             now_us: 0,
@@ -125,7 +125,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
 
     /// The same, with somebody at the transparent port from now on.
     #[must_use]
-    pub fn with_client(self, client: impl Client + 'static) -> Self {
+    pub fn with_client(self, client: impl PortClient + 'static) -> Self {
         Self {
             client: Box::new(client),
             ..self

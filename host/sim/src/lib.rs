@@ -27,11 +27,11 @@
 pub mod bench;
 pub mod board;
 pub mod cosim;
+mod drivetrain;
 #[cfg(unix)]
 pub mod emulator;
 pub mod fault_campaign;
 pub mod faults;
-mod joints;
 pub mod kind;
 pub mod link;
 pub mod link_server;

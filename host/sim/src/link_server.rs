@@ -22,7 +22,7 @@ use std::net::{Shutdown, TcpListener, TcpStream};
 #[cfg(unix)]
 use std::time::Duration;
 
-use crate::pacer::Held;
+use crate::pacer::Pacer;
 use armbridge_client::Host;
 use armbridge_client::tcp_pump::is_timeout;
 use armbridge_client::transport::{IN_USE, LinkUri};
@@ -51,16 +51,16 @@ enum Port {
 
 /// Whoever connects, one at a time, for ever.
 #[derive(Debug)]
-pub struct RemoteHost {
+pub struct LinkServer {
     port: Port,
     /// The rest of a frame that has begun to be sent.
     unsent: Vec<u8>,
-    held: Held,
+    held: Pacer,
     next_us: u64,
     bytes: Vec<u8>,
 }
 
-impl RemoteHost {
+impl LinkServer {
     /// Nobody has connected yet.
     ///
     /// # Errors
@@ -127,7 +127,7 @@ impl RemoteHost {
         Self {
             port,
             unsent: Vec::new(),
-            held: Held::begin(),
+            held: Pacer::begin(),
             next_us: 0,
             bytes: Vec::new(),
         }
@@ -260,7 +260,7 @@ fn rest_of_frame(bytes: &[u8], sent: usize) -> &[u8] {
     &rest[..end.map_or(rest.len(), |end| end + 1)]
 }
 
-impl Host for RemoteHost {
+impl Host for LinkServer {
     type Error = io::Error;
 
     fn transmit(&mut self, now_us: u64) -> io::Result<&[u8]> {

@@ -16,12 +16,12 @@ const STEP: Duration = Duration::from_micros(500);
 
 /// Keeps virtual time from running ahead of the wall clock.
 #[derive(Clone, Debug)]
-pub struct Held {
+pub struct Pacer {
     /// When virtual time was 0.
     epoch: Instant,
 }
 
-impl Held {
+impl Pacer {
     /// Virtual time 0 is at this moment.
     pub fn begin() -> Self {
         Self::begin_at(Instant::now())
@@ -56,7 +56,7 @@ mod tests {
     fn a_lag_is_made_up_for_and_a_suspension_is_not() {
         let ms = Duration::from_millis;
         let begun = Instant::now();
-        let mut held = Held::begin_at(begun);
+        let mut held = Pacer::begin_at(begun);
         assert_eq!(held.look(10_000, begun + ms(4)), ms(6));
         // 30 ms behind, and ahead again.
         assert_eq!(held.look(20_000, begun + ms(50)), ms(0));

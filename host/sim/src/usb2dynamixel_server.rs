@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use armbridge_shared::bridge::gateway::ClientLine;
 
-use crate::cosim::Client;
+use crate::cosim::PortClient;
 #[cfg(unix)]
 use armbridge_client::pty::Pty;
 use armbridge_client::tcp_pump::is_timeout;
@@ -35,14 +35,14 @@ enum Port {
 
 /// Whoever opens the port.
 #[derive(Debug)]
-pub struct RemoteClient {
+pub struct PortServer {
     port: Port,
     epoch: Instant,
     next_us: u64,
     bytes: Vec<u8>,
 }
 
-impl RemoteClient {
+impl PortServer {
     /// Nobody has connected yet.
     ///
     /// # Errors
@@ -113,7 +113,7 @@ fn accept(listener: &TcpListener) -> Option<TcpStream> {
     Some(peer)
 }
 
-impl Client for RemoteClient {
+impl PortClient for PortServer {
     fn line(&self) -> ClientLine {
         match &self.port {
             Port::Socket { peer, .. } => ClientLine {

@@ -11,12 +11,12 @@
 
 use std::process::{Child, Command as Process, Stdio};
 
-use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_client::endpoint::Endpoint;
 use armbridge_client::tcp_pump;
 use armbridge_shared::link::message::{Command, Drive, Fault, Setup, StopSource};
 use armbridge_shared::link::motion::Motion;
-use armbridge_sim::link_server::RemoteHost;
+use armbridge_sim::link_server::LinkServer;
 
 use super::pilot::Pilot;
 use super::tap::{OFF, pwm, run, until};
@@ -65,7 +65,7 @@ fn be_the_host(link: &str) {
         duration_us: 60_000_000,
     };
     let at: Endpoint = link.parse().unwrap();
-    let mut operator = Operator::new(script);
+    let mut operator = PlanRunner::new(script);
     tcp_pump::run(&mut at.connect().unwrap(), &mut operator, 1).unwrap();
 }
 
@@ -78,7 +78,7 @@ fn a_killed_host_is_a_silent_host() {
     }
     let any_port: Endpoint = "tcp://127.0.0.1:0".parse().unwrap();
     let (listener, at) = any_port.listen().unwrap();
-    let mut run = run(RemoteHost::new(listener).unwrap());
+    let mut run = run(LinkServer::new(listener).unwrap());
     let name = "from_outside::a_killed_host_is_a_silent_host";
     let host = Process::new(std::env::current_exe().unwrap())
         .args(["--exact", name, "--ignored"])

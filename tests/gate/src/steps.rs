@@ -66,7 +66,10 @@ const fn step(lane: Lane, name: &'static str, what: &'static str, work: Work) ->
 }
 
 /// A step after others of the other lane.
-#[expect(clippy::needless_pass_by_value, reason = "a constant function takes it apart")]
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "a constant function takes it apart"
+)]
 const fn after(needs: &'static [&'static str], step: Step) -> Step {
     Step { needs, ..step }
 }

@@ -1,6 +1,6 @@
 //! A stock servo that lets go of its shaft says why, and the board believes it.
 
-use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Drive, Fault, Mode, Setup};
 use armbridge_shared::servo::Firmware;
@@ -17,7 +17,7 @@ fn a_servo_that_is_too_hot_ends_the_run_with_its_name_in_the_log() {
     let board = VirtualBoard::new(channels.split()).unwrap();
     let bench = bench(&plant([0.1, -0.1], true), [Firmware::Stock; 2], 1_000_000);
     let script = Script::upright(Setup::best(), 2_000_000);
-    let mut cosim = Cosim::new(board, bench, Operator::new(script));
+    let mut cosim = Cosim::new(board, bench, PlanRunner::new(script));
     while cosim.now_us() < 1_000_000 {
         cosim.step().unwrap();
     }

@@ -1,6 +1,6 @@
 //! Finding the servos: either firmware, any speed, and what is refused.
 
-use armbridge_analysis::plan_runner::{Operator, PlanError, Script};
+use armbridge_analysis::plan_runner::{PlanError, PlanRunner, Script};
 use armbridge_client::Host;
 use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_client::status::Obstacle;
@@ -45,7 +45,7 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
             let mut channels = Channels::new();
             let board = VirtualBoard::new(channels.split()).unwrap();
             let bench = bench(&plant([0.1, -0.1], true), [firmware; 2], nominal);
-            let operator = Operator::new(Script::upright(setup, 2_000_000));
+            let operator = PlanRunner::new(Script::upright(setup, 2_000_000));
             let mut cosim = Cosim::new(board, bench, operator);
             cosim
                 .run()
@@ -84,10 +84,14 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
     }
 }
 
-fn operate(bench: Bench, setup: Setup) -> Result<Operator, PlanError> {
+fn operate(bench: Bench, setup: Setup) -> Result<PlanRunner, PlanError> {
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).unwrap();
-    let mut cosim = Cosim::new(board, bench, Operator::new(Script::upright(setup, 500_000)));
+    let mut cosim = Cosim::new(
+        board,
+        bench,
+        PlanRunner::new(Script::upright(setup, 500_000)),
+    );
     match cosim.run() {
         Ok(()) => Ok(cosim.host),
         Err(CosimError::Host(error)) => Err(error),

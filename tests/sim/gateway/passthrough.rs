@@ -10,7 +10,7 @@ use armbridge_shared::link::message::Mode;
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Instruction;
 use armbridge_sim::board::{Board, Input, Output, VirtualBoard, Wake};
-use armbridge_sim::cosim::{Client, Cosim};
+use armbridge_sim::cosim::{Cosim, PortClient};
 use armbridge_tests::plant;
 
 use armbridge_tests::gateway::bench;
@@ -87,7 +87,7 @@ impl Board for Watched<'_> {
     }
 }
 
-fn run(firmware: Firmware, client: impl Client + 'static, ends_us: u64) -> Seen {
+fn run(firmware: Firmware, client: impl PortClient + 'static, ends_us: u64) -> Seen {
     let mut channels = Channels::new();
     let seen = Rc::new(RefCell::new(Seen::default()));
     let board = Watched {
@@ -158,7 +158,7 @@ struct Speaker {
     now_us: u64,
 }
 
-impl Client for Speaker {
+impl PortClient for Speaker {
     fn line(&self) -> ClientLine {
         ClientLine {
             is_open: !self.words.is_empty(),

@@ -1,6 +1,6 @@
 //! Settings read from a board on the bench and written to it.
 
-use armbridge_client::params::exchange::{Exchange, Exchanged, commands};
+use armbridge_client::params::settings_exchange::{Exchange, Exchanged, commands};
 use armbridge_client::params::{of_text, set};
 use armbridge_shared::link::message::{Command, Refusal, Settings};
 use armbridge_sim::Bench;

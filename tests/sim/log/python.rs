@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::{Settings, Setup};
@@ -22,7 +22,7 @@ fn recorded(name: &str) -> PathBuf {
     let recorder = Recorder::create_waiting(&path, &facts).unwrap();
     let mut options = Options::new(Bench::new(Plant::new(PlantConfig::default(), 1)));
     options.link.taps.push(recorder.tap());
-    let operator = Operator::new(Script::demo(Setup::default(), 5_000_000));
+    let operator = PlanRunner::new(Script::demo(Setup::default(), 5_000_000));
     let (_, done) = link::drive(&BoardUri::Sim, options, operator);
     done.map_err(|error| error.to_string()).unwrap();
     let report = recorder.finish().unwrap();

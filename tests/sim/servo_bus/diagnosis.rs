@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use armbridge_client::servo_bus::Diagnosis;
-use armbridge_client::servo_bus::client::BusError;
 use armbridge_client::servo_bus::diagnosis::Refusal;
+use armbridge_client::servo_bus::master::BusError;
 use armbridge_client::servo_bus::request::Request;
 use armbridge_client::servo_table::{AX12A, MORPHEUS};
 use armbridge_shared::servo::Firmware;

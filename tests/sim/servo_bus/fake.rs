@@ -4,7 +4,7 @@
 use std::io;
 use std::time::{Duration, Instant};
 
-use armbridge_client::servo_bus::{Client, Line};
+use armbridge_client::servo_bus::{BusMaster, Line};
 use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
 use armbridge_shared::servo::protocol1::{Alarms, Frame, Instruction, Parser, Status};
 
@@ -91,8 +91,8 @@ impl<B: Bus> Line for &mut FakeLine<B> {
 }
 
 /// A client on it.
-pub(crate) fn client<B: Bus>(line: &mut FakeLine<B>) -> Client<&mut FakeLine<B>> {
-    Client::new(line, Duration::ZERO).unwrap()
+pub(crate) fn client<B: Bus>(line: &mut FakeLine<B>) -> BusMaster<&mut FakeLine<B>> {
+    BusMaster::new(line, Duration::ZERO).unwrap()
 }
 
 /// A stock servo: 50 bytes, of which the EEPROM can be locked.

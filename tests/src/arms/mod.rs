@@ -15,7 +15,7 @@ pub mod truth;
 use armbridge_analysis::identify::{
     Found, Known, Prior, Quantity, Tally, forecast, identify, settings, traces,
 };
-use armbridge_analysis::monte_carlo::{Outcome, Task, Trial, for_seeds};
+use armbridge_analysis::monte_carlo::{Maneuver, Outcome, Trial, for_seeds};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::limits::Limits;
@@ -234,7 +234,7 @@ fn error_mrad(config: &PlantConfig, setup: Setup, task: &str, from_s: f64, seed:
         initial: crate::plant([0.3, -0.2], true).initial,
         ..*config
     };
-    let task: Task = task.parse().unwrap();
+    let task: Maneuver = task.parse().unwrap();
     let trial = Trial::new(config, task.script(setup, 8.0).unwrap());
     let run = trial.run(seed).unwrap();
     let outcome = Outcome::of(&trial, seed, &run);

@@ -1,7 +1,7 @@
 //! The default plan, performed by the board on a virtual arm nobody knows.
 
 use armbridge_analysis::plan_runner::plan::Begin;
-use armbridge_analysis::plan_runner::{Operator, Plan};
+use armbridge_analysis::plan_runner::{Plan, PlanRunner};
 use armbridge_analysis::scenario::{Overrides, Scenario};
 use armbridge_client::Host;
 use armbridge_shared::bridge::Channels;
@@ -24,7 +24,7 @@ pub fn perform(plan: &Plan, setup: Setup, config: &PlantConfig, seed: u64) -> Ve
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).unwrap();
     let bench = Bench::new(Plant::new(*config, seed));
-    let mut cosim = Cosim::new(board, bench, Operator::new(plan));
+    let mut cosim = Cosim::new(board, bench, PlanRunner::new(plan));
     while !cosim.host.is_done() {
         cosim.step().unwrap_or_else(|error| match error {
             CosimError::Host(error) => panic!("{error}"),

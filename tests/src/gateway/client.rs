@@ -9,7 +9,7 @@ use armbridge_shared::bridge::gateway::ClientLine;
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::morpheus;
 use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Instruction, Status, frame};
-use armbridge_sim::cosim::Client;
+use armbridge_sim::cosim::PortClient;
 
 /// How long a client waits for an answer before it goes on, in µs: what the
 /// vendor's SDK does on a serial port.
@@ -153,7 +153,7 @@ fn reply(bytes: &[u8]) -> Option<(u8, u8, Vec<u8>)> {
     })
 }
 
-impl Client for Hammer {
+impl PortClient for Hammer {
     fn line(&self) -> ClientLine {
         ClientLine {
             is_open: true,

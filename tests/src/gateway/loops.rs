@@ -1,7 +1,7 @@
 //! A control loop with a client that never stops asking.
 
 use crate::{plant, settling_s};
-use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Mode, PortCounters, Record, Setup};
 use armbridge_shared::servo::Firmware;
@@ -40,7 +40,7 @@ where
         ..Setup::default()
     };
     let script = Script::upright(setup, DURATION_US);
-    let mut cosim = Cosim::new(board, bench, Operator::new(script));
+    let mut cosim = Cosim::new(board, bench, PlanRunner::new(script));
     if let Some(client) = client {
         cosim = cosim.with_client(client);
     }

@@ -8,7 +8,7 @@ use armbridge_shared::bridge::gateway::ClientLine;
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::morpheus;
 use armbridge_shared::servo::protocol1::{BROADCAST, Instruction};
-use armbridge_sim::cosim::Client;
+use armbridge_sim::cosim::PortClient;
 
 /// Its address on the bus of Morpheus servos.
 const ADDRESS: u8 = 0xFE;
@@ -86,7 +86,7 @@ impl ClientHandle {
     }
 }
 
-impl Client for ClientHandle {
+impl PortClient for ClientHandle {
     fn line(&self) -> ClientLine {
         self.0.borrow().line
     }

@@ -20,24 +20,24 @@
 //! | `poles`   | eigenvalues, as z and as frequency and damping      |
 //! | `margins` | gain, phase, delay and disc margin, sensitivity     |
 //! | `place`   | the gain that has chosen poles                      |
-//! | `again`   | the same control for another arm                    |
+//! | `retune`   | the same control for another arm                    |
 //! | `step`    | answers to a step: of the loop, and of the bench    |
 //! | `draw`    | the figure of them                                  |
 
-mod again;
 mod draw;
 mod margins;
 mod model;
 mod place;
 mod poles;
+mod retune;
 mod step;
 #[cfg(test)]
 mod tests;
 
-pub use again::{Redesign, again};
 pub use margins::{Crossing, Disc, JointMargins, Margins};
 pub use place::{PlaceError, place};
 pub use poles::{Pole, Poles};
+pub use retune::{Redesign, again};
 pub use step::StepError;
 
 use std::path::{Path, PathBuf};

@@ -5,7 +5,7 @@ use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::message::{Mode, Record, Refusal, Setup};
 
 use super::model::Loop;
-use crate::monte_carlo::{Run, Task, Trial, TrialError};
+use crate::monte_carlo::{Maneuver, Run, Trial, TrialError};
 use armbridge_client::names;
 use armbridge_client::refusal;
 use armbridge_sim::plant::PlantConfig;
@@ -14,7 +14,7 @@ use armbridge_sim::plant::PlantConfig;
 pub(super) const STEP_RAD: [f32; JOINTS] = [0.15, -0.15];
 /// For how long after it the arm is looked at.
 pub(super) const SHOWN_S: f64 = 2.0;
-/// How long the bench stands upright before, in s; see [`Task::Step`].
+/// How long the bench stands upright before, in s; see [`Maneuver::Step`].
 const BEFORE_S: f64 = 2.0;
 /// Seed of the bench's noise.
 const SEED: u64 = 1;
@@ -58,7 +58,7 @@ pub(super) fn answers(setup: &Setup) -> Result<Answers, StepError> {
         ..PlantConfig::default()
     };
     let length_s = BEFORE_S + SHOWN_S;
-    let script = Task::Step(STEP_RAD).script(*setup, length_s);
+    let script = Maneuver::Step(STEP_RAD).script(*setup, length_s);
     let script = script.map_err(|_| StepError::Refused(Refusal::OutOfRange))?;
     let run = Trial::new(plant, script).run(SEED)?;
     let fault = |record: &Record| match record.mode {

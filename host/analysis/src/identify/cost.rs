@@ -9,9 +9,9 @@ use nalgebra::{SMatrix, SVector};
 use num_dual::{DualSVec64, DualStruct};
 
 use super::arm::{Joint, Known};
+use super::dataset::{Trace, Window};
 use super::motion::Motion;
 use super::quantity::{COUNT, PER_JOINT, Quantity};
-use super::trace::{Trace, Window};
 
 /// Numbers of a window's start.
 pub(super) const STARTS: usize = 2;

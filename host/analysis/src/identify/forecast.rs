@@ -13,9 +13,9 @@ use serde::Serialize;
 
 use super::arm::Known;
 use super::checks::{Followed, follow};
-use super::find::Found;
+use super::dataset::{Trace, Window};
+use super::fit::Found;
 use super::quantity::{COUNT, Quantity};
-use super::trace::{Trace, Window};
 
 /// Longest window, in s: in a few time constants of an unstable pole, what is not known of a
 /// start outgrows all else.

@@ -30,33 +30,35 @@
 //! | `arm`       | the equations of a joint in these numbers, over dual numbers  |
 //! | `motion`    | a joint that slides, from tick to tick                        |
 //! | `record`    | what of a log is of use                                       |
-//! | `trace`     | what was sent and measured; where joints slide                |
+//! | `dataset`     | what was sent and measured; where joints slide                |
 //! | `prior`     | what is believed before                                       |
-//! | `start`     | where to begin, by linear least squares                       |
+//! | `initial_guess`     | where to begin, by linear least squares                       |
 //! | `cost`      | the sum of squares, its slope and curvature                   |
 //! | `search`    | the way down                                                  |
 //! | `stiction`  | static friction, by what a joint at rest withstood            |
 //! | `stribeck`  | dry friction that falls with speed, where it does             |
-//! | `round`     | windows of one length, and dead zones tried in them           |
-//! | `find`      | all of it, round by round                                     |
+//! | `stage`     | windows of one length, and dead zones tried in them           |
+//! | `fit`      | all of it, round by round                                     |
 //! | `diagnose`  | whether the logs can tell an arm at all                       |
 //! | `checks`    | what a fit says of itself                                     |
 //! | `forecast`  | how well the numbers tell logs that they were not found in    |
-//! | `again`     | the same, where there is no other log                         |
+//! | `holdout`     | the same, where there is no other log                         |
 //! | `outcome`   | settings of a board that has this arm                         |
 //! | `report`    | the numbers as a table                                        |
-//! | `enough`    | whether they are known well enough for control                |
+//! | `acceptance`    | whether they are known well enough for control                |
 //! | `page`      | all of it as a page with pictures                             |
 //! | `paper`     | the paper's own procedure, beside all of this                 |
 
-mod again;
+mod acceptance;
 mod arm;
 mod checks;
 mod cost;
+mod dataset;
 mod diagnose;
-mod enough;
-mod find;
+mod fit;
 mod forecast;
+mod holdout;
+mod initial_guess;
 mod motion;
 mod outcome;
 mod page;
@@ -65,27 +67,25 @@ mod prior;
 mod quantity;
 mod record;
 mod report;
-mod round;
 mod search;
-mod start;
+mod stage;
 mod stiction;
 mod stribeck;
-mod trace;
 
-pub use again::without_the_last;
+pub use acceptance::TooVague;
 pub use arm::Known;
 pub use checks::{Checks, Combination, Dry, Followed, Form, Pair, Whiteness, correlations, untold};
+pub use dataset::Trace;
 pub use diagnose::{Diagnosis, OfJoint, Push, Tally, examine, identify, judge};
-pub use enough::TooVague;
-pub use find::{Found, find};
+pub use fit::{Found, find};
 pub use forecast::{Forecast, forecast};
+pub use holdout::without_the_last;
+pub use initial_guess::NoStart;
 pub use outcome::{NoArm, settings};
 pub use page::{Page, no_numbers};
 pub use quantity::{COUNT, PER_JOINT, Quantity};
 pub use record::traces;
 pub use report::{Number, Report};
 pub use search::Prior;
-pub use start::NoStart;
 pub use stiction::Static;
 pub use stribeck::{Falling, Stribeck};
-pub use trace::Trace;

@@ -14,7 +14,7 @@
 use num_dual::DualNum;
 
 use super::arm::{Joint, Known};
-use super::trace::Trace;
+use super::dataset::Trace;
 
 /// A joint in motion.
 pub(super) struct Motion<'a, D> {

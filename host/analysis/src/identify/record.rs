@@ -4,7 +4,7 @@
 
 use armbridge_shared::link::message::{Record, Sample};
 
-use super::trace::Trace;
+use super::dataset::Trace;
 
 /// Counts from either end of an encoder's track in which it tells nothing.
 pub(super) const END_COUNTS: u16 = 3;

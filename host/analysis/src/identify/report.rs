@@ -3,7 +3,7 @@
 use armbridge_shared::JOINTS;
 use serde::Serialize;
 
-use super::find::Found;
+use super::fit::Found;
 use super::quantity::Quantity;
 use super::search::Prior;
 use armbridge_log::table;

@@ -10,8 +10,8 @@ use nalgebra_lm as lm;
 
 use super::arm::Known;
 use super::cost::{Cost, Stretch, cost};
+use super::dataset::Trace;
 use super::quantity::{COUNT, Quantity};
-use super::trace::Trace;
 
 /// Rows of the problem: as many as there are numbers for all windows together, one for
 /// what no number can explain, and one for each belief.

@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::arm::Known;
 use super::cost::Stretch;
 use super::quantity::{COUNT, PER_JOINT};
-use super::round::Round;
+use super::stage::Round;
 
 /// How dry friction falls.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,20 +8,20 @@
 //! was tried.
 
 mod batch;
+mod maneuver;
 mod outcome;
 mod table;
-mod task;
 
 pub use batch::for_seeds;
+pub use maneuver::{Maneuver, ManeuverError};
 pub use outcome::{Joints, Outcome, REST_S, SETTLED_RAD};
 pub use table::table;
-pub use task::{Task, TaskError};
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Record};
 
-use crate::plan_runner::{Operator, PlanError, Script};
+use crate::plan_runner::{PlanError, PlanRunner, Script};
 use armbridge_client::Host;
 use armbridge_client::Tap;
 use armbridge_client::tap::Tapped;
@@ -74,7 +74,7 @@ pub struct Truth {
 pub enum TrialError {
     /// The operator gave up.
     #[error(transparent)]
-    Operator(#[from] PlanError),
+    PlanRunner(#[from] PlanError),
     /// No share of replies.
     #[error("a share of replies is from 0 to 1, not {0}")]
     Loss(f64),
@@ -117,7 +117,7 @@ impl Trial {
         })?;
         let bench = Bench::new(Plant::new(self.plant, seed));
         let host = Tapped::new(
-            Operator::new(self.script.clone()),
+            PlanRunner::new(self.script.clone()),
             tap.into_iter().collect(),
         );
         let mut cosim = Cosim::new(board, bench, host);

@@ -3,7 +3,7 @@
 //!
 //! Nothing of it grows with the length of the run.
 
-mod ledger;
+mod run_stats;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use armbridge_shared::link::message::PortCounters;
 
-use crate::plan_runner::{Ending, Operator, Plan, PlanError};
+use crate::plan_runner::{Ending, Plan, PlanError, PlanRunner};
 use crate::plot;
 use crate::plot::PlotError;
 use crate::progress::Progress;
@@ -27,14 +27,14 @@ use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::{LogSummary, ServoSummary, Summary};
 use armbridge_sim::cosim::Interaction;
-use ledger::{Ledger, Thinned};
+use run_stats::{Ledger, Thinned};
 
 /// Time of the run between two looks at the progress bar.
 const LOOK_US: u64 = 50_000;
 
 /// What is to be done, and what is to be left of it.
 #[derive(Debug)]
-pub struct Task {
+pub struct RunSpec {
     /// What.
     pub plan: Plan,
     /// What is known before the first tick.
@@ -111,15 +111,15 @@ pub enum PlayerError {
     Link(String),
     /// Nor this way.
     #[error(transparent)]
-    Operator(#[from] PlanError),
+    PlanRunner(#[from] PlanError),
     /// Ctrl-C before the arm was armed.
     #[error("ended by ctrl-c before the arm was armed; nothing has moved")]
     Interrupted,
 }
 
 /// A run under way.
-pub struct Player {
-    operator: Operator<Ledger>,
+pub struct RunHost {
+    operator: PlanRunner<Ledger>,
     recorder: Recorder,
     progress: Progress,
     folder: RunFolder,
@@ -131,12 +131,12 @@ pub struct Player {
     begun: Instant,
 }
 
-impl Player {
+impl RunHost {
     /// Makes the folder, in `base` or where run folders are, and begins the log.
     ///
     /// # Errors
     /// If either cannot be.
-    pub fn new(task: Task, base: Option<&Path>) -> Result<Self, PlayerError> {
+    pub fn new(task: RunSpec, base: Option<&Path>) -> Result<Self, PlayerError> {
         let folder = RunFolder::create(base, &task.facts.name)?;
         Self::in_folder(task, folder)
     }
@@ -145,8 +145,8 @@ impl Player {
     ///
     /// # Errors
     /// If there can be none.
-    pub fn in_folder(task: Task, folder: RunFolder) -> Result<Self, PlayerError> {
-        let Task {
+    pub fn in_folder(task: RunSpec, folder: RunFolder) -> Result<Self, PlayerError> {
+        let RunSpec {
             plan,
             facts,
             success,
@@ -164,7 +164,7 @@ impl Player {
             Recorder::create
         };
         Ok(Self {
-            operator: Operator::keeping(plan, ledger).interrupted_by(interrupt::is_raised),
+            operator: PlanRunner::keeping(plan, ledger).interrupted_by(interrupt::is_raised),
             recorder: begin_log(&folder.file("run.mcap"), &facts)?,
             progress: Progress::new(duration_s, is_quiet),
             folder,
@@ -182,7 +182,7 @@ impl Player {
         self.recorder.tap()
     }
 
-    /// The plan's pushes as they fall due, see [`Operator::interactions`].
+    /// The plan's pushes as they fall due, see [`PlanRunner::interactions`].
     pub fn interactions(&mut self) -> Receiver<Interaction> {
         self.operator.interactions()
     }
@@ -317,7 +317,7 @@ fn close(recorder: Recorder) -> LogSummary {
     }
 }
 
-impl Host for Player {
+impl Host for RunHost {
     type Error = PlanError;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], PlanError> {

@@ -10,7 +10,7 @@ use armbridge_shared::servo::Firmware;
 use nalgebra::Vector2;
 
 use super::file::{BenchKeys, Expect, File, Pair, ServoName, StepKeys, StopKeys};
-use super::place::{Place, Wrong};
+use super::location::{Place, Wrong};
 use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, Success};
 use crate::plan_runner::plan::{Begin, Change, Plan, Stop};

@@ -2,7 +2,7 @@
 
 use armbridge_shared::link::experiment::{Measure, Objection};
 
-use super::place::{Place, Wrong};
+use super::location::{Place, Wrong};
 use armbridge_client::experiment;
 
 /// What the board would object to, at the key of the step that it is about.

@@ -54,22 +54,22 @@
 //! would refuse and can be known before: motions are planned by the board's planner,
 //! gains judged by the board's code.
 
+mod builtin;
 mod check;
 mod expect;
 mod experiment;
 mod file;
+mod location;
 mod outlook;
-mod place;
 mod reference;
-mod shipped;
 mod steps;
 #[cfg(test)]
 mod tests;
 
+pub use builtin::{SHIPPED, Shipped};
 pub use expect::Judge;
 pub use file::{EndName, Expect};
 pub use outlook::{Asked, Outlook, Stage, Swept};
-pub use shipped::{SHIPPED, Shipped};
 
 use std::path::Path;
 
@@ -86,7 +86,7 @@ use armbridge_client::toml_file::DocumentError;
 use armbridge_sim::Bench;
 use armbridge_sim::kind::ServoKind;
 use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
-use place::Text;
+use location::Text;
 
 /// A scenario, worked out.
 #[derive(Clone, Debug)]

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use super::Scenario;
 use super::file::Pair;
-use super::place::Place;
+use super::location::Place;
 use super::reference::Course;
 use crate::plan_runner::plan::{Act, Point, Step};
 

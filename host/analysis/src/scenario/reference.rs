@@ -13,7 +13,7 @@ use armbridge_shared::link::message::{Command, Settings};
 
 use super::experiment;
 use super::file::Pair;
-use super::place::{Place, Wrong};
+use super::location::{Place, Wrong};
 use crate::plan_runner::plan;
 use crate::plan_runner::plan::{Act, Step};
 

@@ -10,7 +10,7 @@ use toml::Table;
 
 use super::experiment;
 use super::file::{Pair, StepKeys, ViaKeys};
-use super::place::{Place, Wrong};
+use super::location::{Place, Wrong};
 use super::reference::Course;
 use crate::plan_runner::plan::{Act, Base, Change, Point, Step};
 use armbridge_client::params;

@@ -2,7 +2,7 @@ use super::*;
 use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::{Command, Record};
 
-use crate::plan_runner::{Keep, Operator};
+use crate::plan_runner::{Keep, PlanRunner};
 use armbridge_client::LinkStats;
 use armbridge_log::summary::Tally;
 use armbridge_sim::link::{BoardUri, Options, drive};
@@ -203,7 +203,7 @@ fn play(scenario: &Scenario) -> (Option<Ending>, Vec<String>, u64) {
         tally: Tally::default(),
         judge: Judge::new(scenario.expect, &scenario.plan.pushes),
     };
-    let operator = Operator::keeping(scenario.plan.clone(), keep);
+    let operator = PlanRunner::keeping(scenario.plan.clone(), keep);
     let options = Options::new(scenario.bench.build());
     let (operator, result) = drive(&BoardUri::Sim, options, operator);
     let name = &scenario.name;
@@ -260,7 +260,7 @@ fn settings_are_put_back_and_a_stop_condition_stops() {
     let scenario = parse(text).unwrap();
     let bits = scenario.settings.limits.speed_rad_s.map(f32::to_bits);
     assert_eq!(bits, [6.0_f32.to_bits(); 2]);
-    let operator = Operator::new(scenario.plan.clone());
+    let operator = PlanRunner::new(scenario.plan.clone());
     let options = Options::new(scenario.bench.build());
     let (operator, result) = drive(&BoardUri::Sim, options, operator);
     result.unwrap();

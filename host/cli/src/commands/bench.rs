@@ -7,7 +7,7 @@ use crate::args::values::{
     Seeds, angles, duration, not_negative, numbers, period, positive, seeds, weights,
 };
 use armbridge_analysis::monte_carlo;
-use armbridge_analysis::monte_carlo::{Outcome as Trialled, Run, Task, Trial};
+use armbridge_analysis::monte_carlo::{Maneuver, Outcome as Trialled, Run, Trial};
 use armbridge_analysis::plot;
 use armbridge_analysis::progress::Progress;
 use armbridge_log::CsvWriter;
@@ -56,7 +56,7 @@ pub(crate) struct BenchArgs {
     /// upright, hold:Q1,Q2, step:Q1,Q2, min-jerk:Q1,Q2[,S], sine:A1,A2,HZ or
     /// chirp:A1,A2,HZ,HZ; in rad. Motions begin upright, after 2 s.
     #[arg(long, value_name = "WHAT", default_value = "upright")]
-    pub(crate) reference: Task,
+    pub(crate) reference: Maneuver,
     /// Joint angles in rad at which the arm is held until torque comes on
     /// [default: 0.49,-0.3, unless the plant file says where].
     #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
@@ -254,7 +254,7 @@ struct Report<'a> {
 struct Described {
     setup: Setup,
     plant: PlantFile,
-    reference: Task,
+    reference: Maneuver,
     pushes: Vec<Push>,
     duration_s: f64,
     loss: f64,
@@ -262,7 +262,7 @@ struct Described {
 }
 
 impl Described {
-    fn of(trial: &Trial, reference: Task) -> Self {
+    fn of(trial: &Trial, reference: Maneuver) -> Self {
         Self {
             setup: trial.script.setup,
             plant: PlantFile::of(&trial.plant),

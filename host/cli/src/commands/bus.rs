@@ -2,13 +2,13 @@
 
 use std::io::{IsTerminal, Write};
 
-use armbridge_client::servo_bus::{Client, Line};
+use armbridge_client::servo_bus::{BusMaster, Line};
 
 use super::Error;
 use crate::args::BusArgs;
 
 /// A client on the port, which a serial device offers at `baud`.
-pub(super) fn open(args: &BusArgs, baud: u32) -> Result<Client<Box<dyn Line>>, Error> {
+pub(super) fn open(args: &BusArgs, baud: u32) -> Result<BusMaster<Box<dyn Line>>, Error> {
     let port = args.port.as_ref().ok_or(
         "--port is missing: the serial device of the adapter, for example /dev/ttyUSB0, serial: for \
          the board's transparent port, or tcp://HOST:PORT",
@@ -17,7 +17,7 @@ pub(super) fn open(args: &BusArgs, baud: u32) -> Result<Client<Box<dyn Line>>, E
     if let Some(hint) = port.latency_timer().and_then(|timer| timer.hint()) {
         eprintln!("{port}: {hint}");
     }
-    let client = Client::new(line, args.patience);
+    let client = BusMaster::new(line, args.patience);
     client.map_err(|error| format!("{port} failed: {error}").into())
 }
 

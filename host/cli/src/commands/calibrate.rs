@@ -2,7 +2,7 @@
 
 use super::{Outcome, task};
 use crate::args::TaskArgs;
-use armbridge::tasks::GaveUp;
+use armbridge::tasks::TaskError;
 use armbridge::tasks::calibrate::{Calibrate, Guide, Wish};
 use armbridge_log::table;
 use armbridge_shared::JOINTS;
@@ -142,11 +142,11 @@ impl Guide for Terminal {
         }
     }
 
-    fn answer(&mut self) -> Result<Option<String>, GaveUp> {
+    fn answer(&mut self) -> Result<Option<String>, TaskError> {
         match self.answers.try_recv() {
             Ok(line) => Ok(Some(line)),
             Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => Err(GaveUp(
+            Err(TryRecvError::Disconnected) => Err(TaskError(
                 "the input has ended and nobody is there to answer: nothing was saved".into(),
             )),
         }

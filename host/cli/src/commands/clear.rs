@@ -2,7 +2,7 @@
 
 use super::{Outcome, task};
 use crate::args::TaskArgs;
-use armbridge::tasks::off::Clear;
+use armbridge::tasks::disarm::Clear;
 use armbridge_sim::link::Pace;
 
 pub(crate) const EXAMPLES: &str = "\

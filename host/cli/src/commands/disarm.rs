@@ -2,7 +2,7 @@
 
 use super::{Outcome, task};
 use crate::args::TaskArgs;
-use armbridge::tasks::off::Disarm;
+use armbridge::tasks::disarm::Disarm;
 use armbridge_client::trip;
 use armbridge_shared::link::message::Mode;
 use armbridge_sim::link::Pace;

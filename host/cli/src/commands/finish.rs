@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use armbridge_analysis::plan_runner::PlanError;
 use armbridge_analysis::run;
-use armbridge_analysis::run::{Finished, Player};
+use armbridge_analysis::run::{Finished, RunHost};
 use armbridge_client::LinkError;
 
 use super::Outcome;
@@ -12,7 +12,7 @@ use crate::args::OutputArgs;
 
 /// Ends a run: its files, its summary, its exit code.
 pub(super) fn finish(
-    player: Player,
+    player: RunHost,
     result: Result<(), LinkError<PlanError>>,
     output: &OutputArgs,
 ) -> Outcome {

@@ -1,7 +1,7 @@
 //! `armbridge foxglove`: the topics of a log, as they happen, for viewers.
 
 use super::Outcome;
-use super::session::Opened;
+use super::session::OpenedLink;
 use crate::args::SessionArgs;
 use armbridge::foxglove::run;
 use armbridge::foxglove::server::Server;
@@ -43,7 +43,7 @@ pub(crate) struct FoxgloveArgs {
 pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
     // First: a port that is taken shall not begin anything.
     let server = Server::start(args.host, args.port, args.allow_arm)?;
-    let opened = Opened::begin(&args.session, "foxglove", false)?;
+    let opened = OpenedLink::begin(&args.session, "foxglove", false)?;
     if !args.host.is_loopback() {
         eprintln!(
             "armbridge: whoever reaches {} can change settings{}; use it on networks you trust",

@@ -1,13 +1,13 @@
 //! `armbridge identify`: what an arm is, from its logs.
 
 mod apply;
+mod output;
 mod paper;
 mod preview;
 mod run;
-mod told;
 
 use self::apply::Apply;
-use self::told::Wish;
+use self::output::Wish;
 use super::{Error, Outcome};
 use crate::args::LinkArgs;
 use armbridge_analysis::identify::{
@@ -109,7 +109,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
     match &args.what {
         Identify::Run(args) => run::run(args),
         Identify::Fit(args) => match fit(args) {
-            Err(error) if error.is::<Diagnosis>() => told::without_numbers(&error, args),
+            Err(error) if error.is::<Diagnosis>() => output::without_numbers(&error, args),
             outcome => outcome,
         },
         Identify::Paper(args) => paper::run(args),
@@ -118,7 +118,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
 
 fn fit(args: &FitArgs) -> Outcome {
     let fit = Fit::of(&paths(&args.logs), args.weighed)?;
-    let told = told::describe(
+    let told = output::describe(
         &fit,
         &Wish {
             held_out: &args.held_out,

@@ -7,7 +7,7 @@ use crate::args::LinkArgs;
 use armbridge::config;
 use armbridge::config::Config;
 use armbridge_client::params;
-use armbridge_client::params::exchange::Exchange;
+use armbridge_client::params::settings_exchange::Exchange;
 use armbridge_client::params::{Parameter, to_text};
 use armbridge_client::toml_file::Document;
 use armbridge_log::table;

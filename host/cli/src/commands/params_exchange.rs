@@ -5,7 +5,7 @@ use super::{Error, Outcome, link};
 use crate::args::LinkArgs;
 use armbridge::config::Config;
 use armbridge_client::params;
-use armbridge_client::params::exchange::{Exchange, Exchanged, commands};
+use armbridge_client::params::settings_exchange::{Exchange, Exchanged, commands};
 use armbridge_client::params::to_text;
 use armbridge_client::refusal;
 use armbridge_log::table;

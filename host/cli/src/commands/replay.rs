@@ -5,7 +5,7 @@ use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::params;
 use armbridge_log::find::find;
 use armbridge_log::recording::Reader;
-use armbridge_log::replay::{Changes, Player, Report, Verdict};
+use armbridge_log::replay::{Changes, Replayer, Report, Verdict};
 use clap::Args;
 use serde::Serialize;
 use std::io::Write;
@@ -62,7 +62,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Outcome {
     let changes = Changes::new(table(args.with.as_deref())?, args.set.clone());
     let mut reader = Reader::open(&path)?;
     let begun = Instant::now();
-    let mut player = Player::new(changes)?;
+    let mut player = Replayer::new(changes)?;
     for event in &mut reader {
         player.take(&event)?;
     }

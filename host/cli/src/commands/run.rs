@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use armbridge::config::Config;
 use armbridge_analysis::plan_runner::plan::Base;
-use armbridge_analysis::run::{Files, Player, Task};
+use armbridge_analysis::run::{Files, RunHost, RunSpec};
 use armbridge_analysis::scenario::{Judge, Overrides, SHIPPED, Scenario, Shipped};
 use armbridge_client::params;
 use armbridge_client::transport::LinkUri;
@@ -181,7 +181,7 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     let mut options = staging.options(&mut scenario);
     options.client = transparent_port::open(args.simulated.transparent.as_ref())?;
     let base = config.out(args.output.out.as_deref());
-    let mut player = Player::new(staging.task(scenario)?, Some(&base))?;
+    let mut player = RunHost::new(staging.task(scenario)?, Some(&base))?;
     options.link.taps.push(player.tap());
     options.interactions = Some(player.interactions());
     let (player, result) = drive(&link, options, player);
@@ -222,7 +222,7 @@ impl Staging<'_> {
     }
 
     /// What the player is to do.
-    pub(super) fn task(&self, scenario: Scenario) -> Result<Task, Error> {
+    pub(super) fn task(&self, scenario: Scenario) -> Result<RunSpec, Error> {
         let Scenario {
             name,
             plan,
@@ -240,7 +240,7 @@ impl Staging<'_> {
             RunFacts::of(&name, &self.link.to_string(), &settings)
         };
         armbridge_client::interrupt::listen()?;
-        Ok(Task {
+        Ok(RunSpec {
             judge: Some(Judge::new(expect, &plan.pushes)),
             plan,
             facts,

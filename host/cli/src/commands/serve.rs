@@ -10,7 +10,7 @@ use armbridge_client::Host;
 use armbridge_client::transport::LinkUri;
 use armbridge_sim::Bench;
 use armbridge_sim::link::{Options, Pace, drive};
-use armbridge_sim::link_server::RemoteHost;
+use armbridge_sim::link_server::LinkServer;
 use clap::{Args, Subcommand};
 
 use super::{Outcome, transparent_port, virtual_arm};
@@ -84,7 +84,7 @@ fn board(args: &BoardArgs) -> Outcome {
     options.client = transparent_port::open(args.transparent.as_ref())?;
     match &args.listen {
         Some(at) => {
-            let (host, at) = RemoteHost::offer(at)?;
+            let (host, at) = LinkServer::offer(at)?;
             eprintln!("control link on {at}; end with ctrl-c");
             drive(&link, options, host).1?;
         }

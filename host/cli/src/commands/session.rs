@@ -5,8 +5,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use armbridge::config::Config;
-use armbridge::link_thread::Session;
-use armbridge_client::event_queue::Feed;
+use armbridge::link_thread::LinkThread;
+use armbridge_client::event_queue::EventQueue;
 use armbridge_client::interrupt;
 use armbridge_client::transport::LinkOptions;
 use armbridge_log::recorder::Recorder;
@@ -23,10 +23,10 @@ use crate::args::SessionArgs;
 const PATIENCE: Duration = Duration::from_secs(24 * 3_600);
 
 /// All of it.
-pub(crate) struct Opened {
-    session: Session,
+pub(crate) struct OpenedLink {
+    session: LinkThread,
     /// What is said on the link.
-    pub(crate) feed: Feed,
+    pub(crate) feed: EventQueue,
     recorder: Option<Recorder>,
     /// Which link, and what is behind it.
     pub(crate) title: String,
@@ -34,7 +34,7 @@ pub(crate) struct Opened {
     pub(crate) is_simulated: bool,
 }
 
-impl Opened {
+impl OpenedLink {
     /// Begins. `name` is the command's; a quiet link says nothing on standard error.
     pub(crate) fn begin(args: &SessionArgs, name: &str, is_quiet: bool) -> Result<Self, Error> {
         interrupt::listen()?;
@@ -48,13 +48,13 @@ impl Opened {
             Some(path) => Some(recorder(path, name, &title)?),
             None => None,
         };
-        let feed = Feed::default();
+        let feed = EventQueue::default();
         let mut taps = vec![feed.tap()];
         taps.extend(recorder.as_ref().map(Recorder::tap));
         let (plant, kinds) = (virtual_arm::config(&args.arm)?, args.servos.kinds()?);
         let seed = args.arm.seed;
         // A bench cannot be sent to another thread: it is made there.
-        let session = Session::begin(link, move || {
+        let session = LinkThread::begin(link, move || {
             let mut options = Options::new(Bench::with_servos(Plant::new(plant, seed), &kinds));
             options.pace = Pace::WallClock;
             options.link = LinkOptions {
@@ -74,7 +74,7 @@ impl Opened {
     }
 
     /// The board.
-    pub(crate) fn session(&self) -> &Session {
+    pub(crate) fn session(&self) -> &LinkThread {
         &self.session
     }
 

@@ -2,7 +2,7 @@
 
 use super::{Outcome, task};
 use crate::args::TaskArgs;
-use armbridge::tasks::off::Stop;
+use armbridge::tasks::disarm::Stop;
 use armbridge_client::trip;
 use armbridge_sim::link::Pace;
 

@@ -1,19 +1,19 @@
 //! The transparent port of a simulated board, served to another program.
 
 use armbridge_client::transport::LinkUri;
-use armbridge_sim::cosim::Client;
-use armbridge_sim::usb2dynamixel_server::RemoteClient;
+use armbridge_sim::cosim::PortClient;
+use armbridge_sim::usb2dynamixel_server::PortServer;
 
 use super::Error;
 
 /// The program at the port that is asked for.
-pub(super) fn open(at: Option<&LinkUri>) -> Result<Option<Box<dyn Client>>, Error> {
+pub(super) fn open(at: Option<&LinkUri>) -> Result<Option<Box<dyn PortClient>>, Error> {
     match at {
         None => Ok(None),
         Some(LinkUri::Tcp(endpoint)) => {
             let (listener, at) = endpoint.listen()?;
             eprintln!("transparent port on {at}, raw bus bytes");
-            Ok(Some(Box::new(RemoteClient::on_socket(listener)?)))
+            Ok(Some(Box::new(PortServer::on_socket(listener)?)))
         }
         Some(LinkUri::Pty(None)) => on_terminal().map(Some),
         Some(other @ (LinkUri::Usb(_) | LinkUri::Serial(_) | LinkUri::Pty(Some(_)))) => {
@@ -26,14 +26,14 @@ pub(super) fn open(at: Option<&LinkUri>) -> Result<Option<Box<dyn Client>>, Erro
 }
 
 #[cfg(unix)]
-fn on_terminal() -> Result<Box<dyn Client>, Error> {
+fn on_terminal() -> Result<Box<dyn PortClient>, Error> {
     let pty = armbridge_client::pty::Pty::open()?;
     eprintln!("transparent port, raw bus bytes:");
     println!("{}", pty.name());
-    Ok(Box::new(RemoteClient::on_terminal(pty)?))
+    Ok(Box::new(PortServer::on_terminal(pty)?))
 }
 
 #[cfg(not(unix))]
-fn on_terminal() -> Result<Box<dyn Client>, Error> {
+fn on_terminal() -> Result<Box<dyn PortClient>, Error> {
     Err("there are no pseudo-terminals on this system: use tcp://127.0.0.1:PORT".into())
 }

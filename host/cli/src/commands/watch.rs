@@ -1,7 +1,7 @@
 //! `armbridge watch`: a dashboard on the terminal.
 
 use super::Outcome;
-use super::session::Opened;
+use super::session::OpenedLink;
 use crate::args::SessionArgs;
 use armbridge::watch::screen;
 use clap::Args;
@@ -31,7 +31,7 @@ pub(crate) fn run(args: &WatchArgs) -> Outcome {
                 .into(),
         );
     }
-    let opened = Opened::begin(&args.session, "watch", true)?;
+    let opened = OpenedLink::begin(&args.session, "watch", true)?;
     let shown = screen::show(
         opened.session(),
         &opened.feed,

@@ -13,11 +13,11 @@
 //! | [`server`]  | the server: channels, parameters, services                        |
 //! | [`values`]  | the board's parameters as the viewer has them                     |
 //! | [`board`]   | what is known of the board                                        |
-//! | [`desk`]    | what viewers wish, until the board has said what became of it     |
+//! | [`pending_requests`]    | what viewers wish, until the board has said what became of it     |
 //! | [`run`]     | all of it together                                                |
 
 pub mod board;
-pub mod desk;
+pub mod pending_requests;
 pub mod run;
 pub mod server;
 pub mod values;

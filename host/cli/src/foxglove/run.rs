@@ -7,12 +7,12 @@ use std::time::{Duration, SystemTime};
 use armbridge_shared::link::message::{Command, Settings};
 
 use super::board::Board;
-use super::desk::{Desk, Outcome};
+use super::pending_requests::{Desk, Outcome};
 use super::server::Server;
 use super::values;
-use crate::link_thread::Session;
+use crate::link_thread::LinkThread;
 use armbridge_client::event::Event;
-use armbridge_client::event_queue::Feed;
+use armbridge_client::event_queue::EventQueue;
 use armbridge_client::interrupt;
 use armbridge_client::session::Request;
 use armbridge_log::topics::{Encoder, Message, Topic};
@@ -35,7 +35,7 @@ pub struct Served {
 
 /// Serves viewers until ctrl-c, or until the link ends. When the last viewer leaves an
 /// arm that a viewer has armed, it is disarmed.
-pub fn run(session: &Session, feed: &Feed, server: &Server) -> Served {
+pub fn run(session: &LinkThread, feed: &EventQueue, server: &Server) -> Served {
     let mut live = Live {
         server,
         board: Board::default(),

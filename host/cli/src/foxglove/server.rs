@@ -18,7 +18,7 @@ use foxglove::{
     WebSocketServerHandle,
 };
 
-use super::desk::{Service, Wish};
+use super::pending_requests::{Service, Wish};
 use armbridge_log::topics::{Message, Topic};
 
 /// Messages that wait for a viewer; more than 4 s of all topics. Then its oldest go.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use armbridge_shared::link::message::{BoardReport, Command, LastEnd, Mode, Refusal, Trip};
 
-use super::{GaveUp, Task, View};
+use super::{Task, TaskError, View};
 use armbridge_client::error::end_in_words;
 use armbridge_client::interrupt;
 use armbridge_client::refusal;
@@ -99,7 +99,7 @@ impl Arm {
         view.session.request(view.now_us, Request::Leave);
     }
 
-    fn wait(&mut self, view: &mut View<'_>, since_us: u64) -> Result<(), GaveUp> {
+    fn wait(&mut self, view: &mut View<'_>, since_us: u64) -> Result<(), TaskError> {
         let now_us = view.now_us;
         let status = view.session.status();
         let none = || "the servos are not found: check their power and wiring".to_owned();
@@ -108,14 +108,14 @@ impl Arm {
             .map_or_else(none, |obstacle| obstacle.to_string());
         if let Some(trip) = status.trip {
             let cause = trip::in_words(&trip).cause;
-            return Err(GaveUp(format!(
+            return Err(TaskError(format!(
                 "a fault is latched: {cause}; look after it, then `armbridge clear`"
             )));
         }
         match (status.mode(), status.servos) {
             (Some(Mode::Passthrough), _) => {
                 let why = refusal::in_words(Refusal::Passthrough);
-                return Err(GaveUp(format!("the board is not armed: {why}")));
+                return Err(TaskError(format!("the board is not armed: {why}")));
             }
             (Some(Mode::Idle), Some(FoundServos { is_ready: true, .. })) => {
                 view.session.request(now_us, Request::Arm);
@@ -137,14 +137,14 @@ impl Arm {
                     is_ready: false, ..
                 }),
             ) => {
-                return Err(GaveUp(
+                return Err(TaskError(
                     "stock servos take no torque before they are set to wheel mode, which is kept \
                      in their EEPROM: add --prepare to do it"
                         .into(),
                 ));
             }
             _ if now_us.saturating_sub(since_us) > SERVO_TIMEOUT_US => {
-                return Err(GaveUp(why_not));
+                return Err(TaskError(why_not));
             }
             _ => {}
         }
@@ -176,7 +176,7 @@ impl Arm {
 }
 
 impl Task for Arm {
-    fn look(&mut self, mut view: View<'_>) -> Result<(), GaveUp> {
+    fn look(&mut self, mut view: View<'_>) -> Result<(), TaskError> {
         let now_us = view.now_us;
         match self.step {
             Step::Over => return Ok(()),
@@ -201,7 +201,7 @@ impl Task for Arm {
                 } else if now_us.saturating_sub(since_us) > SERVO_TIMEOUT_US {
                     let none = || "the servos cannot be set to wheel mode".to_owned();
                     let why = status.obstacle.map_or_else(none, |why| why.to_string());
-                    return Err(GaveUp(why));
+                    return Err(TaskError(why));
                 }
             }
             Step::Arming(since_us) => match view.session.take_answer() {
@@ -211,10 +211,10 @@ impl Task for Arm {
                 }
                 Some(Err(refusal)) => {
                     let why = refusal::in_words(refusal);
-                    return Err(GaveUp(format!("the board refused to arm: {why}")));
+                    return Err(TaskError(format!("the board refused to arm: {why}")));
                 }
                 None if now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => {
-                    return Err(GaveUp(
+                    return Err(TaskError(
                         "the board does not answer: was it reset or unplugged?".into(),
                     ));
                 }

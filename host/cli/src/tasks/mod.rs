@@ -8,12 +8,12 @@
 //! |---------------|-------------------------------------------------------------|
 //! | [`status`]    | listens to the board, and measures round trips              |
 //! | [`arm`]       | armed, until ctrl-c, its time, or a fault                   |
-//! | [`off`]       | disarmed, stopped, or a fault cleared                       |
+//! | [`disarm`]       | disarmed, stopped, or a fault cleared                       |
 //! | [`calibrate`] | zero and sign of each joint                                 |
 
 pub mod arm;
 pub mod calibrate;
-pub mod off;
+pub mod disarm;
 pub mod status;
 
 use armbridge_client::Host;
@@ -26,9 +26,9 @@ const LOOK_US: u64 = 10_000;
 /// Why a task came to nothing: one sentence that says what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct GaveUp(pub String);
+pub struct TaskError(pub String);
 
-impl From<SessionError> for GaveUp {
+impl From<SessionError> for TaskError {
     fn from(error: SessionError) -> Self {
         Self(error.to_string())
     }
@@ -50,7 +50,7 @@ pub trait Task {
     ///
     /// # Errors
     /// If it comes to nothing.
-    fn look(&mut self, view: View<'_>) -> Result<(), GaveUp>;
+    fn look(&mut self, view: View<'_>) -> Result<(), TaskError>;
 
     /// The connection broke; it may come back, disarmed.
     fn disconnected(&mut self, _now_us: u64) {}
@@ -76,7 +76,7 @@ impl<T: Task> TaskHost<T> {
         }
     }
 
-    fn look(&mut self, now_us: u64) -> Result<(), GaveUp> {
+    fn look(&mut self, now_us: u64) -> Result<(), TaskError> {
         self.look_us = now_us + LOOK_US;
         self.task.look(View {
             now_us,
@@ -86,14 +86,14 @@ impl<T: Task> TaskHost<T> {
 }
 
 impl<T: Task> Host for TaskHost<T> {
-    type Error = GaveUp;
+    type Error = TaskError;
 
-    fn transmit(&mut self, now_us: u64) -> Result<&[u8], GaveUp> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], TaskError> {
         self.look(now_us)?;
         Ok(self.session.transmit(now_us)?)
     }
 
-    fn receive(&mut self, now_us: u64, mut bytes: &[u8]) -> Result<(), GaveUp> {
+    fn receive(&mut self, now_us: u64, mut bytes: &[u8]) -> Result<(), TaskError> {
         while self.session.receive(now_us, &mut bytes)?.is_some() {
             self.look(now_us)?;
         }

@@ -2,7 +2,7 @@
 
 use armbridge_shared::link::message::{Command, Mode};
 
-use super::{GaveUp, Task, View};
+use super::{Task, TaskError, View};
 use armbridge_client::session::Request;
 
 /// How long the board is listened to: it tells its servos' temperatures once a second.
@@ -40,7 +40,7 @@ impl Status {
 }
 
 impl Task for Status {
-    fn look(&mut self, view: View<'_>) -> Result<(), GaveUp> {
+    fn look(&mut self, view: View<'_>) -> Result<(), TaskError> {
         let View { now_us, session } = view;
         if self.is_over || !session.is_greeted() {
             return Ok(());

@@ -13,8 +13,8 @@ use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyEventKind};
 use super::keys::{Act, Keys};
 use super::model::Model;
 use super::view;
-use crate::link_thread::Session;
-use armbridge_client::event_queue::Feed;
+use crate::link_thread::LinkThread;
+use armbridge_client::event_queue::EventQueue;
 use armbridge_client::interrupt;
 
 /// Between two pictures.
@@ -25,7 +25,12 @@ const FRAME: Duration = Duration::from_millis(66);
 ///
 /// # Errors
 /// If the terminal cannot be drawn on.
-pub fn show(session: &Session, feed: &Feed, is_simulated: bool, what: &str) -> io::Result<Model> {
+pub fn show(
+    session: &LinkThread,
+    feed: &EventQueue,
+    is_simulated: bool,
+    what: &str,
+) -> io::Result<Model> {
     // Restores the terminal in a panic, too, whichever thread it is in.
     let terminal = ratatui::try_init()?;
     let shown = run(terminal, session, feed, is_simulated, what);
@@ -35,8 +40,8 @@ pub fn show(session: &Session, feed: &Feed, is_simulated: bool, what: &str) -> i
 
 fn run(
     mut terminal: DefaultTerminal,
-    session: &Session,
-    feed: &Feed,
+    session: &LinkThread,
+    feed: &EventQueue,
     is_simulated: bool,
     what: &str,
 ) -> io::Result<Model> {

@@ -6,7 +6,7 @@ use core::fmt;
 use armbridge_shared::link::message::Settings;
 use toml::Value;
 
-use super::takes::{Shape, Takes};
+use super::constraint::{Shape, Takes};
 use super::{Parameter, ParameterError, to_text};
 
 /// Where a parameter is in the settings.

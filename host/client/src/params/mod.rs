@@ -12,23 +12,23 @@
 //! | file       | what lives there                                       |
 //! |------------|--------------------------------------------------------|
 //! | `tables`   | the table: key, unit, range, meaning, and where it is  |
-//! | `takes`    | what a parameter takes: how many numbers, which range  |
+//! | `constraint`    | what a parameter takes: how many numbers, which range  |
 //! | `access`   | from settings to values and back                       |
 //! | `text`     | values as they are typed and shown                     |
 //! | `check`    | what only settings as a whole can be asked             |
-//! | `exchange` | read from a board, and written to it                   |
+//! | `settings_exchange` | read from a board, and written to it                   |
 
 mod access;
 mod check;
-pub mod exchange;
+mod constraint;
+pub mod settings_exchange;
 mod tables;
-mod takes;
 #[cfg(test)]
 mod tests;
 mod text;
 
 pub use check::{Unfit, check};
-pub use takes::{Range, Shape, Takes};
+pub use constraint::{Range, Shape, Takes};
 pub use text::{NotAPair, of_text, pair, to_text};
 
 use std::sync::LazyLock;

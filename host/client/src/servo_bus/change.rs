@@ -7,9 +7,9 @@
 
 use crate::servo_table::{Register, Storage, Table};
 
-use super::client::BusError;
 use super::diagnosis::Diagnosis;
 use super::line::Line;
+use super::master::BusError;
 use super::reading::{Reading, ServoError, Taken, Value};
 use super::request::Request;
 use super::servo::Servo;

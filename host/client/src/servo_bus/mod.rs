@@ -9,7 +9,7 @@
 //! | [`port`]      | a stream by its name, opened                             |
 //! | [`mod@line`]  | bytes out, bytes in until a time, baud rate              |
 //! | [`request`]   | what is asked of a servo of either firmware              |
-//! | [`client`]    | one exchange: a request, and what comes back             |
+//! | [`master`]    | one exchange: a request, and what comes back             |
 //! | [`diagnosis`] | what went wrong with it, and why that is likely          |
 //! | [`servo`]     | registers by name, on whichever firmware the servo runs  |
 //! | [`change`]    | id, baud rate and factory settings                       |
@@ -22,21 +22,21 @@
 //! receivers are flushed after it.
 
 pub mod change;
-pub mod client;
 pub mod diagnosis;
 pub mod line;
+pub mod master;
 pub mod port;
 pub mod reading;
 pub mod request;
 pub mod scan;
 pub mod servo;
 
-mod heard;
+mod response;
 
-pub use client::{BusError, Client};
 pub use diagnosis::Diagnosis;
-pub use heard::Packet;
 pub use line::Line;
+pub use master::{BusError, BusMaster};
 pub use port::Port;
 pub use request::moves;
+pub use response::Packet;
 pub use servo::Servo;

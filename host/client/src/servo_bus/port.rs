@@ -11,7 +11,7 @@ use serial2::SerialPort;
 
 use super::line::{Line, SerialLine, TcpLine};
 use crate::endpoint::{Endpoint, OpenError};
-use crate::transport::identity::FindError;
+use crate::transport::usb_discovery::FindError;
 use crate::transport::{LinkUri, LinkUriError, identity};
 
 /// Where the bus is.

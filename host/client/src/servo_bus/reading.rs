@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use crate::servo_table::Register;
 
-use super::client::BusError;
+use super::master::BusError;
 
 /// What a register holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

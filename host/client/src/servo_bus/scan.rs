@@ -9,8 +9,8 @@ use std::ops::RangeInclusive;
 
 use armbridge_shared::servo::protocol1::Alarms;
 
-use super::client::{BusError, Client};
 use super::line::Line;
+use super::master::{BusError, BusMaster};
 use super::reading::{ServoError, Value};
 use super::servo::Servo;
 use crate::servo_table::Table;
@@ -105,7 +105,7 @@ pub struct Step {
 /// # Errors
 /// If the stream fails, or does not know a rate.
 pub fn scan<L: Line>(
-    client: &mut Client<L>,
+    client: &mut BusMaster<L>,
     area: &Area,
     mut progress: impl FnMut(Step),
 ) -> io::Result<Report> {
@@ -147,7 +147,7 @@ pub fn scan<L: Line>(
 
 /// Pings one id in one protocol.
 fn look<L: Line>(
-    client: &mut Client<L>,
+    client: &mut BusMaster<L>,
     firmware: Firmware,
     id: u8,
     report: &mut Report,

@@ -13,9 +13,9 @@
 use crate::servo_table::{Access, Register, Storage, Table};
 use armbridge_shared::servo::protocol1::Alarms;
 
-use super::client::{BusError, Client};
 use super::diagnosis::Diagnosis;
 use super::line::Line;
+use super::master::{BusError, BusMaster};
 use super::reading::{Closed, Reading, ServoError, Taken, Value};
 use super::request::Request;
 use armbridge_shared::servo::Firmware;
@@ -28,7 +28,7 @@ const ATTEMPTS: usize = 3;
 /// A servo that has answered.
 #[derive(Debug)]
 pub struct Servo<'a, L> {
-    pub(super) client: &'a mut Client<L>,
+    pub(super) client: &'a mut BusMaster<L>,
     pub(super) id: u8,
     firmware: Firmware,
     alarms: Alarms,
@@ -39,7 +39,7 @@ impl<'a, L: Line> Servo<'a, L> {
     ///
     /// # Errors
     /// If none answers, or two.
-    pub fn find(client: &'a mut Client<L>, id: u8) -> Result<Self, ServoError> {
+    pub fn find(client: &'a mut BusMaster<L>, id: u8) -> Result<Self, ServoError> {
         let failed = |error| ServoError::Bus { id, error };
         let mut found = None;
         for _ in 0..ATTEMPTS {
@@ -62,7 +62,7 @@ impl<'a, L: Line> Servo<'a, L> {
 
     /// One that has just answered a ping.
     pub(super) fn known(
-        client: &'a mut Client<L>,
+        client: &'a mut BusMaster<L>,
         id: u8,
         firmware: Firmware,
         alarms: Alarms,

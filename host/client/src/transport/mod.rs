@@ -15,20 +15,20 @@
 //! | module         | what                                                       |
 //! |----------------|------------------------------------------------------------|
 //! | [`uri`]        | names, read and written                                    |
-//! | [`identity`]   | a board's serial port by its USB identity                  |
+//! | [`usb_discovery`]   | a board's serial port by its USB identity                  |
 //! | [`usb`]        | a board's control pipes                                    |
 //! | `open`         | a link that is a byte stream, opened                       |
 //! | `wall_clock`   | a host on a byte stream, which may break and come back     |
-//! | `goodbye`      | a connection that does not end without one                 |
+//! | `disconnect_guard`      | a connection that does not end without one                 |
 
 mod clock;
-mod goodbye;
-pub mod identity;
+mod disconnect_guard;
 mod open;
 #[cfg(unix)]
 mod terminal;
 pub mod uri;
 pub mod usb;
+pub mod usb_discovery;
 mod wall_clock;
 
 pub use uri::LinkUriError;

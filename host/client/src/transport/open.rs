@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use super::identity;
 #[cfg(unix)]
 use super::terminal::Terminal;
+use super::usb_discovery;
 use super::{LinkUri, usb};
 use crate::servo_bus::line::{Line, TcpLine};
 use crate::servo_bus::port::open_device;
@@ -38,7 +38,7 @@ impl<'a> Opener<'a> {
         match self.uri {
             LinkUri::Usb(serial) => boxed(usb::open(serial.as_deref())),
             LinkUri::Serial(None) => {
-                let found = identity::find().map_err(|error| error.to_string())?;
+                let found = usb_discovery::find().map_err(|error| error.to_string())?;
                 if found.has_pipes {
                     boxed(usb::open(found.serial.as_deref()))
                 } else {

@@ -10,7 +10,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use super::clock::Clock;
-use super::goodbye::Connection;
+use super::disconnect_guard::Connection;
 use super::open::Opener;
 use super::{IN_USE, LinkError, LinkOptions, LinkUri};
 use crate::Host;

@@ -2,7 +2,7 @@
 //! same again.
 //!
 //! ```text
-//! events -> Player -> order of what happened -> bridge::app_core::Core -> records
+//! events -> Replayer -> order of what happened -> bridge::app_core::Core -> records
 //!                                                        |
 //!           recorded records -------------------------> compare -> Report
 //! ```
@@ -35,6 +35,6 @@ mod report;
 mod what_if;
 
 pub use compare::Difference;
-pub use player::{Player, ReplayError};
+pub use player::{ReplayError, Replayer};
 pub use report::{Adopted, Report, Skipped, Verdict};
 pub use what_if::{ChangeError, Changes, JointChange, WhatIf};

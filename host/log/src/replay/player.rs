@@ -47,7 +47,7 @@ pub enum ReplayError {
     clippy::struct_excessive_bools,
     reason = "each says something else that is true until the next tick"
 )]
-pub struct Player {
+pub struct Replayer {
     board: Board,
     /// What the replay computes with, and what the board told.
     settings: Settings,
@@ -77,7 +77,7 @@ pub struct Player {
     sums: Sums,
 }
 
-impl Player {
+impl Replayer {
     /// Replays with the recorded settings, changed by these.
     ///
     /// # Errors

@@ -23,7 +23,7 @@ const STRANGE_US: u64 = 25_000;
 
 /// What only a host can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Whim {
+pub(super) enum HostFault {
     /// It works as it should.
     None,
     /// It says hello in another schema, and commands nobody can read.
@@ -59,7 +59,7 @@ pub(super) struct Driver {
     command: Option<Command>,
     arms: bool,
     phase: Phase,
-    whim: Whim,
+    whim: HostFault,
     strange_us: u64,
     /// Of another build.
     stranger: Encoder,
@@ -91,7 +91,7 @@ impl Driver {
             command,
             arms,
             phase: Phase::Connecting,
-            whim: Whim::None,
+            whim: HostFault::None,
             strange_us: 0,
             stranger: Encoder::default(),
             strange: Vec::new(),
@@ -116,8 +116,8 @@ impl Driver {
         self.client.send(ToBoard::Stop);
     }
 
-    pub(super) fn behave(&mut self, whim: Whim) {
-        if whim == Whim::None && self.whim != Whim::None {
+    pub(super) fn behave(&mut self, whim: HostFault) {
+        if whim == HostFault::None && self.whim != HostFault::None {
             // Whoever comes back says hello.
             self.client = CommandLink::default();
         }
@@ -150,7 +150,7 @@ impl Driver {
                 None => self.phase = Phase::Working,
             },
             (BoardMessage::Done, Phase::Commanding) => self.phase = Phase::Working,
-            (BoardMessage::Done, Phase::Working) if self.whim == Whim::OutOfRange => {
+            (BoardMessage::Done, Phase::Working) if self.whim == HostFault::OutOfRange => {
                 self.swallowed += 1;
             }
             (BoardMessage::Told(ToHost::Board(report)), _) => self.session = report.session,
@@ -189,9 +189,9 @@ impl Driver {
     fn misbehave(&mut self) {
         self.turn += 1;
         match self.whim {
-            Whim::None | Whim::Gone => {}
-            Whim::Leaves => self.client.send(ToBoard::Goodbye),
-            Whim::OtherSchema => {
+            HostFault::None | HostFault::Gone => {}
+            HostFault::Leaves => self.client.send(ToBoard::Goodbye),
+            HostFault::OtherSchema => {
                 let hello = Hello {
                     schema: schema::HASH.map(|byte| !byte),
                     ..schema::HELLO
@@ -201,7 +201,7 @@ impl Driver {
                     self.strange.extend_from_slice(frame);
                 }
             }
-            Whim::OutOfRange => self.client.command(beyond(self.turn)),
+            HostFault::OutOfRange => self.client.command(beyond(self.turn)),
         }
     }
 }
@@ -247,14 +247,14 @@ impl Host for Driver {
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
         self.strange.clear();
-        if self.whim != Whim::None && now_us >= self.strange_us {
+        if self.whim != HostFault::None && now_us >= self.strange_us {
             self.strange_us = now_us + STRANGE_US;
             self.misbehave();
         }
         match self.whim {
-            Whim::OtherSchema | Whim::Gone => return Ok(&self.strange),
-            Whim::Leaves => self.whim = Whim::Gone,
-            Whim::None | Whim::OutOfRange => {}
+            HostFault::OtherSchema | HostFault::Gone => return Ok(&self.strange),
+            HostFault::Leaves => self.whim = HostFault::Gone,
+            HostFault::None | HostFault::OutOfRange => {}
         }
         Ok(self.client.transmit(now_us))
     }
@@ -268,10 +268,12 @@ impl Host for Driver {
 
     fn wake_at_us(&self) -> u64 {
         match self.whim {
-            Whim::None => self.client.wake_at_us(),
-            Whim::Gone => u64::MAX,
-            Whim::OtherSchema => self.strange_us,
-            Whim::OutOfRange | Whim::Leaves => self.strange_us.min(self.client.wake_at_us()),
+            HostFault::None => self.client.wake_at_us(),
+            HostFault::Gone => u64::MAX,
+            HostFault::OtherSchema => self.strange_us,
+            HostFault::OutOfRange | HostFault::Leaves => {
+                self.strange_us.min(self.client.wake_at_us())
+            }
         }
     }
 

@@ -24,29 +24,29 @@
 //! | [`Case`]   | what follows from a seed                          |
 //! | [`expect`] | what each fault may rightly be called             |
 //! | `driver`   | the host of a case                                |
-//! | `world`    | how a fault is done to board, bench and host      |
+//! | `fixture`    | how a fault is done to board, bench and host      |
 //! | `watch`    | reads along what the board sends                  |
-//! | `judge`    | runs a case and judges it                         |
-//! | `story`    | tells it                                          |
+//! | `oracle`    | runs a case and judges it                         |
+//! | `trace`    | tells it                                          |
 //! | [`Report`] | sums a campaign up                                |
 
 mod case;
 mod draw;
 mod driver;
 pub mod expect;
-mod judge;
+mod fixture;
 mod kind;
+mod oracle;
 mod outcome;
 mod report;
 mod run;
-mod story;
 mod table;
+mod trace;
 mod watch;
-mod world;
 
 pub use case::{Case, Injection, Scenario};
-pub use judge::STOP_US;
 pub use kind::{Harm, Kind, NoKind};
+pub use oracle::STOP_US;
 pub use outcome::Outcome;
 pub use report::{Failure, NAMED_RIGHT, Report, Row};
 pub use run::{overhear, run, run_with_story};

@@ -6,10 +6,10 @@ use armbridge_shared::bridge::Channels;
 use armbridge_shared::servo::Firmware;
 
 use super::case::Case;
-use super::judge::Judge;
+use super::fixture::World;
+use super::oracle::Judge;
 use super::outcome::Outcome;
-use super::story::Story;
-use super::world::World;
+use super::trace::Story;
 use armbridge_client::event::Event;
 
 /// Runs the case of this seed, with servos of this firmware.

@@ -24,14 +24,14 @@ use armbridge_shared::bridge::Channels;
 
 use crate::Bench;
 use crate::board::VirtualBoard;
-use crate::cosim::{Client, Interaction};
+use crate::cosim::{Interaction, PortClient};
 
 /// How fast virtual time goes on `sim:` and `emulate:`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// As fast as it can be computed.
     Free,
-    /// Held back to the wall clock.
+    /// Pacer back to the wall clock.
     WallClock,
 }
 
@@ -42,7 +42,7 @@ pub struct Options {
     /// How fast virtual time goes.
     pub pace: Pace,
     /// Program on the board's transparent port.
-    pub client: Option<Box<dyn Client>>,
+    pub client: Option<Box<dyn PortClient>>,
     /// Hands on the arm.
     pub interactions: Option<Receiver<Interaction>>,
     /// Takes each line that an emulated board logs.

@@ -9,7 +9,7 @@ use armbridge_client::{Host, LinkError};
 use super::{Options, Pace};
 use crate::board::Board;
 use crate::cosim::{Cosim, CosimError};
-use crate::pacer::Held;
+use crate::pacer::Pacer;
 
 /// How often a host that is held back to the wall clock is asked at the least.
 const ASK_US: u64 = 20_000;
@@ -27,7 +27,7 @@ where
         host: Tapped::new(host, options.link.taps),
         held: match options.pace {
             Pace::Free => None,
-            Pace::WallClock => Some(Held::begin()),
+            Pace::WallClock => Some(Pacer::begin()),
         },
         ask_us: match options.pace {
             Pace::Free => u64::MAX,
@@ -51,7 +51,7 @@ where
 /// A host held back to the wall clock, or not.
 struct Paced<H> {
     host: H,
-    held: Option<Held>,
+    held: Option<Pacer>,
     ask_us: u64,
 }
 

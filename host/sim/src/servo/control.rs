@@ -4,7 +4,7 @@
 //! is approached at a set speed and then held by a PID controller. All
 //! arithmetic is 16 bits wide and wraps, as on the microcontroller.
 
-use super::costs;
+use super::cycle_costs;
 use std::cmp::Ordering;
 
 /// Positions kept for the speed, which is the difference over 14 samples.
@@ -76,7 +76,11 @@ fn pid(gains: [u8; 3], error: i16, sum: i16, change: i16, divisor: i16) -> (i16,
     let [p, i, d] = gains.map(i16::from);
     let term = i.wrapping_mul(sum);
     let quotient = term / divisor;
-    let sign = if term < 0 { costs::DIVIDE_NEGATIVE } else { 0 };
+    let sign = if term < 0 {
+        cycle_costs::DIVIDE_NEGATIVE
+    } else {
+        0
+    };
     let cost = sign + i64::from(quotient.unsigned_abs().count_ones());
     let effort = p
         .wrapping_mul(error)
@@ -138,16 +142,16 @@ impl Control {
         self.speed = self.position.wrapping_sub(self.history[self.newest]);
         if self.speed < 0 {
             self.speed = self.speed.wrapping_neg();
-            cost += costs::SPEED_NEGATIVE;
+            cost += cycle_costs::SPEED_NEGATIVE;
         }
         let pwm = match self.mode {
             Mode::Pwm(pwm) => {
-                cost += costs::CONTROL_PWM;
+                cost += cycle_costs::CONTROL_PWM;
                 pwm
             }
             Mode::Position => {
                 let (pwm, following) = self.follow(gains);
-                cost += following + if pwm < 0 { costs::LIMITED } else { 0 };
+                cost += following + if pwm < 0 { cycle_costs::LIMITED } else { 0 };
                 pwm.clamp(0, FULL as i16) as u16
             }
         };
@@ -156,9 +160,9 @@ impl Control {
         }
         self.applied = pwm;
         cost + match pwm.cmp(&OFF) {
-            Ordering::Greater => costs::SET_PWM_UP,
-            Ordering::Less => costs::SET_PWM_DOWN,
-            Ordering::Equal => costs::SET_PWM_OFF,
+            Ordering::Greater => cycle_costs::SET_PWM_UP,
+            Ordering::Less => cycle_costs::SET_PWM_DOWN,
+            Ordering::Equal => cycle_costs::SET_PWM_OFF,
         }
     }
 
@@ -169,12 +173,12 @@ impl Control {
         if !self.started {
             self.history[..HISTORY - 1].fill(self.position);
             self.started = true;
-            return costs::HISTORY_FILLED;
+            return cycle_costs::HISTORY_FILLED;
         }
         self.history[self.newest] = self.position;
         self.newest = (self.newest + 1) % HISTORY;
         if self.newest == 0 {
-            costs::HISTORY_WRAPS
+            cycle_costs::HISTORY_WRAPS
         } else {
             0
         }
@@ -182,10 +186,10 @@ impl Control {
 
     fn follow(&mut self, gains: Gains) -> (i16, u64) {
         if self.position > FULL_SCALE - i16::from(gains.upper_margin) {
-            return (300, costs::CONTROL_ABOVE);
+            return (300, cycle_costs::CONTROL_ABOVE);
         }
         if self.position < i16::from(gains.lower_margin) {
-            return (1700, costs::CONTROL_BELOW);
+            return (1700, cycle_costs::CONTROL_BELOW);
         }
         let above = self.goal > self.position + self.goal_speed;
         let below = self.goal < self.position - self.goal_speed;
@@ -193,19 +197,19 @@ impl Control {
         if self.moving && (above || below) {
             let (effort, cost) = self.speed_effort(gains);
             return if above {
-                let cost = costs::CONTROL_UP.saturating_add_signed(cost);
+                let cost = cycle_costs::CONTROL_UP.saturating_add_signed(cost);
                 (off.wrapping_add(effort), cost)
             } else {
-                let cost = costs::CONTROL_DOWN.saturating_add_signed(cost);
+                let cost = cycle_costs::CONTROL_DOWN.saturating_add_signed(cost);
                 (off.wrapping_sub(effort), cost)
             };
         }
         let (effort, cost) = self.hold_effort(gains);
-        let mut cost = costs::CONTROL_HOLD.saturating_add_signed(cost);
+        let mut cost = cycle_costs::CONTROL_HOLD.saturating_add_signed(cost);
         if above {
-            cost -= costs::HOLD_BELOW_GOAL;
+            cost -= cycle_costs::HOLD_BELOW_GOAL;
         } else if below {
-            cost += costs::HOLD_ABOVE_GOAL;
+            cost += cycle_costs::HOLD_ABOVE_GOAL;
         }
         (off.wrapping_add(effort), cost)
     }

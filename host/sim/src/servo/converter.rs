@@ -1,7 +1,7 @@
 //! The analogue-digital converter and the rhythm in which the firmware uses it:
 //! a position every eleventh tick, and a temperature every 1001 positions.
 
-use super::costs;
+use super::cycle_costs;
 
 /// A conversion is started on every eleventh tick.
 const TICKS_PER_CONVERSION: u8 = 10;
@@ -102,7 +102,7 @@ impl Converter {
         if due {
             self.ticks_to_conversion = TICKS_PER_CONVERSION;
             self.want_position = true;
-            cost = costs::TICK_DUE;
+            cost = cycle_costs::TICK_DUE;
             if self.positions == POSITIONS_PER_TEMPERATURE {
                 self.positions = 0;
                 self.want_temperature = true;
@@ -116,31 +116,31 @@ impl Converter {
             return cost;
         }
         if !self.want_temperature && !self.want_position {
-            return cost + costs::TICK_NOT_CONVERTING;
+            return cost + cycle_costs::TICK_NOT_CONVERTING;
         }
         self.of_temperature = self.want_temperature;
         let start = if self.want_temperature {
             self.want_temperature = false;
-            cost = costs::TICK_TEMPERATURE;
-            costs::SAMPLE_TO_TEMPERATURE
+            cost = cycle_costs::TICK_TEMPERATURE;
+            cycle_costs::SAMPLE_TO_TEMPERATURE
         } else {
             self.want_position = false;
-            cost += costs::TICK_NOT_CONVERTING + costs::TICK_CONVERT;
+            cost += cycle_costs::TICK_NOT_CONVERTING + cycle_costs::TICK_CONVERT;
             if due {
-                costs::SAMPLE_TO_CONVERSION
+                cycle_costs::SAMPLE_TO_CONVERSION
             } else {
-                costs::SAMPLE_TO_LATE_CONVERSION
+                cycle_costs::SAMPLE_TO_LATE_CONVERSION
             }
         };
-        let mut length = costs::CONVERT;
+        let mut length = cycle_costs::CONVERT;
         if !self.used {
             self.used = true;
-            length += costs::CONVERT_FIRST;
+            length += cycle_costs::CONVERT_FIRST;
         }
-        let edge = (now + start - self.power_up - costs::CONVERTER_PHASE)
-            .next_multiple_of(costs::CONVERTER_CLOCK)
+        let edge = (now + start - self.power_up - cycle_costs::CONVERTER_PHASE)
+            .next_multiple_of(cycle_costs::CONVERTER_CLOCK)
             + self.power_up
-            + costs::CONVERTER_PHASE;
+            + cycle_costs::CONVERTER_PHASE;
         self.conversion = Conversion::Running {
             ready: edge + length,
         };

@@ -13,7 +13,7 @@
 
 use super::control::{Control, Gains};
 use super::converter::Converter;
-use super::inbox::Inbox;
+use super::receiver::Inbox;
 use super::registers::{self, ROM_SIZE, Requests};
 use super::uart::Uart;
 use super::{Action, costs};
@@ -55,7 +55,7 @@ pub(super) enum Stage {
     /// The rest of the tick: the PWM changes.
     Control,
     /// Feeds the transmitter.
-    Feed,
+    EventQueue,
     /// Switches the bus driver off.
     Release,
 }
@@ -106,7 +106,7 @@ pub(super) struct Mcu {
     pub(super) gains: Gains,
     pub(super) requests: Requests,
 
-    pub(super) job: super::obey::Job,
+    pub(super) job: super::commands::Job,
     /// The interpreter's working memory; stale contents show in replies to
     /// requests without arguments.
     pub(super) scratch: [u8; 256],
@@ -127,7 +127,7 @@ impl Mcu {
     pub(super) fn new(now: u64, rom: [u8; ROM_SIZE]) -> Self {
         let mut mcu = Self {
             stage: Stage::Load { restored: 0 },
-            stage_end: now + costs::BOOT,
+            stage_end: now + cycle_costs::BOOT,
             idle_turns: 0,
             turns_left: 0,
             handling: Handling::Nothing,
@@ -144,7 +144,7 @@ impl Mcu {
             baud: 1,
             gains: Gains::default(),
             requests: Requests::default(),
-            job: super::obey::Job::Boot,
+            job: super::commands::Job::Boot,
             scratch: [0; 256],
             message_length: 0,
             runaway_turns: 0,
@@ -178,7 +178,7 @@ impl Mcu {
 
     /// The receiver is set up at the end of the start-up.
     pub(super) fn listening(&self) -> bool {
-        self.job != super::obey::Job::Boot
+        self.job != super::commands::Job::Boot
     }
 
     fn interrupt_at(&self) -> u64 {
@@ -219,12 +219,12 @@ impl Mcu {
     /// An interrupt handler starts. It delays the main loop at once, and its
     /// effects are there shortly before it ends.
     fn interrupt(&mut self, now: u64) {
-        let mut cost = costs::INTERRUPT;
+        let mut cost = cycle_costs::INTERRUPT;
         self.handling = if let Some(byte) = self.uart.take() {
             cost += self.inbox.cost(byte, self.id);
             Handling::Byte(byte)
         } else {
-            cost += costs::CONVERTED;
+            cost += cycle_costs::CONVERTED;
             Handling::Conversion
         };
         self.handler_end = now + cost;
@@ -235,7 +235,7 @@ impl Mcu {
         if matches!(self.handling, Handling::Nothing) {
             u64::MAX
         } else {
-            self.handler_end - costs::HANDLER_RETURN
+            self.handler_end - cycle_costs::HANDLER_RETURN
         }
     }
 
@@ -270,11 +270,11 @@ impl Mcu {
                 self.after_tick(now);
                 Some(Action::Pwm(self.control.applied))
             }
-            Stage::Feed => self.feed(now),
+            Stage::EventQueue => self.feed(now),
             Stage::Release => {
                 self.driving = false;
                 self.uart.clear_ran_empty(now);
-                self.go(Stage::Look, now + costs::RELEASE_TO_LOOK);
+                self.go(Stage::Look, now + cycle_costs::RELEASE_TO_LOOK);
                 Some(Action::Release)
             }
             _ => self.obey(now),

@@ -10,32 +10,32 @@
 //! | module      | what it models                                            |
 //! |-------------|-----------------------------------------------------------|
 //! | `uart`      | the serial port: two byte buffer, overruns, bit clock     |
-//! | `inbox`     | the receive state machine and the two message buffers     |
-//! | `obey`      | the commands                                              |
+//! | `receiver`     | the receive state machine and the two message buffers     |
+//! | `commands`      | the commands                                              |
 //! | `write`     | those that write registers                                |
 //! | `registers` | the EEPROM and the register map                           |
 //! | `control`   | PWM, position and speed control                           |
 //! | `converter` | when position and temperature are sampled                 |
 //! | `mcu`       | the main loop and the interrupts in time                  |
-//! | `turn`      | one turn of the main loop: timer tick, transmitter         |
-//! | `costs`     | how long each piece of the firmware takes                 |
+//! | `main_loop`      | one turn of the main loop: timer tick, transmitter         |
+//! | `cycle_costs`     | how long each piece of the firmware takes                 |
 //!
 //! Time inside is counted in processor cycles of 62.5 ns, outside in
 //! nanoseconds. A servo acts only at events, so it does not matter in which
 //! steps time is advanced.
 
+mod commands;
 mod control;
 mod converter;
-mod costs;
-mod inbox;
+mod cycle_costs;
+mod main_loop;
 mod mcu;
-mod obey;
+mod receiver;
 mod registers;
-mod turn;
 mod uart;
 mod write;
 
-pub use inbox::Receiving;
+pub use receiver::Receiving;
 pub use registers::{DEFAULT_ROM, ROM_SIZE};
 
 use control::Mode;

@@ -8,9 +8,9 @@
 //! A WRITE without even an address counts its bytes from -1, as 16 bits: it
 //! writes, or at least counts, for 266 ms.
 
+use super::commands::{Job, OK, PING, REFUSED};
 use super::control::OFF;
 use super::mcu::{Mcu, Stage};
-use super::obey::{Job, OK, PING, REFUSED};
 use super::registers::{
     self, DEFAULT_ROM, MARKER, MARKER_VALID, POSITION_HIGH, POSITION_LOW, PWM_HIGH, PWM_LOW,
     REGISTERS, RESTORE_ORDER, ROM_REGISTERS,
@@ -35,7 +35,7 @@ impl Mcu {
         let address = self.scratch[1];
         let last = i32::from(left as i16) + i32::from(address);
         if answer && last > REGISTERS.into() {
-            return self.answer(now + costs::WRITE_REFUSED, &[REFUSED]);
+            return self.answer(now + cycle_costs::WRITE_REFUSED, &[REFUSED]);
         }
         self.job = Job::Write {
             left,
@@ -45,8 +45,8 @@ impl Mcu {
             answer,
             rom_changed: false,
         };
-        let to_all = if answer { 0 } else { costs::WRITE_TO_ALL };
-        self.go(Stage::Write, now + costs::WRITE - to_all)
+        let to_all = if answer { 0 } else { cycle_costs::WRITE_TO_ALL };
+        self.go(Stage::Write, now + cycle_costs::WRITE - to_all)
     }
 
     pub(super) fn sync_write(&mut self, now: u64) -> Option<Action> {
@@ -70,7 +70,7 @@ impl Mcu {
             answer: false,
             rom_changed: false,
         };
-        self.go(Stage::Write, now + costs::SYNC_WRITE)
+        self.go(Stage::Write, now + cycle_costs::SYNC_WRITE)
     }
 
     /// One byte of a WRITE or `SYNC_WR`.
@@ -109,15 +109,15 @@ impl Mcu {
             rom_changed: rom_changed || to_rom,
         };
         if to_rom && registers::storable(address, value) {
-            let at = self.rom_ready.max(now + costs::ROM_CALL);
+            let at = self.rom_ready.max(now + cycle_costs::ROM_CALL);
             return self.go(Stage::Store { address, value }, at);
         }
         let mut cost = 0;
         if !to_rom && address < REGISTERS {
             self.requests.write(address, value);
             cost = match address {
-                POSITION_LOW | POSITION_HIGH => costs::GOAL_BYTE,
-                PWM_LOW | PWM_HIGH => costs::PWM_BYTE,
+                POSITION_LOW | POSITION_HIGH => cycle_costs::GOAL_BYTE,
+                PWM_LOW | PWM_HIGH => cycle_costs::PWM_BYTE,
                 _ => 0,
             };
         }
@@ -136,20 +136,23 @@ impl Mcu {
             return self.done(now);
         };
         if *sync {
-            return self.go(Stage::Write, now + costs::SYNC_WRITE_BYTE);
+            return self.go(Stage::Write, now + cycle_costs::SYNC_WRITE_BYTE);
         }
         if *left <= LONGEST_DATA {
-            return self.go(Stage::Write, now + costs::WRITE_BYTE);
+            return self.go(Stage::Write, now + cycle_costs::WRITE_BYTE);
         }
         if *address < REGISTERS || self.inbox.is_open() || self.inbox.waiting() {
-            return self.go(Stage::Write, now + costs::RUNAWAY_TURN);
+            return self.go(Stage::Write, now + cycle_costs::RUNAWAY_TURN);
         }
         // Nothing can happen until the count runs out: one long stage.
         let turns = *left;
         *index = index.wrapping_add(turns as u8);
         *left = 0;
         self.runaway_turns = turns;
-        self.go(Stage::Write, now + u64::from(turns) * costs::RUNAWAY_TURN)
+        self.go(
+            Stage::Write,
+            now + u64::from(turns) * cycle_costs::RUNAWAY_TURN,
+        )
     }
 
     /// A message that arrives during a runaway is eaten by it.
@@ -160,17 +163,17 @@ impl Mcu {
         if self.runaway_turns == 0 || !self.inbox.waiting() {
             return;
         }
-        let turns = self.stage_end.saturating_sub(now) / costs::RUNAWAY_TURN;
+        let turns = self.stage_end.saturating_sub(now) / cycle_costs::RUNAWAY_TURN;
         *left = turns as u16;
         *index = index.wrapping_sub(turns as u8);
-        self.stage_end -= turns * costs::RUNAWAY_TURN;
+        self.stage_end -= turns * cycle_costs::RUNAWAY_TURN;
         self.runaway_turns = 0;
     }
 
     pub(super) fn store(&mut self, now: u64, address: u8, value: u8) -> Option<Action> {
         if let Some(cell) = self.rom.get_mut(usize::from(address)) {
             *cell = value;
-            self.rom_ready = now + costs::ROM_WRITE;
+            self.rom_ready = now + cycle_costs::ROM_WRITE;
         }
         self.next_byte(now)
     }
@@ -186,9 +189,9 @@ impl Mcu {
                 .control
                 .set_goal(requests.goal, requests.speed, self.gains);
             now += if taken {
-                costs::NEW_GOAL
+                cycle_costs::NEW_GOAL
             } else {
-                costs::OUT_OF_RANGE
+                cycle_costs::OUT_OF_RANGE
             };
             requests.pwm = OFF;
             requests.pwm_before = OFF;
@@ -196,9 +199,9 @@ impl Mcu {
         }
         if requests.pwm != requests.pwm_before {
             now += if self.control.set_pwm(requests.pwm) {
-                costs::NEW_PWM
+                cycle_costs::NEW_PWM
             } else {
-                costs::OUT_OF_RANGE
+                cycle_costs::OUT_OF_RANGE
             };
             requests.pwm_before = requests.pwm;
             requests.pwm_sync = requests.pwm;
@@ -209,7 +212,7 @@ impl Mcu {
             Job::Write {
                 rom_changed: true, ..
             } => {
-                let at = self.rom_ready.max(now + costs::ROM_CALL);
+                let at = self.rom_ready.max(now + cycle_costs::ROM_CALL);
                 self.go(Stage::Load { restored: 0 }, at)
             }
             Job::Write { answer: true, .. } => self.answer(now, &[OK]),
@@ -219,7 +222,7 @@ impl Mcu {
 
     pub(super) fn reset(&mut self, now: u64, answer: bool) -> Option<Action> {
         self.job = Job::Reset { answer };
-        self.go(Stage::Reset, now + costs::ROM_CALL)
+        self.go(Stage::Reset, now + cycle_costs::ROM_CALL)
     }
 
     pub(super) fn load(&mut self, now: u64, restored: usize) -> Option<Action> {
@@ -228,11 +231,11 @@ impl Mcu {
             Some(&address) if restored > 0 || !valid => {
                 let place = usize::from(address);
                 self.rom[place] = DEFAULT_ROM[place];
-                self.rom_ready = now + costs::ROM_NEXT + costs::ROM_WRITE;
+                self.rom_ready = now + cycle_costs::ROM_NEXT + cycle_costs::ROM_WRITE;
                 let restored = restored + 1;
                 self.go(Stage::Load { restored }, self.rom_ready)
             }
-            _ => self.go(Stage::Loaded, now + costs::ROM_LOAD),
+            _ => self.go(Stage::Loaded, now + cycle_costs::ROM_LOAD),
         }
     }
 

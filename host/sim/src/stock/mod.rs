@@ -3,9 +3,9 @@
 //! | module    | what it models                                              |
 //! |-----------|-------------------------------------------------------------|
 //! | `memory`  | the control table: EEPROM, RAM, what may be written         |
-//! | `inbox`   | instruction packets out of bytes                            |
-//! | `obey`    | the instructions, and what is answered                      |
-//! | `sending` | the transmitter and the bus driver                          |
+//! | `receiver`   | instruction packets out of bytes                            |
+//! | `commands`    | the instructions, and what is answered                      |
+//! | `transmitter` | the transmitter and the bus driver                          |
 //! | `motor`   | wheel and joint mode: from the position to the duty         |
 //! | `protect` | heat, overload and supply; the alarms                       |
 //!
@@ -43,24 +43,24 @@
 //! PWM that [`Mechanics`](super::wire::Mechanics) takes, 1000 for off: all that
 //! is known of either bridge is its duty.
 
-mod inbox;
+mod commands;
 mod memory;
 mod motor;
-mod obey;
 mod protect;
-mod sending;
+mod receiver;
 #[cfg(test)]
 mod tests;
+mod transmitter;
 
 use super::servo::{Action, Reading};
 use armbridge_client::servo_table::AX12A;
 use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Damage};
-use inbox::Inbox;
+use commands::{Deferred, Packet, Write};
 use memory::{Memory, at};
 use motor::{FULL, Motor};
-use obey::{Deferred, Packet, Write};
 use protect::Protection;
-use sending::Sending;
+use receiver::Inbox;
+use transmitter::Sending;
 
 /// Between two control steps.
 const PERIOD_NS: u64 = 1_001_000;

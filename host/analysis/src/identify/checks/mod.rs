@@ -3,26 +3,26 @@
 //!
 //! | file        | what is asked                                                  |
 //! |-------------|----------------------------------------------------------------|
-//! | `knowledge` | which numbers are told as one, or not at all, and what settled them |
+//! | `identifiability` | which numbers are told as one, or not at all, and what settled them |
 //! | `whiteness` | do errors follow from each other?                              |
-//! | `form`      | would a torque that the model has not explain the logs better? |
-//! | `follow`    | a window's motion by the numbers that were found               |
+//! | `model_errors`      | would a torque that the model has not explain the logs better? |
+//! | `rollout`    | a window's motion by the numbers that were found               |
 //! | `warnings`  | what is to be kept in mind, in words                           |
 //! | `text`      | these and what the logs cannot tell, for a terminal            |
 
-mod follow;
-mod form;
-mod knowledge;
+mod identifiability;
+mod model_errors;
+mod rollout;
 mod text;
 mod warnings;
 mod whiteness;
 
-pub use follow::Followed;
-pub use form::{Dry, Form};
-pub use knowledge::{Combination, Pair, correlations, untold};
+pub use identifiability::{Combination, Pair, correlations, untold};
+pub use model_errors::{Dry, Form};
+pub use rollout::Followed;
 pub use whiteness::Whiteness;
 
-pub(super) use follow::follow;
+pub(super) use rollout::follow;
 
 use armbridge_shared::JOINTS;
 use nalgebra::SMatrix;
@@ -30,11 +30,11 @@ use serde::Serialize;
 
 use super::arm::Known;
 use super::cost::{Stretch, cost};
-use super::find::Found;
+use super::dataset::Trace;
+use super::fit::Found;
 use super::quantity::{COUNT, Quantity};
 use super::search::Prior;
 use super::stribeck::Falling;
-use super::trace::Trace;
 
 /// All of it.
 #[derive(Clone, Debug, Serialize)]
@@ -73,13 +73,13 @@ impl Checks {
         for joint in 0..JOINTS {
             let windows = explained(found, &followed, joint);
             whiteness.push(Whiteness::of(joint, windows.iter().copied()));
-            let (more, without) = form::forms(joint, &windows, &traces, known, found);
+            let (more, without) = model_errors::forms(joint, &windows, &traces, known, found);
             forms.extend(more);
             dry.push(without);
         }
         let mut checks = Self {
             warnings: Vec::new(),
-            pairs: knowledge::pairs(found),
+            pairs: identifiability::pairs(found),
             untold: untold(&information(found, &traces, known), prior),
             whiteness,
             forms,
@@ -110,7 +110,7 @@ pub(super) fn falling(
     } else {
         &explained
     };
-    form::falling(joint, windows, traces, known, found)
+    model_errors::falling(joint, windows, traces, known, found)
 }
 
 /// All windows; traces are smoothed.

@@ -1,8 +1,8 @@
 //! What is to be kept in mind of a fit, in words.
 
-use super::super::find::Found;
+use super::super::fit::Found;
 use super::Checks;
-use super::form::{SMALL_NM, SURE};
+use super::model_errors::{SMALL_NM, SURE};
 
 /// Noise in counts beyond which something other than noise is in it.
 const NOISE_COUNTS: f64 = 1.2;

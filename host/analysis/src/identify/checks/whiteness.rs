@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use super::follow::Followed;
+use super::rollout::Followed;
 
 /// Blocks of ticks that lie between two errors that are compared, at most.
 const LAGS: usize = 20;

@@ -8,7 +8,7 @@ use armbridge_shared::JOINTS;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::arm::Known;
-use super::super::trace::Trace;
+use super::super::dataset::Trace;
 use super::Diagnosis;
 use super::bump::Bump;
 

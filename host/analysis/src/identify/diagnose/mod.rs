@@ -10,11 +10,11 @@
 mod bump;
 mod diagnosis;
 mod driver;
-mod hand;
+mod external_torque;
 mod tally;
 
 pub use diagnosis::Diagnosis;
-pub use hand::Push;
+pub use external_torque::Push;
 pub use tally::{OfJoint, Tally};
 
 pub(super) use bump::Bump;
@@ -23,11 +23,11 @@ use armbridge_shared::JOINTS;
 
 use super::arm::Known;
 use super::cost::Stretch;
-use super::find::{Found, find};
+use super::dataset::Trace;
+use super::fit::{Found, find};
+use super::initial_guess::NoStart;
 use super::quantity::Quantity;
 use super::search::Prior;
-use super::start::NoStart;
-use super::trace::Trace;
 
 /// Seconds for which a joint must slide: what the sharpest experiments take.
 const SLIDES_S: f64 = 2.0;
@@ -88,7 +88,7 @@ pub fn judge(traces: &[Trace], known: &Known, found: &Found) -> Result<(), Diagn
     let known = &known.with(&found.stribeck);
     let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
     let smooth = smoothed(traces, known, zero);
-    let pushes = hand::pushes(&smooth, known, found);
+    let pushes = external_torque::pushes(&smooth, known, found);
     let strongest = |a: &&Push, b: &&Push| a.torque_nm.abs().total_cmp(&b.torque_nm.abs());
     if let Some(push) = pushes.iter().max_by(strongest) {
         let trace = &traces[push.trace];

@@ -4,8 +4,8 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::Record;
 
+use super::super::dataset::Trace;
 use super::super::record::END_COUNTS;
-use super::super::trace::Trace;
 use super::Diagnosis;
 
 /// Share of the ticks that may be without an angle. Ones and twos here and there do no

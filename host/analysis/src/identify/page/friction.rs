@@ -6,7 +6,7 @@ use armbridge_shared::JOINTS;
 use super::super::arm::{Joint, Known};
 use super::super::checks::Checks;
 use super::super::diagnose::Bump;
-use super::super::find::Found;
+use super::super::fit::Found;
 use super::super::quantity::Quantity;
 use crate::plot::axis::Axis;
 use crate::plot::panel::{FRAME, INK, JOINT, JOINT_TINT, Key, LIMIT, Panel};

@@ -1,7 +1,7 @@
 //! Correlations of all numbers as a map: the darker, the more two are told as one.
 
 use super::super::checks::correlations;
-use super::super::find::Found;
+use super::super::fit::Found;
 use super::super::quantity::{COUNT, PER_JOINT, Quantity};
 use crate::plot::panel::{FRAME, INK, JOINT, LABEL, MUTED};
 use crate::plot::svg::{Anchor, Font, Rect, Stroke};

@@ -3,7 +3,7 @@
 use armbridge_shared::JOINTS;
 
 use super::super::checks::{Checks, Whiteness};
-use super::super::find::Found;
+use super::super::fit::Found;
 use crate::plot::axis::{Axis, Scale};
 use crate::plot::panel::{ALARM, FRAME, JOINT, Key, LIMIT, Panel};
 use crate::plot::svg::{Rect, Stroke, Svg};

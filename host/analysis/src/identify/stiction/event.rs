@@ -11,11 +11,11 @@ use nalgebra::SVector;
 use num_dual::DualSVec64;
 
 use super::super::arm::Joint;
+use super::super::dataset::Trace;
 use super::super::motion::Motion;
 use super::super::quantity::{COUNT, PER_JOINT, Quantity};
-use super::super::trace::Trace;
 use super::Stiction;
-use super::belief::Belief;
+use super::posterior::Belief;
 use super::rest::Rest;
 
 /// Ticks of a rest that tell where the joint is before it may begin to slide.

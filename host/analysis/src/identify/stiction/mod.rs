@@ -9,18 +9,18 @@
 //!          rest.rs                      event.rs                           belief.rs
 //! ```
 
-mod belief;
 mod event;
+mod posterior;
 mod rest;
 
 use armbridge_shared::JOINTS;
 use nalgebra::{SMatrix, SVector};
 
 use super::arm::Known;
+use super::dataset::Trace;
 use super::quantity::COUNT;
-use super::trace::Trace;
-use belief::Belief;
 use event::Event;
+use posterior::Belief;
 
 /// Fewest times a joint must give way to tell its static friction.
 const FEWEST: usize = 2;

@@ -4,7 +4,7 @@
 //! nobody sees it. Only rests with a PWM that changes slowly are looked at.
 
 use super::super::arm::Known;
-use super::super::trace::Trace;
+use super::super::dataset::Trace;
 
 /// Ticks to either side of one over which a joint is seen to rest.
 const AROUND: usize = 60;

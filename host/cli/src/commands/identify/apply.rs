@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use armbridge_analysis::design::{Design, Redesign, again};
 use armbridge_client::params;
-use armbridge_client::params::exchange;
+use armbridge_client::params::settings_exchange;
 use armbridge_client::refusal;
 use armbridge_log::table;
 use armbridge_shared::link::message::Settings;
@@ -83,7 +83,7 @@ impl Apply<'_> {
                 Err("somebody else has changed the board's settings meanwhile; do it again".into())
             }
         };
-        let orders = |before: &_, after: &_| exchange::commands(before, after, true);
+        let orders = |before: &_, after: &_| settings_exchange::commands(before, after, true);
         let sent = Sent::to(self.link, still, orders)?;
         if let Some(line) = sent.refusal() {
             return Ok(not(&line));

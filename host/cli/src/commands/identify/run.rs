@@ -3,17 +3,17 @@
 use super::super::run::Staging;
 use super::super::{Error, Outcome, ask, link};
 use super::apply::{Applied, Apply, not};
+use super::output::{self, Wish};
 use super::share;
-use super::told::{self, Wish};
 use super::{Fit, preview};
 use crate::args::{LinkArgs, OutputArgs, PaceName};
 use armbridge::config::Config;
-use armbridge_analysis::run::{Finished, Player, Verdict};
+use armbridge_analysis::run::{Finished, RunHost, Verdict};
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_analysis::scenario::{Outlook, Overrides, Scenario};
 use armbridge_client::interrupt;
 use armbridge_client::params;
-use armbridge_client::params::exchange::Exchange;
+use armbridge_client::params::settings_exchange::Exchange;
 use armbridge_shared::link::message::Settings;
 use armbridge_sim::link::{BoardUri, drive};
 use armbridge_sim::plant::PlantFile;
@@ -192,7 +192,7 @@ fn perform(
         is_silent: args.output.quiet || args.output.json,
     };
     let mut options = staging.options(&mut scenario);
-    let player = Player::in_folder(staging.task(scenario)?, folder)?;
+    let player = RunHost::in_folder(staging.task(scenario)?, folder)?;
     options.link.taps.push(player.tap());
     let (player, result) = drive(uri, options, player);
     let Finished {

@@ -23,7 +23,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::message::{Command, Mode, Settings, Setup};
 
-use super::{GaveUp, Task, View};
+use super::{Task, TaskError, View};
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::{interrupt, refusal, trip};
 use measure::{Pose, Sampler, direction};
@@ -46,7 +46,7 @@ pub trait Guide {
     ///
     /// # Errors
     /// If no answer can come.
-    fn answer(&mut self) -> Result<Option<String>, GaveUp>;
+    fn answer(&mut self) -> Result<Option<String>, TaskError>;
 }
 
 /// What is to be done.
@@ -112,10 +112,10 @@ impl<G: Guide> Calibrate<G> {
         Some([before.setup.joints, self.joints])
     }
 
-    fn wait(&mut self, view: &View<'_>) -> Result<(), GaveUp> {
+    fn wait(&mut self, view: &View<'_>) -> Result<(), TaskError> {
         let status = view.session.status();
         if let Some(tripped) = status.trip {
-            return Err(GaveUp(format!(
+            return Err(TaskError(format!(
                 "a fault is latched: {}; look after it, then `armbridge clear`",
                 trip::in_words(&tripped).cause
             )));
@@ -129,7 +129,7 @@ impl<G: Guide> Calibrate<G> {
         } else if view.now_us > 2 * SERVO_TIMEOUT_US {
             let none = || "the servos are not found: check their power and wiring".to_owned();
             let why = status.obstacle.map_or_else(none, |why| why.to_string());
-            return Err(GaveUp(why));
+            return Err(TaskError(why));
         }
         Ok(())
     }
@@ -183,16 +183,16 @@ impl<G: Guide> Calibrate<G> {
     }
 
     /// A measurement was no use: again, but not for ever.
-    fn again(&mut self, why: &Unusable) -> Result<(), GaveUp> {
+    fn again(&mut self, why: &Unusable) -> Result<(), TaskError> {
         self.attempts += 1;
         if self.attempts >= ATTEMPTS {
-            return Err(GaveUp(format!("{why}; nothing was changed")));
+            return Err(TaskError(format!("{why}; nothing was changed")));
         }
         self.guide.say(&format!("Not usable: {why}."));
         Ok(())
     }
 
-    fn measured(&mut self, joint: usize, sampler: &Sampler) -> Result<(), GaveUp> {
+    fn measured(&mut self, joint: usize, sampler: &Sampler) -> Result<(), TaskError> {
         match sampler.pose(joint) {
             Ok(zero) => {
                 self.joints[joint].zero_count = zero[joint] as f32;
@@ -206,7 +206,7 @@ impl<G: Guide> Calibrate<G> {
         Ok(())
     }
 
-    fn turned(&mut self, joint: usize, zero: Pose, sampler: &Sampler) -> Result<(), GaveUp> {
+    fn turned(&mut self, joint: usize, zero: Pose, sampler: &Sampler) -> Result<(), TaskError> {
         let found = sampler
             .pose(joint)
             .and_then(|turned| direction(joint, &zero, &turned));
@@ -224,7 +224,7 @@ impl<G: Guide> Calibrate<G> {
     }
 
     /// Shows the counts now and then; whether the person has answered.
-    fn is_answered(&mut self, view: &View<'_>) -> Result<bool, GaveUp> {
+    fn is_answered(&mut self, view: &View<'_>) -> Result<bool, TaskError> {
         if view.now_us >= self.show_us
             && let Some(record) = view.session.status().record
         {
@@ -265,9 +265,9 @@ impl<G: Guide> Calibrate<G> {
 }
 
 impl<G: Guide> Task for Calibrate<G> {
-    fn look(&mut self, mut view: View<'_>) -> Result<(), GaveUp> {
+    fn look(&mut self, mut view: View<'_>) -> Result<(), TaskError> {
         if interrupt::is_raised() && !matches!(self.step, Step::Over) {
-            return Err(GaveUp("ctrl-c was pressed: nothing was saved".into()));
+            return Err(TaskError("ctrl-c was pressed: nothing was saved".into()));
         }
         let record = view.session.status().record;
         match std::mem::replace(&mut self.step, Step::Waiting) {
@@ -304,7 +304,7 @@ impl<G: Guide> Task for Calibrate<G> {
             Step::Confirm => match self.guide.answer()?.as_deref().map(str::trim) {
                 None => self.step = Step::Confirm,
                 Some("y" | "Y" | "yes") => self.configure(&mut view),
-                Some(_) => return Err(GaveUp("not confirmed: nothing was changed".into())),
+                Some(_) => return Err(TaskError("not confirmed: nothing was changed".into())),
             },
             Step::Configuring(since_us) => {
                 if answer(&mut view, since_us, "set-up")? {
@@ -342,14 +342,14 @@ impl<G: Guide> Task for Calibrate<G> {
 }
 
 /// Whether the board has done what it was asked to.
-fn answer(view: &mut View<'_>, since_us: u64, what: &str) -> Result<bool, GaveUp> {
+fn answer(view: &mut View<'_>, since_us: u64, what: &str) -> Result<bool, TaskError> {
     match view.session.take_answer() {
         Some(Ok(())) => Ok(true),
         Some(Err(refusal)) => {
             let why = refusal::in_words(refusal);
-            Err(GaveUp(format!("the board refused the {what}: {why}")))
+            Err(TaskError(format!("the board refused the {what}: {why}")))
         }
-        None if view.now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => Err(GaveUp(
+        None if view.now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => Err(TaskError(
             "the board does not answer: was it reset or unplugged?".into(),
         )),
         None => Ok(false),

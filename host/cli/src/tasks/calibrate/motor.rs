@@ -5,7 +5,7 @@ use armbridge_shared::actuator::Direction;
 use armbridge_shared::link::message::{Command, Mode};
 
 use super::{Guide, answer};
-use crate::tasks::{GaveUp, View};
+use crate::tasks::{TaskError, View};
 use armbridge_client::session::Request;
 use armbridge_client::trip;
 
@@ -60,7 +60,7 @@ impl Motor {
         &mut self,
         view: &mut View<'_>,
         guide: &mut impl Guide,
-    ) -> Result<bool, GaveUp> {
+    ) -> Result<bool, TaskError> {
         let status = view.session.status();
         if let (Some(Mode::Fault(_)), Some(tripped)) = (status.mode(), status.trip) {
             let cause = trip::in_words(&tripped).cause;
@@ -105,7 +105,7 @@ impl Motor {
         Ok(false)
     }
 
-    fn judge(&self, guide: &mut impl Guide) -> Result<(), GaveUp> {
+    fn judge(&self, guide: &mut impl Guide) -> Result<(), TaskError> {
         let number = self.joint + 1;
         let forward = match self.direction {
             Direction::Forward => self.moved,
@@ -130,8 +130,8 @@ impl Motor {
     }
 }
 
-fn unsaved(why: &str) -> GaveUp {
-    GaveUp(format!(
+fn unsaved(why: &str) -> TaskError {
+    TaskError(format!(
         "{why}; nothing was saved, and a reset of the board brings back what was before"
     ))
 }

@@ -10,7 +10,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint};
 
 use super::{Calibrate, Guide, Wish};
-use crate::tasks::{GaveUp, TaskHost};
+use crate::tasks::{TaskError, TaskHost};
 use armbridge_client::Host;
 use armbridge_client::LinkError;
 use armbridge_sim::Bench;
@@ -31,7 +31,7 @@ impl Guide for Talk {
 
     fn show(&mut self, _line: &str) {}
 
-    fn answer(&mut self) -> Result<Option<String>, GaveUp> {
+    fn answer(&mut self) -> Result<Option<String>, TaskError> {
         Ok(self.0.borrow_mut().1.pop_front())
     }
 }
@@ -77,14 +77,14 @@ impl Person {
 }
 
 impl Host for Person {
-    type Error = GaveUp;
+    type Error = TaskError;
 
-    fn transmit(&mut self, now_us: u64) -> Result<&[u8], GaveUp> {
+    fn transmit(&mut self, now_us: u64) -> Result<&[u8], TaskError> {
         self.do_as_told(now_us);
         self.errand.transmit(now_us)
     }
 
-    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), GaveUp> {
+    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), TaskError> {
         self.errand.receive(now_us, bytes)
     }
 
@@ -102,7 +102,7 @@ fn calibrated(
     true_joints: [Joint<f64>; JOINTS],
     turns: [usize; JOINTS],
     checks_motors: bool,
-) -> (Person, Result<(), LinkError<GaveUp>>) {
+) -> (Person, Result<(), LinkError<TaskError>>) {
     let config = PlantConfig {
         gravity_scale: 0.0,
         held: false,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use armbridge_analysis::plan_runner::{Operator, Script};
+use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_client::Tap;
 use armbridge_client::event::Direction;
 use armbridge_log::recorder::Recorder;
@@ -84,7 +84,7 @@ pub(crate) fn record(folder: &Path, run: Run) {
         words: 0,
         missed: run.deaf,
     }));
-    let operator = Operator::new(Script::demo(run.setup, 2_000_000));
+    let operator = PlanRunner::new(Script::demo(run.setup, 2_000_000));
     let (_, result) = link::drive(&BoardUri::Sim, options, operator);
     // A fault ends the run early, which is as it should be.
     assert!(result.is_ok() || run.push_nm.is_some(), "{result:?}");

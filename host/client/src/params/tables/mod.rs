@@ -6,7 +6,7 @@ mod control;
 mod limits;
 
 use super::access::{Access, Numbers};
-use super::takes::{Range, Shape, Takes};
+use super::constraint::{Range, Shape, Takes};
 use super::{Parameter, access};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Direction;

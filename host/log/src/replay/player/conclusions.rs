@@ -11,7 +11,7 @@ use armbridge_shared::link::message::Record;
 use super::super::board::Board;
 use super::super::compare::Difference;
 use super::super::notes::is_before;
-use super::Player;
+use super::Replayer;
 use armbridge_client::experiment;
 
 /// Ends of experiments that wait for the other side's.
@@ -60,7 +60,7 @@ impl Conclusions {
     }
 }
 
-impl Player {
+impl Replayer {
     /// Compares what was told of experiments up to this record with what came out.
     pub(super) fn check_conclusions(&mut self, record: &Record) {
         while let Some((told, computed)) = self.conclusions.next_pair(record.tick) {

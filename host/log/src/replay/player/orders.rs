@@ -8,11 +8,11 @@ use super::super::compare::Difference;
 use super::super::facts;
 use super::super::notes::{Note, is_before};
 use super::super::what_if::words;
-use super::{Player, ReplayError};
+use super::{ReplayError, Replayer};
 use armbridge_client::names;
 use armbridge_client::refusal;
 
-impl Player {
+impl Replayer {
     /// Does what has come to its place.
     pub(super) fn apply(&mut self, note: &Note) -> Result<(), ReplayError> {
         match *note {

@@ -6,9 +6,9 @@ use num_dual::{DualSVec64, DualStruct};
 
 use super::super::arm::{Joint, Known};
 use super::super::cost::BLOCK;
+use super::super::dataset::{Trace, Window};
 use super::super::motion::Motion;
 use super::super::quantity::{COUNT, PER_JOINT, Quantity};
-use super::super::trace::{Trace, Window};
 
 /// Carries the derivatives by the start: angle and speed.
 type Dual = DualSVec64<2>;

@@ -4,10 +4,10 @@ use armbridge_client::status::BoardStatus;
 use armbridge_shared::link::message::{Mode, OffReport, Settings, Trip};
 
 use super::plan::Act;
-use super::{Ending, Keep, Operator, Phase};
+use super::{Ending, Phase, PlanRunner, RecordSink};
 use armbridge_client::LinkStats;
 
-impl<K: Keep> Operator<K> {
+impl<K: RecordSink> PlanRunner<K> {
     /// How much of the run is over, 0 to 1.
     pub fn fraction(&self, now_us: u64) -> f64 {
         match &self.phase {

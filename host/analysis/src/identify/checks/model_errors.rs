@@ -10,11 +10,11 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::super::arm::{Joint, Known};
-use super::super::find::Found;
+use super::super::dataset::Trace;
+use super::super::fit::Found;
 use super::super::quantity::Quantity;
 use super::super::stribeck::Falling;
-use super::super::trace::Trace;
-use super::follow::Followed;
+use super::rollout::Followed;
 
 /// Torques that the model has: viscous and dry friction, motor, its offset, its delay,
 /// inertia. Gravity is not among them: the weight is known, and without it all of them

@@ -20,7 +20,7 @@ const RAMP_S: f32 = 1.0;
 /// What is asked of the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Task {
+pub enum Maneuver {
     /// Stand at these angles in rad, all the time.
     Hold([f32; JOINTS]),
     /// Stand upright, and at these angles in rad after 2 s: a step.
@@ -49,9 +49,9 @@ pub enum Task {
     "expected upright, hold:Q1,Q2, step:Q1,Q2, min-jerk:Q1,Q2[,S], sine:A1,A2,HZ or \
      chirp:A1,A2,HZ,HZ, angles from -{REFERENCE_MAX_RAD} to {REFERENCE_MAX_RAD} rad"
 )]
-pub struct TaskError;
+pub struct ManeuverError;
 
-impl Task {
+impl Maneuver {
     /// Upright, all the time.
     pub const UPRIGHT: Self = Self::Hold([0.0; JOINTS]);
 
@@ -107,19 +107,19 @@ impl Task {
     }
 }
 
-impl FromStr for Task {
-    type Err = TaskError;
+impl FromStr for Maneuver {
+    type Err = ManeuverError;
 
-    fn from_str(text: &str) -> Result<Self, TaskError> {
+    fn from_str(text: &str) -> Result<Self, ManeuverError> {
         let (name, numbers) = text.split_once(':').unwrap_or((text, ""));
         let numbers: Vec<f32> = numbers
             .split(',')
             .filter(|number| !(numbers.is_empty() && number.is_empty()))
-            .map(|number| number.trim().parse().map_err(|_| TaskError))
+            .map(|number| number.trim().parse().map_err(|_| ManeuverError))
             .collect::<Result<_, _>>()?;
         let is_angle = |q: &f32| q.abs() <= REFERENCE_MAX_RAD;
         if !numbers.iter().take(JOINTS).all(is_angle) {
-            return Err(TaskError);
+            return Err(ManeuverError);
         }
         let positive = |x: f32| x > 0.0 && x.is_finite();
         match (name, numbers.as_slice()) {
@@ -146,7 +146,7 @@ impl FromStr for Task {
                     to_hz,
                 })
             }
-            _ => Err(TaskError),
+            _ => Err(ManeuverError),
         }
     }
 }
@@ -157,9 +157,9 @@ mod tests {
 
     #[test]
     fn what_is_written_is_what_is_asked() {
-        assert_eq!("upright".parse(), Ok(Task::UPRIGHT));
-        assert_eq!("hold:0.2,-0.1".parse(), Ok(Task::Hold([0.2, -0.1])));
-        let task: Task = "min-jerk:0.3,0.3,1".parse().unwrap();
+        assert_eq!("upright".parse(), Ok(Maneuver::UPRIGHT));
+        assert_eq!("hold:0.2,-0.1".parse(), Ok(Maneuver::Hold([0.2, -0.1])));
+        let task: Maneuver = "min-jerk:0.3,0.3,1".parse().unwrap();
         let script = task.script(Setup::best(), 8.0).unwrap();
         assert_eq!(script.commands.len(), 2);
         let least_s = task.script(Setup::best(), 4.0).unwrap_err();
@@ -173,7 +173,7 @@ mod tests {
             "sine:1,1,0",
             "sine:1,1,nan",
         ] {
-            assert_eq!(wrong.parse::<Task>(), Err(TaskError), "{wrong}");
+            assert_eq!(wrong.parse::<Maneuver>(), Err(ManeuverError), "{wrong}");
         }
     }
 }

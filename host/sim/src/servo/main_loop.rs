@@ -10,11 +10,15 @@ impl Mcu {
     pub(super) fn turn(&self) -> u64 {
         let chain = match self.bus {
             Bus::Unknown => 0,
-            Bus::Member if self.cycle_pending => costs::TURN_IN_CYCLE,
-            Bus::Slot | Bus::Member => costs::TURN_ON_CHAIN,
+            Bus::Member if self.cycle_pending => cycle_costs::TURN_IN_CYCLE,
+            Bus::Slot | Bus::Member => cycle_costs::TURN_ON_CHAIN,
         };
-        let stuck = if self.inbox.stuck() { costs::STUCK } else { 0 };
-        costs::TURN + chain + stuck
+        let stuck = if self.inbox.stuck() {
+            cycle_costs::STUCK
+        } else {
+            0
+        };
+        cycle_costs::TURN + chain + stuck
     }
 
     /// A message waits: the loop sees it at its next turn.
@@ -23,7 +27,7 @@ impl Mcu {
             return;
         }
         let turn = self.turn();
-        let last_look = self.stage_end - (turn - costs::TURN + costs::LOOK_TO_TICK);
+        let last_look = self.stage_end - (turn - cycle_costs::TURN + cycle_costs::LOOK_TO_TICK);
         let Some(ahead) = last_look.checked_sub(now) else {
             return; // The tick comes first.
         };
@@ -37,13 +41,13 @@ impl Mcu {
     /// The second half of a turn, from where a message was looked for.
     pub(super) fn finish_turn(&mut self, now: u64) -> Option<Action> {
         let turn = self.turn();
-        let extra = turn - costs::TURN;
+        let extra = turn - cycle_costs::TURN;
         if self.turns_left == 0 {
-            return self.go(Stage::Tick, now + extra + costs::LOOK_TO_TICK);
+            return self.go(Stage::Tick, now + extra + cycle_costs::LOOK_TO_TICK);
         }
         if self.driving || !self.transmit.is_empty() {
             self.turns_left -= 1;
-            return self.go(Stage::Feed, now + extra + costs::LOOK_TO_FEED);
+            return self.go(Stage::EventQueue, now + extra + cycle_costs::LOOK_TO_FEED);
         }
         if self.inbox.waiting() {
             // It came while the loop was busy.
@@ -53,18 +57,18 @@ impl Mcu {
         self.idle_turns = self.turns_left;
         self.turns_left = 0;
         let idle = u64::from(self.idle_turns) * turn;
-        self.go(Stage::Tick, now + idle + extra + costs::LOOK_TO_TICK)
+        self.go(Stage::Tick, now + idle + extra + cycle_costs::LOOK_TO_TICK)
     }
 
     pub(super) fn tick(&mut self, now: u64) -> Option<Action> {
         self.idle_turns = 0;
-        self.turns_left = costs::TURNS_PER_TICK;
-        let mut cost = costs::TICK_TO_SAMPLE;
+        self.turns_left = cycle_costs::TURNS_PER_TICK;
+        let mut cost = cycle_costs::TICK_TO_SAMPLE;
         if self.requests.pwm_sync != self.requests.pwm_before {
             self.requests.pwm = self.requests.pwm_sync;
             self.requests.pwm_before = self.requests.pwm_sync;
             self.control.set_pwm(self.requests.pwm_sync);
-            cost += costs::TICK_SYNC_PWM;
+            cost += cycle_costs::TICK_SYNC_PWM;
         }
         self.go(Stage::Sample, now + cost)
     }
@@ -76,7 +80,7 @@ impl Mcu {
             None => {}
             Some(Sample::Temperature(reading)) => {
                 self.control.temperature = reading;
-                cost += costs::CONTROL_TEMPERATURE;
+                cost += cycle_costs::CONTROL_TEMPERATURE;
             }
             Some(Sample::Position(reading)) => {
                 let before = self.control.applied;
@@ -87,7 +91,7 @@ impl Mcu {
         cost += self.converter.tick(now + cost);
         if self.delay_ticks > 0 {
             self.delay_ticks -= 1;
-            cost += costs::TICK_DELAY;
+            cost += cycle_costs::TICK_DELAY;
         }
         if changed {
             // The new PWM is on the motor when the step is done.
@@ -98,11 +102,11 @@ impl Mcu {
     }
 
     pub(super) fn after_tick(&mut self, now: u64) -> Option<Action> {
-        let feed = now + costs::SAMPLE_TO_FEED;
+        let feed = now + cycle_costs::SAMPLE_TO_FEED;
         if self.driving || !self.transmit.is_empty() {
-            self.go(Stage::Feed, feed)
+            self.go(Stage::EventQueue, feed)
         } else {
-            self.go(Stage::Look, feed + costs::FEED_TO_LOOK)
+            self.go(Stage::Look, feed + cycle_costs::FEED_TO_LOOK)
         }
     }
 
@@ -110,24 +114,28 @@ impl Mcu {
         if self.uart.can_send(now)
             && let Some(byte) = self.transmit.pop_front()
         {
-            let driver = if self.driving { 0 } else { costs::DRIVER_ON };
+            let driver = if self.driving {
+                0
+            } else {
+                cycle_costs::DRIVER_ON
+            };
             self.driving = true;
-            let start = self.uart.send(now + driver + costs::FEED_TO_SEND);
+            let start = self.uart.send(now + driver + cycle_costs::FEED_TO_SEND);
             let start_ns = super::nanoseconds(start);
-            self.go(Stage::Look, now + driver + costs::FEED_BYTE_TO_LOOK);
+            self.go(Stage::Look, now + driver + cycle_costs::FEED_BYTE_TO_LOOK);
             return Some(Action::Send { byte, start_ns });
         }
         if !self.transmit.is_empty() {
-            return self.go(Stage::Look, now + costs::FEED_FULL_TO_LOOK);
+            return self.go(Stage::Look, now + cycle_costs::FEED_FULL_TO_LOOK);
         }
         let now = if self.uart.can_send(now) {
             now
         } else {
-            now + costs::FEED_LAST
+            now + cycle_costs::FEED_LAST
         };
-        if self.uart.ran_empty(now + costs::FEED_TO_EMPTY) {
-            return self.go(Stage::Release, now + costs::DRIVER_OFF);
+        if self.uart.ran_empty(now + cycle_costs::FEED_TO_EMPTY) {
+            return self.go(Stage::Release, now + cycle_costs::DRIVER_OFF);
         }
-        self.go(Stage::Look, now + costs::FEED_TO_LOOK)
+        self.go(Stage::Look, now + cycle_costs::FEED_TO_LOOK)
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::Record;
 
-use crate::plan_runner::Keep;
+use crate::plan_runner::RecordSink;
 use crate::scenario::Judge;
 use armbridge_client::experiment;
 use armbridge_log::summary::Tally;
@@ -82,7 +82,7 @@ impl Ledger {
     }
 }
 
-impl Keep for Ledger {
+impl RecordSink for Ledger {
     fn record(&mut self, record: &Record) {
         self.tally.see(record);
         self.plotted.see(record);
@@ -109,7 +109,7 @@ impl Keep for Ledger {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan_runner::{Everything, Operator, Script};
+    use crate::plan_runner::{Everything, PlanRunner, Script};
     use armbridge_shared::link::message::Setup;
 
     #[test]
@@ -135,7 +135,7 @@ mod tests {
         use armbridge_sim::plant::{Plant, PlantConfig};
         let bench = armbridge_sim::Bench::new(Plant::new(PlantConfig::default(), 1));
         let script = Script::upright(Setup::default(), 10_000);
-        let operator = Operator::keeping(script, Everything::default());
+        let operator = PlanRunner::keeping(script, Everything::default());
         let (operator, result) = drive(&BoardUri::Sim, Options::new(bench), operator);
         result.unwrap();
         operator.records()[0]

@@ -10,8 +10,8 @@ use armbridge_shared::JOINTS;
 use nalgebra::{DMatrix, DVector};
 
 use super::arm::Known;
+use super::dataset::Trace;
 use super::quantity::{COUNT, Quantity};
-use super::trace::Trace;
 
 /// Half the stretch, in ticks.
 const HALF: usize = 80;

@@ -4,7 +4,7 @@ use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::{Command, Record};
 
 /// Keeps of a run what it wants to.
-pub trait Keep {
+pub trait RecordSink {
     /// A tick, as the board recorded it.
     fn record(&mut self, record: &Record);
 
@@ -15,9 +15,9 @@ pub trait Keep {
     fn concluded(&mut self, _conclusion: &Conclusion) {}
 }
 
-/// Everything, in memory: for trials and tests, which are short.
+/// AllRecords, in memory: for trials and tests, which are short.
 #[derive(Clone, Debug, Default)]
-pub struct Everything {
+pub struct AllRecords {
     /// The ticks.
     pub records: Vec<Record>,
     /// The commands and when they were given, in µs.
@@ -26,7 +26,7 @@ pub struct Everything {
     pub conclusions: Vec<Conclusion>,
 }
 
-impl Keep for Everything {
+impl RecordSink for AllRecords {
     fn record(&mut self, record: &Record) {
         self.records.push(*record);
     }

@@ -12,9 +12,9 @@ use armbridge_shared::servo::morpheus::{self, HEADER};
 use armbridge_shared::servo::protocol1::Alarms;
 
 use super::diagnosis::{Diagnosis, Refusal};
-use super::heard::{Heard, Packet};
 use super::line::Line;
 use super::request::Request;
+use super::response::{Heard, Packet};
 use armbridge_shared::servo::Firmware;
 
 /// How long an answer may take beyond its time on the wire: USB, sockets and
@@ -69,13 +69,13 @@ enum Listen {
 
 /// Whoever asks on a bus. There is to be only one.
 #[derive(Debug)]
-pub struct Client<L> {
+pub struct BusMaster<L> {
     line: L,
     patience: Duration,
     echoes: bool,
 }
 
-impl<L: Line> Client<L> {
+impl<L: Line> BusMaster<L> {
     /// On this line. Flushes the servos' receivers.
     ///
     /// # Errors
@@ -131,7 +131,7 @@ impl<L: Line> Client<L> {
     /// Asks until there is a usable answer or a refusal, three times at most.
     ///
     /// # Errors
-    /// As [`Client::ask`], of the last time.
+    /// As [`BusMaster::ask`], of the last time.
     pub fn ask_patiently(&mut self, request: &Request) -> Result<Packet, BusError> {
         for _ in 1..ATTEMPTS {
             match self.ask(request) {
@@ -188,7 +188,7 @@ impl<L: Line> Client<L> {
     }
 
     /// Lets all Morpheus servos up to this id answer in turn, after which they
-    /// take part in [`Client::cycle`]. Takes 10 ms for each id.
+    /// take part in [`BusMaster::cycle`]. Takes 10 ms for each id.
     ///
     /// # Errors
     /// If the stream fails.

@@ -7,9 +7,9 @@
 use armbridge_shared::JOINTS;
 
 use super::super::arm::{Joint, Known};
-use super::super::find::Found;
+use super::super::dataset::{FAIR_COUNTS, OFF, Trace};
+use super::super::fit::Found;
 use super::super::quantity::Quantity;
-use super::super::trace::{FAIR_COUNTS, OFF, Trace};
 use super::bump::Bump;
 
 /// Half a stretch, and from one to the next, in ticks.

@@ -7,7 +7,7 @@ use armbridge_shared::link::message::{
 use super::PlanError;
 use super::plan::{self, Begin};
 use super::timeline::Timeline;
-use super::{Keep, Operator, Phase};
+use super::{Phase, PlanRunner, RecordSink};
 use armbridge_client::session::BoardMessage;
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::plant::Push;
@@ -16,7 +16,7 @@ use armbridge_sim::plant::Push;
 /// armed may arrive after its word that it is.
 const IDLE_US: u64 = 100_000;
 
-impl<K: Keep> Operator<K> {
+impl<K: RecordSink> PlanRunner<K> {
     /// Takes a message; before it, this was the board's report.
     pub(super) fn take(
         &mut self,

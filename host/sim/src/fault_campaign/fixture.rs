@@ -7,9 +7,9 @@ use armbridge_shared::bridge::{BridgeEnd, LinkEnd, MemoryRegion, SERVO_IDS, gate
 use armbridge_shared::link::message::Mode;
 
 use super::case::{Case, Injection, Scenario};
-use super::driver::{Driver, Whim};
-use super::judge::STOP_US;
+use super::driver::{Driver, HostFault};
 use super::kind::Kind;
+use super::oracle::STOP_US;
 use super::watch::Watched;
 use crate::Bench;
 use crate::board::VirtualBoard;
@@ -200,9 +200,9 @@ impl<'a> World<'a> {
             Kind::HostGarbage => meddle(Meddling::Garbage),
             Kind::HostReplay if amount > 0.5 => meddle(Meddling::RepeatOnly),
             Kind::HostReplay => meddle(Meddling::Repeat),
-            Kind::HostSchema => host.host.behave(Whim::OtherSchema),
-            Kind::HostRange => host.host.behave(Whim::OutOfRange),
-            Kind::Goodbye => host.host.behave(Whim::Leaves),
+            Kind::HostSchema => host.host.behave(HostFault::OtherSchema),
+            Kind::HostRange => host.host.behave(HostFault::OutOfRange),
+            Kind::Goodbye => host.host.behave(HostFault::Leaves),
             Kind::ClockAhead => board.board.shift_clock((amount * 1e3) as i64),
             Kind::ClockBack => board.board.shift_clock(-(amount * 1e3) as i64),
             Kind::Push => bench.push(Push {
@@ -257,7 +257,7 @@ impl<'a> World<'a> {
             bench.swap_servos();
         }
         host.leave_alone();
-        host.host.behave(Whim::None);
+        host.host.behave(HostFault::None);
         self.cosim.is_stop_pressed = false;
     }
 }

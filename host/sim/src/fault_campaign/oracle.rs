@@ -12,10 +12,10 @@ use armbridge_shared::link::message::{Fault, Mode};
 
 use super::case::{Case, Injection};
 use super::expect::{self, Verdict};
+use super::fixture::World;
 use super::kind::Kind;
 use super::outcome::Outcome;
-use super::story::Story;
-use super::world::World;
+use super::trace::Story;
 use armbridge_client::names;
 
 /// From a fault to motors off, where the bus carries packets, in µs.
@@ -255,7 +255,7 @@ impl<'a, 'b> Judge<'a, 'b> {
 #[cfg(test)]
 mod tests {
     use super::super::case::Scenario;
-    use super::super::driver::Whim;
+    use super::super::driver::HostFault;
     use super::*;
     use armbridge_shared::bridge::Channels;
     use armbridge_shared::link::message::StopSource;
@@ -324,7 +324,7 @@ mod tests {
             scenario: Scenario::Idle,
             ..case_of(Kind::StopHost, false)
         };
-        let ignored = judged(&stop, &stop, |world| world.driver().behave(Whim::Gone));
+        let ignored = judged(&stop, &stop, |world| world.driver().behave(HostFault::Gone));
         assert_eq!((ignored.fault, ignored.is_named_right), (None, false));
     }
 }

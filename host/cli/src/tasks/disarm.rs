@@ -2,7 +2,7 @@
 
 use armbridge_shared::link::message::{Command, Mode, Refusal};
 
-use super::{GaveUp, Task, View};
+use super::{Task, TaskError, View};
 use armbridge_client::refusal;
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::trip;
@@ -27,7 +27,7 @@ impl Default for Disarm {
 }
 
 impl Task for Disarm {
-    fn look(&mut self, view: View<'_>) -> Result<(), GaveUp> {
+    fn look(&mut self, view: View<'_>) -> Result<(), TaskError> {
         match self.0 {
             Step::Greeting if !view.session.is_greeted() => {}
             Step::Greeting => {
@@ -42,7 +42,7 @@ impl Task for Disarm {
                 }
                 Some(Err(refusal)) => {
                     let why = refusal::in_words(refusal);
-                    return Err(GaveUp(format!("the board does not disarm: {why}")));
+                    return Err(TaskError(format!("the board does not disarm: {why}")));
                 }
                 None => overdue(view.now_us, since_us, ANSWER_TIMEOUT_US, || {
                     "the board does not say that it has disarmed; switch its supply off".into()
@@ -70,7 +70,7 @@ impl Default for Stop {
 }
 
 impl Task for Stop {
-    fn look(&mut self, view: View<'_>) -> Result<(), GaveUp> {
+    fn look(&mut self, view: View<'_>) -> Result<(), TaskError> {
         match self.0 {
             Step::Greeting => {
                 view.session.request(view.now_us, Request::Stop);
@@ -106,7 +106,7 @@ impl Default for Clear {
 }
 
 impl Task for Clear {
-    fn look(&mut self, view: View<'_>) -> Result<(), GaveUp> {
+    fn look(&mut self, view: View<'_>) -> Result<(), TaskError> {
         let mode = view.session.status().mode();
         match self.0 {
             Step::Greeting if matches!(mode, Some(Mode::Fault(_))) => {
@@ -127,7 +127,7 @@ impl Task for Clear {
                     Some(Err(Refusal::NotOff)) => self.0 = Step::Greeting,
                     Some(Err(refusal)) => {
                         let why = refusal::in_words(refusal);
-                        return Err(GaveUp(format!("the fault is not cleared: {why}")));
+                        return Err(TaskError(format!("the fault is not cleared: {why}")));
                     }
                     Some(Ok(())) | None => {}
                 }
@@ -168,9 +168,9 @@ fn overdue(
     since_us: u64,
     longest_us: u64,
     why: impl FnOnce() -> String,
-) -> Result<(), GaveUp> {
+) -> Result<(), TaskError> {
     if now_us.saturating_sub(since_us) > longest_us {
-        return Err(GaveUp(why()));
+        return Err(TaskError(why()));
     }
     Ok(())
 }

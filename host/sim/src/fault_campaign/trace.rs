@@ -7,8 +7,8 @@ use armbridge_shared::servo::Firmware;
 
 use super::case::{Case, Injection};
 use super::expect::{self, Verdict};
+use super::fixture::World;
 use super::outcome::Outcome;
-use super::world::World;
 use armbridge_client::names;
 
 /// A case as it is told; one that nobody listens to costs nothing.

@@ -8,10 +8,10 @@ use armbridge_shared::JOINTS;
 use super::arm::Known;
 use super::checks::Checks;
 use super::cost::{Stretch, cost};
-use super::find::Found;
+use super::dataset::Window;
+use super::fit::Found;
 use super::forecast::{Forecast, of_windows};
 use super::search::{Prior, Search};
-use super::trace::Window;
 
 /// Share of the windows that is held out.
 const HELD_OUT: f64 = 0.2;

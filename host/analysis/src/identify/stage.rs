@@ -10,9 +10,9 @@ use armbridge_shared::JOINTS;
 
 use super::arm::Known;
 use super::cost::Stretch;
+use super::dataset::Trace;
 use super::quantity::{COUNT, PER_JOINT, Quantity};
 use super::search::{Prior, Search};
-use super::trace::Trace;
 
 /// Loss by which a dead zone must be better to be believed in place of a smaller one:
 /// three standard deviations.

@@ -1,7 +1,7 @@
 //! The command interpreter: what each message asks for.
 
-use super::inbox::SYNC_WRITE;
 use super::mcu::{Bus, Mcu, Stage};
+use super::receiver::SYNC_WRITE;
 use super::registers::{
     self, POSITION_HIGH, POSITION_LOW, PWM_LOW, REGISTERS, ROM_REGISTERS, SPEED, TEMPERATURE_HIGH,
     TEMPERATURE_LOW,
@@ -62,7 +62,7 @@ impl Mcu {
             self.scratch[..3].copy_from_slice(&head);
             if length < 0x80 {
                 self.message_length = length;
-                return self.go(Stage::Obey, now + costs::ACCEPT);
+                return self.go(Stage::Obey, now + cycle_costs::ACCEPT);
             }
         }
         self.chain(now)
@@ -76,7 +76,7 @@ impl Mcu {
             Stage::Settle => self.settle(now),
             Stage::Reset => {
                 self.rom[usize::from(registers::MARKER)] = 0;
-                self.rom_ready = now + costs::ROM_WRITE;
+                self.rom_ready = now + cycle_costs::ROM_WRITE;
                 self.go(Stage::Load { restored: 0 }, self.rom_ready)
             }
             Stage::Load { restored } => self.load(now, restored),
@@ -106,7 +106,7 @@ impl Mcu {
             if self.bus == Bus::Slot {
                 self.bus = Bus::Member;
                 self.job = Job::Unasked;
-                return self.answer(now - costs::REPLY_UNASKED, &[PING]);
+                return self.answer(now - cycle_costs::REPLY_UNASKED, &[PING]);
             }
             if self.bus == Bus::Member && self.cycle_pending {
                 self.cycle_pending = false;
@@ -129,15 +129,15 @@ impl Mcu {
             self.job = Job::Reply;
         }
         let cost = match data.len() as u64 {
-            0 => costs::REPLY - costs::REPLY_EMPTY,
-            bytes => costs::REPLY + costs::REPLY_BYTE * (bytes - 1),
+            0 => cycle_costs::REPLY - cycle_costs::REPLY_EMPTY,
+            bytes => cycle_costs::REPLY + cycle_costs::REPLY_BYTE * (bytes - 1),
         };
         self.go(Stage::Reply, now + cost)
     }
 
     fn answer_position(&mut self, now: u64) -> Option<Action> {
         let position = (self.control.position as u16).to_be_bytes();
-        self.answer(now + costs::POSITION, &position)
+        self.answer(now + cycle_costs::POSITION, &position)
     }
 
     fn ignore(&mut self, now: u64) -> Option<Action> {
@@ -154,7 +154,7 @@ impl Mcu {
                     self.bus = Bus::Slot;
                     self.predecessor = 0;
                     self.delay_ticks = u16::from(self.id) * SLOT_TICKS;
-                    self.ignore(now + costs::START)
+                    self.ignore(now + cycle_costs::START)
                 }
                 WRITE => self.write(now, left, false),
                 SYNC_WRITE => self.sync_write(now),
@@ -162,7 +162,7 @@ impl Mcu {
                 RESET => self.reset(now, false),
                 _ => {
                     self.master = source;
-                    self.answer(now - costs::REFUSED_TO_ALL, &[REFUSED])
+                    self.answer(now - cycle_costs::REFUSED_TO_ALL, &[REFUSED])
                 }
             }
         } else if destination == self.id {
@@ -184,16 +184,16 @@ impl Mcu {
             if self.bus == Bus::Slot {
                 self.predecessor = source;
                 self.predecessors = self.predecessors.wrapping_add(1);
-                return self.ignore(now - costs::LEARNT);
+                return self.ignore(now - cycle_costs::LEARNT);
             }
             self.ignore(now)
         }
     }
 
     fn cycle(&mut self, now: u64, source: u8) -> Option<Action> {
-        let now = now + costs::CYCLE;
+        let now = now + cycle_costs::CYCLE;
         if self.bus != Bus::Member {
-            return self.ignore(now + costs::CYCLE_IGNORED);
+            return self.ignore(now + cycle_costs::CYCLE_IGNORED);
         }
         self.master = source;
         if self.predecessor == 0 {
@@ -204,7 +204,7 @@ impl Mcu {
         self.delay_ticks = FAILSAFE_TICKS
             .wrapping_mul(self.baud.into())
             .wrapping_mul(self.predecessors.into());
-        self.ignore(now + costs::CYCLE_WAITS)
+        self.ignore(now + cycle_costs::CYCLE_WAITS)
     }
 
     /// Arguments that the packet does not have are what was in memory.
@@ -215,18 +215,18 @@ impl Mcu {
         }
         let [first, count] = [self.scratch[2], self.scratch[3]];
         if u16::from(first) + u16::from(count) > REGISTERS.into() {
-            return self.answer(now + costs::READ_REFUSED, &[REFUSED]);
+            return self.answer(now + cycle_costs::READ_REFUSED, &[REFUSED]);
         }
-        let mut cost = costs::READ;
+        let mut cost = cycle_costs::READ;
         for i in 0..count {
             // Only the first address decides between EEPROM and the rest.
             let place = usize::from(4 + i);
             if first < ROM_REGISTERS {
                 self.scratch[place] = registers::cell(&self.rom, first + i);
-                cost += costs::READ_ROM_BYTE;
+                cost += cycle_costs::READ_ROM_BYTE;
             } else if first < REGISTERS {
                 self.scratch[place] = self.register(first + i);
-                cost += costs::READ_BYTE;
+                cost += cycle_costs::READ_BYTE;
             }
         }
         let data = self.scratch;

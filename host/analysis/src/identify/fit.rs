@@ -7,13 +7,13 @@ use nalgebra::SMatrix;
 use super::arm::Known;
 use super::checks;
 use super::cost::{BLOCK, STARTS, Stretch};
+use super::dataset::Trace;
+use super::initial_guess::{NoStart, start};
 use super::quantity::{COUNT, PER_JOINT, Quantity};
-use super::round::Round;
 use super::search::{Prior, Search};
-use super::start::{NoStart, start};
+use super::stage::Round;
 use super::stiction::{Static, Stiction};
 use super::stribeck::{self, Stribeck};
-use super::trace::Trace;
 
 /// Longest windows of each round, in ticks: in short ones a wrong number leads less far
 /// astray, in long ones a right one shows more.
