@@ -82,7 +82,7 @@ impl LogFile {
             .create(sink)?;
         let mut channels = BTreeMap::new();
         for topic in Topic::ALL {
-            let schema = writer.add_schema(topic.schema_name(), "protobuf", &topic.schema())?;
+            let schema = writer.add_schema(topic.schema_name(), "protobuf", topic.schema())?;
             let id = writer.add_channel(schema, topic.name(), "protobuf", &BTreeMap::new())?;
             channels.insert(topic as u16, Channel { id, sequence: 0 });
         }

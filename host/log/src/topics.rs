@@ -4,11 +4,9 @@
 //! Topics and their schemas are told in `host/log/proto/armbridge.proto`.
 
 use armbridge_shared::link::message::{Mode, Record, Settings, ToHost};
-use foxglove::Encode;
-use foxglove::messages::{FrameTransforms, JointStates, Log, SceneUpdate};
-use std::borrow::Cow;
 
 use super::clock::{Envelope, Line, Mapping};
+use super::proto::descriptors;
 use super::statistics::Counters;
 use super::{parameters, pose, proto, said, telemetry, words};
 use armbridge_client::event::{Direction, Event, What};
@@ -88,19 +86,18 @@ impl Topic {
 
     /// The `FileDescriptorSet` of that type. Messages and schema are of the encoding
     /// `protobuf`.
-    pub fn schema(self) -> Cow<'static, [u8]> {
-        let known = match self {
+    pub fn schema(self) -> &'static [u8] {
+        match self {
             Self::Telemetry
             | Self::Commands
             | Self::Events
             | Self::Parameters
-            | Self::Statistics => None,
-            Self::Log => Log::get_schema(),
-            Self::JointStates => JointStates::get_schema(),
-            Self::Transforms => FrameTransforms::get_schema(),
-            Self::Scene => SceneUpdate::get_schema(),
-        };
-        known.map_or(Cow::Borrowed(proto::DESCRIPTORS), |schema| schema.data)
+            | Self::Statistics => proto::DESCRIPTORS,
+            Self::Log => descriptors::LOG,
+            Self::JointStates => descriptors::JOINT_STATES,
+            Self::Transforms => descriptors::FRAME_TRANSFORMS,
+            Self::Scene => descriptors::SCENE_UPDATE,
+        }
     }
 }
 
