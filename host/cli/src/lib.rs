@@ -4,6 +4,7 @@
 
 pub mod config;
 pub mod link_thread;
+#[cfg(feature = "live")]
 pub mod live;
 pub mod tasks;
 pub mod watch;

@@ -14,6 +14,7 @@ pub(crate) mod get;
 pub(crate) mod identify;
 pub(crate) mod info;
 pub(crate) mod link;
+#[cfg(feature = "live")]
 pub(crate) mod live;
 pub(crate) mod off;
 pub(crate) mod paper;
@@ -47,5 +48,13 @@ type Error = Box<dyn std::error::Error>;
 pub(crate) mod emulate {
     pub(crate) fn run(_: &crate::cli::EmulateArgs) -> super::Outcome {
         Err("`emulate` needs Linux or macOS; `demo` runs everywhere".into())
+    }
+}
+
+/// The server is built where it is asked for.
+#[cfg(not(feature = "live"))]
+pub(crate) mod live {
+    pub(crate) fn run(_: &crate::cli::LiveArgs) -> super::Outcome {
+        Err("this build has no live server; `cargo build --release --features live` makes one that has".into())
     }
 }
