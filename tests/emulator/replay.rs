@@ -1,7 +1,7 @@
 //! The firmware's own run, through the same code on the host.
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
-use armbridge_client::event::What;
+use armbridge_client::event::EventKind;
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, Role};
 use armbridge_shared::link::message::{Command, Drive, Record, Setup, ToHost};
@@ -71,8 +71,8 @@ fn what_the_processor_computed_is_the_same_here() {
     let ticks = records(&run.host.events).filter(is_experiment).count();
     assert!(ticks > 1_000, "{ticks}");
     // The log names the program.
-    let image = run.host.events.iter().find_map(|event| match event.what {
-        What::Told(_, ToHost::Board(report)) => report.image,
+    let image = run.host.events.iter().find_map(|event| match event.kind {
+        EventKind::Received(_, ToHost::Board(report)) => report.image,
         _ => None,
     });
     assert!(image.is_some());

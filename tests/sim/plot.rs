@@ -39,7 +39,7 @@ fn draw(name: &str, records: &[Record]) -> Vec<PathBuf> {
 
 /// Share of the pixels of a PNG that are not white.
 fn ink(file: &Path) -> f64 {
-    let pixels = resvg::tiny_skia::Pixmap::load_png(file).unwrap();
+    let pixels = tiny_skia::Pixmap::load_png(file).unwrap();
     let white = pixels
         .pixels()
         .iter()
@@ -79,7 +79,7 @@ fn a_run_is_drawn_with_its_texts() {
 fn texts_of_the_png_need_no_installed_font() {
     // The title line: without a font this corner would be empty.
     let files = draw("plot-text", &synthetic::run(0.0)[..2000]);
-    let pixels = resvg::tiny_skia::Pixmap::load_png(&files[1]).unwrap();
+    let pixels = tiny_skia::Pixmap::load_png(&files[1]).unwrap();
     let dark = (0..500u32)
         .flat_map(|x| (30..75u32).map(move |y| (x, y)))
         .filter(|&(x, y)| pixels.pixel(x, y).is_some_and(|p| p.red() < 100))

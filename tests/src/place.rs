@@ -19,7 +19,11 @@ pub fn armbridge() -> PathBuf {
     let test = std::env::current_exe().expect("a test has a file");
     let profile = test.ancestors().nth(2).expect("tests are in PROFILE/deps");
     let program = profile.join("armbridge");
-    assert!(program.exists(), "no {}: cargo build", program.display());
+    assert!(
+        program.exists(),
+        "no {}: cargo build --features full",
+        program.display()
+    );
     program
 }
 

@@ -5,7 +5,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use armbridge_client::error::SessionError;
-use armbridge_client::event::{Direction, Ear, What};
+use armbridge_client::event::{Direction, EventKind, LinkDecoder};
 use armbridge_client::session::{ChannelHost, Request, Requests};
 use armbridge_client::transport::{LinkOptions, LinkUri, drive};
 use armbridge_client::{LinkError, Tap};
@@ -29,25 +29,28 @@ pub struct Heard {
 }
 
 #[derive(Default)]
-struct Watcher(Ear, Arc<Mutex<Heard>>);
+struct Watcher(LinkDecoder, Arc<Mutex<Heard>>);
 
 impl Tap for Watcher {
     fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]) {
         let heard = &mut *self.1.lock().unwrap();
         self.0
-            .take(direction, host_ns, bytes, |event| match event.what {
-                What::Told(_, ToHost::Record(record)) => {
+            .take(direction, host_ns, bytes, |event| match event.kind {
+                EventKind::Received(_, ToHost::Record(record)) => {
                     heard.records += 1;
                     heard.mode = Some(record.mode);
                     heard.was_armed_after |= heard.partings > 0 && record.mode.is_armed();
                 }
-                What::Lost(_, frames) => heard.lost += u64::from(frames),
-                What::Asked(..) | What::Told(..) | What::Garbled(..) | What::Parted => {}
+                EventKind::Lost(_, frames) => heard.lost += u64::from(frames),
+                EventKind::Sent(..)
+                | EventKind::Received(..)
+                | EventKind::Damaged(..)
+                | EventKind::Disconnected => {}
             });
     }
 
     fn disconnected(&mut self, _host_ns: u64) {
-        self.0 = Ear::default();
+        self.0 = LinkDecoder::default();
         self.1.lock().unwrap().partings += 1;
     }
 }
@@ -81,7 +84,9 @@ impl Manned {
             let (link, heard) = (link.clone(), Arc::clone(&heard));
             std::thread::spawn(move || {
                 let mut options = options(patience);
-                options.taps.push(Box::new(Watcher(Ear::default(), heard)));
+                options
+                    .taps
+                    .push(Box::new(Watcher(LinkDecoder::default(), heard)));
                 drive(&link, options, station).1
             })
         };

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_client::Host;
-use armbridge_client::event::{Direction, Ear, Event, What};
+use armbridge_client::event::{Direction, Event, EventKind, LinkDecoder};
 use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_log::replay::{Changes, Replayer, Report, Verdict};
 use armbridge_shared::bridge::Channels;
@@ -18,7 +18,7 @@ use armbridge_sim::plant::{Plant, PlantConfig};
 pub struct Overheard<H> {
     /// The host.
     pub host: H,
-    ear: Ear,
+    ear: LinkDecoder,
     /// What was said, in order.
     pub events: Vec<Event>,
     said: Vec<u8>,
@@ -29,7 +29,7 @@ impl<H> Overheard<H> {
     pub fn new(host: H) -> Self {
         Self {
             host,
-            ear: Ear::default(),
+            ear: LinkDecoder::default(),
             events: Vec::new(),
             said: Vec::new(),
         }
@@ -210,8 +210,8 @@ pub fn overheard(
 
 /// The ticks among what was heard.
 pub fn records(events: &[Event]) -> impl Iterator<Item = Record> {
-    events.iter().filter_map(|event| match event.what {
-        What::Told(_, ToHost::Record(record)) => Some(record),
+    events.iter().filter_map(|event| match event.kind {
+        EventKind::Received(_, ToHost::Record(record)) => Some(record),
         _ => None,
     })
 }

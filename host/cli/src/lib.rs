@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod config;
+#[cfg(feature = "foxglove")]
 pub mod foxglove;
 pub mod link_thread;
 pub mod tasks;

@@ -1,8 +1,8 @@
-//! What was said on a link, in order: the truth that everything else is made of.
+//! Events of a link: the messages of both directions, in order.
 //!
-//! An [`Ear`] is given the raw bytes of both directions with the time at which
-//! the host read or wrote them, and tells [`Event`]s. Recorder, dashboard and
-//! server all listen through one; none of them asks the link for anything else.
+//! A [`LinkDecoder`] is given the raw bytes of both directions with the time at which
+//! the host read or wrote them, and emits [`Event`]s. Recorder, dashboard and server each
+//! have one, and read nothing else of the link.
 
 use armbridge_shared::link::frame::{Decoder, FrameError, Message, Received};
 use armbridge_shared::link::message::{Record, ToBoard, ToHost};
@@ -22,75 +22,87 @@ pub struct Event {
     /// When the host read or wrote the frame's last byte: ns since 1970, or of
     /// virtual time.
     pub host_ns: u64,
-    /// What.
-    pub what: What,
+    /// What happened.
+    pub kind: EventKind,
 }
 
 /// What can happen on a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum What {
+pub enum EventKind {
     /// The host said this, in the frame with this sequence number.
-    Asked(u16, ToBoard),
+    Sent(u16, ToBoard),
     /// The board said this, in the frame with this sequence number.
-    Told(u16, ToHost),
+    Received(u16, ToHost),
     /// So many frames went missing before the one that follows.
     Lost(Direction, u16),
     /// A frame could not be read.
-    Garbled(Direction, FrameError),
+    Damaged(Direction, FrameError),
     /// The connection broke; what is said after it is said on another.
-    Parted,
+    Disconnected,
 }
 
 impl Event {
     /// The tick that it tells of, if it is one.
     pub fn record(&self) -> Option<Record> {
-        match self.what {
-            What::Told(_, ToHost::Record(record)) => Some(record),
-            What::Told(..)
-            | What::Asked(..)
-            | What::Lost(..)
-            | What::Garbled(..)
-            | What::Parted => None,
+        match self.kind {
+            EventKind::Received(_, ToHost::Record(record)) => Some(record),
+            EventKind::Received(..)
+            | EventKind::Sent(..)
+            | EventKind::Lost(..)
+            | EventKind::Damaged(..)
+            | EventKind::Disconnected => None,
         }
     }
 }
 
-/// Reads both directions of a link.
+/// Decodes both directions of a link.
 #[derive(Debug, Default)]
-pub struct Ear {
+pub struct LinkDecoder {
     to_board: Decoder,
     to_host: Decoder,
 }
 
-impl Ear {
-    /// Takes bytes that travelled at this time; calls `hear` with what they say.
+impl LinkDecoder {
+    /// Takes bytes that travelled at this time; calls `on_event` with what they say.
     pub fn take(
         &mut self,
         direction: Direction,
         host_ns: u64,
         bytes: &[u8],
-        mut hear: impl FnMut(Event),
+        mut on_event: impl FnMut(Event),
     ) {
-        let mut tell = |what| hear(Event { host_ns, what });
+        let mut emit = |kind| on_event(Event { host_ns, kind });
         for byte in bytes {
             match direction {
                 Direction::ToBoard => {
-                    read(&mut self.to_board, *byte, direction, What::Asked, &mut tell);
+                    decode(
+                        &mut self.to_board,
+                        *byte,
+                        direction,
+                        EventKind::Sent,
+                        &mut emit,
+                    );
                 }
                 Direction::ToHost => {
-                    read(&mut self.to_host, *byte, direction, What::Told, &mut tell);
+                    decode(
+                        &mut self.to_host,
+                        *byte,
+                        direction,
+                        EventKind::Received,
+                        &mut emit,
+                    );
                 }
             }
         }
     }
 }
 
-fn read<M: Message>(
+fn decode<M: Message>(
     decoder: &mut Decoder,
     byte: u8,
     direction: Direction,
-    what: impl Fn(u16, M) -> What,
-    tell: &mut impl FnMut(What),
+    kind: impl Fn(u16, M) -> EventKind,
+    emit: &mut impl FnMut(EventKind),
 ) {
     match decoder.push::<M>(byte) {
         None => {}
@@ -100,11 +112,11 @@ fn read<M: Message>(
             lost,
         })) => {
             if lost > 0 {
-                tell(What::Lost(direction, lost));
+                emit(EventKind::Lost(direction, lost));
             }
-            tell(what(sequence, message));
+            emit(kind(sequence, message));
         }
-        Some(Err(error)) => tell(What::Garbled(direction, error)),
+        Some(Err(error)) => emit(EventKind::Damaged(direction, error)),
     }
 }
 
@@ -121,21 +133,24 @@ mod tests {
         to_host.extend_from_slice(board.encode(&ToHost::Passthrough).1);
         to_host.extend_from_slice(&[7, 0]);
         let to_board = host.encode(&ToBoard::Heartbeat).1.to_vec();
-        let (mut ear, mut heard) = (Ear::default(), Vec::new());
+        let (mut ear, mut heard) = (LinkDecoder::default(), Vec::new());
         ear.take(Direction::ToHost, 1, &to_host, |event| heard.push(event));
         ear.take(Direction::ToBoard, 2, &to_board, |event| heard.push(event));
         let heard: Vec<_> = heard
             .iter()
-            .map(|event| (event.host_ns, event.what))
+            .map(|event| (event.host_ns, event.kind))
             .collect();
         assert_eq!(
             heard,
             [
-                (1, What::Told(0, ToHost::Passthrough)),
-                (1, What::Lost(Direction::ToHost, 1)),
-                (1, What::Told(2, ToHost::Passthrough)),
-                (1, What::Garbled(Direction::ToHost, FrameError::Damaged)),
-                (2, What::Asked(0, ToBoard::Heartbeat)),
+                (1, EventKind::Received(0, ToHost::Passthrough)),
+                (1, EventKind::Lost(Direction::ToHost, 1)),
+                (1, EventKind::Received(2, ToHost::Passthrough)),
+                (
+                    1,
+                    EventKind::Damaged(Direction::ToHost, FrameError::Damaged)
+                ),
+                (2, EventKind::Sent(0, ToBoard::Heartbeat)),
             ]
         );
     }

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use crate::Tap;
-use crate::event::{Direction, Ear, Event, What};
+use crate::event::{Direction, Event, EventKind, LinkDecoder};
 
 /// Events that are kept: more than 4 s at 1 kHz.
 const MOST: usize = 8192;
@@ -29,7 +29,7 @@ impl EventQueue {
     /// What fills it.
     pub fn tap(&self) -> Box<dyn Tap> {
         Box::new(Filler {
-            ear: Ear::default(),
+            ear: LinkDecoder::default(),
             feed: self.clone(),
         })
     }
@@ -57,7 +57,7 @@ impl EventQueue {
 }
 
 struct Filler {
-    ear: Ear,
+    ear: LinkDecoder,
     feed: EventQueue,
 }
 
@@ -71,9 +71,9 @@ impl Tap for Filler {
 
     fn disconnected(&mut self, host_ns: u64) {
         // The next connection begins with frames of its own.
-        self.ear = Ear::default();
-        let what = What::Parted;
-        self.feed.with(|queue| queue.push(Event { host_ns, what }));
+        self.ear = LinkDecoder::default();
+        let kind = EventKind::Disconnected;
+        self.feed.with(|queue| queue.push(Event { host_ns, kind }));
     }
 }
 

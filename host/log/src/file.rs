@@ -13,8 +13,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use mcap::McapResult;
 use mcap::records::{AttachmentHeader, MessageHeader, Metadata};
 
+use super::fsync_thread::{SyncFn, Syncer};
 use super::raw;
-use super::syncer::{SyncFn, Syncer};
 use super::topics::{Message, Topic};
 
 /// A chunk that is not flushed before is closed at this size.
@@ -82,7 +82,7 @@ impl LogFile {
             .create(sink)?;
         let mut channels = BTreeMap::new();
         for topic in Topic::ALL {
-            let schema = writer.add_schema(topic.schema_name(), "protobuf", &topic.schema())?;
+            let schema = writer.add_schema(topic.schema_name(), "protobuf", topic.schema())?;
             let id = writer.add_channel(schema, topic.name(), "protobuf", &BTreeMap::new())?;
             channels.insert(topic as u16, Channel { id, sequence: 0 });
         }

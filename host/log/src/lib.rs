@@ -13,7 +13,7 @@
 //! | [`recording`] | reads it back, as far as it goes                              |
 //! | [`topics`]    | events as messages that viewers open                          |
 //! | [`proto`]     | those messages; `host/log/proto/armbridge.proto` describes them |
-//! | [`clock`]     | the board's clock on the host's                               |
+//! | [`clock_sync`]     | the board's clock on the host's                               |
 //! | [`raw`]       | the bytes themselves, kept beside what was made of them       |
 //! | [`metadata`]  | what a log says about itself                                  |
 //! | [`run_info`]  | what one has to know about a run to read its records          |
@@ -26,17 +26,18 @@
 //! | [`table`]     | plain tables for a terminal                                   |
 #![forbid(unsafe_code)]
 
-pub mod clock;
+pub mod clock_sync;
 mod codes;
 pub mod csv;
-mod exact;
+mod event_messages;
 pub mod export;
 mod file;
 pub mod find;
+mod fsync_thread;
 pub mod inspect;
+mod lossless;
 pub mod metadata;
 mod parameters;
-mod pose;
 pub mod proto;
 mod queue;
 pub mod raw;
@@ -46,15 +47,14 @@ pub mod recording;
 mod records;
 pub mod replay;
 pub mod run_info;
-mod said;
-mod scribe;
 mod statistics;
 pub mod summary;
-mod syncer;
 pub mod table;
 mod telemetry;
 pub mod topics;
+mod visualization;
 pub mod words;
+mod writer_thread;
 
 pub use csv::CsvWriter;
 

@@ -20,7 +20,7 @@ use mcap::records::Metadata;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::clock::Line;
+use super::clock_sync::Line;
 use crate::run_info::RunFacts;
 use armbridge_client::params;
 

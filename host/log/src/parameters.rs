@@ -3,7 +3,7 @@
 use armbridge_shared::link::message::Settings;
 use toml::Value;
 
-use super::exact::exact;
+use super::lossless::exact;
 use super::proto;
 use armbridge_client::params;
 

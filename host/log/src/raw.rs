@@ -19,7 +19,7 @@ use std::path::Path;
 use mcap::records::{Record, op};
 
 use super::records::{Next, Records};
-use armbridge_client::event::{Direction, Ear, Event, What};
+use armbridge_client::event::{Direction, Event, EventKind, LinkDecoder};
 
 /// What the attachments are.
 pub const MEDIA_TYPE: &str = "application/x-armbridge-link";
@@ -117,15 +117,15 @@ fn split(framed: &[u8]) -> Option<(Piece<'_>, &[u8])> {
 }
 
 /// Tells the events of one piece.
-pub(super) fn hear(ear: &mut Ear, piece: Piece<'_>, mut hear: impl FnMut(Event)) {
+pub(super) fn hear(ear: &mut LinkDecoder, piece: Piece<'_>, mut hear: impl FnMut(Event)) {
     match piece.kind {
         Kind::Bytes(direction) => ear.take(direction, piece.host_ns, piece.bytes, hear),
         Kind::Parted => {
             // What began on one connection does not end on the next.
-            *ear = Ear::default();
+            *ear = LinkDecoder::default();
             hear(Event {
                 host_ns: piece.host_ns,
-                what: What::Parted,
+                kind: EventKind::Disconnected,
             });
         }
     }
@@ -136,7 +136,7 @@ pub(super) fn hear(ear: &mut Ear, piece: Piece<'_>, mut hear: impl FnMut(Event))
 pub struct Again {
     records: Records,
     body: Vec<u8>,
-    ear: Ear,
+    ear: LinkDecoder,
     heard: VecDeque<Event>,
 }
 
@@ -145,7 +145,7 @@ impl Again {
         Ok(Records::open(path)?.map(|records| Self {
             records,
             body: Vec::new(),
-            ear: Ear::default(),
+            ear: LinkDecoder::default(),
             heard: VecDeque::new(),
         }))
     }

@@ -13,9 +13,9 @@ use super::find::find;
 use super::recording::ReadError;
 use super::records::{Next, Records, split};
 use super::topics::Topic;
-use super::{metadata, proto, raw, said, telemetry};
+use super::{event_messages, metadata, proto, raw, telemetry};
 use crate::run_info::RunFacts;
-use armbridge_client::event::{Event, What};
+use armbridge_client::event::{Event, EventKind};
 
 /// A log, event by event: for files that do not fit in memory.
 #[derive(Debug)]
@@ -253,34 +253,41 @@ impl Reader {
         false
     }
 
-    fn message(&mut self, topic: Topic, bytes: &[u8]) -> Result<Option<Event>, said::Unreadable> {
+    fn message(
+        &mut self,
+        topic: Topic,
+        bytes: &[u8],
+    ) -> Result<Option<Event>, event_messages::Unreadable> {
         let same = self.is_same_schema;
-        let unreadable = |_| said::Unreadable;
-        let (host_ns, what) = match topic {
+        let unreadable = |_| event_messages::Unreadable;
+        let (host_ns, kind) = match topic {
             Topic::Telemetry => {
                 let message = proto::Telemetry::decode(bytes).map_err(unreadable)?;
-                let (sequence, record) = telemetry::record(&message).ok_or(said::Unreadable)?;
+                let (sequence, record) =
+                    telemetry::record(&message).ok_or(event_messages::Unreadable)?;
                 self.last_tick = Some(record.tick);
                 (
                     message.host_ns,
-                    What::Told(sequence, ToHost::Record(record)),
+                    EventKind::Received(sequence, ToHost::Record(record)),
                 )
             }
             Topic::Commands => {
                 let message = proto::Command::decode(bytes).map_err(unreadable)?;
-                let what = said::asked(&message, same).ok_or(said::Unreadable)?;
+                let what =
+                    event_messages::asked(&message, same).ok_or(event_messages::Unreadable)?;
                 (message.host_ns, what)
             }
             Topic::Events => {
                 let message = proto::Event::decode(bytes).map_err(unreadable)?;
-                match said::event(&message, same)? {
+                match event_messages::event(&message, same)? {
                     Some(what) => (message.host_ns, what),
                     None => return Ok(None),
                 }
             }
             Topic::Parameters => {
                 let message = proto::Parameters::decode(bytes).map_err(unreadable)?;
-                let what = said::settings(&message, same).ok_or(said::Unreadable)?;
+                let what =
+                    event_messages::settings(&message, same).ok_or(event_messages::Unreadable)?;
                 (message.host_ns, what)
             }
             // Made of the others.
@@ -290,7 +297,7 @@ impl Reader {
             | Topic::Transforms
             | Topic::Scene => return Ok(None),
         };
-        Ok(Some(Event { host_ns, what }))
+        Ok(Some(Event { host_ns, kind }))
     }
 
     /// The next record of the chunk, as its opcode and where its body is.

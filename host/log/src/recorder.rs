@@ -17,9 +17,9 @@ use std::thread::JoinHandle;
 
 use super::LogError;
 use super::file::LogFile;
+use super::fsync_thread::SyncFn;
 use super::queue::{self, Queue, QueueTap};
-use super::scribe::{Scribe, Shared};
-use super::syncer::SyncFn;
+use super::writer_thread::{Scribe, Shared};
 use crate::run_info::RunFacts;
 use armbridge_client::Tap;
 
@@ -276,8 +276,8 @@ mod tests {
         assert_eq!(recording.damage, [""; 0]);
         let lost = recording.events.iter().any(|event| {
             matches!(
-                event.what,
-                armbridge_client::event::What::Lost(Direction::ToHost, _)
+                event.kind,
+                armbridge_client::event::EventKind::Lost(Direction::ToHost, _)
             )
         });
         assert!(lost, "frames that were not written are not missed");

@@ -7,7 +7,7 @@ use armbridge_shared::link::message::{Record, Settings, ToHost};
 
 pub use super::reader::Reader;
 use crate::run_info::RunFacts;
-use armbridge_client::event::{Event, What};
+use armbridge_client::event::{Event, EventKind};
 
 /// All of a log.
 #[derive(Clone, Debug)]
@@ -72,11 +72,13 @@ fn in_force(events: &[Event]) -> Option<Settings> {
         record.is_some_and(|record| record.mode.drive().is_some())
     };
     let first = events.iter().position(is_driven).unwrap_or(events.len());
-    let told = |event: &Event| match event.what {
-        What::Told(_, ToHost::Settings(settings)) => Some(settings),
-        What::Told(..) | What::Asked(..) | What::Lost(..) | What::Garbled(..) | What::Parted => {
-            None
-        }
+    let told = |event: &Event| match event.kind {
+        EventKind::Received(_, ToHost::Settings(settings)) => Some(settings),
+        EventKind::Received(..)
+        | EventKind::Sent(..)
+        | EventKind::Lost(..)
+        | EventKind::Damaged(..)
+        | EventKind::Disconnected => None,
     };
     let (before, after) = events.split_at(first);
     let in_force = before.iter().rev().find_map(told);

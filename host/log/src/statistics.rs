@@ -2,9 +2,9 @@
 
 use armbridge_shared::link::message::Record;
 
-use super::clock::Line;
+use super::clock_sync::Line;
 use super::proto;
-use armbridge_client::event::{Direction, What};
+use armbridge_client::event::{Direction, EventKind};
 
 /// Counters since the log began, and spreads since they were told last.
 #[derive(Clone, Debug, Default)]
@@ -17,16 +17,16 @@ pub(super) struct Counters {
 }
 
 impl Counters {
-    pub(super) fn count(&mut self, what: &What) {
+    pub(super) fn count(&mut self, what: &EventKind) {
         let told = &mut self.told;
         match what {
-            What::Asked(..) => told.frames_to_board += 1,
-            What::Told(..) => told.frames_to_host += 1,
-            What::Lost(Direction::ToBoard, lost) => told.lost_to_board += u64::from(*lost),
-            What::Lost(Direction::ToHost, lost) => told.lost_to_host += u64::from(*lost),
-            What::Garbled(Direction::ToBoard, _) => told.garbled_to_board += 1,
-            What::Garbled(Direction::ToHost, _) => told.garbled_to_host += 1,
-            What::Parted => {}
+            EventKind::Sent(..) => told.frames_to_board += 1,
+            EventKind::Received(..) => told.frames_to_host += 1,
+            EventKind::Lost(Direction::ToBoard, lost) => told.lost_to_board += u64::from(*lost),
+            EventKind::Lost(Direction::ToHost, lost) => told.lost_to_host += u64::from(*lost),
+            EventKind::Damaged(Direction::ToBoard, _) => told.garbled_to_board += 1,
+            EventKind::Damaged(Direction::ToHost, _) => told.garbled_to_host += 1,
+            EventKind::Disconnected => {}
         }
     }
 

@@ -4,14 +4,12 @@
 //! Topics and their schemas are told in `host/log/proto/armbridge.proto`.
 
 use armbridge_shared::link::message::{Mode, Record, Settings, ToHost};
-use foxglove::Encode;
-use foxglove::messages::{FrameTransforms, JointStates, Log, SceneUpdate};
-use std::borrow::Cow;
 
-use super::clock::{Envelope, Line, Mapping};
+use super::clock_sync::{Envelope, Line, Mapping};
+use super::proto::descriptors;
 use super::statistics::Counters;
-use super::{parameters, pose, proto, said, telemetry, words};
-use armbridge_client::event::{Direction, Event, What};
+use super::{event_messages, parameters, proto, telemetry, visualization, words};
+use armbridge_client::event::{Direction, Event, EventKind};
 
 /// Board time between two poses of the arm: as often as a screen shows one.
 const POSE_US: u64 = 20_000;
@@ -88,19 +86,18 @@ impl Topic {
 
     /// The `FileDescriptorSet` of that type. Messages and schema are of the encoding
     /// `protobuf`.
-    pub fn schema(self) -> Cow<'static, [u8]> {
-        let known = match self {
+    pub fn schema(self) -> &'static [u8] {
+        match self {
             Self::Telemetry
             | Self::Commands
             | Self::Events
             | Self::Parameters
-            | Self::Statistics => None,
-            Self::Log => Log::get_schema(),
-            Self::JointStates => JointStates::get_schema(),
-            Self::Transforms => FrameTransforms::get_schema(),
-            Self::Scene => SceneUpdate::get_schema(),
-        };
-        known.map_or(Cow::Borrowed(proto::DESCRIPTORS), |schema| schema.data)
+            | Self::Statistics => proto::DESCRIPTORS,
+            Self::Log => descriptors::LOG,
+            Self::JointStates => descriptors::JOINT_STATES,
+            Self::Transforms => descriptors::FRAME_TRANSFORMS,
+            Self::Scene => descriptors::SCENE_UPDATE,
+        }
     }
 }
 
@@ -150,22 +147,22 @@ impl Encoder {
             self.statistics(at_ns, put)?;
             self.statistics_at_ns = Some(at_ns.saturating_add(STATISTICS_NS));
         }
-        self.counters.count(&event.what);
-        match &event.what {
-            What::Asked(sequence, said) => {
-                let message = said::command(at_ns, *sequence, said);
+        self.counters.count(&event.kind);
+        match &event.kind {
+            EventKind::Sent(sequence, said) => {
+                let message = event_messages::command(at_ns, *sequence, said);
                 self.put(Topic::Commands, at_ns, &message, put)
             }
-            What::Told(sequence, ToHost::Record(record)) => {
+            EventKind::Received(sequence, ToHost::Record(record)) => {
                 self.tick(at_ns, *sequence, record, put)
             }
-            What::Told(sequence, ToHost::Settings(settings)) => {
+            EventKind::Received(sequence, ToHost::Settings(settings)) => {
                 self.settings = Some(*settings);
                 let message = parameters::message(at_ns, *sequence, settings);
                 self.put(Topic::Parameters, at_ns, &message, put)?;
                 self.scene(at_ns, put)
             }
-            What::Told(sequence, said) => {
+            EventKind::Received(sequence, said) => {
                 if let ToHost::Board(report) = said {
                     let is_reset = self.session.is_some_and(|old| old.is_before_reset(report));
                     if is_reset {
@@ -173,11 +170,11 @@ impl Encoder {
                     }
                     self.session = Some(*report);
                 }
-                self.say(said::board_event(at_ns, *sequence, said), put)
+                self.say(event_messages::board_event(at_ns, *sequence, said), put)
             }
-            What::Lost(..) | What::Garbled(..) | What::Parted => {
-                self.has_parted |= event.what == What::Parted;
-                match said::happened(at_ns, &event.what) {
+            EventKind::Lost(..) | EventKind::Damaged(..) | EventKind::Disconnected => {
+                self.has_parted |= event.kind == EventKind::Disconnected;
+                match event_messages::happened(at_ns, &event.kind) {
                     Some(message) => self.say(message, put),
                     None => Ok(()),
                 }
@@ -291,8 +288,14 @@ impl Encoder {
             .is_none_or(|at_us| record.start_us >= at_us.saturating_add(POSE_US));
         if is_due {
             self.posed_us = Some(record.start_us);
-            self.put(Topic::JointStates, at_ns, &pose::joints(at_ns, record), put)?;
-            let transforms = pose::transforms(at_ns, record.angle_rad, self.settings.as_ref());
+            self.put(
+                Topic::JointStates,
+                at_ns,
+                &visualization::joints(at_ns, record),
+                put,
+            )?;
+            let transforms =
+                visualization::transforms(at_ns, record.angle_rad, self.settings.as_ref());
             self.put(Topic::Transforms, at_ns, &transforms, put)?;
         }
         Ok(())
@@ -337,7 +340,7 @@ impl Encoder {
     ) -> Result<(), E> {
         let at_ns = event.host_ns;
         self.put(Topic::Events, at_ns, &event, put)?;
-        let log = pose::log(at_ns, event.severity(), event.kind, event.text);
+        let log = visualization::log(at_ns, event.severity(), event.kind, event.text);
         self.put(Topic::Log, at_ns, &log, put)
     }
 
@@ -346,7 +349,7 @@ impl Encoder {
         at_ns: u64,
         put: &mut impl FnMut(Message<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let scene = pose::scene(at_ns, self.settings.as_ref());
+        let scene = visualization::scene(at_ns, self.settings.as_ref());
         self.put(Topic::Scene, at_ns, &scene, put)
     }
 

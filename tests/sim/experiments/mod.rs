@@ -6,7 +6,7 @@ mod ends;
 mod refusals;
 mod signals;
 
-use armbridge_client::event::{Event, What};
+use armbridge_client::event::{Event, EventKind};
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Conclusion, Experiment, Role};
 use armbridge_shared::link::message::{Command, Drive, Record, Refusal, ToHost};
@@ -79,16 +79,16 @@ fn after(events: &[Event]) -> Vec<Record> {
 }
 
 fn conclusions(events: &[Event]) -> Vec<Conclusion> {
-    let told = events.iter().filter_map(|event| match event.what {
-        What::Told(_, ToHost::Concluded(conclusion)) => Some(conclusion),
+    let told = events.iter().filter_map(|event| match event.kind {
+        EventKind::Received(_, ToHost::Concluded(conclusion)) => Some(conclusion),
         _ => None,
     });
     told.collect()
 }
 
 fn refusals(events: &[Event]) -> Vec<Refusal> {
-    let told = events.iter().filter_map(|event| match event.what {
-        What::Told(_, ToHost::Ack { result, .. }) => result.err(),
+    let told = events.iter().filter_map(|event| match event.kind {
+        EventKind::Received(_, ToHost::Ack { result, .. }) => result.err(),
         _ => None,
     });
     told.collect()

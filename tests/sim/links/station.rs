@@ -6,7 +6,7 @@ use armbridge_shared::link::message::{Command, Drive, Fault, Mode, StopSource, T
 
 use armbridge_client::Host;
 use armbridge_client::Tap;
-use armbridge_client::event::{Direction, Ear, What};
+use armbridge_client::event::{Direction, EventKind, LinkDecoder};
 use armbridge_client::session::{ChannelHost, Request};
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, drive};
@@ -14,7 +14,7 @@ use armbridge_sim::plant::{Plant, PlantConfig};
 
 /// Hears the modes one after the other, and asks for the next thing on each.
 struct Listener<F> {
-    ear: Ear,
+    ear: LinkDecoder,
     modes: Arc<Mutex<Vec<Mode>>>,
     on_mode: F,
 }
@@ -27,7 +27,7 @@ impl<F: FnMut(Mode) + Send> Tap for Listener<F> {
             on_mode,
         } = self;
         ear.take(direction, host_ns, bytes, |event| {
-            let What::Told(_, ToHost::Record(record)) = event.what else {
+            let EventKind::Received(_, ToHost::Record(record)) = event.kind else {
                 return;
             };
             let mut modes = modes.lock().unwrap();
@@ -46,7 +46,7 @@ fn modes(mut on_mode: impl FnMut(Mode) -> Vec<Request> + Send + 'static) -> Vec<
     let (station, controls) = ChannelHost::new();
     let modes = Arc::new(Mutex::new(Vec::new()));
     let listener = Listener {
-        ear: Ear::default(),
+        ear: LinkDecoder::default(),
         modes: Arc::clone(&modes),
         on_mode: move |mode| {
             for request in on_mode(mode) {

@@ -2,23 +2,23 @@
 
 use super::talk::{Random, Talk};
 use super::{facts, folder};
-use armbridge_client::event::{Direction, Event, What};
+use armbridge_client::event::{Direction, Event, EventKind};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Recording;
 use armbridge_shared::link::message::ToHost;
 
 /// An event as bytes: NaN is equal to itself in them.
 fn bits(event: &Event) -> (u64, String, Vec<u8>) {
-    let (kind, bytes) = match &event.what {
-        What::Asked(sequence, said) => (
+    let (kind, bytes) = match &event.kind {
+        EventKind::Sent(sequence, said) => (
             format!("asked {sequence}"),
             postcard::to_stdvec(said).unwrap(),
         ),
-        What::Told(sequence, said) => (
+        EventKind::Received(sequence, said) => (
             format!("told {sequence}"),
             postcard::to_stdvec(said).unwrap(),
         ),
-        other @ (What::Lost(..) | What::Garbled(..) | What::Parted) => {
+        other @ (EventKind::Lost(..) | EventKind::Damaged(..) | EventKind::Disconnected) => {
             (format!("{other:?}"), Vec::new())
         }
     };

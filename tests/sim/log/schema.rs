@@ -1,44 +1,84 @@
-//! The log's messages in Rust, and their descriptors, are made of
-//! `host/log/proto/armbridge.proto`.
+//! The log's messages in Rust, and their descriptors: those of `armbridge.proto` in
+//! `host/log/proto`, and those of Foxglove that viewers draw.
 //!
-//! After a change there: `UPDATE_SNAPSHOT=1 cargo test -p armbridge-tests --test sim
-//! schema`.
+//! After a change there, or of the version of `foxglove`: `UPDATE_SNAPSHOT=1 cargo test
+//! -p armbridge-tests --test sim schema`.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use foxglove::Encode;
+use foxglove::messages::{FrameTransforms, JointStates, Log, SceneUpdate};
 use prost::Message;
+use prost_build::{Config, Module};
+use prost_types::FileDescriptorSet;
+
+/// Folder of the log's crate.
+fn log() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/log")
+}
+
+/// Compares a file of `src/proto` with what it should be, or writes it.
+fn check(name: &str, expected: &[u8]) {
+    let path = log().join("src/proto").join(name);
+    if std::env::var_os("UPDATE_SNAPSHOT").is_some() {
+        fs::write(&path, expected).unwrap();
+    } else if fs::read(&path).unwrap() != expected {
+        panic!(
+            "{} is not of the schema: run again with UPDATE_SNAPSHOT=1",
+            path.display()
+        );
+    }
+}
+
+/// Rust of each package of a set, by the package's name.
+fn generated(config: &mut Config, set: &FileDescriptorSet) -> Vec<(String, String)> {
+    let modules = set.file.iter().map(|file| {
+        let module = Module::from_protobuf_package_name(file.package());
+        (module, file.clone())
+    });
+    let code = config.generate(modules.collect()).unwrap();
+    let named = code
+        .into_iter()
+        .map(|(module, code)| (module.parts().collect::<Vec<_>>().join("."), code));
+    named.collect()
+}
 
 #[test]
 fn what_is_checked_in_is_what_the_schema_says() {
-    let host = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/log");
-    let set = protox::compile(["armbridge.proto"], [host.join("proto")]).unwrap();
-    let modules = set.file.iter().map(|file| {
-        let module = prost_build::Module::from_protobuf_package_name(file.package());
-        (module, file.clone())
-    });
-    let made = prost_build::Config::new()
-        .generate(modules.collect())
-        .unwrap();
-    let code = made.into_values().next().unwrap();
+    let set = protox::compile(["armbridge.proto"], [log().join("proto")]).unwrap();
+    for (package, code) in generated(&mut Config::new(), &set) {
+        check(&format!("{package}.rs"), code.as_bytes());
+    }
     // Descriptors travel in every log: without the comments.
     let mut bare = set;
     for file in &mut bare.file {
         file.source_code_info = None;
     }
-    let folder = host.join("src/proto");
-    for (name, is) in [
-        ("armbridge.rs", code.into_bytes()),
-        ("armbridge.bin", bare.encode_to_vec()),
+    check("armbridge.bin", &bare.encode_to_vec());
+}
+
+#[test]
+fn foxglove_messages_are_those_of_its_library() {
+    let mut all = FileDescriptorSet::default();
+    for schema in [
+        FrameTransforms::get_schema(),
+        JointStates::get_schema(),
+        Log::get_schema(),
+        SceneUpdate::get_schema(),
     ] {
-        let path = folder.join(name);
-        if std::env::var_os("UPDATE_SNAPSHOT").is_some() {
-            fs::write(&path, is).unwrap();
-        } else if fs::read(&path).unwrap() != is {
-            panic!(
-                "{} is not of the schema: run again with UPDATE_SNAPSHOT=1",
-                path.display()
-            );
+        let schema = schema.unwrap();
+        check(&format!("{}.bin", schema.name), &schema.data);
+        for file in FileDescriptorSet::decode(&schema.data[..]).unwrap().file {
+            if !all.file.contains(&file) {
+                all.file.push(file);
+            }
         }
+    }
+    // Two of Google's messages, instead of a crate that has all of them.
+    let mut config = Config::new();
+    config.compile_well_known_types();
+    for (package, code) in generated(&mut config, &all) {
+        check(&format!("{package}.rs"), code.as_bytes());
     }
 }

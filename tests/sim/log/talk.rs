@@ -1,7 +1,7 @@
 //! A link on which everything is said that can be said, with random numbers in it.
 
 use armbridge_client::Tap;
-use armbridge_client::event::{Direction, Ear, Event};
+use armbridge_client::event::{Direction, Event, LinkDecoder};
 use armbridge_client::names::{FAULTS, MISSING, MODES};
 use armbridge_shared::control::trajectory::Quantity;
 use armbridge_shared::link::frame::Encoder;
@@ -261,7 +261,7 @@ pub(crate) struct Talk<'a> {
     host: Encoder,
     board: Encoder,
     now_ns: u64,
-    ear: Ear,
+    ear: LinkDecoder,
     /// What an ear that misses nothing has heard.
     pub(crate) heard: Vec<Event>,
     tap: &'a mut dyn Tap,
@@ -273,7 +273,7 @@ impl<'a> Talk<'a> {
             host: Encoder::default(),
             board: Encoder::default(),
             now_ns: 1_795_000_000_000_000_000,
-            ear: Ear::default(),
+            ear: LinkDecoder::default(),
             heard: Vec::new(),
             tap,
         }
@@ -304,10 +304,10 @@ impl<'a> Talk<'a> {
 
     pub(crate) fn part(&mut self) {
         self.now_ns += 1;
-        self.ear = Ear::default();
+        self.ear = LinkDecoder::default();
         self.heard.push(Event {
             host_ns: self.now_ns,
-            what: armbridge_client::event::What::Parted,
+            kind: armbridge_client::event::EventKind::Disconnected,
         });
         self.tap.disconnected(self.now_ns);
     }

@@ -1,7 +1,7 @@
 //! Logs that are not what the board said, or not all of it.
 
 use armbridge_analysis::plan_runner::Script;
-use armbridge_client::event::{Direction, Event, What};
+use armbridge_client::event::{Direction, Event, EventKind};
 use armbridge_log::replay::{Changes, Verdict};
 use armbridge_shared::link::message::{
     Command, Controller, Gains, Record, Sample, Setup, ToBoard, ToHost,
@@ -18,8 +18,8 @@ fn demo() -> Vec<Event> {
 
 /// Changes the record of this tick.
 fn change(events: &mut [Event], tick: u32, change: impl Fn(&mut Record)) {
-    let records = events.iter_mut().filter_map(|event| match &mut event.what {
-        What::Told(_, ToHost::Record(record)) => Some(record),
+    let records = events.iter_mut().filter_map(|event| match &mut event.kind {
+        EventKind::Received(_, ToHost::Record(record)) => Some(record),
         _ => None,
     });
     for record in records.filter(|record| record.tick == tick) {
@@ -74,7 +74,7 @@ fn another_gain_names_the_first_torque() {
         .find(|record| record.mode.drive().is_some())
         .unwrap();
     for event in &mut events {
-        if let What::Asked(_, ToBoard::Command(Command::Configure(setup))) = &mut event.what
+        if let EventKind::Sent(_, ToBoard::Command(Command::Configure(setup))) = &mut event.kind
             && let Controller::StateFeedback(Gains::Design { q, .. }) = &mut setup.controller
         {
             q[0] *= 1.01;
@@ -103,17 +103,17 @@ fn a_gap_is_left_out_and_said() {
     let events = overheard(host, plant([0.02, 0.0], true), 6, |_, _, _| {});
     assert_all_equal(&replay(&events));
 
-    let is_lost = |event: &Event| match event.what {
-        What::Told(_, ToHost::Record(record)) => (350..360).contains(&record.tick),
+    let is_lost = |event: &Event| match event.kind {
+        EventKind::Received(_, ToHost::Record(record)) => (350..360).contains(&record.tick),
         _ => false,
     };
     let at = events.iter().position(is_lost).unwrap();
     let mut left: Vec<Event> = events.iter().filter(|e| !is_lost(e)).copied().collect();
     // Dropped by the link, by the board, or by whoever kept the log.
     let host_ns = left[at].host_ns;
-    for lost in [Some(What::Lost(Direction::ToHost, 10)), None] {
-        if let Some(what) = lost {
-            left.insert(at, Event { host_ns, what });
+    for lost in [Some(EventKind::Lost(Direction::ToHost, 10)), None] {
+        if let Some(kind) = lost {
+            left.insert(at, Event { host_ns, kind });
         }
         let report = replay(&left);
         assert_equal(&report);
@@ -155,7 +155,7 @@ fn a_log_may_begin_in_the_middle() {
     assert_equal(&replay(&events));
     let hello = events
         .iter()
-        .rposition(|event| matches!(event.what, What::Asked(_, ToBoard::Hello(_))))
+        .rposition(|event| matches!(event.kind, EventKind::Sent(_, ToBoard::Hello(_))))
         .unwrap();
     let taken_over = replay(&events[hello..]);
     assert_equal(&taken_over);

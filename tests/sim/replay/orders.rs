@@ -1,7 +1,7 @@
 //! Runs in which all is well: every kind of order there is.
 
 use armbridge_analysis::plan_runner::Script;
-use armbridge_client::event::What;
+use armbridge_client::event::EventKind;
 use armbridge_shared::estimate::Config;
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, ExperimentEnd, Role};
@@ -249,8 +249,8 @@ fn experiments_begin_and_end_where_they_did() {
         .chain([(3_700_000, Act::Silence(2_000_000))]);
     let host = Free::new(acts, 4_500_000);
     let events = overheard(host, plant([0.0, 0.0], true), 8, |_, _, _| {});
-    let ends = events.iter().filter_map(|event| match event.what {
-        What::Told(_, ToHost::Concluded(conclusion)) => Some(conclusion.end),
+    let ends = events.iter().filter_map(|event| match event.kind {
+        EventKind::Received(_, ToHost::Concluded(conclusion)) => Some(conclusion.end),
         _ => None,
     });
     let ends: Vec<_> = ends.collect();
@@ -276,7 +276,7 @@ fn experiments_begin_and_end_where_they_did() {
     // An end that was not this one is told.
     let mut other = events;
     for event in &mut other {
-        if let What::Told(_, ToHost::Concluded(conclusion)) = &mut event.what
+        if let EventKind::Received(_, ToHost::Concluded(conclusion)) = &mut event.kind
             && let ExperimentEnd::Angle { value_rad, .. } = &mut conclusion.end
         {
             *value_rad += 1e-3;

@@ -6,8 +6,8 @@ use armbridge_shared::link::message::Setup;
 use super::step::{Answers, Point, SHOWN_S, STEP_RAD};
 use crate::plot::WIDTH;
 use crate::plot::axis::{Axis, Scale};
+use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use crate::plot::panel::{ALARM, INK, JOINT, Key, MUTED, Panel, SETPOINT};
-use crate::plot::svg::{Anchor, Font, Rect, Stroke, Svg};
 
 /// What is shown before the step, in s.
 const BEFORE_S: f64 = 0.1;
@@ -17,13 +17,13 @@ const HEIGHT: f64 = 620.0;
 const LINEAR: Stroke = Stroke {
     colour: INK,
     width: 1.2,
-    dash: "2 3",
+    dash: &[2.0, 3.0],
 };
 
 type Quantity = fn(&Point) -> [f64; JOINTS];
 
-pub(super) fn figure(setup: &Setup, answers: &Answers) -> String {
-    let mut svg = Svg::new(WIDTH, HEIGHT);
+pub(super) fn figure(setup: &Setup, answers: &Answers) -> Drawing {
+    let mut drawing = Drawing::new(WIDTH, HEIGHT);
     let bold = Font {
         size: 17.0,
         bold: true,
@@ -32,7 +32,7 @@ pub(super) fn figure(setup: &Setup, answers: &Answers) -> String {
     };
     let [first, second] = STEP_RAD;
     let title = format!("Step to {first} and {second} rad");
-    svg.text((24.0, 32.0), &title, bold, false);
+    drawing.text((24.0, 32.0), &title, bold, false);
     let light = Font {
         size: 12.5,
         bold: false,
@@ -50,21 +50,21 @@ pub(super) fn figure(setup: &Setup, answers: &Answers) -> String {
         "simulated: bench with dry friction and sensor noise · period {} µs{ended}",
         setup.period_us
     );
-    svg.text((WIDTH - 24.0, 32.0), &world, light, false);
+    drawing.text((WIDTH - 24.0, 32.0), &world, light, false);
     let rows: [(&str, Quantity); 2] = [
         ("angle (rad)", |point| point.angle_rad),
         ("torque (N m)", |point| point.torque_nm),
     ];
     for (row, (title, quantity)) in rows.into_iter().enumerate() {
         for joint in 0..JOINTS {
-            draw(&mut svg, answers, (row, joint), title, quantity);
+            draw(&mut drawing, answers, (row, joint), title, quantity);
         }
     }
-    svg.finish()
+    drawing
 }
 
 fn draw(
-    svg: &mut Svg,
+    drawing: &mut Drawing,
     answers: &Answers,
     (row, joint): (usize, usize),
     title: &str,
@@ -104,7 +104,7 @@ fn draw(
     let y_title = (joint == 0).then_some(title);
     // The joints' scales differ, so both have their labels.
     panel.draw(
-        svg,
+        drawing,
         &head,
         last.then_some("time since the step (s)"),
         Some(y_title.unwrap_or("")),
@@ -116,14 +116,14 @@ fn draw(
             panel.at(SHOWN_S, STEP_RAD[joint].into()),
         );
         let corners = vec![panel.at(-BEFORE_S, 0.0), begin, (begin.0, end.1), end];
-        svg.polyline(&[corners], SETPOINT);
+        drawing.polyline(vec![corners], SETPOINT);
         let entries = [
             (Key::Line(SETPOINT), "setpoint"),
             (Key::Line(arm), "true arm"),
             (Key::Line(LINEAR), "linear loop"),
         ];
-        panel.legend(svg, &entries);
+        panel.legend(drawing, &entries);
     }
-    panel.curve(svg, bench.into_iter(), arm);
-    panel.curve(svg, linear.into_iter(), LINEAR);
+    panel.curve(drawing, bench.into_iter(), arm);
+    panel.curve(drawing, linear.into_iter(), LINEAR);
 }

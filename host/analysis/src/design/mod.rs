@@ -37,7 +37,7 @@ mod tests;
 pub use margins::{Crossing, Disc, JointMargins, Margins};
 pub use place::{PlaceError, place};
 pub use poles::{Pole, Poles};
-pub use retune::{Redesign, again};
+pub use retune::{Redesign, retune};
 pub use step::StepError;
 
 use std::path::{Path, PathBuf};
@@ -106,6 +106,6 @@ pub fn draw_step(setup: &Setup, file: &Path) -> Result<Vec<PathBuf>, FigureError
     let answers = step::answers(setup)?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let folder = file.parent().unwrap_or(Path::new(""));
-    let svg = draw::figure(setup, &answers);
-    Ok(crate::plot::write_all(folder, [(&*name, svg)])?)
+    let drawing = draw::figure(setup, &answers);
+    Ok(crate::plot::write_all(folder, [(&*name, drawing)])?)
 }

@@ -39,7 +39,7 @@ impl Redesign {
 ///
 /// # Errors
 /// If no gain moves a joint of it.
-pub fn again(before: &Setup, after: &Setup) -> Result<(Setup, Redesign), PlaceError> {
+pub fn retune(before: &Setup, after: &Setup) -> Result<(Setup, Redesign), PlaceError> {
     let gain = match after.controller {
         Controller::ComputedTorque { .. } | Controller::StateFeedback(Gains::Design { .. }) => {
             return Ok((*after, Redesign::OnBoard));
@@ -90,7 +90,7 @@ mod tests {
         let mut after = before;
         after.arm.i1x *= 1.5;
         after.arm.m2 *= 1.3;
-        let (after, what) = again(&before, &after).unwrap();
+        let (after, what) = retune(&before, &after).unwrap();
         assert_eq!(what, Redesign::Placed);
         assert_ne!(before.controller, after.controller);
         let [old, new] = [before, after].map(|setup| Design::of(&setup).unwrap().poles.controller);
@@ -107,7 +107,7 @@ mod tests {
         let with = |controller| {
             let mut setup = other;
             setup.controller = controller;
-            let (after, what) = again(&Setup::default(), &setup).unwrap();
+            let (after, what) = retune(&Setup::default(), &setup).unwrap();
             assert_eq!(after, setup);
             what
         };

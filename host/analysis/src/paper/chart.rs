@@ -2,14 +2,14 @@
 
 use crate::plot::WIDTH;
 use crate::plot::axis::{Axis, Scale};
+use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use crate::plot::panel::{ALARM, GOOD, INK, JOINT, Key, MUTED, Panel};
-use crate::plot::svg::{Anchor, Font, Rect, Stroke, Svg};
 
 /// What the paper or its model says.
 pub(crate) const MODEL: Stroke = Stroke {
     colour: INK,
     width: 1.5,
-    dash: "6 4",
+    dash: &[6.0, 4.0],
 };
 /// The simulated arm, with speeds by differences.
 pub(crate) const DIFFERENCE: Stroke = Stroke::solid(JOINT[1], 1.8);
@@ -23,7 +23,7 @@ pub(crate) const MENDED: Stroke = Stroke::solid(GOOD, 1.8);
 pub(crate) const WRONG: Stroke = Stroke {
     colour: ALARM,
     width: 1.5,
-    dash: "3 3",
+    dash: &[3.0, 3.0],
 };
 
 const TOP: f64 = 78.0;
@@ -46,8 +46,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// The drawing as SVG.
-    pub fn svg(&self) -> String {
+    pub(crate) fn drawing(&self) -> Drawing {
         self.chart.draw(self.of_paper)
     }
 }
@@ -131,15 +130,15 @@ impl Chart {
         TOP + panels + GAP * (self.panels.len() as f64 - 1.0) + BOTTOM
     }
 
-    fn draw(&self, of_paper: Option<&str>) -> String {
-        let mut svg = Svg::new(WIDTH, self.height());
+    fn draw(&self, of_paper: Option<&str>) -> Drawing {
+        let mut drawing = Drawing::new(WIDTH, self.height());
         let bold = Font {
             size: 17.0,
             bold: true,
             colour: INK,
             anchor: Anchor::Start,
         };
-        svg.text((24.0, 32.0), self.title, bold, false);
+        drawing.text((24.0, 32.0), self.title, bold, false);
         let light = Font {
             size: 12.5,
             bold: false,
@@ -150,7 +149,7 @@ impl Chart {
             || "simulated · no such figure in the paper".to_owned(),
             |figure| format!("simulated · {figure} of the paper"),
         );
-        svg.text((WIDTH - RIGHT, 32.0), &source, light, false);
+        drawing.text((WIDTH - RIGHT, 32.0), &source, light, false);
 
         let mut top = TOP;
         for (i, part) in self.panels.iter().enumerate() {
@@ -170,17 +169,17 @@ impl Chart {
             };
             let last = i + 1 == self.panels.len();
             let x_title = last.then_some(self.x_title);
-            panel.draw(&mut svg, &part.title, x_title, Some(part.y_title));
-            draw_part(&mut svg, &panel, part);
+            panel.draw(&mut drawing, &part.title, x_title, Some(part.y_title));
+            draw_part(&mut drawing, &panel, part);
             top += part.height + GAP;
         }
-        svg.finish()
+        drawing
     }
 }
 
-fn draw_part(svg: &mut Svg, panel: &Panel, part: &Part) {
+fn draw_part(drawing: &mut Drawing, panel: &Panel, part: &Part) {
     for level in &part.levels {
-        panel.level(svg, level.y, WRONG);
+        panel.level(drawing, level.y, WRONG);
         let font = Font {
             size: 11.5,
             bold: false,
@@ -188,10 +187,10 @@ fn draw_part(svg: &mut Svg, panel: &Panel, part: &Part) {
             anchor: Anchor::Start,
         };
         let (left, y) = panel.at(panel.x.low, level.y);
-        svg.text((left + 7.0, y - 5.0), &level.name, font, false);
+        drawing.text((left + 7.0, y - 5.0), &level.name, font, false);
     }
     for curve in &part.curves {
-        panel.curve(svg, curve.points.iter().copied(), curve.stroke);
+        panel.curve(drawing, curve.points.iter().copied(), curve.stroke);
     }
     let legend: Vec<_> = part
         .curves
@@ -199,5 +198,5 @@ fn draw_part(svg: &mut Svg, panel: &Panel, part: &Part) {
         .filter(|curve| !curve.name.is_empty())
         .map(|curve| (Key::Line(curve.stroke), curve.name))
         .collect();
-    panel.legend(svg, &legend);
+    panel.legend(drawing, &legend);
 }

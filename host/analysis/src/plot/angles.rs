@@ -2,10 +2,10 @@
 
 use super::axis::Axis;
 use super::decimate::distinct;
+use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{ALARM, GAP, GOOD, JOINT, JOINT_TINT, Key, MUTED, Panel, SETPOINT};
 use super::run::{NOTE, Part, Run};
-use super::svg::{Rect, Stroke, Svg};
 use armbridge_client::names;
 use armbridge_log::summary::{JointSummary, SETTLED_RAD};
 use armbridge_shared::JOINTS;
@@ -17,8 +17,8 @@ const SPACING_PX: f64 = 12.0;
 /// Estimates.
 const ESTIMATE_WIDTH: f64 = 1.7;
 
-pub(super) fn draw(run: &Run) -> String {
-    let mut svg = figure(640.0, "Joint angles", run.facts);
+pub(super) fn draw(run: &Run) -> Drawing {
+    let mut drawing = figure(640.0, "Joint angles", run.facts);
     let parts = run.parts();
     for joint in 0..JOINTS {
         let frame = Rect {
@@ -32,12 +32,12 @@ pub(super) fn draw(run: &Run) -> String {
             x: run.time_axis(),
             y: angle_axis(run, joint),
         };
-        draw_joint(&mut svg, &panel, run, joint);
-        draw_setpoints(&mut svg, &panel, &parts, joint);
-        draw_motion(&mut svg, &panel, run, joint);
-        run.draw_faults(&mut svg, &panel);
+        draw_joint(&mut drawing, &panel, run, joint);
+        draw_setpoints(&mut drawing, &panel, &parts, joint);
+        draw_motion(&mut drawing, &panel, run, joint);
+        run.draw_faults(&mut drawing, &panel);
     }
-    svg.finish()
+    drawing
 }
 
 /// Everything that is drawn, and room above it for what is written there.
@@ -59,14 +59,19 @@ fn angle_axis(run: &Run, joint: usize) -> Axis {
     }
 }
 
-fn draw_joint(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize) {
+fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     let last = joint + 1 == JOINTS;
     let title = format!("Joint {}", joint + 1);
-    panel.draw(svg, &title, last.then_some("time (s)"), Some("angle (rad)"));
-    run.draw_gaps(svg, panel);
+    panel.draw(
+        drawing,
+        &title,
+        last.then_some("time (s)"),
+        Some("angle (rad)"),
+    );
+    run.draw_gaps(drawing, panel);
     let samples = run.over_time(|r| run.measured_rad(r, joint));
     panel.dots(
-        svg,
+        drawing,
         samples.filter(|(_, angle)| angle.is_finite()),
         JOINT_TINT[joint],
     );
@@ -78,7 +83,7 @@ fn draw_joint(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize) {
             f64::NAN
         }
     };
-    panel.curve(svg, run.over_time(angle), estimate);
+    panel.curve(drawing, run.over_time(angle), estimate);
 
     let mut legend = vec![
         (Key::Dots(JOINT_TINT[joint]), "encoder"),
@@ -98,26 +103,26 @@ fn draw_joint(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize) {
     if !missing.is_empty() {
         let stroke = Stroke::solid(ALARM, 1.2);
         let marks = missing.iter().map(|&(x, y)| vec![(x, y), (x, y - 8.0)]);
-        svg.polyline(&marks.collect::<Vec<_>>(), stroke);
+        drawing.polyline(marks.collect(), stroke);
         legend.push((Key::Line(stroke), "missing sample"));
     }
     if run.has_gaps() {
         legend.push((Key::Area(GAP), "no records"));
     }
-    panel.legend(svg, &legend);
+    panel.legend(drawing, &legend);
 }
 
 /// The reference while it moves.
-fn draw_motion(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize) {
+fn draw_motion(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     let reference = |r: &Record| match r.mode.drive() {
         Some(Drive::Track | Drive::Hold) => f64::from(r.reference_rad[joint]),
         _ => f64::NAN,
     };
-    panel.curve(svg, run.over_time(reference), SETPOINT);
+    panel.curve(drawing, run.over_time(reference), SETPOINT);
 }
 
 /// The setpoint, the band in which a joint counts as settled, and how it went.
-fn draw_setpoints(svg: &mut Svg, panel: &Panel, parts: &[Part], joint: usize) {
+fn draw_setpoints(drawing: &mut Drawing, panel: &Panel, parts: &[Part], joint: usize) {
     let mut path = Vec::new();
     for part in parts {
         let JointSummary {
@@ -129,7 +134,7 @@ fn draw_setpoints(svg: &mut Svg, panel: &Panel, parts: &[Part], joint: usize) {
         let reference = f64::from(reference_rad);
         let (from, to) = (part.from_s.max(panel.x.low), part.to_s.min(panel.x.high));
         let (low, high) = (reference - SETTLED_RAD, reference + SETTLED_RAD);
-        panel.area(svg, (from, low), (to, high), GOOD, 0.14);
+        panel.area(drawing, (from, low), (to, high), GOOD, 0.14);
         // Parts that do not touch are not joined.
         let is_next = path
             .last()
@@ -147,7 +152,7 @@ fn draw_setpoints(svg: &mut Svg, panel: &Panel, parts: &[Part], joint: usize) {
         // Only what fits between this setpoint and the next.
         let fits = |text: &&String| left + NOTE.width(text) < right;
         if let Some(text) = [&long, &short, &settled].into_iter().find(fits) {
-            svg.note((left, panel.frame.y + 16.0), text, NOTE);
+            drawing.note((left, panel.frame.y + 16.0), text, NOTE);
         }
     }
     let mut drawn = panel.frame.x;
@@ -161,9 +166,9 @@ fn draw_setpoints(svg: &mut Svg, panel: &Panel, parts: &[Part], joint: usize) {
         let stroke = Stroke {
             colour: MUTED,
             width: 0.8,
-            dash: "1 3",
+            dash: &[1.0, 3.0],
         };
-        svg.line((x, panel.frame.y), (x, panel.frame.bottom()), stroke);
+        drawing.line((x, panel.frame.y), (x, panel.frame.bottom()), stroke);
     }
-    panel.curve(svg, path.into_iter(), SETPOINT);
+    panel.curve(drawing, path.into_iter(), SETPOINT);
 }

@@ -6,8 +6,8 @@
 use std::path::{Path, PathBuf};
 
 use super::axis::{Axis, Scale};
+use super::drawing::{Drawing, Rect, Stroke};
 use super::panel::{JOINT, Key, Panel};
-use super::svg::{Rect, Stroke};
 use super::{Formats, PlotError, titled, write_as};
 use armbridge_log::inspect::Log;
 use armbridge_log::inspect::diff::{driven, pairs};
@@ -65,7 +65,7 @@ pub fn compare(
     write_as(folder, formats, figures)
 }
 
-fn draw(quantity: &Quantity, a: &Log, b: &Log, pairs: &[[&Record; 2]]) -> String {
+fn draw(quantity: &Quantity, a: &Log, b: &Log, pairs: &[[&Record; 2]]) -> Drawing {
     let about = [("A", a), ("B", b)].map(|(which, log)| {
         format!(
             "{which}: {} · {}",
@@ -74,7 +74,7 @@ fn draw(quantity: &Quantity, a: &Log, b: &Log, pairs: &[[&Record; 2]]) -> String
         )
     });
     let title = format!("Two runs: {}", quantity.title);
-    let mut svg = titled(820.0, &title, &about.join(" — "));
+    let mut drawing = titled(820.0, &title, &about.join(" — "));
     let [left, right] = [driven(a), driven(b)];
     let end_s = [left, right].map(|ticks| ticks.last().map_or(0.0, |last| since_s(ticks, last)));
     let x = Axis {
@@ -98,11 +98,11 @@ fn draw(quantity: &Quantity, a: &Log, b: &Log, pairs: &[[&Record; 2]]) -> String
             y: Axis::around(both, 0.06),
         };
         let title = format!("Joint {}: {}", joint + 1, quantity.title);
-        panel.draw(&mut svg, &title, None, Some(quantity.axis_title));
+        panel.draw(&mut drawing, &title, None, Some(quantity.axis_title));
         for (ticks, stroke) in [(left, A), (right, B)] {
-            panel.curve(&mut svg, over_time(ticks, value), stroke);
+            panel.curve(&mut drawing, over_time(ticks, value), stroke);
         }
-        panel.legend(&mut svg, &[(Key::Line(A), "A"), (Key::Line(B), "B")]);
+        panel.legend(&mut drawing, &[(Key::Line(A), "A"), (Key::Line(B), "B")]);
 
         let difference = |[a, b]: &[&Record; 2]| quantity.scale * (value(b) - value(a));
         let panel = Panel {
@@ -117,8 +117,13 @@ fn draw(quantity: &Quantity, a: &Log, b: &Log, pairs: &[[&Record; 2]]) -> String
         let last = joint + 1 == JOINTS;
         let x_title = last.then_some("time since the arm was first driven (s)");
         let title = in_words(pairs.iter().map(difference));
-        panel.draw(&mut svg, &title, x_title, Some(quantity.difference_title));
-        panel.level(&mut svg, 0.0, ZERO);
+        panel.draw(
+            &mut drawing,
+            &title,
+            x_title,
+            Some(quantity.difference_title),
+        );
+        panel.level(&mut drawing, 0.0, ZERO);
         let mut before: Option<u32> = None;
         let points = pairs.iter().flat_map(|pair| {
             let time_s = since_s(left, pair[0]);
@@ -127,9 +132,9 @@ fn draw(quantity: &Quantity, a: &Log, b: &Log, pairs: &[[&Record; 2]]) -> String
             let gap = gap.then_some((time_s, f64::NAN));
             gap.into_iter().chain([(time_s, difference(pair))])
         });
-        panel.curve(&mut svg, points, DIFFERENCE);
+        panel.curve(&mut drawing, points, DIFFERENCE);
     }
-    svg.finish()
+    drawing
 }
 
 /// How much they differ.

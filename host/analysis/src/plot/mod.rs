@@ -17,13 +17,15 @@ mod angles;
 pub(crate) mod axis;
 mod compare;
 mod decimate;
+pub(crate) mod drawing;
 mod outlook;
 pub(crate) mod panel;
 mod phase;
 mod png;
 mod run;
 mod spectrum;
-pub(crate) mod svg;
+mod svg;
+mod text;
 mod timing;
 mod torque;
 mod tracking;
@@ -34,10 +36,10 @@ pub use outlook::draw_outlook;
 
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::Record;
+use drawing::{Anchor, Drawing, Font};
 use panel::{INK, MUTED};
 use run::Run;
 use std::path::{Path, PathBuf};
-use svg::{Anchor, Font, Svg};
 
 /// Width of every figure in px.
 pub(crate) const WIDTH: f64 = 1040.0;
@@ -103,7 +105,7 @@ impl Figure {
         }
     }
 
-    fn draw(self, run: &Run) -> String {
+    fn draw(self, run: &Run) -> Drawing {
         match self {
             Self::Angles => angles::draw(run),
             Self::Tracking => tracking::draw(run),
@@ -165,11 +167,11 @@ pub fn draw(
             (figure.name(), scope.spawn(move || figure.draw(run)))
         };
         let threads: Vec<_> = figures.iter().map(spawn).collect();
-        let drawing = |(name, thread): (_, std::thread::ScopedJoinHandle<'_, String>)| {
-            let svg = thread.join();
+        let drawing = |(name, thread): (_, std::thread::ScopedJoinHandle<'_, Drawing>)| {
+            let drawing = thread.join();
             (
                 name,
-                svg.unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+                drawing.unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
             )
         };
         threads.into_iter().map(drawing).collect()
@@ -180,7 +182,7 @@ pub fn draw(
 /// Writes drawings by these names into a folder, as SVG and PNG.
 pub(crate) fn write_all<'a>(
     folder: &Path,
-    figures: impl IntoIterator<Item = (&'a str, String)>,
+    figures: impl IntoIterator<Item = (&'a str, Drawing)>,
 ) -> Result<Vec<PathBuf>, PlotError> {
     write_as(folder, Formats::ALL, figures)
 }
@@ -190,24 +192,22 @@ pub(crate) fn write_all<'a>(
 fn write_as<'a>(
     folder: &Path,
     formats: Formats,
-    figures: impl IntoIterator<Item = (&'a str, String)>,
+    figures: impl IntoIterator<Item = (&'a str, Drawing)>,
 ) -> Result<Vec<PathBuf>, PlotError> {
-    let fonts = png::fonts();
     // Drawing pixels is most of the work, and the figures have nothing to do
     // with each other.
     std::thread::scope(|scope| {
-        let spawn = |(name, svg): (&'a str, String)| {
-            let fonts = fonts.clone();
+        let spawn = |(name, drawing): (&'a str, Drawing)| {
             scope.spawn(move || {
                 let svg_path = folder.join(format!("{name}.svg"));
                 let png_path = folder.join(format!("{name}.png"));
                 let mut files = Vec::new();
                 if formats.svg {
-                    write(&svg_path, svg.as_bytes())?;
+                    write(&svg_path, drawing.svg().as_bytes())?;
                     files.push(svg_path);
                 }
                 if formats.png {
-                    let pixels = png::png(&svg, fonts).map_err(|reason| PlotError::Raster {
+                    let pixels = png::png(&drawing).map_err(|reason| PlotError::Raster {
                         path: png_path.clone(),
                         reason,
                     })?;
@@ -237,27 +237,27 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), PlotError> {
 }
 
 /// A figure with its title line.
-fn figure(height: f64, title: &str, facts: &RunFacts) -> Svg {
+fn figure(height: f64, title: &str, facts: &RunFacts) -> Drawing {
     let title = format!("{title} · armbridge {}", facts.name);
     titled(height, &title, &facts.describe())
 }
 
 /// A figure with a title, and what it is about beside it.
-pub(crate) fn titled(height: f64, title: &str, about: &str) -> Svg {
-    let mut svg = Svg::new(WIDTH, height);
+pub(crate) fn titled(height: f64, title: &str, about: &str) -> Drawing {
+    let mut drawing = Drawing::new(WIDTH, height);
     let bold = Font {
         size: 17.0,
         bold: true,
         colour: INK,
         anchor: Anchor::Start,
     };
-    svg.text((24.0, 32.0), title, bold, false);
+    drawing.text((24.0, 32.0), title, bold, false);
     let light = Font {
         size: 12.5,
         bold: false,
         colour: MUTED,
         anchor: Anchor::End,
     };
-    svg.text((WIDTH - 24.0, 32.0), about, light, false);
-    svg
+    drawing.text((WIDTH - 24.0, 32.0), about, light, false);
+    drawing
 }

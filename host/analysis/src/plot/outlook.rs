@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::axis::{Axis, Scale};
+use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::panel::{INK, JOINT, JOINT_TINT, Key, LIMIT, MUTED, Panel};
-use super::svg::{Anchor, Font, Rect, Stroke, Svg};
 use super::{PlotError, titled, write_all};
 use crate::scenario::{Outlook, Swept};
 use armbridge_shared::JOINTS;
@@ -19,7 +19,7 @@ const AROUND_PX: f64 = 8.0;
 const STEP: Stroke = Stroke {
     colour: MUTED,
     width: 0.8,
-    dash: "1 3",
+    dash: &[1.0, 3.0],
 };
 
 /// Draws it into a folder, as SVG and PNG; `about` says on which board. Returns the files.
@@ -34,9 +34,9 @@ pub fn draw_outlook(
     write_all(folder, [(NAME, figure(outlook, about))])
 }
 
-fn figure(outlook: &Outlook, about: &str) -> String {
+fn figure(outlook: &Outlook, about: &str) -> Drawing {
     let title = format!("Before it moves · armbridge {}", outlook.name);
-    let mut svg = titled(640.0, &title, about);
+    let mut drawing = titled(640.0, &title, about);
     for joint in 0..JOINTS {
         let limit = f64::from(outlook.limit_rad[joint]);
         let panel = Panel {
@@ -53,15 +53,20 @@ fn figure(outlook: &Outlook, about: &str) -> String {
             },
             y: Axis::around([-limit, limit].into_iter(), 0.14),
         };
-        draw_joint(&mut svg, &panel, outlook, joint);
+        draw_joint(&mut drawing, &panel, outlook, joint);
     }
-    svg.finish()
+    drawing
 }
 
-fn draw_joint(svg: &mut Svg, panel: &Panel, outlook: &Outlook, joint: usize) {
+fn draw_joint(drawing: &mut Drawing, panel: &Panel, outlook: &Outlook, joint: usize) {
     let last = joint + 1 == JOINTS;
     let title = format!("Joint {}", joint + 1);
-    panel.draw(svg, &title, last.then_some("time (s)"), Some("angle (rad)"));
+    panel.draw(
+        drawing,
+        &title,
+        last.then_some("time (s)"),
+        Some("angle (rad)"),
+    );
     let swept = || {
         let stages = outlook.stages.iter();
         stages.map(|stage| (stage, &stage.joints[joint]))
@@ -74,22 +79,22 @@ fn draw_joint(svg: &mut Svg, panel: &Panel, outlook: &Outlook, joint: usize) {
                 (JOINT[joint], 0.10)
             };
             let [from, to] = [(stage.time_s.start, low), (stage.time_s.end, high)];
-            panel.area(svg, from, to, fill, opacity);
+            panel.area(drawing, from, to, fill, opacity);
         }
     }
     let limit = f64::from(outlook.limit_rad[joint]);
-    panel.level(svg, limit, LIMIT);
-    panel.level(svg, -limit, LIMIT);
+    panel.level(drawing, limit, LIMIT);
+    panel.level(drawing, -limit, LIMIT);
     let asked = Stroke::solid(JOINT[joint], ASKED_WIDTH);
-    panel.curve(svg, asked_of(swept().map(|(_, swept)| swept)), asked);
-    number_steps(svg, panel, outlook);
+    panel.curve(drawing, asked_of(swept().map(|(_, swept)| swept)), asked);
+    number_steps(drawing, panel, outlook);
     let entries = [
         (Key::Line(asked), "asked for"),
         (Key::Band(JOINT[joint]), "on the way"),
         (Key::Area(JOINT_TINT[joint]), "envelope of an experiment"),
         (Key::Line(LIMIT), "motors off beyond"),
     ];
-    panel.legend(svg, &entries);
+    panel.legend(drawing, &entries);
 }
 
 /// One stage after the other, with gaps where nothing is known.
@@ -101,7 +106,7 @@ fn asked_of<'a>(swept: impl Iterator<Item = &'a Swept>) -> impl Iterator<Item = 
 }
 
 /// A line where each step begins, with its number where there is room.
-fn number_steps(svg: &mut Svg, panel: &Panel, outlook: &Outlook) {
+fn number_steps(drawing: &mut Drawing, panel: &Panel, outlook: &Outlook) {
     let font = Font {
         size: 11.0,
         bold: false,
@@ -117,8 +122,8 @@ fn number_steps(svg: &mut Svg, panel: &Panel, outlook: &Outlook) {
             continue;
         }
         let (top, bottom) = (panel.frame.y, panel.frame.bottom());
-        svg.line((x, top), (x, bottom), STEP);
-        svg.note((x + AROUND_PX / 2.0, top + 13.0), &number, font);
+        drawing.line((x, top), (x, bottom), STEP);
+        drawing.note((x + AROUND_PX / 2.0, top + 13.0), &number, font);
         free = end;
     }
 }

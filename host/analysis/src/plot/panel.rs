@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::decimate::{decimate, distinct, unvisited};
-use super::svg::{Anchor, Font, Rect, Stroke, Svg};
+use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 
 /// Text and frames, from dark to light.
 pub(crate) const INK: &str = "#1f2933";
@@ -30,13 +30,13 @@ pub(crate) const LABEL: Font = Font {
 pub(crate) const SETPOINT: Stroke = Stroke {
     colour: INK,
     width: 1.3,
-    dash: "6 4",
+    dash: &[6.0, 4.0],
 };
 /// Limits of what a servo can do.
 pub(crate) const LIMIT: Stroke = Stroke {
     colour: ALARM,
     width: 1.2,
-    dash: "3 3",
+    dash: &[3.0, 3.0],
 };
 
 /// Px between tick labels.
@@ -76,7 +76,7 @@ impl Panel {
     /// is labelled by a panel below, `y_title` likewise for one beside.
     pub(crate) fn draw(
         &self,
-        svg: &mut Svg,
+        drawing: &mut Drawing,
         title: &str,
         x_title: Option<&str>,
         y_title: Option<&str>,
@@ -86,29 +86,29 @@ impl Panel {
         let (grid, frame) = (Stroke::solid(GRID, 1.0), Stroke::solid(FRAME, 1.0));
         for (value, label) in self.x.ticks(w / TICK_SPACING_X) {
             let (px, _) = self.at(value, self.y.low);
-            svg.line((px, y), (px, bottom), grid);
+            drawing.line((px, y), (px, bottom), grid);
             if x_title.is_some() {
-                svg.text((px, bottom + 17.0), &label, LABEL, false);
+                drawing.text((px, bottom + 17.0), &label, LABEL, false);
             }
         }
         for (value, label) in self.y.ticks(h / TICK_SPACING_Y) {
             let (_, py) = self.at(self.x.low, value);
-            svg.line((x, py), (right, py), grid);
+            drawing.line((x, py), (right, py), grid);
             if y_title.is_some() {
                 let font = Font {
                     anchor: Anchor::End,
                     ..LABEL
                 };
-                svg.text((x - 7.0, py + 4.0), &label, font, false);
+                drawing.text((x - 7.0, py + 4.0), &label, font, false);
             }
         }
         let corners = vec![(x, y), (right, y), (right, bottom), (x, bottom), (x, y)];
-        svg.polyline(&[corners], frame);
+        drawing.polyline(vec![corners], frame);
         if let Some(text) = x_title {
-            svg.text((x + w / 2.0, bottom + 36.0), text, LABEL, false);
+            drawing.text((x + w / 2.0, bottom + 36.0), text, LABEL, false);
         }
         if let Some(text) = y_title {
-            svg.text((x - 50.0, y + h / 2.0), text, LABEL, true);
+            drawing.text((x - 50.0, y + h / 2.0), text, LABEL, true);
         }
         let font = Font {
             size: 13.0,
@@ -116,11 +116,11 @@ impl Panel {
             colour: INK,
             anchor: Anchor::Start,
         };
-        svg.text((x, y - 9.0), title, font, false);
+        drawing.text((x, y - 9.0), title, font, false);
     }
 
     /// A legend above the right end of the frame.
-    pub(crate) fn legend(&self, svg: &mut Svg, entries: &[(Key, &str)]) {
+    pub(crate) fn legend(&self, drawing: &mut Drawing, entries: &[(Key, &str)]) {
         let font = Font {
             anchor: Anchor::Start,
             ..LABEL
@@ -129,16 +129,19 @@ impl Panel {
         let mut right = self.frame.right();
         for (key, text) in entries.iter().rev() {
             let left = right - font.width(text);
-            svg.text((left, y + 4.0), text, font, false);
+            drawing.text((left, y + 4.0), text, font, false);
             match *key {
-                Key::Line(stroke) => svg.line((left - 28.0, y), (left - 6.0, y), stroke),
+                Key::Line(stroke) => drawing.line((left - 28.0, y), (left - 6.0, y), stroke),
                 Key::Dots(colour) => {
-                    svg.dots(&[-25.0, -17.0, -9.0].map(|dx| (left + dx, y)), 4.0, colour);
+                    {
+                        let centres = [-25.0, -17.0, -9.0].map(|dx| (left + dx, y));
+                        drawing.dots(centres.into(), 4.0, colour);
+                    };
                 }
-                Key::Band(fill) => svg.rect(swatch(left, y), fill, 0.18),
-                Key::Area(fill) => svg.rect(swatch(left, y), fill, 1.0),
-                Key::Cross(stroke) => svg.cross((left - 17.0, y), stroke),
-                Key::Ring(colour) => svg.ring((left - 17.0, y), colour),
+                Key::Band(fill) => drawing.rect(swatch(left, y), fill, 0.18),
+                Key::Area(fill) => drawing.rect(swatch(left, y), fill, 1.0),
+                Key::Cross(stroke) => drawing.cross((left - 17.0, y), stroke),
+                Key::Ring(colour) => drawing.ring((left - 17.0, y), colour),
             }
             right = left - 46.0;
         }
@@ -147,43 +150,43 @@ impl Panel {
     /// A curve over its own past, with a gap at each value that is not finite.
     pub(crate) fn trace(
         &self,
-        svg: &mut Svg,
+        drawing: &mut Drawing,
         points: impl Iterator<Item = (f64, f64)>,
         stroke: Stroke,
     ) {
         let pieces = unvisited(points.map(|(x, y)| self.at(x, y)));
-        self.clipped(svg, |svg| svg.polyline(&pieces, stroke));
+        self.clipped(drawing, |drawing| drawing.polyline(pieces, stroke));
     }
 
     /// A curve, with a gap at each value that is not finite.
     pub(crate) fn curve(
         &self,
-        svg: &mut Svg,
+        drawing: &mut Drawing,
         points: impl Iterator<Item = (f64, f64)>,
         stroke: Stroke,
     ) {
         let pieces = decimate(points.map(|(x, y)| self.at(x, y)));
-        self.clipped(svg, |svg| svg.polyline(&pieces, stroke));
+        self.clipped(drawing, |drawing| drawing.polyline(pieces, stroke));
     }
 
     /// A dot for each point.
     pub(crate) fn dots(
         &self,
-        svg: &mut Svg,
+        drawing: &mut Drawing,
         points: impl Iterator<Item = (f64, f64)>,
-        colour: &str,
+        colour: &'static str,
     ) {
         let dots = distinct(points.map(|(x, y)| self.at(x, y)));
-        self.clipped(svg, |svg| svg.dots(&dots, 2.2, colour));
+        self.clipped(drawing, |drawing| drawing.dots(dots, 2.2, colour));
     }
 
     /// A filled area between two corners.
     pub(crate) fn area(
         &self,
-        svg: &mut Svg,
+        drawing: &mut Drawing,
         a: (f64, f64),
         b: (f64, f64),
-        fill: &str,
+        fill: &'static str,
         opacity: f64,
     ) {
         let ((ax, ay), (bx, by)) = (self.at(a.0, a.1), self.at(b.0, b.1));
@@ -193,28 +196,28 @@ impl Panel {
             w: (ax - bx).abs(),
             h: (ay - by).abs(),
         };
-        self.clipped(svg, |svg| svg.rect(area, fill, opacity));
+        self.clipped(drawing, |drawing| drawing.rect(area, fill, opacity));
     }
 
     /// A level line over the whole width.
-    pub(crate) fn level(&self, svg: &mut Svg, y: f64, stroke: Stroke) {
+    pub(crate) fn level(&self, drawing: &mut Drawing, y: f64, stroke: Stroke) {
         let (_, py) = self.at(self.x.low, y);
-        self.clipped(svg, |svg| {
-            svg.line((self.frame.x, py), (self.frame.right(), py), stroke);
+        self.clipped(drawing, |drawing| {
+            drawing.line((self.frame.x, py), (self.frame.right(), py), stroke);
         });
     }
 
-    fn clipped(&self, svg: &mut Svg, draw: impl FnOnce(&mut Svg)) {
+    fn clipped(&self, drawing: &mut Drawing, draw: impl FnOnce(&mut Drawing)) {
         // Lines and dots on the very edge show in full.
         let Rect { x, y, w, h } = self.frame;
-        svg.begin_clip(Rect {
+        drawing.begin_clip(Rect {
             x: x - 1.5,
             y: y - 1.5,
             w: w + 3.0,
             h: h + 3.0,
         });
-        draw(svg);
-        svg.end_clip();
+        draw(drawing);
+        drawing.end_clip();
     }
 }
 

@@ -4,15 +4,15 @@
 //! light as a minute.
 
 use super::axis::Axis;
+use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{JOINT, Key, Panel, SETPOINT};
 use super::run::Run;
-use super::svg::{Rect, Stroke, Svg};
 use armbridge_client::names;
 use armbridge_shared::link::message::Record;
 
-pub(super) fn draw(run: &Run) -> String {
-    let mut svg = figure(586.0, "Phase plane", run.facts);
+pub(super) fn draw(run: &Run) -> Drawing {
+    let mut drawing = figure(586.0, "Phase plane", run.facts);
     for (joint, colour) in JOINT.into_iter().enumerate() {
         let frame = Rect {
             x: 84.0 + 500.0 * joint as f64,
@@ -29,13 +29,18 @@ pub(super) fn draw(run: &Run) -> String {
             y: Axis::around(up().map(speed), 0.06),
         };
         let title = format!("Joint {}", joint + 1);
-        panel.draw(&mut svg, &title, Some("angle (rad)"), Some("speed (rad/s)"));
-        draw_joint(&mut svg, &panel, run, joint, Stroke::solid(colour, 1.3));
+        panel.draw(
+            &mut drawing,
+            &title,
+            Some("angle (rad)"),
+            Some("speed (rad/s)"),
+        );
+        draw_joint(&mut drawing, &panel, run, joint, Stroke::solid(colour, 1.3));
     }
-    svg.finish()
+    drawing
 }
 
-fn draw_joint(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize, stroke: Stroke) {
+fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize, stroke: Stroke) {
     let state = |r: &Record| {
         let state = (
             f64::from(r.angle_rad[joint]),
@@ -54,17 +59,17 @@ fn draw_joint(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize, stroke: Str
         let gap = gap.then_some((f64::NAN, f64::NAN));
         gap.into_iter().chain([state(record)])
     });
-    panel.trace(svg, states, stroke);
+    panel.trace(drawing, states, stroke);
 
     let setpoint = Stroke {
-        dash: "",
+        dash: &[],
         ..SETPOINT
     };
     for part in run.parts() {
         let reference = f64::from(part.joints[joint].reference_rad);
         let (x, y) = panel.at(reference, 0.0);
         if (panel.frame.x..=panel.frame.right()).contains(&x) {
-            svg.cross((x, y), setpoint);
+            drawing.cross((x, y), setpoint);
         }
     }
     let driven = records.iter().find(|r| r.mode.drive().is_some());
@@ -72,12 +77,12 @@ fn draw_joint(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize, stroke: Str
         && first.0.is_finite()
         && first.1.is_finite()
     {
-        svg.ring(panel.at(first.0, first.1), stroke.colour);
+        drawing.ring(panel.at(first.0, first.1), stroke.colour);
     }
     let legend = [
         (Key::Line(stroke), "estimate"),
         (Key::Ring(stroke.colour), "first driven"),
         (Key::Cross(setpoint), "setpoint"),
     ];
-    panel.legend(svg, &legend);
+    panel.legend(drawing, &legend);
 }

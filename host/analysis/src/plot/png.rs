@@ -1,37 +1,158 @@
-//! PNG from the very SVG that was written, so that there is one drawing.
-//!
-//! Texts are set in Noto Sans, which is part of the program: a machine without
-//! any fonts draws the same picture.
+//! Drawings as PNG: each shape as a browser would draw the SVG's element.
 
-use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{Options, Tree, fontdb::Database};
-use std::sync::Arc;
+use tiny_skia::{
+    Color, FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash,
+    Transform,
+};
+
+use super::drawing::{Drawing, Rect, Shape};
+use super::text::Fonts;
 
 /// Pixels of the PNG per px of the drawing, for sharp screens and print.
 const SCALE: f32 = 2.0;
 
-/// The fonts that texts are set in.
-pub(super) fn fonts() -> Arc<Database> {
-    let mut fonts = Database::new();
-    fonts.load_font_data(notosans::REGULAR_TTF.to_vec());
-    fonts.load_font_data(notosans::BOLD_TTF.to_vec());
-    Arc::new(fonts)
+/// The file; the error says what is wrong with the drawing.
+pub(super) fn png(drawing: &Drawing) -> Result<Vec<u8>, String> {
+    let size = [drawing.width, drawing.height].map(|px| (px as f32 * SCALE).ceil() as u32);
+    let mut page = Page {
+        pixels: Pixmap::new(size[0], size[1]).ok_or("no size")?,
+        fonts: Fonts::load()?,
+        clip: None,
+    };
+    for shape in &drawing.shapes {
+        // What has no extent, such as a path without points, leaves no trace.
+        let _ = page.draw(shape);
+    }
+    page.pixels.encode_png().map_err(|error| error.to_string())
 }
 
-/// Draws an SVG; the error says what it does not like about it.
-pub(super) fn png(svg: &str, fonts: Arc<Database>) -> Result<Vec<u8>, String> {
-    let options = Options {
-        fontdb: fonts,
-        font_family: "Noto Sans".to_owned(),
-        ..Options::default()
-    };
-    let tree = Tree::from_str(svg, &options).map_err(|e| e.to_string())?;
-    let size = tree.size().to_int_size().scale_by(SCALE).ok_or("no size")?;
-    let mut pixels = Pixmap::new(size.width(), size.height()).ok_or("no size")?;
-    resvg::render(
-        &tree,
-        Transform::from_scale(SCALE, SCALE),
-        &mut pixels.as_mut(),
-    );
-    pixels.encode_png().map_err(|e| e.to_string())
+/// Pixels being drawn.
+struct Page {
+    pixels: Pixmap,
+    fonts: Fonts,
+    clip: Option<Mask>,
+}
+
+impl Page {
+    /// `None` if there is nothing to draw.
+    fn draw(&mut self, shape: &Shape) -> Option<()> {
+        match shape {
+            Shape::Rect {
+                area,
+                fill,
+                opacity,
+            } => self.fill(&outline(area)?, fill, *opacity, Transform::identity()),
+            Shape::Polyline { pieces, stroke } => {
+                let mut path = PathBuilder::new();
+                for piece in pieces {
+                    for (i, (x, y)) in piece.iter().enumerate() {
+                        let (x, y) = (tenth(*x), tenth(*y));
+                        if i == 0 {
+                            path.move_to(x, y);
+                        } else {
+                            path.line_to(x, y);
+                        }
+                    }
+                }
+                let line = Stroke {
+                    width: stroke.width as f32,
+                    line_join: LineJoin::Round,
+                    dash: StrokeDash::new(stroke.dash.to_vec(), 0.0),
+                    ..Stroke::default()
+                };
+                self.stroke(&path.finish()?, stroke.colour, &line)
+            }
+            Shape::Dots {
+                centres,
+                diameter,
+                colour,
+            } => {
+                let mut path = PathBuilder::new();
+                for (x, y) in centres {
+                    path.move_to(tenth(*x), tenth(*y));
+                    path.line_to(tenth(*x) + 0.01, tenth(*y));
+                }
+                let line = Stroke {
+                    width: *diameter as f32,
+                    line_cap: LineCap::Round,
+                    ..Stroke::default()
+                };
+                self.stroke(&path.finish()?, colour, &line)
+            }
+            Shape::Ring { centre, colour } => {
+                let circle = PathBuilder::from_circle(tenth(centre.0), tenth(centre.1), 4.0)?;
+                self.fill(&circle, "#ffffff", 1.0, Transform::identity());
+                let line = Stroke {
+                    width: 1.8,
+                    ..Stroke::default()
+                };
+                self.stroke(&circle, colour, &line)
+            }
+            Shape::Text {
+                at,
+                text,
+                font,
+                turned,
+            } => {
+                let (x, y) = (tenth(at.0), tenth(at.1));
+                let path = self.fonts.path(text, font)?;
+                let turn = if *turned { -90.0 } else { 0.0 };
+                let place = Transform::from_translate(x, y).pre_rotate(turn);
+                self.fill(&path, font.colour, 1.0, place)
+            }
+            Shape::BeginClip(area) => {
+                let mut mask = Mask::new(self.pixels.width(), self.pixels.height())?;
+                let scale = Transform::from_scale(SCALE, SCALE);
+                mask.fill_path(&outline(area)?, FillRule::Winding, true, scale);
+                self.clip = Some(mask);
+                Some(())
+            }
+            Shape::EndClip => {
+                self.clip = None;
+                Some(())
+            }
+        }
+    }
+
+    fn fill(&mut self, path: &Path, fill: &str, opacity: f64, place: Transform) -> Option<()> {
+        self.pixels.fill_path(
+            path,
+            &paint(fill, opacity)?,
+            FillRule::Winding,
+            place.post_scale(SCALE, SCALE),
+            self.clip.as_ref(),
+        );
+        Some(())
+    }
+
+    fn stroke(&mut self, path: &Path, colour: &str, stroke: &Stroke) -> Option<()> {
+        self.pixels.stroke_path(
+            path,
+            &paint(colour, 1.0)?,
+            stroke,
+            Transform::from_scale(SCALE, SCALE),
+            self.clip.as_ref(),
+        );
+        Some(())
+    }
+}
+
+/// Colour from `#rrggbb`.
+fn paint(colour: &str, opacity: f64) -> Option<Paint<'static>> {
+    let rgb = u32::from_str_radix(colour.strip_prefix('#')?, 16).ok()?;
+    let [_, r, g, b] = rgb.to_be_bytes();
+    let alpha = (opacity * 255.0).round() as u8;
+    let mut paint = Paint::default();
+    paint.set_color(Color::from_rgba8(r, g, b, alpha));
+    Some(paint)
+}
+
+fn outline(&Rect { x, y, w, h }: &Rect) -> Option<Path> {
+    let rect = tiny_skia::Rect::from_xywh(tenth(x), tenth(y), tenth(w), tenth(h))?;
+    Some(PathBuilder::from_rect(rect))
+}
+
+/// A coordinate as the SVG has it.
+fn tenth(px: f64) -> f32 {
+    ((px * 10.0).round() / 10.0) as f32
 }

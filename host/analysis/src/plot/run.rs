@@ -4,8 +4,8 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Record, Sample};
 
 use super::axis::{Axis, Scale};
+use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::panel::{ALARM, GAP, MUTED, Panel};
-use super::svg::{Anchor, Font, Rect, Stroke, Svg};
 use armbridge_client::names;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::{JointSummary, SegmentSummary, segments};
@@ -136,7 +136,7 @@ impl<'a> Run<'a> {
     }
 
     /// Shades where there are no records.
-    pub(super) fn draw_gaps(&self, svg: &mut Svg, panel: &Panel) {
+    pub(super) fn draw_gaps(&self, drawing: &mut Drawing, panel: &Panel) {
         let (from, to) = self.places();
         let mut marked = f64::NEG_INFINITY;
         for at in from + 1..to {
@@ -156,12 +156,12 @@ impl<'a> Run<'a> {
                 w: marked - left,
                 h: bottom - top,
             };
-            svg.rect(mark, GAP, 1.0);
+            drawing.rect(mark, GAP, 1.0);
         }
     }
 
     /// Shades the time spent in faults and names each.
-    pub(super) fn draw_faults(&self, svg: &mut Svg, panel: &Panel) {
+    pub(super) fn draw_faults(&self, drawing: &mut Drawing, panel: &Panel) {
         let (from, to) = self.places();
         let mut at = from;
         let mut free = panel.frame.x;
@@ -171,7 +171,7 @@ impl<'a> Run<'a> {
             at += chunk.len();
             if let Some(fault) = names::fault_of(chunk[0].mode) {
                 let text = format!("fault: {}", names::fault(fault));
-                draw_fault(svg, panel, span, &text, &mut free);
+                draw_fault(drawing, panel, span, &text, &mut free);
             }
         }
     }
@@ -183,8 +183,20 @@ fn follows(before: &Record, after: &Record) -> bool {
 }
 
 /// One fault; `free` is where nothing is written yet.
-fn draw_fault(svg: &mut Svg, panel: &Panel, [from, to]: [f64; 2], text: &str, free: &mut f64) {
-    panel.area(svg, (from, panel.y.low), (to, panel.y.high), ALARM, 0.08);
+fn draw_fault(
+    drawing: &mut Drawing,
+    panel: &Panel,
+    [from, to]: [f64; 2],
+    text: &str,
+    free: &mut f64,
+) {
+    panel.area(
+        drawing,
+        (from, panel.y.low),
+        (to, panel.y.high),
+        ALARM,
+        0.08,
+    );
     let font = Font {
         size: 11.5,
         bold: true,
@@ -193,7 +205,7 @@ fn draw_fault(svg: &mut Svg, panel: &Panel, [from, to]: [f64; 2], text: &str, fr
     };
     let (x, bottom) = panel.at(from, panel.y.low);
     let x = x.max(panel.frame.x);
-    svg.line((x, panel.frame.y), (x, bottom), Stroke::solid(ALARM, 1.2));
+    drawing.line((x, panel.frame.y), (x, bottom), Stroke::solid(ALARM, 1.2));
     let width = font.width(text);
     // In the shade, unless the frame ends too soon.
     let mut left = x + 7.0;
@@ -201,7 +213,7 @@ fn draw_fault(svg: &mut Svg, panel: &Panel, [from, to]: [f64; 2], text: &str, fr
         left = x - 7.0 - width;
     }
     if left >= *free {
-        svg.note((left, panel.frame.y + 34.0), text, font);
+        drawing.note((left, panel.frame.y + 34.0), text, font);
         *free = left + width + 7.0;
     }
 }

@@ -5,10 +5,10 @@
 //! driven count.
 
 use super::axis::{Axis, Scale};
+use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::figure;
 use super::panel::{JOINT, Key, MUTED, Panel};
 use super::run::{NOTE, Run};
-use super::svg::{Anchor, Font, Rect, Stroke, Svg};
 use super::welch::{self, Spectrum};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Record;
@@ -48,8 +48,8 @@ const SIGNALS: [Signal; 3] = [
     },
 ];
 
-pub(super) fn draw(run: &Run) -> String {
-    let mut svg = figure(860.0, "Power spectral density", run.facts);
+pub(super) fn draw(run: &Run) -> Drawing {
+    let mut drawing = figure(860.0, "Power spectral density", run.facts);
     let rate_hz = 1e6 / f64::from(run.facts.period_us);
     for (row, signal) in SIGNALS.iter().enumerate() {
         let frame = Rect {
@@ -62,9 +62,9 @@ pub(super) fn draw(run: &Run) -> String {
             .map(|joint| welch::spectrum(&pieces(run, signal, joint), rate_hz))
             .collect();
         let last = row + 1 == SIGNALS.len();
-        draw_signal(&mut svg, frame, signal, &spectra, last, rate_hz);
+        draw_signal(&mut drawing, frame, signal, &spectra, last, rate_hz);
     }
-    svg.finish()
+    drawing
 }
 
 /// A signal of ticks that follow each other, in which the arm is driven.
@@ -85,7 +85,7 @@ fn pieces(run: &Run, signal: &Signal, joint: usize) -> Vec<Vec<f64>> {
 }
 
 fn draw_signal(
-    svg: &mut Svg,
+    drawing: &mut Drawing,
     frame: Rect,
     signal: &Signal,
     spectra: &[Option<Spectrum>],
@@ -121,20 +121,20 @@ fn draw_signal(
         },
     };
     let x_title = last.then_some("frequency (Hz)");
-    panel.draw(svg, signal.title, x_title, Some(signal.axis_title));
+    panel.draw(drawing, signal.title, x_title, Some(signal.axis_title));
     let strokes = JOINT.map(|colour| Stroke::solid(colour, 1.3));
     for (spectrum, stroke) in spectra.iter().zip(strokes) {
         let points = spectrum.iter().flat_map(|spectrum| &spectrum.density);
-        panel.curve(svg, points.copied(), stroke);
+        panel.curve(drawing, points.copied(), stroke);
     }
     let names = ["joint 1", "joint 2"];
     let legend: Vec<_> = strokes.map(Key::Line).into_iter().zip(names).collect();
-    panel.legend(svg, &legend);
-    note(svg, &panel, spectra);
+    panel.legend(drawing, &legend);
+    note(drawing, &panel, spectra);
 }
 
 /// What the curves are the mean of.
-fn note(svg: &mut Svg, panel: &Panel, spectra: &[Option<Spectrum>]) {
+fn note(drawing: &mut Drawing, panel: &Panel, spectra: &[Option<Spectrum>]) {
     let Some(spectrum) = spectra.iter().flatten().next() else {
         let font = Font {
             size: 13.0,
@@ -143,7 +143,7 @@ fn note(svg: &mut Svg, panel: &Panel, spectra: &[Option<Spectrum>]) {
             anchor: Anchor::Middle,
         };
         let Rect { x, y, w, h } = panel.frame;
-        svg.text(
+        drawing.text(
             (x + w / 2.0, y + h / 2.0),
             "the arm was not driven for long enough",
             font,
@@ -158,5 +158,5 @@ fn note(svg: &mut Svg, panel: &Panel, spectra: &[Option<Spectrum>]) {
     } = spectrum;
     let words = format!("mean of {stretches} Hann windows of {stretch_s:.2} s");
     let (left, bottom) = (panel.frame.x + 9.0, panel.frame.bottom() - 9.0);
-    svg.text((left, bottom), &words, NOTE, false);
+    drawing.text((left, bottom), &words, NOTE, false);
 }

@@ -5,9 +5,9 @@
 //! is what one looks for.
 
 use super::axis::{Axis, Scale};
+use super::drawing::{Anchor, Drawing, Font, Rect};
 use super::panel::{INK, Key, LIMIT, Panel};
 use super::run::Run;
-use super::svg::{Anchor, Font, Rect, Svg};
 use super::{WIDTH, figure};
 use armbridge_client::names;
 use armbridge_log::summary::Spread;
@@ -72,8 +72,8 @@ const QUANTITIES: [Quantity; 3] = [
     },
 ];
 
-pub(super) fn draw(run: &Run) -> String {
-    let mut svg = figure(760.0, "Tick timing", run.facts);
+pub(super) fn draw(run: &Run) -> Drawing {
+    let mut drawing = figure(760.0, "Tick timing", run.facts);
     for (row, quantity) in QUANTITIES.iter().enumerate() {
         let y = 78.0 + 220.0 * row as f64;
         let frame = Rect {
@@ -83,12 +83,12 @@ pub(super) fn draw(run: &Run) -> String {
             h: 172.0,
         };
         let last = row + 1 == QUANTITIES.len();
-        draw_quantity(&mut svg, frame, quantity, last, run);
+        draw_quantity(&mut drawing, frame, quantity, last, run);
     }
-    svg.finish()
+    drawing
 }
 
-fn draw_quantity(svg: &mut Svg, frame: Rect, quantity: &Quantity, last: bool, run: &Run) {
+fn draw_quantity(drawing: &mut Drawing, frame: Rect, quantity: &Quantity, last: bool, run: &Run) {
     let period_us = f64::from(run.facts.period_us);
     let values: Vec<u32> = run.shown().iter().filter_map(quantity.of).collect();
     let in_us = |value: u32| f64::from(value) * quantity.us;
@@ -101,21 +101,21 @@ fn draw_quantity(svg: &mut Svg, frame: Rect, quantity: &Quantity, last: bool, ru
         y,
     };
     panel.draw(
-        svg,
+        drawing,
         quantity.title,
         last.then_some("time (s)"),
         Some(quantity.axis_title),
     );
-    run.draw_gaps(svg, &panel);
+    run.draw_gaps(drawing, &panel);
     if quantity.within_period {
-        panel.level(svg, period_us, LIMIT);
-        panel.legend(svg, &[(Key::Line(LIMIT), "period")]);
+        panel.level(drawing, period_us, LIMIT);
+        panel.legend(drawing, &[(Key::Line(LIMIT), "period")]);
     }
     let points = run.over_time(|r| (quantity.of)(r).map_or(f64::NAN, in_us));
-    panel.dots(svg, points.filter(|(_, value)| value.is_finite()), DOT);
-    run.draw_faults(svg, &panel);
+    panel.dots(drawing, points.filter(|(_, value)| value.is_finite()), DOT);
+    run.draw_faults(drawing, &panel);
     draw_histogram(
-        svg,
+        drawing,
         &panel,
         values.iter().copied().map(in_us),
         run.shown().len(),
@@ -133,14 +133,14 @@ fn draw_quantity(svg: &mut Svg, frame: Rect, quantity: &Quantity, last: bool, ru
         colour: DOT,
         anchor: Anchor::Middle,
     };
-    svg.text(
+    drawing.text(
         (frame.x + frame.w / 2.0, frame.y + frame.h / 2.0),
         remark,
         font,
         false,
     );
     if !values.is_empty() {
-        draw_spread(svg, &panel, Spread::of(values), quantity.us);
+        draw_spread(drawing, &panel, Spread::of(values), quantity.us);
     }
 }
 
@@ -165,7 +165,7 @@ fn whole_decades(lowest: f64, highest: f64) -> Axis {
 /// How often each value came, beside the panel and on its axis; `ticks` is
 /// how many there can be.
 fn draw_histogram(
-    svg: &mut Svg,
+    drawing: &mut Drawing,
     beside: &Panel,
     values: impl Iterator<Item = f64>,
     ticks: usize,
@@ -192,7 +192,7 @@ fn draw_histogram(
         },
         y: beside.y,
     };
-    panel.draw(svg, "", last.then_some("ticks"), None);
+    panel.draw(drawing, "", last.then_some("ticks"), None);
     for (bin, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
         let (right, _) = panel.at(f64::from(count), panel.y.low);
         let y = panel.frame.bottom() - (bin + 1) as f64 * BIN_PX;
@@ -202,12 +202,12 @@ fn draw_histogram(
             w: right - left,
             h: BIN_PX - 0.6,
         };
-        svg.rect(bar, BAR, 1.0);
+        drawing.rect(bar, BAR, 1.0);
     }
 }
 
 /// Mean, 99th percentile and maximum above the histogram.
-fn draw_spread(svg: &mut Svg, beside: &Panel, spread: Spread, us: f64) {
+fn draw_spread(drawing: &mut Drawing, beside: &Panel, spread: Spread, us: f64) {
     let decimals = usize::from(us < 1.0 || spread.max < 100);
     let show = |value: f64| format!("{:.decimals$}", value * us);
     let text = format!(
@@ -222,5 +222,5 @@ fn draw_spread(svg: &mut Svg, beside: &Panel, spread: Spread, us: f64) {
         colour: INK,
         anchor: Anchor::End,
     };
-    svg.text((WIDTH - 24.0, beside.frame.y - 9.0), &text, font, false);
+    drawing.text((WIDTH - 24.0, beside.frame.y - 9.0), &text, font, false);
 }

@@ -1,22 +1,22 @@
 //! `torque`: what the servos were told, and how near to their limits.
 
 use super::axis::{Axis, Scale};
+use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{JOINT, Key, LIMIT, Panel};
 use super::run::Run;
-use super::svg::{Rect, Stroke};
 use armbridge_log::run_info::{PWM_MAX, PWM_OFF};
 
 /// Where a servo is off.
 const OFF: Stroke = Stroke {
     colour: super::panel::FRAME,
     width: 1.2,
-    dash: "",
+    dash: &[],
 };
 
-pub(super) fn draw(run: &Run) -> String {
+pub(super) fn draw(run: &Run) -> Drawing {
     let facts = run.facts;
-    let mut svg = figure(640.0, "Joint torque and PWM", facts);
+    let mut drawing = figure(640.0, "Joint torque and PWM", facts);
     let pwm = Axis {
         scale: Scale::Linear,
         low: -0.05 * f64::from(PWM_MAX),
@@ -42,20 +42,20 @@ pub(super) fn draw(run: &Run) -> String {
             y: torque,
         };
         let title = format!("Joint {}: torque", joint + 1);
-        panel.draw(&mut svg, &title, None, first.then_some("torque (N m)"));
-        run.draw_gaps(&mut svg, &panel);
-        panel.level(&mut svg, 0.0, OFF);
+        panel.draw(&mut drawing, &title, None, first.then_some("torque (N m)"));
+        run.draw_gaps(&mut drawing, &panel);
+        panel.level(&mut drawing, 0.0, OFF);
         for limit in facts.torque_limits_nm[joint] {
-            panel.level(&mut svg, limit, LIMIT);
+            panel.level(&mut drawing, limit, LIMIT);
         }
         panel.curve(
-            &mut svg,
+            &mut drawing,
             run.over_time(|r| f64::from(r.torque_nm[joint])),
             line,
         );
-        run.draw_faults(&mut svg, &panel);
+        run.draw_faults(&mut drawing, &panel);
         panel.legend(
-            &mut svg,
+            &mut drawing,
             &[
                 (Key::Line(line), "decided"),
                 (Key::Line(LIMIT), "saturation"),
@@ -66,26 +66,26 @@ pub(super) fn draw(run: &Run) -> String {
         let panel = Panel { frame, x, y: pwm };
         let title = format!("Joint {}: PWM", joint + 1);
         panel.draw(
-            &mut svg,
+            &mut drawing,
             &title,
             Some("time (s)"),
             first.then_some("PWM (counts)"),
         );
-        run.draw_gaps(&mut svg, &panel);
-        panel.level(&mut svg, f64::from(PWM_OFF), OFF);
+        run.draw_gaps(&mut drawing, &panel);
+        panel.level(&mut drawing, f64::from(PWM_OFF), OFF);
         for limit in [0.0, f64::from(PWM_MAX)] {
-            panel.level(&mut svg, limit, LIMIT);
+            panel.level(&mut drawing, limit, LIMIT);
         }
         panel.curve(
-            &mut svg,
+            &mut drawing,
             run.over_time(|r| f64::from(r.pwm_in_force[joint])),
             line,
         );
-        run.draw_faults(&mut svg, &panel);
+        run.draw_faults(&mut drawing, &panel);
         panel.legend(
-            &mut svg,
+            &mut drawing,
             &[(Key::Line(line), "in force"), (Key::Line(OFF), "off")],
         );
     }
-    svg.finish()
+    drawing
 }

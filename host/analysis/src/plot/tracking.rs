@@ -4,10 +4,10 @@
 //! in which a joint counts as settled and a mark where it does.
 
 use super::axis::{Axis, Scale};
+use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{GAP, GOOD, JOINT, Key, Panel};
 use super::run::{NOTE, Part, Run};
-use super::svg::{Rect, Stroke, Svg};
 use armbridge_log::summary::{JointSummary, SETTLED_RAD};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Record;
@@ -25,11 +25,11 @@ const SPACING_PX: f64 = 12.0;
 const ZERO: Stroke = Stroke {
     colour: super::panel::FRAME,
     width: 1.2,
-    dash: "",
+    dash: &[],
 };
 
-pub(super) fn draw(run: &Run) -> String {
-    let mut svg = figure(860.0, "Tracking error", run.facts);
+pub(super) fn draw(run: &Run) -> Drawing {
+    let mut drawing = figure(860.0, "Tracking error", run.facts);
     let parts = run.parts();
     for joint in 0..JOINTS {
         let y = 78.0 + 384.0 * joint as f64;
@@ -53,10 +53,10 @@ pub(super) fn draw(run: &Run) -> String {
             y: Axis::around(around_zero, 0.08),
         };
         let title = format!("Joint {}: estimate minus reference", joint + 1);
-        panel.draw(&mut svg, &title, None, Some("error (mrad)"));
-        draw_error(&mut svg, &panel, run, joint);
-        legend(&mut svg, &panel, run, joint);
-        run.draw_faults(&mut svg, &panel);
+        panel.draw(&mut drawing, &title, None, Some("error (mrad)"));
+        draw_error(&mut drawing, &panel, run, joint);
+        legend(&mut drawing, &panel, run, joint);
+        run.draw_faults(&mut drawing, &panel);
 
         let most = most_mrad(&parts, joint);
         let panel = Panel {
@@ -72,15 +72,15 @@ pub(super) fn draw(run: &Run) -> String {
         let last = joint + 1 == JOINTS;
         let x_title = last.then_some("time (s)");
         panel.draw(
-            &mut svg,
+            &mut drawing,
             "the same, enlarged",
             x_title,
             Some("error (mrad)"),
         );
-        draw_error(&mut svg, &panel, run, joint);
-        draw_parts(&mut svg, &panel, &parts, joint);
+        draw_error(&mut drawing, &panel, run, joint);
+        draw_parts(&mut drawing, &panel, &parts, joint);
     }
-    svg.finish()
+    drawing
 }
 
 /// Estimate minus reference; not a number while nothing is driven.
@@ -102,17 +102,17 @@ fn most_mrad(parts: &[Part], joint: usize) -> f64 {
     })
 }
 
-fn draw_error(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize) {
+fn draw_error(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     let band = 1e3 * SETTLED_RAD;
     let ends = (panel.x.low, panel.x.high);
-    panel.area(svg, (ends.0, -band), (ends.1, band), GOOD, 0.12);
-    run.draw_gaps(svg, panel);
-    panel.level(svg, 0.0, ZERO);
+    panel.area(drawing, (ends.0, -band), (ends.1, band), GOOD, 0.12);
+    run.draw_gaps(drawing, panel);
+    panel.level(drawing, 0.0, ZERO);
     let error = run.over_time(|record| error_mrad(record, joint));
-    panel.curve(svg, error, Stroke::solid(JOINT[joint], 1.4));
+    panel.curve(drawing, error, Stroke::solid(JOINT[joint], 1.4));
 }
 
-fn legend(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize) {
+fn legend(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     let mut legend = vec![
         (Key::Line(Stroke::solid(JOINT[joint], 1.4)), "error"),
         (Key::Band(GOOD), "±20 mrad"),
@@ -121,11 +121,11 @@ fn legend(svg: &mut Svg, panel: &Panel, run: &Run, joint: usize) {
     if run.has_gaps() {
         legend.push((Key::Area(GAP), "no records"));
     }
-    panel.legend(svg, &legend);
+    panel.legend(drawing, &legend);
 }
 
 /// When each setpoint was reached, and what error remained.
-fn draw_parts(svg: &mut Svg, panel: &Panel, parts: &[Part], joint: usize) {
+fn draw_parts(drawing: &mut Drawing, panel: &Panel, parts: &[Part], joint: usize) {
     let (mut free, mut marked) = (panel.frame.x, f64::NEG_INFINITY);
     for part in parts {
         let JointSummary {
@@ -140,7 +140,7 @@ fn draw_parts(svg: &mut Svg, panel: &Panel, parts: &[Part], joint: usize) {
             let centre = panel.at(at, 0.0);
             // Closer together they would hide the curve.
             if centre.0 - marked > SPACING_PX {
-                svg.ring(centre, GOOD);
+                drawing.ring(centre, GOOD);
                 marked = centre.0;
             }
         }
@@ -151,7 +151,7 @@ fn draw_parts(svg: &mut Svg, panel: &Panel, parts: &[Part], joint: usize) {
         let words = words.replace('-', "−");
         let left = panel.at(from, 0.0).0 + 7.0;
         if left >= free && left + NOTE.width(&words) < panel.at(to, 0.0).0 {
-            svg.note((left, panel.frame.y + 16.0), &words, NOTE);
+            drawing.note((left, panel.frame.y + 16.0), &words, NOTE);
             free = left + NOTE.width(&words);
         }
     }

@@ -109,7 +109,7 @@ impl RecordSink for Ledger {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan_runner::{Everything, PlanRunner, Script};
+    use crate::plan_runner::{AllRecords, PlanRunner, Script};
     use armbridge_shared::link::message::Setup;
 
     #[test]
@@ -135,7 +135,7 @@ mod tests {
         use armbridge_sim::plant::{Plant, PlantConfig};
         let bench = armbridge_sim::Bench::new(Plant::new(PlantConfig::default(), 1));
         let script = Script::upright(Setup::default(), 10_000);
-        let operator = PlanRunner::keeping(script, Everything::default());
+        let operator = PlanRunner::keeping(script, AllRecords::default());
         let (operator, result) = drive(&BoardUri::Sim, Options::new(bench), operator);
         result.unwrap();
         operator.records()[0]

@@ -2,7 +2,7 @@ use super::*;
 use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::{Command, Record};
 
-use crate::plan_runner::{Keep, PlanRunner};
+use crate::plan_runner::{PlanRunner, RecordSink};
 use armbridge_client::LinkStats;
 use armbridge_log::summary::Tally;
 use armbridge_sim::link::{BoardUri, Options, drive};
@@ -186,7 +186,7 @@ struct Judged {
     judge: Judge,
 }
 
-impl Keep for Judged {
+impl RecordSink for Judged {
     fn record(&mut self, record: &Record) {
         self.tally.see(record);
         self.judge.see(record);

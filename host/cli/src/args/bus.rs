@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use armbridge_client::servo_bus::{Port, client};
+use armbridge_client::servo_bus::{Port, master};
 use clap::Args;
 
 /// The port and how to use it.
@@ -22,7 +22,7 @@ fn patience(text: &str) -> Result<Duration, String> {
         Ok(ms) if (1..=10_000).contains(&ms) => Ok(Duration::from_millis(ms)),
         _ => Err(format!(
             "expected milliseconds from 1 to 10000; {} is usual",
-            client::PATIENCE.as_millis()
+            master::PATIENCE.as_millis()
         )),
     }
 }

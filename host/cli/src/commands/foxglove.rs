@@ -1,14 +1,11 @@
 //! `armbridge foxglove`: the topics of a log, as they happen, for viewers.
 
-use super::Outcome;
-use super::session::OpenedLink;
-use crate::args::SessionArgs;
-use armbridge::foxglove::run;
-use armbridge::foxglove::server::Server;
-use clap::Args;
-use std::io::Write;
 use std::net::{IpAddr, Ipv4Addr};
-use std::process::ExitCode;
+
+use clap::Args;
+
+use super::Outcome;
+use crate::args::SessionArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -40,7 +37,25 @@ pub(crate) struct FoxgloveArgs {
     pub(crate) allow_arm: bool,
 }
 
+/// The server is built where it is asked for.
+#[cfg(not(feature = "foxglove"))]
+pub(crate) fn run(_: &FoxgloveArgs) -> Outcome {
+    Err(
+        "this build has no server for viewers; `cargo build --release --features foxglove` makes \
+         one that has"
+            .into(),
+    )
+}
+
+#[cfg(feature = "foxglove")]
 pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
+    use std::io::Write;
+
+    use armbridge::foxglove::run;
+    use armbridge::foxglove::server::Server;
+
+    use super::session::OpenedLink;
+
     // First: a port that is taken shall not begin anything.
     let server = Server::start(args.host, args.port, args.allow_arm)?;
     let opened = OpenedLink::begin(&args.session, "foxglove", false)?;
@@ -67,5 +82,5 @@ pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
         "{} messages, {} events left out",
         served.messages, served.unseen
     );
-    Ok(ExitCode::SUCCESS)
+    Ok(std::process::ExitCode::SUCCESS)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use armbridge_client::event::{Event, What};
+use armbridge_client::event::{Event, EventKind};
 use armbridge_client::status::BoardStatus;
 use armbridge_shared::link::message::{Command, Refusal, ToBoard, ToHost};
 
@@ -56,14 +56,14 @@ impl Asked {
 impl Board {
     /// Takes what happened.
     pub fn take(&mut self, event: &Event) {
-        match event.what {
-            What::Asked(sequence, ToBoard::Command(command)) => {
+        match event.kind {
+            EventKind::Sent(sequence, ToBoard::Command(command)) => {
                 if self.open.len() == OPEN {
                     self.open.pop_front();
                 }
                 self.open.push_back((sequence, Asked::of(&command)));
             }
-            What::Told(
+            EventKind::Received(
                 _,
                 ToHost::Ack {
                     sequence, result, ..
@@ -71,10 +71,10 @@ impl Board {
             ) => {
                 self.answered(sequence, result);
             }
-            What::Told(_, message) => self.status.take(&message),
+            EventKind::Received(_, message) => self.status.take(&message),
             // The next may be another board.
-            What::Parted => *self = Self::default(),
-            What::Asked(..) | What::Lost(..) | What::Garbled(..) => {}
+            EventKind::Disconnected => *self = Self::default(),
+            EventKind::Sent(..) | EventKind::Lost(..) | EventKind::Damaged(..) => {}
         }
     }
 

@@ -9,7 +9,7 @@ use std::process::{self, Child, ExitStatus};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use armbridge_client::event::What;
+use armbridge_client::event::EventKind;
 use armbridge_log::recording::Recording;
 use armbridge_shared::link::message::{Command, ToBoard, ToHost};
 use rustix::fs::OFlags;
@@ -115,16 +115,16 @@ impl Dashboard {
 /// after that.
 fn is_left_disarmed(path: &Path) -> bool {
     let recording = Recording::load(path).unwrap();
-    let said: Vec<&What> = recording.events.iter().map(|event| &event.what).collect();
+    let said: Vec<&EventKind> = recording.events.iter().map(|event| &event.kind).collect();
     let idle = said.iter().rev().find_map(|what| match what {
-        What::Asked(sequence, ToBoard::Command(Command::Idle)) => Some(*sequence),
+        EventKind::Sent(sequence, ToBoard::Command(Command::Idle)) => Some(*sequence),
         _ => None,
     });
     let taken = said.iter().position(|what| {
-        matches!(what, What::Told(_, ToHost::Ack { sequence, result: Ok(()), .. })
+        matches!(what, EventKind::Received(_, ToHost::Ack { sequence, result: Ok(()), .. })
             if Some(*sequence) == idle)
     });
-    let is_farewell = |what: &&What| matches!(what, What::Asked(_, ToBoard::Goodbye));
+    let is_farewell = |kind: &&EventKind| matches!(kind, EventKind::Sent(_, ToBoard::Goodbye));
     let farewell = said.iter().position(is_farewell);
     taken.is_some() && taken < farewell
 }

@@ -12,7 +12,7 @@ use armbridge::watch::keys::{Act, Keys, Question};
 use armbridge::watch::model::Model;
 use armbridge::watch::view;
 use armbridge_client::Tap;
-use armbridge_client::event::{Direction, Ear, Event, What};
+use armbridge_client::event::{Direction, Event, EventKind, LinkDecoder};
 use armbridge_client::session::{ChannelHost, Request, Requests};
 use armbridge_shared::arm::State;
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
@@ -30,7 +30,7 @@ const S: u64 = 1_000_000_000;
 /// Feeds a model until a moment, sees to it that the arm is regulated upright until
 /// then, and leaves.
 struct Until {
-    ear: Ear,
+    ear: LinkDecoder,
     model: Arc<Mutex<Model>>,
     end_ns: u64,
     controls: Requests,
@@ -77,7 +77,7 @@ fn watched(push: Push, end_ns: u64, is_armed: bool) -> Model {
     let (station, controls) = ChannelHost::new();
     let mut options = Options::new(bench);
     options.link.taps.push(Box::new(Until {
-        ear: Ear::default(),
+        ear: LinkDecoder::default(),
         model: Arc::clone(&model),
         end_ns,
         controls,
@@ -165,7 +165,7 @@ fn a_link_that_broke() {
     let mut model = regulated(nudge(7 * S), 9 * S);
     model.take(&Event {
         host_ns: 9 * S,
-        what: What::Parted,
+        kind: EventKind::Disconnected,
     });
     model.advance(9 * S + 3_200_000_000);
     for (size, place) in SIZES {
@@ -181,8 +181,8 @@ fn an_experiment_and_how_it_ended() {
     let mut model = regulated(nudge(7 * S), 5 * S);
     let told = |model: &mut Model, message| {
         let host_ns = 5 * S;
-        let what = What::Told(0, message);
-        model.take(&Event { host_ns, what });
+        let kind = EventKind::Received(0, message);
+        model.take(&Event { host_ns, kind });
         screen(model, &Keys::default(), (100, 30))
     };
     let tick = model.board.record.unwrap();
@@ -263,7 +263,7 @@ fn stopping_needs_no_answer_and_arming_does() {
     let mut lost = idle.clone();
     lost.take(&Event {
         host_ns: S,
-        what: What::Parted,
+        kind: EventKind::Disconnected,
     });
     assert_eq!(letter(&mut keys, 'y', &lost), []);
     assert_eq!(letter(&mut keys, 'a', &lost), []);

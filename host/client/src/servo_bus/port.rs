@@ -12,7 +12,7 @@ use serial2::SerialPort;
 use super::line::{Line, SerialLine, TcpLine};
 use crate::endpoint::{Endpoint, OpenError};
 use crate::transport::usb_discovery::FindError;
-use crate::transport::{LinkUri, LinkUriError, identity};
+use crate::transport::{LinkUri, LinkUriError, usb_discovery};
 
 /// Where the bus is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -116,7 +116,10 @@ impl Port {
         match self {
             Self::Tcp(endpoint) => Ok(Box::new(TcpLine::new(endpoint.connect()?))),
             Self::Serial(path) => Ok(Box::new(open_device(path, baud)?)),
-            Self::Board => Ok(Box::new(open_device(&identity::find()?.terminal, baud)?)),
+            Self::Board => Ok(Box::new(open_device(
+                &usb_discovery::find()?.terminal,
+                baud,
+            )?)),
         }
     }
 
@@ -125,7 +128,7 @@ impl Port {
         match self {
             // A board hands on what it has at once.
             Self::Tcp(_) | Self::Board => None,
-            Self::Serial(path) => LatencyTimer::of(path, Path::new(identity::TERMINALS)),
+            Self::Serial(path) => LatencyTimer::of(path, Path::new(usb_discovery::TERMINALS)),
         }
     }
 }
@@ -144,7 +147,7 @@ pub fn open_device(path: &Path, baud: u32) -> Result<SerialLine, PortOpenError> 
     };
     let device = SerialPort::open(path, serial2::KeepSettings).map_err(failed)?;
     take(&device).map_err(failed)?;
-    let latency = LatencyTimer::of(path, Path::new(identity::TERMINALS))
+    let latency = LatencyTimer::of(path, Path::new(usb_discovery::TERMINALS))
         .map_or(Duration::ZERO, |timer| timer.value);
     let mut line = SerialLine::new(device, baud, latency);
     match line.set_baud(baud) {

@@ -3,8 +3,10 @@
 //! | format      | file                    | opens in                            |
 //! |-------------|-------------------------|-------------------------------------|
 //! | [`csv`]     | one row per tick        | spreadsheets, everything            |
-//! | [`parquet`] | typed columns           | pandas, polars, `DuckDB`, MATLAB    |
+//! | `parquet`   | typed columns           | pandas, polars, `DuckDB`, MATLAB    |
 //! | [`mat`]     | named, unit-annotated   | MATLAB, Octave, `SciPy`             |
+//!
+//! Parquet is there with the feature `parquet`.
 //!
 //! [`mod@column`] says what the columns are. Nothing is interpolated or left out: a
 //! missing sample is empty and says why, and `tick` jumps where records are missing.
@@ -12,9 +14,9 @@
 pub mod column;
 pub mod csv;
 pub mod mat;
+#[cfg(feature = "parquet")]
 pub mod parquet;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use armbridge_shared::link::message::Record;
@@ -70,9 +72,11 @@ impl About<'_> {
         format!("\nMissing of the log: {}", self.damage.join(" "))
     }
 
+    #[cfg(feature = "parquet")]
     fn settings_json(&self) -> String {
         let settings = self.settings.iter();
-        let settings: BTreeMap<_, _> = settings.map(|s| (s.key, &s.value)).collect();
+        let settings: std::collections::BTreeMap<_, _> =
+            settings.map(|s| (s.key, &s.value)).collect();
         // Plain data: always has a form in JSON.
         serde_json::to_string(&settings).unwrap_or_default()
     }
@@ -99,6 +103,7 @@ pub enum ExportError {
     #[error(transparent)]
     Csv(#[from] LogError),
     /// The Parquet library said no.
+    #[cfg(feature = "parquet")]
     #[error("cannot write {path}: {source}", path = path.display())]
     Parquet {
         /// File being written.
@@ -106,6 +111,12 @@ pub enum ExportError {
         /// What the library said.
         source: ::parquet::errors::ParquetError,
     },
+    /// Parquet was left out of the program.
+    #[error(
+        "this build cannot write Parquet; \
+         `cargo build --release --features parquet` makes one that can"
+    )]
+    NoParquet,
     /// More ticks than a MAT-file of level 5 holds.
     #[error(
         "cannot write {path}: {ticks} ticks are more than the 2 GiB of a variable in a .mat; \
@@ -133,7 +144,10 @@ pub fn write<I: Iterator<Item = Record>>(
 ) -> Result<u64, ExportError> {
     match format {
         Format::Csv => csv::write(path, records()?),
+        #[cfg(feature = "parquet")]
         Format::Parquet => parquet::write(path, about, records()?),
+        #[cfg(not(feature = "parquet"))]
+        Format::Parquet => Err(ExportError::NoParquet),
         Format::Mat => mat::write(path, about, records),
     }
 }

@@ -18,7 +18,7 @@ use super::settings;
 use crate::export::About;
 use crate::recording::{ReadError, Reader};
 use crate::run_info::RunFacts;
-use armbridge_client::event::{Event, What};
+use armbridge_client::event::{Event, EventKind};
 
 /// What is compared and drawn of a log.
 #[derive(Clone, Debug)]
@@ -73,10 +73,10 @@ pub struct Orders {
 impl Orders {
     /// Heeds an event.
     pub fn take(&mut self, event: &Event) {
-        match event.what {
-            What::Asked(sequence, ToBoard::Command(command)) => self.ask(sequence, command),
-            What::Told(_, ToHost::Record(record)) => self.tick = Some(record.tick),
-            What::Told(
+        match event.kind {
+            EventKind::Sent(sequence, ToBoard::Command(command)) => self.ask(sequence, command),
+            EventKind::Received(_, ToHost::Record(record)) => self.tick = Some(record.tick),
+            EventKind::Received(
                 _,
                 ToHost::Ack {
                     sequence,
@@ -90,11 +90,11 @@ impl Orders {
                     order.moment = moment;
                 }
             }
-            What::Asked(..)
-            | What::Told(..)
-            | What::Lost(..)
-            | What::Garbled(..)
-            | What::Parted => {}
+            EventKind::Sent(..)
+            | EventKind::Received(..)
+            | EventKind::Lost(..)
+            | EventKind::Damaged(..)
+            | EventKind::Disconnected => {}
         }
     }
 
@@ -157,9 +157,13 @@ impl Head {
         let mut reader = Reader::open(path)?;
         let (mut settings, mut is_driven) = (None, false);
         for event in reader.by_ref() {
-            match event.what {
-                What::Told(_, ToHost::Settings(told)) if !is_driven => settings = Some(told),
-                What::Told(_, ToHost::Record(record)) => is_driven |= record.mode.drive().is_some(),
+            match event.kind {
+                EventKind::Received(_, ToHost::Settings(told)) if !is_driven => {
+                    settings = Some(told)
+                }
+                EventKind::Received(_, ToHost::Record(record)) => {
+                    is_driven |= record.mode.drive().is_some()
+                }
                 _ => {}
             }
             look(&event);

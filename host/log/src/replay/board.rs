@@ -13,7 +13,7 @@
 //! | commands                          | the host's frames, at the [`Moment`] of their acknowledgement |
 //! | where a motion begins             | decided again at the moment of `ToHost::Departs` |
 //! | a hello                           | `ToHost::Began`                             |
-//! | faults from outside the tick      | `ToHost::Tripped`, see [`is_external`](super::facts::is_external) |
+//! | faults from outside the tick      | `ToHost::Tripped`, see [`is_external`](super::tick_facts::is_external) |
 //! | the host's silence                | the mode of the record that shows it        |
 //!
 //! A hello, arming and bring-up make estimator, monitors and reference begin anew, so that
@@ -22,7 +22,7 @@
 //! The caller keeps the order: events before a tick, the tick's beginning, events before
 //! its decision, the decision. Orders from outside the tick are in `orders`.
 
-mod orders;
+mod commands;
 
 use std::collections::VecDeque;
 
@@ -38,7 +38,7 @@ use armbridge_shared::servo::master::timing::tick_us;
 use armbridge_shared::servo::protocol1::Alarms;
 use armbridge_shared::supervisor::State;
 
-use super::facts::{HostEvent, is_off, planned_us};
+use super::tick_facts::{HostEvent, is_off, planned_us};
 
 /// A board that replays recorded ticks.
 pub(super) struct Board {

@@ -18,23 +18,23 @@
 //!
 //! | module    | what                                                          |
 //! |-----------|---------------------------------------------------------------|
-//! | `player`  | events in, ticks out; what is known of the board              |
+//! | `replayer`  | events in, ticks out; what is known of the board              |
 //! | `board`   | the core that boards run, with the inputs of records          |
-//! | `facts`   | what one record shows of the board                            |
-//! | `notes`   | what the board told beside records, and where it belongs      |
+//! | `tick_facts`   | what one record shows of the board                            |
+//! | `pending`   | what the board told beside records, and where it belongs      |
 //! | `compare` | two records, field by field                                   |
 //! | `report`  | what became of it                                             |
 //! | `what_if` | other settings, and what differs then                         |
 
 mod board;
 mod compare;
-mod facts;
-mod notes;
-mod player;
+mod pending;
+mod replayer;
 mod report;
+mod tick_facts;
 mod what_if;
 
 pub use compare::Difference;
-pub use player::{ReplayError, Replayer};
+pub use replayer::{ReplayError, Replayer};
 pub use report::{Adopted, Report, Skipped, Verdict};
 pub use what_if::{ChangeError, Changes, JointChange, WhatIf};

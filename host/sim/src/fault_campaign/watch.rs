@@ -6,7 +6,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 
 use crate::board::{Board, Input, Output, VirtualBoard, Wake};
-use armbridge_client::event::{Direction, Ear, Event};
+use armbridge_client::event::{Direction, Event, LinkDecoder};
 
 /// Packet of a tick that sets the PWM of both servos of one firmware.
 struct Order {
@@ -49,7 +49,7 @@ pub(super) struct Watched<'a> {
     /// First packet beyond that: its time in µs, and its distance from off in counts.
     pub(super) beyond: Option<(u64, u16)>,
     /// Receiver of the messages on the link, as the board hears them.
-    ear: Option<(Ear, &'a mut dyn FnMut(Event))>,
+    ear: Option<(LinkDecoder, &'a mut dyn FnMut(Event))>,
 }
 
 impl<'a> Watched<'a> {
@@ -64,7 +64,7 @@ impl<'a> Watched<'a> {
 
     /// Tells what is said on the link from now on.
     pub(super) fn overhear(&mut self, hear: &'a mut dyn FnMut(Event)) {
-        self.ear = Some((Ear::default(), hear));
+        self.ear = Some((LinkDecoder::default(), hear));
     }
 
     fn is_driven(&self) -> bool {

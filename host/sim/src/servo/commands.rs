@@ -6,7 +6,7 @@ use super::registers::{
     self, POSITION_HIGH, POSITION_LOW, PWM_LOW, REGISTERS, ROM_REGISTERS, SPEED, TEMPERATURE_HIGH,
     TEMPERATURE_LOW,
 };
-use super::{Action, costs};
+use super::{Action, cycle_costs};
 
 pub(super) const PING: u8 = 0x01;
 const READ: u8 = 0x02;

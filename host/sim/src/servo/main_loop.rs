@@ -4,7 +4,7 @@
 
 use super::converter::Sample;
 use super::mcu::{Bus, Mcu, Stage};
-use super::{Action, costs};
+use super::{Action, cycle_costs};
 
 impl Mcu {
     pub(super) fn turn(&self) -> u64 {

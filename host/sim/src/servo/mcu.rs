@@ -16,7 +16,7 @@ use super::converter::Converter;
 use super::receiver::Inbox;
 use super::registers::{self, ROM_SIZE, Requests};
 use super::uart::Uart;
-use super::{Action, costs};
+use super::{Action, cycle_costs};
 use std::collections::VecDeque;
 
 /// Size of the firmware's transmit buffer.

@@ -15,7 +15,7 @@ use super::registers::{
     self, DEFAULT_ROM, MARKER, MARKER_VALID, POSITION_HIGH, POSITION_LOW, PWM_HIGH, PWM_LOW,
     REGISTERS, RESTORE_ORDER, ROM_REGISTERS,
 };
-use super::{Action, costs};
+use super::{Action, cycle_costs};
 
 /// No packet carries more data; a larger count is a runaway.
 const LONGEST_DATA: u16 = 200;

@@ -9,8 +9,8 @@ use super::super::diagnose::Bump;
 use super::super::fit::Found;
 use super::super::quantity::Quantity;
 use crate::plot::axis::Axis;
+use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{FRAME, INK, JOINT, JOINT_TINT, Key, LIMIT, Panel};
-use crate::plot::svg::{Rect, Stroke};
 use crate::plot::titled;
 
 /// Half a stretch, and from one to the next, in ticks.
@@ -22,8 +22,8 @@ const FOUND: Stroke = Stroke::solid(INK, 1.8);
 const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
 
 /// The picture.
-pub(super) fn draw(found: &Found, checks: &Checks, known: &Known) -> String {
-    let mut svg = titled(
+pub(super) fn draw(found: &Found, checks: &Checks, known: &Known) -> Drawing {
+    let mut drawing = titled(
         TOP + HEIGHT + 52.0,
         "Friction over speed",
         "a dot: motor, gravity and inertia over an eighth of a second",
@@ -48,26 +48,26 @@ pub(super) fn draw(found: &Found, checks: &Checks, known: &Known) -> String {
         };
         let title = format!("Joint {}", joint + 1);
         let y_title = if joint == 0 { "friction (N m)" } else { "" };
-        panel.draw(&mut svg, &title, Some("speed (rad/s)"), Some(y_title));
-        panel.level(&mut svg, 0.0, ZERO);
-        panel.dots(&mut svg, points.iter().copied(), JOINT_TINT[joint]);
+        panel.draw(&mut drawing, &title, Some("speed (rad/s)"), Some(y_title));
+        panel.level(&mut drawing, 0.0, ZERO);
+        panel.dots(&mut drawing, points.iter().copied(), JOINT_TINT[joint]);
         let products = points.iter().map(|(v, torque)| v * torque).sum::<f64>();
         let squares = points.iter().map(|(v, _)| v * v).sum::<f64>();
         let alone = [x.low, x.high].map(|v| (v, v * products / squares));
-        panel.curve(&mut svg, alone.into_iter(), LIMIT);
+        panel.curve(&mut drawing, alone.into_iter(), LIMIT);
         for part in [[x.low, -1e-9], [1e-9, x.high]] {
             let along = |i: u8| part[0] + (part[1] - part[0]) * f64::from(i) / 100.0;
             let curve = (0..=100).map(|i| (along(i), line(along(i))));
-            panel.curve(&mut svg, curve, FOUND);
+            panel.curve(&mut drawing, curve, FOUND);
         }
         let keys = [
             (Key::Dots(JOINT[joint]), "measured"),
             (Key::Line(FOUND), "found"),
             (Key::Line(LIMIT), "viscous alone"),
         ];
-        panel.legend(&mut svg, &keys);
+        panel.legend(&mut drawing, &keys);
     }
-    svg.finish()
+    drawing
 }
 
 /// Speeds in rad/s and friction torques in N m of a joint's windows.

@@ -3,8 +3,8 @@
 use super::super::checks::correlations;
 use super::super::fit::Found;
 use super::super::quantity::{COUNT, PER_JOINT, Quantity};
+use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use crate::plot::panel::{FRAME, INK, JOINT, LABEL, MUTED};
-use crate::plot::svg::{Anchor, Font, Rect, Stroke};
 use crate::plot::titled;
 
 const LEFT: f64 = 250.0;
@@ -14,10 +14,10 @@ const CELL: f64 = 30.0;
 const WRITTEN: f64 = 0.3;
 
 /// The picture.
-pub(super) fn draw(found: &Found) -> String {
+pub(super) fn draw(found: &Found) -> Drawing {
     let all = correlations(found);
     let size = CELL * COUNT as f64;
-    let mut svg = titled(
+    let mut drawing = titled(
         TOP + size + 40.0,
         "Correlations of what was found",
         "blue: one up, the other down; orange: both up; in hundredths",
@@ -30,12 +30,12 @@ pub(super) fn draw(found: &Found) -> String {
         let at = CELL * i as f64;
         let quantity = Quantity::ALL[i % PER_JOINT];
         let name = format!("{} {}", quantity.name(), i / PER_JOINT + 1);
-        svg.text((LEFT - 8.0, TOP + at + 20.0), &name, light, false);
+        drawing.text((LEFT - 8.0, TOP + at + 20.0), &name, light, false);
         let upwards = Font {
             anchor: Anchor::Start,
             ..LABEL
         };
-        svg.text((LEFT + at + 20.0, TOP - 8.0), &name, upwards, true);
+        drawing.text((LEFT + at + 20.0, TOP - 8.0), &name, upwards, true);
         for j in 0..COUNT {
             let r = all[(i, j)];
             if !r.is_finite() {
@@ -52,7 +52,7 @@ pub(super) fn draw(found: &Found) -> String {
             } else {
                 (JOINT[usize::from(r > 0.0)], r.abs().min(1.0) * 0.85)
             };
-            svg.rect(cell, colour, (opacity * 100.0).round() / 100.0);
+            drawing.rect(cell, colour, (opacity * 100.0).round() / 100.0);
             if i != j && r.abs() > WRITTEN {
                 let font = Font {
                     size: 10.5,
@@ -61,14 +61,14 @@ pub(super) fn draw(found: &Found) -> String {
                     anchor: Anchor::Middle,
                 };
                 let text = format!("{:.0}", 100.0 * r).replace('-', "−");
-                svg.text((cell.x + 14.5, cell.y + 19.0), &text, font, false);
+                drawing.text((cell.x + 14.5, cell.y + 19.0), &text, font, false);
             }
         }
     }
     // Between the joints.
     let middle = CELL * PER_JOINT as f64 - 0.5;
     let line = Stroke::solid(FRAME, 1.5);
-    svg.line((LEFT + middle, TOP), (LEFT + middle, TOP + size), line);
-    svg.line((LEFT, TOP + middle), (LEFT + size, TOP + middle), line);
-    svg.finish()
+    drawing.line((LEFT + middle, TOP), (LEFT + middle, TOP + size), line);
+    drawing.line((LEFT, TOP + middle), (LEFT + size, TOP + middle), line);
+    drawing
 }

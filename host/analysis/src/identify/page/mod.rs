@@ -18,6 +18,7 @@ use super::forecast::Forecast;
 use super::report::Report;
 use crate::plot;
 use crate::plot::PlotError;
+use crate::plot::drawing::Drawing;
 
 /// Name of the page.
 const PAGE: &str = "report.html";
@@ -59,7 +60,7 @@ pub fn no_numbers(
 /// A picture with its caption.
 struct Picture {
     name: &'static str,
-    svg: String,
+    drawing: Drawing,
     caption: &'static str,
 }
 
@@ -72,7 +73,7 @@ impl Page<'_> {
         let pictures = self.pictures();
         let figures = pictures
             .iter()
-            .map(|picture| (picture.name, picture.svg.clone()));
+            .map(|picture| (picture.name, picture.drawing.clone()));
         plot::write_all(folder, figures)?;
         let path = folder.join(PAGE);
         plot::write(&path, text::page(self, &pictures).as_bytes())?;
@@ -86,7 +87,7 @@ impl Page<'_> {
         let windows = WINDOWS.into_iter().enumerate().filter_map(|(joint, name)| {
             Some(Picture {
                 name,
-                svg: windows::draw(self.checks, joint, period_s)?,
+                drawing: windows::draw(self.checks, joint, period_s)?,
                 caption: "What the encoder said, and the motion that the numbers that were found \
                           make of the PWM alone, from a start that is sought for each window.",
             })
@@ -94,20 +95,20 @@ impl Page<'_> {
         let others = [
             Picture {
                 name: "residuals",
-                svg: residuals::draw(self.found, self.checks, period_s),
+                drawing: residuals::draw(self.found, self.checks, period_s),
                 caption: "Left, each window's errors, noise of the encoder included. Right, \
                           whether an error tells the ones after it: noise stays between the \
                           dashed lines in 95 of 100 cases.",
             },
             Picture {
                 name: "friction",
-                svg: friction::draw(self.found, self.checks, &known),
+                drawing: friction::draw(self.found, self.checks, &known),
                 caption: "What of the torque is left for friction, over the speed, and the curve \
                           that was found. Dashed, the line that viscous friction alone would be.",
             },
             Picture {
                 name: "correlations",
-                svg: heat::draw(self.found),
+                drawing: heat::draw(self.found),
                 caption: "Where two numbers are told as one, an error of the one comes with an \
                           error of the other; their product or sum is known better than either.",
             },

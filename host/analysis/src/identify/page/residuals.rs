@@ -5,8 +5,8 @@ use armbridge_shared::JOINTS;
 use super::super::checks::{Checks, Whiteness};
 use super::super::fit::Found;
 use crate::plot::axis::{Axis, Scale};
+use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{ALARM, FRAME, JOINT, Key, LIMIT, Panel};
-use crate::plot::svg::{Rect, Stroke, Svg};
 use crate::plot::titled;
 
 const TOP: f64 = 78.0;
@@ -15,8 +15,8 @@ const HEIGHT: f64 = 186.0;
 const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
 
 /// The picture.
-pub(super) fn draw(found: &Found, checks: &Checks, period_s: f64) -> String {
-    let mut svg = titled(
+pub(super) fn draw(found: &Found, checks: &Checks, period_s: f64) -> Drawing {
+    let mut drawing = titled(
         TOP + STEP + HEIGHT + 52.0,
         "What is left: noise?",
         "root mean square of each window; autocorrelation of blocks of 5 ticks",
@@ -35,10 +35,10 @@ pub(super) fn draw(found: &Found, checks: &Checks, period_s: f64) -> String {
             })
             .collect();
         let end_s = begins_s[begins_s.len() - 1].max(1.0);
-        windows(&mut svg, joint, &points, end_s, found);
-        correlation(&mut svg, joint, whiteness);
+        windows(&mut drawing, joint, &points, end_s, found);
+        correlation(&mut drawing, joint, whiteness);
     }
-    svg.finish()
+    drawing
 }
 
 /// When each log begins if one comes after the other, and when the last ends, in s.
@@ -60,7 +60,7 @@ fn begins_s(checks: &Checks, period_s: f64) -> Vec<f64> {
     begins_s
 }
 
-fn windows(svg: &mut Svg, joint: usize, points: &[(f64, f64)], end_s: f64, found: &Found) {
+fn windows(drawing: &mut Drawing, joint: usize, points: &[(f64, f64)], end_s: f64, found: &Found) {
     let most = found.most.sqrt();
     let high = points
         .iter()
@@ -78,21 +78,21 @@ fn windows(svg: &mut Svg, joint: usize, points: &[(f64, f64)], end_s: f64, found
     let title = format!("Joint {}: error of each window", joint + 1);
     let is_last = joint + 1 == JOINTS;
     let x_title = is_last.then_some("time, one log after the other (s)");
-    panel.draw(svg, &title, x_title, Some("rms (counts)"));
-    panel.level(svg, found.noise_counts, ZERO);
-    panel.level(svg, most, LIMIT);
+    panel.draw(drawing, &title, x_title, Some("rms (counts)"));
+    panel.level(drawing, found.noise_counts, ZERO);
+    panel.level(drawing, most, LIMIT);
     for (x, rms) in points {
         let colour = if *rms > most { ALARM } else { JOINT[joint] };
-        svg.dots(&[panel.at(*x, *rms)], 4.0, colour);
+        drawing.dots(vec![panel.at(*x, *rms)], 4.0, colour);
     }
     let keys = [
         (Key::Line(ZERO), "noise"),
         (Key::Line(LIMIT), "not explained beyond"),
     ];
-    panel.legend(svg, &keys);
+    panel.legend(drawing, &keys);
 }
 
-fn correlation(svg: &mut Svg, joint: usize, whiteness: &Whiteness) {
+fn correlation(drawing: &mut Drawing, joint: usize, whiteness: &Whiteness) {
     let Whiteness {
         autocorrelation,
         bound,
@@ -115,15 +115,15 @@ fn correlation(svg: &mut Svg, joint: usize, whiteness: &Whiteness) {
     };
     let title = format!("portmanteau {portmanteau:.1}; noise: below {expected:.1}");
     let x_title = (joint + 1 == JOINTS).then_some("lag (blocks)");
-    panel.draw(svg, &title, x_title, Some("autocorrelation"));
-    panel.level(svg, 0.0, ZERO);
+    panel.draw(drawing, &title, x_title, Some("autocorrelation"));
+    panel.level(drawing, 0.0, ZERO);
     for level in [*bound, -*bound] {
-        panel.level(svg, level, LIMIT);
+        panel.level(drawing, level, LIMIT);
     }
     let bar = Stroke::solid(JOINT[joint], 5.0);
     for (r, lag) in autocorrelation.iter().zip(1..) {
         let x = f64::from(lag);
-        svg.line(panel.at(x, 0.0), panel.at(x, *r), bar);
+        drawing.line(panel.at(x, 0.0), panel.at(x, *r), bar);
     }
 }
 

@@ -35,7 +35,12 @@ pub(super) fn page(page: &Page<'_>, pictures: &[Picture]) -> String {
             .iter()
             .filter(|picture| picture.name.starts_with(prefix))
         {
-            html.figure(picture.name, &picture.svg, heading, picture.caption);
+            html.figure(
+                picture.name,
+                &picture.drawing.svg(),
+                heading,
+                picture.caption,
+            );
         }
         if prefix == "correlations" {
             pairs(&mut html, page.checks);

@@ -3,8 +3,8 @@
 
 use super::super::checks::{Checks, Followed};
 use crate::plot::axis::{Axis, Scale};
+use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{FRAME, INK, JOINT, JOINT_TINT, Key, Panel};
-use crate::plot::svg::{Rect, Stroke, Svg};
 use crate::plot::titled;
 
 const LEFT: f64 = 84.0;
@@ -17,7 +17,7 @@ const COMPUTED: Stroke = Stroke::solid(INK, 1.5);
 const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
 
 /// The picture of a joint; none if it has no window.
-pub(super) fn draw(checks: &Checks, joint: usize, period_s: f64) -> Option<String> {
+pub(super) fn draw(checks: &Checks, joint: usize, period_s: f64) -> Option<Drawing> {
     let mut windows: Vec<(f64, &Followed)> = checks
         .followed
         .iter()
@@ -31,7 +31,7 @@ pub(super) fn draw(checks: &Checks, joint: usize, period_s: f64) -> Option<Strin
     let last = windows.len().checked_sub(1)?;
     let title = format!("Joint {}: measured against computed", joint + 1);
     let height = TOP + HEIGHTS[0] + GAP + HEIGHTS[1] + 52.0;
-    let mut svg = titled(height, &title, "");
+    let mut drawing = titled(height, &title, "");
     let top = Panel {
         frame: Rect {
             x: LEFT,
@@ -46,7 +46,7 @@ pub(super) fn draw(checks: &Checks, joint: usize, period_s: f64) -> Option<Strin
         (Key::Dots(JOINT_TINT[joint]), "measured"),
         (Key::Line(COMPUTED), "computed"),
     ];
-    top.legend(&mut svg, &keys);
+    top.legend(&mut drawing, &keys);
     for (column, (name, index)) in [("best", 0), ("median", last / 2), ("worst", last)]
         .into_iter()
         .enumerate()
@@ -54,13 +54,13 @@ pub(super) fn draw(checks: &Checks, joint: usize, period_s: f64) -> Option<Strin
         let (rms, window) = windows[index];
         let left = LEFT + STEP * column as f64;
         let title = format!("{name}: {rms:.2} counts rms");
-        draw_window(&mut svg, &title, window, checks, [left, period_s]);
+        draw_window(&mut drawing, &title, window, checks, [left, period_s]);
     }
-    Some(svg.finish())
+    Some(drawing)
 }
 
 fn draw_window(
-    svg: &mut Svg,
+    drawing: &mut Drawing,
     title: &str,
     window: &Followed,
     checks: &Checks,
@@ -95,13 +95,17 @@ fn draw_window(
         y: Axis::around(measured().map(|(_, y)| y), 0.06),
     };
     panel.draw(
-        svg,
+        drawing,
         title,
         None,
         Some(if is_first { "encoder (counts)" } else { "" }),
     );
-    panel.dots(svg, measured(), JOINT_TINT[joint]);
-    panel.curve(svg, computed().map(|(tick, y)| (time_s(tick), y)), COMPUTED);
+    panel.dots(drawing, measured(), JOINT_TINT[joint]);
+    panel.curve(
+        drawing,
+        computed().map(|(tick, y)| (time_s(tick), y)),
+        COMPUTED,
+    );
     let below = Panel {
         frame: Rect {
             y: TOP + HEIGHTS[0] + GAP,
@@ -113,10 +117,10 @@ fn draw_window(
     };
     let y_title = if is_first { "error (counts)" } else { "" };
     let log = format!("time in log {} (s)", trace.log + 1);
-    below.draw(svg, "measured less computed", Some(&log), Some(y_title));
-    below.level(svg, 0.0, ZERO);
+    below.draw(drawing, "measured less computed", Some(&log), Some(y_title));
+    below.level(drawing, 0.0, ZERO);
     below.dots(
-        svg,
+        drawing,
         errors().map(|(tick, e)| (time_s(tick), e)),
         JOINT[joint],
     );

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::comparison::{PaperComparison, Shown};
 use super::sampled::Kind;
 use crate::plot::axis::{Axis, Scale};
+use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{ALARM, FRAME, GOOD, JOINT, Key, Panel};
-use crate::plot::svg::{Rect, Stroke, Svg};
 use crate::plot::{PlotError, WIDTH, titled, write_all};
 
 /// Name of its files.
@@ -16,7 +16,7 @@ const MEASURED: &str = JOINT[0];
 const VISCOUS: Stroke = Stroke {
     colour: ALARM,
     width: 1.5,
-    dash: "6 4",
+    dash: &[6.0, 4.0],
 };
 const DRY: Stroke = Stroke::solid(GOOD, 1.8);
 const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
@@ -32,7 +32,7 @@ const LEFT: f64 = 84.0;
 
 impl PaperComparison {
     /// Each kind's first experiment: angles, and below them the residuals.
-    pub fn svg(&self) -> String {
+    fn drawing(&self) -> Drawing {
         let kinds = [Kind::FreeFall, Kind::ConstantInput];
         let first = |kind| {
             self.shown
@@ -41,11 +41,11 @@ impl PaperComparison {
         };
         let shown: Vec<&Shown> = kinds.into_iter().filter_map(first).collect();
         let height = TOP + HEIGHT * shown.len() as f64;
-        let mut svg = titled(height, "The paper's identification", &self.source);
+        let mut drawing = titled(height, "The paper's identification", &self.source);
         for (i, shown) in shown.iter().enumerate() {
-            draw(&mut svg, shown, TOP + HEIGHT * i as f64);
+            draw(&mut drawing, shown, TOP + HEIGHT * i as f64);
         }
-        svg.finish()
+        drawing
     }
 
     /// Writes it into a folder, as SVG and PNG; returns the files.
@@ -53,11 +53,11 @@ impl PaperComparison {
     /// # Errors
     /// When a file cannot be written or the drawing not be turned into pixels.
     pub fn draw(&self, folder: &Path) -> Result<Vec<PathBuf>, PlotError> {
-        write_all(folder, [(NAME, self.svg())])
+        write_all(folder, [(NAME, self.drawing())])
     }
 }
 
-fn draw(svg: &mut Svg, shown: &Shown, top: f64) {
+fn draw(drawing: &mut Drawing, shown: &Shown, top: f64) {
     let sampled = &shown.sampled;
     let measured: Vec<(f64, f64)> = sampled.points().collect();
     let x = Axis {
@@ -93,18 +93,18 @@ fn draw(svg: &mut Svg, shown: &Shown, top: f64) {
         y: Axis::around(all.map(|(_, y)| *y), 0.06),
     };
     let title = format!("Joint 1: {}", sampled.kind.name());
-    panel.draw(svg, &title, None, Some("angle (rad)"));
+    panel.draw(drawing, &title, None, Some("angle (rad)"));
     let mut legend = vec![(Key::Dots(MEASURED), "measured")];
     for ((name, stroke, _), curve) in models.iter().zip(curves) {
-        panel.curve(svg, curve.into_iter(), *stroke);
+        panel.curve(drawing, curve.into_iter(), *stroke);
         legend.push((Key::Line(*stroke), *name));
     }
     let some = measured
         .iter()
         .step_by(measured.len().div_ceil(DOTS).max(1));
     let centres: Vec<(f64, f64)> = some.map(|(t, q)| panel.at(*t, *q)).collect();
-    svg.dots(&centres, 4.5, MEASURED);
-    panel.legend(svg, &legend);
+    drawing.dots(centres, 4.5, MEASURED);
+    panel.legend(drawing, &legend);
 
     let of = sampled.angles_rad.len().div_ceil(BLOCKS).max(1);
     let left_over = |residuals: &[Option<f64>]| -> Vec<(f64, f64)> {
@@ -131,9 +131,9 @@ fn draw(svg: &mut Svg, shown: &Shown, top: f64) {
         1 => "measured less computed".to_owned(),
         of => format!("measured less computed, means of {of} samples"),
     };
-    panel.draw(svg, &title, Some("time (s)"), Some("(mrad)"));
-    panel.level(svg, 0.0, ZERO);
+    panel.draw(drawing, &title, Some("time (s)"), Some("(mrad)"));
+    panel.level(drawing, 0.0, ZERO);
     for ((_, stroke, _), curve) in models.iter().zip(curves) {
-        panel.curve(svg, curve.into_iter(), *stroke);
+        panel.curve(drawing, curve.into_iter(), *stroke);
     }
 }

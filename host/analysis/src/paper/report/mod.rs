@@ -26,7 +26,10 @@ pub struct ReportError(#[from] PlotError);
 /// When a file cannot be written or a drawing not be turned into pixels.
 pub fn write(folder: &Path, claims: &[Claim]) -> Result<PathBuf, ReportError> {
     let figures = claims.iter().flat_map(|claim| &claim.figures);
-    plot::write_all(folder, figures.map(|figure| (figure.name, figure.svg())))?;
+    plot::write_all(
+        folder,
+        figures.map(|figure| (figure.name, figure.drawing())),
+    )?;
     let path = folder.join(PAGE);
     plot::write(&path, page::page(claims).as_bytes())?;
     Ok(path)

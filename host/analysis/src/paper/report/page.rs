@@ -97,7 +97,12 @@ fn section(html: &mut Html, index: usize, claim: &Claim) {
 fn figure(html: &mut Html, figure: &Figure) {
     let name = figure.of_paper.unwrap_or("Not in the paper");
     let caption = format!("{name}. {}", figure.caption);
-    html.figure(figure.name, &figure.svg(), &figure.caption, &caption);
+    html.figure(
+        figure.name,
+        &figure.drawing().svg(),
+        &figure.caption,
+        &caption,
+    );
 }
 
 /// Every number of every claim.

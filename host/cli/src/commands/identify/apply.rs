@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use armbridge_analysis::design::{Design, Redesign, again};
+use armbridge_analysis::design::{Design, Redesign, retune};
 use armbridge_client::params;
 use armbridge_client::params::settings_exchange;
 use armbridge_client::refusal;
@@ -132,7 +132,7 @@ fn wanted(before: &Settings, fit: &Fit) -> Result<(Settings, Redesign), Error> {
     let arm = fit.arm()?;
     let pairs = arm.iter().map(|(parameter, value)| (parameter.key, value));
     params::apply(&mut after, pairs)?;
-    let (setup, redesign) = again(&before.setup, &after.setup)?;
+    let (setup, redesign) = retune(&before.setup, &after.setup)?;
     after.setup = setup;
     params::check(&after)?;
     Ok((after, redesign))

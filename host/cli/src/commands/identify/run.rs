@@ -242,7 +242,7 @@ fn conclude(
     };
     let written = fitted.and_then(|fit| {
         fit.write_to(&folder.join(ARM_NAME))?;
-        let told = told::describe(&fit, &wish)?;
+        let told = output::describe(&fit, &wish)?;
         Ok((fit, told))
     });
     let (fit, told) = match written {

@@ -14,7 +14,7 @@ pub use history::{History, SPAN_S, Seen, Slice};
 pub use link::{Line, Link};
 pub use spread::Spread;
 
-use armbridge_client::event::{Event, What};
+use armbridge_client::event::{Event, EventKind};
 use armbridge_client::status::BoardStatus;
 use armbridge_shared::link::message::ToHost;
 
@@ -39,17 +39,17 @@ impl Model {
     /// Takes what happened.
     pub fn take(&mut self, event: &Event) {
         self.advance(event.host_ns);
-        match event.what {
-            What::Asked(sequence, message) => {
+        match event.kind {
+            EventKind::Sent(sequence, message) => {
                 self.link.asked(event.host_ns, sequence, &message);
             }
-            What::Told(_, message) => {
+            EventKind::Received(_, message) => {
                 self.link.heard(event.host_ns);
                 self.apply_message(event.host_ns, &message);
             }
-            What::Lost(_, frames) => self.link.lost(frames),
-            What::Garbled(direction, error) => self.link.garbled(direction, error),
-            What::Parted => self.link.disconnected(event.host_ns),
+            EventKind::Lost(_, frames) => self.link.lost(frames),
+            EventKind::Damaged(direction, error) => self.link.garbled(direction, error),
+            EventKind::Disconnected => self.link.disconnected(event.host_ns),
         }
     }
 

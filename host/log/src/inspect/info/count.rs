@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use armbridge_shared::link::message::{Mode, Record, Sample, ToBoard, ToHost, Trip};
 
 use super::{FaultInfo, Gap, TOLD};
-use crate::clock::Envelope;
+use crate::clock_sync::Envelope;
 use crate::inspect::log::Orders;
-use armbridge_client::event::{Event, What};
+use armbridge_client::event::{Event, EventKind};
 use armbridge_client::names;
 
 /// What has been counted so far.
@@ -40,14 +40,14 @@ impl Count {
     /// Heeds an event.
     pub(super) fn take(&mut self, event: &Event) {
         self.orders.take(event);
-        *self.messages.entry(kind(&event.what)).or_default() += 1;
-        match event.what {
-            What::Told(_, ToHost::Record(record)) => self.record(event.host_ns, record),
-            What::Told(_, ToHost::Tripped(trip)) => self.trips.push(trip),
-            What::Lost(_, frames) => self.lost += u64::from(frames),
-            What::Garbled(..) => self.garbled += 1,
-            What::Parted => self.partings += 1,
-            What::Asked(..) | What::Told(..) => {}
+        *self.messages.entry(kind(&event.kind)).or_default() += 1;
+        match event.kind {
+            EventKind::Received(_, ToHost::Record(record)) => self.record(event.host_ns, record),
+            EventKind::Received(_, ToHost::Tripped(trip)) => self.trips.push(trip),
+            EventKind::Lost(_, frames) => self.lost += u64::from(frames),
+            EventKind::Damaged(..) => self.garbled += 1,
+            EventKind::Disconnected => self.partings += 1,
+            EventKind::Sent(..) | EventKind::Received(..) => {}
         }
     }
 
@@ -124,16 +124,16 @@ impl Count {
 }
 
 /// What something said is called.
-fn kind(what: &What) -> &'static str {
+fn kind(what: &EventKind) -> &'static str {
     match what {
-        What::Asked(_, message) => match message {
+        EventKind::Sent(_, message) => match message {
             ToBoard::Hello(_) => "host: hello",
             ToBoard::Heartbeat => "host: heartbeat",
             ToBoard::Stop => "host: stop",
             ToBoard::Goodbye => "host: goodbye",
             ToBoard::Command(_) => "host: command",
         },
-        What::Told(_, message) => match message {
+        EventKind::Received(_, message) => match message {
             ToHost::Hello(_) => "hello",
             ToHost::Ack { .. } => "ack",
             ToHost::Departs { .. } => "departs",
@@ -152,8 +152,8 @@ fn kind(what: &What) -> &'static str {
             ToHost::Temperature { .. } => "temperature",
             ToHost::Record(_) => "record",
         },
-        What::Lost(..) => "lost",
-        What::Garbled(..) => "garbled",
-        What::Parted => "parted",
+        EventKind::Lost(..) => "lost",
+        EventKind::Damaged(..) => "garbled",
+        EventKind::Disconnected => "parted",
     }
 }

@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::diff::in_words;
 use super::log::{Head, Order, topics};
 use super::settings::{Differing, differing};
-use crate::clock::Line;
+use crate::clock_sync::Line;
 use crate::recording::ReadError;
 use crate::run_info::RunFacts;
 use crate::summary::Cause;

@@ -35,7 +35,7 @@ impl Board {
     }
 
     /// Replays a fault that is decided elsewhere; see
-    /// [`is_external`](crate::replay::facts::is_external).
+    /// [`is_external`](crate::replay::tick_facts::is_external).
     pub(in crate::replay) fn trip(&mut self, trip: &Trip) {
         self.core.set_time(trip.at_us);
         self.core.trip(Violation {

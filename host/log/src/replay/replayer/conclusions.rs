@@ -10,7 +10,7 @@ use armbridge_shared::link::message::Record;
 
 use super::super::board::Board;
 use super::super::compare::Difference;
-use super::super::notes::is_before;
+use super::super::pending::is_before;
 use super::Replayer;
 use armbridge_client::experiment;
 

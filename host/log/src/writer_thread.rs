@@ -14,7 +14,7 @@ use super::recorder::RecorderReport;
 use super::topics::Encoder;
 use super::{metadata, raw};
 use crate::run_info::RunFacts;
-use armbridge_client::event::{Ear, Event, What};
+use armbridge_client::event::{Event, EventKind, LinkDecoder};
 
 /// Longest wall time between two chunks: what a kill takes at most.
 const FLUSH: Duration = Duration::from_millis(200);
@@ -54,7 +54,7 @@ pub(super) struct Scribe {
     settings: Option<Settings>,
     queue: Arc<Queue>,
     shared: Arc<Shared>,
-    ear: Ear,
+    ear: LinkDecoder,
     encoder: Encoder,
     raw: Vec<u8>,
     latest_ns: u64,
@@ -82,7 +82,7 @@ impl Scribe {
             settings: None,
             queue,
             shared,
-            ear: Ear::default(),
+            ear: LinkDecoder::default(),
             encoder: Encoder::default(),
             raw: Vec::new(),
             latest_ns: 0,
@@ -153,19 +153,23 @@ impl Scribe {
     fn heard(&mut self, file: &mut LogFile, event: &Event) -> McapResult<()> {
         self.encoder
             .event(event, &mut |message| file.message(message))?;
-        match event.what {
-            What::Told(_, ToHost::Board(report)) => file.metadata(&metadata::board(&report)),
-            What::Told(_, ToHost::Settings(settings)) if self.settings != Some(settings) => {
+        match event.kind {
+            EventKind::Received(_, ToHost::Board(report)) => {
+                file.metadata(&metadata::board(&report))
+            }
+            EventKind::Received(_, ToHost::Settings(settings))
+                if self.settings != Some(settings) =>
+            {
                 let facts = self.facts.with_settings(&settings);
                 file.metadata(&metadata::run(&facts))?;
                 self.settings = Some(settings);
                 file.metadata(&metadata::parameters(&settings))
             }
-            What::Asked(..)
-            | What::Told(..)
-            | What::Lost(..)
-            | What::Garbled(..)
-            | What::Parted => Ok(()),
+            EventKind::Sent(..)
+            | EventKind::Received(..)
+            | EventKind::Lost(..)
+            | EventKind::Damaged(..)
+            | EventKind::Disconnected => Ok(()),
         }
     }
 

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use armbridge_shared::link::message::{Fault, Mode, Moment, Record, Refusal, Settings, Trip};
 use armbridge_shared::servo::Firmware;
 
-use super::facts::is_external;
+use super::tick_facts::is_external;
 
 /// Something that has to be done again, or is checked, at its place.
 #[derive(Clone, Copy, Debug)]

@@ -11,12 +11,13 @@
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Mounting, Parameters};
 use armbridge_shared::link::message::{Record, Settings};
-use foxglove::messages::{
-    Color, CubePrimitive, CylinderPrimitive, FrameTransform, FrameTransforms, JointState,
-    JointStates, Log, Pose, Quaternion, SceneEntity, SceneUpdate, Timestamp, Vector3, log,
-};
 
 use super::proto::Severity;
+use super::proto::foxglove::{
+    Color, CubePrimitive, CylinderPrimitive, FrameTransform, FrameTransforms, JointState,
+    JointStates, Log, Pose, Quaternion, SceneEntity, SceneUpdate, Vector3, log,
+};
+use super::proto::google::protobuf::Timestamp;
 
 /// Thickness of a link in m, as drawn.
 const THICKNESS_M: f64 = 0.025;
@@ -31,8 +32,10 @@ const fn rgb(r: f64, g: f64, b: f64) -> Color {
 }
 
 fn timestamp(at_ns: u64) -> Timestamp {
-    let seconds = u32::try_from(at_ns / 1_000_000_000).unwrap_or(u32::MAX);
-    Timestamp::new(seconds, (at_ns % 1_000_000_000) as u32)
+    Timestamp {
+        seconds: (at_ns / 1_000_000_000) as i64,
+        nanos: (at_ns % 1_000_000_000) as i32,
+    }
 }
 
 /// Angles, speeds and torques of both joints.

@@ -1,8 +1,8 @@
 //! Events in, ticks out: does everything again in the order in which the board did
 //! it, and knows what it does not know.
 
+mod commands;
 mod conclusions;
-mod orders;
 
 use std::collections::HashMap;
 
@@ -12,11 +12,11 @@ use armbridge_shared::link::message::{Command, Mode, Record, Refusal, Settings, 
 use self::conclusions::Conclusions;
 use super::board::Board;
 use super::compare;
-use super::facts::{self, HostEvent};
-use super::notes::{Note, Notes, Place, is_before};
+use super::pending::{Note, Notes, Place, is_before};
 use super::report::{Report, Tally};
+use super::tick_facts::{self, HostEvent};
 use super::what_if::{ChangeError, Changes, Sums};
-use armbridge_client::event::{Direction, Event, What};
+use armbridge_client::event::{Direction, Event, EventKind};
 use armbridge_client::refusal;
 
 /// How much is known of the board.
@@ -113,27 +113,27 @@ impl Replayer {
     /// # Errors
     /// If settings cannot be changed as asked for.
     pub fn take(&mut self, event: &Event) -> Result<(), ReplayError> {
-        match event.what {
-            What::Asked(sequence, ToBoard::Command(command)) => {
+        match event.kind {
+            EventKind::Sent(sequence, ToBoard::Command(command)) => {
                 self.asked.insert(sequence, command);
             }
-            What::Asked(_, ToBoard::Goodbye) => self.has_left = true,
-            What::Told(sequence, message) => self.receive(sequence, message)?,
-            What::Lost(Direction::ToHost, frames) => {
+            EventKind::Sent(_, ToBoard::Goodbye) => self.has_left = true,
+            EventKind::Received(sequence, message) => self.receive(sequence, message)?,
+            EventKind::Lost(Direction::ToHost, frames) => {
                 self.flush()?;
                 self.lose("frames of the board were lost on the link", 0);
                 self.frames_lost = frames > 0;
             }
-            What::Parted => {
+            EventKind::Disconnected => {
                 self.flush()?;
                 self.lose("the connection broke", 0);
                 self.asked.clear();
                 self.departures.clear();
                 self.notes.clear();
             }
-            What::Asked(_, ToBoard::Hello(_) | ToBoard::Heartbeat | ToBoard::Stop)
-            | What::Lost(Direction::ToBoard, _)
-            | What::Garbled(..) => {}
+            EventKind::Sent(_, ToBoard::Hello(_) | ToBoard::Heartbeat | ToBoard::Stop)
+            | EventKind::Lost(Direction::ToBoard, _)
+            | EventKind::Damaged(..) => {}
         }
         Ok(())
     }
@@ -262,7 +262,7 @@ impl Replayer {
         self.tally.records += 1;
         let is_elsewhere = self.last.is_some_and(|last| {
             let is_planned = matches!(last.mode, Mode::Fault(_)) || self.is_stopped;
-            !is_planned && facts::planned_us(record) != self.planned_us
+            !is_planned && tick_facts::planned_us(record) != self.planned_us
         });
         let is_due = is_elsewhere || !self.board.is_ticking() || self.tally.records == 1;
         while let Some(note) = self.notes.next(Place::Between(record), is_due) {
@@ -328,12 +328,12 @@ impl Replayer {
         let heard = self.board.host_event(record.mode);
         let computed = self.board.decide(record, heard);
         match &self.knowledge {
-            Knowledge::Anew(_) if facts::is_complete(record) && facts::is_off(record) => {
+            Knowledge::Anew(_) if tick_facts::is_complete(record) && tick_facts::is_off(record) => {
                 self.knowledge = Knowledge::Full;
             }
             Knowledge::Anew(reason) | Knowledge::Part(reason) => {
                 // It began anew under a torque that is not known.
-                if facts::is_complete(record) {
+                if tick_facts::is_complete(record) {
                     self.knowledge = Knowledge::Part(reason.clone());
                 }
             }

@@ -11,9 +11,9 @@ use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{Command, ToBoard, ToHost};
 
-use super::exact::{exact, value};
+use super::lossless::{exact, value};
 use super::{proto, words};
-use armbridge_client::event::{Direction, What};
+use armbridge_client::event::{Direction, EventKind};
 use armbridge_client::names;
 
 /// The message for what the host said.
@@ -67,9 +67,9 @@ pub(super) fn command(host_ns: u64, sequence: u16, said: &ToBoard) -> proto::Com
 }
 
 /// What the host said, from its message.
-pub(super) fn asked(message: &proto::Command, is_same_schema: bool) -> Option<What> {
+pub(super) fn asked(message: &proto::Command, is_same_schema: bool) -> Option<EventKind> {
     let said = value(message.exact.as_ref()?, is_same_schema)?;
-    Some(What::Asked(message.sequence.try_into().ok()?, said))
+    Some(EventKind::Sent(message.sequence.try_into().ok()?, said))
 }
 
 /// The message for what the board said, other than records and settings.
@@ -141,22 +141,22 @@ pub(super) fn board_event(host_ns: u64, sequence: u16, said: &ToHost) -> proto::
 
 /// The message for something that happened to the link; `None` for what was said on
 /// it.
-pub(super) fn happened(host_ns: u64, what: &What) -> Option<proto::Event> {
+pub(super) fn happened(host_ns: u64, what: &EventKind) -> Option<proto::Event> {
     let event = proto::Event {
         host_ns,
         severity: proto::Severity::Warning.into(),
         ..proto::Event::default()
     };
     match *what {
-        What::Asked(..) | What::Told(..) => None,
-        What::Lost(direction, count) => Some(proto::Event {
+        EventKind::Sent(..) | EventKind::Received(..) => None,
+        EventKind::Lost(direction, count) => Some(proto::Event {
             kind: "lost".into(),
             text: words::lost(direction, count),
             is_towards_board: direction == Direction::ToBoard,
             count: count.into(),
             ..event
         }),
-        What::Garbled(direction, error) => {
+        EventKind::Damaged(direction, error) => {
             let (garbled, version, text) = words::garbled(direction, error);
             Some(proto::Event {
                 kind: "garbled".into(),
@@ -167,7 +167,7 @@ pub(super) fn happened(host_ns: u64, what: &What) -> Option<proto::Event> {
                 ..event
             })
         }
-        What::Parted => Some(proto::Event {
+        EventKind::Disconnected => Some(proto::Event {
             kind: "parted".into(),
             text: "the link broke".into(),
             ..event
@@ -182,7 +182,7 @@ pub(super) fn happened(host_ns: u64, what: &What) -> Option<proto::Event> {
 pub(super) fn event(
     message: &proto::Event,
     is_same_schema: bool,
-) -> Result<Option<What>, Unreadable> {
+) -> Result<Option<EventKind>, Unreadable> {
     let direction = if message.is_towards_board {
         Direction::ToBoard
     } else {
@@ -195,11 +195,11 @@ pub(super) fn event(
             let (Some(sequence), Some(said)) = (sequence, said) else {
                 return Err(Unreadable);
             };
-            Ok(Some(What::Told(sequence, said)))
+            Ok(Some(EventKind::Received(sequence, said)))
         }
         ("lost", None) => {
             let count = message.count.try_into().map_err(|_| Unreadable)?;
-            Ok(Some(What::Lost(direction, count)))
+            Ok(Some(EventKind::Lost(direction, count)))
         }
         ("garbled", None) => {
             let error = match message.garbled {
@@ -209,9 +209,9 @@ pub(super) fn event(
                 4 => FrameError::Schema,
                 _ => return Err(Unreadable),
             };
-            Ok(Some(What::Garbled(direction, error)))
+            Ok(Some(EventKind::Damaged(direction, error)))
         }
-        ("parted", None) => Ok(Some(What::Parted)),
+        ("parted", None) => Ok(Some(EventKind::Disconnected)),
         // Of the recorder, or of a later version.
         (_, None) => Ok(None),
     }
@@ -222,8 +222,8 @@ pub(super) fn event(
 pub(super) struct Unreadable;
 
 /// The settings that the board told, from their message.
-pub(super) fn settings(message: &proto::Parameters, is_same_schema: bool) -> Option<What> {
+pub(super) fn settings(message: &proto::Parameters, is_same_schema: bool) -> Option<EventKind> {
     let settings = value(message.exact.as_ref()?, is_same_schema)?;
     let sequence = message.sequence.try_into().ok()?;
-    Some(What::Told(sequence, ToHost::Settings(settings)))
+    Some(EventKind::Received(sequence, ToHost::Settings(settings)))
 }

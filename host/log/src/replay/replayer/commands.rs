@@ -5,8 +5,8 @@ use armbridge_shared::link::message::{
 };
 
 use super::super::compare::Difference;
-use super::super::facts;
-use super::super::notes::{Note, is_before};
+use super::super::pending::{Note, is_before};
+use super::super::tick_facts;
 use super::super::what_if::words;
 use super::{ReplayError, Replayer};
 use armbridge_client::names;
@@ -103,7 +103,7 @@ impl Replayer {
     /// motors were driven until then, and are off from its beginning.
     pub(super) fn apply_goodbye(&mut self, record: &Record) {
         let is_driven = self.board.mode().drive().is_some();
-        if is_driven && facts::is_off(record) && self.notes.has_goodbye(record) {
+        if is_driven && tick_facts::is_off(record) && self.notes.has_goodbye(record) {
             self.board.goodbye();
         }
     }
@@ -219,7 +219,7 @@ impl Replayer {
     /// have come out.
     fn tripped(&mut self, trip: &Trip) {
         self.is_stopped = true;
-        if facts::is_external(trip.fault) {
+        if tick_facts::is_external(trip.fault) {
             if !matches!(self.board.mode(), Mode::Fault(_)) {
                 let what = format!("fault {}", names::fault(trip.fault));
                 self.tally.count_adopted(what, trip.tick);

@@ -1,0 +1,218 @@
+//! Drawings of rectangles, polylines, dots and text, before they are SVG or PNG.
+//!
+//! Plot libraries were weighed against this: what these figures need beyond
+//! their common core (panels that share an axis, gaps where samples are
+//! missing, dashes, marginal histograms, clipped bands) would have been drawn
+//! by hand on top of them anyway, and one short file of shapes is less to
+//! keep than a library and its exceptions.
+
+/// A rectangle in px; y grows downwards.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rect {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) w: f64,
+    pub(crate) h: f64,
+}
+
+impl Rect {
+    pub(crate) fn right(&self) -> f64 {
+        self.x + self.w
+    }
+
+    pub(crate) fn bottom(&self) -> f64 {
+        self.y + self.h
+    }
+}
+
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stroke {
+    pub(crate) colour: &'static str,
+    pub(crate) width: f64,
+    /// Lengths of dash and gap; empty for a continuous line.
+    pub(crate) dash: &'static [f32],
+}
+
+impl Stroke {
+    pub(crate) const fn solid(colour: &'static str, width: f64) -> Self {
+        Self {
+            colour,
+            width,
+            dash: &[],
+        }
+    }
+}
+
+/// Which point of a text is at its coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// How a text is set.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Font {
+    pub(crate) size: f64,
+    pub(crate) bold: bool,
+    pub(crate) colour: &'static str,
+    pub(crate) anchor: Anchor,
+}
+
+impl Font {
+    /// Width of a text in px, about: fonts differ, and none is asked.
+    pub(crate) fn width(&self, text: &str) -> f64 {
+        // Mean advance of Noto Sans over English text, in em.
+        text.chars().count() as f64 * self.size * if self.bold { 0.60 } else { 0.555 }
+    }
+}
+
+/// A part of a drawing; coordinates and lengths are in px.
+#[derive(Clone, Debug)]
+pub(super) enum Shape {
+    /// A filled rectangle.
+    Rect {
+        area: Rect,
+        fill: &'static str,
+        opacity: f64,
+    },
+    /// Pieces of a curve, with gaps between them.
+    Polyline {
+        pieces: Vec<Vec<(f64, f64)>>,
+        stroke: Stroke,
+    },
+    /// Round dots.
+    Dots {
+        centres: Vec<(f64, f64)>,
+        diameter: f64,
+        colour: &'static str,
+    },
+    /// A small ring, white inside.
+    Ring {
+        centre: (f64, f64),
+        colour: &'static str,
+    },
+    /// A text; `turned` reads from bottom to top.
+    Text {
+        at: (f64, f64),
+        text: String,
+        font: Font,
+        turned: bool,
+    },
+    /// What follows shows only inside this rectangle.
+    BeginClip(Rect),
+    /// Ends the clip.
+    EndClip,
+}
+
+/// Shapes, the first at the bottom.
+#[derive(Clone, Debug)]
+pub(crate) struct Drawing {
+    /// In px.
+    pub(super) width: f64,
+    /// In px.
+    pub(super) height: f64,
+    pub(super) shapes: Vec<Shape>,
+}
+
+impl Drawing {
+    /// An empty drawing on white.
+    pub(crate) fn new(width: f64, height: f64) -> Self {
+        let mut drawing = Self {
+            width,
+            height,
+            shapes: Vec::new(),
+        };
+        let page = Rect {
+            x: 0.0,
+            y: 0.0,
+            w: width,
+            h: height,
+        };
+        drawing.rect(page, "#ffffff", 1.0);
+        drawing
+    }
+
+    /// As an SVG file.
+    pub(crate) fn svg(&self) -> String {
+        super::svg::svg(self)
+    }
+
+    /// A filled rectangle.
+    pub(crate) fn rect(&mut self, area: Rect, fill: &'static str, opacity: f64) {
+        self.shapes.push(Shape::Rect {
+            area,
+            fill,
+            opacity,
+        });
+    }
+
+    /// A straight line.
+    pub(crate) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
+        self.polyline(vec![vec![from, to]], stroke);
+    }
+
+    /// Pieces of a curve, with gaps between them.
+    pub(crate) fn polyline(&mut self, pieces: Vec<Vec<(f64, f64)>>, stroke: Stroke) {
+        self.shapes.push(Shape::Polyline { pieces, stroke });
+    }
+
+    /// Round dots.
+    pub(crate) fn dots(&mut self, centres: Vec<(f64, f64)>, diameter: f64, colour: &'static str) {
+        self.shapes.push(Shape::Dots {
+            centres,
+            diameter,
+            colour,
+        });
+    }
+
+    /// An upright cross.
+    pub(crate) fn cross(&mut self, (x, y): (f64, f64), stroke: Stroke) {
+        const ARM: f64 = 7.0;
+        let arms = vec![
+            vec![(x - ARM, y), (x + ARM, y)],
+            vec![(x, y - ARM), (x, y + ARM)],
+        ];
+        self.polyline(arms, stroke);
+    }
+
+    /// A small ring, white inside.
+    pub(crate) fn ring(&mut self, centre: (f64, f64), colour: &'static str) {
+        self.shapes.push(Shape::Ring { centre, colour });
+    }
+
+    /// A text; `turned` reads from bottom to top.
+    pub(crate) fn text(&mut self, at: (f64, f64), text: &str, font: Font, turned: bool) {
+        self.shapes.push(Shape::Text {
+            at,
+            text: text.to_owned(),
+            font,
+            turned,
+        });
+    }
+
+    /// A text that begins here, on a light ground that keeps it legible over curves.
+    pub(crate) fn note(&mut self, (x, y): (f64, f64), text: &str, font: Font) {
+        let ground = Rect {
+            x: x - 2.0,
+            y: y - 0.95 * font.size,
+            w: font.width(text) + 4.0,
+            h: 1.3 * font.size,
+        };
+        self.rect(ground, "#ffffff", 0.8);
+        self.text((x, y), text, font, false);
+    }
+
+    /// What is drawn next, up to [`end_clip`](Self::end_clip), shows only
+    /// inside this rectangle. Clips do not nest.
+    pub(crate) fn begin_clip(&mut self, area: Rect) {
+        self.shapes.push(Shape::BeginClip(area));
+    }
+
+    /// Ends the clip.
+    pub(crate) fn end_clip(&mut self) {
+        self.shapes.push(Shape::EndClip);
+    }
+}
