@@ -5,6 +5,11 @@
 //! their standard errors say, and are compared with them; what does not depend on the
 //! draw (standard errors per noise, correlations, condition numbers) is compared itself.
 
+#![expect(
+    clippy::float_cmp,
+    reason = "where numbers are compared exactly, exactness is the claim"
+)]
+
 use crate::paper::reference::{at, number};
 use armbridge_analysis::identify::paper::{
     Fit, FitError, Numbers, PUSHED_FROM_RAD, Sampled, Start, Unknown, VISCOUS, VISCOUS_COULOMB,

@@ -14,6 +14,11 @@
 //! | `falls_and_pushes` | the two experiments that section 3 identifies joint 1 by |
 //! | `standing`     | the whole loop in f32 on the virtual arm, without the bus |
 
+#![expect(
+    clippy::float_cmp,
+    reason = "where numbers are compared exactly, exactness is the claim"
+)]
+
 mod actuator;
 mod design;
 mod estimate;
