@@ -10,7 +10,7 @@
 //! | [`plant`]  | the arm: dynamics, friction, encoders, motors               |
 //! | [`faults`] | what can go wrong with sensors and host                     |
 //! | [`uart`]   | the virtual board's serial port                             |
-//! | [`bench`]  | servos, wire and arm together                               |
+//! | [`mod@bench`]  | servos, wire and arm together                               |
 //! | [`board`]  | what the bench drives; the application core in this process |
 //! | [`cosim`]  | board, bus, arm and host in one virtual time                |
 //! | [`emulator`] | the firmware image under QEMU                             |

@@ -2,10 +2,14 @@
 
 use crate::output::{Output, cargo};
 
-/// The documentation of every crate, warnings being errors.
+/// The documentation of every crate, warnings being errors. Links to private items are
+/// for readers of the source.
 pub(crate) fn documentation(out: &Output) -> Result<(), String> {
     let mut doc = cargo("doc --workspace --no-deps");
-    out.run(doc.env("RUSTDOCFLAGS", "-D warnings"))
+    out.run(doc.env(
+        "RUSTDOCFLAGS",
+        "-D warnings -A rustdoc::private-intra-doc-links",
+    ))
 }
 
 /// Every test that is built with the workspace, ignored ones included: what they need is

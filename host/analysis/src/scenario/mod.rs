@@ -27,7 +27,7 @@
 //! | table       | keys                                                           |
 //! |-------------|----------------------------------------------------------------|
 //! | top         | `title`, `about`, `control`                                    |
-//! | `[set]`     | any of the board's parameters, see [`params`](armbridge_client::params)   |
+//! | `[set]`     | any of the board's parameters, see [`params`]   |
 //! | `[[step]]`  | `at_s`, `every_s`, and one of `regulate_rad`, `torque_nm`, `minimum_jerk`, `waypoints`, `sinusoid`, `chirp`, `stream`, `experiment`, `set`, `idle`, `arm` |
 //! | `[bench]`   | `seed`, `initial_rad`, `friction`, `plant_file` or `[bench.plant]`, `servos`, `baud`, `[[bench.push]]` |
 //! | `[stop]`    | `after_s`, `angle_beyond_rad`, `error_beyond_rad`, `error_for_s`, `success` |

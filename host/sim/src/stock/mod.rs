@@ -140,7 +140,7 @@ impl Ax12a {
     }
 
     /// What a register holds, by its name in
-    /// [`AX12A`](armbridge_client::servo_table::AX12A).
+    /// [`AX12A`].
     pub fn register(&self, name: &str) -> Option<u16> {
         let register = AX12A.by_name(name)?;
         let bytes = self.memory.read(0, AX12A.size)?;
