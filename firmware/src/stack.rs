@@ -1,6 +1,6 @@
 //! How much of the stack was ever used.
 //!
-//! [`paint`] fills what is free with a pattern at boot; what is still painted has
+//! `paint` fills what is free with a pattern at boot; what is still painted has
 //! never been used. A call that leaves a large buffer unwritten at its deepest
 //! point hides that much of it, so this is what was seen, not what is possible.
 

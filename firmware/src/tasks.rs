@@ -1,7 +1,7 @@
 //! The loops of the bridge, the same on every board.
 //!
 //! [`real_time`] runs in an interrupt executor above everything but the
-//! handlers that move single bytes; [`link`] and [`client`] run in thread mode.
+//! handlers that move single bytes; [`link`] and [`mod@client`] run in thread mode.
 //! They share only the channels behind [`Bridge`], [`LinkPort`] and [`PortEnd`],
 //! and [`Signals`].
 //!

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! With `L = A Lc` the predictions x- are those of (11), see
-//! [`placement`](crate::design::placement).
+//! [`placement`].
 
 use super::joint_estimate::Estimate;
 use super::model::Model;

@@ -79,7 +79,7 @@ fn a_killed_host_is_a_silent_host() {
     let any_port: Endpoint = "tcp://127.0.0.1:0".parse().unwrap();
     let (listener, at) = any_port.listen().unwrap();
     let mut run = run(LinkServer::new(listener).unwrap());
-    let name = "from_outside::a_killed_host_is_a_silent_host";
+    let name = "faults::from_outside::a_killed_host_is_a_silent_host";
     let host = Process::new(std::env::current_exe().unwrap())
         .args(["--exact", name, "--ignored"])
         .env(LINK, at.to_string())

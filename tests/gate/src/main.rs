@@ -10,6 +10,7 @@
 //! in two forms. Overflow checks are on.
 
 mod fuzz;
+mod host;
 mod lanes;
 mod miri;
 mod no_panic;

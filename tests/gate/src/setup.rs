@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::output::{Output, cargo, printed, succeeds};
+use crate::output::{Output, printed, succeeds};
 use crate::packages::Program;
 use crate::place;
 
@@ -53,12 +53,6 @@ pub(crate) fn campaign(out: &Output) -> Result<(), String> {
     rust(out)?;
     python(out)?;
     compiler(out)
-}
-
-/// The documentation of every crate, warnings being errors.
-pub(crate) fn documentation(out: &Output) -> Result<(), String> {
-    let mut doc = cargo("doc --workspace --no-deps");
-    out.run(doc.env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 /// The emulator of the board's processor.

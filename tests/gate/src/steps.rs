@@ -1,9 +1,10 @@
 //! The steps of the gate and of the campaign, each lane's cheapest first.
 
 use crate::output::Output;
-use crate::{fuzz, miri, no_panic, setup};
+use crate::{fuzz, host, miri, no_panic, setup};
 
 /// Something that must pass.
+#[derive(Clone, Copy)]
 pub(crate) struct Step {
     /// What `--only` calls it.
     pub(crate) name: &'static str,
@@ -46,12 +47,20 @@ impl Work {
 }
 
 /// A step of the host's lane.
-const fn host(name: &'static str, what: &'static str, lines: &'static [&'static str]) -> Step {
+const fn host_lines(
+    name: &'static str,
+    what: &'static str,
+    lines: &'static [&'static str],
+) -> Step {
     step(Lane::Host, name, what, Work::Cargo(lines))
 }
 
 /// A step of the board's lane.
-const fn board(name: &'static str, what: &'static str, lines: &'static [&'static str]) -> Step {
+const fn board_lines(
+    name: &'static str,
+    what: &'static str,
+    lines: &'static [&'static str],
+) -> Step {
     step(Lane::Board, name, what, Work::Cargo(lines))
 }
 
@@ -66,10 +75,6 @@ const fn step(lane: Lane, name: &'static str, what: &'static str, work: Work) ->
 }
 
 /// A step after others of the other lane.
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "a constant function takes it apart"
-)]
 const fn after(needs: &'static [&'static str], step: Step) -> Step {
     Step { needs, ..step }
 }
@@ -82,7 +87,7 @@ pub(crate) const GATE: &[Step] = &[
         "formatter, linter, test runner and the board's target are there",
         Work::Do(setup::rust),
     ),
-    host(
+    host_lines(
         "format",
         "code is formatted, fuzz targets included",
         &[
@@ -90,7 +95,7 @@ pub(crate) const GATE: &[Step] = &[
             "fmt --manifest-path tests/fuzz/Cargo.toml --check",
         ],
     ),
-    host(
+    host_lines(
         "build",
         "all tests build",
         &[
@@ -99,7 +104,7 @@ pub(crate) const GATE: &[Step] = &[
             "build --workspace --bins",
         ],
     ),
-    host(
+    host_lines(
         "lint",
         "no warnings in what runs on the host, campaigns and firmware without a board included",
         &[
@@ -111,19 +116,20 @@ pub(crate) const GATE: &[Step] = &[
         Lane::Host,
         "doc",
         "documentation has no broken links",
-        Work::Do(setup::documentation),
+        Work::Do(host::documentation),
     ),
-    host(
+    host_lines(
         "doc-test",
         "examples in the documentation run",
         &["test --workspace --doc"],
     ),
     after(
         &["python", "qemu", "build-images"],
-        host(
+        step(
+            Lane::Host,
             "test",
             "every test: crates, one process, program, emulator, Python packages",
-            &["nextest run --workspace --run-ignored all"],
+            Work::Do(host::tests),
         ),
     ),
     step(
@@ -146,13 +152,13 @@ pub(crate) const GATE: &[Step] = &[
     ),
     after(
         &["rust"],
-        board(
+        board_lines(
             "build-images",
             "the images of the emulator and of the board build",
             &["build-emulator", "build-board"],
         ),
     ),
-    board(
+    board_lines(
         "lint-images",
         "no warnings in the images, nor in shared code by itself without the standard library",
         &[
@@ -198,7 +204,7 @@ pub(crate) const CAMPAIGN: &[Step] = &[
         "what the campaign needs is there",
         Work::Do(setup::campaign),
     ),
-    host(
+    host_lines(
         "campaign",
         "streams, replays, faults, kills and arms by the thousand",
         &[

@@ -4,7 +4,10 @@
 //! The reference drew its noise elsewhere, so estimates differ from its by as much as
 //! their standard errors say, and are compared with them; what does not depend on the
 //! draw (standard errors per noise, correlations, condition numbers) is compared itself.
-#![allow(clippy::float_cmp, reason = "exact by construction")]
+#![expect(
+    clippy::float_cmp,
+    reason = "where numbers are compared exactly, exactness is the claim"
+)]
 
 use crate::paper::reference::{at, number};
 use armbridge_analysis::identify::paper::{

@@ -13,9 +13,9 @@
 //! | `plant`        | the virtual arm's own promises                            |
 //! | `falls_and_pushes` | the two experiments that section 3 identifies joint 1 by |
 //! | `standing`     | the whole loop in f32 on the virtual arm, without the bus |
-#![allow(
+#![expect(
     clippy::float_cmp,
-    reason = "numbers as printed, rounded, or exact by construction"
+    reason = "where numbers are compared exactly, exactness is the claim"
 )]
 
 mod actuator;

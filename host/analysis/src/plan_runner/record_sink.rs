@@ -15,7 +15,7 @@ pub trait RecordSink {
     fn concluded(&mut self, _conclusion: &Conclusion) {}
 }
 
-/// AllRecords, in memory: for trials and tests, which are short.
+/// Everything, in memory: for trials and tests, which are short.
 #[derive(Clone, Debug, Default)]
 pub struct AllRecords {
     /// The ticks.

@@ -10,7 +10,7 @@
 //! | `timing`   | start error, bus time and compute time of every tick, counted |
 //! | `spectrum` | power of error, torque and innovation over frequency          |
 //!
-//! [`draw_outlook`] draws what is to come, `preview`; [`compare`] lays two runs on top of each other. Time is in s after the first
+//! [`draw_outlook`] draws what is to come, `preview`; [`compare()`] lays two runs on top of each other. Time is in s after the first
 //! record, as in the summary. Where records are missing, there is a gap.
 
 mod angles;

@@ -159,10 +159,10 @@ impl Head {
         for event in reader.by_ref() {
             match event.kind {
                 EventKind::Received(_, ToHost::Settings(told)) if !is_driven => {
-                    settings = Some(told)
+                    settings = Some(told);
                 }
                 EventKind::Received(_, ToHost::Record(record)) => {
-                    is_driven |= record.mode.drive().is_some()
+                    is_driven |= record.mode.drive().is_some();
                 }
                 _ => {}
             }

@@ -10,7 +10,7 @@
 //! |-----------------------------------|---------------------------------------------|
 //! | samples, alarms, start, lateness  | the record                                  |
 //! | set-up, limits                    | `ToHost::Settings`, `Configure` and `Limit` |
-//! | commands                          | the host's frames, at the [`Moment`] of their acknowledgement |
+//! | commands                          | the host's frames, at the `Moment` of their acknowledgement |
 //! | where a motion begins             | decided again at the moment of `ToHost::Departs` |
 //! | a hello                           | `ToHost::Began`                             |
 //! | faults from outside the tick      | `ToHost::Tripped`, see [`is_external`](super::tick_facts::is_external) |

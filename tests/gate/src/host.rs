@@ -1,0 +1,22 @@
+//! Steps of the host's lane that are more than lines for cargo.
+
+use crate::output::{Output, cargo};
+
+/// The documentation of every crate, warnings being errors. Links to private items are
+/// for readers of the source.
+pub(crate) fn documentation(out: &Output) -> Result<(), String> {
+    let mut doc = cargo("doc --workspace --no-deps");
+    out.run(doc.env(
+        "RUSTDOCFLAGS",
+        "-D warnings -A rustdoc::private-intra-doc-links",
+    ))
+}
+
+/// Every test that is built with the workspace, ignored ones included: what they need is
+/// there. One more at a time than there are processors, because one of them mostly waits:
+/// see `.config/nextest.toml`.
+pub(crate) fn tests(out: &Output) -> Result<(), String> {
+    let processors = std::thread::available_parallelism().map_or(2, usize::from);
+    let mut tests = cargo("nextest run --workspace --run-ignored all --test-threads");
+    out.run(tests.arg((processors + 1).to_string()))
+}
