@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use armbridge_client::error::SessionError;
 use armbridge_client::event::{Direction, EventKind, LinkDecoder};
-use armbridge_client::session::{ChannelHost, Request, Requests};
+use armbridge_client::session::{ChannelHost, Request, SessionHandle};
 use armbridge_client::transport::{LinkOptions, LinkUri, drive};
 use armbridge_client::{LinkError, Tap};
 use armbridge_shared::link::message::{Command, Mode, ToHost};
@@ -61,7 +61,7 @@ pub type Ended = Result<(), LinkError<SessionError>>;
 /// A station on a link.
 pub struct Manned {
     /// Requests to the station.
-    pub controls: Requests,
+    pub controls: SessionHandle,
     heard: Arc<Mutex<Heard>>,
     /// Ends with the link.
     pub thread: JoinHandle<Ended>,
@@ -99,7 +99,7 @@ impl Manned {
 
     /// Requests.
     pub fn ask(&self, request: Request) {
-        self.controls.send(request).unwrap();
+        self.controls.request(request).unwrap();
     }
 
     /// Everything heard so far.

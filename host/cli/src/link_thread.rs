@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use armbridge_client::LinkError;
 use armbridge_client::error::SessionError;
-use armbridge_client::session::{ChannelHost, Request, Requests};
+use armbridge_client::session::{ChannelHost, Request, SessionHandle};
 use armbridge_sim::cosim::Interaction;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::Push;
@@ -38,7 +38,7 @@ pub enum Hand {
 /// A link and the thread that serves it.
 #[derive(Debug)]
 pub struct LinkThread {
-    controls: Requests,
+    session: SessionHandle,
     hands: Sender<Interaction>,
     thread: Option<JoinHandle<Result<(), String>>>,
 }
@@ -52,31 +52,31 @@ impl LinkThread {
         uri: BoardUri,
         options: impl FnOnce() -> Options + Send + 'static,
     ) -> Result<Self, String> {
-        let (station, controls) = ChannelHost::new();
+        let (host, session) = ChannelHost::new();
         let (hands, interactions) = channel();
-        let mut session = Self {
-            controls,
+        let mut thread = Self {
+            session,
             hands,
             thread: None,
         };
-        session.handle(Hand::Lift);
-        let thread = std::thread::Builder::new()
+        thread.handle(Hand::Lift);
+        let served = std::thread::Builder::new()
             .name("link".into())
             .spawn(move || {
                 let mut options = options();
                 options.interactions = Some(interactions);
-                let (_, result) = drive(&uri, options, station);
+                let (_, result) = drive(&uri, options, host);
                 result.map_err(|error: LinkError<SessionError>| error.to_string())
             })
             .map_err(|error| format!("cannot begin a thread: {error}"))?;
-        session.thread = Some(thread);
-        Ok(session)
+        thread.thread = Some(served);
+        Ok(thread)
     }
 
     /// Asks something of the board.
     pub fn ask(&self, request: Request) {
         // A link that has ended is noticed by `is_over`.
-        let _ = self.controls.send(request);
+        let _ = self.session.request(request);
     }
 
     /// Does something to the simulated arm; nothing to a real one.

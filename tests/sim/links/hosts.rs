@@ -88,9 +88,9 @@ fn a_host_that_gives_up_or_panics_says_goodbye() {
             drive(&link, options(Duration::ZERO), mortal).1.is_err()
         });
         board.until("idle", |seen| seen.mode == Mode::Idle);
-        controls.send(Request::Arm).unwrap();
+        controls.request(Request::Arm).unwrap();
         let hold = Command::Regulate([0.0; 2]);
-        controls.send(Request::Command(hold)).unwrap();
+        controls.request(Request::Command(hold)).unwrap();
         board.until("motors are on", |seen| seen.mode.drive().is_some());
         end.send(panics).unwrap();
         assert_eq!(thread.join().is_err(), panics);

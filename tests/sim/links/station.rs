@@ -50,7 +50,7 @@ fn modes(mut on_mode: impl FnMut(Mode) -> Vec<Request> + Send + 'static) -> Vec<
         modes: Arc::clone(&modes),
         on_mode: move |mode| {
             for request in on_mode(mode) {
-                controls.send(request).unwrap();
+                controls.request(request).unwrap();
             }
         },
     };

@@ -13,7 +13,7 @@ use armbridge::watch::model::Model;
 use armbridge::watch::view;
 use armbridge_client::Tap;
 use armbridge_client::event::{Direction, Event, EventKind, LinkDecoder};
-use armbridge_client::session::{ChannelHost, Request, Requests};
+use armbridge_client::session::{ChannelHost, Request, SessionHandle};
 use armbridge_shared::arm::State;
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::message::{Command, Drive, Mode, Record, ToHost};
@@ -33,7 +33,7 @@ struct Until {
     ear: LinkDecoder,
     model: Arc<Mutex<Model>>,
     end_ns: u64,
-    controls: Requests,
+    controls: SessionHandle,
     is_asked: bool,
 }
 
@@ -48,12 +48,12 @@ impl Tap for Until {
         // It may be gone already.
         if model.board.mode() == Some(Mode::Idle) && !self.is_asked {
             self.is_asked = true;
-            let _ = self.controls.send(Request::Arm);
+            let _ = self.controls.request(Request::Arm);
             let upright = Command::Regulate([0.0, 0.0]);
-            let _ = self.controls.send(Request::Command(upright));
+            let _ = self.controls.request(Request::Command(upright));
         }
         if host_ns > self.end_ns {
-            let _ = self.controls.send(Request::Leave);
+            let _ = self.controls.request(Request::Leave);
         }
     }
 

@@ -1,37 +1,100 @@
-//! A host that takes its requests from a channel, for dashboards and servers: what the
-//! board says, they hear by a [`Tap`](crate::Tap).
+//! A host that takes its requests from a channel and shares the board's status, for
+//! programs that drive a link on a thread of its own.
 
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Duration;
 
 use super::{Request, Session};
 use crate::error::SessionError;
+use crate::status::BoardStatus;
 use crate::{Host, interrupt};
 
-/// Sending end of the channel.
-pub type Requests = Sender<Request>;
-
-/// How often it looks for requests: a key press is obeyed at once, for the eye.
+/// How often the channel is looked at: a key press is obeyed at once, for the eye.
 const LOOK_US: u64 = 10_000;
 
-/// The host.
+/// The host. It leaves when its handles are dropped.
 #[derive(Debug)]
 pub struct ChannelHost {
     requests: Receiver<Request>,
     session: Session,
+    shared: Arc<Shared>,
     look_us: u64,
 }
 
+/// The board's status, as of the latest bytes.
+#[derive(Debug, Default)]
+struct Shared {
+    status: Mutex<BoardStatus>,
+    changed: Condvar,
+}
+
+/// The session has ended; why is what [`drive`](crate::transport::drive) returned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the session with the board has ended")]
+pub struct SessionEnded;
+
+/// Takes requests to a [`ChannelHost`], and shows the board's status.
+#[derive(Clone, Debug)]
+pub struct SessionHandle {
+    requests: Sender<Request>,
+    shared: Arc<Shared>,
+}
+
+impl SessionHandle {
+    /// Makes a request of the session.
+    ///
+    /// # Errors
+    /// If it has ended.
+    pub fn request(&self, request: Request) -> Result<(), SessionEnded> {
+        self.requests.send(request).map_err(|_| SessionEnded)
+    }
+
+    /// What the board has told.
+    pub fn status(&self) -> BoardStatus {
+        self.lock().clone()
+    }
+
+    /// Waits until the board's status is as wanted; false if it is not in this time.
+    pub fn wait_for(&self, timeout: Duration, is_wanted: impl Fn(&BoardStatus) -> bool) -> bool {
+        let waiting = |status: &mut BoardStatus| !is_wanted(status);
+        let waited = self
+            .shared
+            .changed
+            .wait_timeout_while(self.lock(), timeout, waiting);
+        !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, BoardStatus> {
+        // A status is replaced as a whole.
+        let status = self.shared.status.lock();
+        status.unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 impl ChannelHost {
-    /// A host that has not spoken yet, and where to put requests to it. With all
-    /// sender dropped, it leaves.
-    pub fn new() -> (Self, Requests) {
+    /// A host that has not spoken yet, and its handle.
+    pub fn new() -> (Self, SessionHandle) {
         let (sender, requests) = channel();
+        let shared = Arc::new(Shared::default());
         let host = Self {
             requests,
             session: Session::default(),
+            shared: Arc::clone(&shared),
             look_us: 0,
         };
-        (host, sender)
+        let handle = SessionHandle {
+            requests: sender,
+            shared,
+        };
+        (host, handle)
+    }
+
+    fn share(&self) {
+        let status = self.session.status().clone();
+        let shared = self.shared.status.lock();
+        *shared.unwrap_or_else(PoisonError::into_inner) = status;
+        self.shared.changed.notify_all();
     }
 
     fn look(&mut self, now_us: u64) {
@@ -61,7 +124,9 @@ impl Host for ChannelHost {
     }
 
     fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), SessionError> {
-        self.session.receive_all(now_us, bytes)
+        self.session.receive_all(now_us, bytes)?;
+        self.share();
+        Ok(())
     }
 
     fn wake_at_us(&self) -> u64 {
@@ -74,5 +139,6 @@ impl Host for ChannelHost {
 
     fn disconnected(&mut self, _now_us: u64) {
         self.session.disconnected();
+        self.share();
     }
 }

@@ -13,7 +13,7 @@
 //! | module           | what                                                        |
 //! |------------------|-------------------------------------------------------------|
 //! | [`command_link`] | hello, heartbeats, one command until it is acknowledged     |
-//! | [`channel_host`] | a host that takes its requests from a channel               |
+//! | [`channel_host`] | a host that takes its requests from a channel, on its own thread |
 //!
 //! # Times
 //!
@@ -23,7 +23,7 @@
 pub mod channel_host;
 pub mod command_link;
 
-pub use channel_host::{ChannelHost, Requests};
+pub use channel_host::{ChannelHost, SessionEnded, SessionHandle};
 pub use command_link::{BoardMessage, CommandLink, LinkStats};
 
 use std::collections::VecDeque;
