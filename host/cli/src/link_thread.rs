@@ -35,12 +35,32 @@ pub enum Hand {
     Push(usize),
 }
 
+/// Why a link is no longer served.
+#[derive(Debug, thiserror::Error)]
+pub enum LinkThreadError {
+    /// The system has no thread left.
+    #[error("cannot begin a thread: {0}")]
+    Thread(std::io::Error),
+    /// The link or its session ended.
+    #[error(transparent)]
+    Link(#[from] LinkError<SessionError>),
+    /// The board does not acknowledge that it has disarmed.
+    #[error(
+        "the link does not end; the board switches torque off when its host is silent: look \
+         whether the arm is limp"
+    )]
+    Stuck,
+    /// The thread panicked.
+    #[error("the link's thread ended by a mistake of this program")]
+    Panicked,
+}
+
 /// A link and the thread that serves it.
 #[derive(Debug)]
 pub struct LinkThread {
     session: SessionHandle,
     hands: Sender<Interaction>,
-    thread: Option<JoinHandle<Result<(), String>>>,
+    thread: Option<JoinHandle<Result<(), LinkThreadError>>>,
 }
 
 impl LinkThread {
@@ -51,7 +71,7 @@ impl LinkThread {
     pub fn begin(
         uri: BoardUri,
         options: impl FnOnce() -> Options + Send + 'static,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, LinkThreadError> {
         let (host, session) = ChannelHost::new();
         let (hands, interactions) = channel();
         let mut thread = Self {
@@ -66,9 +86,9 @@ impl LinkThread {
                 let mut options = options();
                 options.interactions = Some(interactions);
                 let (_, result) = drive(&uri, options, host);
-                result.map_err(|error: LinkError<SessionError>| error.to_string())
+                Ok(result?)
             })
-            .map_err(|error| format!("cannot begin a thread: {error}"))?;
+            .map_err(LinkThreadError::Thread)?;
         thread.thread = Some(served);
         Ok(thread)
     }
@@ -102,28 +122,24 @@ impl LinkThread {
     /// Disarms the board and waits until it has said so.
     ///
     /// # Errors
-    /// If the link could not be served, or ended by itself: one sentence.
-    pub fn end(mut self) -> Result<(), String> {
+    /// If the link could not be served, or ended by itself.
+    pub fn end(mut self) -> Result<(), LinkThreadError> {
         self.leave()
     }
 
-    fn leave(&mut self) -> Result<(), String> {
+    fn leave(&mut self) -> Result<(), LinkThreadError> {
         self.ask(Request::Leave);
         let begun = Instant::now();
         while !self.is_over() {
             if begun.elapsed() > LEAVE {
-                return Err(
-                    "the link does not end; the board switches torque off when its host is \
-                     silent: look whether the arm is limp"
-                        .into(),
-                );
+                return Err(LinkThreadError::Stuck);
             }
             std::thread::sleep(LOOK);
         }
         match self.thread.take().map(JoinHandle::join) {
             None => Ok(()),
             Some(Ok(result)) => result,
-            Some(Err(_)) => Err("the link's thread ended by a mistake of this program".into()),
+            Some(Err(_)) => Err(LinkThreadError::Panicked),
         }
     }
 }

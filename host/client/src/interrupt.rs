@@ -1,4 +1,4 @@
-//! Ctrl-C: asked for, not obeyed at once. Whoever drives a link looks, switches the
+//! Ctrl-C, remembered instead of obeyed at once: what drives a link looks, switches the
 //! motors off, and ends.
 //!
 //! A request to terminate, and a terminal that is closed, count as well.
@@ -16,23 +16,27 @@ pub fn is_raised() -> bool {
     PRESSED.load(Ordering::Relaxed) > 0
 }
 
+/// Ctrl-C cannot be remembered.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "ctrl-c cannot be listened to: {0}; nothing was begun, so that nothing has to be switched off"
+)]
+pub struct ListenError(ctrlc::Error);
+
 /// From now on, ctrl-c (and a request to terminate) is remembered instead of ending
 /// the program; pressed a second time, it ends it.
 ///
 /// # Errors
 /// If the system does not let it.
-pub fn listen() -> Result<(), String> {
+pub fn listen() -> Result<(), ListenError> {
     let heard = ctrlc::set_handler(|| {
         if PRESSED.fetch_add(1, Ordering::Relaxed) > 0 {
             std::process::exit(ENDED);
         }
     });
     match heard {
-        // Somebody in this program listens already.
+        // Another part of this program listens already.
         Ok(()) | Err(ctrlc::Error::MultipleHandlers) => Ok(()),
-        Err(error) => Err(format!(
-            "ctrl-c cannot be listened to: {error}; nothing was begun, so that nothing has to be \
-             switched off"
-        )),
+        Err(error) => Err(ListenError(error)),
     }
 }

@@ -24,6 +24,7 @@ use std::time::Duration;
 
 use crate::pacer::Pacer;
 use armbridge_client::Host;
+use armbridge_client::endpoint::OpenError;
 use armbridge_client::tcp_pump::is_timeout;
 use armbridge_client::transport::{IN_USE, LinkUri};
 
@@ -49,7 +50,27 @@ enum Port {
     },
 }
 
-/// Whoever connects, one at a time, for ever.
+/// Why a link cannot be served.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The port does not open.
+    #[error(transparent)]
+    Port(#[from] OpenError),
+    /// The port cannot be polled.
+    #[error("cannot poll the port: {0}")]
+    Poll(#[from] io::Error),
+    /// The system gives no pseudo-terminal.
+    #[error("the system gives no pseudo-terminal: {0}")]
+    Terminal(io::Error),
+    /// This system has none.
+    #[error("there are no pseudo-terminals on this system: use tcp://127.0.0.1:PORT")]
+    NoTerminals,
+    /// A link that cannot be served.
+    #[error("a link cannot be served on {0}: expected tcp://HOST:PORT or pty:")]
+    Name(LinkUri),
+}
+
+/// Hosts that connect, one at a time, without end.
 #[derive(Debug)]
 pub struct LinkServer {
     port: Port,
@@ -92,35 +113,36 @@ impl LinkServer {
         }))
     }
 
-    /// Offers a board's link under this name; tells under which others find it.
+    /// Serves a board's link under this name; gives back the name under which others find
+    /// it.
     ///
     /// # Errors
-    /// If that is not possible, in words.
-    pub fn offer(at: &LinkUri) -> Result<(Self, LinkUri), String> {
+    /// If that is not possible.
+    pub fn offer(at: &LinkUri) -> Result<(Self, LinkUri), ServeError> {
         match at {
             LinkUri::Tcp(endpoint) => {
-                let (listener, at) = endpoint.listen().map_err(|error| error.to_string())?;
-                let host = Self::new(listener).map_err(|error| format!("{at}: {error}"))?;
+                let (listener, at) = endpoint.listen()?;
+                let host = Self::new(listener)?;
                 Ok((host, LinkUri::Tcp(at)))
             }
             LinkUri::Pty(None) => Self::offer_terminal(),
-            other @ (LinkUri::Usb(_) | LinkUri::Serial(_) | LinkUri::Pty(Some(_))) => Err(format!(
-                "a link cannot be offered on {other}: expected tcp://HOST:PORT or pty:"
-            )),
+            LinkUri::Usb(_) | LinkUri::Serial(_) | LinkUri::Pty(Some(_)) => {
+                Err(ServeError::Name(at.clone()))
+            }
         }
     }
 
     #[cfg(unix)]
-    fn offer_terminal() -> Result<(Self, LinkUri), String> {
-        let failed = |error| format!("the system gives no pseudo-terminal: {error}");
-        let pty = armbridge_client::pty::Pty::open().map_err(failed)?;
+    fn offer_terminal() -> Result<(Self, LinkUri), ServeError> {
+        let pty = armbridge_client::pty::Pty::open().map_err(ServeError::Terminal)?;
         let at = LinkUri::Pty(Some(pty.name().into()));
-        Ok((Self::on_terminal(pty).map_err(failed)?, at))
+        let server = Self::on_terminal(pty).map_err(ServeError::Terminal)?;
+        Ok((server, at))
     }
 
     #[cfg(not(unix))]
-    fn offer_terminal() -> Result<(Self, LinkUri), String> {
-        Err("there are no pseudo-terminals on this system: use tcp://127.0.0.1:PORT".into())
+    fn offer_terminal() -> Result<(Self, LinkUri), ServeError> {
+        Err(ServeError::NoTerminals)
     }
 
     fn at(port: Port) -> Self {

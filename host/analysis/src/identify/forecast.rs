@@ -135,11 +135,11 @@ impl Forecast {
         "windows",
         "longest",
         "rms",
-        "but noise",
+        "noise removed",
         "forecast rms",
-        "but noise",
+        "noise removed",
         "unstable pole",
-        "a count off",
+        "diverged after",
     ];
 
     /// What a table has of it.

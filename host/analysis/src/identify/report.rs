@@ -35,7 +35,7 @@ pub struct Number {
 pub struct Report {
     /// Joint by joint.
     pub numbers: Vec<Number>,
-    /// Joints, from 1, whose static friction is not told: they gave way too rarely.
+    /// Joints, from 1, whose static friction is not identified: too few breakaways.
     pub never_gave_way: Vec<usize>,
     /// Seconds of the logs in which a joint slides.
     pub sliding_s: f64,
@@ -133,7 +133,7 @@ impl Report {
             rows.push(number.cells());
         }
         let silent = self.never_gave_way.iter().map(|joint| {
-            format!("static friction of joint {joint} is not told: it gave way too rarely\n")
+            format!("static friction of joint {joint} not identified: too few breakaways\n")
         });
         format!(
             "{}{}\n{:.1} s of sliding in {} windows, {} of them not explained; noise {:.2} counts\n",

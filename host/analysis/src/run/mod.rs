@@ -347,15 +347,3 @@ impl Host for RunHost {
         self.operator.disconnected(now_us);
     }
 }
-
-/// Prints one line, and says where the run is if that cannot be.
-///
-/// # Errors
-/// If nobody reads it.
-pub fn print(line: &str, folder: &Path) -> Result<(), String> {
-    use io::Write;
-    writeln!(io::stdout(), "{line}").map_err(|error| {
-        let path = folder.display();
-        format!("cannot print the summary: {error}; the run is in {path}")
-    })
-}

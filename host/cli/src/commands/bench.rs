@@ -31,7 +31,7 @@ Examples:
   armbridge bench --controller computed-torque --natural 20,20 --reference sine:0.3,0.3,1
   armbridge bench --plant host/plants/dead-zone.toml --disturb 1,0.2,3,0.05 --loss 0.2
 
-What is not said is the best set-up there is: the LQR, the Kalman filter, and
+Unspecified options use the recommended settings: the LQR, the Kalman filter, and
 0.04 N m against friction. Figures are the true arm's, of the worse joint.";
 
 /// Trials on the bench.
@@ -108,7 +108,7 @@ pub(crate) struct ControlArgs {
 /// From samples to state.
 #[derive(Args, Debug)]
 pub(crate) struct EstimateArgs {
-    /// Where the state comes from.
+    /// State estimator.
     #[arg(long, value_enum, default_value_t = EstimatorName::Kalman)]
     pub(crate) estimator: EstimatorName,
     /// Time constant of the filtered difference in s [default: 0.02].

@@ -29,7 +29,7 @@ Examples:
   armbridge design --natural 20,20 --damping 1,1 --plot step.svg
   armbridge design --q 30,30,0.3,0.3 --estimator kalman --apply --link serial:
 
-What is not said is as armbridge.toml has it, or the board's default. Poles and margins are
+Unspecified options are as armbridge.toml has them, or the board's default. Poles and margins are
 those of the linear loop about upright that the board closes: torque held for a period and
 acting a period after the sample, the estimator included; rounding and dry friction left
 out. Margins are of the torque: by which factor it may be wrong, by which turn, by which
@@ -41,7 +41,7 @@ shows the linear loop and the simulated bench, friction and noise included.";
 pub(crate) struct DesignArgs {
     #[command(flatten)]
     pub(crate) control: DesignControlArgs,
-    /// Where the state comes from: luenberger, kalman or difference.
+    /// State estimator: luenberger, kalman or difference.
     #[arg(long, value_name = "KIND")]
     pub(crate) estimator: Option<String>,
     /// Tick period in µs.

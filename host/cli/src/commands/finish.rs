@@ -1,9 +1,10 @@
 //! The end of a run: its summary, and its exit code.
 
+use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 use armbridge_analysis::plan_runner::PlanError;
-use armbridge_analysis::run;
 use armbridge_analysis::run::{Finished, RunHost};
 use armbridge_client::LinkError;
 
@@ -23,12 +24,20 @@ pub(super) fn finish(
     } = player.finish(result)?;
     let path = folder.display();
     if output.json {
-        run::print(&serde_json::to_string(&summary)?, &folder)?;
+        print(&serde_json::to_string(&summary)?, &folder)?;
     } else if !output.quiet {
-        run::print(&format!("{}\n{path}", summary.table()), &folder)?;
+        print(&format!("{}\n{path}", summary.table()), &folder)?;
     }
     if let Some(ended) = &summary.ended {
         eprintln!("armbridge: the run ended early: {ended}");
     }
     Ok(ExitCode::from(verdict.exit_code()))
+}
+
+/// Prints the summary; an error names the run's folder.
+fn print(text: &str, folder: &Path) -> Result<(), String> {
+    writeln!(std::io::stdout(), "{text}").map_err(|error| {
+        let path = folder.display();
+        format!("cannot print the summary: {error}; the run is in {path}")
+    })
 }

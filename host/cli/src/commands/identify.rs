@@ -74,9 +74,9 @@ pub(crate) struct FitArgs {
     /// How well masses and lengths are known, as a share of the weight.
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
     pub(crate) weighed: f64,
-    /// Tell how well the numbers forecast this log, which they are not found in; may be
+    /// Validate on this log, excluded from the fit; may be
     /// given several times. Without it, the last fifth of the windows is held out of a
-    /// second fit, if that takes no more than 2 s.
+    /// second fit, if these have at most 360 000 ticks.
     #[arg(long, value_name = "LOG")]
     pub(crate) held_out: Vec<PathBuf>,
     /// Write the parameters to this file, for `armbridge params --from`.

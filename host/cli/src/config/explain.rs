@@ -79,7 +79,7 @@ fn about_table(group: &str) -> &'static str {
     match group {
         "record" => "What is kept of a run.",
         "setup" => {
-            "From here on: the board's settings. What is not said stays as the board has it."
+            "From here on: the board's settings. Unspecified settings stay as the board has them."
         }
         "arm" => "The arm that controller and estimator believe in; by default the paper's.",
         "joint1" => "The servo of joint 1; `armbridge calibrate` finds these numbers.",

@@ -216,7 +216,7 @@ pub const QUANTITIES: [Quantity; 21] = [
         name: "disturbance_nm",
         columns: &["disturbance1_nm", "disturbance2_nm"],
         unit: "N m",
-        about: "estimated torque that nobody commanded",
+        about: "estimated disturbance torque",
         values: Values::F32(|record, joint| record.disturbance_nm[joint]),
     },
     Quantity {

@@ -76,7 +76,7 @@ pub struct Joint {
     /// What `pwm_next_counts` stands for, less what is added against friction.
     #[prost(float, optional, tag = "11")]
     pub torque_nm: ::core::option::Option<f32>,
-    /// What acts though nobody commanded it, as estimated.
+    /// Disturbance torque, as estimated.
     #[prost(float, optional, tag = "12")]
     pub disturbance_nm: ::core::option::Option<f32>,
 }

@@ -100,7 +100,7 @@ impl Summary {
         let link = self.records;
         let rows = [
             ("peak torque", format!("{torque1:.3} and {torque2:.3} N m")),
-            ("peak PWM", format!("{pwm1} and {pwm2} away from off")),
+            ("peak PWM", format!("{pwm1} and {pwm2} counts from neutral")),
             (
                 "ticks",
                 format!(

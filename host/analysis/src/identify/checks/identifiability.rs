@@ -12,7 +12,7 @@ use super::super::fit::Found;
 use super::super::quantity::{COUNT, PER_JOINT, Quantity};
 use super::super::search::Prior;
 
-/// Correlation from which two numbers are told as one.
+/// Correlation from which two numbers count as strongly correlated.
 const CORRELATED: f64 = 0.9;
 /// Standard deviation by the logs alone, in what was believed, from which a direction
 /// counts as not told.

@@ -3,7 +3,7 @@
 //!
 //! | file        | what is asked                                                  |
 //! |-------------|----------------------------------------------------------------|
-//! | `identifiability` | which numbers are told as one, or not at all, and what settled them |
+//! | `identifiability` | which numbers are strongly correlated or not identifiable, and what fixed them |
 //! | `whiteness` | do errors follow from each other?                              |
 //! | `model_errors`      | would a torque that the model has not explain the logs better? |
 //! | `rollout`    | a window's motion by the numbers that were found               |
@@ -41,7 +41,7 @@ use super::stribeck::Falling;
 pub struct Checks {
     /// What is to be kept in mind, in words.
     pub warnings: Vec<String>,
-    /// Numbers that are told as one.
+    /// Numbers that are strongly correlated.
     pub pairs: Vec<Pair>,
     /// What the logs do not tell.
     pub untold: Vec<Combination>,

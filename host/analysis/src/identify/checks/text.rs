@@ -12,7 +12,7 @@ impl Checks {
             // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
-                "not told by these logs: {}; settled by {}",
+                "not identifiable from these logs: {}; fixed by {}",
                 combination.what, combination.settled_by
             );
         }
@@ -20,7 +20,7 @@ impl Checks {
         for group in &groups {
             let _ = writeln!(
                 text,
-                "told as one (correlations above 0.9): {}",
+                "strongly correlated (above 0.9): {}",
                 group.join(", ")
             );
         }

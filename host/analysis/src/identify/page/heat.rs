@@ -1,4 +1,4 @@
-//! Correlations of all numbers as a map: the darker, the more two are told as one.
+//! Correlations of all numbers as a map: the darker, the stronger.
 
 use super::super::checks::correlations;
 use super::super::fit::Found;

@@ -109,7 +109,7 @@ impl Page<'_> {
             Picture {
                 name: "correlations",
                 drawing: heat::draw(self.found),
-                caption: "Where two numbers are told as one, an error of the one comes with an \
+                caption: "Where two numbers are strongly correlated, an error of the one comes with an \
                           error of the other; their product or sum is known better than either.",
             },
         ];

@@ -7,12 +7,12 @@ mod bus;
 mod history;
 mod link;
 mod rate;
-mod spread;
+mod histogram;
 
 pub use bus::Bus;
 pub use history::{History, SPAN_S, Seen, Slice};
 pub use link::{Line, Link};
-pub use spread::Spread;
+pub use histogram::Histogram;
 
 use armbridge_client::event::{Event, EventKind};
 use armbridge_client::status::BoardStatus;

@@ -10,7 +10,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph};
 
 use super::theme;
-use crate::watch::model::{Line as LinkLine, Model, Spread};
+use crate::watch::model::{Line as LinkLine, Model, Histogram};
 use armbridge_client::names;
 
 /// Draws `lines` in a box.
@@ -133,7 +133,7 @@ pub(super) fn timing(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let late = |timing: &Timing| f64::from(timing.start_error_us);
     let bus = |timing: &Timing| f64::from(timing.bus_us);
     let compute = |timing: &Timing| f64::from(timing.compute_ns) * 1e-3;
-    let spread = |take: &dyn Fn(&Timing) -> f64| Spread::of(model.bus.timings().map(take), bins);
+    let spread = |take: &dyn Fn(&Timing) -> f64| Histogram::of(model.bus.timings().map(take), bins);
     let heading = format!("{:7}{:>4} {:bins$} {:>4}", "", "mean", "", "most");
     let mut lines = vec![Line::from(heading).style(theme::faint())];
     for (name, spread) in [("late", spread(&late)), ("bus", spread(&bus))] {
@@ -149,7 +149,7 @@ pub(super) fn timing(frame: &mut Frame<'_>, area: Rect, model: &Model) {
 
 /// A histogram of so many rows, its numbers in the lowest; the height is that of a
 /// count's logarithm, so that one late tick in ten thousand shows.
-fn bars(name: &str, spread: Option<&Spread>, rows: usize) -> Vec<Line<'static>> {
+fn bars(name: &str, spread: Option<&Histogram>, rows: usize) -> Vec<Line<'static>> {
     const PARTS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let flat = |text: String| {
         let mut lines = vec![Line::default(); rows - 1];

@@ -74,7 +74,7 @@ fn estimate(model: &Model, joint: usize) -> [Line<'static>; 2] {
         .map(|settings| settings.setup.estimator);
     match estimator {
         Some(Config::FiniteDifference { .. } | Config::Luenberger { .. }) => {
-            second.push(Span::from("not sought"));
+            second.push(Span::from("not estim."));
         }
         Some(Config::Kalman(_)) | None => {
             second.push(value(format!("{:+.3}", record.disturbance_nm[joint])));

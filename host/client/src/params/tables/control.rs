@@ -121,8 +121,8 @@ const PREDICTION: &str = "prediction";
 pub(super) const ESTIMATOR: [Parameter; 9] = [
     choice(
         "estimator.kind",
-        "Where the state comes from: a difference through a low pass, the observer (11), or a \
-         Kalman filter that finds the torques nobody commanded.",
+        "State estimator: a difference through a low pass, the observer (11), or a \
+         Kalman filter that also estimates disturbance torques.",
         &[LUENBERGER, KALMAN, DIFFERENCE],
         |s| Some(estimator(&s.setup.estimator)),
         |s, word| s.setup.estimator = estimator_of(word),
@@ -172,7 +172,7 @@ pub(super) const ESTIMATOR: [Parameter; 9] = [
     number(
         "estimator.disturbance_walk_nm_rts",
         "N m/√s",
-        "How fast a torque that nobody commanded may walk.",
+        "How fast a disturbance torque may change.",
         Range::reals(0.0, 10.0),
         |s| access::one(&mut tuning(s)?.disturbance),
     ),

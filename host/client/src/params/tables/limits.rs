@@ -55,7 +55,7 @@ pub(super) const LIMITS: [Parameter; 21] = [
         "Change of that torque at most."
         most(hard::TORQUE_RATE_NM_S)),
     limit!(pwm_counts "counts"
-        "PWM counts away from off that a servo is given at most."
+        "PWM counts from neutral that a servo is given at most."
         Range::whole(1, hard::PWM_COUNTS as u32)),
     limit!(temperature_c "°C"
         "Temperature of a stock servo above which torque goes off."

@@ -27,7 +27,7 @@ impl Diff {
 
     fn write_settings(&self, out: &mut String) -> Result {
         let Some(settings) = &self.settings else {
-            return writeln!(out, "settings   not told by both logs");
+            return writeln!(out, "settings   not in both logs");
         };
         if settings.is_empty() {
             return writeln!(out, "settings   the same");

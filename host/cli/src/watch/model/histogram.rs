@@ -1,19 +1,19 @@
-//! How a quantity is spread: mean, largest, and a histogram of so many bins.
+//! Histogram of a quantity, with its mean and range.
 
-/// Of some values.
+/// Histogram of some values.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spread {
+pub struct Histogram {
     /// Mean.
     pub mean: f64,
     /// Smallest.
     pub least: f64,
     /// Largest.
     pub most: f64,
-    /// Values in each bin, from [`Spread::least`] to [`Spread::most`].
+    /// Values in each bin, from [`Histogram::least`] to [`Histogram::most`].
     pub bins: Vec<u32>,
 }
 
-impl Spread {
+impl Histogram {
     /// `None` without values.
     pub fn of(values: impl Iterator<Item = f64> + Clone, bins: usize) -> Option<Self> {
         let (mut count, mut sum) = (0_u32, 0.0);
@@ -27,7 +27,7 @@ impl Spread {
         if count == 0 || bins == 0 {
             return None;
         }
-        let mut spread = Self {
+        let mut histogram = Self {
             mean: sum / f64::from(count),
             least,
             most,
@@ -40,9 +40,9 @@ impl Spread {
             } else {
                 0
             };
-            spread.bins[bin.min(bins - 1)] += 1;
+            histogram.bins[bin.min(bins - 1)] += 1;
         }
-        Some(spread)
+        Some(histogram)
     }
 }
 
@@ -53,11 +53,11 @@ mod tests {
     #[test]
     fn every_value_is_in_a_bin() {
         let values = [1.0, 2.0, 2.1, 5.0];
-        let spread = Spread::of(values.into_iter(), 4).unwrap();
-        assert_eq!(spread.bins, [1, 2, 0, 1]);
-        assert!((spread.mean - 2.525).abs() < 1e-12);
-        assert_eq!(Spread::of(std::iter::empty(), 4), None);
-        let same = Spread::of([3.0; 5].into_iter(), 3).unwrap();
+        let histogram = Histogram::of(values.into_iter(), 4).unwrap();
+        assert_eq!(histogram.bins, [1, 2, 0, 1]);
+        assert!((histogram.mean - 2.525).abs() < 1e-12);
+        assert_eq!(Histogram::of(std::iter::empty(), 4), None);
+        let same = Histogram::of([3.0; 5].into_iter(), 3).unwrap();
         assert_eq!(same.bins, [5, 0, 0]);
     }
 }
