@@ -1,7 +1,7 @@
 //! The paper's two friction values by the board's logs, over twenty seeds of three arms.
 
 use armbridge_tests::paper_runs::{DRY, Place, SMOOTH};
-use armbridge_tests::place;
+use armbridge_tests::paths;
 use serde_json::Value;
 
 /// Of the encoders' noise.
@@ -10,7 +10,7 @@ const SEEDS: usize = 20;
 /// One arm over many seeds: what comes out, how often the truth is in its interval, and
 /// how often the form is called wrong.
 fn many(name: &str, arm: &str, torque: &str, [b1, coulomb_nm]: [f64; 2]) -> [usize; 3] {
-    let place = Place::new(place::armbridge(), crate::folder(name));
+    let place = Place::new(paths::armbridge(), crate::folder(name));
     let mut ranges = [[f64::INFINITY, f64::NEG_INFINITY]; 4];
     let mut counts = [0; 3];
     for seed in 1..=SEEDS {

@@ -10,7 +10,7 @@
 //! `ARMBRIDGE_TRACES=<file>` replays another file of the same form instead.
 //! `cargo test -p armbridge-tests --test sim golden -- --nocapture` shows the table by family.
 
-use armbridge_sim::servo::{Deafness, Receiving, Servo};
+use armbridge_sim::morpheus_servo::{Deafness, Receiving, Servo};
 use armbridge_tests::replay::{Outcome, Replay};
 use armbridge_tests::trace::{After, Exchange, Hex, load};
 use std::collections::BTreeMap;

@@ -5,14 +5,15 @@
 mod closed_loop;
 mod control;
 mod experiments;
+mod fault_campaign;
 mod gateway;
 mod golden;
 mod identification;
 mod links;
 mod log;
-mod operator;
 mod paper;
 mod paper_report;
+mod plan_runner;
 mod plot;
 mod replay;
 mod robustness;
@@ -24,7 +25,6 @@ mod summary;
 mod supervisor;
 mod sweep;
 mod torque_off;
-mod torture;
 
 use std::path::PathBuf;
 

@@ -1,8 +1,8 @@
 //! The servos do not care in which steps time is advanced: a simulation that
 //! jumps and a server that follows the wall clock see the same.
 
-use armbridge_sim::servo::{Reading, Servo, State};
-use armbridge_sim::wire::{Heard, Mechanics, Record, Wire};
+use armbridge_sim::half_duplex_bus::{Heard, Mechanics, Record, Wire};
+use armbridge_sim::morpheus_servo::{Reading, Servo, State};
 
 /// A sensor that moves with time, and everything the servos did to the motor.
 #[derive(Debug, Default, PartialEq)]

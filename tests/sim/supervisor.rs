@@ -15,8 +15,8 @@ use armbridge_shared::servo::Firmware;
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
-use armbridge_sim::kind::ServoKind;
 use armbridge_sim::plant::Plant;
+use armbridge_sim::servo_kind::ServoKind;
 use armbridge_tests::plant;
 
 /// One who says what a test wants said, and hears everything.

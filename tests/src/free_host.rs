@@ -6,7 +6,7 @@ use crate::random::Random;
 use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Command, Setup, ToBoard};
 use armbridge_shared::link::motion::Motion;
-use armbridge_sim::wire::{ByteFault, Damage, Way};
+use armbridge_sim::half_duplex_bus::{ByteFault, Damage, Way};
 
 use crate::world::{Act, Free, overheard, records, replay};
 

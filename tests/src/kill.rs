@@ -16,7 +16,7 @@ use armbridge_shared::link::message::{Guards, Mode, Record, Sample, Settings, Ti
 
 use serde_json::Value;
 
-use crate::place;
+use crate::paths;
 
 /// Tells the one that is to be killed where to record.
 const LOG: &str = "ARMBRIDGE_TEST_LOG";
@@ -143,7 +143,7 @@ pub fn look(path: &Path, killed_ns: u64) -> Looked {
 
 /// What `tests/python/log.py` prints of these logs, line by line.
 pub fn python(what: &str, logs: &[&Path]) -> Vec<Value> {
-    let output = place::script("log.py")
+    let output = paths::script("log.py")
         .arg(what)
         .args(logs)
         .output()

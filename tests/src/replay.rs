@@ -2,8 +2,8 @@
 //! did in the form of the record.
 
 use crate::trace::{EventKind, Exchange};
-use armbridge_sim::servo::{Reading, Servo};
-use armbridge_sim::wire::{Mechanics, Record, Wire};
+use armbridge_sim::half_duplex_bus::{Mechanics, Record, Wire};
+use armbridge_sim::morpheus_servo::{Reading, Servo};
 
 /// Nanoseconds of a recorded time.
 fn ns(us: f64) -> u64 {

@@ -10,9 +10,9 @@ use armbridge_client::servo_bus::{BusMaster, Servo};
 use armbridge_client::servo_table::MORPHEUS;
 use armbridge_shared::servo::Firmware as Kind;
 use armbridge_sim::Bench;
-use armbridge_sim::kind::ServoKind;
 use armbridge_sim::plant::{Plant, PlantConfig};
 use armbridge_sim::raw_bus_server::LiveBench;
+use armbridge_sim::servo_kind::ServoKind;
 
 const PATIENCE: Duration = Duration::from_millis(200);
 

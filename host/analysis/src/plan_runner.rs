@@ -30,8 +30,8 @@ use armbridge_shared::link::message::{Command, Mode, OffReport, Record, Settings
 
 use armbridge_client::Host;
 use armbridge_client::LinkStats;
+use armbridge_client::enum_names;
 use armbridge_client::error::SessionError;
-use armbridge_client::names;
 use armbridge_client::session::{
     ANSWER_TIMEOUT_US, HELLO_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session,
 };
@@ -162,7 +162,7 @@ impl<K: RecordSink> PlanRunner<K> {
     }
 
     fn command(&mut self, now_us: u64, command: Command) {
-        self.asked = names::command(&command);
+        self.asked = enum_names::command(&command);
         self.keep.command(now_us, &command);
         self.session.request(now_us, Request::Command(command));
     }
@@ -171,7 +171,7 @@ impl<K: RecordSink> PlanRunner<K> {
         let report = self.session.status().report;
         let session = report.map_or(0, |report| report.session);
         let command = Command::Arm { session };
-        self.asked = names::command(&command);
+        self.asked = enum_names::command(&command);
         self.keep.command(now_us, &command);
         self.session.request(now_us, Request::Arm);
     }

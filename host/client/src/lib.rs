@@ -13,21 +13,22 @@
 //! | [`params`]       | the board's settings as names with values                  |
 //! | [`servo_bus`]    | servos found, read, written and reset, from the host       |
 //! | [`servo_table`]  | servos' registers by name                                  |
-//! | [`names`], [`trip`], [`refusal`], [`experiment`] | one word for each thing, and sentences |
+//! | [`enum_names`], [`fault_text`], [`refusal_text`], [`experiment_text`] | one word for each thing, and sentences |
 #![forbid(unsafe_code)]
 
 pub mod endpoint;
+pub mod enum_names;
 pub mod error;
 pub mod event;
 pub mod event_queue;
-pub mod experiment;
+pub mod experiment_text;
+pub mod fault_text;
 pub mod host;
 pub mod interrupt;
-pub mod names;
 pub mod params;
 #[cfg(unix)]
 pub mod pty;
-pub mod refusal;
+pub mod refusal_text;
 pub mod servo_bus;
 pub mod servo_table;
 pub mod session;
@@ -36,7 +37,6 @@ pub mod tap;
 pub mod tcp_pump;
 pub mod toml_file;
 pub mod transport;
-pub mod trip;
 
 pub use host::Host;
 pub use session::{LinkStats, Session};

@@ -7,7 +7,7 @@
 //! wanted torque. Rows end in a line feed.
 
 use super::LogError;
-use armbridge_client::names;
+use armbridge_client::enum_names;
 use armbridge_shared::link::message::{Record, Sample, Timing};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -113,7 +113,7 @@ impl std::fmt::Debug for CsvWriter {
 fn columns(sample: Sample) -> (Option<u16>, Cow<'static, str>) {
     match sample {
         Sample::Counts(counts) => (Some(counts), "".into()),
-        Sample::Missing(missing) => (None, names::missing(missing).into()),
+        Sample::Missing(missing) => (None, enum_names::missing(missing).into()),
     }
 }
 
@@ -121,7 +121,7 @@ fn columns(sample: Sample) -> (Option<u16>, Cow<'static, str>) {
 fn sample(count: Option<u16>, missing: &str) -> Option<Sample> {
     match count {
         Some(counts) => missing.is_empty().then_some(Sample::Counts(counts)),
-        None => names::missing_from(missing).map(Sample::Missing),
+        None => enum_names::missing_from(missing).map(Sample::Missing),
     }
 }
 
@@ -131,16 +131,18 @@ impl From<&Record> for Row<'static> {
         Self {
             time_s: record.start_us as f64 / 1e6,
             tick: record.tick,
-            mode: names::mode(record.mode).into(),
-            fault: names::fault_of(record.mode).map_or("", names::fault).into(),
-            guards: names::guards(record.guards).into(),
+            mode: enum_names::mode(record.mode).into(),
+            fault: enum_names::fault_of(record.mode)
+                .map_or("", enum_names::fault)
+                .into(),
+            guards: enum_names::guards(record.guards).into(),
             q1_ref_rad: record.reference_rad[0],
             dq1_ref_rad_s: record.reference_speed_rad_s[0],
             q1_rad: record.angle_rad[0],
             dq1_rad_s: record.speed_rad_s[0],
             count1,
             missing1,
-            alarms1: names::alarms(record.alarms[0]).into(),
+            alarms1: enum_names::alarms(record.alarms[0]).into(),
             torque1_nm: record.torque_nm[0],
             disturbance1_nm: record.disturbance_nm[0],
             pwm1_in_force: record.pwm_in_force[0],
@@ -151,7 +153,7 @@ impl From<&Record> for Row<'static> {
             dq2_rad_s: record.speed_rad_s[1],
             count2,
             missing2,
-            alarms2: names::alarms(record.alarms[1]).into(),
+            alarms2: enum_names::alarms(record.alarms[1]).into(),
             torque2_nm: record.torque_nm[1],
             disturbance2_nm: record.disturbance_nm[1],
             pwm2_in_force: record.pwm_in_force[1],
@@ -171,15 +173,15 @@ impl Row<'_> {
         Some(Record {
             tick: self.tick,
             start_us: (self.time_s * 1e6).round() as u64,
-            mode: names::mode_from(&self.mode, &self.fault)?,
-            guards: names::guards_from(&self.guards)?,
+            mode: enum_names::mode_from(&self.mode, &self.fault)?,
+            guards: enum_names::guards_from(&self.guards)?,
             samples: [
                 sample(self.count1, &self.missing1)?,
                 sample(self.count2, &self.missing2)?,
             ],
             alarms: [
-                names::alarms_from(&self.alarms1)?,
-                names::alarms_from(&self.alarms2)?,
+                enum_names::alarms_from(&self.alarms1)?,
+                enum_names::alarms_from(&self.alarms2)?,
             ],
             pwm_in_force: [self.pwm1_in_force, self.pwm2_in_force],
             pwm_next: [self.pwm1_next, self.pwm2_next],

@@ -11,10 +11,10 @@ use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{Command, ToBoard, ToHost};
 
-use super::lossless::{exact, value};
-use super::{proto, words};
+use super::payload_codec::{exact, value};
+use super::{event_text, proto};
+use armbridge_client::enum_names;
 use armbridge_client::event::{Direction, EventKind};
-use armbridge_client::names;
 
 /// The message for what the host said.
 pub(super) fn command(host_ns: u64, sequence: u16, said: &ToBoard) -> proto::Command {
@@ -26,7 +26,7 @@ pub(super) fn command(host_ns: u64, sequence: u16, said: &ToBoard) -> proto::Com
             ToBoard::Heartbeat => "heartbeat",
             ToBoard::Stop => "stop",
             ToBoard::Goodbye => "goodbye",
-            ToBoard::Command(command) => names::command(command),
+            ToBoard::Command(command) => enum_names::command(command),
         }
         .into(),
         exact: Some(exact(said)),
@@ -74,7 +74,7 @@ pub(super) fn asked(message: &proto::Command, is_same_schema: bool) -> Option<Ev
 
 /// The message for what the board said, other than records and settings.
 pub(super) fn board_event(host_ns: u64, sequence: u16, said: &ToHost) -> proto::Event {
-    let (kind, severity, text) = words::describe(said);
+    let (kind, severity, text) = event_text::describe(said);
     let mut message = proto::Event {
         host_ns,
         severity: severity.into(),
@@ -151,13 +151,13 @@ pub(super) fn happened(host_ns: u64, what: &EventKind) -> Option<proto::Event> {
         EventKind::Sent(..) | EventKind::Received(..) => None,
         EventKind::Lost(direction, count) => Some(proto::Event {
             kind: "lost".into(),
-            text: words::lost(direction, count),
+            text: event_text::lost(direction, count),
             is_towards_board: direction == Direction::ToBoard,
             count: count.into(),
             ..event
         }),
         EventKind::Damaged(direction, error) => {
-            let (garbled, version, text) = words::garbled(direction, error);
+            let (garbled, version, text) = event_text::garbled(direction, error);
             Some(proto::Event {
                 kind: "garbled".into(),
                 text,

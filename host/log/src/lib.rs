@@ -14,7 +14,7 @@
 //! | [`topics`]    | events as messages that viewers open                          |
 //! | [`proto`]     | those messages; `host/log/proto/armbridge.proto` describes them |
 //! | [`clock_sync`]     | the board's clock on the host's                               |
-//! | [`raw`]       | the bytes themselves, kept beside what was made of them       |
+//! | [`raw_link_bytes`]       | the bytes themselves, kept beside what was made of them       |
 //! | [`metadata`]  | what a log says about itself                                  |
 //! | [`run_info`]  | what one has to know about a run to read its records          |
 //! | [`csv`]       | ticks as a table                                              |
@@ -22,25 +22,26 @@
 //! | [`summary`]   | a run in a few numbers                                        |
 //! | [`inspect`]   | what a log holds, and where two differ                        |
 //! | [`replay`]    | a log's inputs through the board's code                       |
-//! | [`words`]     | events in sentences                                           |
-//! | [`table`]     | plain tables for a terminal                                   |
+//! | [`event_text`]     | events in sentences                                           |
+//! | [`text_table`]     | plain tables for a terminal                                   |
 #![forbid(unsafe_code)]
 
 pub mod clock_sync;
-mod codes;
 pub mod csv;
+mod enum_codes;
 mod event_messages;
+pub mod event_text;
 pub mod export;
-mod file;
-pub mod find;
 mod fsync_thread;
 pub mod inspect;
-mod lossless;
+pub mod log_path;
+mod mcap_file;
 pub mod metadata;
 mod parameters;
+mod payload_codec;
 pub mod proto;
 mod queue;
-pub mod raw;
+pub mod raw_link_bytes;
 mod reader;
 pub mod recorder;
 pub mod recording;
@@ -49,11 +50,10 @@ pub mod replay;
 pub mod run_info;
 mod statistics;
 pub mod summary;
-pub mod table;
 mod telemetry;
+pub mod text_table;
 pub mod topics;
 mod visualization;
-pub mod words;
 mod writer_thread;
 
 pub use csv::CsvWriter;

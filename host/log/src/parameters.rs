@@ -3,7 +3,7 @@
 use armbridge_shared::link::message::Settings;
 use toml::Value;
 
-use super::lossless::exact;
+use super::payload_codec::exact;
 use super::proto;
 use armbridge_client::params;
 

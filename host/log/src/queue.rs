@@ -7,7 +7,7 @@
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::raw;
+use super::raw_link_bytes;
 use armbridge_client::Tap;
 use armbridge_client::event::Direction;
 
@@ -71,7 +71,7 @@ impl Queue {
         HANDFUL.min(self.most / 2)
     }
 
-    fn put(&self, piece: raw::Piece<'_>) {
+    fn put(&self, piece: raw_link_bytes::Piece<'_>) {
         let len = piece.framed_len();
         let mut waiting = self.lock();
         while self.is_patient
@@ -146,7 +146,7 @@ pub(super) struct QueueTap(pub(super) Arc<Queue>);
 
 impl Tap for QueueTap {
     fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]) {
-        self.0.put(raw::Piece {
+        self.0.put(raw_link_bytes::Piece {
             host_ns,
             kind: direction.into(),
             bytes,
@@ -154,9 +154,9 @@ impl Tap for QueueTap {
     }
 
     fn disconnected(&mut self, host_ns: u64) {
-        self.0.put(raw::Piece {
+        self.0.put(raw_link_bytes::Piece {
             host_ns,
-            kind: raw::Kind::Parted,
+            kind: raw_link_bytes::Kind::Parted,
             bytes: &[],
         });
     }
@@ -176,7 +176,7 @@ mod tests {
         let mut framed = Vec::new();
         let taken = queue.take(&mut framed, Instant::now());
         assert_eq!(taken.unwritten, 60);
-        let times: Vec<_> = raw::pieces(&framed)
+        let times: Vec<_> = raw_link_bytes::pieces(&framed)
             .map(|piece| piece.unwrap().host_ns)
             .collect();
         assert_eq!(times, [1, 3]);
@@ -196,7 +196,7 @@ mod tests {
         let (mut framed, mut count) = (Vec::new(), 0);
         loop {
             let taken = queue.take(&mut framed, Instant::now() + Duration::from_secs(10));
-            count += raw::pieces(&framed).count();
+            count += raw_link_bytes::pieces(&framed).count();
             if taken.is_last {
                 assert_eq!(taken.unwritten, 0);
                 break;

@@ -9,11 +9,11 @@ use armbridge_shared::link::message::{Settings, ToHost};
 use mcap::records::{Record, op};
 use prost::Message as _;
 
-use super::find::find;
+use super::log_path::find;
 use super::recording::ReadError;
 use super::records::{Next, Records, split};
 use super::topics::Topic;
-use super::{event_messages, metadata, proto, raw, telemetry};
+use super::{event_messages, metadata, proto, raw_link_bytes, telemetry};
 use crate::run_info::RunFacts;
 use armbridge_client::event::{Event, EventKind};
 
@@ -117,8 +117,8 @@ impl Reader {
     ///
     /// # Errors
     /// When the file cannot be read any more.
-    pub fn raw(&self) -> Result<raw::Again, ReadError> {
-        let again = raw::Again::open(&self.path).map_err(|error| error.to_string());
+    pub fn raw(&self) -> Result<raw_link_bytes::Again, ReadError> {
+        let again = raw_link_bytes::Again::open(&self.path).map_err(|error| error.to_string());
         again
             .and_then(|again| again.ok_or_else(|| "it is no MCAP file any more".into()))
             .map_err(|why| ReadError {

@@ -16,8 +16,8 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use super::LogError;
-use super::file::LogFile;
 use super::fsync_thread::SyncFn;
+use super::mcap_file::LogFile;
 use super::queue::{self, Queue, QueueTap};
 use super::writer_thread::{Scribe, Shared};
 use crate::run_info::RunFacts;

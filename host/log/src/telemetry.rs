@@ -4,7 +4,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::actuator;
 use armbridge_shared::link::message::{Guards, Record, Sample, Timing};
 
-use super::{codes, proto};
+use super::{enum_codes, proto};
 
 /// The message for a record.
 ///
@@ -16,7 +16,7 @@ pub(super) fn telemetry(
     record: &Record,
     joints: Option<&[actuator::Joint<f32>; JOINTS]>,
 ) -> proto::Telemetry {
-    let (mode, fault) = codes::mode(record.mode);
+    let (mode, fault) = enum_codes::mode(record.mode);
     let joint = |j: usize| joint(record, j, joints.map(|joints| &joints[j]));
     proto::Telemetry {
         tick: Some(record.tick),
@@ -39,7 +39,7 @@ pub(super) fn telemetry(
 fn joint(record: &Record, j: usize, servo: Option<&actuator::Joint<f32>>) -> proto::Joint {
     let (counts, missing) = match record.samples[j] {
         Sample::Counts(counts) => (Some(counts), proto::Missing::None),
-        Sample::Missing(missing) => (None, codes::missing(missing)),
+        Sample::Missing(missing) => (None, enum_codes::missing(missing)),
     };
     proto::Joint {
         position_counts: counts.map(u32::from),
@@ -65,7 +65,7 @@ pub(super) fn record(message: &proto::Telemetry) -> Option<(u16, Record)> {
     let record = Record {
         tick: message.tick?,
         start_us: message.board_us?,
-        mode: codes::mode_from(
+        mode: enum_codes::mode_from(
             message.mode.try_into().ok()?,
             message.fault.try_into().ok()?,
         )?,
@@ -101,6 +101,6 @@ fn both<T>(
 fn sample(joint: &proto::Joint) -> Option<Sample> {
     match joint.position_counts {
         Some(counts) => Some(Sample::Counts(counts.try_into().ok()?)),
-        None => codes::missing_from(joint.missing.try_into().ok()?).map(Sample::Missing),
+        None => enum_codes::missing_from(joint.missing.try_into().ok()?).map(Sample::Missing),
     }
 }

@@ -8,7 +8,7 @@ use armbridge_shared::link::message::{Mode, Record, Settings, ToHost};
 use super::clock_sync::{Envelope, Line, Mapping};
 use super::proto::descriptors;
 use super::statistics::Counters;
-use super::{event_messages, parameters, proto, telemetry, visualization, words};
+use super::{event_messages, event_text, parameters, proto, telemetry, visualization};
 use armbridge_client::event::{Direction, Event, EventKind};
 
 /// Board time between two poses of the arm: as often as a screen shows one.
@@ -271,7 +271,7 @@ impl Encoder {
         self.put(Topic::Telemetry, at_ns, &message, put)?;
         if self.mode != Some(record.mode) {
             self.mode = Some(record.mode);
-            let (severity, text) = words::mode(record.mode);
+            let (severity, text) = event_text::mode(record.mode);
             let event = proto::Event {
                 host_ns,
                 board_us: Some(record.start_us),

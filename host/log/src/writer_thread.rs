@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use armbridge_shared::link::message::{Settings, ToHost};
 use mcap::{McapError, McapResult};
 
-use super::file::LogFile;
+use super::mcap_file::LogFile;
 use super::queue::{Queue, Taken};
 use super::recorder::RecorderReport;
 use super::topics::Encoder;
-use super::{metadata, raw};
+use super::{metadata, raw_link_bytes};
 use crate::run_info::RunFacts;
 use armbridge_client::event::{Event, EventKind, LinkDecoder};
 
@@ -103,7 +103,7 @@ impl Scribe {
                     Err(error) => self.give_up(&error, file.size()),
                 }
             } else {
-                self.shared.lock().report.unwritten += raw::bytes(&framed);
+                self.shared.lock().report.unwritten += raw_link_bytes::bytes(&framed);
                 self.flushed = Instant::now();
             }
             self.update_report(taken);
@@ -121,14 +121,14 @@ impl Scribe {
 
     fn write(&mut self, file: &mut LogFile, framed: &[u8], taken: Taken) -> McapResult<()> {
         self.raw.extend_from_slice(framed);
-        for piece in raw::pieces(framed).flatten() {
+        for piece in raw_link_bytes::pieces(framed).flatten() {
             self.latest_ns = self.latest_ns.max(piece.host_ns);
-            if let raw::Kind::Bytes(direction) = piece.kind {
+            if let raw_link_bytes::Kind::Bytes(direction) = piece.kind {
                 self.encoder.travelled(direction, piece.bytes.len());
             }
             let mut ear = std::mem::take(&mut self.ear);
             let mut done = Ok(());
-            raw::hear(&mut ear, piece, |event| {
+            raw_link_bytes::hear(&mut ear, piece, |event| {
                 if done.is_ok() {
                     done = self.heard(file, &event);
                 }
@@ -204,7 +204,7 @@ impl Scribe {
         shared.is_broken_off = true;
         (shared.report.records, shared.report.lost) = self.kept;
         shared.report.size = size;
-        shared.report.unwritten += raw::bytes(&self.raw);
+        shared.report.unwritten += raw_link_bytes::bytes(&self.raw);
         let last = match self.kept.0 {
             0 => "before its first tick".into(),
             count => format!("after {count} ticks"),

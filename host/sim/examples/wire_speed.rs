@@ -3,8 +3,8 @@
 //!
 //! `cargo run --release -p armbridge-sim --example wire_speed`
 
-use armbridge_sim::servo::{Reading, Servo};
-use armbridge_sim::wire::{Mechanics, Wire};
+use armbridge_sim::half_duplex_bus::{Mechanics, Wire};
+use armbridge_sim::morpheus_servo::{Reading, Servo};
 use std::time::Instant;
 
 const BAUD: u32 = 1_000_000;

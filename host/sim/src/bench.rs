@@ -2,10 +2,10 @@
 
 use crate::drivetrain::Joints;
 use crate::faults::sensor::SensorFault;
-use crate::kind::ServoKind;
+use crate::half_duplex_bus::{ByteFault, Device, Disturbance, Heard, Wire, bit_ns};
+use crate::morpheus_servo::Servo;
 use crate::plant::{Plant, Push};
-use crate::servo::Servo;
-use crate::wire::{ByteFault, Device, Disturbance, Heard, Wire, bit_ns};
+use crate::servo_kind::ServoKind;
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
 

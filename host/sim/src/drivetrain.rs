@@ -2,9 +2,9 @@
 //! joints a shaft with nothing on it.
 
 use super::faults::sensor::Sensors;
+use super::half_duplex_bus::Mechanics;
+use super::morpheus_servo::Reading;
 use super::plant::Plant;
-use super::servo::Reading;
-use super::wire::Mechanics;
 use armbridge_shared::JOINTS;
 
 /// Converter counts of a Morpheus servo at room temperature: any will do, it

@@ -3,10 +3,10 @@
 //!
 //! | module     | what                                                        |
 //! |------------|-------------------------------------------------------------|
-//! | [`servo`]  | the Morpheus firmware, byte for byte                        |
-//! | [`stock`]  | the firmware that an AX-12A comes with, by its documents    |
-//! | [`wire`]   | the half-duplex bus between master and servos               |
-//! | [`kind`]   | which servos there are: firmware, id, rate                  |
+//! | [`morpheus_servo`]  | the Morpheus firmware, byte for byte                        |
+//! | [`stock_servo`]  | the firmware that an AX-12A comes with, by its documents    |
+//! | [`half_duplex_bus`]   | the half-duplex bus between master and servos               |
+//! | [`servo_kind`]   | which servos there are: firmware, id, rate                  |
 //! | [`plant`]  | the arm: dynamics, friction, encoders, motors               |
 //! | [`faults`] | what can go wrong with sensors and host                     |
 //! | [`uart`]   | the virtual board's serial port                             |
@@ -32,16 +32,16 @@ mod drivetrain;
 pub mod emulator;
 pub mod fault_campaign;
 pub mod faults;
-pub mod kind;
+pub mod half_duplex_bus;
 pub mod link;
 pub mod link_server;
+pub mod morpheus_servo;
 pub mod pacer;
 pub mod plant;
 pub mod raw_bus_server;
-pub mod servo;
-pub mod stock;
+pub mod servo_kind;
+pub mod stock_servo;
 pub mod uart;
 pub mod usb2dynamixel_server;
-pub mod wire;
 
 pub use bench::Bench;

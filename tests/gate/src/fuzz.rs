@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use crate::output::{Output, cargo, printed};
-use crate::place;
+use crate::paths;
 
 /// How long each target runs in the gate, in s.
 const SHORT_S: u32 = 5;
@@ -31,9 +31,9 @@ pub(crate) fn long(out: &Output) -> Result<(), String> {
 }
 
 fn run(out: &Output, duration_s: u32) -> Result<(), String> {
-    let project = place::root().join("tests/fuzz");
+    let project = paths::root().join("tests/fuzz");
     let host = printed("rustc --print host-tuple").ok_or("cannot ask rustc for its host")?;
-    let target = place::target().join("fuzz");
+    let target = paths::target().join("fuzz");
     build(out, &project, host.trim(), &target)?;
     let binaries = target.join(host.trim()).join("release");
     for names in names(&project)?.chunks(AT_ONCE) {

@@ -5,7 +5,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::output::Output;
-use crate::place;
+use crate::paths;
 use crate::steps::{Lane, Step, named};
 
 /// Lines shown of a step that failed.
@@ -30,7 +30,7 @@ struct Lanes<'a> {
 /// Runs these steps in their lanes, and prints how long each took.
 pub(crate) fn run(steps: &[Step]) -> ExitCode {
     let begin = Instant::now();
-    let logs = place::target().join("verify");
+    let logs = paths::target().join("verify");
     println!(
         "{} steps in two lanes; what each says goes to {}",
         steps.len(),
@@ -111,7 +111,7 @@ impl Lanes<'_> {
 
 /// A step, its words in a file. The error has the end of them.
 fn perform(step: &Step) -> Result<(), String> {
-    let log = place::target().join(format!("verify/{}.log", step.name));
+    let log = paths::target().join(format!("verify/{}.log", step.name));
     let out = Output::file(&log).map_err(|e| format!("cannot write {}: {e}", log.display()))?;
     step.work.perform(&out).map_err(|why| {
         let said = std::fs::read(&log).unwrap_or_default();

@@ -16,7 +16,7 @@ mod miri;
 mod no_panic;
 mod output;
 mod packages;
-mod place;
+mod paths;
 mod setup;
 mod steps;
 

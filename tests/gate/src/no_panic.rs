@@ -8,7 +8,7 @@
 use std::process::Command;
 
 use crate::output::{Output, cargo};
-use crate::place;
+use crate::paths;
 
 /// What the panic handler calls, and nobody has.
 const MISSING: &str = "a_panic_can_be_reached";
@@ -67,7 +67,7 @@ fn search(out: &Output, features: &str, functions: &[&str]) -> Result<(), String
     if !links(out, features)? {
         return Err(format!("with {features}, {MISSING} is still called"));
     }
-    let target = place::target();
+    let target = paths::target();
     let mut search = Command::new(target.join("debug/panic-calls"));
     search
         .arg(target.join("thumbv7em-none-eabihf/firmware/no-panic"))

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::place;
+use crate::paths;
 
 /// The words of one step.
 pub(crate) enum Output {
@@ -43,7 +43,7 @@ impl Output {
         let streams = self.stdio().and_then(|out| Ok((out, self.stdio()?)));
         let (out, err) = streams.map_err(|e| format!("no output for `{line}`: {e}"))?;
         let command = command.stdin(Stdio::null()).stdout(out).stderr(err);
-        match command.current_dir(place::root()).status() {
+        match command.current_dir(paths::root()).status() {
             Ok(status) if status.success() => Ok(()),
             Ok(status) => Err(format!("`{line}`: {status}")),
             Err(error) => Err(format!("cannot start `{line}`: {error}")),
@@ -67,7 +67,7 @@ pub(crate) fn cargo(words: &str) -> Command {
     let mut command = Command::new(cargo);
     command
         .args(words.split_whitespace())
-        .current_dir(place::root());
+        .current_dir(paths::root());
     command
 }
 

@@ -9,7 +9,7 @@ use std::process::Command;
 
 use crate::output::{Output, printed, succeeds};
 use crate::packages::Program;
-use crate::place;
+use crate::paths;
 
 /// Target of both firmware images.
 const TARGET: &str = "thumbv7em-none-eabihf";
@@ -90,7 +90,7 @@ pub(crate) fn python(out: &Output) -> Result<(), String> {
         packages: ["python3 python3-venv", "python3", "python", "python"],
     };
     python.ensure(out)?;
-    let environment = place::python_environment();
+    let environment = paths::python_environment();
     let interpreter = environment.join("bin/python");
     let works = Command::new(&interpreter)
         .args(["-m", "pip", "--version"])
@@ -103,6 +103,6 @@ pub(crate) fn python(out: &Output) -> Result<(), String> {
     install
         .args(["-m", "pip", "install", "--quiet", "--no-deps"])
         .args(["--disable-pip-version-check", "--requirement"])
-        .arg(place::root().join("tests/python/requirements.txt"));
+        .arg(paths::root().join("tests/python/requirements.txt"));
     out.run(&mut install)
 }

@@ -10,8 +10,8 @@ use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_client::session::{ChannelHost, Request};
 use armbridge_client::transport::{LinkUri, drive};
 use armbridge_shared::link::message::{Command, Fault, Mode, ToHost};
+use armbridge_tests::channel_host::{Manned, options};
 use armbridge_tests::served_board::{Served, until};
-use armbridge_tests::station_host::{Manned, options};
 
 #[test]
 fn who_leaves_disarms() {

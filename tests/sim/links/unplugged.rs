@@ -7,8 +7,8 @@ use armbridge_client::session::Request;
 use armbridge_shared::link::message::{Fault, Mode};
 
 use armbridge_tests::cable::Cable;
+use armbridge_tests::channel_host::Manned;
 use armbridge_tests::served_board::{Served, until};
-use armbridge_tests::station_host::Manned;
 
 #[test]
 fn plugged_in_again_the_host_is_back_and_nothing_is_armed() {

@@ -1,7 +1,7 @@
 //! Whatever a record holds, the table gives it back.
 
 use super::folder;
-use armbridge_client::names;
+use armbridge_client::enum_names;
 use armbridge_log::CsvWriter;
 use armbridge_log::csv::Row;
 use armbridge_shared::link::message::{Drive, Mode, Record, Sample};
@@ -12,11 +12,11 @@ use armbridge_tests::synthetic;
 fn every_kind_of_record() -> Vec<Record> {
     let mut records = synthetic::run(0.06);
     let last = *records.last().unwrap();
-    let modes = names::FAULTS
+    let modes = enum_names::FAULTS
         .into_iter()
         .map(Mode::Fault)
         .chain([Mode::Idle, Mode::Running(Drive::Torque)]);
-    let samples = names::MISSING
+    let samples = enum_names::MISSING
         .into_iter()
         .map(Sample::Missing)
         .chain([Sample::Counts(1023)]);

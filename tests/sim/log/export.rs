@@ -10,14 +10,14 @@ use std::path::{Path, PathBuf};
 
 use armbridge_analysis::monte_carlo::Trial;
 use armbridge_analysis::plan_runner::Script;
-use armbridge_client::names;
+use armbridge_client::enum_names;
 use armbridge_log::export;
 use armbridge_log::export::{About, Format};
 use armbridge_log::inspect::settings;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::{Guards, Mode, Record, Sample, Settings, Setup};
 use armbridge_sim::plant::{PlantConfig, Push};
-use armbridge_tests::place;
+use armbridge_tests::paths;
 
 /// Numbers that are hard to write down.
 const HARD: [f32; 6] = [
@@ -45,17 +45,17 @@ fn records() -> Vec<Record> {
         ..Trial::new(PlantConfig::default(), Script::demo(setup, 2_000_000))
     };
     let mut records = trial.run(1).unwrap().records;
-    let is_faulty = |record: &Record| names::fault_of(record.mode).is_some();
+    let is_faulty = |record: &Record| enum_names::fault_of(record.mode).is_some();
     assert!(records.iter().any(is_faulty), "no fault on the way");
     // A gap.
     records.drain(500..520);
     let last = *records.last().unwrap();
-    let modes = names::FAULTS
+    let modes = enum_names::FAULTS
         .into_iter()
         .map(Mode::Fault)
-        .chain(names::MODES);
+        .chain(enum_names::MODES);
     for (i, mode) in modes.enumerate() {
-        let missing = names::MISSING[i % names::MISSING.len()];
+        let missing = enum_names::MISSING[i % enum_names::MISSING.len()];
         let hard = |by: usize| HARD[(i + by) % HARD.len()];
         records.push(Record {
             tick: last.tick + 2 + i as u32,
@@ -105,10 +105,10 @@ impl Expected<'_> {
     fn write(&self) {
         self.bytes("time_s", "f8", |r| (r.start_us as f64 / 1e6).to_le_bytes());
         self.bytes("tick", "u4", |r| r.tick.to_le_bytes());
-        self.words("mode", |r| names::mode(r.mode).to_owned());
-        let fault = |r: &Record| names::fault_of(r.mode).map_or("", names::fault);
+        self.words("mode", |r| enum_names::mode(r.mode).to_owned());
+        let fault = |r: &Record| enum_names::fault_of(r.mode).map_or("", enum_names::fault);
         self.words("fault", |r| fault(r).to_owned());
-        self.words("guards", |r| names::guards(r.guards));
+        self.words("guards", |r| enum_names::guards(r.guards));
         self.reals(["q1_ref_rad", "q2_ref_rad"], |r| r.reference_rad);
         self.reals(["dq1_ref_rad_s", "dq2_ref_rad_s"], |r| {
             r.reference_speed_rad_s
@@ -122,9 +122,9 @@ impl Expected<'_> {
             // Missing: -1.
             let count = |r: &Record| r.samples[joint].counts().map_or(-1, i32::from);
             self.bytes(&name("count", ""), "i4", |r| count(r).to_le_bytes());
-            let missing = |r: &Record| r.samples[joint].missing().map_or("", names::missing);
+            let missing = |r: &Record| r.samples[joint].missing().map_or("", enum_names::missing);
             self.words(&name("missing", ""), |r| missing(r).to_owned());
-            self.words(&name("alarms", ""), |r| names::alarms(r.alarms[joint]));
+            self.words(&name("alarms", ""), |r| enum_names::alarms(r.alarms[joint]));
             let in_force = |r: &Record| r.pwm_in_force[joint].to_le_bytes();
             self.bytes(&name("pwm", "_in_force"), "u2", in_force);
             let next = |r: &Record| r.pwm_next[joint].to_le_bytes();
@@ -158,7 +158,7 @@ fn export_all(folder: &Path, records: &[Record], settings: &Settings) {
 #[test]
 #[ignore = "needs the Python packages: run `cargo verify`"]
 fn pyarrow_polars_and_scipy_read_every_column_bit_for_bit() {
-    let folder = place::target().join("tmp/export");
+    let folder = paths::target().join("tmp/export");
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(folder.join("expected")).unwrap();
     let records = records();
@@ -173,7 +173,7 @@ fn pyarrow_polars_and_scipy_read_every_column_bit_for_bit() {
     };
     export_all(&folder, &records, &settings);
 
-    let output = place::script("columns.py").arg(&folder).output().unwrap();
+    let output = paths::script("columns.py").arg(&folder).output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
     let failed = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}{failed}");

@@ -1,8 +1,8 @@
 //! A link on which everything is said that can be said, with random numbers in it.
 
 use armbridge_client::Tap;
+use armbridge_client::enum_names::{FAULTS, MISSING, MODES};
 use armbridge_client::event::{Direction, Event, LinkDecoder};
-use armbridge_client::names::{FAULTS, MISSING, MODES};
 use armbridge_shared::control::trajectory::Quantity;
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::*;

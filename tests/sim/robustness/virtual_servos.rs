@@ -6,8 +6,8 @@
 //! meet servos that are deaf, stuck or in position mode; every thousandth
 //! stream finds them switched off and on.
 
-use armbridge_sim::servo::{Reading, Servo};
-use armbridge_sim::wire::{Mechanics, Wire};
+use armbridge_sim::half_duplex_bus::{Mechanics, Wire};
+use armbridge_sim::morpheus_servo::{Reading, Servo};
 use armbridge_tests::random::Random;
 
 const STREAMS: usize = 1_000_000;

@@ -5,8 +5,8 @@ pub mod loops;
 
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::Bench;
-use armbridge_sim::kind::ServoKind;
 use armbridge_sim::plant::{Plant, PlantConfig};
+use armbridge_sim::servo_kind::ServoKind;
 
 /// An arm with these servos, ids 1 and 2.
 pub fn bench(config: &PlantConfig, firmware: [Firmware; 2], baud: u32) -> Bench {

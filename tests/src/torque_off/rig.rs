@@ -10,9 +10,9 @@ use armbridge_sim::Bench;
 use armbridge_sim::board::{Board, Input, Output, VirtualBoard, Wake};
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuError, QemuOptions, Time, qemu};
-use armbridge_sim::kind::ServoKind;
+use armbridge_sim::half_duplex_bus::Device;
 use armbridge_sim::plant::{Plant, PlantConfig};
-use armbridge_sim::wire::Device;
+use armbridge_sim::servo_kind::ServoKind;
 
 use super::cases::check;
 use super::client::ClientHandle;

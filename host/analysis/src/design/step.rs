@@ -6,8 +6,8 @@ use armbridge_shared::link::message::{Mode, Record, Refusal, Setup};
 
 use super::model::Loop;
 use crate::monte_carlo::{Maneuver, Run, Trial, TrialError};
-use armbridge_client::names;
-use armbridge_client::refusal;
+use armbridge_client::enum_names;
+use armbridge_client::refusal_text;
 use armbridge_sim::plant::PlantConfig;
 
 /// The step: large beside the encoder's counts, and far from all limits.
@@ -26,7 +26,7 @@ pub enum StepError {
     #[error("the bench does not run with this set-up: {0}")]
     Trial(#[from] TrialError),
     /// There is no loop.
-    #[error("the board would refuse this set-up: {}", refusal::in_words(*.0))]
+    #[error("the board would refuse this set-up: {}", refusal_text::in_words(*.0))]
     Refused(Refusal),
 }
 
@@ -62,7 +62,7 @@ pub(super) fn answers(setup: &Setup) -> Result<Answers, StepError> {
     let script = script.map_err(|_| StepError::Refused(Refusal::OutOfRange))?;
     let run = Trial::new(plant, script).run(SEED)?;
     let fault = |record: &Record| match record.mode {
-        Mode::Fault(fault) => Some(names::fault(fault)),
+        Mode::Fault(fault) => Some(enum_names::fault(fault)),
         _ => None,
     };
     Ok(Answers {

@@ -25,7 +25,11 @@ pub fn without_the_last(
     known: &Known,
     prior: &Prior,
 ) -> Option<Vec<Forecast>> {
-    let ticks: usize = found.stretches.iter().map(|stretch| stretch.window.len).sum();
+    let ticks: usize = found
+        .stretches
+        .iter()
+        .map(|stretch| stretch.window.len)
+        .sum();
     if ticks > TICKS_MAX {
         return None;
     }

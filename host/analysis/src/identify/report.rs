@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::fit::Found;
 use super::quantity::Quantity;
 use super::search::Prior;
-use armbridge_log::table;
+use armbridge_log::text_table;
 
 /// Standard errors to either side in which a number is with 95 %.
 const INTERVAL: f64 = 1.96;
@@ -137,7 +137,7 @@ impl Report {
         });
         format!(
             "{}{}\n{:.1} s of sliding in {} windows, {} of them not explained; noise {:.2} counts\n",
-            table::columns(&rows),
+            text_table::columns(&rows),
             silent.collect::<String>(),
             self.sliding_s,
             self.windows,

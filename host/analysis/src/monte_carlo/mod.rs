@@ -28,8 +28,8 @@ use armbridge_client::tap::Tapped;
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
+use armbridge_sim::half_duplex_bus::Disturbance;
 use armbridge_sim::plant::{Plant, PlantConfig, Push};
-use armbridge_sim::wire::Disturbance;
 
 /// Everything but the seed.
 #[derive(Clone, Debug)]

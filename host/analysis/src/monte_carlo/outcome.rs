@@ -6,7 +6,7 @@ use armbridge_shared::link::message::{Record, Sample};
 use serde::Serialize;
 
 use super::{Run, Trial, Truth};
-use armbridge_client::names;
+use armbridge_client::enum_names;
 
 /// An arm this near its reference for good has settled.
 pub const SETTLED_RAD: f64 = 0.015;
@@ -70,8 +70,11 @@ impl Outcome {
     /// Of a run of `trial`.
     pub fn of(trial: &Trial, seed: u64, run: &Run) -> Self {
         let ticks = ticks(run);
-        let fault = run.records.iter().find_map(|r| names::fault_of(r.mode));
-        let fault = fault.map(names::fault);
+        let fault = run
+            .records
+            .iter()
+            .find_map(|r| enum_names::fault_of(r.mode));
+        let fault = fault.map(enum_names::fault);
         let pushed_us = |push: &armbridge_sim::plant::Push| run.begun_us + push.start_ns / 1_000;
         let first_push_us = trial.pushes.iter().map(pushed_us).min();
         let last_push_us = trial.pushes.iter().map(pushed_us).max();

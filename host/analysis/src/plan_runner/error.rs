@@ -3,7 +3,7 @@
 use armbridge_client::error::{SessionError, end_in_words};
 use armbridge_client::params::ParameterError;
 use armbridge_client::status::Obstacle;
-use armbridge_client::{names, refusal};
+use armbridge_client::{enum_names, refusal_text};
 use armbridge_shared::link::message::{Fault, LastEnd, Refusal};
 
 /// Why a run came to nothing.
@@ -16,7 +16,7 @@ pub enum PlanError {
     #[error("{}", servos_in_words(.0.as_ref()))]
     Servos(Option<Obstacle>),
     /// The board refused a command.
-    #[error("the board refused `{command}`: {}", refusal::in_words(*.refusal))]
+    #[error("the board refused `{command}`: {}", refusal_text::in_words(*.refusal))]
     Refused {
         /// Its name.
         command: &'static str,
@@ -29,7 +29,7 @@ pub enum PlanError {
     /// Torque cannot come on.
     #[error(
         "a fault is latched on the board, `{}`: see to its cause, then clear it (`run --clear`)",
-        names::fault(*.0)
+        enum_names::fault(*.0)
     )]
     Latched(Fault),
     /// The link broke while the motors were on.
@@ -48,7 +48,7 @@ pub enum PlanError {
     #[error("{0}")]
     Setting(#[from] ParameterError),
     /// The settings that come of both.
-    #[error("with the board's own settings, the scenario's cannot be: {}", refusal::in_words(*.0))]
+    #[error("with the board's own settings, the scenario's cannot be: {}", refusal_text::in_words(*.0))]
     Settings(Refusal),
 }
 

@@ -4,7 +4,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Fault, Mode, Record};
 
 use super::plan::Stop;
-use armbridge_client::names;
+use armbridge_client::enum_names;
 
 /// What ended a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,10 @@ impl Ending {
                 joint + 1
             ),
             Self::Fault(fault) => {
-                format!("the board switched torque off: {}", names::fault(*fault))
+                format!(
+                    "the board switched torque off: {}",
+                    enum_names::fault(*fault)
+                )
             }
             Self::Interrupted => "ctrl-c; motors are off".into(),
         }

@@ -6,7 +6,7 @@ use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{ALARM, GAP, GOOD, JOINT, JOINT_TINT, Key, MUTED, Panel, SETPOINT};
 use super::run::{NOTE, Part, Run};
-use armbridge_client::names;
+use armbridge_client::enum_names;
 use armbridge_log::summary::{JointSummary, SETTLED_RAD};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Record, Sample};
@@ -42,7 +42,7 @@ pub(super) fn draw(run: &Run) -> Drawing {
 
 /// Everything that is drawn, and room above it for what is written there.
 fn angle_axis(run: &Run, joint: usize) -> Axis {
-    let shown = run.shown().iter().filter(|r| names::is_up(r.mode));
+    let shown = run.shown().iter().filter(|r| enum_names::is_up(r.mode));
     let shown = shown.flat_map(|record| {
         let reference = f64::from(record.reference_rad[joint]);
         [
@@ -77,7 +77,7 @@ fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     );
     let estimate = Stroke::solid(JOINT[joint], ESTIMATE_WIDTH);
     let angle = |r: &Record| {
-        if names::is_up(r.mode) {
+        if enum_names::is_up(r.mode) {
             f64::from(r.angle_rad[joint])
         } else {
             f64::NAN
@@ -92,7 +92,7 @@ fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
         (Key::Band(GOOD), "±20 mrad"),
     ];
     let is_missing = |r: &Record| {
-        if names::is_up(r.mode) && matches!(r.samples[joint], Sample::Missing(_)) {
+        if enum_names::is_up(r.mode) && matches!(r.samples[joint], Sample::Missing(_)) {
             panel.y.low
         } else {
             f64::NAN

@@ -8,7 +8,7 @@ use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{JOINT, Key, Panel, SETPOINT};
 use super::run::Run;
-use armbridge_client::names;
+use armbridge_client::enum_names;
 use armbridge_shared::link::message::Record;
 
 pub(super) fn draw(run: &Run) -> Drawing {
@@ -22,7 +22,7 @@ pub(super) fn draw(run: &Run) -> Drawing {
         };
         let angle = |r: &Record| f64::from(r.angle_rad[joint]);
         let speed = |r: &Record| f64::from(r.speed_rad_s[joint]);
-        let up = || run.shown().iter().filter(|r| names::is_up(r.mode));
+        let up = || run.shown().iter().filter(|r| enum_names::is_up(r.mode));
         let panel = Panel {
             frame,
             x: Axis::around(up().map(angle), 0.06),
@@ -46,7 +46,7 @@ fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize, str
             f64::from(r.angle_rad[joint]),
             f64::from(r.speed_rad_s[joint]),
         );
-        if names::is_up(r.mode) {
+        if enum_names::is_up(r.mode) {
             state
         } else {
             (f64::NAN, f64::NAN)

@@ -6,7 +6,7 @@ use armbridge_shared::link::message::{Record, Sample};
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::panel::{ALARM, GAP, MUTED, Panel};
-use armbridge_client::names;
+use armbridge_client::enum_names;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::{JointSummary, SegmentSummary, segments};
 
@@ -165,12 +165,13 @@ impl<'a> Run<'a> {
         let (from, to) = self.places();
         let mut at = from;
         let mut free = panel.frame.x;
-        let alike = |a: &Record, b: &Record| names::fault_of(a.mode) == names::fault_of(b.mode);
+        let alike =
+            |a: &Record, b: &Record| enum_names::fault_of(a.mode) == enum_names::fault_of(b.mode);
         for chunk in self.records[from..to].chunk_by(alike) {
             let span = [self.times[at], self.times[at + chunk.len() - 1]];
             at += chunk.len();
-            if let Some(fault) = names::fault_of(chunk[0].mode) {
-                let text = format!("fault: {}", names::fault(fault));
+            if let Some(fault) = enum_names::fault_of(chunk[0].mode) {
+                let text = format!("fault: {}", enum_names::fault(fault));
                 draw_fault(drawing, panel, span, &text, &mut free);
             }
         }

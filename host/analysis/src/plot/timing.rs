@@ -9,7 +9,7 @@ use super::drawing::{Anchor, Drawing, Font, Rect};
 use super::panel::{INK, Key, LIMIT, Panel};
 use super::run::Run;
 use super::{WIDTH, figure};
-use armbridge_client::names;
+use armbridge_client::enum_names;
 use armbridge_log::summary::Spread;
 use armbridge_shared::link::message::Record;
 
@@ -38,7 +38,7 @@ const QUANTITIES: [Quantity; 3] = [
     Quantity {
         title: "Tick start, actual minus planned",
         axis_title: "late by (µs)",
-        of: |r| names::is_up(r.mode).then_some(r.timing.start_error_us),
+        of: |r| enum_names::is_up(r.mode).then_some(r.timing.start_error_us),
         us: 1.0,
         // Zero is common, and outliers are what matters.
         axis: |_, highest, _| Axis {
@@ -51,7 +51,7 @@ const QUANTITIES: [Quantity; 3] = [
     Quantity {
         title: "Bus, first bit of the request to last of the replies",
         axis_title: "bus time (µs)",
-        of: |r| names::is_up(r.mode).then_some(r.timing.bus_us),
+        of: |r| enum_names::is_up(r.mode).then_some(r.timing.bus_us),
         us: 1.0,
         // The share of the period is what matters.
         axis: |_, highest, period_us| Axis {
@@ -65,7 +65,7 @@ const QUANTITIES: [Quantity; 3] = [
         title: "Estimator, controller and supervisor",
         axis_title: "compute time (µs)",
         // Zero says that it was not measured.
-        of: |r| Some(r.timing.compute_ns).filter(|&ns| ns > 0 && names::is_up(r.mode)),
+        of: |r| Some(r.timing.compute_ns).filter(|&ns| ns > 0 && enum_names::is_up(r.mode)),
         us: 1e-3,
         axis: |lowest, highest, _| whole_decades(lowest, highest),
         within_period: false,

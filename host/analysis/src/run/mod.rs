@@ -5,7 +5,6 @@
 
 mod run_stats;
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
@@ -19,8 +18,8 @@ use crate::progress::Progress;
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::scenario::{Judge, Success};
 use armbridge_client::Host;
+use armbridge_client::enum_names;
 use armbridge_client::interrupt;
-use armbridge_client::names;
 use armbridge_client::{LinkError, Tap};
 use armbridge_log::LogError;
 use armbridge_log::recorder::Recorder;
@@ -198,7 +197,7 @@ impl RunHost {
             None => format!(
                 "{now_s:.1} of {:.1} s · {}",
                 self.duration_s,
-                names::mode(self.operator.mode())
+                enum_names::mode(self.operator.mode())
             ),
         }
     }

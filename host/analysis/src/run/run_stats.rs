@@ -8,7 +8,7 @@ use armbridge_shared::link::message::Record;
 
 use crate::plan_runner::RecordSink;
 use crate::scenario::Judge;
-use armbridge_client::experiment;
+use armbridge_client::experiment_text;
 use armbridge_log::summary::Tally;
 use armbridge_log::{CsvWriter, LogError};
 
@@ -99,7 +99,8 @@ impl RecordSink for Ledger {
     }
 
     fn concluded(&mut self, conclusion: &Conclusion) {
-        self.conclusions.push(experiment::conclusion(conclusion));
+        self.conclusions
+            .push(experiment_text::conclusion(conclusion));
         if let Some(judge) = &mut self.judge {
             judge.see_end(conclusion);
         }

@@ -14,10 +14,10 @@ use super::location::{Place, Wrong};
 use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, Success};
 use crate::plan_runner::plan::{Begin, Change, Plan, Stop};
-use armbridge_client::names;
+use armbridge_client::enum_names;
 use armbridge_client::params;
-use armbridge_sim::kind::ServoKind;
 use armbridge_sim::plant::{Clash, PlantConfig, PlantFile, Push};
+use armbridge_sim::servo_kind::ServoKind;
 
 /// Where the arm is held at first, in rad, unless the scenario says otherwise.
 pub(super) const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
@@ -100,7 +100,7 @@ fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), 
     let success = success.map(|(number, name)| {
         Success::of(name).ok_or_else(|| {
             let ends = ["time", "angle", "error", "fault"].into_iter();
-            let known = ends.chain(names::FAULTS.map(names::fault));
+            let known = ends.chain(enum_names::FAULTS.map(enum_names::fault));
             let meant = params::nearest(name, known)
                 .map_or_else(String::new, |known| format!(" Is it `{known}`?"));
             let what = format!(

@@ -5,7 +5,7 @@ use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::message::Record;
 
 use super::{EndName, Expect};
-use armbridge_client::experiment;
+use armbridge_client::experiment_text;
 use armbridge_log::summary::{SETTLED_RAD, Summary, Tally};
 use armbridge_sim::plant::Push;
 
@@ -154,7 +154,7 @@ impl Judge {
             ExperimentEnd::HostQuiet | ExperimentEnd::Replaced => false,
         };
         let others = self.ends.iter().filter(|end| !is_so(end));
-        others.map(experiment::conclusion).collect()
+        others.map(experiment_text::conclusion).collect()
     }
 }
 

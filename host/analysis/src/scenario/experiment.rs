@@ -3,7 +3,7 @@
 use armbridge_shared::link::experiment::{Measure, Objection};
 
 use super::location::{Place, Wrong};
-use armbridge_client::experiment;
+use armbridge_client::experiment_text;
 
 /// What the board would object to, at the key of the step that it is about.
 pub(super) fn wrong(at: &Place, objection: Objection) -> Wrong {
@@ -23,5 +23,5 @@ pub(super) fn wrong(at: &Place, objection: Objection) -> Wrong {
         | Objection::Rough { joint }
         | Objection::Beyond { joint, .. } => of("roles", joint),
     };
-    Wrong::new(place, experiment::objection(objection))
+    Wrong::new(place, experiment_text::objection(objection))
 }

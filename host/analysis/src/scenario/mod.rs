@@ -80,12 +80,12 @@ use toml::Value;
 
 use crate::plan_runner::plan::Base;
 use crate::plan_runner::{Ending, Plan};
-use armbridge_client::names;
+use armbridge_client::enum_names;
 use armbridge_client::params;
 use armbridge_client::toml_file::DocumentError;
 use armbridge_sim::Bench;
-use armbridge_sim::kind::ServoKind;
 use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
+use armbridge_sim::servo_kind::ServoKind;
 use location::Text;
 
 /// A scenario, worked out.
@@ -173,7 +173,7 @@ impl Success {
             "error" => Some(Self::Error),
             "fault" => Some(Self::Fault),
             _ => {
-                let mut faults = names::FAULTS.into_iter().map(names::fault);
+                let mut faults = enum_names::FAULTS.into_iter().map(enum_names::fault);
                 faults.find(|fault| *fault == name).map(Self::Named)
             }
         }
@@ -185,7 +185,9 @@ impl Success {
             Ending::Time => self == Self::Time,
             Ending::Angle { .. } => self == Self::Angle,
             Ending::Error { .. } => self == Self::Error,
-            Ending::Fault(fault) => self == Self::Fault || self == Self::Named(names::fault(fault)),
+            Ending::Fault(fault) => {
+                self == Self::Fault || self == Self::Named(enum_names::fault(fault))
+            }
             Ending::Interrupted => false,
         }
     }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use armbridge_shared::bridge::SERVO_IDS;
 use armbridge_shared::servo::Firmware;
-use armbridge_sim::kind;
-use armbridge_sim::kind::{KindError, ServoKind};
+use armbridge_sim::servo_kind;
+use armbridge_sim::servo_kind::{KindError, ServoKind};
 use clap::Args;
 
 use super::values::angles;
@@ -37,7 +37,7 @@ pub(crate) struct VirtualServoArgs {
         long,
         value_name = "NAME[,NAME]",
         value_delimiter = ',',
-        value_parser = kind::firmware,
+        value_parser = servo_kind::firmware,
     )]
     firmware: Vec<Firmware>,
     /// Baud rate that is stored in the servos [default: 1000000].

@@ -4,7 +4,7 @@ use super::{Outcome, task};
 use crate::args::TaskArgs;
 use armbridge::tasks::TaskError;
 use armbridge::tasks::calibrate::{Calibrate, Guide, Wish};
-use armbridge_log::table;
+use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_sim::link::Pace;
@@ -101,7 +101,7 @@ fn as_text(before: &[Joint<f32>; JOINTS], after: &[Joint<f32>; JOINTS]) -> Strin
             format!("{:?}", after.direction).to_lowercase(),
         ]);
     }
-    table::columns(&rows)
+    text_table::columns(&rows)
 }
 
 /// The person at the keyboard, or a script that is piped in.

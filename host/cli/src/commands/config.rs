@@ -3,7 +3,7 @@
 use super::Outcome;
 use armbridge::config::{Config, FILE_NAME, InForce, explain};
 use armbridge_client::params::to_text;
-use armbridge_log::table;
+use armbridge_log::text_table;
 use clap::Args;
 use serde_json::{Value, json};
 use std::io::{ErrorKind, Write};
@@ -60,7 +60,7 @@ pub(crate) fn run(args: &ConfigArgs) -> Outcome {
         ]
     });
     let rows: Vec<Vec<String>> = std::iter::once(heads).chain(rows).collect();
-    write!(out, "{}", table::columns(&rows))?;
+    write!(out, "{}", text_table::columns(&rows))?;
     let remark = match config.file() {
         Some(file) if config.has_settings() => format!(
             "A board has settings of its own: `armbridge params --from {}` sends it what is here for \

@@ -9,9 +9,9 @@ use armbridge_analysis::design;
 use armbridge_analysis::design::{Design, JointMargins};
 use armbridge_client::params;
 use armbridge_client::params::to_text;
-use armbridge_client::refusal;
+use armbridge_client::refusal_text;
 use armbridge_client::toml_file::Document;
-use armbridge_log::table;
+use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
 use clap::Args;
@@ -144,7 +144,7 @@ pub(crate) fn run(args: &DesignArgs) -> Outcome {
     let design = Design::of(&setup).map_err(|why| {
         format!(
             "the board would refuse this set-up: {}",
-            refusal::in_words(why)
+            refusal_text::in_words(why)
         )
     })?;
     let mut out = std::io::stdout();
@@ -337,9 +337,9 @@ fn as_text(settings: &Settings, design: &Design) -> String {
     };
     [
         heading,
-        table::columns(&gain),
-        table::columns(&poles),
-        table::columns(&margins),
+        text_table::columns(&gain),
+        text_table::columns(&poles),
+        text_table::columns(&margins),
         peak,
         stability.to_owned(),
     ]

@@ -3,7 +3,7 @@
 use super::{Outcome, task};
 use crate::args::TaskArgs;
 use armbridge::tasks::disarm::Disarm;
-use armbridge_client::trip;
+use armbridge_client::fault_text;
 use armbridge_shared::link::message::Mode;
 use armbridge_sim::link::Pace;
 
@@ -18,7 +18,7 @@ pub(crate) fn run(args: &TaskArgs) -> Outcome {
     let said = host.session.status().trip.filter(|_| is_fault).map_or_else(
         || "disarmed: motors are off".to_owned(),
         |tripped| {
-            let account = trip::in_words(&tripped);
+            let account = fault_text::in_words(&tripped);
             format!(
                 "motors are off; a fault is latched: {}; {}",
                 account.cause, account.advice

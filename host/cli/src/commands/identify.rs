@@ -16,7 +16,7 @@ use armbridge_analysis::identify::{
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::params;
 use armbridge_client::params::Parameter;
-use armbridge_log::find::find as find_log;
+use armbridge_log::log_path::find as find_log;
 use armbridge_log::recording::Recording;
 use armbridge_shared::link::message::Settings;
 use clap::{Args, Subcommand};

@@ -2,8 +2,8 @@
 
 use super::Outcome;
 use armbridge_analysis::run_folder::DEFAULT_BASE;
-use armbridge_log::find::find;
 use armbridge_log::inspect::Info;
+use armbridge_log::log_path::find;
 use clap::Args;
 use std::io::Write;
 use std::path::Path;

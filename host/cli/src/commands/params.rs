@@ -10,7 +10,7 @@ use armbridge_client::params;
 use armbridge_client::params::settings_exchange::Exchange;
 use armbridge_client::params::{Parameter, to_text};
 use armbridge_client::toml_file::Document;
-use armbridge_log::table;
+use armbridge_log::text_table;
 use armbridge_shared::link::message::Settings;
 use clap::Args;
 use serde_json::{Value, json};
@@ -136,7 +136,7 @@ fn show(args: &ParamsArgs) -> Outcome {
         let heads = ["key", "value", "unit", "what"].map(str::to_owned).to_vec();
         let rows = shown.iter().map(|parameter| row(parameter, &settings));
         let rows: Vec<Vec<String>> = std::iter::once(heads).chain(rows).collect();
-        write!(out, "{}", table::columns(&rows))?;
+        write!(out, "{}", text_table::columns(&rows))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -7,8 +7,8 @@ use armbridge::config::Config;
 use armbridge_client::params;
 use armbridge_client::params::settings_exchange::{Exchange, Exchanged, commands};
 use armbridge_client::params::to_text;
-use armbridge_client::refusal;
-use armbridge_log::table;
+use armbridge_client::refusal_text;
+use armbridge_log::text_table;
 use armbridge_shared::link::message::{Command, Settings};
 use serde_json::json;
 use std::io::Write;
@@ -97,7 +97,7 @@ impl Sent {
         Some(format!(
             "the board refused {}: {}; {done}",
             name(command),
-            refusal::in_words(reason)
+            refusal_text::in_words(reason)
         ))
     }
 }
@@ -115,7 +115,7 @@ pub(super) fn differences(before: &Settings, after: &Settings) -> String {
             parameter.unit.to_owned(),
         ]
     });
-    table::columns(&rows.collect::<Vec<_>>())
+    text_table::columns(&rows.collect::<Vec<_>>())
 }
 
 fn show(how: &How<'_>, sent: &Sent) -> Result<(), Error> {
@@ -143,7 +143,7 @@ fn show(how: &How<'_>, sent: &Sent) -> Result<(), Error> {
             "saved": is_saved,
             "refused": exchanged.refused.map(|(command, reason)| json!({
                 "command": name(command),
-                "reason": refusal::in_words(reason),
+                "reason": refusal_text::in_words(reason),
             })),
         });
         writeln!(out, "{report}")?;

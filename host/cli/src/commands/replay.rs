@@ -3,7 +3,7 @@
 use super::Outcome;
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::params;
-use armbridge_log::find::find;
+use armbridge_log::log_path::find;
 use armbridge_log::recording::Reader;
 use armbridge_log::replay::{Changes, Replayer, Report, Verdict};
 use clap::Args;

@@ -10,7 +10,7 @@ use armbridge_analysis::scenario::{Judge, Overrides, SHIPPED, Scenario, Shipped}
 use armbridge_client::params;
 use armbridge_client::transport::LinkUri;
 use armbridge_log::run_info::RunFacts;
-use armbridge_log::table;
+use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use armbridge_sim::link::{BoardUri, Options, Pace, drive};
 use armbridge_sim::plant::PlantFile;
@@ -284,7 +284,7 @@ fn list(as_json: bool) -> Outcome {
             vec![row.name.into(), duration, row.title]
         })
         .collect();
-    print!("{}", table::columns(&rows));
+    print!("{}", text_table::columns(&rows));
     Ok(ExitCode::SUCCESS)
 }
 

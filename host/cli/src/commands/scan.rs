@@ -6,7 +6,7 @@ use armbridge_analysis::progress::Progress;
 use armbridge_client::servo_bus::scan::{Area, Found, Report, Step, Trouble, scan};
 use armbridge_client::servo_bus::{Diagnosis, Port};
 use armbridge_client::servo_table::alarms;
-use armbridge_log::table;
+use armbridge_log::text_table;
 use armbridge_shared::servo::Firmware;
 use clap::Args;
 use serde_json::{Value, json};
@@ -102,7 +102,7 @@ fn as_text(report: &Report) -> String {
         ];
         let mut rows = vec![heads.map(str::to_owned).to_vec()];
         rows.extend(report.found.iter().map(row));
-        text.push_str(&table::columns(&rows));
+        text.push_str(&text_table::columns(&rows));
     }
     // What is the same at several ids is said once.
     let of_one_kind = report

@@ -180,7 +180,7 @@ fn read<L: Line>(
             format!(
                 "servo {}, {firmware}\n{}",
                 servo.id(),
-                armbridge_log::table::columns(&rows)
+                armbridge_log::text_table::columns(&rows)
             )
         }
     })

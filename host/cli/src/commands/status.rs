@@ -4,11 +4,11 @@ use super::{Outcome, task};
 use crate::args::TaskArgs;
 use armbridge::tasks::TaskHost;
 use armbridge::tasks::status::Status;
+use armbridge_client::enum_names;
 use armbridge_client::error::end_in_words;
-use armbridge_client::names;
+use armbridge_client::fault_text;
 use armbridge_client::status::FoundServos;
-use armbridge_client::trip;
-use armbridge_log::table;
+use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{BoardReport, End, SettingsFrom};
 use armbridge_shared::servo::Firmware;
@@ -56,7 +56,7 @@ fn as_text(uri: &BoardUri, host: &TaskHost<Status>) -> String {
     rows.push(["link health".into(), health(host)]);
     rows.push(["round trip".into(), round_trip(host)]);
     let rows: Vec<Vec<String>> = rows.into_iter().map(Vec::from).collect();
-    table::columns(&rows)
+    text_table::columns(&rows)
 }
 
 fn board(host: &TaskHost<Status>) -> String {
@@ -155,10 +155,10 @@ fn mode(host: &TaskHost<Status>) -> Vec<[String; 2]> {
     let Some(now) = status.mode() else {
         return vec![["mode".into(), "no tick was heard".into()]];
     };
-    let (name, means) = trip::mode(now);
+    let (name, means) = fault_text::mode(now);
     let mut rows = vec![["mode".into(), format!("{name}: {means}")]];
     if let Some(tripped) = status.trip {
-        let account = trip::in_words(&tripped);
+        let account = fault_text::in_words(&tripped);
         let seen = account
             .seen
             .map_or_else(String::new, |seen| format!(": {seen}"));
@@ -167,7 +167,7 @@ fn mode(host: &TaskHost<Status>) -> Vec<[String; 2]> {
             format!("{}{seen} (tick {})", account.cause, tripped.tick),
         ]);
         if let Some(report) = &status.off {
-            rows.push(["after it".into(), trip::off(report)]);
+            rows.push(["after it".into(), fault_text::off(report)]);
         }
         rows.push(["what to do".into(), account.advice.into()]);
     }
@@ -260,10 +260,10 @@ fn as_json(uri: &BoardUri, host: &TaskHost<Status>) -> Value {
         "baud": status.servos.map(|servos| servos.baud),
         "ready": status.servos.map(|servos| servos.is_ready),
         "trouble": status.obstacle.map(|obstacle| obstacle.to_string()),
-        "mode": mode.map(names::mode),
-        "fault": mode.and_then(names::fault_of).map(names::fault),
-        "cause": status.trip.map(|tripped| trip::in_words(&tripped).cause),
-        "advice": status.trip.map(|tripped| trip::in_words(&tripped).advice),
+        "mode": mode.map(enum_names::mode),
+        "fault": mode.and_then(enum_names::fault_of).map(enum_names::fault),
+        "cause": status.trip.map(|tripped| fault_text::in_words(&tripped).cause),
+        "advice": status.trip.map(|tripped| fault_text::in_words(&tripped).advice),
         "joints": joints,
         "frames_per_s": host.task.frames_per_s(),
         "lost": stats.lost,

@@ -3,7 +3,7 @@
 use super::{Outcome, task};
 use crate::args::TaskArgs;
 use armbridge::tasks::disarm::Stop;
-use armbridge_client::trip;
+use armbridge_client::fault_text;
 use armbridge_sim::link::Pace;
 
 pub(crate) const EXAMPLES: &str = "\
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &TaskArgs) -> Outcome {
         .session
         .status()
         .trip
-        .map(|trip| trip::in_words(&trip).cause);
+        .map(|trip| fault_text::in_words(&trip).cause);
     let said = format!(
         "stopped: {}; `armbridge clear` clears it when the arm is free to move",
         cause.unwrap_or_default()

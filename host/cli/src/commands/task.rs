@@ -7,8 +7,8 @@ use armbridge::config::Config;
 use armbridge::tasks::{Task, TaskHost};
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::LinkError;
+use armbridge_client::enum_names;
 use armbridge_client::interrupt;
-use armbridge_client::names;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::Settings;
@@ -83,8 +83,8 @@ pub(crate) fn print<T: Task>(
         let mode = host.session.status().mode();
         let report = json!({
             "link": uri.to_string(),
-            "mode": mode.map(names::mode),
-            "fault": mode.and_then(names::fault_of).map(names::fault),
+            "mode": mode.map(enum_names::mode),
+            "fault": mode.and_then(enum_names::fault_of).map(enum_names::fault),
             "in_words": said,
         });
         writeln!(out, "{report}")?;

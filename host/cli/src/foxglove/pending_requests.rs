@@ -14,7 +14,7 @@ use foxglove::websocket::{GetParametersResponder, Parameter, SetParametersRespon
 
 use super::board::{Asked, Board};
 use super::values;
-use armbridge_client::refusal;
+use armbridge_client::refusal_text;
 use armbridge_client::session::Request;
 
 /// How long the board may take.
@@ -235,9 +235,10 @@ impl Desk {
             let is_late = waiting.since.elapsed() > PATIENCE;
             let refused = board.refused.filter(|_| board.refusals > waiting.refusals);
             let why = |asked: Option<Asked>| match refused {
-                Some((what, refusal)) if Some(what) == asked => {
-                    Some(format!("the board refused: {}", refusal::in_words(refusal)))
-                }
+                Some((what, refusal)) if Some(what) == asked => Some(format!(
+                    "the board refused: {}",
+                    refusal_text::in_words(refusal)
+                )),
                 Some(_) | None => {
                     is_late.then(|| "the board did not do so within 2 s: is it there?".into())
                 }

@@ -6,11 +6,11 @@ use armbridge_shared::link::message::{BoardReport, Command, LastEnd, Mode, Refus
 
 use super::{Task, TaskError, View};
 use armbridge_client::error::end_in_words;
+use armbridge_client::fault_text;
 use armbridge_client::interrupt;
-use armbridge_client::refusal;
+use armbridge_client::refusal_text;
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::status::{BoardStatus, FoundServos};
-use armbridge_client::trip;
 
 /// How it ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,14 +107,14 @@ impl Arm {
             .obstacle
             .map_or_else(none, |obstacle| obstacle.to_string());
         if let Some(trip) = status.trip {
-            let cause = trip::in_words(&trip).cause;
+            let cause = fault_text::in_words(&trip).cause;
             return Err(TaskError(format!(
                 "a fault is latched: {cause}; look after it, then `armbridge clear`"
             )));
         }
         match (status.mode(), status.servos) {
             (Some(Mode::Passthrough), _) => {
-                let why = refusal::in_words(Refusal::Passthrough);
+                let why = refusal_text::in_words(Refusal::Passthrough);
                 return Err(TaskError(format!("the board is not armed: {why}")));
             }
             (Some(Mode::Idle), Some(FoundServos { is_ready: true, .. })) => {
@@ -210,7 +210,7 @@ impl Task for Arm {
                     self.step = Step::Holding(now_us);
                 }
                 Some(Err(refusal)) => {
-                    let why = refusal::in_words(refusal);
+                    let why = refusal_text::in_words(refusal);
                     return Err(TaskError(format!("the board refused to arm: {why}")));
                 }
                 None if now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => {
@@ -262,7 +262,7 @@ impl Outcome {
         match self {
             Self::Disarmed => "disarmed".into(),
             Self::Tripped(tripped) => {
-                let account = trip::in_words(tripped);
+                let account = fault_text::in_words(tripped);
                 let seen = account
                     .seen
                     .map_or_else(String::new, |seen| format!(" ({seen})"));

@@ -3,9 +3,9 @@
 use armbridge_shared::link::message::{Command, Mode, Refusal};
 
 use super::{Task, TaskError, View};
-use armbridge_client::refusal;
+use armbridge_client::fault_text;
+use armbridge_client::refusal_text;
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
-use armbridge_client::trip;
 
 /// How far it has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +41,7 @@ impl Task for Disarm {
                     view.session.request(view.now_us, Request::Leave);
                 }
                 Some(Err(refusal)) => {
-                    let why = refusal::in_words(refusal);
+                    let why = refusal_text::in_words(refusal);
                     return Err(TaskError(format!("the board does not disarm: {why}")));
                 }
                 None => overdue(view.now_us, since_us, ANSWER_TIMEOUT_US, || {
@@ -126,7 +126,7 @@ impl Task for Clear {
                     // The board soon reports that motors are off, or that they are not.
                     Some(Err(Refusal::NotOff)) => self.0 = Step::Greeting,
                     Some(Err(refusal)) => {
-                        let why = refusal::in_words(refusal);
+                        let why = refusal_text::in_words(refusal);
                         return Err(TaskError(format!("the fault is not cleared: {why}")));
                     }
                     Some(Ok(())) | None => {}
@@ -150,7 +150,7 @@ fn not_cleared(view: &View<'_>) -> String {
     let status = view.session.status();
     match (&status.trip, status.obstacle) {
         (Some(trip), _) => {
-            let account = trip::in_words(trip);
+            let account = fault_text::in_words(trip);
             format!(
                 "the fault came again: {}; {}",
                 account.cause, account.advice

@@ -4,7 +4,7 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-use armbridge_tests::place;
+use armbridge_tests::paths;
 
 /// `armbridge foxglove` on any free port, ended with the test.
 struct Live {
@@ -33,7 +33,7 @@ impl Live {
     }
 
     fn passes(&self, options: &[&str]) {
-        let output = place::script("live.py")
+        let output = paths::script("live.py")
             .arg(&self.url)
             .args(options)
             .output()

@@ -7,7 +7,7 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Output, Stdio};
 
-use armbridge_tests::place;
+use armbridge_tests::paths;
 
 /// The servos by themselves, at the rate that the terminal is set to.
 const SERVOS: &[&str] = &["serve", "servos", "--listen", "pty:", "--firmware", "stock"];
@@ -59,7 +59,7 @@ impl Served {
 
     /// Runs one of the scripts in `tests/python/` on it.
     fn run(&self, script: &str, options: &[&str]) -> Output {
-        place::script(script)
+        paths::script(script)
             .arg(&self.terminal)
             .args(options)
             .output()

@@ -3,7 +3,7 @@
 use armbridge_shared::bridge::why_not;
 use armbridge_shared::link::message::{Refusal, Settings};
 
-use crate::refusal;
+use crate::refusal_text;
 
 /// Why no board runs with these settings.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -30,7 +30,7 @@ pub enum Unfit {
         high: u16,
     },
     /// As the board itself would say.
-    #[error("the board would refuse these settings: {}", refusal::in_words(*.0))]
+    #[error("the board would refuse these settings: {}", refusal_text::in_words(*.0))]
     Refused(Refusal),
 }
 

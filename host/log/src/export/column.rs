@@ -7,7 +7,7 @@
 
 use armbridge_shared::link::message::{Guards, Record};
 
-use armbridge_client::names;
+use armbridge_client::enum_names;
 
 /// A quantity of every tick.
 #[derive(Clone, Copy, Debug)]
@@ -67,26 +67,28 @@ impl Words {
         let none = || std::iter::once(String::new());
         match self {
             Self::Modes => {
-                let modes = names::MODES.into_iter().map(names::mode);
+                let modes = enum_names::MODES.into_iter().map(enum_names::mode);
                 modes.chain(["fault"]).map(str::to_owned).collect()
             }
             Self::Faults => {
-                let faults = names::FAULTS.into_iter().map(names::fault);
+                let faults = enum_names::FAULTS.into_iter().map(enum_names::fault);
                 none().chain(faults.map(str::to_owned)).collect()
             }
             Self::Guards => {
                 let guards = [Guards::BRAKED, Guards::TORQUE, Guards::RATE, Guards::PWM];
                 let of = |bits: usize| {
                     let set = guards.into_iter().filter(|g| bits & g.bits() as usize != 0);
-                    names::guards(set.fold(Guards::NONE, Guards::or))
+                    enum_names::guards(set.fold(Guards::NONE, Guards::or))
                 };
                 (0..GUARDS).map(of).collect()
             }
             Self::Missing => {
-                let kinds = names::MISSING.into_iter().map(names::missing);
+                let kinds = enum_names::MISSING.into_iter().map(enum_names::missing);
                 none().chain(kinds.map(str::to_owned)).collect()
             }
-            Self::Alarms => (0..ALARMS).map(|bits| names::alarms(bits as u8)).collect(),
+            Self::Alarms => (0..ALARMS)
+                .map(|bits| enum_names::alarms(bits as u8))
+                .collect(),
         }
     }
 
@@ -100,18 +102,20 @@ impl Words {
 }
 
 fn mode(record: &Record, _: usize) -> usize {
-    let known = names::MODES.iter().position(|mode| *mode == record.mode);
+    let known = enum_names::MODES
+        .iter()
+        .position(|mode| *mode == record.mode);
     // Every other mode is a fault.
-    known.unwrap_or(names::MODES.len())
+    known.unwrap_or(enum_names::MODES.len())
 }
 
 fn fault(record: &Record, _: usize) -> usize {
-    names::fault_of(record.mode).map_or(0, |fault| place(&names::FAULTS, &fault))
+    enum_names::fault_of(record.mode).map_or(0, |fault| place(&enum_names::FAULTS, &fault))
 }
 
 fn missing(record: &Record, joint: usize) -> usize {
     let missing = record.samples[joint].missing();
-    missing.map_or(0, |kind| place(&names::MISSING, &kind))
+    missing.map_or(0, |kind| place(&enum_names::MISSING, &kind))
 }
 
 /// Where something stands in a list whose words begin with none.

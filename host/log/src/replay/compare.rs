@@ -6,7 +6,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Mode, Record};
 use serde::Serialize;
 
-use armbridge_client::names;
+use armbridge_client::enum_names;
 
 /// The first field of a tick that is not the same.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -43,13 +43,13 @@ impl fmt::Display for Difference {
 /// What a mode is called, faults by their own names.
 pub(super) fn mode(mode: Mode) -> String {
     match mode {
-        Mode::Fault(fault) => format!("fault {}", names::fault(fault)),
+        Mode::Fault(fault) => format!("fault {}", enum_names::fault(fault)),
         Mode::Boot
         | Mode::Idle
         | Mode::Armed
         | Mode::Running(_)
         | Mode::Degraded(_)
-        | Mode::Passthrough => names::mode(mode).to_owned(),
+        | Mode::Passthrough => enum_names::mode(mode).to_owned(),
     }
 }
 

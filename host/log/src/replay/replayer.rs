@@ -17,7 +17,7 @@ use super::report::{Report, Tally};
 use super::tick_facts::{self, HostEvent};
 use super::what_if::{ChangeError, Changes, Sums};
 use armbridge_client::event::{Direction, Event, EventKind};
-use armbridge_client::refusal;
+use armbridge_client::refusal_text;
 
 /// How much is known of the board.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,7 +38,7 @@ pub enum ReplayError {
     #[error(transparent)]
     Change(#[from] ChangeError),
     /// There is no controller for them.
-    #[error("the board would not take these settings: {}", refusal::in_words(*.0))]
+    #[error("the board would not take these settings: {}", refusal_text::in_words(*.0))]
     Settings(Refusal),
 }
 

@@ -9,7 +9,7 @@ use super::spread::Counts;
 use super::{Cause, FaultSummary, Summary, remarks};
 use crate::run_info::{PWM_OFF, RunFacts};
 use armbridge_client::LinkStats;
-use armbridge_client::names;
+use armbridge_client::enum_names;
 
 /// Setpoints that are listed; further ones are counted.
 const SEGMENTS_MAX: usize = 200;
@@ -57,7 +57,7 @@ impl Tally {
         self.missed_ticks = record.timing.missed;
         // While servos are being found, the bus and the samples say nothing about
         // the run.
-        if names::is_up(record.mode) {
+        if enum_names::is_up(record.mode) {
             self.see_samples(record);
         }
         self.see_segment(record);
@@ -79,7 +79,7 @@ impl Tally {
         }
         for sample in record.samples {
             if let Sample::Missing(kind) = sample {
-                *self.missing.entry(names::missing(kind)).or_default() += 1;
+                *self.missing.entry(enum_names::missing(kind)).or_default() += 1;
             }
         }
     }
@@ -105,11 +105,11 @@ impl Tally {
     }
 
     fn see_fault(&mut self, record: &Record) {
-        let fault = names::fault_of(record.mode);
+        let fault = enum_names::fault_of(record.mode);
         if let (true, Some(fault)) = (fault != self.fault, fault) {
             self.faults.push(FaultSummary {
                 time_s: record.start_us.saturating_sub(self.origin_us) as f64 * 1e-6,
-                fault: names::fault(fault),
+                fault: enum_names::fault(fault),
                 cause: None,
             });
         }

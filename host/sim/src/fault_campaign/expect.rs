@@ -9,7 +9,7 @@ use armbridge_shared::servo::Firmware;
 
 use super::case::{Case, Injection, Scenario};
 use super::kind::{Harm, Kind};
-use crate::wire::Way;
+use crate::half_duplex_bus::Way;
 use Fault::{
     AngleLimit, Clock, Corrupted, DeadZone, Diverged, EmergencyStop, HostSilent, Overrun, PwmLimit,
     SamplesLost, SamplesRare, ServoAlarm, ServoReset, ServoSilent, SpeedLimit, Stuck, Temperature,

@@ -16,11 +16,11 @@ use crate::board::VirtualBoard;
 use crate::cosim::{Cosim, CosimError};
 use crate::faults::host::{Meddled, Meddling};
 use crate::faults::sensor::SensorFault;
-use crate::kind::{KindError, ServoKind};
+use crate::half_duplex_bus::{ByteFault, Way};
+use crate::morpheus_servo::Deafness;
 use crate::plant::{Plant, Push};
-use crate::servo::Deafness;
-use crate::wire::{ByteFault, Way};
-use armbridge_client::refusal;
+use crate::servo_kind::{KindError, ServoKind};
+use armbridge_client::refusal_text;
 
 /// Speed of the servos' bus.
 const BAUD: u32 = 1_000_000;
@@ -56,7 +56,7 @@ pub(super) struct World<'a> {
 impl<'a> World<'a> {
     pub(super) fn new(case: &Case, ends: Ends<'a>) -> Result<Self, String> {
         let limits = case.limits();
-        let board = VirtualBoard::new(ends).map_err(refusal::in_words)?;
+        let board = VirtualBoard::new(ends).map_err(refusal_text::in_words)?;
         let arms = case.scenario != Scenario::Idle;
         let driver = Driver::new(case.setup(), limits, arms, case.command());
         let kinds: Result<Vec<ServoKind>, KindError> = SERVO_IDS

@@ -16,7 +16,7 @@ use super::fixture::World;
 use super::kind::Kind;
 use super::outcome::Outcome;
 use super::trace::Story;
-use armbridge_client::names;
+use armbridge_client::enum_names;
 
 /// From a fault to motors off, where the bus carries packets, in µs.
 pub const STOP_US: u64 = 20_000;
@@ -199,7 +199,7 @@ impl<'a, 'b> Judge<'a, 'b> {
                 };
                 outcome.is_named_right =
                     injections.iter().any(|i| is_name(i) && !is(Verdict::No, i));
-                outcome.fault = Some(names::fault(fault));
+                outcome.fault = Some(enum_names::fault(fault));
                 let first_us = ready_us + injections.first().map_or(0, |i| i.after_us);
                 outcome.detected_ms = Some(at_us.saturating_sub(first_us) as f64 * 1e-3);
             }
@@ -317,7 +317,7 @@ mod tests {
         let stopped = judged(&goodbye, &goodbye, |world| {
             world.cosim.is_stop_pressed = true;
         });
-        let pin = names::fault(Fault::EmergencyStop(StopSource::Pin));
+        let pin = enum_names::fault(Fault::EmergencyStop(StopSource::Pin));
         assert_eq!((stopped.fault, stopped.is_named_right), (Some(pin), false));
         // A host that is gone cannot stop anything.
         let stop = Case {

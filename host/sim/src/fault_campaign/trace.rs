@@ -9,7 +9,7 @@ use super::case::{Case, Injection};
 use super::expect::{self, Verdict};
 use super::fixture::World;
 use super::outcome::Outcome;
-use armbridge_client::names;
+use armbridge_client::enum_names;
 
 /// A case as it is told; one that nobody listens to costs nothing.
 #[derive(Debug, Default)]
@@ -59,7 +59,7 @@ impl Story {
             let names: Vec<&str> = right
                 .names
                 .iter()
-                .map(|fault| names::fault(*fault))
+                .map(|fault| enum_names::fault(*fault))
                 .collect();
             let (kind, names) = (injection.kind, names.join(", "));
             self.line(&match expect::verdict(injection, case) {

@@ -1,5 +1,5 @@
 //! What can go wrong beside the bus; what can go wrong on it is in
-//! [`wire`](super::wire).
+//! [`wire`](super::half_duplex_bus).
 //!
 //! | module     | what                                                        |
 //! |------------|-------------------------------------------------------------|

@@ -1,6 +1,6 @@
 //! What a servo's converter reads when something is wrong with what it reads.
 
-use crate::servo::Reading;
+use crate::morpheus_servo::Reading;
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg32;
 

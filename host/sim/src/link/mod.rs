@@ -19,7 +19,7 @@ pub use virtual_board::run as drive_board;
 use std::sync::mpsc::Receiver;
 
 use armbridge_client::transport::{self, LinkOptions};
-use armbridge_client::{Host, LinkError, refusal};
+use armbridge_client::{Host, LinkError, refusal_text};
 use armbridge_shared::bridge::Channels;
 
 use crate::Bench;
@@ -79,7 +79,7 @@ pub fn drive<H: Host>(
             match VirtualBoard::new(channels.split()) {
                 Ok(board) => virtual_board::run(board, options, host),
                 Err(refusal) => {
-                    let why = refusal::in_words(refusal);
+                    let why = refusal_text::in_words(refusal);
                     let why = format!("the default set-up has no controller: {why}");
                     (host, Err(LinkError::Link(why)))
                 }

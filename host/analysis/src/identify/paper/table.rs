@@ -2,7 +2,7 @@
 
 use super::comparison::{Model, PaperComparison, Within};
 use super::sampled::Kind;
-use armbridge_log::table;
+use armbridge_log::text_table;
 
 /// Friction in N m s/rad by which two values are two: more than any of the fits is off.
 const APART: f64 = 0.01;
@@ -69,7 +69,7 @@ impl PaperComparison {
 
     /// All of it, ending in a line feed.
     pub fn text(&self) -> String {
-        let mut text = table::columns(&self.rows());
+        let mut text = text_table::columns(&self.rows());
         for sentence in self.sentences() {
             text.push('\n');
             text.push_str(&wrapped(&sentence));

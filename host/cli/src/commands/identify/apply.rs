@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use armbridge_analysis::design::{Design, Redesign, retune};
 use armbridge_client::params;
 use armbridge_client::params::settings_exchange;
-use armbridge_client::refusal;
-use armbridge_log::table;
+use armbridge_client::refusal_text;
+use armbridge_log::text_table;
 use armbridge_shared::link::message::Settings;
 
 use super::super::params_exchange::{Sent, differences};
@@ -115,7 +115,7 @@ fn judged(after: &Settings) -> Result<Design, String> {
         Ok(_) => Err("with this arm the loop would be unstable: `armbridge design`".into()),
         Err(why) => Err(format!(
             "the board would refuse it: {}; `armbridge design`",
-            refusal::in_words(why)
+            refusal_text::in_words(why)
         )),
     }
 }
@@ -157,7 +157,7 @@ fn gains(old: Option<&Design>, new: &Design, redesign: Redesign) -> String {
     let disc = new.margins.disc;
     format!(
         "\n{}\n{}; disc margin {:.3}\n",
-        table::columns(&rows),
+        text_table::columns(&rows),
         redesign.in_words(),
         disc.alpha
     )

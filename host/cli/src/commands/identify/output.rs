@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use armbridge_analysis::identify::{
     Diagnosis, Forecast, Page, forecast, no_numbers, without_the_last,
 };
-use armbridge_log::table;
+use armbridge_log::text_table;
 
 use super::super::{Error, Outcome};
 use super::FitArgs;
@@ -97,7 +97,10 @@ fn as_text(held_out: &str, forecasts: Option<&[Forecast]>) -> String {
     };
     let mut rows = vec![Forecast::HEADS.map(str::to_owned).to_vec()];
     rows.extend(forecasts.iter().map(|forecast| forecast.cells().to_vec()));
-    format!("{held_out}; errors in counts:\n{}", table::columns(&rows))
+    format!(
+        "{held_out}; errors in counts:\n{}",
+        text_table::columns(&rows)
+    )
 }
 
 fn held_out(logs: &[PathBuf]) -> &'static str {

@@ -3,7 +3,7 @@
 use super::super::{Error, Outcome};
 use armbridge_analysis::identify::paper::{PaperComparison, Sampled, sampled};
 use armbridge_analysis::run_folder::{DEFAULT_BASE, RunFolder};
-use armbridge_log::find::find;
+use armbridge_log::log_path::find;
 use armbridge_log::recording::Recording;
 use armbridge_shared::arm::Parameters;
 use clap::Args;

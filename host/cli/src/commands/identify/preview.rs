@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use armbridge_analysis::plot::{PlotError, draw_outlook};
 use armbridge_analysis::scenario::{Outlook, Stage, Swept};
-use armbridge_log::table;
+use armbridge_log::text_table;
 
 /// Most rows of the table; a plan that repeats itself has more steps.
 const ROWS_MAX: usize = 40;
@@ -33,7 +33,7 @@ pub(super) fn as_text(outlook: &Outlook) -> String {
         outlook.title,
         outlook.stages.len(),
         outlook.end_s,
-        table::columns(&rows),
+        text_table::columns(&rows),
         first.to_degrees(),
         second.to_degrees()
     )

@@ -4,9 +4,9 @@ use armbridge_client::endpoint::Endpoint;
 use armbridge_client::transport::LinkUri;
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::Bench;
-use armbridge_sim::kind;
-use armbridge_sim::kind::{KindError, ServoKind};
 use armbridge_sim::raw_bus_server::LiveBench;
+use armbridge_sim::servo_kind;
+use armbridge_sim::servo_kind::{KindError, ServoKind};
 use clap::Args;
 use std::process::ExitCode;
 
@@ -29,7 +29,7 @@ pub(crate) struct ServosArgs {
         long,
         value_name = "NAME[,NAME]",
         value_delimiter = ',',
-        value_parser = kind::firmware,
+        value_parser = servo_kind::firmware,
         default_value = "morpheus"
     )]
     firmware: Vec<Firmware>,

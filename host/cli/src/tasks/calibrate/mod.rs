@@ -25,7 +25,7 @@ use armbridge_shared::link::message::{Command, Mode, Settings, Setup};
 
 use super::{Task, TaskError, View};
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
-use armbridge_client::{interrupt, refusal, trip};
+use armbridge_client::{fault_text, interrupt, refusal_text};
 use measure::{Pose, Sampler, direction};
 use motor::Motor;
 
@@ -117,7 +117,7 @@ impl<G: Guide> Calibrate<G> {
         if let Some(tripped) = status.trip {
             return Err(TaskError(format!(
                 "a fault is latched: {}; look after it, then `armbridge clear`",
-                trip::in_words(&tripped).cause
+                fault_text::in_words(&tripped).cause
             )));
         }
         if let (Some(Mode::Idle), Some(settings)) = (status.mode(), status.settings) {
@@ -346,7 +346,7 @@ fn answer(view: &mut View<'_>, since_us: u64, what: &str) -> Result<bool, TaskEr
     match view.session.take_answer() {
         Some(Ok(())) => Ok(true),
         Some(Err(refusal)) => {
-            let why = refusal::in_words(refusal);
+            let why = refusal_text::in_words(refusal);
             Err(TaskError(format!("the board refused the {what}: {why}")))
         }
         None if view.now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => Err(TaskError(

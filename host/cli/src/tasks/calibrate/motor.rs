@@ -6,8 +6,8 @@ use armbridge_shared::link::message::{Command, Mode};
 
 use super::{Guide, answer};
 use crate::tasks::{TaskError, View};
+use armbridge_client::fault_text;
 use armbridge_client::session::Request;
-use armbridge_client::trip;
 
 /// In N m: twice what friction holds, a tenth of what the servo gives.
 const PUSH_NM: f32 = 0.12;
@@ -63,7 +63,7 @@ impl Motor {
     ) -> Result<bool, TaskError> {
         let status = view.session.status();
         if let (Some(Mode::Fault(_)), Some(tripped)) = (status.mode(), status.trip) {
-            let cause = trip::in_words(&tripped).cause;
+            let cause = fault_text::in_words(&tripped).cause;
             return Err(unsaved(&format!("the board switched off: {cause}")));
         }
         let now_us = view.now_us;

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Missing, Record, Sample, Timing};
 
-use armbridge_client::names;
+use armbridge_client::enum_names;
 
 /// Ticks whose timing is kept.
 const TICKS: usize = 10_000;
@@ -14,8 +14,8 @@ const TICKS: usize = 10_000;
 /// Counts since the dashboard began, and the latest timings.
 #[derive(Clone, Debug)]
 pub struct Bus {
-    /// Missing samples, joint by joint, in the order of [`names::MISSING`].
-    missing: [[u64; names::MISSING.len()]; JOINTS],
+    /// Missing samples, joint by joint, in the order of [`enum_names::MISSING`].
+    missing: [[u64; enum_names::MISSING.len()]; JOINTS],
     missed_before: Option<u32>,
     /// Ticks that the board skipped.
     pub missed_ticks: u64,
@@ -27,7 +27,7 @@ pub struct Bus {
 impl Default for Bus {
     fn default() -> Self {
         Self {
-            missing: [[0; names::MISSING.len()]; JOINTS],
+            missing: [[0; enum_names::MISSING.len()]; JOINTS],
             missed_before: None,
             missed_ticks: 0,
             alarms: [0; JOINTS],
@@ -41,7 +41,7 @@ impl Bus {
     pub fn take(&mut self, record: &Record) {
         for (joint, sample) in record.samples.into_iter().enumerate() {
             if let Sample::Missing(missing) = sample
-                && let Some(kind) = names::MISSING.iter().position(|kind| *kind == missing)
+                && let Some(kind) = enum_names::MISSING.iter().position(|kind| *kind == missing)
             {
                 self.missing[joint][kind] += 1;
             }
@@ -61,7 +61,7 @@ impl Bus {
     /// Samples of both joints that are missing, kind by kind, those kinds that are.
     pub fn missing(&self) -> Vec<(Missing, u64)> {
         let of_kind = |kind: usize| self.missing.iter().map(|joint| joint[kind]).sum::<u64>();
-        let kinds = names::MISSING.into_iter().enumerate();
+        let kinds = enum_names::MISSING.into_iter().enumerate();
         kinds
             .map(|(kind, missing)| (missing, of_kind(kind)))
             .filter(|(_, count)| *count > 0)

@@ -6,9 +6,9 @@ use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{Command, Refusal, ToBoard};
 
 use super::rate::Rate;
+use armbridge_client::enum_names;
 use armbridge_client::event::Direction;
-use armbridge_client::names;
-use armbridge_client::refusal;
+use armbridge_client::refusal_text;
 
 /// Without a frame for so long, the link is quiet: at the longest period a board
 /// speaks ten times a second.
@@ -93,7 +93,10 @@ impl Link {
                 Ok(()) => Some(format!("{title}: done")),
                 // The client says it again by itself.
                 Err(Refusal::Busy) => return,
-                Err(refusal) => Some(format!("{title}: refused: {}", refusal::in_words(refusal))),
+                Err(refusal) => Some(format!(
+                    "{title}: refused: {}",
+                    refusal_text::in_words(refusal)
+                )),
             };
         }
     }
@@ -148,6 +151,6 @@ fn title(command: &Command) -> &'static str {
         | Command::Release
         | Command::Configure(_)
         | Command::Limit(_)
-        | Command::Save => names::command(command),
+        | Command::Save => enum_names::command(command),
     }
 }

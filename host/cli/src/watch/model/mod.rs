@@ -4,15 +4,15 @@
 //! timings, and counts.
 
 mod bus;
+mod histogram;
 mod history;
 mod link;
 mod rate;
-mod histogram;
 
 pub use bus::Bus;
+pub use histogram::Histogram;
 pub use history::{History, SPAN_S, Seen, Slice};
 pub use link::{Line, Link};
-pub use histogram::Histogram;
 
 use armbridge_client::event::{Event, EventKind};
 use armbridge_client::status::BoardStatus;

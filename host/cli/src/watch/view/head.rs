@@ -7,9 +7,9 @@ use ratatui::text::{Line, Span};
 
 use super::theme;
 use crate::watch::model::{Line as LinkLine, Model};
-use armbridge_client::names;
+use armbridge_client::enum_names;
 use armbridge_client::status::Obstacle;
-use armbridge_client::{experiment, trip};
+use armbridge_client::{experiment_text, fault_text};
 
 /// Which link, and how it does; `what` names it.
 pub(super) fn title(model: &Model, what: &str, width: u16) -> Line<'static> {
@@ -47,7 +47,7 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
     if let Mode::Fault(fault) = mode {
         return tripped(model, fault);
     }
-    let (word, meaning) = trip::mode(mode);
+    let (word, meaning) = fault_text::mode(mode);
     let style = match mode {
         Mode::Running(_) => theme::good(),
         Mode::Armed | Mode::Degraded(_) | Mode::Boot | Mode::Passthrough => theme::warn(),
@@ -56,7 +56,7 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
     let guards = model
         .board
         .record
-        .map(|record| names::guards(record.guards));
+        .map(|record| enum_names::guards(record.guards));
     let guards = guards.filter(|guards| !guards.is_empty());
     let meaning = guards.map_or_else(
         || meaning.to_owned(),
@@ -64,7 +64,7 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
     );
     let mut lines = vec![said(word, style, &meaning)];
     if let (Some(Drive::Hold), Some(conclusion)) = (mode.drive(), &model.board.concluded) {
-        let ended = experiment::conclusion(conclusion);
+        let ended = experiment_text::conclusion(conclusion);
         lines.push(Line::from(format!("   {ended}")));
     }
     if let Some(obstacle) = model.board.obstacle {
@@ -97,7 +97,7 @@ fn lost(model: &Model, word: &str, what: &str, ns: u64) -> Vec<Line<'static>> {
     let was = model
         .board
         .mode()
-        .map_or("not known", |mode| trip::mode(mode).0);
+        .map_or("not known", |mode| fault_text::mode(mode).0);
     let off = model.board.settings.map_or_else(
         || "by itself the board switches torque off".to_owned(),
         |settings| {
@@ -114,15 +114,15 @@ fn lost(model: &Model, word: &str, what: &str, ns: u64) -> Vec<Line<'static>> {
 
 fn tripped(model: &Model, fault: Fault) -> Vec<Line<'static>> {
     let (cause, seen, advice) = if let Some(trip) = &model.board.trip {
-        let told = trip::in_words(trip);
+        let told = fault_text::in_words(trip);
         let seen = told.seen.map(|seen| format!("{seen} · "));
         let seen = format!("{}tick {} · ", seen.unwrap_or_default(), trip.tick);
         (told.cause, seen, told.advice)
     } else {
-        let (cause, advice) = trip::words(fault);
+        let (cause, advice) = fault_text::words(fault);
         (cause.to_owned(), String::new(), advice)
     };
-    let off = model.board.off.as_ref().map(trip::off);
+    let off = model.board.off.as_ref().map(fault_text::off);
     let after = off.unwrap_or_else(|| "stopping".to_owned());
     vec![
         said("FAULT", theme::bad(), &cause),

@@ -10,8 +10,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph};
 
 use super::theme;
-use crate::watch::model::{Line as LinkLine, Model, Histogram};
-use armbridge_client::names;
+use crate::watch::model::{Histogram, Line as LinkLine, Model};
+use armbridge_client::enum_names;
 
 /// Draws `lines` in a box.
 fn boxed(frame: &mut Frame<'_>, area: Rect, title: &str, lines: Vec<Line<'_>>) {
@@ -83,7 +83,7 @@ pub(super) fn bus(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let all: u64 = missing.iter().map(|(_, count)| *count).sum();
     let kinds: Vec<_> = missing
         .iter()
-        .map(|(kind, count)| format!("{} {count}", names::missing(*kind).replace('_', " ")))
+        .map(|(kind, count)| format!("{} {count}", enum_names::missing(*kind).replace('_', " ")))
         .collect();
     let lines = vec![
         Line::from(servos(model)),
@@ -107,7 +107,7 @@ fn servos(model: &Model) -> String {
 fn heat(model: &Model) -> Line<'static> {
     let alarms = model.bus.alarms.map(Alarms::from_bits);
     if let Some(joint) = alarms.iter().position(|alarms| !alarms.is_empty()) {
-        let names = names::alarms(model.bus.alarms[joint]);
+        let names = enum_names::alarms(model.bus.alarms[joint]);
         return Line::from(format!("servo {}: {names}", joint + 1)).style(theme::bad());
     }
     let [first, second] = model

@@ -13,8 +13,8 @@ use armbridge_shared::link::schema;
 use super::program::interrupt;
 use super::program::{TCP, assert_ends, run, spawn, text};
 use armbridge_tests::cable::Cable;
+use armbridge_tests::channel_host::Manned;
 use armbridge_tests::served_board::Served;
-use armbridge_tests::station_host::Manned;
 
 #[test]
 fn the_board_is_told_in_words_and_in_json() {

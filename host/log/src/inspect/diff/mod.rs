@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::log::{Log, Order};
 use super::settings::{Differing, differing};
 use crate::export::column::{QUANTITIES, Quantity, Values};
-use armbridge_client::names;
+use armbridge_client::enum_names;
 
 /// Where two runs differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -162,7 +162,7 @@ fn first_command(a: &[Order], b: &[Order]) -> Option<CommandDiff> {
 /// A command on one line.
 pub fn in_words(command: &Command) -> String {
     let pair = |[a, b]: [f32; 2], unit: &str| format!("{a}, {b} {unit}");
-    let name = names::command(command);
+    let name = enum_names::command(command);
     match command {
         Command::Torque(torque) => format!("{name} {}", pair(*torque, "N m")),
         Command::Regulate(angle) => format!("{name} {}", pair(*angle, "rad")),

@@ -7,8 +7,8 @@ use armbridge_shared::link::message::{Mode, Record, Sample, ToBoard, ToHost, Tri
 use super::{FaultInfo, Gap, TOLD};
 use crate::clock_sync::Envelope;
 use crate::inspect::log::Orders;
+use armbridge_client::enum_names;
 use armbridge_client::event::{Event, EventKind};
-use armbridge_client::names;
 
 /// What has been counted so far.
 #[derive(Debug, Default)]
@@ -78,17 +78,17 @@ impl Count {
             None => self.first = Some(record),
         }
         self.clocks.add(host_ns, record.start_us);
-        if names::is_up(record.mode) {
+        if enum_names::is_up(record.mode) {
             for sample in record.samples {
                 if let Sample::Missing(kind) = sample {
                     *self
                         .missing_samples
-                        .entry(names::missing(kind))
+                        .entry(enum_names::missing(kind))
                         .or_default() += 1;
                 }
             }
         }
-        let before = self.last.and_then(|last| names::fault_of(last.mode));
+        let before = self.last.and_then(|last| enum_names::fault_of(last.mode));
         self.last = Some(record);
         if let Mode::Fault(fault) = record.mode
             && before != Some(fault)
@@ -96,7 +96,7 @@ impl Count {
             self.faults.push(FaultInfo {
                 at_s: self.duration_s(),
                 tick: record.tick,
-                fault: names::fault(fault),
+                fault: enum_names::fault(fault),
                 cause: None,
                 in_words: None,
             });
@@ -105,7 +105,10 @@ impl Count {
 
     fn after(&mut self, last: &Record, record: &Record) {
         let us = record.start_us.saturating_sub(last.start_us);
-        *self.modes_us.entry(names::mode(last.mode)).or_default() += us;
+        *self
+            .modes_us
+            .entry(enum_names::mode(last.mode))
+            .or_default() += us;
         self.skipped += record.timing.missed.saturating_sub(last.timing.missed);
         let missing = record.tick.saturating_sub(last.tick).saturating_sub(1);
         if missing > 0 {

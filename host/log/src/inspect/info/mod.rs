@@ -17,8 +17,8 @@ use crate::clock_sync::Line;
 use crate::recording::ReadError;
 use crate::run_info::RunFacts;
 use crate::summary::Cause;
-use armbridge_client::names;
-use armbridge_client::trip;
+use armbridge_client::enum_names;
+use armbridge_client::fault_text;
 use count::Count;
 
 /// What a log holds.
@@ -150,7 +150,9 @@ impl Info {
         let orders = std::mem::take(&mut count.orders).into_all();
         let mut commands: BTreeMap<&'static str, [u64; 2]> = BTreeMap::new();
         for order in &orders {
-            let [given, refused] = commands.entry(names::command(&order.command)).or_default();
+            let [given, refused] = commands
+                .entry(enum_names::command(&order.command))
+                .or_default();
             *given += 1;
             *refused += u64::from(matches!(order.result, Some(Err(_))));
         }
@@ -201,7 +203,7 @@ fn command(order: &Order) -> CommandInfo {
         after_tick: order.tick,
         command: in_words(&order.command),
         refused: match order.result {
-            Some(Err(refusal)) => Some(armbridge_client::refusal::in_words(refusal)),
+            Some(Err(refusal)) => Some(armbridge_client::refusal_text::in_words(refusal)),
             Some(Ok(())) | None => None,
         },
     }
@@ -209,7 +211,7 @@ fn command(order: &Order) -> CommandInfo {
 
 /// What tripped the board, on one line.
 fn seen(trip: &Trip) -> String {
-    let account = trip::in_words(trip);
+    let account = fault_text::in_words(trip);
     match account.seen {
         Some(seen) => format!("{}, {seen}", account.cause),
         None => account.cause,
@@ -219,7 +221,7 @@ fn seen(trip: &Trip) -> String {
 /// A trip is told again after a hello; its tick says which fault it belongs to.
 fn with_causes(mut faults: Vec<FaultInfo>, trips: &[Trip]) -> Vec<FaultInfo> {
     for fault in &mut faults {
-        let of_fault = |trip: &&Trip| names::fault(trip.fault) == fault.fault;
+        let of_fault = |trip: &&Trip| enum_names::fault(trip.fault) == fault.fault;
         let distance = |trip: &&Trip| trip.tick.abs_diff(fault.tick);
         let trip = trips.iter().filter(of_fault).min_by_key(distance);
         fault.in_words = trip.map(seen);

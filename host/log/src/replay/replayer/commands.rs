@@ -9,8 +9,8 @@ use super::super::pending::{Note, is_before};
 use super::super::tick_facts;
 use super::super::what_if::words;
 use super::{ReplayError, Replayer};
-use armbridge_client::names;
-use armbridge_client::refusal;
+use armbridge_client::enum_names;
+use armbridge_client::refusal_text;
 
 impl Replayer {
     /// Does what has come to its place.
@@ -157,7 +157,7 @@ impl Replayer {
         if is_energised {
             self.begin_anew();
         }
-        self.check_answer(names::command(&command), moment, result, computed);
+        self.check_answer(enum_names::command(&command), moment, result, computed);
         Ok(())
     }
 
@@ -202,7 +202,7 @@ impl Replayer {
         self.tally.answers_differing += 1;
         let word = |result: Result<(), Refusal>| match result {
             Ok(()) => "accepted".to_owned(),
-            Err(refusal) => format!("refused: {}", refusal::in_words(refusal)),
+            Err(refusal) => format!("refused: {}", refusal_text::in_words(refusal)),
         };
         self.tally.differ(|| {
             Some(Difference {
@@ -221,7 +221,7 @@ impl Replayer {
         self.is_stopped = true;
         if tick_facts::is_external(trip.fault) {
             if !matches!(self.board.mode(), Mode::Fault(_)) {
-                let what = format!("fault {}", names::fault(trip.fault));
+                let what = format!("fault {}", enum_names::fault(trip.fault));
                 self.tally.count_adopted(what, trip.tick);
                 self.board.trip(trip);
             }
@@ -249,7 +249,7 @@ impl Replayer {
                     limit,
                     ..
                 } = trip;
-                let fault = names::fault(trip.fault);
+                let fault = enum_names::fault(trip.fault);
                 format!("{fault} of joint {joint:?}, {value:?} beyond {limit:?}")
             };
             self.tally.differ(|| {

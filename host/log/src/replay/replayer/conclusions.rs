@@ -12,7 +12,7 @@ use super::super::board::Board;
 use super::super::compare::Difference;
 use super::super::pending::is_before;
 use super::Replayer;
-use armbridge_client::experiment;
+use armbridge_client::experiment_text;
 
 /// Ends of experiments that wait for the other side's.
 #[derive(Debug, Default)]
@@ -77,8 +77,8 @@ impl Replayer {
                     tick: told.tick,
                     start_us: record.start_us,
                     field: "end of the experiment".into(),
-                    recorded: experiment::conclusion(&told),
-                    computed: experiment::conclusion(&computed),
+                    recorded: experiment_text::conclusion(&told),
+                    computed: experiment_text::conclusion(&computed),
                 })
             });
         }

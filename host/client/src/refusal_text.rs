@@ -3,7 +3,7 @@
 use armbridge_shared::control::trajectory::Quantity;
 use armbridge_shared::link::message::Refusal;
 
-use crate::experiment;
+use crate::experiment_text;
 
 /// One line without a full stop.
 pub fn in_words(refusal: Refusal) -> String {
@@ -64,7 +64,7 @@ pub fn in_words(refusal: Refusal) -> String {
             let joint = u32::from(joint) + 1;
             format!("joint {joint} would go to {value:.3} {unit}, more than the arm is allowed")
         }
-        Refusal::Experiment(objection) => experiment::objection(objection),
+        Refusal::Experiment(objection) => experiment_text::objection(objection),
         Refusal::Late => "the point's time has passed, or is not in order; send earlier".into(),
         Refusal::Busy => "the board is busy; send it again".into(),
     }

@@ -1,9 +1,9 @@
 //! Whatever comes over the wire, a servo stays what it is: no register leaves
 //! its range, and who asks properly is answered.
 
-use crate::servo::Reading;
-use crate::stock::Ax12a;
-use crate::wire::{Device, Mechanics, Wire};
+use crate::half_duplex_bus::{Device, Mechanics, Wire};
+use crate::morpheus_servo::Reading;
+use crate::stock_servo::Ax12a;
 use armbridge_client::servo_table::{AX12A, Access};
 use armbridge_shared::servo::protocol1::{Frame, Instruction};
 use rand_distr::{Distribution, Uniform};

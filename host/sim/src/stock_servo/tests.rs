@@ -6,9 +6,9 @@ mod motion;
 mod timing;
 
 use crate::Bench;
-use crate::kind::ServoKind;
+use crate::half_duplex_bus::Heard;
 use crate::plant::{Plant, PlantConfig};
-use crate::wire::Heard;
+use crate::servo_kind::ServoKind;
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Instruction};
 

@@ -7,7 +7,7 @@ use armbridge_shared::link::message::{
 
 use super::proto::Severity;
 use armbridge_client::event::Direction;
-use armbridge_client::{experiment, refusal, trip};
+use armbridge_client::{experiment_text, fault_text, refusal_text};
 
 /// What the board said, apart from records and settings: kind, severity and words.
 pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
@@ -30,7 +30,7 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
             result: Err(refusal),
             ..
         } => {
-            let why = refusal::in_words(*refusal);
+            let why = refusal_text::in_words(*refusal);
             let text = format!("command in frame {sequence} refused: {why}");
             ("ack", Severity::Warning, text)
         }
@@ -85,16 +85,20 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
             } else {
                 Severity::Error
             };
-            let text = format!("after the stop sequence, {}", trip::off(report));
+            let text = format!("after the stop sequence, {}", fault_text::off(report));
             ("off", severity, text)
         }
         ToHost::Concluded(conclusion) => {
-            let severity = if experiment::is_whole(conclusion) {
+            let severity = if experiment_text::is_whole(conclusion) {
                 Severity::Info
             } else {
                 Severity::Warning
             };
-            ("concluded", severity, experiment::conclusion(conclusion))
+            (
+                "concluded",
+                severity,
+                experiment_text::conclusion(conclusion),
+            )
         }
         ToHost::Temperature { joint, value } => (
             "temperature",
@@ -118,7 +122,7 @@ fn heard(missing: Missing) -> &'static str {
 }
 
 fn tripped(tripped: &Trip) -> String {
-    let account = trip::in_words(tripped);
+    let account = fault_text::in_words(tripped);
     let seen = account
         .seen
         .map_or_else(String::new, |seen| format!(" ({seen})"));
@@ -190,10 +194,10 @@ fn towards(direction: Direction) -> &'static str {
 
 /// A mode that began.
 pub(super) fn mode(mode: Mode) -> (Severity, String) {
-    let (name, meaning) = trip::mode(mode);
+    let (name, meaning) = fault_text::mode(mode);
     match mode {
         Mode::Fault(fault) => {
-            let (cause, _) = trip::words(fault);
+            let (cause, _) = fault_text::words(fault);
             (Severity::Error, format!("{name}: {cause}; {meaning}"))
         }
         Mode::Degraded(_) => (Severity::Warning, format!("{name}: {meaning}")),

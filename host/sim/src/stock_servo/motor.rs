@@ -185,7 +185,7 @@ fn limited(memory: &Memory, duty: i16) -> Output {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stock::PERIOD_S;
+    use crate::stock_servo::PERIOD_S;
 
     fn memory(writes: &[(u8, u16)]) -> Memory {
         let mut memory = Memory::new();

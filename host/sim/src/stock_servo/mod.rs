@@ -40,7 +40,7 @@
 //! - Those of `motor` and `protect`, which see.
 //!
 //! The LED is a register and no more; the supply does not sag. Duties become the
-//! PWM that [`Mechanics`](super::wire::Mechanics) takes, 1000 for off: all that
+//! PWM that [`Mechanics`](super::half_duplex_bus::Mechanics) takes, 1000 for off: all that
 //! is known of either bridge is its duty.
 
 mod commands;
@@ -52,7 +52,7 @@ mod receiver;
 mod tests;
 mod transmitter;
 
-use super::servo::{Action, Reading};
+use super::morpheus_servo::{Action, Reading};
 use armbridge_client::servo_table::AX12A;
 use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Damage};
 use commands::{Deferred, Packet, Write};

@@ -1,7 +1,7 @@
 //! What is answered, and what is written.
 
 use super::{NOTHING, Rig};
-use crate::stock::at;
+use crate::stock_servo::at;
 use armbridge_client::servo_table::{AX12A, Access};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::{Alarms, Instruction};

@@ -2,11 +2,11 @@
 
 use super::{NOTHING, Rig};
 use crate::Bench;
-use crate::kind::ServoKind;
+use crate::half_duplex_bus::{Heard, Mechanics, Record, Wire};
+use crate::morpheus_servo::Reading;
 use crate::plant::{Plant, PlantConfig};
-use crate::servo::Reading;
-use crate::stock::{Ax12a, INTERRUPT_NS, at};
-use crate::wire::{Heard, Mechanics, Record, Wire};
+use crate::servo_kind::ServoKind;
+use crate::stock_servo::{Ax12a, INTERRUPT_NS, at};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Instruction;
 

@@ -136,7 +136,7 @@ pub(super) fn missing_from(missing: proto::Missing) -> Option<link::Missing> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_client::names::{FAULTS, MISSING, MODES};
+    use armbridge_client::enum_names::{FAULTS, MISSING, MODES};
 
     #[test]
     fn every_number_means_what_it_was_made_of() {

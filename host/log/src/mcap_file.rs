@@ -14,7 +14,7 @@ use mcap::McapResult;
 use mcap::records::{AttachmentHeader, MessageHeader, Metadata};
 
 use super::fsync_thread::{SyncFn, Syncer};
-use super::raw;
+use super::raw_link_bytes;
 use super::topics::{Message, Topic};
 
 /// A chunk that is not flushed before is closed at this size.
@@ -122,7 +122,7 @@ impl LogFile {
             log_time: at_ns,
             create_time: at_ns,
             name: format!("link-{:06}.bin", self.attachments),
-            media_type: raw::MEDIA_TYPE.into(),
+            media_type: raw_link_bytes::MEDIA_TYPE.into(),
         };
         self.writer.start_attachment(framed.len() as u64, header)?;
         self.writer.put_attachment_bytes(framed)?;

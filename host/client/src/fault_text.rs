@@ -220,7 +220,7 @@ pub fn off(report: &OffReport) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::names::FAULTS;
+    use crate::enum_names::FAULTS;
 
     #[test]
     fn every_fault_is_told_with_what_to_do_and_the_numbers_it_has() {

@@ -1,6 +1,6 @@
 //! The transmitter: a status packet after its delay, byte by byte.
 
-use crate::servo::Action;
+use crate::morpheus_servo::Action;
 use std::collections::VecDeque;
 
 /// Bits of a byte on the wire.

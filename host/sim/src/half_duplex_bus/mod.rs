@@ -26,7 +26,7 @@ pub use device::Device;
 pub use disturbance::Disturbance;
 pub use faults::{ByteFault, Damage, Way};
 
-use super::servo::{Reading, Servo};
+use super::morpheus_servo::{Reading, Servo};
 use faults::Faults;
 use line::{Ears, Frame, MASTER, Receiver};
 use std::collections::VecDeque;

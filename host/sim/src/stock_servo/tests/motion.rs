@@ -1,7 +1,7 @@
 //! What the servos do to the arm, and when they give up.
 
 use super::Rig;
-use crate::stock::{at, pwm};
+use crate::stock_servo::{at, pwm};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::{Alarms, Instruction};
 

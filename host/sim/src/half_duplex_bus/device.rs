@@ -1,8 +1,8 @@
 //! Either kind of servo, as the wire sees it.
 
 use super::line::Decoded;
-use crate::servo::{Action, Reading, Servo};
-use crate::stock::Ax12a;
+use crate::morpheus_servo::{Action, Reading, Servo};
+use crate::stock_servo::Ax12a;
 
 /// A servo on the wire.
 #[expect(

@@ -153,8 +153,8 @@ fn set(servos: &mut Vec<usize>, servo: usize, on: bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::{Reading, Servo};
-    use crate::wire::{Device, Mechanics};
+    use crate::half_duplex_bus::{Device, Mechanics};
+    use crate::morpheus_servo::{Reading, Servo};
     use armbridge_shared::actuator::Pwm;
     use armbridge_shared::servo::morpheus::{Request, ServoId};
 

@@ -3,7 +3,7 @@
 
 use super::line::{Ears, Frame};
 use super::{Heard, Mechanics, Record, Wire};
-use crate::servo::Action;
+use crate::morpheus_servo::Action;
 
 impl Wire {
     /// One event at `now`. What is on the wire comes before what is heard,

@@ -1,8 +1,8 @@
 //! Which servos are on the bench.
 
-use super::servo::{DEFAULT_ROM, Servo};
-use super::stock::Ax12a;
-use super::wire::Device;
+use super::half_duplex_bus::Device;
+use super::morpheus_servo::{DEFAULT_ROM, Servo};
+use super::stock_servo::Ax12a;
 use armbridge_client::servo_table::Table;
 use armbridge_shared::servo::Firmware;
 use std::fmt;
