@@ -59,6 +59,9 @@ struct BoardArgs {
     /// --listen nothing else uses the bus.
     #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
     transparent: Option<LinkUri>,
+    /// Leave out what an emulated board logs.
+    #[arg(long)]
+    quiet: bool,
     #[command(flatten)]
     arm: ArmArgs,
     #[command(flatten)]
@@ -80,7 +83,9 @@ fn board(args: &BoardArgs) -> Outcome {
     let plant = virtual_arm::plant(&args.arm)?;
     let mut options = Options::new(Bench::with_servos(plant, &args.servos.kinds()?));
     options.pace = Pace::WallClock;
-    options.board_log = |line| eprintln!("board: {line}");
+    if !args.quiet {
+        options.board_log = |line| eprintln!("board: {line}");
+    }
     options.client = transparent_port::open(args.transparent.as_ref())?;
     match &args.listen {
         Some(at) => {
