@@ -31,7 +31,7 @@ use crate::cosim::{Interaction, PortClient};
 pub enum Pace {
     /// As fast as it can be computed.
     Free,
-    /// Pacer back to the wall clock.
+    /// Held back to the wall clock.
     WallClock,
 }
 

@@ -47,7 +47,7 @@ impl Mcu {
         }
         if self.driving || !self.transmit.is_empty() {
             self.turns_left -= 1;
-            return self.go(Stage::EventQueue, now + extra + cycle_costs::LOOK_TO_FEED);
+            return self.go(Stage::Feed, now + extra + cycle_costs::LOOK_TO_FEED);
         }
         if self.inbox.waiting() {
             // It came while the loop was busy.
@@ -104,7 +104,7 @@ impl Mcu {
     pub(super) fn after_tick(&mut self, now: u64) -> Option<Action> {
         let feed = now + cycle_costs::SAMPLE_TO_FEED;
         if self.driving || !self.transmit.is_empty() {
-            self.go(Stage::EventQueue, feed)
+            self.go(Stage::Feed, feed)
         } else {
             self.go(Stage::Look, feed + cycle_costs::FEED_TO_LOOK)
         }

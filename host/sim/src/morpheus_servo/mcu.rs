@@ -55,7 +55,7 @@ pub(super) enum Stage {
     /// The rest of the tick: the PWM changes.
     Control,
     /// Feeds the transmitter.
-    EventQueue,
+    Feed,
     /// Switches the bus driver off.
     Release,
 }
@@ -270,7 +270,7 @@ impl Mcu {
                 self.after_tick(now);
                 Some(Action::Pwm(self.control.applied))
             }
-            Stage::EventQueue => self.feed(now),
+            Stage::Feed => self.feed(now),
             Stage::Release => {
                 self.driving = false;
                 self.uart.clear_ran_empty(now);
