@@ -30,27 +30,3 @@ pub trait Host {
     /// The connection broke; what comes from now on is of another one.
     fn disconnected(&mut self, _now_us: u64) {}
 }
-
-impl<H: Host + ?Sized> Host for &mut H {
-    type Error = H::Error;
-
-    fn transmit(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
-        (**self).transmit(now_us)
-    }
-
-    fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
-        (**self).receive(now_us, bytes)
-    }
-
-    fn wake_at_us(&self) -> u64 {
-        (**self).wake_at_us()
-    }
-
-    fn is_done(&self) -> bool {
-        (**self).is_done()
-    }
-
-    fn disconnected(&mut self, now_us: u64) {
-        (**self).disconnected(now_us);
-    }
-}

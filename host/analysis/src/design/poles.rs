@@ -50,12 +50,6 @@ impl Pole {
             damping: decay / natural_rad_s,
         }
     }
-
-    /// Beyond half the sampling frequency nothing can be said: a negative real pole
-    /// alternates from tick to tick.
-    pub fn alternates(&self, period_s: f64) -> bool {
-        self.im.abs() < NOTHING && self.re < 0.0 && self.natural_rad_s >= PI / period_s
-    }
 }
 
 impl Poles {

@@ -88,11 +88,6 @@ impl Arm {
         self.outcome.as_ref()
     }
 
-    /// The board is armed.
-    pub fn is_holding(&self) -> bool {
-        matches!(self.step, Step::Holding(_))
-    }
-
     fn end(&mut self, view: &mut View<'_>, outcome: Outcome) {
         self.step = Step::Over;
         self.outcome = Some(outcome);

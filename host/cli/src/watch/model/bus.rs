@@ -68,11 +68,6 @@ impl Bus {
             .collect()
     }
 
-    /// Samples of a joint that are missing.
-    pub fn missing_of(&self, joint: usize) -> u64 {
-        self.missing[joint].iter().sum()
-    }
-
     /// What the latest ticks took, oldest first.
     pub fn timings(&self) -> impl Iterator<Item = &Timing> + Clone {
         self.timings.iter()
