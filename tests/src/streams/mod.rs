@@ -45,3 +45,52 @@ pub fn feed(streams: usize, target: &str, seed: u64, check: fn(&[u8]) -> usize) 
 fn one_of<'a>(random: &mut Random, seeds: &'a [Vec<u8>]) -> &'a [u8] {
     &seeds[random.below(seeds.len() as u64) as usize]
 }
+
+/// One test for each parser and one for the store, each with so many streams; the
+/// store's scripts take a thousand times as long as a stream, and are fewer.
+#[macro_export]
+macro_rules! stream_tests {
+    ($streams:expr) => {
+        use $crate::streams::{checks, feed};
+
+        const STREAMS: usize = $streams;
+        const SCRIPTS: usize = STREAMS / 100;
+
+        #[test]
+        fn gateway() {
+            let found = feed(STREAMS, "gateway", 0x5EED_0105, checks::gateway::check);
+            assert!(found > STREAMS / 2, "{found}");
+        }
+
+        #[test]
+        fn protocol1() {
+            // Four sizes of parser, and more than a packet a stream for most of them.
+            let found = feed(STREAMS, "protocol1", 0x5EED_0101, checks::protocol1::check);
+            assert!(found > STREAMS, "{found}");
+        }
+
+        #[test]
+        fn morpheus() {
+            let found = feed(STREAMS, "morpheus", 0x5EED_0102, checks::morpheus::check);
+            assert!(found > STREAMS, "{found}");
+        }
+
+        #[test]
+        fn link_to_board() {
+            let found = feed(STREAMS, "link", 0x5EED_0103, checks::link::to_board);
+            assert!(found > STREAMS / 20, "{found}");
+        }
+
+        #[test]
+        fn link_to_host() {
+            let found = feed(STREAMS, "link", 0x5EED_0104, checks::link::to_host);
+            assert!(found > STREAMS / 20, "{found}");
+        }
+
+        #[test]
+        fn store() {
+            let found = feed(SCRIPTS, "store", 0x5EED_0106, checks::store::check);
+            assert!(found > SCRIPTS / 2, "{found}");
+        }
+    };
+}
