@@ -88,6 +88,8 @@ pub struct Session {
     status: BoardStatus,
     /// The board answered at least once.
     was_greeted: bool,
+    /// Since when the first answer is waited for on this connection.
+    waiting_since_us: Option<u64>,
     /// How often the arming at hand was tried.
     arm_attempts: u32,
     /// Until when to send stop, and when next.
@@ -168,7 +170,7 @@ impl Session {
     /// Bytes for the board.
     ///
     /// # Errors
-    /// If no board has answered for 3 s.
+    /// If no board has answered the first hello in 3 s.
     pub fn transmit(&mut self, now_us: u64) -> Result<&[u8], SessionError> {
         if let Leaving::Disarming(until_us) = self.leaving
             && now_us >= until_us
@@ -183,7 +185,8 @@ impl Session {
             Leaving::Gone => return Ok(&[]),
             Leaving::No | Leaving::Disarming(_) => {}
         }
-        if !self.was_greeted && now_us > HELLO_TIMEOUT_US {
+        let since_us = *self.waiting_since_us.get_or_insert(now_us);
+        if !self.was_greeted && now_us - since_us > HELLO_TIMEOUT_US {
             let damaged = self.link.stats().damaged;
             return Err(SessionError::NoBoard { damaged });
         }
@@ -344,6 +347,7 @@ impl Session {
     /// The connection broke: requests and status are dropped.
     pub fn disconnected(&mut self) {
         self.link.disconnected();
+        self.waiting_since_us = None;
         self.status.forget();
         self.queue.clear();
         self.arm_attempts = 0;
