@@ -24,6 +24,7 @@ mod settings;
 mod summary;
 mod supervisor;
 mod sweep;
+mod takeover;
 mod torque_off;
 
 use std::path::PathBuf;
