@@ -8,8 +8,9 @@ use armbridge_client::refusal_text;
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 
 /// How far it has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Step {
+    #[default]
     Greeting,
     /// Asked for, at this time.
     Asked(u64),
@@ -17,14 +18,8 @@ enum Step {
 }
 
 /// Disarms, and leaves once the board has said that it is.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Disarm(Step);
-
-impl Default for Disarm {
-    fn default() -> Self {
-        Self(Step::Greeting)
-    }
-}
 
 impl Task for Disarm {
     fn look(&mut self, view: View<'_>) -> Result<(), TaskError> {
@@ -60,14 +55,8 @@ impl Task for Disarm {
 
 /// Emergency stop: said at once, before the hello is answered, and until the board
 /// says that it has stopped.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Stop(Step);
-
-impl Default for Stop {
-    fn default() -> Self {
-        Self(Step::Greeting)
-    }
-}
 
 impl Task for Stop {
     fn look(&mut self, view: View<'_>) -> Result<(), TaskError> {
@@ -96,14 +85,8 @@ impl Task for Stop {
 }
 
 /// Clears a fault, and waits until the servos are found again.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Clear(Step);
-
-impl Default for Clear {
-    fn default() -> Self {
-        Self(Step::Greeting)
-    }
-}
 
 impl Task for Clear {
     fn look(&mut self, view: View<'_>) -> Result<(), TaskError> {
