@@ -194,7 +194,7 @@ fn the_stop_switch_is_heeded() {
     assert_ne!(pwm(&run), [Pwm::OFF.counts(); 2], "the arm is held");
     run.is_stop_pressed = true;
     let pressed_us = run.now_us();
-    // An operator gives up when it hears of the fault.
+    // A runner gives up when it hears of the fault.
     while run.now_us() < pressed_us + 20_000 && run.step().is_ok() {}
     assert_eq!(pwm(&run), [Pwm::OFF.counts(); 2]);
     let fault = Fault::EmergencyStop(StopSource::Pin);
@@ -232,15 +232,15 @@ fn another_program_can_have_the_link() {
         commands: vec![(0, Command::Regulate([0.0, 0.0]))],
         duration_us: 500_000,
     };
-    let mut operator = PlanRunner::new(script);
-    tcp_pump::run(&mut at.connect().unwrap(), &mut operator, 1).unwrap();
+    let mut runner = PlanRunner::new(script);
+    tcp_pump::run(&mut at.connect().unwrap(), &mut runner, 1).unwrap();
     done.send(()).unwrap();
     assert_eq!(
         board.join().unwrap(),
         [1000, 1000],
-        "the operator switched off"
+        "the runner switched off"
     );
-    let (records, _, link) = operator.into_parts();
+    let (records, _, link) = runner.into_parts();
     let mut regulated = records
         .iter()
         .filter(|record| record.mode.drive() == Some(Drive::Regulate));

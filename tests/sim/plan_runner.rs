@@ -1,4 +1,4 @@
-//! The operator at a link where no board of ours is.
+//! The plan runner at a link without a board of this version.
 
 use armbridge_analysis::plan_runner::{PlanError, PlanRunner, Script};
 use armbridge_client::Host;
@@ -9,10 +9,10 @@ use armbridge_shared::link::schema;
 
 /// Listens to a peer that says the same every 100 ms, until it gives up.
 fn verdict(said: &[u8]) -> SessionError {
-    let mut operator = PlanRunner::new(Script::demo(Setup::default(), 1_000_000));
+    let mut runner = PlanRunner::new(Script::demo(Setup::default(), 1_000_000));
     for now_us in (0..10_000_000).step_by(100_000) {
-        let spoken = operator.transmit(now_us).map(<[u8]>::len);
-        let heard = spoken.and_then(|_| operator.receive(now_us, said));
+        let spoken = runner.transmit(now_us).map(<[u8]>::len);
+        let heard = spoken.and_then(|_| runner.receive(now_us, said));
         if let Err(error) = heard {
             let PlanError::Session(error) = error else {
                 panic!("{error}");
@@ -20,7 +20,7 @@ fn verdict(said: &[u8]) -> SessionError {
             return error;
         }
     }
-    panic!("the operator never gave up");
+    panic!("the runner never gave up");
 }
 
 #[test]

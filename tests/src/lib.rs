@@ -49,7 +49,7 @@ pub fn plant(initial_rad: [f64; JOINTS], friction_on: bool) -> PlantConfig {
     }
 }
 
-/// An operator at the link of `board`, and the virtual arm on its bus.
+/// A plan runner at the link of `board`, and the virtual arm on its bus.
 pub type Run<B> = Cosim<B, PlanRunner>;
 
 /// A run of `script` on the bench, about to begin. The board's channels are
@@ -74,7 +74,7 @@ pub fn bench_run(
 /// Works through `script` on the bench; returns the records.
 ///
 /// # Panics
-/// If the operator gives up.
+/// If the runner gives up.
 pub fn records(config: PlantConfig, seed: u64, script: Script) -> Vec<Record> {
     let mut channels = Channels::new();
     let mut run = bench_run(&mut channels, config, seed, script);

@@ -18,7 +18,7 @@ use armbridge_sim::plant::{Plant, PlantConfig};
 pub struct Overheard<H> {
     /// The host.
     pub host: H,
-    ear: LinkDecoder,
+    decoder: LinkDecoder,
     /// What was said, in order.
     pub events: Vec<Event>,
     said: Vec<u8>,
@@ -29,7 +29,7 @@ impl<H> Overheard<H> {
     pub fn new(host: H) -> Self {
         Self {
             host,
-            ear: LinkDecoder::default(),
+            decoder: LinkDecoder::default(),
             events: Vec::new(),
             said: Vec::new(),
         }
@@ -44,7 +44,7 @@ impl<H: Host> Host for Overheard<H> {
         self.said.extend_from_slice(self.host.transmit(now_us)?);
         let events = &mut self.events;
         let hear = |event| events.push(event);
-        self.ear
+        self.decoder
             .take(Direction::ToBoard, now_us * 1_000, &self.said, hear);
         Ok(&self.said)
     }
@@ -52,7 +52,7 @@ impl<H: Host> Host for Overheard<H> {
     fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
         let events = &mut self.events;
         let hear = |event| events.push(event);
-        self.ear
+        self.decoder
             .take(Direction::ToHost, now_us * 1_000, bytes, hear);
         self.host.receive(now_us, bytes)
     }
@@ -66,10 +66,10 @@ impl<H: Host> Host for Overheard<H> {
     }
 }
 
-/// An operator's run on the bench, as it was heard on the link.
+/// Events of a plan runner's run on the bench.
 ///
 /// # Panics
-/// If the operator gives up.
+/// If the runner gives up.
 pub fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).expect("default set-up");

@@ -1,13 +1,12 @@
-//! The one who works with the arm: connects, sets up, arms, plays a [`Plan`] step by
-//! step, switches off, and hands on every record.
+//! Plan runner: a host that connects, sets up, arms, works through a [`Plan`] step by step,
+//! switches off, and hands on every record.
 //!
-//! Clockless: told what the time is, it says what to send and when to be asked
-//! again. So the same operator works in virtual time and over a socket.
+//! Sans-io and clockless: the same runner works in virtual time and over a socket.
 //!
-//! However a run ends once the arm has been armed, the motors are switched off and
-//! the board has said so before the operator is done, or gives up. A link that breaks
-//! and a board that is reset end the run: the operator says hello again, so that the
-//! log goes on, and sees that torque is off. It never arms a second time by itself.
+//! However a run ends once the arm has been armed, the motors are switched off and the
+//! board has acknowledged it before the runner is done, or gives up. A link that breaks
+//! and a board that is reset end the run: the runner sends a hello again, so that the log
+//! goes on, and sees that torque is off. It never arms a second time by itself.
 
 mod error;
 mod on_message;
@@ -53,7 +52,7 @@ enum Phase {
     Over,
 }
 
-/// Somebody who works through a [`Plan`].
+/// A host that works through a [`Plan`].
 #[derive(Debug)]
 pub struct PlanRunner<K = AllRecords> {
     session: Session,
@@ -90,7 +89,7 @@ pub struct PlanRunner<K = AllRecords> {
 }
 
 impl PlanRunner {
-    /// An operator who has not begun and keeps everything in memory.
+    /// A runner that has not begun and keeps everything in memory.
     pub fn new(plan: impl Into<Plan>) -> Self {
         Self::keeping(plan, AllRecords::default())
     }
@@ -109,7 +108,7 @@ impl PlanRunner {
 }
 
 impl<K: RecordSink> PlanRunner<K> {
-    /// An operator who has not begun, and hands what comes to `keep`.
+    /// A runner that has not begun and hands what comes to `keep`.
     pub fn keeping(plan: impl Into<Plan>, keep: K) -> Self {
         Self {
             session: Session::default(),
@@ -138,15 +137,7 @@ impl<K: RecordSink> PlanRunner<K> {
         }
     }
 
-    /// The same, who in the end gives stock servos back the mode and return delay
-    /// they were found with, and leaves the bus to the transparent port.
-    #[must_use]
-    pub fn releasing(mut self) -> Self {
-        self.plan.is_releasing = true;
-        self
-    }
-
-    /// The same, who switches off and ends as soon as this says so.
+    /// The same, which switches off and ends as soon as this is true.
     #[must_use]
     pub fn interrupted_by(mut self, interrupt: fn() -> bool) -> Self {
         self.interrupt = interrupt;

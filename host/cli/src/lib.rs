@@ -1,5 +1,5 @@
-//! What the `armbridge` program does beside its command line: configuration, dashboard,
-//! live server, and the tasks of one-line commands.
+//! Parts of the `armbridge` program behind its command line: configuration, dashboard,
+//! Foxglove server, and the tasks of one-line commands.
 #![forbid(unsafe_code)]
 
 pub mod config;

@@ -1,10 +1,10 @@
-//! A board served by a thread of its own, for whoever has a person to look after.
+//! Link thread: drives a board's link while the program's other threads show and steer it.
 //!
-//! A simulated arm has hands at its side, too: they bring it back to where it began and
-//! hold it until it is driven, as somebody would do with a real one, and push it.
+//! On a simulated arm it also passes on what hands do: bring the arm back to where it
+//! began, hold it until a motor drives it, and push it.
 //!
-//! However the session ends, by a key, an error or a panic, the board is told to disarm
-//! and the thread is waited for.
+//! However it ends, by a key, an error or a panic, the board is disarmed and the thread is
+//! joined.
 
 use std::sync::mpsc::{Sender, channel};
 use std::thread::JoinHandle;

@@ -133,9 +133,9 @@ mod tests {
         to_host.extend_from_slice(board.encode(&ToHost::Passthrough).1);
         to_host.extend_from_slice(&[7, 0]);
         let to_board = host.encode(&ToBoard::Heartbeat).1.to_vec();
-        let (mut ear, mut heard) = (LinkDecoder::default(), Vec::new());
-        ear.take(Direction::ToHost, 1, &to_host, |event| heard.push(event));
-        ear.take(Direction::ToBoard, 2, &to_board, |event| heard.push(event));
+        let (mut decoder, mut heard) = (LinkDecoder::default(), Vec::new());
+        decoder.take(Direction::ToHost, 1, &to_host, |event| heard.push(event));
+        decoder.take(Direction::ToBoard, 2, &to_board, |event| heard.push(event));
         let heard: Vec<_> = heard
             .iter()
             .map(|event| (event.host_ns, event.kind))

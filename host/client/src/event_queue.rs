@@ -29,8 +29,8 @@ impl EventQueue {
     /// What fills it.
     pub fn tap(&self) -> Box<dyn Tap> {
         Box::new(Filler {
-            ear: LinkDecoder::default(),
-            feed: self.clone(),
+            decoder: LinkDecoder::default(),
+            queue: self.clone(),
         })
     }
 
@@ -57,23 +57,23 @@ impl EventQueue {
 }
 
 struct Filler {
-    ear: LinkDecoder,
-    feed: EventQueue,
+    decoder: LinkDecoder,
+    queue: EventQueue,
 }
 
 impl Tap for Filler {
     fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]) {
-        let Self { ear, feed } = self;
-        feed.with(|queue| {
-            ear.take(direction, host_ns, bytes, |event| queue.push(event));
+        let Self { decoder, queue } = self;
+        queue.with(|queue| {
+            decoder.take(direction, host_ns, bytes, |event| queue.push(event));
         });
     }
 
     fn disconnected(&mut self, host_ns: u64) {
         // The next connection begins with frames of its own.
-        self.ear = LinkDecoder::default();
+        self.decoder = LinkDecoder::default();
         let kind = EventKind::Disconnected;
-        self.feed.with(|queue| queue.push(Event { host_ns, kind }));
+        self.queue.with(|queue| queue.push(Event { host_ns, kind }));
     }
 }
 
@@ -94,17 +94,17 @@ mod tests {
 
     #[test]
     fn a_slow_reader_has_the_latest_and_is_told_what_it_missed() {
-        let feed = EventQueue::default();
-        let mut tap = feed.tap();
+        let shared = EventQueue::default();
+        let mut tap = shared.tap();
         for host_ns in 0..MOST as u64 + 10 {
             tap.disconnected(host_ns);
         }
         let mut events = VecDeque::new();
-        assert_eq!(feed.take(&mut events), 10);
+        assert_eq!(shared.take(&mut events), 10);
         assert_eq!(events.len(), MOST);
         assert_eq!(events.front().map(|event| event.host_ns), Some(10));
-        assert_eq!(feed.take(&mut events), 0);
+        assert_eq!(shared.take(&mut events), 0);
         assert!(events.is_empty());
-        assert!(feed.now_ns().is_some_and(|now_ns| now_ns >= MOST as u64));
+        assert!(shared.now_ns().is_some_and(|now_ns| now_ns >= MOST as u64));
     }
 }

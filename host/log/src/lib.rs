@@ -1,29 +1,29 @@
-//! The log of a run: everything that was said on the link, and nothing else.
+//! Logs of runs: the messages of a link, recorded, read back, exported, summarised and
+//! replayed.
 //!
 //! ```text
-//! link --bytes--> Tap --> queue --> Ear --events--> Encoder --messages--> run.mcap
-//!                                   |                                      |
-//!                                   watch, live                Reader --events--> plot,
-//!                                                                    export, replay
+//! link --bytes--> Tap --> queue --> LinkDecoder --events--> topics --messages--> run.mcap
+//!                                                                                 |
+//!                               plot, export, replay <--events-- recording <------'
 //! ```
 //!
-//! | module        | what                                                          |
-//! |---------------|---------------------------------------------------------------|
-//! | [`recorder`]  | writes it while the run goes on                               |
-//! | [`recording`] | reads it back, as far as it goes                              |
-//! | [`topics`]    | events as messages that viewers open                          |
-//! | [`proto`]     | those messages; `host/log/proto/armbridge.proto` describes them |
-//! | [`clock_sync`]     | the board's clock on the host's                               |
-//! | [`raw_link_bytes`]       | the bytes themselves, kept beside what was made of them       |
-//! | [`metadata`]  | what a log says about itself                                  |
-//! | [`run_info`]  | what one has to know about a run to read its records          |
-//! | [`csv`]       | ticks as a table                                              |
-//! | [`export`]    | ticks in other programs' formats                              |
-//! | [`summary`]   | a run in a few numbers                                        |
-//! | [`inspect`]   | what a log holds, and where two differ                        |
-//! | [`replay`]    | a log's inputs through the board's code                       |
-//! | [`event_text`]     | events in sentences                                           |
-//! | [`text_table`]     | plain tables for a terminal                                   |
+//! | module             | what                                                     |
+//! |--------------------|----------------------------------------------------------|
+//! | [`recorder`]       | writes a log while the run goes on                       |
+//! | [`recording`]      | reads it back, as far as it goes                         |
+//! | [`topics`]         | events as messages that viewers open                     |
+//! | [`proto`]          | those messages; `host/log/proto/armbridge.proto` describes them |
+//! | [`clock_sync`]     | the board's clock on the host's                          |
+//! | [`raw_link_bytes`] | the link's bytes, kept beside the messages               |
+//! | [`metadata`]       | run, build, board, parameters and clocks                 |
+//! | [`run_info`]       | what is needed of a run to read its records              |
+//! | [`csv`]            | ticks as a table                                         |
+//! | [`export`]         | ticks in other programs' formats                         |
+//! | [`summary`]        | a run in a few numbers                                   |
+//! | [`inspect`]        | contents of a log, and differences of two                |
+//! | [`replay`]         | a log's inputs through the board's code                  |
+//! | [`event_text`]     | events in sentences                                      |
+//! | [`text_table`]     | plain tables for a terminal                              |
 #![forbid(unsafe_code)]
 
 pub mod clock_sync;

@@ -140,7 +140,7 @@ impl Queue {
     }
 }
 
-/// One ear of a recorder.
+/// A recorder's tap.
 #[derive(Debug)]
 pub(super) struct QueueTap(pub(super) Arc<Queue>);
 

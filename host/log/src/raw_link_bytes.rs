@@ -117,12 +117,12 @@ fn split(framed: &[u8]) -> Option<(Piece<'_>, &[u8])> {
 }
 
 /// Tells the events of one piece.
-pub(super) fn hear(ear: &mut LinkDecoder, piece: Piece<'_>, mut hear: impl FnMut(Event)) {
+pub(super) fn hear(decoder: &mut LinkDecoder, piece: Piece<'_>, mut hear: impl FnMut(Event)) {
     match piece.kind {
-        Kind::Bytes(direction) => ear.take(direction, piece.host_ns, piece.bytes, hear),
+        Kind::Bytes(direction) => decoder.take(direction, piece.host_ns, piece.bytes, hear),
         Kind::Parted => {
             // What began on one connection does not end on the next.
-            *ear = LinkDecoder::default();
+            *decoder = LinkDecoder::default();
             hear(Event {
                 host_ns: piece.host_ns,
                 kind: EventKind::Disconnected,
@@ -136,7 +136,7 @@ pub(super) fn hear(ear: &mut LinkDecoder, piece: Piece<'_>, mut hear: impl FnMut
 pub struct Again {
     records: Records,
     body: Vec<u8>,
-    ear: LinkDecoder,
+    decoder: LinkDecoder,
     heard: VecDeque<Event>,
 }
 
@@ -145,7 +145,7 @@ impl Again {
         Ok(Records::open(path)?.map(|records| Self {
             records,
             body: Vec::new(),
-            ear: LinkDecoder::default(),
+            decoder: LinkDecoder::default(),
             heard: VecDeque::new(),
         }))
     }
@@ -176,7 +176,7 @@ impl Again {
                 continue;
             }
             for piece in pieces(&data) {
-                hear(&mut self.ear, piece?, |event| self.heard.push_back(event));
+                hear(&mut self.decoder, piece?, |event| self.heard.push_back(event));
             }
             return Ok(true);
         }

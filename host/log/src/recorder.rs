@@ -1,7 +1,7 @@
 //! Writes a log while a run goes on: MCAP, off the link's thread.
 //!
 //! ```text
-//! link --bytes--> tap --copies--> queue --> thread: ear, topics --> file
+//! link --bytes--> tap --copies--> queue --> thread: decoder, topics --> file
 //! ```
 //!
 //! The recorder hears nothing but the raw bytes of both directions. Each fifth of
@@ -19,7 +19,7 @@ use super::LogError;
 use super::fsync_thread::SyncFn;
 use super::mcap_file::LogFile;
 use super::queue::{self, Queue, QueueTap};
-use super::writer_thread::{Scribe, Shared};
+use super::writer_thread::{LogWriter, Shared};
 use crate::run_info::RunFacts;
 use armbridge_client::Tap;
 
@@ -110,11 +110,11 @@ impl Recorder {
         };
         let file = LogFile::begin(disk, sync).map_err(failed)?;
         let shared = Arc::default();
-        let scribe = Scribe::new(file, facts.clone(), Arc::clone(&queue), Arc::clone(&shared))
+        let writer = LogWriter::new(file, facts.clone(), Arc::clone(&queue), Arc::clone(&shared))
             .map_err(failed)?;
         let thread = std::thread::Builder::new()
             .name("recorder".into())
-            .spawn(move || scribe.run())
+            .spawn(move || writer.run())
             .map_err(|source| LogError::Io {
                 path: path.to_path_buf(),
                 source,

@@ -48,13 +48,13 @@ impl Shared {
 }
 
 /// Whoever writes.
-pub(super) struct Scribe {
+pub(super) struct LogWriter {
     file: Option<LogFile>,
     facts: RunFacts,
     settings: Option<Settings>,
     queue: Arc<Queue>,
     shared: Arc<Shared>,
-    ear: LinkDecoder,
+    decoder: LinkDecoder,
     encoder: Encoder,
     raw: Vec<u8>,
     latest_ns: u64,
@@ -64,7 +64,7 @@ pub(super) struct Scribe {
     synced: Instant,
 }
 
-impl Scribe {
+impl LogWriter {
     /// Writes what is known from the beginning.
     pub(super) fn new(
         mut file: LogFile,
@@ -82,7 +82,7 @@ impl Scribe {
             settings: None,
             queue,
             shared,
-            ear: LinkDecoder::default(),
+            decoder: LinkDecoder::default(),
             encoder: Encoder::default(),
             raw: Vec::new(),
             latest_ns: 0,
@@ -126,14 +126,14 @@ impl Scribe {
             if let raw_link_bytes::Kind::Bytes(direction) = piece.kind {
                 self.encoder.travelled(direction, piece.bytes.len());
             }
-            let mut ear = std::mem::take(&mut self.ear);
+            let mut decoder = std::mem::take(&mut self.decoder);
             let mut done = Ok(());
-            raw_link_bytes::hear(&mut ear, piece, |event| {
+            raw_link_bytes::hear(&mut decoder, piece, |event| {
                 if done.is_ok() {
                     done = self.heard(file, &event);
                 }
             });
-            self.ear = ear;
+            self.decoder = decoder;
             done?;
         }
         let queue = [framed.len() as u64, taken.fullest as u64, taken.unwritten];

@@ -65,8 +65,8 @@ fn be_the_host(link: &str) {
         duration_us: 60_000_000,
     };
     let at: Endpoint = link.parse().unwrap();
-    let mut operator = PlanRunner::new(script);
-    tcp_pump::run(&mut at.connect().unwrap(), &mut operator, 1).unwrap();
+    let mut runner = PlanRunner::new(script);
+    tcp_pump::run(&mut at.connect().unwrap(), &mut runner, 1).unwrap();
 }
 
 /// This test runs itself once more, as the host.

@@ -45,8 +45,8 @@ fn servos_are_found_at_every_rate_and_driven_as_fast_as_it_allows() {
             let mut channels = Channels::new();
             let board = VirtualBoard::new(channels.split()).unwrap();
             let bench = bench(&plant([0.1, -0.1], true), [firmware; 2], nominal);
-            let operator = PlanRunner::new(Script::upright(setup, 2_000_000));
-            let mut cosim = Cosim::new(board, bench, operator);
+            let runner = PlanRunner::new(Script::upright(setup, 2_000_000));
+            let mut cosim = Cosim::new(board, bench, runner);
             cosim
                 .run()
                 .unwrap_or_else(|error| panic!("{firmware} {nominal}: {error:?}"));

@@ -22,8 +22,8 @@ fn recorded(name: &str) -> PathBuf {
     let recorder = Recorder::create_waiting(&path, &facts).unwrap();
     let mut options = Options::new(Bench::new(Plant::new(PlantConfig::default(), 1)));
     options.link.taps.push(recorder.tap());
-    let operator = PlanRunner::new(Script::demo(Setup::default(), 5_000_000));
-    let (_, done) = link::drive(&BoardUri::Sim, options, operator);
+    let runner = PlanRunner::new(Script::demo(Setup::default(), 5_000_000));
+    let (_, done) = link::drive(&BoardUri::Sim, options, runner);
     done.map_err(|error| error.to_string()).unwrap();
     let report = recorder.finish().unwrap();
     assert!(report.records > 5_000 && report.lost == 0, "{report:?}");

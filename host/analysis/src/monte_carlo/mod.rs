@@ -72,7 +72,7 @@ pub struct Truth {
 /// Why there is no run.
 #[derive(Debug, thiserror::Error)]
 pub enum TrialError {
-    /// The operator gave up.
+    /// The runner gave up.
     #[error(transparent)]
     PlanRunner(#[from] PlanError),
     /// No share of replies.

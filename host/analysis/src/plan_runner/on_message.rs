@@ -1,4 +1,4 @@
-//! What an operator makes of what the board says.
+//! Messages of the board: what each does to the run.
 
 use armbridge_shared::link::message::{
     BoardReport, Command, Mode, Record, Refusal, Settings, ToHost,

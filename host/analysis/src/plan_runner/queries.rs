@@ -1,4 +1,4 @@
-//! What an operator can be asked while it works, and after.
+//! Queries of a runner, while it works and after.
 
 use armbridge_client::status::BoardStatus;
 use armbridge_shared::link::message::{Mode, OffReport, Settings, Trip};

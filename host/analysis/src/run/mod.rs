@@ -1,4 +1,4 @@
-//! A run from its plan to its folder, on whatever link: an operator works through the
+//! A run from its plan to its folder, on any link: a plan runner works through the
 //! plan, the recorder writes the log, and in the end there are plots and a summary.
 //!
 //! Nothing of it grows with the length of the run.
@@ -26,7 +26,7 @@ use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::{LogSummary, ServoSummary, Summary};
 use armbridge_sim::cosim::Interaction;
-use run_stats::{Ledger, Thinned};
+use run_stats::{RunStats, Thinned};
 
 /// Time of the run between two looks at the progress bar.
 const LOOK_US: u64 = 50_000;
@@ -118,7 +118,7 @@ pub enum PlayerError {
 
 /// A run under way.
 pub struct RunHost {
-    operator: PlanRunner<Ledger>,
+    runner: PlanRunner<RunStats>,
     recorder: Recorder,
     progress: Progress,
     folder: RunFolder,
@@ -156,14 +156,14 @@ impl RunHost {
         } = task;
         let csv = files.csv.then(|| folder.file("run.csv"));
         let duration_s = plan.stop.after_us as f64 * 1e-6;
-        let ledger = Ledger::new(judge, csv.as_deref())?;
+        let stats = RunStats::new(judge, csv.as_deref())?;
         let begin_log = if is_patient {
             Recorder::create_waiting
         } else {
             Recorder::create
         };
         Ok(Self {
-            operator: PlanRunner::keeping(plan, ledger).interrupted_by(interrupt::is_raised),
+            runner: PlanRunner::keeping(plan, stats).interrupted_by(interrupt::is_raised),
             recorder: begin_log(&folder.file("run.mcap"), &facts)?,
             progress: Progress::new(duration_s, is_quiet),
             folder,
@@ -183,13 +183,13 @@ impl RunHost {
 
     /// The plan's pushes as they fall due, see [`PlanRunner::interactions`].
     pub fn interactions(&mut self) -> Receiver<Interaction> {
-        self.operator.interactions()
+        self.runner.interactions()
     }
 
     /// What the progress bar says.
     fn doing(&self, now_us: u64, now_s: f64) -> String {
         let left_s = (self.duration_s - now_s).max(0.0);
-        match self.operator.doing(now_us) {
+        match self.runner.doing(now_us) {
             Some((number, of, act)) => format!(
                 "{left_s:.1} s left · step {number} of {of}: {}",
                 act.in_words()
@@ -197,7 +197,7 @@ impl RunHost {
             None => format!(
                 "{now_s:.1} of {:.1} s · {}",
                 self.duration_s,
-                enum_names::mode(self.operator.mode())
+                enum_names::mode(self.runner.mode())
             ),
         }
     }
@@ -209,7 +209,7 @@ impl RunHost {
     pub fn finish(self, result: Result<(), LinkError<PlanError>>) -> Result<Finished, PlayerError> {
         let wall: Duration = self.begun.elapsed();
         let Self {
-            operator,
+            runner,
             recorder,
             progress,
             folder,
@@ -221,7 +221,7 @@ impl RunHost {
         } = self;
         progress.finish();
         let failure = match result {
-            _ if operator.begun_us().is_none() => {
+            _ if runner.begun_us().is_none() => {
                 drop(recorder);
                 // Nothing in it is worth keeping.
                 let _ = std::fs::remove_dir_all(folder.path());
@@ -235,11 +235,11 @@ impl RunHost {
             Err(error) => Some(error.to_string()),
         };
         let log = close(recorder);
-        if let Some(settings) = operator.begun_with() {
+        if let Some(settings) = runner.begun_with() {
             facts = facts.with_settings(settings);
         }
 
-        let ending = operator.ending();
+        let ending = runner.ending();
         let is_success =
             failure.is_none() && ending.is_some_and(|end| success.iter().any(|s| s.is(end)));
         let ended = failure.or_else(|| match ending {
@@ -249,12 +249,12 @@ impl RunHost {
                 Some(end.in_words())
             }
         });
-        let (servos, port) = (operator.status().servos, operator.status().port);
-        let (link, trips) = (operator.stats(), operator.trips().to_vec());
-        let mut ledger = operator.into_keep();
-        let csv_trouble = ledger.close().map(|error| error.to_string());
+        let (servos, port) = (runner.status().servos, runner.status().port);
+        let (link, trips) = (runner.stats(), runner.trips().to_vec());
+        let mut stats = runner.into_keep();
+        let csv_trouble = stats.close().map(|error| error.to_string());
 
-        let tally = &ledger.tally;
+        let tally = &stats.tally;
         let run_s = match ending {
             Some(Ending::Time) => duration_s,
             _ => tally.covered_s(),
@@ -268,16 +268,16 @@ impl RunHost {
         let is_complete = log.is_complete() && csv_trouble.is_none();
         summary.log = Some(log);
         summary.ended = ended;
-        if let Some(judge) = ledger.judge.take()
+        if let Some(judge) = stats.judge.take()
             && is_success
         {
             summary.missed_expectations = judge.verdict(tally, &summary);
         }
         let mut summary = summary.with_causes(&trips);
-        summary.remarks.append(&mut ledger.conclusions);
+        summary.remarks.append(&mut stats.conclusions);
         summary.remarks.extend(csv_trouble);
         if has_plots {
-            let Thinned { records, every, .. } = &ledger.plotted;
+            let Thinned { records, every, .. } = &stats.plotted;
             if *every > 1 {
                 let remark = format!("the plots show one tick in {every}");
                 summary.remarks.push(remark);
@@ -322,27 +322,27 @@ impl Host for RunHost {
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], PlanError> {
         if now_us >= self.look_us {
             self.look_us = now_us + LOOK_US;
-            let now_s = self.operator.fraction(now_us) * self.duration_s;
+            let now_s = self.runner.fraction(now_us) * self.duration_s;
             self.progress.at(now_s);
             self.progress.say(self.doing(now_us, now_s));
         }
-        self.operator.transmit(now_us)
+        self.runner.transmit(now_us)
     }
 
     fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), PlanError> {
-        self.operator.receive(now_us, bytes)
+        self.runner.receive(now_us, bytes)
     }
 
     fn wake_at_us(&self) -> u64 {
-        self.operator.wake_at_us()
+        self.runner.wake_at_us()
     }
 
     fn is_done(&self) -> bool {
-        self.operator.is_done()
+        self.runner.is_done()
     }
 
     fn disconnected(&mut self, now_us: u64) {
         self.progress.say("the link broke; waiting for it");
-        self.operator.disconnected(now_us);
+        self.runner.disconnected(now_us);
     }
 }

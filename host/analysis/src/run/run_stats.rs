@@ -16,7 +16,7 @@ use armbridge_log::{CsvWriter, LogError};
 const PLOTTED_MAX: usize = 120_000;
 
 /// Everything that a run leaves but its log.
-pub(super) struct Ledger {
+pub(super) struct RunStats {
     pub(super) tally: Tally,
     pub(super) judge: Option<Judge>,
     pub(super) plotted: Thinned,
@@ -62,7 +62,7 @@ impl Thinned {
     }
 }
 
-impl Ledger {
+impl RunStats {
     /// An empty one, with a CSV file if that is wanted.
     pub(super) fn new(judge: Option<Judge>, csv: Option<&Path>) -> Result<Self, LogError> {
         Ok(Self {
@@ -82,7 +82,7 @@ impl Ledger {
     }
 }
 
-impl RecordSink for Ledger {
+impl RecordSink for RunStats {
     fn record(&mut self, record: &Record) {
         self.tally.see(record);
         self.plotted.see(record);
@@ -136,9 +136,9 @@ mod tests {
         use armbridge_sim::plant::{Plant, PlantConfig};
         let bench = armbridge_sim::Bench::new(Plant::new(PlantConfig::default(), 1));
         let script = Script::upright(Setup::default(), 10_000);
-        let operator = PlanRunner::keeping(script, AllRecords::default());
-        let (operator, result) = drive(&BoardUri::Sim, Options::new(bench), operator);
+        let runner = PlanRunner::keeping(script, AllRecords::default());
+        let (runner, result) = drive(&BoardUri::Sim, Options::new(bench), runner);
         result.unwrap();
-        operator.records()[0]
+        runner.records()[0]
     }
 }

@@ -48,7 +48,7 @@
 //!
 //! Times count in s from when the arm is armed. Arm and calibration are the board's
 //! own, whatever `control` says; in the end its settings are as they were. `[bench]` is
-//! for the virtual arm: nobody pushes a real one.
+//! for the virtual arm; a real one is not pushed.
 //!
 //! Every mistake is told with file, line and column, and so is everything that a board
 //! would refuse and can be known before: motions are planned by the board's planner,

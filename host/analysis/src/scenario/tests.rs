@@ -203,13 +203,13 @@ fn play(scenario: &Scenario) -> (Option<Ending>, Vec<String>, u64) {
         tally: Tally::default(),
         judge: Judge::new(scenario.expect, &scenario.plan.pushes),
     };
-    let operator = PlanRunner::keeping(scenario.plan.clone(), keep);
+    let runner = PlanRunner::keeping(scenario.plan.clone(), keep);
     let options = Options::new(scenario.bench.build());
-    let (operator, result) = drive(&BoardUri::Sim, options, operator);
+    let (runner, result) = drive(&BoardUri::Sim, options, runner);
     let name = &scenario.name;
     result.unwrap_or_else(|error| panic!("{name}: {error}"));
-    let ending = operator.ending();
-    let Judged { tally, judge } = operator.into_keep();
+    let ending = runner.ending();
+    let Judged { tally, judge } = runner.into_keep();
     let facts = armbridge_log::run_info::RunFacts::of(name, "simulated: bench", &scenario.settings);
     let summary = tally.summary(&facts, LinkStats::default(), 1.0, 1.0);
     let ticks = summary.ticks;
@@ -260,17 +260,17 @@ fn settings_are_put_back_and_a_stop_condition_stops() {
     let scenario = parse(text).unwrap();
     let bits = scenario.settings.limits.speed_rad_s.map(f32::to_bits);
     assert_eq!(bits, [6.0_f32.to_bits(); 2]);
-    let operator = PlanRunner::new(scenario.plan.clone());
+    let runner = PlanRunner::new(scenario.plan.clone());
     let options = Options::new(scenario.bench.build());
-    let (operator, result) = drive(&BoardUri::Sim, options, operator);
+    let (runner, result) = drive(&BoardUri::Sim, options, runner);
     result.unwrap();
     assert!(matches!(
-        operator.ending(),
+        runner.ending(),
         Some(Ending::Angle { joint: 0, .. })
     ));
-    assert_eq!(operator.begun_with(), Some(&scenario.settings));
-    assert_eq!(operator.settings(), Some(&Settings::default()));
-    let (_, commands, _) = operator.into_parts();
+    assert_eq!(runner.begun_with(), Some(&scenario.settings));
+    assert_eq!(runner.settings(), Some(&Settings::default()));
+    let (_, commands, _) = runner.into_parts();
     let last: Vec<_> = commands
         .iter()
         .rev()

@@ -20,7 +20,7 @@ from its Service Call panel, with {} as the request. Ends with ctrl-c, disarmed.
 /// Port that viewers look for.
 const PORT: u16 = 8765;
 
-/// A live server.
+/// A Foxglove server.
 #[derive(Args, Debug)]
 pub(crate) struct FoxgloveArgs {
     #[command(flatten)]
@@ -28,7 +28,7 @@ pub(crate) struct FoxgloveArgs {
     /// Port of the server; 0 for any that is free.
     #[arg(long, default_value_t = PORT)]
     pub(crate) port: u16,
-    /// Address to listen on. On any but this computer's own, whoever reaches it can
+    /// Address to listen on. At any but a loopback address, every host of the network can
     /// change settings and stop the arm.
     #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     pub(crate) host: IpAddr,
@@ -56,12 +56,12 @@ pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
 
     use super::session::OpenedLink;
 
-    // First: a port that is taken shall not begin anything.
+    // First, so that a port in use is found before anything begins.
     let server = Server::start(args.host, args.port, args.allow_arm)?;
     let opened = OpenedLink::begin(&args.session, "foxglove", false)?;
     if !args.host.is_loopback() {
         eprintln!(
-            "armbridge: whoever reaches {} can change settings{}; use it on networks you trust",
+            "armbridge: any host that reaches {} can change settings{}; use trusted networks only",
             args.host,
             if args.allow_arm {
                 " and move the arm"
@@ -70,11 +70,11 @@ pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
             }
         );
     }
-    // Whoever starts this as a part of something else reads the address here.
+    // A parent process reads the address here.
     println!("ws://{}:{}", args.host, server.port());
     std::io::stdout().flush()?;
     eprintln!("{}: open {}", opened.title, server.app_url());
-    let served = run::run(opened.session(), &opened.feed, &server);
+    let served = run::run(opened.session(), &opened.event_queue, &server);
     let ended = opened.end();
     server.stop();
     ended?;

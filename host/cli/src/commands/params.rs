@@ -122,7 +122,7 @@ fn show(args: &ParamsArgs) -> Outcome {
     let Some(settings) = host.exchanged.before else {
         return Err("the board did not say what it computes with; ask again".into());
     };
-    // Whoever names one wants to see it.
+    // A parameter that is named is shown, of whatever kind.
     let all = args.all || args.keys.iter().any(|key| params::find(key).is_some());
     let shown: Vec<_> = asked
         .into_iter()

@@ -200,11 +200,11 @@ pub(super) struct Staging<'a> {
 }
 
 impl Staging<'_> {
-    /// What the link is opened with. A real arm is pushed by nobody.
+    /// Options of the link. Pushes are left out where the arm is real.
     pub(super) fn options(&self, scenario: &mut Scenario) -> Options {
         if !self.link.is_simulated() && !scenario.plan.pushes.is_empty() {
             eprintln!(
-                "note: nobody pushes the arm at {}; its {} pushes are for sim: and emulate:",
+                "note: at {} the scenario's {} pushes are left out; only a simulated arm is pushed",
                 self.link,
                 scenario.plan.pushes.len()
             );

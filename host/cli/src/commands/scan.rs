@@ -21,9 +21,9 @@ Examples:
   armbridge scan --port tcp://127.0.0.1:7000 --ids 0..253
   armbridge scan --port /dev/ttyACM1 --bauds 1000000 --json
 
-An id at which nobody is takes 40 ms at each rate: 6 s for what is looked at
-unless said otherwise, 45 s for all ids at the same rates. Over TCP the other
-side decides the rate, so there is one. Exit code 1: nobody was found.";
+An id without a servo takes 40 ms at each rate: 6 s for the default ids and rates, 45 s for
+all ids at these rates. Over TCP the other side decides the rate, so there is one. Exit
+code 1: no servo was found.";
 
 /// Who is there.
 #[derive(Args, Debug)]

@@ -1,4 +1,4 @@
-//! A session as a command is told to have one: the link on a thread of its own, a feed
+//! A link as a command asks for it: on a thread of its own, with a queue
 //! of what is said on it, and a log if one is asked for.
 
 use std::path::Path;
@@ -26,7 +26,7 @@ const PATIENCE: Duration = Duration::from_secs(24 * 3_600);
 pub(crate) struct OpenedLink {
     session: LinkThread,
     /// What is said on the link.
-    pub(crate) feed: EventQueue,
+    pub(crate) event_queue: EventQueue,
     recorder: Option<Recorder>,
     /// Which link, and what is behind it.
     pub(crate) title: String,
@@ -48,8 +48,8 @@ impl OpenedLink {
             Some(path) => Some(recorder(path, name, &title)?),
             None => None,
         };
-        let feed = EventQueue::default();
-        let mut taps = vec![feed.tap()];
+        let event_queue = EventQueue::default();
+        let mut taps = vec![event_queue.tap()];
         taps.extend(recorder.as_ref().map(Recorder::tap));
         let (plant, kinds) = (virtual_arm::config(&args.arm)?, args.servos.kinds()?);
         let seed = args.arm.seed;
@@ -66,7 +66,7 @@ impl OpenedLink {
         })?;
         Ok(Self {
             session,
-            feed,
+            event_queue,
             recorder,
             title,
             is_simulated,

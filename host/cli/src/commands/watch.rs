@@ -34,7 +34,7 @@ pub(crate) fn run(args: &WatchArgs) -> Outcome {
     let opened = OpenedLink::begin(&args.session, "watch", true)?;
     let shown = screen::show(
         opened.session(),
-        &opened.feed,
+        &opened.event_queue,
         opened.is_simulated,
         &opened.title,
     );

@@ -155,11 +155,11 @@ enum What {
 
 /// All that is not answered yet.
 #[derive(Debug, Default)]
-pub struct Desk {
+pub struct PendingRequests {
     waiting: Vec<Waiting>,
 }
 
-impl Desk {
+impl PendingRequests {
     /// Takes a wish.
     pub fn take(&mut self, wish: Wish, board: &Board) -> Outcome {
         let mut outcome = Outcome::default();

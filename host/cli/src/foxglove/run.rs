@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 use armbridge_shared::link::message::{Command, Settings};
 
 use super::board::Board;
-use super::pending_requests::{Desk, Outcome};
+use super::pending_requests::{PendingRequests, Outcome};
 use super::server::Server;
 use super::values;
 use crate::link_thread::LinkThread;
@@ -35,11 +35,11 @@ pub struct Served {
 
 /// Serves viewers until ctrl-c, or until the link ends. When the last viewer leaves an
 /// arm that a viewer has armed, it is disarmed.
-pub fn run(session: &LinkThread, feed: &EventQueue, server: &Server) -> Served {
+pub fn run(session: &LinkThread, event_queue: &EventQueue, server: &Server) -> Served {
     let mut live = Live {
         server,
         board: Board::default(),
-        desk: Desk::default(),
+        pending: PendingRequests::default(),
         encoder: Encoder::default(),
         later_ns: None,
         parameters: None,
@@ -48,15 +48,15 @@ pub fn run(session: &LinkThread, feed: &EventQueue, server: &Server) -> Served {
     let mut events = VecDeque::new();
     let mut is_armed_here = false;
     while !session.is_over() && !interrupt::is_raised() {
-        live.served.unseen += feed.take(&mut events);
+        live.served.unseen += event_queue.take(&mut events);
         for event in &events {
             live.event(event);
         }
-        let mut outcome = live.desk.settle(&live.board);
+        let mut outcome = live.pending.settle(&live.board);
         if let Ok(wish) = server.wishes().recv_timeout(LOOK) {
             let wishes = std::iter::once(wish).chain(server.wishes().try_iter());
             for wish in wishes {
-                let more = live.desk.take(wish, &live.board);
+                let more = live.pending.take(wish, &live.board);
                 outcome.requests.extend(more.requests);
                 outcome.complaints.extend(more.complaints);
             }
@@ -83,7 +83,7 @@ pub fn run(session: &LinkThread, feed: &EventQueue, server: &Server) -> Served {
 struct Live<'a> {
     server: &'a Server,
     board: Board,
-    desk: Desk,
+    pending: PendingRequests,
     encoder: Encoder,
     /// How much later the wall clock is than a virtual one, in ns.
     later_ns: Option<u64>,

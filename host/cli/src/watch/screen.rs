@@ -20,20 +20,20 @@ use armbridge_client::interrupt;
 /// Between two pictures.
 const FRAME: Duration = Duration::from_millis(66);
 
-/// Shows `feed` and obeys keys until the person quits or the link ends. `what` names
+/// Shows `event_queue` and obeys keys until the person quits or the link ends. `what` names
 /// the link. The terminal is as it was before when this returns, or panics.
 ///
 /// # Errors
 /// If the terminal cannot be drawn on.
 pub fn show(
     session: &LinkThread,
-    feed: &EventQueue,
+    event_queue: &EventQueue,
     is_simulated: bool,
     what: &str,
 ) -> io::Result<Model> {
     // Restores the terminal in a panic, too, whichever thread it is in.
     let terminal = ratatui::try_init()?;
-    let shown = run(terminal, session, feed, is_simulated, what);
+    let shown = run(terminal, session, event_queue, is_simulated, what);
     ratatui::try_restore()?;
     shown
 }
@@ -41,7 +41,7 @@ pub fn show(
 fn run(
     mut terminal: DefaultTerminal,
     session: &LinkThread,
-    feed: &EventQueue,
+    event_queue: &EventQueue,
     is_simulated: bool,
     what: &str,
 ) -> io::Result<Model> {
@@ -50,11 +50,11 @@ fn run(
     let mut events = VecDeque::new();
     while !session.is_over() && !interrupt::is_raised() {
         let begun = Instant::now();
-        model.unseen += feed.take(&mut events);
+        model.unseen += event_queue.take(&mut events);
         for event in &events {
             model.take(event);
         }
-        if let Some(now_ns) = feed.now_ns() {
+        if let Some(now_ns) = event_queue.now_ns() {
             model.advance(now_ns);
         }
         terminal.draw(|frame| view::draw(frame, &model, &keys, what))?;

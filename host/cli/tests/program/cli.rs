@@ -141,11 +141,11 @@ fn an_emulator_that_cannot_start_says_why() {
         &["qemu-system-arm", "cargo verify", "apt-get install"],
     );
 
-    // TCP's port multiplexer, which nobody runs.
-    let nobody = "tcp://127.0.0.1:1";
-    let on_bus = format!("{link}?bus={nobody}");
+    // TCP's port multiplexer, which no machine runs.
+    let unused = "tcp://127.0.0.1:1";
+    let on_bus = format!("{link}?bus={unused}");
     let output = program.run(&["run", "--quiet", "--link", &on_bus]);
-    assert_fails(&output, &[nobody, "is the other side listening?"]);
+    assert_fails(&output, &[unused, "is the other side listening?"]);
     let runs = fs::read_dir(program.0.join("runs")).map(Iterator::count);
     assert!(
         matches!(runs, Err(_) | Ok(0)),

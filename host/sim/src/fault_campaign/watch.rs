@@ -49,7 +49,7 @@ pub(super) struct Watched<'a> {
     /// First packet beyond that: its time in µs, and its distance from off in counts.
     pub(super) beyond: Option<(u64, u16)>,
     /// Receiver of the messages on the link, as the board hears them.
-    ear: Option<(LinkDecoder, &'a mut dyn FnMut(Event))>,
+    decoder: Option<(LinkDecoder, &'a mut dyn FnMut(Event))>,
 }
 
 impl<'a> Watched<'a> {
@@ -58,13 +58,13 @@ impl<'a> Watched<'a> {
             board,
             allowed,
             beyond: None,
-            ear: None,
+            decoder: None,
         }
     }
 
     /// Tells what is said on the link from now on.
     pub(super) fn overhear(&mut self, hear: &'a mut dyn FnMut(Event)) {
-        self.ear = Some((LinkDecoder::default(), hear));
+        self.decoder = Some((LinkDecoder::default(), hear));
     }
 
     fn is_driven(&self) -> bool {
@@ -82,12 +82,12 @@ impl Board for Watched<'_> {
         output: &mut Output,
     ) -> Result<Wake, Self::Error> {
         let was_driven = self.is_driven();
-        if let Some((ear, hear)) = &mut self.ear {
-            ear.take(Direction::ToBoard, now_us * 1_000, input.link, hear);
+        if let Some((decoder, hear)) = &mut self.decoder {
+            decoder.take(Direction::ToBoard, now_us * 1_000, input.link, hear);
         }
         let wake = self.board.run(now_us, input, output)?;
-        if let Some((ear, hear)) = &mut self.ear {
-            ear.take(Direction::ToHost, now_us * 1_000, &output.link, hear);
+        if let Some((decoder, hear)) = &mut self.decoder {
+            decoder.take(Direction::ToHost, now_us * 1_000, &output.link, hear);
         }
         let allowed = if was_driven || self.is_driven() {
             self.allowed

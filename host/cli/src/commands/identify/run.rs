@@ -28,7 +28,7 @@ Examples:
   armbridge identify run --dry-run                     what would move where, as a picture
   armbridge identify run                               a simulated arm
   armbridge identify run --plant host/plants/heavy.toml   another one, unknown to the board
-  armbridge identify run --link serial: --apply        the arm on a board, which is told
+  armbridge identify run --link serial: --apply        the arm on a board, sent the result
   armbridge identify run --plan mine.toml --link tcp://127.0.0.1:7001 --yes --json
 
 Before anything moves, every step is checked against the board's settings, and a picture

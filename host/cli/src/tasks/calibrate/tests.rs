@@ -39,7 +39,7 @@ impl Guide for Talk {
 /// Does as told, an instant later; where the arm is to be turned, pushes joint
 /// `turns[joint]` and answers when it has come to rest.
 struct Person {
-    errand: TaskHost<Calibrate<Talk>>,
+    host: TaskHost<Calibrate<Talk>>,
     talk: Talk,
     turns: [usize; JOINTS],
     seen: usize,
@@ -81,19 +81,19 @@ impl Host for Person {
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], TaskError> {
         self.do_as_told(now_us);
-        self.errand.transmit(now_us)
+        self.host.transmit(now_us)
     }
 
     fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), TaskError> {
-        self.errand.receive(now_us, bytes)
+        self.host.receive(now_us, bytes)
     }
 
     fn wake_at_us(&self) -> u64 {
-        self.errand.wake_at_us()
+        self.host.wake_at_us()
     }
 
     fn is_done(&self) -> bool {
-        self.errand.is_done()
+        self.host.is_done()
     }
 }
 
@@ -117,7 +117,7 @@ fn calibrated(
         is_sure: false,
     };
     let person = Person {
-        errand: TaskHost::new(Calibrate::new(talk.clone(), wish)),
+        host: TaskHost::new(Calibrate::new(talk.clone(), wish)),
         talk,
         turns,
         seen: 0,
@@ -146,7 +146,7 @@ fn zeros_and_signs_are_found_and_saved() {
     let (person, result) = calibrated(joints, [0, 1], true);
     let said = person.talk.0.borrow().0.join("\n");
     result.unwrap_or_else(|error| panic!("{error}\n{said}"));
-    let [before, after] = person.errand.task.result().unwrap();
+    let [before, after] = person.host.task.result().unwrap();
     assert_eq!(before, [Joint::paper(); JOINTS]);
     for (found, there) in after.iter().zip(joints) {
         let off = f64::from(found.zero_count) - there.zero_count;
@@ -155,7 +155,7 @@ fn zeros_and_signs_are_found_and_saved() {
         assert!((f64::from(found.rad_per_count) - there.rad_per_count).abs() < 1e-9);
     }
     // The board says what is in force.
-    let settings = person.errand.session.status().settings.unwrap();
+    let settings = person.host.session.status().settings.unwrap();
     assert_eq!(settings.setup.joints, after);
     assert_eq!(said.matches("as it should").count(), 2, "{said}");
 }

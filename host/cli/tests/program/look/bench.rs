@@ -84,8 +84,8 @@ pub(crate) fn record(folder: &Path, run: Run) {
         words: 0,
         missed: run.deaf,
     }));
-    let operator = PlanRunner::new(Script::demo(run.setup, 2_000_000));
-    let (_, result) = link::drive(&BoardUri::Sim, options, operator);
+    let runner = PlanRunner::new(Script::demo(run.setup, 2_000_000));
+    let (_, result) = link::drive(&BoardUri::Sim, options, runner);
     // A fault ends the run early, which is as it should be.
     assert!(result.is_ok() || run.push_nm.is_some(), "{result:?}");
     let report = recorder.finish().unwrap();
