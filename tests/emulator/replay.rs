@@ -11,7 +11,6 @@ use armbridge_sim::cosim::Cosim;
 use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
 use armbridge_sim::plant::Plant;
 use armbridge_tests::plant;
-
 use armbridge_tests::world::{Overheard, assert_all_equal, records, replay};
 
 #[test]

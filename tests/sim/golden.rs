@@ -10,12 +10,13 @@
 //! `ARMBRIDGE_TRACES=<file>` replays another file of the same form instead.
 //! `cargo test -p armbridge-tests --test sim golden -- --nocapture` shows the table by family.
 
-use armbridge_sim::morpheus_servo::{Deafness, Receiving, Servo};
-use armbridge_tests::replay::{Outcome, Replay};
-use armbridge_tests::trace::{After, Exchange, Hex, load};
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
+
+use armbridge_sim::morpheus_servo::{Deafness, Receiving, Servo};
+use armbridge_tests::replay::{Outcome, Replay};
+use armbridge_tests::trace::{After, Exchange, Hex, load};
 
 /// How far a time may be from the recorded one, in microseconds. Which turn
 /// of the main loop (6 us) meets a byte, and whether a tick or a control step

@@ -2,10 +2,11 @@
 //! report itself.
 #![allow(clippy::float_cmp, reason = "cut numbers and grid points are exact")]
 
-use armbridge_analysis::paper;
-use armbridge_analysis::paper::{Claim, Findings, Verdict};
 use std::collections::HashSet;
 use std::sync::LazyLock;
+
+use armbridge_analysis::paper;
+use armbridge_analysis::paper::{Claim, Findings, Verdict};
 
 use crate::folder;
 

@@ -1,11 +1,13 @@
 //! Every figure is drawn, whatever the run was like. What they look like is
 //! for eyes: the files stay in the build folder under `tmp/plot-*`.
 
-use crate::folder;
+use std::path::{Path, PathBuf};
+
 use armbridge_analysis::plot;
 use armbridge_shared::link::message::{Fault, Missing, Mode, Record, Sample, Timing};
 use armbridge_tests::synthetic;
-use std::path::{Path, PathBuf};
+
+use crate::folder;
 
 /// Largest SVG that still opens at once everywhere.
 const LARGEST_SVG_BYTES: u64 = 300_000;

@@ -1,13 +1,13 @@
 //! A host that does anything at any time, and its run through the board's code again.
 
-use crate::experiments::{experiment, number};
-use crate::plant;
-use crate::random::Random;
 use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Command, Setup, ToBoard};
 use armbridge_shared::link::motion::Motion;
 use armbridge_sim::half_duplex_bus::{ByteFault, Damage, Way};
 
+use crate::experiments::{experiment, number};
+use crate::plant;
+use crate::random::Random;
 use crate::world::{Act, Free, overheard, records, replay};
 
 /// Length of a run in µs.

@@ -13,7 +13,6 @@ use armbridge_log::recording::Recording;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{Guards, Mode, Record, Sample, Settings, Timing, ToHost};
-
 use serde_json::Value;
 
 use crate::paths;

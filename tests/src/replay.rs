@@ -1,9 +1,10 @@
 //! Replays recorded exchanges against virtual servos and collects what they
 //! did in the form of the record.
 
-use crate::trace::{EventKind, Exchange};
 use armbridge_sim::half_duplex_bus::{Mechanics, Record, Wire};
 use armbridge_sim::morpheus_servo::{Reading, Servo};
+
+use crate::trace::{EventKind, Exchange};
 
 /// Nanoseconds of a recorded time.
 fn ns(us: f64) -> u64 {

@@ -1,10 +1,11 @@
 //! Recorded exchanges with servos, as `data/morpheus/README.md` describes
 //! them: one JSON object per line, one exchange each.
 
-use flate2::read::GzDecoder;
-use serde::Deserialize;
 use std::io::Read;
 use std::path::Path;
+
+use flate2::read::GzDecoder;
+use serde::Deserialize;
 
 /// One exchange.
 #[derive(Debug, Clone, Deserialize)]

@@ -25,8 +25,6 @@ pub use record_sink::{AllRecords, RecordSink};
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use armbridge_shared::link::message::{Command, Mode, OffReport, Record, Settings, Trip};
-
 use armbridge_client::Host;
 use armbridge_client::LinkStats;
 use armbridge_client::enum_names;
@@ -34,7 +32,9 @@ use armbridge_client::error::SessionError;
 use armbridge_client::session::{
     ANSWER_TIMEOUT_US, HELLO_TIMEOUT_US, Request, SERVO_TIMEOUT_US, Session,
 };
+use armbridge_shared::link::message::{Command, Mode, OffReport, Record, Settings, Trip};
 use armbridge_sim::cosim::Interaction;
+
 use outcome::Watch;
 use plan::{Act, Begin};
 use timeline::{Due, Offset, Timeline};

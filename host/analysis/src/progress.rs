@@ -3,8 +3,9 @@
 //! Drawn on standard error, so that standard output stays clean for the
 //! summary. Silent when standard error is not a terminal, or when told so.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Redraws per second; the eye asks for no more, and a run at 1 kHz would
 /// otherwise spend its time drawing.

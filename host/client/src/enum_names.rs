@@ -3,9 +3,10 @@
 //! Log files, tables and plots all use these, so that a word found in one can
 //! be searched for in the others.
 
-use crate::servo_table::alarms;
 use armbridge_shared::link::message::{Command, Drive, Fault, Guards, Missing, Mode, StopSource};
 use armbridge_shared::servo::protocol1::Alarms;
+
+use crate::servo_table::alarms;
 
 /// Every fault.
 pub const FAULTS: [Fault; 23] = [

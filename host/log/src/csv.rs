@@ -6,13 +6,15 @@
 //! empty but in mode `fault`; `guards` says what the supervisor changed of the
 //! wanted torque. Rows end in a line feed.
 
-use super::LogError;
-use armbridge_client::enum_names;
-use armbridge_shared::link::message::{Record, Sample, Timing};
-use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::fs::File;
 use std::path::{Path, PathBuf};
+
+use armbridge_client::enum_names;
+use armbridge_shared::link::message::{Record, Sample, Timing};
+use serde::{Deserialize, Serialize};
+
+use super::LogError;
 
 /// One row; the fields are the columns, in this order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

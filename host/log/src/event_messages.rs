@@ -7,14 +7,14 @@
 //! | told settings            | `Parameters` |
 //! | told, lost, garbled, parted | `Event`   |
 
+use armbridge_client::enum_names;
+use armbridge_client::event::{Direction, EventKind};
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{Command, ToBoard, ToHost};
 
 use super::payload_codec::{exact, value};
 use super::{event_text, proto};
-use armbridge_client::enum_names;
-use armbridge_client::event::{Direction, EventKind};
 
 /// The message for what the host said.
 pub(super) fn command(host_ns: u64, sequence: u16, said: &ToBoard) -> proto::Command {

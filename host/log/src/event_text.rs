@@ -1,13 +1,13 @@
 //! Events in words, and how much they matter.
 
+use armbridge_client::event::Direction;
+use armbridge_client::{experiment_text, fault_text, refusal_text};
 use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{
     BoardReport, End, Missing, Mode, OffState, SettingsFrom, ToHost, Trip,
 };
 
 use super::proto::Severity;
-use armbridge_client::event::Direction;
-use armbridge_client::{experiment_text, fault_text, refusal_text};
 
 /// What the board said, apart from records and settings: kind, severity and words.
 pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {

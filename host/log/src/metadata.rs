@@ -14,6 +14,7 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
+use armbridge_client::params;
 use armbridge_shared::link::message::{BoardReport, Settings};
 use armbridge_shared::link::schema;
 use mcap::records::Metadata;
@@ -22,7 +23,6 @@ use serde_json::Value;
 
 use super::clock_sync::Line;
 use crate::run_info::RunFacts;
-use armbridge_client::params;
 
 /// Name of the record with the facts of the run.
 pub const RUN: &str = "run";

@@ -1,11 +1,11 @@
 //! Settings as a message of the log: each by its name, and all of them exactly.
 
+use armbridge_client::params;
 use armbridge_shared::link::message::Settings;
 use toml::Value;
 
 use super::payload_codec::exact;
 use super::proto;
-use armbridge_client::params;
 
 /// The message for settings that the board told.
 pub(super) fn message(host_ns: u64, sequence: u16, settings: &Settings) -> proto::Parameters {

@@ -7,9 +7,10 @@
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::raw_link_bytes;
 use armbridge_client::Tap;
 use armbridge_client::event::Direction;
+
+use super::raw_link_bytes;
 
 /// Most bytes that wait to be written; as many again are being written. At 1 kHz
 /// they are four minutes.

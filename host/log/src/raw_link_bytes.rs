@@ -16,10 +16,10 @@ use std::collections::VecDeque;
 use std::io;
 use std::path::Path;
 
+use armbridge_client::event::{Direction, Event, EventKind, LinkDecoder};
 use mcap::records::{Record, op};
 
 use super::records::{Next, Records};
-use armbridge_client::event::{Direction, Event, EventKind, LinkDecoder};
 
 /// What the attachments are.
 pub const MEDIA_TYPE: &str = "application/x-armbridge-link";
@@ -176,7 +176,9 @@ impl Again {
                 continue;
             }
             for piece in pieces(&data) {
-                hear(&mut self.decoder, piece?, |event| self.heard.push_back(event));
+                hear(&mut self.decoder, piece?, |event| {
+                    self.heard.push_back(event)
+                });
             }
             return Ok(true);
         }

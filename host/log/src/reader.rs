@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use armbridge_client::event::{Event, EventKind};
 use armbridge_shared::link::message::{Settings, ToHost};
 use mcap::records::{Record, op};
 use prost::Message as _;
@@ -15,7 +16,6 @@ use super::records::{Next, Records, split};
 use super::topics::Topic;
 use super::{event_messages, metadata, proto, raw_link_bytes, telemetry};
 use crate::run_info::RunFacts;
-use armbridge_client::event::{Event, EventKind};
 
 /// A log, event by event: for files that do not fit in memory.
 #[derive(Debug)]

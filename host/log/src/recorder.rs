@@ -15,13 +15,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
+use armbridge_client::Tap;
+
 use super::LogError;
 use super::fsync_thread::SyncFn;
 use super::mcap_file::LogFile;
 use super::queue::{self, Queue, QueueTap};
 use super::writer_thread::{LogWriter, Shared};
 use crate::run_info::RunFacts;
-use armbridge_client::Tap;
 
 /// A log that is being written. Dropped, it is closed as by [`finish`](Self::finish),
 /// but nobody hears what went wrong.

@@ -1,10 +1,10 @@
 //! What is counted of a link, and told each second.
 
+use armbridge_client::event::{Direction, EventKind};
 use armbridge_shared::link::message::Record;
 
 use super::clock_sync::Line;
 use super::proto;
-use armbridge_client::event::{Direction, EventKind};
 
 /// Counters since the log began, and spreads since they were told last.
 #[derive(Clone, Debug, Default)]

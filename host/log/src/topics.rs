@@ -3,13 +3,13 @@
 //!
 //! Topics and their schemas are told in `host/log/proto/armbridge.proto`.
 
+use armbridge_client::event::{Direction, Event, EventKind};
 use armbridge_shared::link::message::{Mode, Record, Settings, ToHost};
 
 use super::clock_sync::{Envelope, Line, Mapping};
 use super::proto::descriptors;
 use super::statistics::Counters;
 use super::{event_messages, event_text, parameters, proto, telemetry, visualization};
-use armbridge_client::event::{Direction, Event, EventKind};
 
 /// Board time between two poses of the arm: as often as a screen shows one.
 const POSE_US: u64 = 20_000;

@@ -5,6 +5,7 @@ use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use armbridge_client::event::{Event, EventKind, LinkDecoder};
 use armbridge_shared::link::message::{Settings, ToHost};
 use mcap::{McapError, McapResult};
 
@@ -14,7 +15,6 @@ use super::recorder::RecorderReport;
 use super::topics::Encoder;
 use super::{metadata, raw_link_bytes};
 use crate::run_info::RunFacts;
-use armbridge_client::event::{Event, EventKind, LinkDecoder};
 
 /// Longest wall time between two chunks: what a kill takes at most.
 const FLUSH: Duration = Duration::from_millis(200);

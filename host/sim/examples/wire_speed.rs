@@ -3,9 +3,10 @@
 //!
 //! `cargo run --release -p armbridge-sim --example wire_speed`
 
+use std::time::Instant;
+
 use armbridge_sim::half_duplex_bus::{Mechanics, Wire};
 use armbridge_sim::morpheus_servo::{Reading, Servo};
-use std::time::Instant;
 
 const BAUD: u32 = 1_000_000;
 const BYTE_NS: u64 = 10_000;

@@ -1,13 +1,14 @@
 //! The bench: servos on a wire that move an arm.
 
+use armbridge_shared::arm::State;
+use armbridge_shared::bridge::SERVO_IDS;
+
 use crate::drivetrain::Joints;
 use crate::faults::sensor::SensorFault;
 use crate::half_duplex_bus::{ByteFault, Device, Disturbance, Heard, Wire, bit_ns};
 use crate::morpheus_servo::Servo;
 use crate::plant::{Plant, Push};
 use crate::servo_kind::ServoKind;
-use armbridge_shared::arm::State;
-use armbridge_shared::bridge::SERVO_IDS;
 
 /// The servos' default.
 const DEFAULT_BAUD: u32 = 1_000_000;

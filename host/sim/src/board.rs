@@ -1,5 +1,7 @@
 //! What the bench drives: a board that runs when it is told to.
 
+use std::collections::VecDeque;
+
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
 use armbridge_shared::bridge::{
     Bridge, BridgeEnd, LinkEnd, LinkPort, MemoryRegion, Progress, can_run,
@@ -9,7 +11,6 @@ use armbridge_shared::store::Store;
 use armbridge_shared::store::memory::Memory;
 
 use super::uart::{Direction, Uart};
-use std::collections::VecDeque;
 
 /// More than a bridge can have to do at one instant: an exchange that ends, and
 /// a few steps of bring-up that take no time.

@@ -1,11 +1,12 @@
 //! What the servos of the bench turn: the arm, and for those beyond its two
 //! joints a shaft with nothing on it.
 
+use armbridge_shared::JOINTS;
+
 use super::faults::sensor::Sensors;
 use super::half_duplex_bus::Mechanics;
 use super::morpheus_servo::Reading;
 use super::plant::Plant;
-use armbridge_shared::JOINTS;
 
 /// Converter counts of a Morpheus servo at room temperature: any will do, it
 /// does nothing with them. A stock servo has a thermal model of its own.

@@ -26,6 +26,8 @@ pub use body::{Body, Friction};
 pub use config::PlantConfig;
 pub use file::{Clash, PlantFile};
 
+use std::collections::VecDeque;
+
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::arm::State;
@@ -33,7 +35,6 @@ use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg32;
 use serde::Serialize;
-use std::collections::VecDeque;
 
 /// PWM at which a Morpheus servo switches its motor off.
 const OFF: u16 = Pwm::OFF.counts();

@@ -27,8 +27,9 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
-use crate::Bench;
 use armbridge_client::tcp_pump::is_timeout;
+
+use crate::Bench;
 
 /// Finest step of the wall clock: what a sleeping thread can keep.
 const STEP: Duration = Duration::from_micros(200);

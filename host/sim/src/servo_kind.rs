@@ -1,11 +1,13 @@
 //! Which servos are on the bench.
 
+use std::fmt;
+
+use armbridge_client::servo_table::Table;
+use armbridge_shared::servo::Firmware;
+
 use super::half_duplex_bus::Device;
 use super::morpheus_servo::{DEFAULT_ROM, Servo};
 use super::stock_servo::Ax12a;
-use armbridge_client::servo_table::Table;
-use armbridge_shared::servo::Firmware;
-use std::fmt;
 
 /// The firmware of this name on the command line.
 ///

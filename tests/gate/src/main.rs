@@ -21,6 +21,7 @@ mod setup;
 mod steps;
 
 use std::process::ExitCode;
+
 use steps::{CAMPAIGN, GATE, Step};
 
 const USAGE: &str = "\

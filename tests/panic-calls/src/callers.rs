@@ -6,12 +6,13 @@
 //! are. The debug information says which source lines each stands for, with
 //! everything that was inlined.
 
-use addr2line::{FunctionName, Loader};
-use object::{Object, ObjectSection};
 use std::collections::{BTreeSet, HashSet};
 use std::error::Error;
 use std::fmt;
 use std::path::Path;
+
+use addr2line::{FunctionName, Loader};
+use object::{Object, ObjectSection};
 
 /// Part of the names of the core library's panics.
 const PANICKING: &str = "9panicking";

@@ -7,9 +7,8 @@ use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Alarms;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
-use armbridge_tests::plant;
-
 use armbridge_tests::gateway::bench;
+use armbridge_tests::plant;
 
 #[test]
 fn a_servo_that_is_too_hot_ends_the_run_with_its_name_in_the_log() {

@@ -13,9 +13,8 @@ use armbridge_shared::servo::port::{BAUD_RATES, bytes_us};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
-use armbridge_tests::plant;
-
 use armbridge_tests::gateway::bench;
+use armbridge_tests::plant;
 
 /// Bytes of a tick on the wire: requests and answers of two servos.
 fn tick_bytes(firmware: Firmware) -> u32 {

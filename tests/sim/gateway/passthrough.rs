@@ -11,10 +11,9 @@ use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Instruction;
 use armbridge_sim::board::{Board, Input, Output, VirtualBoard, Wake};
 use armbridge_sim::cosim::{Cosim, PortClient};
-use armbridge_tests::plant;
-
 use armbridge_tests::gateway::bench;
 use armbridge_tests::gateway::client::{Expected, Hammer, Question, morpheus_request, stock};
+use armbridge_tests::plant;
 
 /// When servos of either kind have been brought up, in µs.
 const UP_US: u64 = 400_000;

@@ -2,12 +2,13 @@
 //!
 //! Simulated, as all here.
 
+use core::f64::consts::TAU;
+
 use armbridge_analysis::identify::{
     Checks, Found, Known, Prior, Quantity, Tally, Trace, forecast, identify, without_the_last,
 };
 use armbridge_shared::JOINTS;
 use armbridge_sim::plant::PlantConfig;
-use core::f64::consts::TAU;
 
 use super::bad_data::swing;
 use super::hands::{Hands, LEAD_S};

@@ -10,12 +10,13 @@ mod checks;
 mod hands;
 mod paper;
 
+use core::f64::consts::TAU;
+
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::arm::Parameters;
 use armbridge_shared::link::message::Setup;
 use armbridge_sim::plant::PlantConfig;
-use core::f64::consts::TAU;
 
 /// What the arm is believed to be: the paper's, but for what a ruler tells, the weight of
 /// link 2, and where its zeros are, which calibration has found to some counts.

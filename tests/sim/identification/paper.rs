@@ -9,7 +9,6 @@
     reason = "where numbers are compared exactly, exactness is the claim"
 )]
 
-use crate::paper::reference::{at, number};
 use armbridge_analysis::identify::paper::{
     Fit, FitError, Numbers, PUSHED_FROM_RAD, Sampled, Start, Unknown, VISCOUS, VISCOUS_COULOMB,
     VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB, VISCOUS_TORQUE_INERTIA, VirtualArm, fit,
@@ -19,6 +18,8 @@ use armbridge_shared::arm::{Parameters, State};
 use armbridge_sim::plant::{Body, Friction};
 use nalgebra::{DMatrix, DVector, Vector2};
 use serde_json::Value;
+
+use crate::paper::reference::{at, number};
 
 /// The paper's constant input in N m.
 const PUSH_NM: f64 = -0.3924;

@@ -1,11 +1,12 @@
 //! Whatever a record holds, the table gives it back.
 
-use super::folder;
 use armbridge_client::enum_names;
 use armbridge_log::CsvWriter;
 use armbridge_log::csv::Row;
 use armbridge_shared::link::message::{Drive, Mode, Record, Sample};
 use armbridge_tests::synthetic;
+
+use super::folder;
 
 /// The synthetic run, then one record for each fault and kind of missing
 /// sample, with numbers at the ends of their ranges.

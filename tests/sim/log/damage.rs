@@ -3,11 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use super::talk::{Random, Talk};
-use super::{facts, folder};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::{ReadError, Recording};
 use armbridge_shared::link::message::ToHost;
+
+use super::talk::{Random, Talk};
+use super::{facts, folder};
 
 /// Ticks of the log that is damaged here: some megabytes, so several chunks.
 const TICKS: u32 = 40_000;

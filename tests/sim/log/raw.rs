@@ -1,11 +1,12 @@
 //! The raw bytes of the link, kept beside what was made of them.
 
-use super::talk::{Random, Talk};
-use super::{facts, folder};
 use armbridge_client::event::{Direction, Event};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::{Reader, Recording};
 use armbridge_shared::link::message::ToHost;
+
+use super::talk::{Random, Talk};
+use super::{facts, folder};
 
 #[test]
 fn the_raw_bytes_say_the_same_again() {

@@ -1,11 +1,12 @@
 //! Whatever is said on a link, the log gives it back, bit by bit.
 
-use super::talk::{Random, Talk};
-use super::{facts, folder};
 use armbridge_client::event::{Direction, Event, EventKind};
 use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Recording;
 use armbridge_shared::link::message::ToHost;
+
+use super::talk::{Random, Talk};
+use super::{facts, folder};
 
 /// An event as bytes: NaN is equal to itself in them.
 fn bits(event: &Event) -> (u64, String, Vec<u8>) {

@@ -1,7 +1,8 @@
 //! Equation (5).
 
-use super::reference::{at, list, number};
 use armbridge_shared::actuator::{Joint, Pwm};
+
+use super::reference::{at, list, number};
 
 #[test]
 fn every_actuator_vector_in_f64_and_f32() {

@@ -1,6 +1,5 @@
 //! Gains: (8), (10), (12), and what they would be elsewhere.
 
-use super::reference::{at, discrete, distance, matrix, vector};
 use armbridge_shared::arm::{Discrete, Linear, Parameters};
 use armbridge_shared::control::{Lqr, Weights};
 use armbridge_shared::design::placement::{
@@ -8,6 +7,8 @@ use armbridge_shared::design::placement::{
 };
 use armbridge_shared::design::riccati;
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+
+use super::reference::{at, discrete, distance, matrix, vector};
 
 fn single(model: &Discrete<f64>) -> Discrete<f32> {
     Discrete {

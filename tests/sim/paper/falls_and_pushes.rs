@@ -1,13 +1,15 @@
 //! The paper's two experiments on joint 1, section 3, as the bench's arm does them:
 //! times, speeds, where it ends, and what that depends on.
 
-use super::reference::{at, list, number};
+use core::f64::consts::{FRAC_PI_2, PI};
+
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Parameters, State};
 use armbridge_sim::plant::{Body, Friction};
-use core::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::Vector2;
 use serde_json::Value;
+
+use super::reference::{at, list, number};
 
 /// The reference looked at the arm every 10 ms.
 const LOOK_NS: u64 = 10_000_000;

@@ -1,9 +1,10 @@
 //! Access to the reference numbers.
 
+use std::sync::LazyLock;
+
 use armbridge_shared::arm::Discrete;
 use nalgebra::{SMatrix, SVector};
 use serde_json::Value;
-use std::sync::LazyLock;
 
 static FILE: LazyLock<Value> = LazyLock::new(|| {
     serde_json::from_str(include_str!("../../data/paper-reference.json")).expect("valid JSON")

@@ -1,7 +1,6 @@
 //! The eight reference runs: fitted arm, exact Coriolis, no dry friction, ideal
 //! actuator, no delay, 45 ms; the torque listed at an instant acts from then on.
 
-use super::reference::{at, list, number};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::arm::{Discrete, Linear, Parameters, State};
@@ -10,6 +9,8 @@ use armbridge_shared::design::placement::{Poles, current_gain};
 use armbridge_shared::estimate::{Estimator, FiniteDifference, Form, Luenberger, Model};
 use armbridge_sim::plant::{Body, Friction, Plant, PlantConfig};
 use nalgebra::Vector2;
+
+use super::reference::{at, list, number};
 
 const PERIOD_NS: u64 = 45_000_000;
 const PERIOD_S: f64 = 0.045;

@@ -7,7 +7,6 @@ use armbridge_shared::link::message::{
     Command, Controller, Gains, Record, Sample, Setup, ToBoard, ToHost,
 };
 use armbridge_tests::plant;
-
 use armbridge_tests::world::{Act, Free, overheard, recorded, records, replay, replay_with};
 use armbridge_tests::world::{assert_all_equal, assert_equal};
 

@@ -9,7 +9,6 @@ use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Command, Controller, Setup, ToBoard, ToHost};
 use armbridge_shared::link::motion::{Motion, Via};
 use armbridge_tests::plant;
-
 use armbridge_tests::world::assert_all_equal;
 use armbridge_tests::world::{Act, Free, overheard, recorded, replay};
 

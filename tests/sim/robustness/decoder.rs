@@ -8,7 +8,6 @@ use armbridge_shared::link::message::{
 };
 use armbridge_shared::link::schema;
 use armbridge_tests::random::Random;
-
 use armbridge_tests::streams::checks::frames::frame;
 
 const STREAMS: usize = 500_000;

@@ -11,12 +11,12 @@ use armbridge_shared::link::message::{
 use armbridge_shared::link::schema;
 use armbridge_shared::servo::Firmware;
 use armbridge_tests::random::Random;
+use armbridge_tests::streams::checks::frames::frame;
 
 use super::client;
 use super::commands::{is_acceptable, message};
 use super::line::Port;
 use super::servos::Servos;
-use armbridge_tests::streams::checks::frames::frame;
 
 /// A board's queues hold no more frames than this.
 const MOST_FRAMES: usize = 100;

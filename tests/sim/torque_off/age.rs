@@ -3,7 +3,6 @@
 
 use armbridge_shared::link::message::{Command, Drive, Mode, Setup};
 use armbridge_shared::servo::Firmware;
-
 use armbridge_tests::plant;
 use armbridge_tests::torque_off::cases::{all, check, run_cases};
 use armbridge_tests::torque_off::rig::{World, bench, between_obstacles, with_rig};

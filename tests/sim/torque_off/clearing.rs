@@ -3,7 +3,6 @@
 
 use armbridge_shared::link::message::{Command, Fault, Mode, ToBoard};
 use armbridge_shared::servo::Firmware;
-
 use armbridge_tests::torque_off::cases::{all, check, run_cases};
 use armbridge_tests::torque_off::rig::{Rig, STOP_US, World, bench, between_obstacles, with_rig};
 

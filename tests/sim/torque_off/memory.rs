@@ -5,7 +5,6 @@ use armbridge_shared::bridge::MemoryRegion;
 use armbridge_shared::link::message::{Command, Drive, Fault, Mode, Refusal};
 use armbridge_shared::link::motion::Motion;
 use armbridge_shared::servo::Firmware;
-
 use armbridge_tests::torque_off::cases::{all, check, run_cases};
 use armbridge_tests::torque_off::client::Method;
 use armbridge_tests::torque_off::rig::{

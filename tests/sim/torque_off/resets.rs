@@ -6,7 +6,6 @@ use armbridge_shared::link::message::{Command, Fault, Mode, Setup};
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
-
 use armbridge_tests::torque_off::cases::{all, check, run_cases};
 use armbridge_tests::torque_off::rig::{STOP_US, World, bench, between_obstacles, with_rig};
 

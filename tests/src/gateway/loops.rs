@@ -1,6 +1,5 @@
 //! A control loop with a client that never stops asking.
 
-use crate::{plant, settling_s};
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Mode, PortCounters, Record, Setup};
@@ -11,6 +10,7 @@ use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
 
 use super::bench;
 use super::client::{Hammer, Tally, curious};
+use crate::{plant, settling_s};
 
 const DURATION_US: u64 = 2_000_000;
 /// When the client begins, in µs: stock servos are brought up in 0.18 s, and the

@@ -1,14 +1,14 @@
 //! How a set-up answers a step: the linear loop, and the whole simulated bench.
 
+use armbridge_client::enum_names;
+use armbridge_client::refusal_text;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::message::{Mode, Record, Refusal, Setup};
+use armbridge_sim::plant::PlantConfig;
 
 use super::model::Loop;
 use crate::monte_carlo::{Maneuver, Run, Trial, TrialError};
-use armbridge_client::enum_names;
-use armbridge_client::refusal_text;
-use armbridge_sim::plant::PlantConfig;
 
 /// The step: large beside the encoder's counts, and far from all limits.
 pub(super) const STEP_RAD: [f32; JOINTS] = [0.15, -0.15];

@@ -1,9 +1,10 @@
 //! Pages that stand alone: their style and their drawings are in them, and they ask
 //! nothing of a network. Light or dark, as the reader's screen is, and fit for print.
 
+use std::fmt::Write;
+
 use crate::paper::chart::PLACED;
 use crate::plot::panel::{ALARM, FRAME, GOOD, GRID, INK, JOINT, MUTED};
-use std::fmt::Write;
 
 const STYLE: &str = include_str!("style.css");
 

@@ -1,12 +1,12 @@
 //! What was found, as a table and as data.
 
+use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use serde::Serialize;
 
 use super::fit::Found;
 use super::quantity::Quantity;
 use super::search::Prior;
-use armbridge_log::text_table;
 
 /// Standard errors to either side in which a number is with 95 %.
 const INTERVAL: f64 = 1.96;

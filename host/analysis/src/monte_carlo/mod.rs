@@ -17,19 +17,19 @@ pub use maneuver::{Maneuver, ManeuverError};
 pub use outcome::{Joints, Outcome, REST_S, SETTLED_RAD};
 pub use table::table;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Command, Record};
-
-use crate::plan_runner::{PlanError, PlanRunner, Script};
 use armbridge_client::Host;
 use armbridge_client::Tap;
 use armbridge_client::tap::Tapped;
+use armbridge_shared::JOINTS;
+use armbridge_shared::bridge::Channels;
+use armbridge_shared::link::message::{Command, Record};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
 use armbridge_sim::half_duplex_bus::Disturbance;
 use armbridge_sim::plant::{Plant, PlantConfig, Push};
+
+use crate::plan_runner::{PlanError, PlanRunner, Script};
 
 /// Everything but the seed.
 #[derive(Clone, Debug)]

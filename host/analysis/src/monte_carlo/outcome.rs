@@ -1,12 +1,12 @@
 //! A run in a few numbers, all of them from the true arm.
 
+use armbridge_client::enum_names;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::link::message::{Record, Sample};
 use serde::Serialize;
 
 use super::{Run, Trial, Truth};
-use armbridge_client::enum_names;
 
 /// An arm this near its reference for good has settled.
 pub const SETTLED_RAD: f64 = 0.015;

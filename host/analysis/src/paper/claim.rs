@@ -4,9 +4,10 @@
 //! must meet; a [`Claim`] holds those that follow from the paper *as printed*
 //! and those of our reading of it, and [`Claim::verdict`] counts.
 
+use serde::Serialize;
+
 use super::chart::Figure;
 use super::text::{number, plain};
-use serde::Serialize;
 
 /// What a number must meet.
 #[derive(Clone, Copy, Debug, PartialEq)]

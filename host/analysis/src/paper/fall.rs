@@ -1,5 +1,9 @@
 //! Fig. 5: joint 1 falls from near upright, and b1 is fitted to the fall.
 
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use armbridge_shared::arm::Parameters;
+
 use super::chart::{Chart, Curve, DIFFERENCE, Figure, Level, MENDED, MODEL, Part};
 use super::claim::{Claim, Number, Rule};
 use super::integrate;
@@ -7,8 +11,6 @@ use super::printed::{B1_FALL, B1_PUSH, PERIOD_S};
 use super::pwm::PwmLaw;
 use super::text::number;
 use crate::identify::paper::{Numbers, Sampled, VISCOUS, VirtualArm, fit};
-use armbridge_shared::arm::Parameters;
-use core::f64::consts::{FRAC_PI_2, PI};
 
 /// Where falls without dry friction start, in rad.
 const NEAR_UPRIGHT_RAD: f64 = 0.1;

@@ -1,14 +1,15 @@
 //! Equations (10) and (12): what the paper's own models and weights give.
 
-use super::claim::{Claim, Number, Rule};
-use super::printed::{GAIN_DECIMALS, OBSERVER, POLES};
-use super::text::list;
-use super::{FindError, JOINT_NAMES};
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::Discrete;
 use armbridge_shared::control::{Lqr, Weights};
 use armbridge_shared::design::placement::{Poles, prediction_gain};
 use nalgebra::{Matrix2, Matrix2x4, Vector2};
+
+use super::claim::{Claim, Number, Rule};
+use super::printed::{GAIN_DECIMALS, OBSERVER, POLES};
+use super::text::list;
+use super::{FindError, JOINT_NAMES};
 
 /// What the run finds.
 #[derive(Clone, Debug)]

@@ -1,5 +1,11 @@
 //! "The ensemble becomes unstable": LQR on the printed observer.
 
+use armbridge_log::summary::SETTLED_RAD;
+use armbridge_shared::JOINTS;
+use armbridge_shared::control::Lqr;
+use armbridge_shared::estimate::{Estimator, Form};
+use armbridge_sim::plant::{Friction, PlantConfig};
+
 use super::chart::{Chart, Curve, DIFFERENCE, Figure, MENDED, PLACED, PRINTED, Part};
 use super::claim::{Claim, Number, Rule};
 use super::printed::{OBSERVER, PERIOD_S, PERIOD_US, PUSH_FROM_RAD};
@@ -7,11 +13,6 @@ use super::sim::{Delay, Loop, Run, Start, Told, arm_at};
 use super::standing::upright;
 use super::text::number;
 use super::{FindError, observers, stability};
-use armbridge_log::summary::SETTLED_RAD;
-use armbridge_shared::JOINTS;
-use armbridge_shared::control::Lqr;
-use armbridge_shared::estimate::{Estimator, Form};
-use armbridge_sim::plant::{Friction, PlantConfig};
 
 /// Torque of the arm over what (5) promises: a supply that sags, or a wrong 834.
 pub const WEAK: f64 = 0.7;

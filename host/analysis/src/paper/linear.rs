@@ -1,10 +1,11 @@
 //! Equation (7): the discrete model, and which arm it was made of.
 
+use armbridge_shared::arm::{Discrete, Parameters};
+use nalgebra::Vector2;
+
 use super::claim::{Claim, Number, Rule};
 use super::printed::{MODEL_DECIMALS, PERIOD_S};
 use super::text::{list, number};
-use armbridge_shared::arm::{Discrete, Parameters};
-use nalgebra::Vector2;
 
 /// Half of the last digit of (7).
 const HALF_DIGIT: f64 = 0.5e-4;

@@ -5,13 +5,15 @@
 //! motion of both joints tells a wrong Coriolis term from a right one without
 //! any derivation.
 
+use core::f64::consts::PI;
+
+use armbridge_shared::arm::{Parameters, State};
+use nalgebra::{Vector2, Vector4};
+
 use super::chart::{Chart, Curve, Figure, MENDED, MODEL, PLACED, Part, WRONG};
 use super::claim::{Claim, Number, Rule};
 use super::integrate;
 use super::text::{digits, number};
-use armbridge_shared::arm::{Parameters, State};
-use core::f64::consts::PI;
-use nalgebra::{Vector2, Vector4};
 
 /// Start of the motion: angles in rad, speeds in rad/s.
 const START: [f64; 4] = [0.5, 0.6, 2.0, -3.0];

@@ -1,7 +1,5 @@
 //! The estimators that are compared, each as the library builds it.
 
-use super::FindError;
-use super::printed::{PERIOD_S, POLES};
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Discrete, Parameters};
 use armbridge_shared::design::placement::{Poles, current_gain};
@@ -9,6 +7,9 @@ use armbridge_shared::estimate::{
     Config, Estimator, FiniteDifference, Form, Luenberger, Model, Tuning,
 };
 use nalgebra::Vector2;
+
+use super::FindError;
+use super::printed::{PERIOD_S, POLES};
 
 /// Speeds as differences of two samples: the paper's first way.
 pub(crate) fn difference() -> Estimator<f64> {

@@ -1,8 +1,10 @@
 //! The claims in short, for other programs: the JSON of `armbridge paper --json`.
 
-use super::claim::{Claim, Number, Verdict};
-use serde::Serialize;
 use std::path::Path;
+
+use serde::Serialize;
+
+use super::claim::{Claim, Number, Verdict};
 
 /// All claims, and where the page is.
 #[derive(Clone, Debug, Serialize)]

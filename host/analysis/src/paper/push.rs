@@ -1,17 +1,19 @@
 //! Fig. 6: a constant torque on joint 1, and b1 and that torque fitted to it.
 
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Joint;
+use armbridge_shared::arm::{Parameters, State};
+use armbridge_sim::plant::{Body, Friction, PlantConfig};
+use nalgebra::Vector2;
+
 use super::chart::{Chart, Curve, DIFFERENCE, Figure, Level, MODEL, Part, WRONG};
 use super::claim::{Claim, Number, Rule};
 use super::integrate;
 use super::printed::{B1_FALL, B1_PUSH, PERIOD_S, PUSH_FROM_RAD, PUSH_NM};
 use super::text::number;
 use crate::identify::paper::{Kind, Numbers, Sampled, Start, VISCOUS_TORQUE, fit};
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::arm::{Parameters, State};
-use armbridge_sim::plant::{Body, Friction, PlantConfig};
-use core::f64::consts::{FRAC_PI_2, PI};
-use nalgebra::Vector2;
 
 /// Samples until just before the table stops the arm, 1.3 s.
 const SAMPLES: usize = 30;

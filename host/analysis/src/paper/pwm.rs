@@ -1,9 +1,10 @@
 //! Equation (5): which PWM gives no torque.
 
+use armbridge_shared::actuator::{Joint, Pwm};
+
 use super::claim::{Claim, Number, Rule};
 use super::printed::DEAD_ZONE;
 use super::text::number;
-use armbridge_shared::actuator::{Joint, Pwm};
 
 /// What the run finds.
 #[derive(Clone, Debug)]

@@ -9,12 +9,13 @@
 //! x^  <- (A - B K - L C) x^ + L C x
 //! ```
 
-use super::observers::exact_model;
-use super::printed::PERIOD_S;
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Discrete, Parameters};
 use armbridge_shared::control::Lqr;
 use nalgebra::{Matrix2x4, Matrix4, Matrix4x2, SMatrix, Vector2};
+
+use super::observers::exact_model;
+use super::printed::PERIOD_S;
 
 /// An observer gain: on angle and speed, for each joint.
 pub(crate) type Gain = [[f64; 2]; JOINTS];

@@ -1,12 +1,5 @@
 //! Figs. 7 and 8: the arm is let go off upright and stabilised by LQR.
 
-use super::chart::{Chart, Curve, DIFFERENCE, Figure, MODEL, PLACED, Part};
-use super::claim::{Claim, Number, Rule};
-use super::printed::{PERIOD_S, PERIOD_US};
-use super::sim::{Delay, Loop, Run, Start, Told, arm_at};
-use super::stability::gravity;
-use super::text::number;
-use super::{BOARD_US, FindError, JOINT_NAMES, observers};
 use armbridge_log::summary::SETTLED_RAD;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Joint, Pwm};
@@ -15,6 +8,14 @@ use armbridge_shared::control::{Lqr, Setpoint};
 use armbridge_shared::estimate::Estimator;
 use armbridge_sim::plant::{Friction, PlantConfig};
 use nalgebra::{Vector2, Vector4};
+
+use super::chart::{Chart, Curve, DIFFERENCE, Figure, MODEL, PLACED, Part};
+use super::claim::{Claim, Number, Rule};
+use super::printed::{PERIOD_S, PERIOD_US};
+use super::sim::{Delay, Loop, Run, Start, Told, arm_at};
+use super::stability::gravity;
+use super::text::number;
+use super::{BOARD_US, FindError, JOINT_NAMES, observers};
 
 /// Where the arm is let go, in rad. The paper says "different from 0".
 pub(crate) const FROM_RAD: [f64; JOINTS] = [0.49, 0.40];

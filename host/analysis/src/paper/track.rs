@@ -2,14 +2,15 @@
 
 mod claims;
 
-use super::printed::{PERIOD_S, PERIOD_US};
-use super::sim::{Delay, Loop, Run, Start, Told, arm_at};
-use super::tracking::{computed_torque, goal};
-use super::{BOARD_US, FindError, observers};
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::Parameters;
 use armbridge_shared::estimate::{Estimator, Form};
 use armbridge_sim::plant::Friction;
+
+use super::printed::{PERIOD_S, PERIOD_US};
+use super::sim::{Delay, Loop, Run, Start, Told, arm_at};
+use super::tracking::{computed_torque, goal};
+use super::{BOARD_US, FindError, observers};
 
 /// Gain of the runs that are drawn, in rad/s.
 pub const OMEGA: f64 = 16.0;

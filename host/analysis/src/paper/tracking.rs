@@ -11,9 +11,10 @@
 //! [`ComputedTorque`](armbridge_shared::control::ComputedTorque), is the same but
 //! for refusing what cannot be stable at its period, which is what is tried here.
 
+use core::f64::consts::TAU;
+
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Parameters, Posture, State};
-use core::f64::consts::TAU;
 use nalgebra::Vector2;
 
 /// Amplitude in rad and frequency in Hz of each joint's sine.

@@ -1,16 +1,16 @@
 //! Messages of the board: what each does to the run.
 
+use armbridge_client::session::BoardMessage;
 use armbridge_shared::link::message::{
     BoardReport, Command, Mode, Record, Refusal, Settings, ToHost,
 };
+use armbridge_sim::cosim::Interaction;
+use armbridge_sim::plant::Push;
 
 use super::PlanError;
 use super::plan::{self, Begin};
 use super::timeline::Timeline;
 use super::{Phase, PlanRunner, RecordSink};
-use armbridge_client::session::BoardMessage;
-use armbridge_sim::cosim::Interaction;
-use armbridge_sim::plant::Push;
 
 /// For how long an armed board may say that it is idle: what it recorded before it was
 /// armed may arrive after its word that it is.

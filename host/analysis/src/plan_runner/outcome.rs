@@ -1,10 +1,10 @@
 //! How a run ended, as far as it went.
 
+use armbridge_client::enum_names;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Fault, Mode, Record};
 
 use super::plan::Stop;
-use armbridge_client::enum_names;
 
 /// What ended a run.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,12 +1,11 @@
 //! What is to be done, in every detail: settings, steps on a timeline, when to stop.
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Command, Limits, Settings, Setup};
-use toml::Value;
-
 use armbridge_client::params;
 use armbridge_client::params::ParameterError;
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Command, Limits, Settings, Setup};
 use armbridge_sim::plant::Push;
+use toml::Value;
 
 /// Commands at times, and nothing else: what trials and tests want done.
 #[derive(Clone, Debug)]

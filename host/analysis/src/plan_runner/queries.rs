@@ -1,11 +1,11 @@
 //! Queries of a runner, while it works and after.
 
+use armbridge_client::LinkStats;
 use armbridge_client::status::BoardStatus;
 use armbridge_shared::link::message::{Mode, OffReport, Settings, Trip};
 
 use super::plan::Act;
 use super::{Ending, Phase, PlanRunner, RecordSink};
-use armbridge_client::LinkStats;
 
 impl<K: RecordSink> PlanRunner<K> {
     /// How much of the run is over, 0 to 1.

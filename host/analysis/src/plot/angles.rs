@@ -1,15 +1,16 @@
 //! `angles`: did each joint go where it was told to?
 
+use armbridge_client::enum_names;
+use armbridge_log::summary::{JointSummary, SETTLED_RAD};
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::{Drive, Record, Sample};
+
 use super::axis::Axis;
 use super::decimate::distinct;
 use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{ALARM, GAP, GOOD, JOINT, JOINT_TINT, Key, MUTED, Panel, SETPOINT};
 use super::run::{NOTE, Part, Run};
-use armbridge_client::enum_names;
-use armbridge_log::summary::{JointSummary, SETTLED_RAD};
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Drive, Record, Sample};
 
 /// Least distance in px of the lines between setpoints.
 const SPACING_PX: f64 = 12.0;

@@ -5,14 +5,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::axis::{Axis, Scale};
-use super::drawing::{Drawing, Rect, Stroke};
-use super::panel::{JOINT, Key, Panel};
-use super::{Formats, PlotError, titled, write_as};
 use armbridge_log::inspect::Log;
 use armbridge_log::inspect::diff::{driven, pairs};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Record;
+
+use super::axis::{Axis, Scale};
+use super::drawing::{Drawing, Rect, Stroke};
+use super::panel::{JOINT, Key, Panel};
+use super::{Formats, PlotError, titled, write_as};
 
 /// The first run, the second, and the second minus the first.
 const A: Stroke = Stroke::solid(JOINT[0], 2.2);

@@ -34,12 +34,14 @@ mod welch;
 pub use compare::compare;
 pub use outlook::draw_outlook;
 
+use std::path::{Path, PathBuf};
+
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::Record;
+
 use drawing::{Anchor, Drawing, Font};
 use panel::{INK, MUTED};
 use run::Run;
-use std::path::{Path, PathBuf};
 
 /// Width of every figure in px.
 pub(crate) const WIDTH: f64 = 1040.0;

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use armbridge_shared::JOINTS;
+
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::panel::{INK, JOINT, JOINT_TINT, Key, LIMIT, MUTED, Panel};
 use super::{PlotError, titled, write_all};
 use crate::scenario::{Outlook, Swept};
-use armbridge_shared::JOINTS;
 
 /// Name of the picture's files.
 const NAME: &str = "preview";

@@ -3,13 +3,14 @@
 //! A place that the curve has passed is not drawn again, so that an hour is as
 //! light as a minute.
 
+use armbridge_client::enum_names;
+use armbridge_shared::link::message::Record;
+
 use super::axis::Axis;
 use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{JOINT, Key, Panel, SETPOINT};
 use super::run::Run;
-use armbridge_client::enum_names;
-use armbridge_shared::link::message::Record;
 
 pub(super) fn draw(run: &Run) -> Drawing {
     let mut drawing = figure(586.0, "Phase plane", run.facts);

@@ -1,14 +1,14 @@
 //! A run as figures see it: records with their times, and what part is shown.
 
+use armbridge_client::enum_names;
+use armbridge_log::run_info::RunFacts;
+use armbridge_log::summary::{JointSummary, SegmentSummary, segments};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Record, Sample};
 
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::panel::{ALARM, GAP, MUTED, Panel};
-use armbridge_client::enum_names;
-use armbridge_log::run_info::RunFacts;
-use armbridge_log::summary::{JointSummary, SegmentSummary, segments};
 
 /// Narrowest mark of a gap in px, so that a single missing record is seen.
 const GAP_PX: f64 = 1.6;

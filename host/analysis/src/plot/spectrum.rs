@@ -4,14 +4,15 @@
 //! at its speed; a sample that is missing has none. Only ticks in which the arm is
 //! driven count.
 
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::Record;
+
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::figure;
 use super::panel::{JOINT, Key, MUTED, Panel};
 use super::run::{NOTE, Run};
 use super::welch::{self, Spectrum};
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Record;
 
 /// Decades that are shown below the largest power.
 const DECADES: f64 = 8.0;

@@ -4,14 +4,15 @@
 //! value came. Counts are on a logarithmic axis: the one tick in ten thousand
 //! is what one looks for.
 
+use armbridge_client::enum_names;
+use armbridge_log::summary::Spread;
+use armbridge_shared::link::message::Record;
+
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, Font, Rect};
 use super::panel::{INK, Key, LIMIT, Panel};
 use super::run::Run;
 use super::{WIDTH, figure};
-use armbridge_client::enum_names;
-use armbridge_log::summary::Spread;
-use armbridge_shared::link::message::Record;
 
 /// Colours that say "not a joint".
 const DOT: &str = "#4b6478";

@@ -1,11 +1,12 @@
 //! `torque`: what the servos were told, and how near to their limits.
 
+use armbridge_log::run_info::{PWM_MAX, PWM_OFF};
+
 use super::axis::{Axis, Scale};
 use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{JOINT, Key, LIMIT, Panel};
 use super::run::Run;
-use armbridge_log::run_info::{PWM_MAX, PWM_OFF};
 
 /// Where a servo is off.
 const OFF: Stroke = Stroke {

@@ -3,14 +3,15 @@
 //! The whole error above; where it is small, the same enlarged below, with the band
 //! in which a joint counts as settled and a mark where it does.
 
+use armbridge_log::summary::{JointSummary, SETTLED_RAD};
+use armbridge_shared::JOINTS;
+use armbridge_shared::link::message::Record;
+
 use super::axis::{Axis, Scale};
 use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{GAP, GOOD, JOINT, Key, Panel};
 use super::run::{NOTE, Part, Run};
-use armbridge_log::summary::{JointSummary, SETTLED_RAD};
-use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::Record;
 
 /// Half the enlarged axis in units of the band, if the error at rest is within.
 const ENLARGED: f64 = 1.6;

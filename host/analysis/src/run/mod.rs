@@ -9,14 +9,6 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use armbridge_shared::link::message::PortCounters;
-
-use crate::plan_runner::{Ending, Plan, PlanError, PlanRunner};
-use crate::plot;
-use crate::plot::PlotError;
-use crate::progress::Progress;
-use crate::run_folder::{RunFolder, RunFolderError};
-use crate::scenario::{Judge, Success};
 use armbridge_client::Host;
 use armbridge_client::enum_names;
 use armbridge_client::interrupt;
@@ -25,7 +17,15 @@ use armbridge_log::LogError;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use armbridge_log::summary::{LogSummary, ServoSummary, Summary};
+use armbridge_shared::link::message::PortCounters;
 use armbridge_sim::cosim::Interaction;
+
+use crate::plan_runner::{Ending, Plan, PlanError, PlanRunner};
+use crate::plot;
+use crate::plot::PlotError;
+use crate::progress::Progress;
+use crate::run_folder::{RunFolder, RunFolderError};
+use crate::scenario::{Judge, Success};
 use run_stats::{RunStats, Thinned};
 
 /// Time of the run between two looks at the progress bar.

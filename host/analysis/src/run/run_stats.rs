@@ -3,14 +3,14 @@
 
 use std::path::Path;
 
+use armbridge_client::experiment_text;
+use armbridge_log::summary::Tally;
+use armbridge_log::{CsvWriter, LogError};
 use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::Record;
 
 use crate::plan_runner::RecordSink;
 use crate::scenario::Judge;
-use armbridge_client::experiment_text;
-use armbridge_log::summary::Tally;
-use armbridge_log::{CsvWriter, LogError};
 
 /// Ticks for the plots: two minutes at 1 kHz, one tick in two of four, and so on.
 const PLOTTED_MAX: usize = 120_000;

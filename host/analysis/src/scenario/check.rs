@@ -3,10 +3,14 @@
 
 use std::path::Path;
 
+use armbridge_client::enum_names;
+use armbridge_client::params;
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
 use armbridge_shared::servo::Firmware;
+use armbridge_sim::plant::{Clash, PlantConfig, PlantFile, Push};
+use armbridge_sim::servo_kind::ServoKind;
 use nalgebra::Vector2;
 
 use super::file::{BenchKeys, Expect, File, Pair, ServoName, StepKeys, StopKeys};
@@ -14,10 +18,6 @@ use super::location::{Place, Wrong};
 use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, Success};
 use crate::plan_runner::plan::{Begin, Change, Plan, Stop};
-use armbridge_client::enum_names;
-use armbridge_client::params;
-use armbridge_sim::plant::{Clash, PlantConfig, PlantFile, Push};
-use armbridge_sim::servo_kind::ServoKind;
 
 /// Where the arm is held at first, in rad, unless the scenario says otherwise.
 pub(super) const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];

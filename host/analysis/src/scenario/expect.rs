@@ -1,13 +1,13 @@
 //! Whether the arm did what a scenario expects of it.
 
+use armbridge_client::experiment_text;
+use armbridge_log::summary::{SETTLED_RAD, Summary, Tally};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::message::Record;
+use armbridge_sim::plant::Push;
 
 use super::{EndName, Expect};
-use armbridge_client::experiment_text;
-use armbridge_log::summary::{SETTLED_RAD, Summary, Tally};
-use armbridge_sim::plant::Push;
 
 /// Watches a run, and judges it in the end.
 #[derive(Clone, Debug)]

@@ -1,9 +1,9 @@
 //! Where in a step an experiment is wrong.
 
+use armbridge_client::experiment_text;
 use armbridge_shared::link::experiment::{Measure, Objection};
 
 use super::location::{Place, Wrong};
-use armbridge_client::experiment_text;
 
 /// What the board would object to, at the key of the step that it is about.
 pub(super) fn wrong(at: &Place, objection: Objection) -> Wrong {

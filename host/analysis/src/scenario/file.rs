@@ -2,11 +2,11 @@
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::experiment::Experiment;
+use armbridge_sim::plant::PlantFile;
 use serde::Deserialize;
 use toml::Table;
 
 use crate::plan_runner::plan::Base;
-use armbridge_sim::plant::PlantFile;
 
 /// All of a file.
 #[derive(Debug, Deserialize)]

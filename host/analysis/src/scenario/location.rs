@@ -4,12 +4,11 @@ use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-use serde::Deserialize;
-use toml::de::{DeTable, DeValue};
-
 use armbridge_client::params;
 use armbridge_client::toml_file;
 use armbridge_client::toml_file::DocumentError;
+use serde::Deserialize;
+use toml::de::{DeTable, DeValue};
 
 /// A key's way down from the top: names, and numbers of what is in a list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -73,19 +73,18 @@ pub use outlook::{Asked, Outlook, Stage, Swept};
 
 use std::path::Path;
 
+use armbridge_client::enum_names;
+use armbridge_client::params;
+use armbridge_client::toml_file::DocumentError;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Settings;
-
+use armbridge_sim::Bench;
+use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
+use armbridge_sim::servo_kind::ServoKind;
 use toml::Value;
 
 use crate::plan_runner::plan::Base;
 use crate::plan_runner::{Ending, Plan};
-use armbridge_client::enum_names;
-use armbridge_client::params;
-use armbridge_client::toml_file::DocumentError;
-use armbridge_sim::Bench;
-use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
-use armbridge_sim::servo_kind::ServoKind;
 use location::Text;
 
 /// A scenario, worked out.

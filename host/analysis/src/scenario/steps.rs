@@ -1,5 +1,6 @@
 //! Steps as they are written, put on one timeline.
 
+use armbridge_client::params;
 use armbridge_shared::JOINTS;
 use armbridge_shared::bridge::limits::REFERENCE_MAX_RAD;
 use armbridge_shared::control::trajectory::WAYPOINTS_MAX;
@@ -13,7 +14,6 @@ use super::file::{Pair, StepKeys, ViaKeys};
 use super::location::{Place, Wrong};
 use super::reference::Course;
 use crate::plan_runner::plan::{Act, Base, Change, Point, Step};
-use armbridge_client::params;
 
 /// Steps of a run, repetitions counted: more is a scenario that was not meant.
 const STEPS_MAX: usize = 20_000;

@@ -1,11 +1,11 @@
-use super::*;
-use armbridge_shared::link::experiment::Conclusion;
-use armbridge_shared::link::message::{Command, Record};
-
-use crate::plan_runner::{PlanRunner, RecordSink};
 use armbridge_client::LinkStats;
 use armbridge_log::summary::Tally;
+use armbridge_shared::link::experiment::Conclusion;
+use armbridge_shared::link::message::{Command, Record};
 use armbridge_sim::link::{BoardUri, Options, drive};
+
+use super::*;
+use crate::plan_runner::{PlanRunner, RecordSink};
 
 fn parse(text: &str) -> Result<Scenario, DocumentError> {
     Scenario::parse(Path::new("mine.toml"), text, &Overrides::default())

@@ -1,14 +1,16 @@
 //! `armbridge arm`: ready to move, and held so.
 
-use super::{Outcome, task};
-use crate::args::TaskArgs;
+use std::io::Write;
+use std::process::ExitCode;
+use std::time::Duration;
+
 use armbridge::tasks::arm::{Arm, Outcome as Ending};
 use armbridge_sim::link::Pace;
 use clap::Args;
 use serde_json::json;
-use std::io::Write;
-use std::process::ExitCode;
-use std::time::Duration;
+
+use super::{Outcome, task};
+use crate::args::TaskArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -2,10 +2,11 @@
 
 mod setup;
 
-use super::Outcome;
-use crate::args::values::{
-    Seeds, angles, duration, not_negative, numbers, period, positive, seeds, weights,
-};
+use std::io::Write;
+use std::path::Path;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
 use armbridge_analysis::monte_carlo;
 use armbridge_analysis::monte_carlo::{Maneuver, Outcome as Trialled, Run, Trial};
 use armbridge_analysis::plot;
@@ -19,10 +20,11 @@ use armbridge_shared::link::message::Setup;
 use armbridge_sim::plant::{PlantConfig, PlantFile, Push};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use std::io::Write;
-use std::path::Path;
-use std::path::PathBuf;
-use std::process::ExitCode;
+
+use super::Outcome;
+use crate::args::values::{
+    Seeds, angles, duration, not_negative, numbers, period, positive, seeds, weights,
+};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

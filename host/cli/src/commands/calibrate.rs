@@ -1,7 +1,9 @@
 //! `armbridge calibrate`: zero and sign of each joint, by hand.
 
-use super::{Outcome, task};
-use crate::args::TaskArgs;
+use std::io::{BufRead, IsTerminal, Write};
+use std::process::ExitCode;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
 use armbridge::tasks::TaskError;
 use armbridge::tasks::calibrate::{Calibrate, Guide, Wish};
 use armbridge_log::text_table;
@@ -10,9 +12,9 @@ use armbridge_shared::actuator::Joint;
 use armbridge_sim::link::Pace;
 use clap::Args;
 use serde_json::json;
-use std::io::{BufRead, IsTerminal, Write};
-use std::process::ExitCode;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+use super::{Outcome, task};
+use crate::args::TaskArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

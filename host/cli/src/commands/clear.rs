@@ -1,9 +1,10 @@
 //! `armbridge clear`: a latched fault cleared.
 
-use super::{Outcome, task};
-use crate::args::TaskArgs;
 use armbridge::tasks::disarm::Clear;
 use armbridge_sim::link::Pace;
+
+use super::{Outcome, task};
+use crate::args::TaskArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -1,13 +1,15 @@
 //! `armbridge config`: what is in force, and what could be.
 
-use super::Outcome;
+use std::io::{ErrorKind, Write};
+use std::process::ExitCode;
+
 use armbridge::config::{Config, FILE_NAME, InForce, explain};
 use armbridge_client::params::to_text;
 use armbridge_log::text_table;
 use clap::Args;
 use serde_json::{Value, json};
-use std::io::{ErrorKind, Write};
-use std::process::ExitCode;
+
+use super::Outcome;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

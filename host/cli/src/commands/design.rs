@@ -2,10 +2,10 @@
 
 mod text;
 
-use super::params_exchange::{How, apply};
-use super::{Error, Outcome};
-use crate::args::LinkArgs;
-use crate::args::values::{numbers, period};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
 use armbridge::config::Config;
 use armbridge_analysis::design;
 use armbridge_analysis::design::Design;
@@ -17,10 +17,12 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
 use clap::Args;
 use serde_json::json;
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use toml::Value;
+
+use super::params_exchange::{How, apply};
+use super::{Error, Outcome};
+use crate::args::LinkArgs;
+use crate::args::values::{numbers, period};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -1,13 +1,15 @@
 //! `armbridge diff`: where two logs differ.
 
-use super::Outcome;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_log::inspect::{Diff, Head, Log};
 use armbridge_log::log_path::find;
 use clap::Args;
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+
+use super::Outcome;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

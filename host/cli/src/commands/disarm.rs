@@ -1,11 +1,12 @@
 //! `armbridge disarm`: motors off.
 
-use super::{Outcome, task};
-use crate::args::TaskArgs;
 use armbridge::tasks::disarm::Disarm;
 use armbridge_client::fault_text;
 use armbridge_shared::link::message::Mode;
 use armbridge_sim::link::Pace;
+
+use super::{Outcome, task};
+use crate::args::TaskArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -1,15 +1,17 @@
 //! `armbridge export`: a log in another program's format.
 
-use super::Outcome;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_log::export;
 use armbridge_log::export::Format;
 use armbridge_log::inspect::{Head, log};
 use armbridge_log::log_path::find;
 use clap::{Args, ValueEnum};
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+
+use super::Outcome;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

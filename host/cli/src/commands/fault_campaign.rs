@@ -1,6 +1,9 @@
 //! `armbridge fault-campaign`: faults of every kind on the bench.
 
-use super::Outcome;
+use std::convert::Infallible;
+use std::io::Write;
+use std::process::ExitCode;
+
 use armbridge_analysis::monte_carlo;
 use armbridge_analysis::progress::Progress;
 use armbridge_shared::servo::Firmware;
@@ -8,9 +11,8 @@ use armbridge_sim::fault_campaign;
 use armbridge_sim::fault_campaign::Kind;
 use armbridge_sim::fault_campaign::{Case, Report};
 use clap::{Args, ValueEnum};
-use std::convert::Infallible;
-use std::io::Write;
-use std::process::ExitCode;
+
+use super::Outcome;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -6,10 +6,10 @@ mod paper;
 mod preview;
 mod run;
 
-use self::apply::Apply;
-use self::output::Wish;
-use super::{Error, Outcome};
-use crate::args::LinkArgs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
 use armbridge_analysis::identify::{
     Checks, Diagnosis, Found, Known, Prior, Report, Tally, Trace, identify, settings, traces,
 };
@@ -20,10 +20,12 @@ use armbridge_log::log_path::find as find_log;
 use armbridge_log::recording::Recording;
 use armbridge_shared::link::message::Settings;
 use clap::{Args, Subcommand};
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use toml::Value;
+
+use self::apply::Apply;
+use self::output::Wish;
+use super::{Error, Outcome};
+use crate::args::LinkArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

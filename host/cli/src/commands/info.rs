@@ -1,14 +1,16 @@
 //! `armbridge info`: what a log holds.
 
-use super::Outcome;
-use armbridge_analysis::run_folder::DEFAULT_BASE;
-use armbridge_log::inspect::Info;
-use armbridge_log::log_path::find;
-use clap::Args;
 use std::io::Write;
 use std::path::Path;
 use std::path::PathBuf;
 use std::process::ExitCode;
+
+use armbridge_analysis::run_folder::DEFAULT_BASE;
+use armbridge_log::inspect::Info;
+use armbridge_log::log_path::find;
+use clap::Args;
+
+use super::Outcome;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

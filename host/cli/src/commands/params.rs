@@ -1,9 +1,9 @@
 //! `armbridge params`: the board's parameters, shown or changed.
 
-use super::Error;
-use super::params_exchange::{How, apply};
-use super::{Outcome, link};
-use crate::args::LinkArgs;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
 use armbridge::config;
 use armbridge::config::Config;
 use armbridge_client::params;
@@ -14,10 +14,12 @@ use armbridge_log::text_table;
 use armbridge_shared::link::message::Settings;
 use clap::Args;
 use serde_json::{Value, json};
-use std::io::Write;
-use std::path::PathBuf;
-use std::process::ExitCode;
 use toml::Value as TomlValue;
+
+use super::Error;
+use super::params_exchange::{How, apply};
+use super::{Outcome, link};
+use crate::args::LinkArgs;
 
 /// What the help ends with.
 pub(crate) const EXAMPLES: &str = "\

@@ -1,8 +1,9 @@
 //! Settings of a board, changed as a group: what `params`, `design` and `identify` have in
 //! common.
 
-use super::{Error, Outcome, link};
-use crate::args::LinkArgs;
+use std::io::Write;
+use std::process::ExitCode;
+
 use armbridge::config::Config;
 use armbridge_client::params;
 use armbridge_client::params::settings_exchange::{Exchange, Exchanged, commands};
@@ -11,8 +12,9 @@ use armbridge_client::refusal_text;
 use armbridge_log::text_table;
 use armbridge_shared::link::message::{Command, Settings};
 use serde_json::json;
-use std::io::Write;
-use std::process::ExitCode;
+
+use super::{Error, Outcome, link};
+use crate::args::LinkArgs;
 
 /// How settings are changed, and told.
 pub(super) struct How<'a> {

@@ -1,6 +1,9 @@
 //! `armbridge plot`: figures of a log, or of two on top of each other.
 
-use super::Outcome;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
 use armbridge_analysis::plot;
 use armbridge_analysis::plot::{Figure, Formats};
 use armbridge_analysis::run_folder::DEFAULT_BASE;
@@ -8,9 +11,8 @@ use armbridge_log::inspect::Log;
 use armbridge_log::log_path::find;
 use armbridge_log::recording::ReadError;
 use clap::{Args, ValueEnum};
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+
+use super::Outcome;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -1,6 +1,11 @@
 //! `armbridge replay`: a log's inputs through the board's code.
 
-use super::Outcome;
+use std::io::Write;
+use std::path::Path;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::params;
 use armbridge_log::log_path::find;
@@ -8,12 +13,9 @@ use armbridge_log::recording::Reader;
 use armbridge_log::replay::{Changes, Replayer, Report, Verdict};
 use clap::Args;
 use serde::Serialize;
-use std::io::Write;
-use std::path::Path;
-use std::path::PathBuf;
-use std::process::ExitCode;
-use std::time::Instant;
 use toml::Value;
+
+use super::Outcome;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -1,7 +1,9 @@
 //! `armbridge scan`: who is on the bus.
 
-use super::{Outcome, bus};
-use crate::args::{BusArgs, baud};
+use std::io::Write;
+use std::ops::RangeInclusive;
+use std::process::ExitCode;
+
 use armbridge_analysis::progress::Progress;
 use armbridge_client::servo_bus::scan::{Area, Found, Report, Step, Trouble, scan};
 use armbridge_client::servo_bus::{Diagnosis, Port};
@@ -10,9 +12,9 @@ use armbridge_log::text_table;
 use armbridge_shared::servo::Firmware;
 use clap::Args;
 use serde_json::{Value, json};
-use std::io::Write;
-use std::ops::RangeInclusive;
-use std::process::ExitCode;
+
+use super::{Outcome, bus};
+use crate::args::{BusArgs, baud};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -1,7 +1,8 @@
 //! `armbridge servo`: registers, id, baud rate and factory settings of one.
 
-use super::{Error, Outcome, bus};
-use crate::args::{BusArgs, baud};
+use std::io::Write;
+use std::process::ExitCode;
+
 use armbridge_client::servo_bus::change::ChangeError;
 use armbridge_client::servo_bus::reading::{Reading, ServoError, Taken, Value};
 use armbridge_client::servo_bus::{Line, Servo, moves};
@@ -9,8 +10,9 @@ use armbridge_client::servo_table::{Access, Register, Storage, Table, alarms};
 use armbridge_shared::servo::Firmware;
 use clap::{Args, Subcommand};
 use serde_json::json;
-use std::io::Write;
-use std::process::ExitCode;
+
+use super::{Error, Outcome, bus};
+use crate::args::{BusArgs, baud};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -1,7 +1,8 @@
 //! `armbridge status`: what the board says of itself, and how the link does.
 
-use super::{Outcome, task};
-use crate::args::TaskArgs;
+use std::io::Write;
+use std::process::ExitCode;
+
 use armbridge::tasks::TaskHost;
 use armbridge::tasks::status::Status;
 use armbridge_client::enum_names;
@@ -14,8 +15,9 @@ use armbridge_shared::link::message::{BoardReport, End, SettingsFrom};
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::link::{BoardUri, Pace};
 use serde_json::{Value, json};
-use std::io::Write;
-use std::process::ExitCode;
+
+use super::{Outcome, task};
+use crate::args::TaskArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

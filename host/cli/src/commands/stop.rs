@@ -1,10 +1,11 @@
 //! `armbridge stop`: the emergency stop.
 
-use super::{Outcome, task};
-use crate::args::TaskArgs;
 use armbridge::tasks::disarm::Stop;
 use armbridge_client::fault_text;
 use armbridge_sim::link::Pace;
+
+use super::{Outcome, task};
+use crate::args::TaskArgs;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

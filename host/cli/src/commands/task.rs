@@ -1,8 +1,9 @@
 //! What commands have in common that do one thing on a link.
 
-use super::Outcome;
-use super::{Error, link};
-use crate::args::TaskArgs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
 use armbridge::config::Config;
 use armbridge::tasks::{Task, TaskHost};
 use armbridge_analysis::run_folder::RunFolder;
@@ -14,9 +15,10 @@ use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::Settings;
 use armbridge_sim::link::{BoardUri, Options, Pace, drive};
 use serde_json::json;
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+
+use super::Outcome;
+use super::{Error, link};
+use crate::args::TaskArgs;
 
 /// Does it; gives back the link's name and what is known then.
 pub(crate) fn go<T: Task>(

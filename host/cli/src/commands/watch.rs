@@ -1,12 +1,14 @@
 //! `armbridge watch`: a dashboard on the terminal.
 
+use std::io::IsTerminal;
+use std::process::ExitCode;
+
+use armbridge::watch::screen;
+use clap::Args;
+
 use super::Outcome;
 use super::session::OpenedLink;
 use crate::args::SessionArgs;
-use armbridge::watch::screen;
-use clap::Args;
-use std::io::IsTerminal;
-use std::process::ExitCode;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

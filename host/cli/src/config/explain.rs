@@ -3,9 +3,10 @@
 
 use std::fmt::{Result, Write};
 
-use super::KEYS;
 use armbridge_client::params;
 use armbridge_client::params::{Parameter, to_text};
+
+use super::KEYS;
 
 /// Where comments are broken.
 const WIDTH: usize = 88;

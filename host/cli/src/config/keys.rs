@@ -1,11 +1,10 @@
 //! Keys of `armbridge.toml` that are the host's own; the others are the board's
 //! [parameters](armbridge_client::params).
 
-use toml::Value;
-
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_sim::link::BoardUri;
 use armbridge_sim::link::CHOICES;
+use toml::Value;
 
 /// One of the host's own keys.
 #[derive(Clone, Copy, Debug)]

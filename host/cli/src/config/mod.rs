@@ -31,13 +31,12 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use armbridge_shared::link::message::Settings;
-use toml::Value;
-
 use armbridge_client::params;
 use armbridge_client::params::{ParameterError, Unfit};
 use armbridge_client::toml_file::{Document, DocumentError};
+use armbridge_shared::link::message::Settings;
 use armbridge_sim::link::BoardUri;
+use toml::Value;
 
 /// Name of the file.
 pub const FILE_NAME: &str = "armbridge.toml";

@@ -2,8 +2,9 @@
 
 use std::fs;
 
-use super::*;
 use armbridge_shared::link::message::{Controller, Gains};
+
+use super::*;
 
 /// A configuration from this text, with these variables.
 fn config(text: &str, variables: &[(&str, &str)]) -> Result<Config, ConfigError> {

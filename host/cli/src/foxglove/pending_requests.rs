@@ -6,6 +6,8 @@
 
 use std::time::{Duration, Instant};
 
+use armbridge_client::refusal_text;
+use armbridge_client::session::Request;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Command, Mode, Settings};
 use armbridge_shared::link::motion::Motion;
@@ -14,8 +16,6 @@ use foxglove::websocket::{GetParametersResponder, Parameter, SetParametersRespon
 
 use super::board::{Asked, Board};
 use super::values;
-use armbridge_client::refusal_text;
-use armbridge_client::session::Request;
 
 /// How long the board may take.
 const PATIENCE: Duration = Duration::from_secs(2);

@@ -4,18 +4,18 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::time::{Duration, SystemTime};
 
-use armbridge_shared::link::message::{Command, Settings};
-
-use super::board::Board;
-use super::pending_requests::{PendingRequests, Outcome};
-use super::server::Server;
-use super::values;
-use crate::link_thread::LinkThread;
 use armbridge_client::event::Event;
 use armbridge_client::event_queue::EventQueue;
 use armbridge_client::interrupt;
 use armbridge_client::session::Request;
 use armbridge_log::topics::{Encoder, Message, Topic};
+use armbridge_shared::link::message::{Command, Settings};
+
+use super::board::Board;
+use super::pending_requests::{Outcome, PendingRequests};
+use super::server::Server;
+use super::values;
+use crate::link_thread::LinkThread;
 
 /// Between two looks at what has happened: viewers get messages that are at most so
 /// old, at 1 kHz ten at a time.

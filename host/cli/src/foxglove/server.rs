@@ -7,6 +7,7 @@ use std::net::IpAddr;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use armbridge_log::topics::{Message, Topic};
 use foxglove::websocket::service::{
     Handler, Request as Call, Responder, Service as Offered, ServiceSchema,
 };
@@ -19,7 +20,6 @@ use foxglove::{
 };
 
 use super::pending_requests::{Service, Wish};
-use armbridge_log::topics::{Message, Topic};
 
 /// Messages that wait for a viewer; more than 4 s of all topics. Then its oldest go.
 const BACKLOG: usize = 8192;

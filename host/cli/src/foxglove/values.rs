@@ -2,12 +2,11 @@
 //!
 //! Names and ranges are those of [`params`]; lists of numbers are lists.
 
+use armbridge_client::params;
+use armbridge_client::params::ParameterError;
 use armbridge_shared::link::message::Settings;
 use foxglove::websocket::{Parameter, ParameterType, ParameterValue};
 use toml::Value;
-
-use armbridge_client::params;
-use armbridge_client::params::ParameterError;
 
 /// Parameters with these names; all that are in use if there are no names.
 pub fn of(settings: &Settings, names: &[String]) -> Vec<Parameter> {

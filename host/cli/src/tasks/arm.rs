@@ -2,15 +2,15 @@
 
 use std::time::Duration;
 
-use armbridge_shared::link::message::{BoardReport, Command, LastEnd, Mode, Refusal, Trip};
-
-use super::{Task, TaskError, View};
 use armbridge_client::error::end_in_words;
 use armbridge_client::fault_text;
 use armbridge_client::interrupt;
 use armbridge_client::refusal_text;
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::status::{BoardStatus, FoundServos};
+use armbridge_shared::link::message::{BoardReport, Command, LastEnd, Mode, Refusal, Trip};
+
+use super::{Task, TaskError, View};
 
 /// How it ended.
 #[derive(Clone, Debug, PartialEq)]

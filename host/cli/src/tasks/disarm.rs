@@ -1,11 +1,11 @@
 //! Motors off: disarmed, stopped, or a fault cleared.
 
-use armbridge_shared::link::message::{Command, Mode, Refusal};
-
-use super::{Task, TaskError, View};
 use armbridge_client::fault_text;
 use armbridge_client::refusal_text;
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
+use armbridge_shared::link::message::{Command, Mode, Refusal};
+
+use super::{Task, TaskError, View};
 
 /// How far it has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

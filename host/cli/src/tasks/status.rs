@@ -1,9 +1,9 @@
 //! What the board says of itself, and how the link does.
 
+use armbridge_client::session::Request;
 use armbridge_shared::link::message::{Command, Mode};
 
 use super::{Task, TaskError, View};
-use armbridge_client::session::Request;
 
 /// How long the board is listened to: it tells its servos' temperatures once a second.
 const LISTEN_US: u64 = 1_200_000;

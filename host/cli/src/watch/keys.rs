@@ -4,6 +4,7 @@
 //! only while frames come: nothing is asked of a board that cannot be seen. Setpoints
 //! move in small steps, and not beyond where the arm would be braked.
 
+use armbridge_client::session::Request;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::limits::hard;
 use armbridge_shared::link::message::{Command, Drive, Mode};
@@ -12,7 +13,6 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::model::{Line, Model};
 use crate::link_thread::Hand;
-use armbridge_client::session::Request;
 
 /// A step of the setpoint in rad: a tenth of the torque that a joint has, at the
 /// default gains less than a thirtieth.

@@ -7,6 +7,8 @@ use std::collections::VecDeque;
 use std::io;
 use std::time::{Duration, Instant};
 
+use armbridge_client::event_queue::EventQueue;
+use armbridge_client::interrupt;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyEventKind};
 
@@ -14,8 +16,6 @@ use super::keys::{Act, Keys};
 use super::model::Model;
 use super::view;
 use crate::link_thread::LinkThread;
-use armbridge_client::event_queue::EventQueue;
-use armbridge_client::interrupt;
 
 /// Between two pictures.
 const FRAME: Duration = Duration::from_millis(66);

@@ -33,9 +33,10 @@ pub use text::{NotAPair, of_text, pair, to_text};
 
 use std::sync::LazyLock;
 
-use access::Access;
 use armbridge_shared::link::message::Settings;
 use toml::Value;
+
+use access::Access;
 
 /// What is known of a parameter.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,10 @@
 //! One table against the types behind it and against what the board checks.
 
-use super::*;
 use armbridge_shared::bridge::can_run;
 use armbridge_shared::link::message::Refusal;
 use proptest::{prop_assert_eq, proptest};
+
+use super::*;
 
 fn of_kinds() -> Vec<Settings> {
     let choices = |key: &'static str| {

@@ -5,7 +5,7 @@
 //! back after. A Morpheus servo answers these with its new id or at its new
 //! rate, and is deaf meanwhile for 8.5 ms a byte, or 0.1 s for all of them.
 
-use crate::servo_table::{Register, Storage, Table};
+use armbridge_shared::servo::Firmware;
 
 use super::diagnosis::Diagnosis;
 use super::line::Line;
@@ -13,7 +13,7 @@ use super::master::BusError;
 use super::reading::{Reading, ServoError, Taken, Value};
 use super::request::Request;
 use super::servo::Servo;
-use armbridge_shared::servo::Firmware;
+use crate::servo_table::{Register, Storage, Table};
 
 /// Id and baud rate after a factory reset, of either firmware.
 const FACTORY_ID: u8 = 1;

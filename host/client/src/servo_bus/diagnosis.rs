@@ -1,7 +1,8 @@
 //! What went wrong with an exchange, and the likely cause.
 
-use crate::servo_table::alarms;
 use armbridge_shared::servo::protocol1::Alarms;
+
+use crate::servo_table::alarms;
 
 /// Why a request has no answer that can be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -8,6 +8,7 @@
 use std::io;
 use std::time::{Duration, Instant};
 
+use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::morpheus::{self, HEADER};
 use armbridge_shared::servo::protocol1::Alarms;
 
@@ -15,7 +16,6 @@ use super::diagnosis::{Diagnosis, Refusal};
 use super::line::Line;
 use super::request::Request;
 use super::response::{Heard, Packet};
-use armbridge_shared::servo::Firmware;
 
 /// How long an answer may take beyond its time on the wire: USB, sockets and
 /// two busy systems. A servo itself takes 0.5 ms at the most.

@@ -2,9 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use crate::servo_table::Register;
-
 use super::master::BusError;
+use crate::servo_table::Register;
 
 /// What a register holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

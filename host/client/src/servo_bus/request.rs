@@ -2,13 +2,14 @@
 
 use std::time::Duration;
 
-use crate::servo_table::{Register, Storage};
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::morpheus::safe_read::{self, Plan};
 use armbridge_shared::servo::morpheus::{Frame, MASTER, Request as Morpheus, ServoId, frame};
 use armbridge_shared::servo::protocol1::Instruction;
 use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
+
+use crate::servo_table::{Register, Storage};
 
 /// Whether a servo may move when this is written. What stops it does not
 /// count, so that nothing is asked before it.

@@ -3,10 +3,10 @@
 use armbridge_shared::servo::protocol::Damage;
 use armbridge_shared::servo::protocol1::Alarms;
 use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
+use armbridge_shared::servo::{Firmware, ReplyParser};
 
 use super::diagnosis::{Diagnosis, REFUSING, Refusal};
 use super::request::Request;
-use armbridge_shared::servo::{Firmware, ReplyParser};
 
 /// Payload with which Morpheus says no.
 const NOK: [u8; 1] = [0x08];

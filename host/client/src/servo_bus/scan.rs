@@ -7,6 +7,7 @@
 use std::io;
 use std::ops::RangeInclusive;
 
+use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Alarms;
 
 use super::line::Line;
@@ -14,7 +15,6 @@ use super::master::{BusError, BusMaster};
 use super::reading::{ServoError, Value};
 use super::servo::Servo;
 use crate::servo_table::Table;
-use armbridge_shared::servo::Firmware;
 
 /// Where to look.
 #[derive(Clone, Debug)]

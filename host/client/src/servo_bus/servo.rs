@@ -10,7 +10,7 @@
 //! | `speed`    | of the motion, 1..=10 | how fast it is, without sign            |
 //! | `pwm`      | the PWM               | its low byte; the high byte is always 0 |
 
-use crate::servo_table::{Access, Register, Storage, Table};
+use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Alarms;
 
 use super::diagnosis::Diagnosis;
@@ -18,7 +18,7 @@ use super::line::Line;
 use super::master::{BusError, BusMaster};
 use super::reading::{Closed, Reading, ServoError, Taken, Value};
 use super::request::Request;
-use armbridge_shared::servo::Firmware;
+use crate::servo_table::{Access, Register, Storage, Table};
 
 /// Highest id that START waits for, if ours is not higher.
 const START_ID_MAX: u8 = 32;

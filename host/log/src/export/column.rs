@@ -5,9 +5,8 @@
 //! here: a place in a list of [`Words`], whose first is empty where there is
 //! nothing to say.
 
-use armbridge_shared::link::message::{Guards, Record};
-
 use armbridge_client::enum_names;
+use armbridge_shared::link::message::{Guards, Record};
 
 /// A quantity of every tick.
 #[derive(Clone, Copy, Debug)]

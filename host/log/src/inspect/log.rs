@@ -9,6 +9,7 @@ use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use armbridge_client::event::{Event, EventKind};
 use armbridge_shared::link::message::{
     Command, Moment, Record, Refusal, Settings, ToBoard, ToHost,
 };
@@ -18,7 +19,6 @@ use super::settings;
 use crate::export::About;
 use crate::recording::{ReadError, Reader};
 use crate::run_info::RunFacts;
-use armbridge_client::event::{Event, EventKind};
 
 /// What is compared and drawn of a log.
 #[derive(Clone, Debug)]

@@ -1,11 +1,10 @@
 //! The board's settings as a list of names with values, for tables and files, and
 //! where two boards' settings differ.
 
-use armbridge_shared::link::message::Settings;
-use serde::Serialize;
-
 use armbridge_client::params;
 use armbridge_client::params::Parameter;
+use armbridge_shared::link::message::Settings;
+use serde::Serialize;
 
 /// A setting as it is shown.
 #[derive(Clone, Debug, PartialEq, Serialize)]

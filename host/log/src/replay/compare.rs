@@ -2,11 +2,10 @@
 
 use std::fmt;
 
+use armbridge_client::enum_names;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Mode, Record};
 use serde::Serialize;
-
-use armbridge_client::enum_names;
 
 /// The first field of a tick that is not the same.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -6,6 +6,8 @@ mod conclusions;
 
 use std::collections::HashMap;
 
+use armbridge_client::event::{Direction, Event, EventKind};
+use armbridge_client::refusal_text;
 use armbridge_shared::control_loop::reference::StartPoint;
 use armbridge_shared::link::message::{Command, Mode, Record, Refusal, Settings, ToBoard, ToHost};
 
@@ -16,8 +18,6 @@ use super::pending::{Note, Notes, Place, is_before};
 use super::report::{Report, Tally};
 use super::tick_facts::{self, HostEvent};
 use super::what_if::{ChangeError, Changes, Sums};
-use armbridge_client::event::{Direction, Event, EventKind};
-use armbridge_client::refusal_text;
 
 /// How much is known of the board.
 #[derive(Clone, Debug, PartialEq, Eq)]

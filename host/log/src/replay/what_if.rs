@@ -7,14 +7,14 @@
 
 use std::fmt;
 
+use armbridge_client::params;
+use armbridge_client::params::ParameterError;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Mode, Record, Settings};
 use serde::Serialize;
 use toml::Value;
 
 use super::compare;
-use armbridge_client::params;
-use armbridge_client::params::ParameterError;
 
 /// Settings that are changed wherever the log has settings.
 #[derive(Clone, Debug, Default)]

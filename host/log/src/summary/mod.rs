@@ -16,12 +16,14 @@ pub use segments::{JointSummary, SETTLED_RAD, STEADY_S, Segment, SegmentSummary,
 pub use spread::Spread;
 pub use tally::Tally;
 
-use crate::run_info::RunFacts;
+use std::collections::BTreeMap;
+
 use armbridge_client::LinkStats;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{PortCounters, Record, Trip};
 use serde::Serialize;
-use std::collections::BTreeMap;
+
+use crate::run_info::RunFacts;
 
 /// A run in a few numbers.
 #[derive(Clone, Debug, Serialize)]

@@ -1,7 +1,8 @@
 //! What the numbers of a summary mean, in words.
 
-use super::{Cause, Summary};
 use armbridge_shared::JOINTS;
+
+use super::{Cause, Summary};
 
 /// The remarks that these numbers call for.
 pub(super) fn remarks(summary: &Summary) -> Vec<String> {

@@ -1,11 +1,13 @@
 //! A run cut at its setpoints.
 
-use crate::run_info::RunFacts;
+use std::collections::VecDeque;
+use std::ops::Range;
+
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Record};
 use serde::Serialize;
-use std::collections::VecDeque;
-use std::ops::Range;
+
+use crate::run_info::RunFacts;
 
 /// A joint has settled when its error stays below this, in rad.
 pub const SETTLED_RAD: f64 = 0.020;

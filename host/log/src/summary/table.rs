@@ -1,7 +1,8 @@
 //! The summary as text for a terminal, at most 100 columns, without colours.
 
-use super::{JointSummary, ServoSummary, Spread, Summary};
 use std::fmt::{Result, Write};
+
+use super::{JointSummary, ServoSummary, Spread, Summary};
 
 /// Setpoints that fit on a screen.
 const SEGMENTS_SHOWN: usize = 8;

@@ -1,15 +1,16 @@
 //! A run counted tick by tick: the memory it takes does not grow with its length.
 
+use std::collections::BTreeMap;
+
+use armbridge_client::LinkStats;
+use armbridge_client::enum_names;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Fault, Record, Sample};
-use std::collections::BTreeMap;
 
 use super::segments::{Passed, SegmentTally};
 use super::spread::Counts;
 use super::{Cause, FaultSummary, Summary, remarks};
 use crate::run_info::{PWM_OFF, RunFacts};
-use armbridge_client::LinkStats;
-use armbridge_client::enum_names;
 
 /// Setpoints that are listed; further ones are counted.
 const SEGMENTS_MAX: usize = 200;

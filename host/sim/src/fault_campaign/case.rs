@@ -6,6 +6,7 @@
 //! are 204 singles, and there are 561 pairs. The rest is drawn.
 
 use armbridge_shared::JOINTS;
+use armbridge_shared::arm::State;
 use armbridge_shared::link::message::{Command, Limits, Setup};
 use armbridge_shared::link::motion::Motion;
 use armbridge_shared::servo::Firmware;
@@ -15,7 +16,6 @@ use serde::Serialize;
 use super::draw::Draw;
 use super::kind::{Harm, Kind};
 use crate::plant::PlantConfig;
-use armbridge_shared::arm::State;
 
 /// How long a fault is watched, in µs: three times the longest that a limit
 /// allows, which is the host's silence.

@@ -6,6 +6,8 @@
 
 use std::convert::Infallible;
 
+use armbridge_client::Host;
+use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_shared::JOINTS;
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, Role};
@@ -14,9 +16,6 @@ use armbridge_shared::link::message::{
     Command, Hello, Limits, Mode, OffReport, Record, Setup, ToBoard, ToHost, Trip,
 };
 use armbridge_shared::link::schema;
-
-use armbridge_client::Host;
-use armbridge_client::session::{BoardMessage, CommandLink};
 
 /// How often a strange host says what it says, in µs: as often as a good one.
 const STRANGE_US: u64 = 25_000;

@@ -4,17 +4,17 @@
 //! fault has no effect, or one that the loop is made to ride through, no fault is
 //! right too; [`verdict`] says when there has to be one.
 
+use Fault::{
+    AngleLimit, Clock, Corrupted, DeadZone, Diverged, EmergencyStop, HostSilent, Overrun, PwmLimit,
+    SamplesLost, SamplesRare, ServoAlarm, ServoReset, ServoSilent, SpeedLimit, Stuck, Temperature,
+    TorqueLimit, TorqueRate,
+};
 use armbridge_shared::link::message::{Fault, StopSource};
 use armbridge_shared::servo::Firmware;
 
 use super::case::{Case, Injection, Scenario};
 use super::kind::{Harm, Kind};
 use crate::half_duplex_bus::Way;
-use Fault::{
-    AngleLimit, Clock, Corrupted, DeadZone, Diverged, EmergencyStop, HostSilent, Overrun, PwmLimit,
-    SamplesLost, SamplesRare, ServoAlarm, ServoReset, ServoSilent, SpeedLimit, Stuck, Temperature,
-    TorqueLimit, TorqueRate,
-};
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug)]

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use armbridge_client::refusal_text;
 use armbridge_shared::JOINTS;
 use armbridge_shared::bridge::{BridgeEnd, LinkEnd, MemoryRegion, SERVO_IDS, gateway::PortEnd};
 use armbridge_shared::link::message::Mode;
@@ -20,7 +21,6 @@ use crate::half_duplex_bus::{ByteFault, Way};
 use crate::morpheus_servo::Deafness;
 use crate::plant::{Plant, Push};
 use crate::servo_kind::{KindError, ServoKind};
-use armbridge_client::refusal_text;
 
 /// Speed of the servos' bus.
 const BAUD: u32 = 1_000_000;

@@ -7,6 +7,7 @@
 //!
 //! What is required is judged at every event on the bench, not at ticks.
 
+use armbridge_client::enum_names;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Fault, Mode};
 
@@ -16,7 +17,6 @@ use super::fixture::World;
 use super::kind::Kind;
 use super::outcome::Outcome;
 use super::trace::Story;
-use armbridge_client::enum_names;
 
 /// From a fault to motors off, where the bus carries packets, in µs.
 pub const STOP_US: u64 = 20_000;

@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use armbridge_client::event::Event;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::servo::Firmware;
 
@@ -10,7 +11,6 @@ use super::fixture::World;
 use super::oracle::Judge;
 use super::outcome::Outcome;
 use super::trace::Story;
-use armbridge_client::event::Event;
 
 /// Runs the case of this seed, with servos of this firmware.
 pub fn run(seed: u64, servos: Firmware) -> Outcome {

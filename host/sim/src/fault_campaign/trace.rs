@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use armbridge_client::enum_names;
 use armbridge_shared::link::message::Mode;
 use armbridge_shared::servo::Firmware;
 
@@ -9,7 +10,6 @@ use super::case::{Case, Injection};
 use super::expect::{self, Verdict};
 use super::fixture::World;
 use super::outcome::Outcome;
-use armbridge_client::enum_names;
 
 /// A case as it is told; one that nobody listens to costs nothing.
 #[derive(Debug, Default)]

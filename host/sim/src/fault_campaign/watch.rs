@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
+use armbridge_client::event::{Direction, Event, LinkDecoder};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 
 use crate::board::{Board, Input, Output, VirtualBoard, Wake};
-use armbridge_client::event::{Direction, Event, LinkDecoder};
 
 /// Packet of a tick that sets the PWM of both servos of one firmware.
 struct Order {

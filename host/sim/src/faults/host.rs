@@ -4,11 +4,12 @@
 //! host would have to say in well-formed frames, another schema for instance,
 //! the host says itself.
 
+use std::collections::VecDeque;
+use std::ops::Range;
+
 use armbridge_client::Host;
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg32;
-use std::collections::VecDeque;
-use std::ops::Range;
 
 /// What USB at full speed carries at most each millisecond: 19 packets of 64
 /// bytes.

@@ -1,8 +1,9 @@
 //! What a servo's converter reads when something is wrong with what it reads.
 
-use crate::morpheus_servo::Reading;
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg32;
+
+use crate::morpheus_servo::Reading;
 
 /// Largest count of the converter.
 const LARGEST_COUNT: u16 = 1023;

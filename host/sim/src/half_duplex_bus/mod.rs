@@ -26,10 +26,11 @@ pub use device::Device;
 pub use disturbance::Disturbance;
 pub use faults::{ByteFault, Damage, Way};
 
+use std::collections::VecDeque;
+
 use super::morpheus_servo::{Reading, Servo};
 use faults::Faults;
 use line::{Ears, Frame, MASTER, Receiver};
-use std::collections::VecDeque;
 
 /// One bit at 1 Mbaud.
 const DEFAULT_BIT_NS: u64 = 1_000;

@@ -4,8 +4,9 @@
 //! is approached at a set speed and then held by a PID controller. All
 //! arithmetic is 16 bits wide and wraps, as on the microcontroller.
 
-use super::cycle_costs;
 use std::cmp::Ordering;
+
+use super::cycle_costs;
 
 /// Positions kept for the speed, which is the difference over 14 samples.
 const HISTORY: usize = 15;

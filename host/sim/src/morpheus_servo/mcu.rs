@@ -11,13 +11,14 @@
 //! into. Idle turns up to the next tick are one stage, cut short when a
 //! message is complete.
 
+use std::collections::VecDeque;
+
 use super::control::{Control, Gains};
 use super::converter::Converter;
 use super::receiver::Inbox;
 use super::registers::{self, ROM_SIZE, Requests};
 use super::uart::Uart;
 use super::{Action, cycle_costs};
-use std::collections::VecDeque;
 
 /// Size of the firmware's transmit buffer.
 const TRANSMIT_BUFFER: usize = 200;

@@ -1,11 +1,13 @@
 //! Every switch and number of the virtual arm.
 
-use super::body::Friction;
+use core::f64::consts::FRAC_PI_2;
+
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Joint, Pwm};
 use armbridge_shared::arm::{Parameters, State};
-use core::f64::consts::FRAC_PI_2;
 use nalgebra::Vector2;
+
+use super::body::Friction;
 
 /// A virtual arm. The default is the bench's: the paper's arm and servos, with
 /// dry friction, one count of sensor noise, upright and held.

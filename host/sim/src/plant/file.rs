@@ -11,6 +11,8 @@ mod tests;
 
 use std::path::Path;
 
+use armbridge_client::toml_file;
+use armbridge_client::toml_file::{Document, DocumentError};
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Mounting, Parameters, State};
 use nalgebra::Vector2;
@@ -18,8 +20,6 @@ use serde::{Deserialize, Serialize};
 
 use self::joint::JointKeys;
 use super::PlantConfig;
-use armbridge_client::toml_file;
-use armbridge_client::toml_file::{Document, DocumentError};
 
 /// An arm as a file has it. The comments of `default.toml` say what each key is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

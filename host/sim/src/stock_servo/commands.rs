@@ -1,11 +1,12 @@
 //! Instructions: what is done, what is answered, and when.
 
-use super::memory::{at, eeprom_bytes};
-use super::{Ax12a, EEPROM_BYTE_NS};
 use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
 use armbridge_shared::servo::protocol1::{
     Alarms, BROADCAST, Frame, Instruction, Status, SyncBlocks,
 };
+
+use super::memory::{at, eeprom_bytes};
+use super::{Ax12a, EEPROM_BYTE_NS};
 
 /// From the end of an instruction to its status packet, without return delay.
 mod latency {

@@ -6,9 +6,10 @@
 //! register's range, one register that is only read, one address beyond the
 //! table, and nothing is written.
 
+use std::ops::RangeInclusive;
+
 use armbridge_client::servo_table::{AX12A, Access, Register, Storage};
 use armbridge_shared::servo::protocol1::Alarms;
-use std::ops::RangeInclusive;
 
 /// Bytes of the table.
 pub(super) const SIZE: usize = AX12A.size as usize;

@@ -52,9 +52,10 @@ mod receiver;
 mod tests;
 mod transmitter;
 
-use super::morpheus_servo::{Action, Reading};
 use armbridge_client::servo_table::AX12A;
 use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Damage};
+
+use super::morpheus_servo::{Action, Reading};
 use commands::{Deferred, Packet, Write};
 use memory::{Memory, at};
 use motor::{FULL, Motor};

@@ -19,9 +19,10 @@
 //! goes from 25 to 70 degrees in 150 s, and half duty is about what it can bear
 //! for ever.
 
+use armbridge_shared::servo::protocol1::Alarms;
+
 use super::memory::{Memory, at};
 use super::motor::{FULL, Output};
-use armbridge_shared::servo::protocol1::Alarms;
 
 /// How long a load is tried. Assumed: no source says.
 const STALL_NS: u64 = 1_000_000_000;

@@ -5,12 +5,13 @@ mod garbage;
 mod motion;
 mod timing;
 
+use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Instruction};
+
 use crate::Bench;
 use crate::half_duplex_bus::Heard;
 use crate::plant::{Plant, PlantConfig};
 use crate::servo_kind::ServoKind;
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Instruction};
 
 /// Longer than any answer with the return delay of a servo ex works, at 1 Mbaud.
 const ANSWER_US: u64 = 2_000;

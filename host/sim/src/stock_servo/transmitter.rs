@@ -1,7 +1,8 @@
 //! The transmitter: a status packet after its delay, byte by byte.
 
-use crate::morpheus_servo::Action;
 use std::collections::VecDeque;
+
+use crate::morpheus_servo::Action;
 
 /// Bits of a byte on the wire.
 const BITS: u64 = 10;

@@ -5,11 +5,11 @@
 //! which that PWM is in force and end with the last in which it is: when the experiment
 //! ends, or a guard brakes. Before, the arm is at rest, and its encoder tells where.
 
+use armbridge_log::run_info::RunFacts;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::link::message::{Drive, Guards, Record};
 
 use super::sampled::{Kind, Sampled, Start};
-use armbridge_log::run_info::RunFacts;
 
 /// Shortest experiment in s: half of what a fall from half a radian takes.
 const SHORTEST_S: f64 = 0.25;

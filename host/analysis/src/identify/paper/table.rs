@@ -1,8 +1,9 @@
 //! What came of the paper's procedure, in words.
 
+use armbridge_log::text_table;
+
 use super::comparison::{Model, PaperComparison, Within};
 use super::sampled::Kind;
-use armbridge_log::text_table;
 
 /// Friction in N m s/rad by which two values are two: more than any of the fits is off.
 const APART: f64 = 0.01;

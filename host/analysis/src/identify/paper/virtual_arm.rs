@@ -8,13 +8,13 @@
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::arm::{Parameters, State};
+use armbridge_sim::plant::{Body, Friction};
 use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg32;
 
 use super::sampled::{Kind, Sampled, Start};
 use crate::paper::printed;
-use armbridge_sim::plant::{Body, Friction};
 
 /// The paper's period in ns, section 4.
 const PERIOD_NS: u64 = printed::PERIOD_US as u64 * 1000;

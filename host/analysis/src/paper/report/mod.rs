@@ -5,11 +5,12 @@
 
 mod page;
 
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
 use super::claim::{Claim, Verdict};
 use crate::plot;
 use crate::plot::PlotError;
-use std::fmt::Write;
-use std::path::{Path, PathBuf};
 
 /// Name of the page.
 const PAGE: &str = "report.html";

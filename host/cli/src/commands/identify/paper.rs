@@ -1,6 +1,9 @@
 //! `armbridge identify paper`: the paper's own procedure.
 
-use super::super::{Error, Outcome};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
 use armbridge_analysis::identify::paper::{PaperComparison, Sampled, sampled};
 use armbridge_analysis::run_folder::{DEFAULT_BASE, RunFolder};
 use armbridge_log::log_path::find;
@@ -8,9 +11,8 @@ use armbridge_log::recording::Recording;
 use armbridge_shared::arm::Parameters;
 use clap::Args;
 use serde::Serialize;
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+
+use super::super::{Error, Outcome};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

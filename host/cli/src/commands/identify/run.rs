@@ -1,12 +1,9 @@
 //! `armbridge identify run`: a plan shown, agreed to, performed, fitted, and applied.
 
-use super::super::run::Staging;
-use super::super::{Error, Outcome, ask, link};
-use super::apply::{Applied, Apply, not};
-use super::output::{self, Wish};
-use super::share;
-use super::{Fit, preview};
-use crate::args::{LinkArgs, OutputArgs, PaceName};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
 use armbridge::config::Config;
 use armbridge_analysis::run::{Finished, RunHost, Verdict};
 use armbridge_analysis::run_folder::RunFolder;
@@ -19,9 +16,14 @@ use armbridge_sim::link::{BoardUri, drive};
 use armbridge_sim::plant::PlantFile;
 use clap::Args;
 use serde_json::{Value, json};
-use std::io::Write;
-use std::path::PathBuf;
-use std::process::ExitCode;
+
+use super::super::run::Staging;
+use super::super::{Error, Outcome, ask, link};
+use super::apply::{Applied, Apply, not};
+use super::output::{self, Wish};
+use super::share;
+use super::{Fit, preview};
+use crate::args::{LinkArgs, OutputArgs, PaceName};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -1,5 +1,7 @@
 //! `armbridge serve servos`: the virtual servos in wall-clock time.
 
+use std::process::ExitCode;
+
 use armbridge_client::endpoint::Endpoint;
 use armbridge_client::transport::LinkUri;
 use armbridge_shared::servo::Firmware;
@@ -8,7 +10,6 @@ use armbridge_sim::raw_bus_server::LiveBench;
 use armbridge_sim::servo_kind;
 use armbridge_sim::servo_kind::{KindError, ServoKind};
 use clap::Args;
-use std::process::ExitCode;
 
 use super::super::{Outcome, virtual_arm};
 use crate::args::ArmArgs;

@@ -19,13 +19,13 @@ mod tests;
 
 pub use measure::Unusable;
 
+use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
+use armbridge_client::{fault_text, interrupt, refusal_text};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::message::{Command, Mode, Settings, Setup};
 
 use super::{Task, TaskError, View};
-use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
-use armbridge_client::{fault_text, interrupt, refusal_text};
 use measure::{Pose, Sampler, direction};
 use motor::Motor;
 

@@ -1,13 +1,13 @@
 //! One gentle push, to see that a motor turns the way its encoder counts.
 
+use armbridge_client::fault_text;
+use armbridge_client::session::Request;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Direction;
 use armbridge_shared::link::message::{Command, Mode};
 
 use super::{Guide, answer};
 use crate::tasks::{TaskError, View};
-use armbridge_client::fault_text;
-use armbridge_client::session::Request;
 
 /// In N m: twice what friction holds, a tenth of what the servo gives.
 const PUSH_NM: f32 = 0.12;

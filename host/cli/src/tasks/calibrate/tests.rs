@@ -1,21 +1,21 @@
 //! Calibration of an arm on the bench that is moved by pushes, as by hands.
 
-use armbridge_sim::cosim::Interaction;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 use std::sync::mpsc::{Sender, channel};
 
+use armbridge_client::Host;
+use armbridge_client::LinkError;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint};
+use armbridge_sim::Bench;
+use armbridge_sim::cosim::Interaction;
+use armbridge_sim::link::{BoardUri, Options, drive};
+use armbridge_sim::plant::{Plant, PlantConfig, Push};
 
 use super::{Calibrate, Guide, Wish};
 use crate::tasks::{TaskError, TaskHost};
-use armbridge_client::Host;
-use armbridge_client::LinkError;
-use armbridge_sim::Bench;
-use armbridge_sim::link::{BoardUri, Options, drive};
-use armbridge_sim::plant::{Plant, PlantConfig, Push};
 
 /// What a hand pushes with: more than friction holds, in N m.
 const HAND_NM: f64 = 0.45;

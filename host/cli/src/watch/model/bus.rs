@@ -3,10 +3,9 @@
 
 use std::collections::VecDeque;
 
+use armbridge_client::enum_names;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Missing, Record, Sample, Timing};
-
-use armbridge_client::enum_names;
 
 /// Ticks whose timing is kept.
 const TICKS: usize = 10_000;

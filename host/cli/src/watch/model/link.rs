@@ -2,13 +2,13 @@
 
 use std::collections::VecDeque;
 
+use armbridge_client::enum_names;
+use armbridge_client::event::Direction;
+use armbridge_client::refusal_text;
 use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{Command, Refusal, ToBoard};
 
 use super::rate::Rate;
-use armbridge_client::enum_names;
-use armbridge_client::event::Direction;
-use armbridge_client::refusal_text;
 
 /// Without a frame for so long, the link is quiet: at the longest period a board
 /// speaks ten times a second.

@@ -1,15 +1,15 @@
 //! The lines at the top: which link, what the board does, what is wrong and what to
 //! do about it.
 
+use armbridge_client::enum_names;
+use armbridge_client::status::Obstacle;
+use armbridge_client::{experiment_text, fault_text};
 use armbridge_shared::link::message::{Drive, Fault, Mode};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::theme;
 use crate::watch::model::{Line as LinkLine, Model};
-use armbridge_client::enum_names;
-use armbridge_client::status::Obstacle;
-use armbridge_client::{experiment_text, fault_text};
 
 /// Which link, and how it does; `what` names it.
 pub(super) fn title(model: &Model, what: &str, width: u16) -> Line<'static> {

@@ -1,5 +1,6 @@
 //! Link, bus and timing: three boxes of numbers.
 
+use armbridge_client::enum_names;
 use armbridge_shared::link::message::Timing;
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Alarms;
@@ -11,7 +12,6 @@ use ratatui::widgets::{Block, Paragraph};
 
 use super::theme;
 use crate::watch::model::{Histogram, Line as LinkLine, Model};
-use armbridge_client::enum_names;
 
 /// Draws `lines` in a box.
 fn boxed(frame: &mut Frame<'_>, area: Rect, title: &str, lines: Vec<Line<'_>>) {

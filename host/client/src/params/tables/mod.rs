@@ -5,14 +5,15 @@ mod arm;
 mod control;
 mod limits;
 
-use super::access::{Access, Numbers};
-use super::constraint::{Range, Shape, Takes};
-use super::{Parameter, access};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Direction;
 use armbridge_shared::arm::Mounting;
 use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
 use armbridge_shared::link::message::Settings;
+
+use super::access::{Access, Numbers};
+use super::constraint::{Range, Shape, Takes};
+use super::{Parameter, access};
 
 /// All groups, each with what chooses its kind first.
 pub(super) fn all() -> Vec<Parameter> {

@@ -20,12 +20,12 @@ use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use armbridge_shared::link::message::Record;
-use level5::{Array, MOST_BYTES, Number, Output};
+use toml::Value;
 
 use super::column::{QUANTITIES, Quantity, Values, Words};
 use super::{About, ExportError};
 use crate::inspect::settings::Setting;
-use toml::Value;
+use level5::{Array, MOST_BYTES, Number, Output};
 
 /// Rows that are kept until they are written.
 const ROWS: usize = 1 << 16;

@@ -7,13 +7,13 @@
 
 mod table;
 
+use armbridge_client::enum_names;
 use armbridge_shared::link::message::{Command, Record};
 use serde::Serialize;
 
 use super::log::{Log, Order};
 use super::settings::{Differing, differing};
 use crate::export::column::{QUANTITIES, Quantity, Values};
-use armbridge_client::enum_names;
 
 /// Where two runs differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]

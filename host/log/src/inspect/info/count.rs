@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use armbridge_client::enum_names;
+use armbridge_client::event::{Event, EventKind};
 use armbridge_shared::link::message::{Mode, Record, Sample, ToBoard, ToHost, Trip};
 
 use super::{FaultInfo, Gap, TOLD};
 use crate::clock_sync::Envelope;
 use crate::inspect::log::Orders;
-use armbridge_client::enum_names;
-use armbridge_client::event::{Event, EventKind};
 
 /// What has been counted so far.
 #[derive(Debug, Default)]

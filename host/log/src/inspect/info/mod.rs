@@ -7,6 +7,8 @@ mod table;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use armbridge_client::enum_names;
+use armbridge_client::fault_text;
 use armbridge_shared::link::message::{Settings, Trip};
 use serde::Serialize;
 
@@ -17,8 +19,6 @@ use crate::clock_sync::Line;
 use crate::recording::ReadError;
 use crate::run_info::RunFacts;
 use crate::summary::Cause;
-use armbridge_client::enum_names;
-use armbridge_client::fault_text;
 use count::Count;
 
 /// What a log holds.

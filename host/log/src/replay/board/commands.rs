@@ -1,6 +1,5 @@
 //! Orders from outside the tick: commands, sessions, faults.
 
-use super::Board;
 use armbridge_shared::bridge::command::{ValidatedCommand, validate};
 use armbridge_shared::control::Trajectory;
 use armbridge_shared::control_loop::Violation;
@@ -9,6 +8,8 @@ use armbridge_shared::control_loop::reference::{StartPoint, TimedTrajectory, ref
 use armbridge_shared::link::message::{Command, Moment, Refusal, Trip};
 use armbridge_shared::link::motion::Motion;
 use armbridge_shared::supervisor::Event;
+
+use super::Board;
 
 impl Board {
     /// Replays a hello.

@@ -1,5 +1,7 @@
 //! Orders and news, each done again at its place.
 
+use armbridge_client::enum_names;
+use armbridge_client::refusal_text;
 use armbridge_shared::link::message::{
     Command, Fault, Mode, Moment, Record, Refusal, Settings, Trip,
 };
@@ -9,8 +11,6 @@ use super::super::pending::{Note, is_before};
 use super::super::tick_facts;
 use super::super::what_if::words;
 use super::{ReplayError, Replayer};
-use armbridge_client::enum_names;
-use armbridge_client::refusal_text;
 
 impl Replayer {
     /// Does what has come to its place.

@@ -5,6 +5,7 @@
 
 use std::collections::VecDeque;
 
+use armbridge_client::experiment_text;
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd};
 use armbridge_shared::link::message::Record;
 
@@ -12,7 +13,6 @@ use super::super::board::Board;
 use super::super::compare::Difference;
 use super::super::pending::is_before;
 use super::Replayer;
-use armbridge_client::experiment_text;
 
 /// Ends of experiments that wait for the other side's.
 #[derive(Debug, Default)]

@@ -4,9 +4,10 @@
 //! Harm is done at the master's plug. What it sends all servos get alike, and
 //! what a servo answers the other servos hear unharmed.
 
-use super::super::line::BITS;
 use rand_distr::{Bernoulli, Distribution, Uniform};
 use rand_pcg::Pcg32;
+
+use super::super::line::BITS;
 
 /// A silence so long ends a packet: twice the longest between two bytes of a
 /// servo's answer, and less than any that the master leaves between packets.

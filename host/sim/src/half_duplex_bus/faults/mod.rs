@@ -13,11 +13,12 @@ mod bytes;
 
 pub use bytes::{ByteFault, Damage, Way};
 
+use std::collections::VecDeque;
+use std::ops::Range;
+
 use super::line::{Ears, Frame, MASTER};
 use super::{Heard, Wire};
 use bytes::Channel;
-use std::collections::VecDeque;
-use std::ops::Range;
 
 /// Whoever holds the line down, as a sender.
 pub(super) const INTRUDER: usize = MASTER - 1;

@@ -1,10 +1,11 @@
 //! What is answered, and what is written.
 
-use super::{NOTHING, Rig};
-use crate::stock_servo::at;
 use armbridge_client::servo_table::{AX12A, Access};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::{Alarms, Instruction};
+
+use super::{NOTHING, Rig};
+use crate::stock_servo::at;
 
 const PING_1: [u8; 6] = [0xFF, 0xFF, 1, 2, 1, 0xFB];
 const PONG_1: [u8; 6] = [0xFF, 0xFF, 1, 2, 0, 0xFC];

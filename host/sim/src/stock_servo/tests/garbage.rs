@@ -1,13 +1,14 @@
 //! Whatever comes over the wire, a servo stays what it is: no register leaves
 //! its range, and who asks properly is answered.
 
-use crate::half_duplex_bus::{Device, Mechanics, Wire};
-use crate::morpheus_servo::Reading;
-use crate::stock_servo::Ax12a;
 use armbridge_client::servo_table::{AX12A, Access};
 use armbridge_shared::servo::protocol1::{Frame, Instruction};
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg32;
+
+use crate::half_duplex_bus::{Device, Mechanics, Wire};
+use crate::morpheus_servo::Reading;
+use crate::stock_servo::Ax12a;
 
 const STREAMS: usize = 20_000;
 /// Between two streams: the answer to most.

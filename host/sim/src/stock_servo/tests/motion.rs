@@ -1,9 +1,10 @@
 //! What the servos do to the arm, and when they give up.
 
-use super::Rig;
-use crate::stock_servo::{at, pwm};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::{Alarms, Instruction};
+
+use super::Rig;
+use crate::stock_servo::{at, pwm};
 
 const SECOND_US: u64 = 1_000_000;
 const CLOCKWISE: u16 = 1 << 10;

@@ -1,5 +1,8 @@
 //! When servos answer, at which rate, and when they cannot.
 
+use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::protocol1::Instruction;
+
 use super::{NOTHING, Rig};
 use crate::Bench;
 use crate::half_duplex_bus::{Heard, Mechanics, Record, Wire};
@@ -7,8 +10,6 @@ use crate::morpheus_servo::Reading;
 use crate::plant::{Plant, PlantConfig};
 use crate::servo_kind::ServoKind;
 use crate::stock_servo::{Ax12a, INTERRUPT_NS, at};
-use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::protocol1::Instruction;
 
 const BIT_NS: u64 = 1_000;
 const BYTE_NS: u64 = 10 * BIT_NS;
