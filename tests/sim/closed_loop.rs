@@ -1,9 +1,7 @@
 //! The whole slice on the bench: link, bridge, bus, servos, arm.
 
-use std::convert::Infallible;
-
 use armbridge_analysis::plan_runner::{PlanError, Script};
-use armbridge_client::Host;
+use armbridge_client::host::NoHost;
 use armbridge_client::status::Obstacle;
 use armbridge_shared::arm::Mounting;
 use armbridge_shared::bridge::Channels;
@@ -11,7 +9,6 @@ use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{
     Command, Controller, Drive, Fault, Gains, Guards, Missing, Mode, Record, Sample, Setup,
 };
-use armbridge_shared::link::motion::Motion;
 use armbridge_sim::cosim::CosimError;
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::{bench_run, plant, records, settling_s};
@@ -201,7 +198,7 @@ fn a_silent_host_switches_torque_off() {
     while run.now_us() < 100_000 {
         run.step().unwrap();
     }
-    let mut run = run.with_host(Mute);
+    let mut run = run.with_host(NoHost);
     while run.now_us() < 600_000 {
         run.step().unwrap();
     }
@@ -260,27 +257,4 @@ fn a_joint_is_braked_before_its_limit_and_let_go_if_it_is_pushed_on() {
         (500..1_000).contains(&braked.count()),
         "half a second and more"
     );
-}
-
-/// Nobody at the other end of the link.
-struct Mute;
-
-impl Host for Mute {
-    type Error = Infallible;
-
-    fn transmit(&mut self, _now_us: u64) -> Result<&[u8], Infallible> {
-        Ok(&[])
-    }
-
-    fn receive(&mut self, _now_us: u64, _bytes: &[u8]) -> Result<(), Infallible> {
-        Ok(())
-    }
-
-    fn wake_at_us(&self) -> u64 {
-        u64::MAX
-    }
-
-    fn is_done(&self) -> bool {
-        false
-    }
 }

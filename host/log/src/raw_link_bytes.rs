@@ -177,7 +177,7 @@ impl Again {
             }
             for piece in pieces(&data) {
                 hear(&mut self.decoder, piece?, |event| {
-                    self.heard.push_back(event)
+                    self.heard.push_back(event);
                 });
             }
             return Ok(true);

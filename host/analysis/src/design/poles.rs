@@ -1,7 +1,5 @@
 //! Where the poles of the closed loop are.
 
-use core::f64::consts::PI;
-
 use nalgebra::{Complex, Matrix3};
 use serde::Serialize;
 

@@ -10,7 +10,6 @@ use armbridge::config::Config;
 use armbridge_analysis::design;
 use armbridge_analysis::design::Design;
 use armbridge_client::params;
-use armbridge_client::params::to_text;
 use armbridge_client::refusal_text;
 use armbridge_client::toml_file::Document;
 use armbridge_shared::JOINTS;

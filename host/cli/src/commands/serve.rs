@@ -2,11 +2,10 @@
 
 mod servos;
 
-use std::convert::Infallible;
 use std::process::ExitCode;
 
 use armbridge::config::Config;
-use armbridge_client::Host;
+use armbridge_client::host::NoHost;
 use armbridge_client::transport::LinkUri;
 use armbridge_sim::Bench;
 use armbridge_sim::link::{Options, Pace, drive};
@@ -96,27 +95,4 @@ fn board(args: &BoardArgs) -> Outcome {
         None => drive(&link, options, NoHost).1?,
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// No host at the control link.
-struct NoHost;
-
-impl Host for NoHost {
-    type Error = Infallible;
-
-    fn transmit(&mut self, _now_us: u64) -> Result<&[u8], Infallible> {
-        Ok(&[])
-    }
-
-    fn receive(&mut self, _now_us: u64, _bytes: &[u8]) -> Result<(), Infallible> {
-        Ok(())
-    }
-
-    fn wake_at_us(&self) -> u64 {
-        u64::MAX
-    }
-
-    fn is_done(&self) -> bool {
-        false
-    }
 }
