@@ -1,4 +1,4 @@
-//! The stream that carries the bus: TCP or a serial device.
+//! Lines: byte streams that carry the bus, TCP or a serial device.
 
 use std::io::{self, Read, Write};
 use std::net::TcpStream;
@@ -8,33 +8,38 @@ use serial2::{CharSize, FlowControl, Parity, SerialPort, StopBits};
 
 use crate::tcp_pump::is_timeout;
 
-/// Bytes out, and bytes in until a time.
+/// A stream with timed reads, and possibly a baud rate.
 pub trait Line {
-    /// Hands these bytes over to be sent.
+    /// Queues these bytes for sending.
     ///
     /// # Errors
     /// If the stream is broken.
     fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
 
-    /// What has come, as soon as it is at least one byte; empty if nothing does
-    /// until then, or something else wakes us. A time that is past means: what
-    /// is there already.
+    /// Received bytes, as soon as there is one; empty if none arrives until then, or
+    /// the wait is interrupted. A time in the past returns what is buffered.
     ///
     /// # Errors
     /// If the stream is broken.
     fn receive(&mut self, until: Instant) -> io::Result<Vec<u8>>;
 
-    /// Changes the rate of the bus. `false` if that cannot be done from here.
+    /// Changes the rate of the bus. `false` if the stream has no rate of its own.
     ///
     /// # Errors
-    /// If the device does not go along.
-    fn set_baud(&mut self, baud: u32) -> io::Result<bool>;
+    /// If the device does not run at this rate.
+    fn set_baud(&mut self, _baud: u32) -> io::Result<bool> {
+        Ok(false)
+    }
 
-    /// The rate, where it can be set from here.
-    fn baud(&self) -> Option<u32>;
+    /// The rate, where it can be set.
+    fn baud(&self) -> Option<u32> {
+        None
+    }
 
-    /// How long bytes may lie about between the bus and us.
-    fn latency(&self) -> Duration;
+    /// Longest time that a driver buffers received bytes.
+    fn latency(&self) -> Duration {
+        Duration::ZERO
+    }
 }
 
 impl<L: Line + ?Sized> Line for Box<L> {
@@ -59,15 +64,15 @@ impl<L: Line + ?Sized> Line for Box<L> {
     }
 }
 
-/// Longest read: more than comes of a control link in 20 ms.
+/// Longest read: more than a control link carries in 20 ms.
 const CHUNK: usize = 4_096;
 
-/// A bus whose rate the other side of a socket decides.
+/// A bus over a socket, whose rate the other side sets.
 #[derive(Debug)]
 pub struct TcpLine(TcpStream);
 
 impl TcpLine {
-    /// Over this connection.
+    /// A line on this connection.
     pub fn new(stream: TcpStream) -> Self {
         Self(stream)
     }
@@ -84,23 +89,10 @@ impl Line for TcpLine {
         if !wait.is_zero() {
             self.0.set_read_timeout(Some(wait))?;
         }
-        let mut bytes = vec![0; CHUNK];
-        let came = self.0.read(&mut bytes);
-        // Writing must wait for room.
+        let bytes = read_chunk(&mut self.0);
+        // Writes must block until there is room.
         self.0.set_nonblocking(false)?;
-        taken(came, bytes)
-    }
-
-    fn set_baud(&mut self, _baud: u32) -> io::Result<bool> {
-        Ok(false)
-    }
-
-    fn baud(&self) -> Option<u32> {
-        None
-    }
-
-    fn latency(&self) -> Duration {
-        Duration::ZERO
+        bytes
     }
 }
 
@@ -113,7 +105,7 @@ pub struct SerialLine {
 }
 
 impl SerialLine {
-    /// On this device, whose driver may keep bytes back for `latency`.
+    /// A line on this device, whose driver may buffer bytes for `latency`.
     pub fn new(port: SerialPort, baud: u32, latency: Duration) -> Self {
         Self {
             port,
@@ -130,12 +122,10 @@ impl Line for SerialLine {
 
     fn receive(&mut self, until: Instant) -> io::Result<Vec<u8>> {
         let wait = until.saturating_duration_since(Instant::now());
-        // The timeout has whole milliseconds, of which none is left out.
+        // The timeout has whole milliseconds; round up.
         let whole_ms = wait + Duration::from_micros(999);
         self.port.set_read_timeout(whole_ms)?;
-        let mut bytes = vec![0; CHUNK];
-        let came = self.port.read(&mut bytes);
-        taken(came, bytes)
+        read_chunk(&mut self.port)
     }
 
     fn set_baud(&mut self, baud: u32) -> io::Result<bool> {
@@ -160,9 +150,10 @@ impl Line for SerialLine {
     }
 }
 
-/// The bytes that a read has left in `bytes`; none if it found nothing in time.
-pub(crate) fn taken(came: io::Result<usize>, mut bytes: Vec<u8>) -> io::Result<Vec<u8>> {
-    let count = match came {
+/// Reads once; empty if nothing arrives before the stream's timeout.
+pub(crate) fn read_chunk(stream: &mut impl Read) -> io::Result<Vec<u8>> {
+    let mut bytes = vec![0; CHUNK];
+    let count = match stream.read(&mut bytes) {
         Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
         Ok(count) => count,
         Err(error) if is_timeout(&error) => 0,

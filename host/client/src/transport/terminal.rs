@@ -1,21 +1,19 @@
-//! A link on a pseudo-terminal that is made for it, and waits for somebody.
+//! Link on a new pseudo-terminal, which another program opens.
 
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use crate::interrupt;
 use crate::pty::{Pty, Ready};
 use crate::servo_bus::Line;
-use crate::servo_bus::line::taken;
+use crate::servo_bus::line::read_chunk;
 
-/// Between two looks whether somebody has it open.
+/// Interval between two checks whether it is open.
 const LOOK: Duration = Duration::from_millis(20);
-/// Longest read.
-const CHUNK: usize = 4_096;
 
-/// A terminal, again and again for whoever opens it.
+/// A pseudo-terminal that is opened repeatedly.
 #[derive(Debug)]
 pub(super) struct Terminal {
     pty: Rc<Pty>,
@@ -23,7 +21,7 @@ pub(super) struct Terminal {
 }
 
 impl Terminal {
-    /// Makes one, and says on standard error what it is called.
+    /// Creates one, and prints its name on standard error.
     pub(super) fn new() -> Result<Self, String> {
         let pty = Pty::open().map_err(|error| {
             format!("the system gives no pseudo-terminal: {error}; use tcp:// instead")
@@ -36,7 +34,7 @@ impl Terminal {
         })
     }
 
-    /// A line to whoever has it open. The first is waited for, until ctrl-c.
+    /// A line to the program that has it open. Waits for the first, until ctrl-c.
     pub(super) fn open(&mut self) -> Result<TerminalLine, String> {
         let failed = |error: io::Error| format!("{}: {error}", self.pty.name());
         while self.pty.wait(Duration::ZERO).map_err(failed)? == Ready::Nobody {
@@ -59,7 +57,7 @@ impl Terminal {
     }
 }
 
-/// Our end, while somebody has the other.
+/// Our end, while the other is open.
 #[derive(Debug)]
 pub(super) struct TerminalLine {
     pty: Rc<Pty>,
@@ -79,23 +77,7 @@ impl Line for TerminalLine {
                 io::ErrorKind::UnexpectedEof,
                 "the other side closed it",
             )),
-            Ready::Bytes => {
-                let mut bytes = vec![0; CHUNK];
-                let came = self.controller.read(&mut bytes);
-                taken(came, bytes)
-            }
+            Ready::Bytes => read_chunk(&mut self.controller),
         }
-    }
-
-    fn set_baud(&mut self, _baud: u32) -> io::Result<bool> {
-        Ok(false)
-    }
-
-    fn baud(&self) -> Option<u32> {
-        None
-    }
-
-    fn latency(&self) -> Duration {
-        Duration::ZERO
     }
 }

@@ -1,12 +1,12 @@
-//! The control link of a board on USB: two bulk pipes of an interface that is the
-//! vendor's own.
+//! Control link of a board on USB: two bulk pipes of a vendor-specific
+//! interface.
 //!
 //! The board's serial port is its transparent one; see the firmware's
 //! `board::feather_f405::usb`. Pure Rust, without libusb: on Linux through usbfs, on
-//! Windows through `WinUSB`, on macOS through `IOKit`. Which board is meant and what
-//! goes wrong is tested; the pipes themselves have not been run on hardware.
+//! Windows through `WinUSB`, on macOS through `IOKit`. The choice of a board and the errors
+//! are tested; the pipes themselves have not been run on hardware.
 
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use armbridge_shared::link::frame;
@@ -15,17 +15,18 @@ use nusb::transfer::{Bulk, Direction, In, Out};
 use nusb::{DeviceInfo, ErrorKind, Interface, MaybeFuture};
 
 use crate::servo_bus::Line;
+use crate::servo_bus::line::read_chunk;
 
-/// The vendor that pid.codes is.
+/// Vendor: pid.codes.
 pub const VENDOR_ID: u16 = 0x1209;
-/// The product that it keeps for tests; others use it too.
+/// Product: its number for tests, which others use too.
 pub const PRODUCT_ID: u16 = 0x0001;
-/// What tells ours from those.
+/// Product name, which distinguishes our boards from those.
 pub const PRODUCT_NAME: &str = "Armbridge";
 /// Class of the interface with the pipes.
 pub const VENDOR_CLASS: u8 = 0xFF;
 
-/// Bytes of a transfer's buffer: a page, the least that Linux gives out, and more than
+/// Size of a transfer's buffer: a page, the smallest that Linux allocates, and more than
 /// any frame.
 const TRANSFER: usize = 4_096;
 const _: () = assert!(TRANSFER >= frame::MAX);
@@ -38,43 +39,43 @@ const _: () = assert!(TRANSFER >= frame::MAX);
 /// 63 + 15 + 1 ms: records are dropped when the host stalls for more than 79 ms. Each
 /// other message takes the place of a record.
 const TRANSFERS: usize = 64;
-/// How long the board may take none of our bytes.
+/// Longest time for which the board may accept no bytes.
 const STUCK: Duration = Duration::from_secs(1);
 
-/// Why there is no link to a board.
+/// Reason for which there is no link to a board.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UsbError {
-    /// The system does not tell what is plugged in.
+    /// USB devices cannot be listed.
     #[error("USB devices cannot be listed: {0}; is there USB here? Inside a container, often not")]
     List(String),
-    /// No board at all.
+    /// No board.
     #[error("no board is plugged in: check its USB cable and power; `lsusb` must show 1209:0001")]
     NoBoard,
-    /// Boards, but not this one.
+    /// No board with this serial number.
     #[error("no board has the serial number {wanted}; there is {}", .there.join(", "))]
     OtherSerial {
-        /// As asked for.
+        /// Requested serial number.
         wanted: String,
-        /// Those that there are, as links.
+        /// URIs of the boards that are plugged in.
         there: Vec<String>,
     },
-    /// More than one.
+    /// More than one board.
     #[error("{} boards are plugged in; name one of {}", .0.len(), .0.join(", "))]
     Several(Vec<String>),
-    /// The system does not let us.
+    /// Missing permission.
     #[error(
         "{0} may not be opened: let your user have it by the line \
          SUBSYSTEM==\"usb\", ATTR{{idVendor}}==\"1209\", ATTR{{idProduct}}==\"0001\", MODE=\"0666\" \
          in /etc/udev/rules.d/70-armbridge.rules, and plug it in again"
     )]
     Permission(String),
-    /// Another program has it.
+    /// Another program uses it.
     #[error("{0} is in use: another host has the link; end that one first")]
     Busy(String),
-    /// It has no such interface.
+    /// No interface for the control link.
     #[error("{0} has no control link: is its firmware of this version?")]
     NoPipes(String),
-    /// Anything else.
+    /// Any other error.
     #[error("{0} does not open: {1}; plug it in again")]
     Other(String, String),
 }
@@ -82,7 +83,7 @@ pub enum UsbError {
 /// Opens the control link of the board with this serial number, or of the only one.
 ///
 /// # Errors
-/// If there is none, more than one, or it is not ours to open.
+/// If there is none, more than one, or it cannot be opened.
 pub fn open(serial: Option<&str>) -> Result<UsbLine, UsbError> {
     let devices = nusb::list_devices()
         .wait()
@@ -112,12 +113,12 @@ fn is_board(device: &DeviceInfo) -> bool {
         && device.product_string() == Some(PRODUCT_NAME)
 }
 
-/// A board as a link.
+/// URI of a board.
 fn name(serial: Option<&str>) -> String {
     format!("usb:{}", serial.unwrap_or_default())
 }
 
-/// Which of these boards is meant.
+/// Index of the requested board.
 fn pick(serials: &[Option<&str>], wanted: Option<&str>) -> Result<usize, UsbError> {
     let names = || serials.iter().map(|serial| name(*serial)).collect();
     match (serials, wanted) {
@@ -151,7 +152,7 @@ pub struct UsbLine {
 }
 
 impl UsbLine {
-    /// The pipes of this interface, if it has one each way.
+    /// The pipes of this interface, if it has one in each direction.
     fn on(interface: &Interface) -> Result<Option<Self>, nusb::Error> {
         let address = |direction| {
             let pipes = interface.descriptor()?;
@@ -181,21 +182,7 @@ impl Line for UsbLine {
     fn receive(&mut self, until: Instant) -> io::Result<Vec<u8>> {
         let wait = until.saturating_duration_since(Instant::now());
         self.from_board.set_read_timeout(wait);
-        let mut bytes = vec![0; TRANSFER];
-        let came = self.from_board.read(&mut bytes);
-        crate::servo_bus::line::taken(came, bytes)
-    }
-
-    fn set_baud(&mut self, _baud: u32) -> io::Result<bool> {
-        Ok(false)
-    }
-
-    fn baud(&self) -> Option<u32> {
-        None
-    }
-
-    fn latency(&self) -> Duration {
-        Duration::ZERO
+        read_chunk(&mut self.from_board)
     }
 }
 
