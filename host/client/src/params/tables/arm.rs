@@ -1,9 +1,15 @@
-//! The arm that the board believes in, and its servos.
+//! Model of the arm, and calibration of its servos.
 
-use super::{
-    DIRECTIONS, MOUNTINGS, Parameter, Range, access, choice, direction, direction_of, mounting,
-    mounting_of, number,
-};
+use armbridge_shared::actuator::Direction;
+use armbridge_shared::arm::Mounting;
+
+use super::{Parameter, Range, access, choice, number};
+
+const FORWARD: &str = "forward";
+const REVERSE: &str = "reverse";
+
+const UPRIGHT: &str = "upright";
+const HANGING: &str = "hanging";
 
 /// Of a length in m.
 const LENGTH: Range = Range::reals(0.0, 1.0);
@@ -46,9 +52,19 @@ pub(super) const ARM: [Parameter; 13] = arm! {
 pub(super) const MOUNTING: [Parameter; 1] = [choice(
     "arm.mounting",
     "Which way up the arm is: at joint angles 0, upright on the table or hanging from above.",
-    &MOUNTINGS,
-    |s| Some(mounting(s.setup.arm.mounting)),
-    |s, word| s.setup.arm.mounting = mounting_of(word),
+    &[UPRIGHT, HANGING],
+    |s| {
+        Some(match s.setup.arm.mounting {
+            Mounting::Upright => UPRIGHT,
+            Mounting::Hanging => HANGING,
+        })
+    },
+    |s, word| {
+        s.setup.arm.mounting = match word {
+            HANGING => Mounting::Hanging,
+            _ => Mounting::Upright,
+        }
+    },
 )];
 
 /// One servo's calibration.
@@ -72,9 +88,19 @@ macro_rules! joint {
             choice(
                 concat!($name, ".direction"),
                 "Mounting: whether encoder counts grow with the joint angle, or fall.",
-                &DIRECTIONS,
-                |s| Some(direction(s.setup.joints[$joint].direction)),
-                |s, word| s.setup.joints[$joint].direction = direction_of(word),
+                &[FORWARD, REVERSE],
+                |s| {
+                    Some(match s.setup.joints[$joint].direction {
+                        Direction::Forward => FORWARD,
+                        Direction::Reverse => REVERSE,
+                    })
+                },
+                |s, word| {
+                    s.setup.joints[$joint].direction = match word {
+                        REVERSE => Direction::Reverse,
+                        _ => Direction::Forward,
+                    }
+                },
             ),
             number(
                 concat!($name, ".gain_counts_per_nm"),

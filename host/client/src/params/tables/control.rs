@@ -6,7 +6,7 @@ use armbridge_shared::estimate::{Config, Form, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
 
 use super::access::Numbers;
-use super::{Parameter, Range, access, choice, list, number, rows};
+use super::{Parameter, Range, Shape, access, choice, number, numbers, pair};
 
 const LQR: &str = "lqr";
 const GAIN: &str = "gain";
@@ -22,11 +22,11 @@ pub(super) const CONTROLLER: [Parameter; 6] = [
         |s| Some(controller(&s.setup.controller)),
         |s, word| s.setup.controller = controller_of(word),
     ),
-    list(
+    numbers(
         "controller.q",
         "",
         "Diagonal of the LQR's Q, equation (8): both angles, both speeds.",
-        2 * JOINTS,
+        Shape::List(2 * JOINTS),
         Range::FROM_0,
         |s| match &mut s.setup.controller {
             Controller::StateFeedback(Gains::Design { q, .. }) => access::each(q),
@@ -34,11 +34,10 @@ pub(super) const CONTROLLER: [Parameter; 6] = [
             | Controller::ComputedTorque { .. } => None,
         },
     ),
-    list(
+    pair(
         "controller.r",
         "",
         "Diagonal of the LQR's R, equation (8): both torques.",
-        JOINTS,
         Range::ABOVE_0,
         |s| match &mut s.setup.controller {
             Controller::StateFeedback(Gains::Design { r, .. }) => access::each(r),
@@ -46,12 +45,12 @@ pub(super) const CONTROLLER: [Parameter; 6] = [
             | Controller::ComputedTorque { .. } => None,
         },
     ),
-    rows(
+    numbers(
         "controller.gain",
         "N m/rad, N m s/rad",
         "The gain K, one row a torque: on both angles, then on both speeds. Refused unless it \
          stabilises the arm upright.",
-        2 * JOINTS,
+        Shape::Rows(JOINTS, 2 * JOINTS),
         Range::ANY,
         |s| match &mut s.setup.controller {
             Controller::StateFeedback(Gains::Given(gain)) => access::each(gain.as_flattened_mut()),
@@ -59,22 +58,20 @@ pub(super) const CONTROLLER: [Parameter; 6] = [
             | Controller::ComputedTorque { .. } => None,
         },
     ),
-    list(
+    pair(
         "controller.natural_rad_s",
         "rad/s",
         "Natural frequency with which the error of each joint dies away.",
-        JOINTS,
         Range::ABOVE_0,
         |s| match &mut s.setup.controller {
             Controller::ComputedTorque { natural_rad_s, .. } => access::each(natural_rad_s),
             Controller::StateFeedback(_) => None,
         },
     ),
-    list(
+    pair(
         "controller.damping",
         "",
         "Damping ratio of each joint; 1 is critical.",
-        JOINTS,
         Range::ABOVE_0,
         |s| match &mut s.setup.controller {
             Controller::ComputedTorque { damping, .. } => access::each(damping),
@@ -144,11 +141,11 @@ pub(super) const ESTIMATOR: [Parameter; 9] = [
             Config::FiniteDifference { .. } | Config::Kalman(_) => {}
         },
     ),
-    rows(
+    numbers(
         "estimator.poles_45ms",
         "",
         "Two real poles for each joint's observer, in z, as at 45 ms, the period of the paper.",
-        2,
+        Shape::Rows(JOINTS, 2),
         Range::BELOW_1,
         |s| match &mut s.setup.estimator {
             Config::Luenberger { poles_45ms, .. } => access::each(poles_45ms.as_flattened_mut()),

@@ -1,34 +1,19 @@
-//! What the supervisor allows.
+//! Limits of the supervisor.
 
-use armbridge_shared::JOINTS;
 use armbridge_shared::link::limits::hard;
 
-use super::{Parameter, Range, access, list, number};
+use super::{Parameter, Range, access, number, pair};
 
-/// `key unit "meaning" range;`, the key being the field: one number.
-macro_rules! limit {
-    ($field:ident $unit:literal $about:literal $range:expr) => {
-        number(
-            concat!("limits.", stringify!($field)),
-            $unit,
-            $about,
-            $range,
-            |s| access::one(&mut s.limits.$field),
-        )
-    };
-}
-
-/// The same, a list of two.
+/// `number one key unit "meaning" range;` or `pair each ...`, the key being the field.
 macro_rules! limits {
-    ($field:ident $unit:literal $about:literal $range:expr) => {
-        list(
+    ($($new:ident $access:ident $field:ident $unit:literal $about:literal $range:expr;)*) => {
+        [$($new(
             concat!("limits.", stringify!($field)),
             $unit,
             $about,
-            JOINTS,
             $range,
-            |s| access::each(&mut s.limits.$field),
-        )
+            |s| access::$access(&mut s.limits.$field),
+        )),*]
     };
 }
 
@@ -40,73 +25,72 @@ const fn most(bound: f32) -> Range {
     Range::above_0_to(bound as f64)
 }
 
-#[rustfmt::skip]
-pub(super) const LIMITS: [Parameter; 21] = [
-    limits!(angle_rad "rad"
+pub(super) const LIMITS: [Parameter; 21] = limits! {
+    pair each angle_rad "rad"
         "Joint angles beyond which torque goes off. The arm is braked before."
-        most(hard::ANGLE_RAD)),
-    limits!(speed_rad_s "rad/s"
+        most(hard::ANGLE_RAD);
+    pair each speed_rad_s "rad/s"
         "Estimated joint speeds beyond which torque goes off."
-        most(hard::SPEED_RAD_S)),
-    limits!(torque_nm "N m"
+        most(hard::SPEED_RAD_S);
+    pair each torque_nm "N m"
         "Torque that a joint is given at most."
-        most(hard::TORQUE_NM)),
-    limit!(torque_rate_nm_s "N m/s"
+        most(hard::TORQUE_NM);
+    number one torque_rate_nm_s "N m/s"
         "Change of that torque at most."
-        most(hard::TORQUE_RATE_NM_S)),
-    limit!(pwm_counts "counts"
+        most(hard::TORQUE_RATE_NM_S);
+    number one pwm_counts "counts"
         "PWM counts from neutral that a servo is given at most."
-        Range::whole(1, hard::PWM_COUNTS as u32)),
-    limit!(temperature_c "°C"
+        Range::whole(1, hard::PWM_COUNTS as u32);
+    number one temperature_c "°C"
         "Temperature of a stock servo above which torque goes off."
-        Range::whole(0, hard::TEMPERATURE_C as u32)),
-    limits!(temperature_counts "counts"
+        Range::whole(0, hard::TEMPERATURE_C as u32);
+    pair each temperature_counts "counts"
         "Least and largest temperature of a Morpheus servo, in counts of its converter, which \
          nobody has calibrated."
-        Range::whole(0, COUNTS)),
-    limit!(temperature_drift_counts "counts"
+        Range::whole(0, COUNTS);
+    number one temperature_drift_counts "counts"
         "How far that may change since the first reading after a start, either way."
-        Range::whole(0, COUNTS)),
-    limit!(dead_zone_counts "counts"
+        Range::whole(0, COUNTS);
+    number one dead_zone_counts "counts"
         "Encoder counts from either end that are taken for the gap of the track."
-        Range::whole(0, COUNTS / 4)),
-    limit!(lost_ms "ms"
+        Range::whole(0, COUNTS / 4);
+    number one lost_ms "ms"
         "How long samples of one joint may be missing; five ticks at least."
-        Range::whole(1, hard::LOST_MS as u32)),
-    limit!(lost_percent "%"
+        Range::whole(1, hard::LOST_MS as u32);
+    number one lost_percent "%"
         "Share of a joint's samples that may be missing within a second."
-        Range::whole(1, hard::LOST_PERCENT as u32)),
-    limit!(overruns "ticks"
+        Range::whole(1, hard::LOST_PERCENT as u32);
+    number one overruns "ticks"
         "Ticks in a row that may begin a whole period late, and one less."
-        Range::whole(1, hard::OVERRUNS as u32)),
-    limit!(innovation_rad "rad"
+        Range::whole(1, hard::OVERRUNS as u32);
+    number one innovation_rad "rad"
         "Distance between sample and prediction, for three samples in a row."
-        most(hard::INNOVATION_RAD)),
-    limit!(stuck_nm "N m"
+        most(hard::INNOVATION_RAD);
+    number one stuck_nm "N m"
         "Torque, beyond gravity, that is sure to move a joint."
-        most(hard::STUCK_NM)),
-    limit!(quiet_ms "ms"
+        most(hard::STUCK_NM);
+    number one quiet_ms "ms"
         "How long an encoder may say the very same count with torque on; 0: for ever. Only for \
          encoders whose noise is known to show."
-        Range::whole(0, u16::MAX as u32)),
-    limit!(hold_ms "ms"
+        Range::whole(0, u16::MAX as u32);
+    number one hold_ms "ms"
         "Silence of the host after which the arm is braked and held; at most `limits.silence_ms`."
-        Range::whole(0, SILENCE_MS)),
-    limit!(silence_ms "ms"
+        Range::whole(0, SILENCE_MS);
+    number one silence_ms "ms"
         "Silence of the host after which torque goes off."
-        Range::whole(1, SILENCE_MS)),
-    limit!(torque_age_ms "ms"
+        Range::whole(1, SILENCE_MS);
+    number one torque_age_ms "ms"
         "Age at which a constant torque ends unless it is commanded again, even while heartbeats \
          arrive."
-        Range::whole(1, hard::AGE_MS as u32)),
-    limit!(stream_age_ms "ms"
+        Range::whole(1, hard::AGE_MS as u32);
+    number one stream_age_ms "ms"
         "Age of a stream's last point at which the arm is braked and held."
-        Range::whole(1, hard::AGE_MS as u32)),
-    limit!(setpoint_age_ms "ms"
+        Range::whole(1, hard::AGE_MS as u32);
+    number one setpoint_age_ms "ms"
         "Age at which a setpoint that is held ends, and the torque with it; 0: never."
-        Range::whole(0, u16::MAX as u32)),
-    limit!(client_silence_ms "ms"
+        Range::whole(0, u16::MAX as u32);
+    number one client_silence_ms "ms"
         "Silence after which a client of the transparent port that may have set a motor moving \
          loses the bus, motors off; 0: never."
-        Range::whole(0, u16::MAX as u32)),
-];
+        Range::whole(0, u16::MAX as u32);
+};

@@ -1,13 +1,11 @@
-//! The table of all parameters. Ranges are those that the board checks; a test holds one
-//! against the other.
+//! The table of all parameters. Ranges are those that the board checks; a test compares
+//! them.
 
 mod arm;
 mod control;
 mod limits;
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Direction;
-use armbridge_shared::arm::Mounting;
 use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
 use armbridge_shared::link::message::Settings;
 
@@ -15,7 +13,7 @@ use super::access::{Access, Numbers};
 use super::constraint::{Range, Shape, Takes};
 use super::{Parameter, access};
 
-/// All groups, each with what chooses its kind first.
+/// All groups; in each, the parameter that selects its kind comes first.
 pub(super) fn all() -> Vec<Parameter> {
     let groups: [&[Parameter]; 8] = [
         &SETUP,
@@ -38,11 +36,10 @@ const SETUP: [Parameter; 2] = [
         Range::whole(PERIOD_MIN_US, PERIOD_MAX_US),
         |s| access::one(&mut s.setup.period_us),
     ),
-    list(
+    pair(
         "setup.friction_nm",
         "N m",
         "Torque added against dry friction, joint by joint; 0 for none.",
-        JOINTS,
         Range::reals(0.0, 1.0),
         |s| access::each(&mut s.setup.friction_nm),
     ),
@@ -50,14 +47,14 @@ const SETUP: [Parameter; 2] = [
 
 type At = for<'a> fn(&'a mut Settings) -> Option<Numbers<'a>>;
 
-const fn number(
+const fn numbers(
     key: &'static str,
     unit: &'static str,
     about: &'static str,
+    shape: Shape,
     range: Range,
     at: At,
 ) -> Parameter {
-    let shape = Shape::One;
     Parameter {
         key,
         unit,
@@ -67,34 +64,25 @@ const fn number(
     }
 }
 
-const fn list(
+const fn number(
     key: &'static str,
     unit: &'static str,
     about: &'static str,
-    count: usize,
     range: Range,
     at: At,
 ) -> Parameter {
-    let shape = Shape::List(count);
-    Parameter {
-        takes: Takes::Numbers { shape, range },
-        ..number(key, unit, about, range, at)
-    }
+    numbers(key, unit, about, Shape::One, range, at)
 }
 
-const fn rows(
+/// One number for each joint.
+const fn pair(
     key: &'static str,
     unit: &'static str,
     about: &'static str,
-    columns: usize,
     range: Range,
     at: At,
 ) -> Parameter {
-    let shape = Shape::Rows(JOINTS, columns);
-    Parameter {
-        takes: Takes::Numbers { shape, range },
-        ..number(key, unit, about, range, at)
-    }
+    numbers(key, unit, about, Shape::List(JOINTS), range, at)
 }
 
 const fn choice(
@@ -110,43 +98,5 @@ const fn choice(
         about,
         takes: Takes::OneOf(words),
         access: Access::Choice { is, choose },
-    }
-}
-
-/// Words for [`Direction`].
-const DIRECTIONS: [&str; 2] = ["forward", "reverse"];
-
-fn direction(direction: Direction) -> &'static str {
-    let [forward, reverse] = DIRECTIONS;
-    match direction {
-        Direction::Forward => forward,
-        Direction::Reverse => reverse,
-    }
-}
-
-fn direction_of(word: &str) -> Direction {
-    if word == direction(Direction::Reverse) {
-        Direction::Reverse
-    } else {
-        Direction::Forward
-    }
-}
-
-/// Words for [`Mounting`].
-const MOUNTINGS: [&str; 2] = ["upright", "hanging"];
-
-fn mounting(mounting: Mounting) -> &'static str {
-    let [upright, hanging] = MOUNTINGS;
-    match mounting {
-        Mounting::Upright => upright,
-        Mounting::Hanging => hanging,
-    }
-}
-
-fn mounting_of(word: &str) -> Mounting {
-    if word == mounting(Mounting::Hanging) {
-        Mounting::Hanging
-    } else {
-        Mounting::Upright
     }
 }
