@@ -1,6 +1,6 @@
-//! One word for each mode, fault and kind of missing sample.
+//! Names of modes, faults and kinds of missing samples.
 //!
-//! Log files, tables and plots all use these, so that a word found in one can
+//! Log files, tables and plots all use these, so that a name found in one can
 //! be searched for in the others.
 
 use armbridge_shared::link::message::{Command, Drive, Fault, Guards, Missing, Mode, StopSource};
@@ -146,7 +146,7 @@ pub fn fault(fault: Fault) -> &'static str {
     }
 }
 
-/// What stands between the names of several alarms.
+/// Separator of several names.
 const AND: &str = "+";
 
 /// Names of the alarms in a stock servo's error byte; empty for none.
@@ -154,16 +154,7 @@ pub fn alarms(bits: u8) -> String {
     alarms::names(Alarms::from_bits(bits)).join(AND)
 }
 
-/// The error byte whose alarms have these names.
-pub fn alarms_from(names: &str) -> Option<u8> {
-    let mut alarms = names.split(AND).filter(|name| !name.is_empty());
-    let all = alarms.try_fold(Alarms::NONE, |all, name| {
-        alarms::by_name(name).map(|alarm| all.or(alarm))
-    });
-    all.map(Alarms::bits)
-}
-
-/// What the supervisor changed of a torque, and its name.
+/// Limiters of the torque, and their names.
 const GUARDS: [(Guards, &str); 4] = [
     (Guards::BRAKED, "braked"),
     (Guards::TORQUE, "torque"),
@@ -171,19 +162,10 @@ const GUARDS: [(Guards, &str); 4] = [
     (Guards::PWM, "pwm"),
 ];
 
-/// Names of what the supervisor changed of a torque; empty for nothing.
+/// Names of the limiters that changed a torque; empty for none.
 pub fn guards(guards: Guards) -> String {
     let named = GUARDS.iter().filter(|(guard, _)| guards.contains(*guard));
     named.map(|(_, name)| *name).collect::<Vec<_>>().join(AND)
-}
-
-/// What has these names.
-pub fn guards_from(names: &str) -> Option<Guards> {
-    let mut names = names.split(AND).filter(|name| !name.is_empty());
-    names.try_fold(Guards::NONE, |all, name| {
-        let (guard, _) = GUARDS.iter().find(|(_, known)| *known == name)?;
-        Some(all.or(*guard))
-    })
 }
 
 /// Name of a kind of missing sample.
@@ -197,20 +179,4 @@ pub fn missing(missing: Missing) -> &'static str {
         Missing::Short => "short",
         Missing::Line => "line",
     }
-}
-
-/// The mode with this name; `fault_name` is looked at for `fault` only.
-pub fn mode_from(mode_name: &str, fault_name: &str) -> Option<Mode> {
-    match mode_name {
-        "fault" => FAULTS
-            .into_iter()
-            .find(|&f| fault(f) == fault_name)
-            .map(Mode::Fault),
-        name => MODES.into_iter().find(|&m| mode(m) == name),
-    }
-}
-
-/// The kind of missing sample with this name.
-pub fn missing_from(name: &str) -> Option<Missing> {
-    MISSING.into_iter().find(|&m| missing(m) == name)
 }

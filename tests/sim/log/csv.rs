@@ -2,11 +2,118 @@
 
 use armbridge_client::enum_names;
 use armbridge_log::CsvWriter;
-use armbridge_log::csv::Row;
-use armbridge_shared::link::message::{Drive, Mode, Record, Sample};
+use armbridge_shared::link::message::{Drive, Guards, Missing, Mode, Record, Sample, Timing};
 use armbridge_tests::synthetic;
+use serde::Deserialize;
 
 use super::folder;
+
+/// A row as a script reads it: columns by name.
+#[derive(Deserialize)]
+struct Row {
+    time_s: f64,
+    tick: u32,
+    mode: String,
+    fault: String,
+    guards: String,
+    q1_ref_rad: f32,
+    dq1_ref_rad_s: f32,
+    q1_rad: f32,
+    dq1_rad_s: f32,
+    count1: Option<u16>,
+    missing1: String,
+    alarms1: String,
+    torque1_nm: f32,
+    disturbance1_nm: f32,
+    pwm1_in_force: u16,
+    pwm1_next: u16,
+    q2_ref_rad: f32,
+    dq2_ref_rad_s: f32,
+    q2_rad: f32,
+    dq2_rad_s: f32,
+    count2: Option<u16>,
+    missing2: String,
+    alarms2: String,
+    torque2_nm: f32,
+    disturbance2_nm: f32,
+    pwm2_in_force: u16,
+    pwm2_next: u16,
+    start_error_us: u32,
+    bus_us: u32,
+    compute_ns: u32,
+    missed_ticks: u32,
+    dropped_records: u32,
+}
+
+fn mode(name: &str, fault: &str) -> Option<Mode> {
+    let mut modes = enum_names::MODES.into_iter();
+    let mut faults = enum_names::FAULTS.into_iter();
+    match name {
+        "fault" => faults
+            .find(|known| enum_names::fault(*known) == fault)
+            .map(Mode::Fault),
+        name => modes.find(|known| enum_names::mode(*known) == name),
+    }
+}
+
+fn guards(names: &str) -> Option<Guards> {
+    let mut names = names.split('+').filter(|name| !name.is_empty());
+    names.try_fold(Guards::NONE, |all, name| {
+        let guard = match name {
+            "braked" => Guards::BRAKED,
+            "torque" => Guards::TORQUE,
+            "rate" => Guards::RATE,
+            "pwm" => Guards::PWM,
+            _ => return None,
+        };
+        Some(all.or(guard))
+    })
+}
+
+fn sample(count: Option<u16>, missing: &str) -> Option<Sample> {
+    let mut kinds = enum_names::MISSING.into_iter();
+    let kind: Option<Missing> = kinds.find(|kind| enum_names::missing(*kind) == missing);
+    match count {
+        Some(counts) => missing.is_empty().then_some(Sample::Counts(counts)),
+        None => kind.map(Sample::Missing),
+    }
+}
+
+fn alarms(names: &str) -> Option<u8> {
+    (0..=u8::MAX).find(|bits| enum_names::alarms(*bits) == names)
+}
+
+impl Row {
+    /// The record that the row was made from; none if a word in it is unknown.
+    fn record(&self) -> Option<Record> {
+        Some(Record {
+            tick: self.tick,
+            start_us: (self.time_s * 1e6).round() as u64,
+            mode: mode(&self.mode, &self.fault)?,
+            guards: guards(&self.guards)?,
+            samples: [
+                sample(self.count1, &self.missing1)?,
+                sample(self.count2, &self.missing2)?,
+            ],
+            alarms: [alarms(&self.alarms1)?, alarms(&self.alarms2)?],
+            pwm_in_force: [self.pwm1_in_force, self.pwm2_in_force],
+            pwm_next: [self.pwm1_next, self.pwm2_next],
+            reference_rad: [self.q1_ref_rad, self.q2_ref_rad],
+            reference_speed_rad_s: [self.dq1_ref_rad_s, self.dq2_ref_rad_s],
+            angle_rad: [self.q1_rad, self.q2_rad],
+            speed_rad_s: [self.dq1_rad_s, self.dq2_rad_s],
+            torque_nm: [self.torque1_nm, self.torque2_nm],
+            disturbance_nm: [self.disturbance1_nm, self.disturbance2_nm],
+            timing: Timing {
+                start_error_us: self.start_error_us,
+                bus_us: self.bus_us,
+                compute_ns: self.compute_ns,
+                missed: self.missed_ticks,
+            },
+            dropped: self.dropped_records,
+        })
+    }
+}
 
 /// The synthetic run, then one record for each fault and kind of missing
 /// sample, with numbers at the ends of their ranges.

@@ -13,12 +13,6 @@ const NAMES: [&str; 7] = [
     "instruction",
 ];
 
-/// The alarm of this name.
-pub fn by_name(name: &str) -> Option<Alarms> {
-    let bit = NAMES.iter().position(|known| *known == name)?;
-    Some(Alarms::from_bits(1 << bit))
-}
-
 /// The names of these alarms, from bit 0 on.
 pub fn names(alarms: Alarms) -> Vec<&'static str> {
     let is_set = |bit: usize| alarms.bits() & (1 << bit) != 0;
@@ -28,7 +22,7 @@ pub fn names(alarms: Alarms) -> Vec<&'static str> {
         .collect()
 }
 
-/// The names of these alarms in one line.
+/// The names of these alarms, separated by commas.
 pub fn text(alarms: Alarms) -> String {
     if alarms.is_empty() {
         return "none".to_owned();
@@ -47,7 +41,5 @@ mod tests {
         assert_eq!(names(Alarms::from_bits(0xFF)).len(), 7);
         assert_eq!(text(Alarms::from_bits(0x80)), "none");
         assert_eq!(text(Alarms::from_bits(64)), "instruction");
-        assert_eq!(by_name("overload"), Some(Alarms::OVERLOAD));
-        assert_eq!(by_name("none"), None);
     }
 }

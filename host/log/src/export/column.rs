@@ -1,9 +1,9 @@
-//! What a record is made of, as columns: one table for every file format.
+//! Columns of a record: one table for every file format.
 //!
 //! A quantity is one column, or one for each joint; values are those of the
-//! [`Record`], to the bit. What a record says by an enum or by bits is a word
-//! here: a place in a list of [`Words`], whose first is empty where there is
-//! nothing to say.
+//! [`Record`], to the bit. An enum or a set of bits is a word
+//! here: an index into a list of [`Words`], whose first is empty for no
+//! value.
 
 use armbridge_client::enum_names;
 use armbridge_shared::link::message::{Guards, Record};
@@ -11,20 +11,20 @@ use armbridge_shared::link::message::{Guards, Record};
 /// A quantity of every tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Quantity {
-    /// Its name where both joints are one thing.
+    /// Its name for both joints.
     pub name: &'static str,
     /// Names of its columns: one, or one for each joint.
     pub columns: &'static [&'static str],
     /// As `rad`, `N m`; empty for words and plain numbers.
     pub unit: &'static str,
-    /// In a sentence without a full stop.
+    /// Meaning, as a sentence without a full stop.
     pub about: &'static str,
-    /// How it is read.
+    /// Values.
     pub values: Values,
 }
 
-/// How the values of a quantity are read; where there is one for each joint, they
-/// are told which.
+/// Access to the values of a quantity; with the index of the joint, where there is one
+/// for each.
 #[derive(Clone, Copy, Debug)]
 pub enum Values {
     /// Times.
@@ -48,20 +48,20 @@ pub enum Words {
     Modes,
     /// Faults, the first for none.
     Faults,
-    /// What the supervisor changed, the first for nothing.
+    /// Limiters that changed the torque, the first for none.
     Guards,
-    /// Why a sample is missing, the first for one that is not.
+    /// Reasons for a missing sample, the first for none.
     Missing,
     /// A stock servo's alarms, the first for none.
     Alarms,
 }
 
-/// Combinations of guards, and of alarms, that there can be.
+/// Number of combinations of limiters, and of alarms.
 const GUARDS: usize = 1 << 4;
 const ALARMS: usize = 1 << 7;
 
 impl Words {
-    /// All of the list, in order.
+    /// All words of the list, in order.
     pub fn all(self) -> Vec<String> {
         let none = || std::iter::once(String::new());
         match self {
@@ -91,7 +91,7 @@ impl Words {
         }
     }
 
-    /// Whether the first word says that there is nothing to say.
+    /// Whether the first word is empty.
     pub fn may_be_empty(self) -> bool {
         match self {
             Self::Modes => false,
@@ -117,158 +117,87 @@ fn missing(record: &Record, joint: usize) -> usize {
     missing.map_or(0, |kind| place(&enum_names::MISSING, &kind))
 }
 
-/// Where something stands in a list whose words begin with none.
+/// Index in a list whose words begin with an empty one.
 fn place<T: PartialEq>(list: &[T], of: &T) -> usize {
     list.iter().position(|one| one == of).map_or(0, |at| at + 1)
 }
 
-/// All of a record.
-pub const QUANTITIES: [Quantity; 21] = [
-    Quantity {
-        name: "time_s",
-        columns: &["time_s"],
-        unit: "s",
-        about: "start of the tick on the board's clock",
-        values: Values::F64(|record| record.start_us as f64 / 1e6),
-    },
-    Quantity {
-        name: "tick",
-        columns: &["tick"],
-        unit: "",
-        about: "number of the tick since boot; it jumps where records are missing",
-        values: Values::U32(|record| record.tick),
-    },
-    Quantity {
-        name: "mode",
-        columns: &["mode"],
-        unit: "",
-        about: "what the board was doing",
-        values: Values::Word(Words::Modes, mode),
-    },
-    Quantity {
-        name: "fault",
-        columns: &["fault"],
-        unit: "",
-        about: "why it was in mode fault",
-        values: Values::Word(Words::Faults, fault),
-    },
-    Quantity {
-        name: "guards",
-        columns: &["guards"],
-        unit: "",
-        about: "what the supervisor changed of the wanted torque",
-        values: Values::Word(Words::Guards, |r, _| usize::from(r.guards.bits()) % GUARDS),
-    },
-    Quantity {
-        name: "reference_rad",
-        columns: &["q1_ref_rad", "q2_ref_rad"],
-        unit: "rad",
-        about: "reference angle, at the next tick",
-        values: Values::F32(|record, joint| record.reference_rad[joint]),
-    },
-    Quantity {
-        name: "reference_speed_rad_s",
-        columns: &["dq1_ref_rad_s", "dq2_ref_rad_s"],
-        unit: "rad/s",
-        about: "reference speed, at the next tick",
-        values: Values::F32(|record, joint| record.reference_speed_rad_s[joint]),
-    },
-    Quantity {
-        name: "angle_rad",
-        columns: &["q1_rad", "q2_rad"],
-        unit: "rad",
-        about: "estimated angle",
-        values: Values::F32(|record, joint| record.angle_rad[joint]),
-    },
-    Quantity {
-        name: "speed_rad_s",
-        columns: &["dq1_rad_s", "dq2_rad_s"],
-        unit: "rad/s",
-        about: "estimated speed",
-        values: Values::F32(|record, joint| record.speed_rad_s[joint]),
-    },
-    Quantity {
-        name: "count",
-        columns: &["count1", "count2"],
-        unit: "encoder counts",
-        about: "what the servo's encoder said",
-        values: Values::Sample(|record, joint| record.samples[joint].counts()),
-    },
-    Quantity {
-        name: "missing",
-        columns: &["missing1", "missing2"],
-        unit: "",
-        about: "why there is no count",
-        values: Values::Word(Words::Missing, missing),
-    },
-    Quantity {
-        name: "alarms",
-        columns: &["alarms1", "alarms2"],
-        unit: "",
-        about: "alarms of a stock servo",
-        values: Values::Word(Words::Alarms, |r, j| usize::from(r.alarms[j]) % ALARMS),
-    },
-    Quantity {
-        name: "torque_nm",
-        columns: &["torque1_nm", "torque2_nm"],
-        unit: "N m",
-        about: "torque decided in this tick, without what is added against friction",
-        values: Values::F32(|record, joint| record.torque_nm[joint]),
-    },
-    Quantity {
-        name: "disturbance_nm",
-        columns: &["disturbance1_nm", "disturbance2_nm"],
-        unit: "N m",
-        about: "estimated disturbance torque",
-        values: Values::F32(|record, joint| record.disturbance_nm[joint]),
-    },
-    Quantity {
-        name: "pwm_in_force",
-        columns: &["pwm1_in_force", "pwm2_in_force"],
-        unit: "PWM counts, 1000 is off",
-        about: "PWM sent at the start of this tick",
-        values: Values::U16(|record, joint| record.pwm_in_force[joint]),
-    },
-    Quantity {
-        name: "pwm_next",
-        columns: &["pwm1_next", "pwm2_next"],
-        unit: "PWM counts, 1000 is off",
-        about: "PWM decided in this tick, sent in the next",
-        values: Values::U16(|record, joint| record.pwm_next[joint]),
-    },
-    Quantity {
-        name: "start_error_us",
-        columns: &["start_error_us"],
-        unit: "us",
-        about: "actual minus planned start of the tick",
-        values: Values::U32(|record| record.timing.start_error_us),
-    },
-    Quantity {
-        name: "bus_us",
-        columns: &["bus_us"],
-        unit: "us",
-        about: "from the first bit of the request to the last of the replies",
-        values: Values::U32(|record| record.timing.bus_us),
-    },
-    Quantity {
-        name: "compute_ns",
-        columns: &["compute_ns"],
-        unit: "ns",
-        about: "time that estimator, controller and supervisor took; 0 where not measured",
-        values: Values::U32(|record| record.timing.compute_ns),
-    },
-    Quantity {
-        name: "missed_ticks",
-        columns: &["missed_ticks"],
-        unit: "",
-        about: "ticks skipped so far",
-        values: Values::U32(|record| record.timing.missed),
-    },
-    Quantity {
-        name: "dropped_records",
-        columns: &["dropped_records"],
-        unit: "",
-        about: "records dropped so far because the host did not fetch them in time",
-        values: Values::U32(|record| record.dropped),
-    },
-];
+/// `"name" [columns] "unit" "meaning" values;` of each quantity.
+macro_rules! quantities {
+    ($($name:literal $columns:tt $unit:literal $about:literal $values:expr;)*) => {
+        [$(Quantity {
+            name: $name,
+            columns: &$columns,
+            unit: $unit,
+            about: $about,
+            values: $values,
+        }),*]
+    };
+}
+
+/// All quantities of a record.
+pub const QUANTITIES: [Quantity; 21] = quantities! {
+    "time_s" ["time_s"] "s"
+        "start of the tick on the board's clock"
+        Values::F64(|r| r.start_us as f64 / 1e6);
+    "tick" ["tick"] ""
+        "number of the tick since boot; it jumps where records are missing"
+        Values::U32(|r| r.tick);
+    "mode" ["mode"] ""
+        "what the board was doing"
+        Values::Word(Words::Modes, mode);
+    "fault" ["fault"] ""
+        "why it was in mode fault"
+        Values::Word(Words::Faults, fault);
+    "guards" ["guards"] ""
+        "what the supervisor changed of the wanted torque"
+        Values::Word(Words::Guards, |r, _| usize::from(r.guards.bits()) % GUARDS);
+    "reference_rad" ["q1_ref_rad", "q2_ref_rad"] "rad"
+        "reference angle, at the next tick"
+        Values::F32(|r, j| r.reference_rad[j]);
+    "reference_speed_rad_s" ["dq1_ref_rad_s", "dq2_ref_rad_s"] "rad/s"
+        "reference speed, at the next tick"
+        Values::F32(|r, j| r.reference_speed_rad_s[j]);
+    "angle_rad" ["q1_rad", "q2_rad"] "rad"
+        "estimated angle"
+        Values::F32(|r, j| r.angle_rad[j]);
+    "speed_rad_s" ["dq1_rad_s", "dq2_rad_s"] "rad/s"
+        "estimated speed"
+        Values::F32(|r, j| r.speed_rad_s[j]);
+    "count" ["count1", "count2"] "encoder counts"
+        "what the servo's encoder said"
+        Values::Sample(|r, j| r.samples[j].counts());
+    "missing" ["missing1", "missing2"] ""
+        "why there is no count"
+        Values::Word(Words::Missing, missing);
+    "alarms" ["alarms1", "alarms2"] ""
+        "alarms of a stock servo"
+        Values::Word(Words::Alarms, |r, j| usize::from(r.alarms[j]) % ALARMS);
+    "torque_nm" ["torque1_nm", "torque2_nm"] "N m"
+        "torque decided in this tick, without what is added against friction"
+        Values::F32(|r, j| r.torque_nm[j]);
+    "disturbance_nm" ["disturbance1_nm", "disturbance2_nm"] "N m"
+        "estimated disturbance torque"
+        Values::F32(|r, j| r.disturbance_nm[j]);
+    "pwm_in_force" ["pwm1_in_force", "pwm2_in_force"] "PWM counts, 1000 is off"
+        "PWM sent at the start of this tick"
+        Values::U16(|r, j| r.pwm_in_force[j]);
+    "pwm_next" ["pwm1_next", "pwm2_next"] "PWM counts, 1000 is off"
+        "PWM decided in this tick, sent in the next"
+        Values::U16(|r, j| r.pwm_next[j]);
+    "start_error_us" ["start_error_us"] "us"
+        "actual minus planned start of the tick"
+        Values::U32(|r| r.timing.start_error_us);
+    "bus_us" ["bus_us"] "us"
+        "from the first bit of the request to the last of the replies"
+        Values::U32(|r| r.timing.bus_us);
+    "compute_ns" ["compute_ns"] "ns"
+        "time that estimator, controller and supervisor took; 0 where not measured"
+        Values::U32(|r| r.timing.compute_ns);
+    "missed_ticks" ["missed_ticks"] ""
+        "ticks skipped so far"
+        Values::U32(|r| r.timing.missed);
+    "dropped_records" ["dropped_records"] ""
+        "records dropped so far because the host did not fetch them in time"
+        Values::U32(|r| r.dropped);
+};
