@@ -1,7 +1,6 @@
 //! Plain tables for a terminal.
 
-/// Columns as wide as what is in them, the first row being their heads; right
-/// of the last nothing.
+/// Rows as text, the first being the heads; each column is as wide as its longest cell.
 pub fn columns(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or_default();
     let width = |column: usize| {
@@ -21,9 +20,41 @@ pub fn columns(rows: &[Vec<String>]) -> String {
     text
 }
 
+/// Lines of items with `between` between them, broken between items at `width`; lines
+/// after the first begin with `indent`.
+pub fn wrap<T: AsRef<str>>(
+    items: impl IntoIterator<Item = T>,
+    between: &str,
+    width: usize,
+    indent: &str,
+) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for item in items {
+        let item = item.as_ref();
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + between.len() + item.chars().count() <= width => {
+                line.push_str(between);
+                line.push_str(item);
+            }
+            Some(line) => {
+                line.push_str(between.trim_end());
+                lines.push(format!("{indent}{item}"));
+            }
+            None => lines.push(item.to_owned()),
+        }
+    }
+    lines
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_are_broken_between_items() {
+        assert_eq!(wrap(["ab", "c", "d"], ", ", 6, ""), ["ab, c,", "d"]);
+        assert_eq!(wrap(["ab", "c", "d"], " ", 4, "  "), ["ab c", "  d"]);
+    }
 
     #[test]
     fn columns_line_up() {

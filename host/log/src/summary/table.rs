@@ -3,6 +3,7 @@
 use std::fmt::{Result, Write};
 
 use super::{JointSummary, ServoSummary, Spread, Summary};
+use crate::text_table;
 
 /// Setpoints that fit on a screen.
 const SEGMENTS_SHOWN: usize = 8;
@@ -35,9 +36,11 @@ impl Summary {
         if !self.remarks.is_empty() {
             writeln!(out, "{rule}")?;
         }
-        self.remarks
-            .iter()
-            .try_for_each(|remark| write_wrapped(out, remark))
+        for remark in &self.remarks {
+            let lines = text_table::wrap(remark.split(' '), " ", WIDTH, "    ");
+            writeln!(out, "{}", lines.join("\n"))?;
+        }
+        Ok(())
     }
 
     fn write_setpoints(&self, out: &mut String) -> Result {
@@ -159,7 +162,7 @@ impl Summary {
     }
 }
 
-/// One row of the table of what ticks took, in the unit asked for.
+/// One row of the table of times per tick, in the given unit.
 fn write_spread(out: &mut String, name: &str, spread: Spread, scale: f64, unit: &str) -> Result {
     let Spread {
         mean,
@@ -172,23 +175,4 @@ fn write_spread(out: &mut String, name: &str, spread: Spread, scale: f64, unit: 
         write!(out, "{:>10.2}", value * scale)?;
     }
     writeln!(out, "  {unit}")
-}
-
-/// A line, broken at spaces; what follows the first break is indented.
-fn write_wrapped(out: &mut String, line: &str) -> Result {
-    let mut column = 0;
-    for word in line.split(' ') {
-        let width = word.chars().count();
-        if column > 0 && column + 1 + width > WIDTH {
-            write!(out, "\n   ")?;
-            column = 3;
-        }
-        if column > 0 {
-            write!(out, " ")?;
-            column += 1;
-        }
-        write!(out, "{word}")?;
-        column += width;
-    }
-    writeln!(out)
 }

@@ -1,15 +1,19 @@
-//! What a log holds, as text for a terminal.
+//! Contents of a log, as text for a terminal.
 
 use std::collections::BTreeMap;
 use std::fmt::{Result, Write};
 
 use super::{FaultInfo, Gap, Info};
+use crate::text_table;
 
 /// Width of the left column.
 const NAME: usize = 11;
 
-/// Width at which lists are broken.
+/// Width of the rules.
 const WIDTH: usize = 88;
+
+/// Width of the right column, at which lists are broken.
+const TEXT: usize = WIDTH - NAME - 1;
 
 impl Info {
     /// As text, ending in a line feed.
@@ -46,7 +50,7 @@ impl Info {
         row(out, "run", &run)?;
         row(out, "program", &format!("armbridge {}", self.run.version))?;
         for (group, entries) in &self.metadata {
-            // The facts are told above, the settings below, by name.
+            // The facts are shown above, the settings below, by name.
             let entries = entries
                 .iter()
                 .filter(|(_, value)| value.chars().count() <= WIDTH);
@@ -154,7 +158,11 @@ impl Info {
                  a second comes {:.1} us late at the median, {:.1} us at worst",
                 clocks.offset_s, clocks.drift_ppm, clocks.residual_us, clocks.residual_most_us
             );
-            wrapped(out, "clocks", &text)?;
+            rows(
+                out,
+                "clocks",
+                text_table::wrap(text.split(' '), " ", TEXT, ""),
+            )?;
         }
         let link = format!(
             "broke {} times, {} frames lost, {} garbled",
@@ -208,7 +216,7 @@ fn row(out: &mut String, name: &str, text: &str) -> Result {
     writeln!(out, "{name:<NAME$} {text}")
 }
 
-/// One below the other, the name beside the first.
+/// Items one below the other, the name beside the first.
 fn rows(out: &mut String, name: &str, texts: impl IntoIterator<Item = String>) -> Result {
     let mut name = name;
     for text in texts {
@@ -218,37 +226,7 @@ fn rows(out: &mut String, name: &str, texts: impl IntoIterator<Item = String>) -
     Ok(())
 }
 
-/// One after the other, broken between them.
+/// Items on a line, broken between them.
 fn list(out: &mut String, name: &str, items: impl Iterator<Item = String>) -> Result {
-    broken(out, name, items, ", ")
-}
-
-fn wrapped(out: &mut String, name: &str, text: &str) -> Result {
-    broken(out, name, text.split(' ').map(str::to_owned), " ")
-}
-
-fn broken(
-    out: &mut String,
-    name: &str,
-    items: impl Iterator<Item = String>,
-    between: &str,
-) -> Result {
-    let mut lines: Vec<String> = Vec::new();
-    for item in items {
-        match lines.last_mut() {
-            Some(line)
-                if NAME + 1 + line.chars().count() + between.len() + item.chars().count()
-                    <= WIDTH =>
-            {
-                line.push_str(between);
-                line.push_str(&item);
-            }
-            Some(line) => {
-                line.push_str(between.trim_end());
-                lines.push(item);
-            }
-            None => lines.push(item),
-        }
-    }
-    rows(out, name, lines)
+    rows(out, name, text_table::wrap(items, ", ", TEXT, ""))
 }
