@@ -36,6 +36,7 @@ pub mod half_duplex_bus;
 pub mod link;
 pub mod link_server;
 pub mod morpheus_servo;
+mod nonblocking;
 pub mod pacer;
 pub mod plant;
 pub mod raw_bus_server;

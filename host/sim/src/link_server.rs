@@ -1,51 +1,53 @@
-//! A host program on a socket or a pseudo-terminal, at the link of a board in virtual
-//! time.
+//! Link of a simulated board, served to another program on a socket or a
+//! pseudo-terminal.
 //!
-//! Virtual time is held back to the wall clock, so that a program that thinks
-//! in seconds finds the arm as fast as it should be; on a machine that cannot
-//! keep up it is slower, and nothing else changes.
+//! Virtual time follows the wall clock, so that time-outs of the program and speeds of the
+//! arm match; on a machine that cannot keep up, virtual time is slower, and nothing else
+//! changes.
 //!
 //! # One host
 //!
-//! A board has one host. Whoever connects while somebody has the link is told
-//! [`IN_USE`] and closed; the first is not disturbed. A terminal is opened by our own
-//! program for itself alone.
+//! A board has one host. A second connection receives [`IN_USE`] and is closed; the first
+//! is not disturbed. A terminal is opened by our own program, exclusively.
 //!
-//! # Who does not read
+//! # A host that does not read
 //!
-//! A board does not wait for its host. What a full socket does not take is lost, whole
-//! frames at a time, and their numbers tell the host how many. A host that does not
-//! speak either is found silent by the board itself, which brakes and switches off.
+//! A board does not wait for its host. What does not fit into a full socket is dropped in
+//! whole frames, and the frame numbers show the host how many. A host that does not send
+//! either is silent: the board brakes and switches off.
 
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 #[cfg(unix)]
 use std::time::Duration;
 
-use crate::pacer::Pacer;
 use armbridge_client::Host;
 use armbridge_client::endpoint::OpenError;
-use armbridge_client::tcp_pump::is_timeout;
+#[cfg(unix)]
+use armbridge_client::pty::{Pty, Ready};
 use armbridge_client::transport::{IN_USE, LinkUri};
 
-/// Virtual time between two looks at the socket.
-const LOOK_US: u64 = 1_000;
+use crate::nonblocking;
+use crate::pacer::Pacer;
 
-/// Where programs come from.
+/// Virtual time between two polls of the port.
+const POLL_US: u64 = 1_000;
+
+/// Where programs connect.
 #[derive(Debug)]
 enum Port {
-    /// One connection at a time, for ever.
+    /// One connection at a time, without end.
     Socket {
         listener: TcpListener,
         peer: Option<TcpStream>,
-        /// Was told that there is one already. Kept until it has gone: closing before
-        /// it has said all that it wants to would take back what it was told.
-        turned_away: Option<TcpStream>,
+        /// A second connection. Kept until it ends: closing a socket with unread bytes
+        /// would discard the [`IN_USE`] that was sent to it.
+        rejected: Option<TcpStream>,
     },
     #[cfg(unix)]
     Terminal {
         controller: std::fs::File,
-        pty: armbridge_client::pty::Pty,
+        pty: Pty,
         is_open: bool,
     },
 }
@@ -59,7 +61,7 @@ pub enum ServeError {
     /// The port cannot be polled.
     #[error("cannot poll the port: {0}")]
     Poll(#[from] io::Error),
-    /// The system gives no pseudo-terminal.
+    /// No pseudo-terminal is available.
     #[error("the system gives no pseudo-terminal: {0}")]
     Terminal(io::Error),
     /// This system has none.
@@ -70,19 +72,19 @@ pub enum ServeError {
     Name(LinkUri),
 }
 
-/// Hosts that connect, one at a time, without end.
+/// Server of a board's link, for one host at a time.
 #[derive(Debug)]
 pub struct LinkServer {
     port: Port,
     /// The rest of a frame that has begun to be sent.
     unsent: Vec<u8>,
-    held: Pacer,
+    pacer: Pacer,
     next_us: u64,
     bytes: Vec<u8>,
 }
 
 impl LinkServer {
-    /// Nobody has connected yet.
+    /// On this listener, without a connection.
     ///
     /// # Errors
     /// If the listener cannot be polled.
@@ -91,33 +93,14 @@ impl LinkServer {
         Ok(Self::at(Port::Socket {
             listener,
             peer: None,
-            turned_away: None,
+            rejected: None,
         }))
     }
 
-    /// The same on a pseudo-terminal that nobody has opened yet.
+    /// On the port of this name; also returns the name under which programs connect.
     ///
     /// # Errors
-    /// If the terminal cannot be polled.
-    #[cfg(unix)]
-    pub fn on_terminal(pty: armbridge_client::pty::Pty) -> io::Result<Self> {
-        use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
-
-        let controller = pty.controller()?;
-        let flags = fcntl_getfl(&controller)?;
-        fcntl_setfl(&controller, flags | OFlags::NONBLOCK)?;
-        Ok(Self::at(Port::Terminal {
-            controller,
-            pty: pty.for_one(),
-            is_open: false,
-        }))
-    }
-
-    /// Serves a board's link under this name; gives back the name under which others find
-    /// it.
-    ///
-    /// # Errors
-    /// If that is not possible.
+    /// If the port does not open.
     pub fn offer(at: &LinkUri) -> Result<(Self, LinkUri), ServeError> {
         match at {
             LinkUri::Tcp(endpoint) => {
@@ -134,9 +117,13 @@ impl LinkServer {
 
     #[cfg(unix)]
     fn offer_terminal() -> Result<(Self, LinkUri), ServeError> {
-        let pty = armbridge_client::pty::Pty::open().map_err(ServeError::Terminal)?;
+        let pty = Pty::open().map_err(ServeError::Terminal)?;
         let at = LinkUri::Pty(Some(pty.name().into()));
-        let server = Self::on_terminal(pty).map_err(ServeError::Terminal)?;
+        let server = Self::at(Port::Terminal {
+            controller: nonblocking::controller(&pty).map_err(ServeError::Terminal)?,
+            pty: pty.for_one(),
+            is_open: false,
+        });
         Ok((server, at))
     }
 
@@ -149,36 +136,36 @@ impl LinkServer {
         Self {
             port,
             unsent: Vec::new(),
-            held: Pacer::begin(),
+            pacer: Pacer::begin(),
             next_us: 0,
             bytes: Vec::new(),
         }
     }
 
-    fn look(&mut self) -> io::Result<()> {
+    fn poll(&mut self) -> io::Result<()> {
         match &mut self.port {
             Port::Socket {
                 listener,
                 peer,
-                turned_away,
+                rejected,
             } => {
-                if turned_away.as_mut().is_some_and(is_gone) {
-                    *turned_away = None;
+                if rejected.as_mut().is_some_and(is_gone) {
+                    *rejected = None;
                 }
-                // Before the next one is asked in: he may come in the same moment.
+                // Before the next is accepted: it may arrive at the same moment.
                 if peer
                     .as_mut()
-                    .is_some_and(|peer| !read(peer, &mut self.bytes))
+                    .is_some_and(|peer| !nonblocking::read(peer, &mut self.bytes))
                 {
                     *peer = None;
                 }
-                if let (None, Some(came)) = (&turned_away, accept(listener)?) {
+                if let (None, Some((new, _))) = (&rejected, nonblocking::accept(listener)?) {
                     if peer.is_none() {
-                        *peer = Some(came);
+                        *peer = Some(new);
                         self.unsent.clear();
                     } else {
-                        turn_away(&came);
-                        *turned_away = Some(came);
+                        reject(&new);
+                        *rejected = Some(new);
                     }
                 }
             }
@@ -188,9 +175,9 @@ impl LinkServer {
                 pty,
                 is_open,
             } => {
-                *is_open = pty.wait(Duration::ZERO)? != armbridge_client::pty::Ready::Nobody;
+                *is_open = pty.wait(Duration::ZERO)? != Ready::Nobody;
                 if *is_open {
-                    read(controller, &mut self.bytes);
+                    nonblocking::read(controller, &mut self.bytes);
                 } else {
                     self.unsent.clear();
                 }
@@ -215,64 +202,27 @@ impl LinkServer {
             #[cfg(unix)]
             Port::Terminal { is_open: false, .. } => return,
         };
-        let sent = pass(stream, &self.unsent);
+        let sent = nonblocking::write(stream, &self.unsent);
         self.unsent.drain(..sent);
         if self.unsent.is_empty() {
-            let sent = pass(stream, bytes);
+            let sent = nonblocking::write(stream, bytes);
             self.unsent.extend_from_slice(rest_of_frame(bytes, sent));
         }
     }
 }
 
-/// Somebody who waits to be let in.
-fn accept(listener: &TcpListener) -> io::Result<Option<TcpStream>> {
-    match listener.accept() {
-        Ok((peer, _)) => {
-            peer.set_nonblocking(true)?;
-            peer.set_nodelay(true)?;
-            Ok(Some(peer))
-        }
-        Err(error) if is_timeout(&error) => Ok(None),
-        Err(error) => Err(error),
-    }
-}
-
-/// Best effort: whoever is closed without a word knows as well.
-fn turn_away(mut stream: &TcpStream) {
+/// Best effort: a close alone is understood as well.
+fn reject(mut stream: &TcpStream) {
     let _ = stream.write_all(IN_USE);
     let _ = stream.shutdown(Shutdown::Write);
 }
 
 fn is_gone(stream: &mut TcpStream) -> bool {
-    !read(stream, &mut Vec::new())
+    !nonblocking::read(stream, &mut Vec::new())
 }
 
-/// Reads what is there; false if it has ended.
-fn read(stream: &mut impl Read, into: &mut Vec<u8>) -> bool {
-    let mut chunk = [0; 1024];
-    loop {
-        match stream.read(&mut chunk) {
-            Ok(count @ 1..) => into.extend_from_slice(&chunk[..count]),
-            Err(error) if is_timeout(&error) => return true,
-            Ok(0) | Err(_) => return false,
-        }
-    }
-}
-
-/// How much of it was taken. A stream that is gone is seen when it is read.
-fn pass(stream: &mut dyn Write, bytes: &[u8]) -> usize {
-    let mut sent = 0;
-    while sent < bytes.len() {
-        match stream.write(&bytes[sent..]) {
-            Ok(count @ 1..) => sent += count,
-            Ok(0) | Err(_) => break,
-        }
-    }
-    sent
-}
-
-/// What must still be sent of the frame that was cut after so many bytes: the rest is
-/// whole frames, which may be lost.
+/// Remainder of the frame that was cut after `sent` bytes. What follows it is whole
+/// frames, which may be dropped.
 fn rest_of_frame(bytes: &[u8], sent: usize) -> &[u8] {
     let rest = &bytes[sent..];
     if sent == 0 || bytes[sent - 1] == 0 {
@@ -288,9 +238,9 @@ impl Host for LinkServer {
     fn transmit(&mut self, now_us: u64) -> io::Result<&[u8]> {
         self.bytes.clear();
         if now_us >= self.next_us {
-            self.next_us = now_us + LOOK_US;
-            self.held.wait(now_us);
-            self.look()?;
+            self.next_us = now_us + POLL_US;
+            self.pacer.wait(now_us);
+            self.poll()?;
         }
         Ok(&self.bytes)
     }
@@ -316,7 +266,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_that_has_begun_is_ended() {
+    fn a_cut_frame_is_completed() {
         let frames = [1, 2, 0, 3, 4, 0, 5, 0];
         for (sent, rest) in [
             (0, &[][..]),

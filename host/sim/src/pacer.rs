@@ -1,20 +1,19 @@
-//! Virtual time, held back to the wall clock.
+//! Pacer: keeps virtual time from running ahead of the wall clock.
 //!
-//! A world of virtual time is computed faster than it passes: the bench 70 times, the
-//! emulator several times. Who wants to live in it waits now and then until the wall
-//! clock is there too. On a machine with other things to do the world falls behind, and
-//! makes up for it as fast as it can be computed. Beyond [`LAG_MAX`], after a suspension
-//! for example, it does not: that much is left out of the wall clock, and the world goes
-//! on from where it was. Nothing in the world depends on any of that.
+//! Virtual time is computed faster than it passes: 70 times by the bench, several times by
+//! the emulator. A user in real time waits now and then for the wall clock. On a busy
+//! machine virtual time falls behind, and catches up as fast as it can be computed. A lag
+//! beyond [`LAG_MAX`], after a suspension for example, is left out of the wall clock.
+//! Simulation results do not depend on any of that.
 
 use std::time::{Duration, Instant};
 
-/// Most that is made up for.
-pub const LAG_MAX: Duration = Duration::from_millis(100);
+/// Longest lag that is caught up.
+const LAG_MAX: Duration = Duration::from_millis(100);
 /// Finest step of the wall clock: what a sleeping thread can keep.
 const STEP: Duration = Duration::from_micros(500);
 
-/// Keeps virtual time from running ahead of the wall clock.
+/// Start of virtual time on the wall clock.
 #[derive(Clone, Debug)]
 pub struct Pacer {
     /// When virtual time was 0.
@@ -33,14 +32,14 @@ impl Pacer {
 
     /// Waits until the wall clock is at this virtual time, to half a millisecond.
     pub fn wait(&mut self, now_us: u64) {
-        let early = self.look(now_us, Instant::now());
+        let early = self.lead(now_us, Instant::now());
         if early >= STEP {
             std::thread::sleep(early);
         }
     }
 
-    /// How far virtual time is ahead; forgives what it is too far behind.
-    fn look(&mut self, now_us: u64, wall: Instant) -> Duration {
+    /// How far virtual time is ahead; moves the epoch by a lag beyond [`LAG_MAX`].
+    fn lead(&mut self, now_us: u64, wall: Instant) -> Duration {
         let due = self.epoch + Duration::from_micros(now_us);
         let late = wall.saturating_duration_since(due);
         self.epoch += late.saturating_sub(LAG_MAX);
@@ -56,14 +55,14 @@ mod tests {
     fn a_lag_is_made_up_for_and_a_suspension_is_not() {
         let ms = Duration::from_millis;
         let begun = Instant::now();
-        let mut held = Pacer::begin_at(begun);
-        assert_eq!(held.look(10_000, begun + ms(4)), ms(6));
+        let mut pacer = Pacer::begin_at(begun);
+        assert_eq!(pacer.lead(10_000, begun + ms(4)), ms(6));
         // 30 ms behind, and ahead again.
-        assert_eq!(held.look(20_000, begun + ms(50)), ms(0));
-        assert_eq!(held.look(60_000, begun + ms(51)), ms(9));
-        // An hour, but for what is made up for.
+        assert_eq!(pacer.lead(20_000, begun + ms(50)), ms(0));
+        assert_eq!(pacer.lead(60_000, begun + ms(51)), ms(9));
+        // An hour, less the lag that is caught up.
         let hour = ms(3_600_000);
-        assert_eq!(held.look(61_000, begun + ms(61) + hour), ms(0));
-        assert_eq!(held.look(162_000, begun + ms(61) + hour), ms(1));
+        assert_eq!(pacer.lead(61_000, begun + ms(61) + hour), ms(0));
+        assert_eq!(pacer.lead(162_000, begun + ms(61) + hour), ms(1));
     }
 }

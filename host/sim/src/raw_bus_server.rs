@@ -1,25 +1,23 @@
-//! The virtual servos in wall-clock time, for anybody's program.
+//! The virtual servos in wall-clock time, served to another program.
 //!
-//! Raw bus bytes go in and out of one connection, as on the wire. What comes in
-//! is put on the bus back to back, each chunk at the time at which it was read,
-//! so that a pause which the other side keeps is one on the bus too, as far as
-//! the system lets it through. What the servos say comes out when its last bit
-//! would have arrived. With echo the other side hears itself, as on a single
-//! wire whose receiver stays on.
+//! One connection carries the raw bytes of the bus. Each received chunk is sent on the bus
+//! back to back, from the time at which it was read: a pause of the other side is a pause
+//! on the bus, as far as the operating system preserves it. A reply is forwarded when its
+//! last bit would have arrived. With echo, sent bytes come back first, as on a single wire
+//! whose receiver stays on.
 //!
-//! A terminal has a rate, which the other side sets; it is then that of the bus's
-//! master, from the next chunk on. Bytes that are not understood because of the
-//! rate, or because servos collide, come out as a receiver makes of them.
+//! A terminal has a rate, which the other side sets; from the next chunk on it is that of
+//! the bus master. Bytes that are garbled by a wrong rate or by a collision of servos are
+//! forwarded as a receiver decodes them.
 //!
 //! # Falling behind
 //!
-//! The bench follows the wall clock and makes up for what it was late, but not
-//! for more than 0.1 s: after a suspension, or a peer that did not read, the
-//! rest is left out, and the servos find the arm where it was.
+//! The bench follows the wall clock and catches up after a delay of up to 0.1 s. Of a
+//! longer one, after a suspension or a peer that did not read, the rest is left out, and
+//! the arm is where it was.
 //!
-//! The other side cannot get ahead either. The bus carries a byte in 10 µs;
-//! with 20 ms of bytes waiting for it nothing more is read, and the other
-//! side's writes wait.
+//! The other side cannot get ahead either. The bus carries a byte in 10 µs; with 20 ms of
+//! bytes queued for it nothing more is read, and the other side's writes block.
 
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
@@ -27,30 +25,28 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
-use armbridge_client::tcp_pump::is_timeout;
-
-use crate::Bench;
+use crate::{Bench, nonblocking};
 
 /// Finest step of the wall clock: what a sleeping thread can keep.
 const STEP: Duration = Duration::from_micros(200);
-/// Between two looks for somebody who connects.
+/// Between two polls for a connection.
 const WAITING_STEP: Duration = Duration::from_millis(5);
-/// Most that is made up for, in the bench's time.
+/// Longest delay that the bench catches up, in its own time.
 const LAG_MAX_US: u64 = 100_000;
-/// Most that waits for the bus.
+/// Longest queue for the bus.
 const BACKLOG_MAX_US: u64 = 20_000;
-/// The latest answer that there is: START's, 4.74 ms times the id later.
+/// Latest reply: that to START, 4.74 ms times the id.
 const ANSWER_US: u64 = 15_000;
-/// How long the servos have been on when the first can ask them: more than they
-/// need to start.
+/// Time for which the servos have been powered when the first request can arrive: more
+/// than they need to start.
 const STARTED_US: u64 = 5_000;
 /// Chunks read ahead.
 const CHUNKS: usize = 8;
 
-/// The longest answer in bits: of LEN 255.
+/// Bits of the longest reply: of LEN 255.
 const ANSWER_BITS: u64 = 2_590;
 
-/// What was read.
+/// Received bytes.
 #[derive(Debug)]
 struct Chunk {
     at: Instant,
@@ -67,9 +63,9 @@ pub struct LiveBench {
     /// When the bench's time was [`STARTED_US`].
     epoch: Instant,
     now_us: u64,
-    /// What is on its way to the bus, and when it will have been sent.
+    /// Bytes queued for the bus, each with the time at which its last one is sent.
     echoes: VecDeque<(u64, Vec<u8>)>,
-    heard: Vec<u8>,
+    received: Vec<u8>,
 }
 
 impl LiveBench {
@@ -83,33 +79,28 @@ impl LiveBench {
             epoch: Instant::now(),
             now_us: STARTED_US,
             echoes: VecDeque::new(),
-            heard: Vec::new(),
+            received: Vec::new(),
         }
     }
 
-    /// Waits for somebody to connect; the servos go on meanwhile.
+    /// Waits for a connection; the servos run meanwhile.
     ///
     /// # Errors
     /// If the listener fails.
     pub fn accept(&mut self, listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
         listener.set_nonblocking(true)?;
         loop {
-            match listener.accept() {
-                Ok((stream, peer)) => {
-                    stream.set_nonblocking(false)?;
-                    stream.set_nodelay(true)?;
-                    return Ok((stream, peer));
-                }
-                Err(error) if is_timeout(&error) => {}
-                Err(error) => return Err(error),
+            if let Some((stream, peer)) = nonblocking::accept(listener)? {
+                stream.set_nonblocking(false)?;
+                return Ok((stream, peer));
             }
             self.follow(Instant::now());
             std::thread::sleep(WAITING_STEP);
         }
     }
 
-    /// Serves until the other side has said its last word and heard the answer.
-    /// A second connection finds the servos as the first left them. `baud` tells
+    /// Serves a connection until the other side closes and the last reply is sent.
+    /// A second connection finds the servos as the first left them. `baud` returns
     /// the rate that the other side has set, if it can set one.
     ///
     /// # Errors
@@ -122,19 +113,19 @@ impl LiveBench {
         echo: bool,
     ) -> io::Result<()> {
         let chunks = spawn_reader(from, baud);
-        // What was said before is for nobody.
+        // Bytes from before the connection are dropped.
         self.follow(Instant::now());
         self.echoes.clear();
-        self.heard.clear();
+        self.received.clear();
         loop {
             let is_behind = self.bench.line_free_us() > self.now_us + BACKLOG_MAX_US;
-            let came = if is_behind {
+            let next = if is_behind {
                 std::thread::sleep(STEP);
                 Err(RecvTimeoutError::Timeout)
             } else {
                 chunks.recv_timeout(STEP)
             };
-            let Chunk { at, baud, bytes } = match came {
+            let Chunk { at, baud, bytes } = match next {
                 Ok(chunk) => chunk?,
                 Err(RecvTimeoutError::Timeout) => Chunk {
                     at: Instant::now(),
@@ -164,7 +155,7 @@ impl LiveBench {
         Ok(())
     }
 
-    /// Goes on to this time, as far as it is made up for.
+    /// Advances the bench to this time, or by [`LAG_MAX_US`] if it is farther behind.
     fn follow(&mut self, at: Instant) {
         let wall = at.saturating_duration_since(self.epoch) / self.slow;
         let wall_us = STARTED_US + wall.as_micros() as u64;
@@ -175,24 +166,24 @@ impl LiveBench {
                 self.echoes.push_front((sent_us, bytes));
                 break;
             }
-            self.bench.advance(sent_us, None, &mut self.heard);
-            self.heard.extend(bytes);
+            self.bench.advance(sent_us, None, &mut self.received);
+            self.received.extend(bytes);
         }
-        self.bench.advance(until_us, None, &mut self.heard);
+        self.bench.advance(until_us, None, &mut self.received);
         self.now_us = until_us;
     }
 
     fn forward(&mut self, to: &mut impl Write) -> io::Result<()> {
-        if !self.heard.is_empty() {
-            to.write_all(&self.heard)?;
+        if !self.received.is_empty() {
+            to.write_all(&self.received)?;
             to.flush()?;
-            self.heard.clear();
+            self.received.clear();
         }
         Ok(())
     }
 }
 
-/// Reads on a thread, so that the servos need not wait for bytes.
+/// Reads on a thread of its own, so that the bench is not blocked.
 fn spawn_reader(
     mut from: impl Read + Send + 'static,
     baud: impl Fn() -> Option<u32> + Send + 'static,
@@ -201,7 +192,7 @@ fn spawn_reader(
     std::thread::spawn(move || {
         let mut bytes = [0; 1024];
         loop {
-            let came = match from.read(&mut bytes) {
+            let chunk = match from.read(&mut bytes) {
                 Ok(0) => return,
                 Ok(count) => Ok(Chunk {
                     at: Instant::now(),
@@ -211,8 +202,8 @@ fn spawn_reader(
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
                 Err(error) => Err(error),
             };
-            let failed = came.is_err();
-            if sender.send(came).is_err() || failed {
+            let failed = chunk.is_err();
+            if sender.send(chunk).is_err() || failed {
                 return;
             }
         }
@@ -233,14 +224,14 @@ mod tests {
     }
 
     #[test]
-    fn who_closes_at_once_is_answered_and_echo_comes_first() {
+    fn a_closed_peer_is_answered_and_echo_comes_first() {
         for echo in [false, true] {
-            let (mut live, mut heard) = (live(), Vec::new());
+            let (mut live, mut received) = (live(), Vec::new());
             for _ in 0..2 {
-                live.serve(&PING[..], &mut heard, || None, echo).unwrap();
+                live.serve(&PING[..], &mut received, || None, echo).unwrap();
             }
             let sent = if echo { PING.as_slice() } else { &[] };
-            assert_eq!(heard, [sent, &PONG].concat().repeat(2), "echo {echo}");
+            assert_eq!(received, [sent, &PONG].concat().repeat(2), "echo {echo}");
         }
     }
 
@@ -260,11 +251,11 @@ mod tests {
 
     #[test]
     fn more_than_the_bus_carries_takes_its_time() {
-        let (mut live, mut heard) = (live(), Vec::new());
+        let (mut live, mut received) = (live(), Vec::new());
         let bytes: Vec<u8> = [0xFF; 4_000].into_iter().chain(PING).collect();
-        live.serve(io::Cursor::new(bytes), &mut heard, || None, false)
+        live.serve(io::Cursor::new(bytes), &mut received, || None, false)
             .unwrap();
         assert!(live.now_us >= 40_000, "{} µs", live.now_us);
-        assert_eq!(heard, PONG);
+        assert_eq!(received, PONG);
     }
 }

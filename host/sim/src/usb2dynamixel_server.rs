@@ -1,49 +1,49 @@
-//! Another program at the board's transparent port: on a socket, or on a
-//! pseudo-terminal that it takes for a serial port.
+//! Transparent port of a simulated board, served to another program on a socket, or on a
+//! pseudo-terminal in place of a serial port.
 //!
-//! Virtual time is held back to the wall clock, so that a program whose time-outs
-//! are in seconds finds servos as quick as they should be; on a machine that
-//! cannot keep up they are slower, and nothing else changes.
+//! Virtual time follows the wall clock, so that time-outs of the program match; on a
+//! machine that cannot keep up, virtual time is slower, and nothing else changes.
 
+#[cfg(unix)]
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::net::{TcpListener, TcpStream};
-use std::time::{Duration, Instant};
 
+#[cfg(unix)]
+use armbridge_client::pty::Pty;
 use armbridge_shared::bridge::gateway::ClientLine;
 
 use crate::cosim::PortClient;
-#[cfg(unix)]
-use armbridge_client::pty::Pty;
-use armbridge_client::tcp_pump::is_timeout;
+use crate::nonblocking;
+use crate::pacer::Pacer;
 
-/// Virtual time between two looks at the port.
-const LOOK_US: u64 = 500;
+/// Virtual time between two polls of the port.
+const POLL_US: u64 = 500;
 
-/// Where the program is.
+/// Where the program connects.
 #[derive(Debug)]
 enum Port {
-    /// One connection at a time, for ever. A socket has no speed.
+    /// One connection at a time, without end. A socket has no rate.
     Socket {
         listener: TcpListener,
         peer: Option<TcpStream>,
     },
-    /// Nobody can tell whether somebody has it open.
+    /// Always open: whether a program has it open is not known.
     #[cfg(unix)]
     Terminal { controller: File, _pty: Pty },
 }
 
-/// Whoever opens the port.
+/// Server of the port, for one program at a time.
 #[derive(Debug)]
 pub struct PortServer {
     port: Port,
-    epoch: Instant,
+    pacer: Pacer,
     next_us: u64,
     bytes: Vec<u8>,
 }
 
 impl PortServer {
-    /// Nobody has connected yet.
+    /// On this listener, without a connection.
     ///
     /// # Errors
     /// If the listener cannot be polled.
@@ -55,17 +55,14 @@ impl PortServer {
         }))
     }
 
-    /// On a terminal, whose speed is what the other side sets.
+    /// On a terminal, whose rate the program sets.
     ///
     /// # Errors
     /// If the terminal cannot be polled.
     #[cfg(unix)]
     pub fn on_terminal(pty: Pty) -> io::Result<Self> {
-        let controller = pty.controller()?;
-        let flags = rustix::fs::fcntl_getfl(&controller)?;
-        rustix::fs::fcntl_setfl(&controller, flags | rustix::fs::OFlags::NONBLOCK)?;
         Ok(Self::at(Port::Terminal {
-            controller,
+            controller: nonblocking::controller(&pty)?,
             _pty: pty,
         }))
     }
@@ -73,44 +70,33 @@ impl PortServer {
     fn at(port: Port) -> Self {
         Self {
             port,
-            epoch: Instant::now(),
+            pacer: Pacer::begin(),
             next_us: 0,
             bytes: Vec::new(),
         }
     }
 
-    fn look(&mut self) {
-        let mut chunk = [0; 1024];
+    fn poll(&mut self) {
         match &mut self.port {
             Port::Socket { listener, peer } => {
                 if peer.is_none() {
-                    *peer = accept(listener);
+                    // A listener that fails accepts no program.
+                    let new = nonblocking::accept(listener).ok().flatten();
+                    *peer = new.map(|(peer, _)| peer);
                 }
-                while let Some(stream) = peer {
-                    match stream.read(&mut chunk) {
-                        Ok(count @ 1..) => self.bytes.extend_from_slice(&chunk[..count]),
-                        Err(error) if is_timeout(&error) => break,
-                        // Gone, however: the next one may come.
-                        Ok(0) | Err(_) => *peer = None,
-                    }
+                if peer
+                    .as_mut()
+                    .is_some_and(|peer| !nonblocking::read(peer, &mut self.bytes))
+                {
+                    *peer = None;
                 }
             }
             #[cfg(unix)]
             Port::Terminal { controller, .. } => {
-                while let Ok(count @ 1..) = controller.read(&mut chunk) {
-                    self.bytes.extend_from_slice(&chunk[..count]);
-                }
+                nonblocking::read(controller, &mut self.bytes);
             }
         }
     }
-}
-
-/// Somebody who waits to be let in. A listener that fails lets nobody in.
-fn accept(listener: &TcpListener) -> Option<TcpStream> {
-    let (peer, _) = listener.accept().ok()?;
-    peer.set_nonblocking(true).ok()?;
-    peer.set_nodelay(true).ok()?;
-    Some(peer)
 }
 
 impl PortClient for PortServer {
@@ -130,10 +116,9 @@ impl PortClient for PortServer {
 
     fn transmit(&mut self, now_us: u64) -> Vec<u8> {
         if now_us >= self.next_us {
-            self.next_us = now_us + LOOK_US;
-            let due = self.epoch + Duration::from_micros(now_us);
-            std::thread::sleep(due.saturating_duration_since(Instant::now()));
-            self.look();
+            self.next_us = now_us + POLL_US;
+            self.pacer.wait(now_us);
+            self.poll();
         }
         std::mem::take(&mut self.bytes)
     }
@@ -144,8 +129,8 @@ impl PortClient for PortServer {
         }
         match &mut self.port {
             Port::Socket { peer, .. } => {
-                // Gone, or so far behind that its socket is full: either way it
-                // must not hold up the board.
+                // Closed, or so far behind that its socket is full: either way it
+                // must not block the board.
                 if peer
                     .as_mut()
                     .is_some_and(|peer| peer.write_all(bytes).is_err())
@@ -155,8 +140,7 @@ impl PortClient for PortServer {
             }
             #[cfg(unix)]
             Port::Terminal { controller, .. } => {
-                // A terminal that nobody reads is full some day; what is lost
-                // then was for nobody.
+                // A terminal that is not read fills up; then the bytes are dropped.
                 let _ = controller.write_all(bytes);
             }
         }

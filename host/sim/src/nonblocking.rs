@@ -1,0 +1,60 @@
+//! Reads and writes that never wait, on sockets and pseudo-terminals: virtual time must
+//! not stand still for another program.
+
+#[cfg(unix)]
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+
+#[cfg(unix)]
+use armbridge_client::pty::Pty;
+use armbridge_client::tcp_pump::is_timeout;
+
+/// A pending connection of a non-blocking listener, itself non-blocking.
+pub(crate) fn accept(listener: &TcpListener) -> io::Result<Option<(TcpStream, SocketAddr)>> {
+    match listener.accept() {
+        Ok((peer, address)) => {
+            peer.set_nonblocking(true)?;
+            peer.set_nodelay(true)?;
+            Ok(Some((peer, address)))
+        }
+        Err(error) if is_timeout(&error) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// Our end of a terminal, non-blocking.
+#[cfg(unix)]
+pub(crate) fn controller(pty: &Pty) -> io::Result<File> {
+    use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+
+    let controller = pty.controller()?;
+    let flags = fcntl_getfl(&controller)?;
+    fcntl_setfl(&controller, flags | OFlags::NONBLOCK)?;
+    Ok(controller)
+}
+
+/// Appends all bytes that have arrived; false if the stream has ended.
+pub(crate) fn read(stream: &mut impl Read, into: &mut Vec<u8>) -> bool {
+    let mut chunk = [0; 1024];
+    loop {
+        match stream.read(&mut chunk) {
+            Ok(count @ 1..) => into.extend_from_slice(&chunk[..count]),
+            Err(error) if is_timeout(&error) => return true,
+            Ok(0) | Err(_) => return false,
+        }
+    }
+}
+
+/// Writes as many bytes as there is room for, and returns their number. The end of a
+/// stream shows when it is read.
+pub(crate) fn write(stream: &mut dyn Write, bytes: &[u8]) -> usize {
+    let mut sent = 0;
+    while sent < bytes.len() {
+        match stream.write(&bytes[sent..]) {
+            Ok(count @ 1..) => sent += count,
+            Ok(0) | Err(_) => break,
+        }
+    }
+    sent
+}
