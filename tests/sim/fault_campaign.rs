@@ -64,10 +64,10 @@ fn a_seed_is_the_same_case_whenever_it_is_run() {
     let servos = Firmware::Morpheus;
     // One of each kind of randomness: bytes, sensors, host, plant.
     for seed in [1, 6, 38, 44, 60] {
-        let (outcome, story) = fault_campaign::run_with_story(seed, servos);
+        let (outcome, story) = fault_campaign::run_with_trace(seed, servos);
         assert_eq!(
             (outcome.clone(), story.clone()),
-            fault_campaign::run_with_story(seed, servos)
+            fault_campaign::run_with_trace(seed, servos)
         );
         assert_eq!(outcome, fault_campaign::run(seed, servos));
         for injection in Case::new(seed, servos).injections {

@@ -2,7 +2,7 @@
 
 use armbridge_log::replay::{Changes, Replayer};
 use armbridge_shared::servo::Firmware;
-use armbridge_sim::fault_campaign::{Case, Kind, overhear};
+use armbridge_sim::fault_campaign::{Case, Kind, run_with_events};
 
 /// Replays the case of this seed; how many ticks were compared, of how many.
 pub fn replay(seed: u64) -> (u64, u64) {
@@ -12,7 +12,7 @@ pub fn replay(seed: u64) -> (u64, u64) {
         return (0, 0);
     }
     let mut player = Replayer::new(Changes::default()).unwrap();
-    let _ = overhear(seed, Firmware::Morpheus, |event| {
+    let _ = run_with_events(seed, Firmware::Morpheus, |event| {
         player.take(&event).unwrap();
     });
     let report = player.finish().unwrap();

@@ -79,7 +79,7 @@ impl From<ServosName> for Firmware {
 pub(crate) fn run(args: &FaultCampaignArgs) -> Outcome {
     let (report, text) = match args.seed {
         Some(seed) => {
-            let (outcome, story) = fault_campaign::run_with_story(seed, args.servos.into());
+            let (outcome, story) = fault_campaign::run_with_trace(seed, args.servos.into());
             (Report::of(&[outcome]), Some(story))
         }
         None => (campaign(args), None),

@@ -17,10 +17,10 @@ use super::draw::Draw;
 use super::kind::{Harm, Kind};
 use crate::plant::PlantConfig;
 
-/// How long a fault is watched, in µs: three times the longest that a limit
-/// allows, which is the host's silence.
+/// Observation time of a fault, in µs: three times the longest time that a limit
+/// permits, which is the host's silence.
 const WATCHED_US: u64 = 1_500_000;
-/// The same for heat: a Morpheus servo looks at its temperature every 0.8 s.
+/// The same for heat: a Morpheus servo reads its temperature every 0.8 s.
 const WATCHED_HOT_US: u64 = 3_000_000;
 
 /// What the arm is doing.
@@ -67,17 +67,17 @@ impl Scenario {
 pub struct Injection {
     /// What.
     pub kind: Kind,
-    /// How long after the arm has begun to do what it shall, in µs.
+    /// Delay after the start of the scenario, in µs.
     pub after_us: u64,
     /// How long it lasts, in µs.
     pub lasts_us: u64,
-    /// Which servo or joint, of those that are one's.
+    /// Servo or joint, for kinds that affect one.
     pub servo: usize,
     /// How much: share of bytes, N m, counts a second, ms.
     pub amount: f64,
-    /// By how much bytes are late, in µs.
+    /// Delay of late bytes, in µs.
     pub late_us: u64,
-    /// Of what is random about it.
+    /// Seed of its random numbers.
     pub seed: u64,
 }
 
@@ -88,7 +88,7 @@ pub struct Injection {
 )]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Case {
-    /// Of everything in it but the servos.
+    /// Seed of everything but the servos.
     pub seed: u64,
     /// Firmware of the servos.
     pub servos: Firmware,
@@ -98,16 +98,15 @@ pub struct Case {
     pub is_best: bool,
     /// Dry friction in the joints.
     pub friction: bool,
-    /// Tighter limits than the default, and frozen encoders are told by their
-    /// silence.
+    /// Tighter limits than the default; frozen encoders are detected by missing noise.
     pub is_tight: bool,
-    /// In the end the fault is cleared.
+    /// The fault is cleared at the end.
     pub is_cleared: bool,
-    /// Where the arm is at first, in rad.
+    /// Initial joint angles, in rad.
     pub initial_rad: [f64; JOINTS],
-    /// Where it shall go, or how far it shall swing, in rad.
+    /// Target angles, or amplitudes, in rad.
     pub to_rad: [f32; JOINTS],
-    /// What goes wrong, earliest first.
+    /// Injected faults, earliest first.
     pub injections: Vec<Injection>,
 }
 
@@ -121,11 +120,11 @@ impl Case {
             (vec![Kind::ALL[(turn % kinds) as usize]], turn / kinds)
         } else {
             let (a, b, pairs) = pair(turn);
-            // Five scenarios on for the next of the same pair.
+            // The next occurrence of a pair has another scenario.
             (vec![a, b], 2 * (turn / pairs) + turn)
         };
         let scenario = Scenario::ALL[(rounds % Scenario::ALL.len() as u64) as usize];
-        // Nothing else holds the arm then.
+        // Without a closed loop only friction holds the arm.
         let holds = !scenario.is_closed();
         let reach = if holds { 0.02 } else { 0.25 };
         let mut angles = |reach: f64| [0; JOINTS].map(|_| draw.within(-reach, reach));
@@ -154,7 +153,7 @@ impl Case {
         }
     }
 
-    /// How the board shall work.
+    /// Set-up of the board.
     pub fn setup(&self) -> Setup {
         if self.is_best {
             Setup::best()
@@ -163,7 +162,7 @@ impl Case {
         }
     }
 
-    /// What the board shall allow.
+    /// Limits of the board.
     pub fn limits(&self) -> Limits {
         if self.is_tight {
             Limits {
@@ -186,7 +185,7 @@ impl Case {
         }
     }
 
-    /// What makes the board do it; `None` where there is nothing to command.
+    /// Command that starts the scenario; `None` where there is none.
     pub fn command(&self) -> Option<Command> {
         Some(match self.scenario {
             Scenario::Regulate => Command::Regulate(self.to_rad),
@@ -242,9 +241,9 @@ fn pair(turn: u64) -> (Kind, Kind, u64) {
     (Kind::ALL[first], Kind::ALL[first + 1 + left], pairs)
 }
 
-/// Draws how bad it is.
+/// Draws duration and amount of a fault.
 fn inject(kind: Kind, after_us: u64, draw: &mut Draw) -> Injection {
-    /// Until it is seen to.
+    /// Until the faults are removed.
     const FOR_EVER_US: u64 = u64::MAX / 4;
 
     let (lasts_us, amount) = match kind {
@@ -267,7 +266,7 @@ fn inject(kind: Kind, after_us: u64, draw: &mut Draw) -> Injection {
             (if is_short { short_us } else { FOR_EVER_US }, 0.0)
         }
         Kind::HostFlood => (draw.us_of_ms(20.0, 500.0), 0.0),
-        // Beside the host's own words, or instead of them.
+        // Beside the host's own frames, or instead of them.
         Kind::HostReplay => (FOR_EVER_US, draw.below(2) as f64),
         Kind::ClockAhead | Kind::ClockBack => (0, draw.magnitude(1.0, 100.0)),
         Kind::Push => {

@@ -3,7 +3,7 @@
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg32;
 
-/// Apart from the bench's streams, which are 0 to 5.
+/// Stream of the generator; the bench uses 0 to 5.
 const STREAM: u64 = 6;
 
 /// A sequence of random numbers.

@@ -1,8 +1,7 @@
-//! The host of a case: brings the board up, makes the arm do what it shall,
-//! keeps it alive, does to it what only a host can do, and in the end clears the
-//! fault.
+//! Host of a case: brings the board up, starts the scenario, keeps the session alive,
+//! injects the host's own faults, and clears the board's fault at the end.
 //!
-//! It never gives up: what the board says is kept, to be judged.
+//! It never gives up: what the board sends is kept, to be checked.
 
 use std::convert::Infallible;
 
@@ -17,25 +16,25 @@ use armbridge_shared::link::message::{
 };
 use armbridge_shared::link::schema;
 
-/// How often a strange host says what it says, in µs: as often as a good one.
-const STRANGE_US: u64 = 25_000;
+/// Period of a faulty host's messages, in µs: that of a good one.
+const FAULT_US: u64 = 25_000;
 
-/// What only a host can do.
+/// Faults of the host itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum HostFault {
-    /// It works as it should.
+    /// None.
     None,
-    /// It says hello in another schema, and commands nobody can read.
+    /// Its hello has another schema, and its commands cannot be decoded.
     OtherSchema,
-    /// It commands numbers beyond all bounds.
+    /// It commands numbers that are out of range.
     OutOfRange,
-    /// It says goodbye,
+    /// It sends a goodbye,
     Leaves,
     /// and then nothing.
     Gone,
 }
 
-/// Where it has come to.
+/// Progress of the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
     Connecting,
@@ -58,30 +57,30 @@ pub(super) struct Driver {
     command: Option<Command>,
     arms: bool,
     phase: Phase,
-    whim: HostFault,
-    strange_us: u64,
-    /// Of another build.
-    stranger: Encoder,
-    strange: Vec<u8>,
+    fault: HostFault,
+    next_fault_us: u64,
+    /// Encoder of the frames in another schema.
+    other_encoder: Encoder,
+    faulty_bytes: Vec<u8>,
     turn: usize,
     session: u32,
     /// Whether servos were found, and may be given torque.
     is_ready: Option<bool>,
-    /// What the board told of the latest fault.
+    /// The board's report of the latest fault.
     pub(super) trip: Option<Trip>,
-    /// What it told of the servos after that.
+    /// The board's report of the servos after that.
     pub(super) off: Option<OffReport>,
     /// The latest record.
     pub(super) record: Option<Record>,
-    /// Largest torque that a record told, in N m.
+    /// Largest torque of all records, in N m.
     pub(super) most_nm: f32,
     /// How often a command out of range was accepted.
-    pub(super) swallowed: u32,
+    pub(super) accepted_invalid: u32,
 }
 
 impl Driver {
-    /// Who will set this up, and then command it; `None` for nothing but to arm,
-    /// if that.
+    /// A host that configures the board, arms it if `arms`, and then sends the command,
+    /// if there is one.
     pub(super) fn new(setup: Setup, limits: Limits, arms: bool, command: Option<Command>) -> Self {
         Self {
             client: CommandLink::default(),
@@ -90,10 +89,10 @@ impl Driver {
             command,
             arms,
             phase: Phase::Connecting,
-            whim: HostFault::None,
-            strange_us: 0,
-            stranger: Encoder::default(),
-            strange: Vec::new(),
+            fault: HostFault::None,
+            next_fault_us: 0,
+            other_encoder: Encoder::default(),
+            faulty_bytes: Vec::new(),
             turn: 0,
             session: 0,
             is_ready: None,
@@ -101,30 +100,30 @@ impl Driver {
             off: None,
             record: None,
             most_nm: 0.0,
-            swallowed: 0,
+            accepted_invalid: 0,
         }
     }
 
-    /// Whether the arm does what it shall.
+    /// Whether the scenario runs.
     pub(super) fn is_working(&self) -> bool {
         self.phase == Phase::Working
     }
 
-    /// Asks for an emergency stop.
+    /// Requests an emergency stop.
     pub(super) fn stop(&mut self) {
         self.client.send(ToBoard::Stop);
     }
 
-    pub(super) fn behave(&mut self, whim: HostFault) {
-        if whim == HostFault::None && self.whim != HostFault::None {
-            // Whoever comes back says hello.
+    pub(super) fn inject(&mut self, fault: HostFault) {
+        if fault == HostFault::None && self.fault != HostFault::None {
+            // A new session begins with a hello.
             self.client = CommandLink::default();
         }
-        self.whim = whim;
-        self.strange_us = 0;
+        self.fault = fault;
+        self.next_fault_us = 0;
     }
 
-    /// Wants the board to leave its fault.
+    /// Requests that the board leaves its fault.
     pub(super) fn clear(&mut self) {
         self.phase = Phase::Clearing;
         self.client.command(Command::ClearFault);
@@ -135,8 +134,8 @@ impl Driver {
         self.client.command(command);
     }
 
-    fn take(&mut self, said: BoardMessage) {
-        match (said, self.phase) {
+    fn take(&mut self, message: BoardMessage) {
+        match (message, self.phase) {
             (BoardMessage::Hello(_), Phase::Connecting) => {
                 self.next(Phase::SettingUp, Command::Configure(self.setup));
             }
@@ -149,8 +148,8 @@ impl Driver {
                 None => self.phase = Phase::Working,
             },
             (BoardMessage::Done, Phase::Commanding) => self.phase = Phase::Working,
-            (BoardMessage::Done, Phase::Working) if self.whim == HostFault::OutOfRange => {
-                self.swallowed += 1;
+            (BoardMessage::Done, Phase::Working) if self.fault == HostFault::OutOfRange => {
+                self.accepted_invalid += 1;
             }
             (BoardMessage::Told(ToHost::Board(report)), _) => self.session = report.session,
             (BoardMessage::Told(ToHost::Tripped(trip)), _) => self.trip = Some(trip),
@@ -170,8 +169,8 @@ impl Driver {
         }
     }
 
-    /// Arms the idle board if its servos are ready, and has them made ready if they
-    /// are stock servos as they come.
+    /// Arms the idle board if its servos are ready, and has stock servos configured if
+    /// they are not.
     fn begin(&mut self, phase: Phase) {
         match (phase, self.is_ready) {
             (Phase::Waiting, Some(false)) => self.next(Phase::Preparing, Command::Prepare),
@@ -184,10 +183,10 @@ impl Driver {
         }
     }
 
-    /// Says what it should not.
-    fn misbehave(&mut self) {
+    /// Sends the messages of the fault.
+    fn send_fault(&mut self) {
         self.turn += 1;
-        match self.whim {
+        match self.fault {
             HostFault::None | HostFault::Gone => {}
             HostFault::Leaves => self.client.send(ToBoard::Goodbye),
             HostFault::OtherSchema => {
@@ -196,17 +195,17 @@ impl Driver {
                     ..schema::HELLO
                 };
                 for message in [ToBoard::Hello(hello), ToBoard::Heartbeat] {
-                    let (_, frame) = self.stranger.encode(&message);
-                    self.strange.extend_from_slice(frame);
+                    let (_, frame) = self.other_encoder.encode(&message);
+                    self.faulty_bytes.extend_from_slice(frame);
                 }
             }
-            HostFault::OutOfRange => self.client.command(beyond(self.turn)),
+            HostFault::OutOfRange => self.client.command(out_of_range(self.turn)),
         }
     }
 }
 
-/// Commands with numbers that no board may take.
-fn beyond(turn: usize) -> Command {
+/// Commands with numbers that a board must refuse.
+fn out_of_range(turn: usize) -> Command {
     let limits = Limits::default();
     let commands = [
         Command::Torque([f32::NAN; JOINTS]),
@@ -245,14 +244,14 @@ impl Host for Driver {
     type Error = Infallible;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
-        self.strange.clear();
-        if self.whim != HostFault::None && now_us >= self.strange_us {
-            self.strange_us = now_us + STRANGE_US;
-            self.misbehave();
+        self.faulty_bytes.clear();
+        if self.fault != HostFault::None && now_us >= self.next_fault_us {
+            self.next_fault_us = now_us + FAULT_US;
+            self.send_fault();
         }
-        match self.whim {
-            HostFault::OtherSchema | HostFault::Gone => return Ok(&self.strange),
-            HostFault::Leaves => self.whim = HostFault::Gone,
+        match self.fault {
+            HostFault::OtherSchema | HostFault::Gone => return Ok(&self.faulty_bytes),
+            HostFault::Leaves => self.fault = HostFault::Gone,
             HostFault::None | HostFault::OutOfRange => {}
         }
         Ok(self.client.transmit(now_us))
@@ -266,12 +265,12 @@ impl Host for Driver {
     }
 
     fn wake_at_us(&self) -> u64 {
-        match self.whim {
+        match self.fault {
             HostFault::None => self.client.wake_at_us(),
             HostFault::Gone => u64::MAX,
-            HostFault::OtherSchema => self.strange_us,
+            HostFault::OtherSchema => self.next_fault_us,
             HostFault::OutOfRange | HostFault::Leaves => {
-                self.strange_us.min(self.client.wake_at_us())
+                self.next_fault_us.min(self.client.wake_at_us())
             }
         }
     }

@@ -1,8 +1,8 @@
-//! What each fault may rightly be called: one table, with the reasons.
+//! Expected faults of each injection: one table, with the reasons.
 //!
-//! A name is right if somebody who looks at the arm would agree with it. Where a
-//! fault has no effect, or one that the loop is made to ride through, no fault is
-//! right too; [`verdict`] says when there has to be one.
+//! A fault is right if a person who observes the arm would agree with it. Where an
+//! injection has no effect, or one that the loop is designed to tolerate, no fault is right
+//! too; [`requirement`] decides whether there has to be one.
 
 use Fault::{
     AngleLimit, Clock, Corrupted, DeadZone, Diverged, EmergencyStop, HostSilent, Overrun, PwmLimit,
@@ -18,146 +18,87 @@ use crate::half_duplex_bus::Way;
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug)]
-pub struct Right {
-    /// Which kinds it is about.
+pub(super) struct Expected {
+    /// Kinds of the row.
     is_about: fn(Kind) -> bool,
-    /// What they may be called, if they are a fault.
-    pub names: &'static [Fault],
-    /// Why.
-    pub because: &'static str,
+    /// Permitted faults, if there is one.
+    pub(super) faults: &'static [Fault],
+    /// Why these.
+    pub(super) reason: &'static str,
 }
 
-/// Names for each kind of fault, in one row each. A row holds for both firmwares unless
+/// `kinds => [faults] "reason";` of each row.
+macro_rules! rows {
+    ($($kinds:pat => [$($fault:expr),*] $reason:literal;)*) => {
+        [$(Expected {
+            is_about: |kind| matches!(kind, $kinds),
+            faults: &[$($fault),*],
+            reason: $reason,
+        }),*]
+    };
+}
+
+/// Permitted faults of each kind, in one row each. A row holds for both firmwares unless
 /// [`STOCK`] has another.
-pub const TABLE: [Right; 19] = [
-    Right {
-        is_about: |kind| matches!(kind, Kind::Bytes(Way::ToServos, _)),
-        names: &[SamplesLost, SamplesRare, ServoSilent, Diverged],
-        because: "what servos do not understand they do not answer; where they miss a PWM but not \
-                  the question, the arm goes another way than the model",
-    },
-    Right {
-        is_about: |kind| matches!(kind, Kind::Bytes(Way::ToMaster, _)),
-        names: &[SamplesLost, SamplesRare, ServoSilent],
-        because: "answers come damaged, or nothing is left of them",
-    },
-    Right {
-        is_about: |kind| matches!(kind, Kind::EchoOn | Kind::EchoOff),
-        names: &[SamplesLost, SamplesRare, ServoSilent],
-        because: "the master either tells its own bytes from answers or loses samples",
-    },
-    Right {
-        is_about: |kind| matches!(kind, Kind::LineLow | Kind::LineHigh),
-        names: &[SamplesLost, ServoSilent],
-        because: "nobody is heard; a wire that is held and servos without power look alike",
-    },
-    Right {
-        is_about: |kind| kind == Kind::ServoReset,
-        names: &[ServoReset],
-        because: "it answers a ping, and has forgotten its place in the line-up",
-    },
-    Right {
-        is_about: |kind| matches!(kind, Kind::ServoMute | Kind::ServoDeaf),
-        names: &[ServoSilent],
-        because: "it says nothing; whether it hears nobody can tell from its silence",
-    },
-    Right {
-        is_about: |kind| kind == Kind::ServosSwapped,
-        names: &[Diverged, SpeedLimit, AngleLimit],
-        because: "both angles leap, and the loop drives the wrong joints; while angles and torques \
-                  are alike nothing is to be seen",
-    },
-    Right {
-        is_about: |kind| kind == Kind::Frozen,
-        names: &[Stuck, Diverged],
-        because: "told by its missing noise where the limits say that noise shows, or by an arm \
-                  that does not do what it is driven to; at rest a frozen angle is a true one",
-    },
-    Right {
-        is_about: |kind| kind == Kind::DeadZone,
-        names: &[DeadZone],
-        because: "counts near the ends of the track",
-    },
-    Right {
-        is_about: |kind| kind == Kind::Hot,
-        names: &[Temperature],
-        because: "it drifts beyond its limit",
-    },
-    Right {
-        is_about: |kind| matches!(kind, Kind::HostVanish | Kind::HostSchema | Kind::HostReplay),
-        names: &[HostSilent],
-        because: "nothing new that can be understood is silence; a pause is ridden through, and \
-                  so is what comes beside the host's own words. A replay with the hello in it \
-                  is a host to the board: nothing in the frames tells the two apart",
-    },
-    Right {
-        is_about: |kind| kind == Kind::HostFlood,
-        names: &[EmergencyStop(StopSource::Flood)],
-        because: "garbage outweighs the frames",
-    },
-    Right {
-        is_about: |kind| matches!(kind, Kind::HostGarbage | Kind::HostRange | Kind::Goodbye),
-        names: &[],
-        because: "enough frames come through; numbers out of range are refused; a goodbye disarms",
-    },
-    Right {
-        is_about: |kind| kind == Kind::ClockAhead,
-        names: &[Overrun],
-        because: "ticks are missing; a short gap is ridden through",
-    },
-    Right {
-        is_about: |kind| kind == Kind::ClockBack,
-        names: &[Clock],
-        because: "no time between two events is what it seems",
-    },
-    Right {
-        is_about: |kind| kind == Kind::Push,
-        names: &[
-            SpeedLimit,
-            AngleLimit,
-            Diverged,
-            TorqueLimit,
-            TorqueRate,
-            PwmLimit,
-        ],
-        because: "a push is answered with torque as far as limits allow; beyond that it moves the \
-                  arm, or overcomes the friction that held it",
-    },
-    Right {
-        is_about: |kind| kind == Kind::Corrupt,
-        names: &[Corrupted],
-        because: "the parameters in force are not those that were set",
-    },
-    Right {
-        is_about: |kind| kind == Kind::StopHost,
-        names: &[EmergencyStop(StopSource::Host)],
-        because: "somebody asked for it",
-    },
-    Right {
-        is_about: |kind| kind == Kind::StopPin,
-        names: &[EmergencyStop(StopSource::Pin)],
-        because: "somebody pressed it",
-    },
-];
+const TABLE: [Expected; 19] = rows! {
+    Kind::Bytes(Way::ToServos, _) => [SamplesLost, SamplesRare, ServoSilent, Diverged]
+        "a servo does not answer a damaged request; if only a PWM value is lost, the arm \
+         departs from the model";
+    Kind::Bytes(Way::ToMaster, _) => [SamplesLost, SamplesRare, ServoSilent]
+        "replies are damaged or lost";
+    Kind::EchoOn | Kind::EchoOff => [SamplesLost, SamplesRare, ServoSilent]
+        "the master either separates its echo from the replies or loses samples";
+    Kind::LineLow | Kind::LineHigh => [SamplesLost, ServoSilent]
+        "no servo replies; a stuck line and servos without power look alike";
+    Kind::ServoReset => [ServoReset]
+        "it answers a ping, and has lost its place in the cyclic order";
+    Kind::ServoMute | Kind::ServoDeaf => [ServoSilent]
+        "it does not reply; whether it receives cannot be told from its silence";
+    Kind::ServosSwapped => [Diverged, SpeedLimit, AngleLimit]
+        "both angles jump, and the loop drives the wrong joints; while angles and torques \
+         are alike there is no effect";
+    Kind::Frozen => [Stuck, Diverged]
+        "shown by missing noise, where the limits require noise, or by an arm that does not \
+         follow its torque; at rest a frozen angle is correct";
+    Kind::DeadZone => [DeadZone]
+        "counts near the ends of the track";
+    Kind::Hot => [Temperature]
+        "it drifts beyond its limit";
+    Kind::HostVanish | Kind::HostSchema | Kind::HostReplay => [HostSilent]
+        "frames that are not new and valid count as silence; a pause is tolerated, and so are \
+         replayed frames beside the host's own. A replay that includes the hello is a host \
+         to the board: nothing in the frames distinguishes the two";
+    Kind::HostFlood => [EmergencyStop(StopSource::Flood)]
+        "garbage outweighs the frames";
+    Kind::HostGarbage | Kind::HostRange | Kind::Goodbye => []
+        "enough frames arrive; numbers out of range are refused; a goodbye disarms";
+    Kind::ClockAhead => [Overrun]
+        "ticks are missing; a short gap is tolerated";
+    Kind::ClockBack => [Clock]
+        "no interval between two events is valid";
+    Kind::Push => [SpeedLimit, AngleLimit, Diverged, TorqueLimit, TorqueRate, PwmLimit]
+        "the loop counters a push with torque up to the limits; a stronger one moves the arm, \
+         or overcomes the friction that held it";
+    Kind::Corrupt => [Corrupted]
+        "the parameters in force are not those that were set";
+    Kind::StopHost => [EmergencyStop(StopSource::Host)]
+        "the host requested it";
+    Kind::StopPin => [EmergencyStop(StopSource::Pin)]
+        "the switch is pressed";
+};
 
 /// Rows that differ with stock servos.
-pub const STOCK: [Right; 2] = [
-    Right {
-        is_about: |kind| kind == Kind::ServoReset,
-        names: &[ServoReset],
-        because: "it answers as before, but its torque is not enabled any more",
-    },
-    Right {
-        is_about: |kind| kind == Kind::Hot,
-        names: &[Temperature, ServoAlarm],
-        because: "at the servo's own limit, which is the board's too, it lets go and says so in \
-                  every answer",
-    },
-];
+const STOCK: [Expected; 2] = rows! {
+    Kind::ServoReset => [ServoReset]
+        "it answers as before, but its torque is no longer enabled";
+    Kind::Hot => [Temperature, ServoAlarm]
+        "at the servo's own limit, which is the board's too, it switches off and sets its \
+         alarm in every reply";
+};
 
 /// The row of a kind with these servos.
-pub fn right(kind: Kind, servos: Firmware) -> &'static Right {
-    let stock: &[Right] = match servos {
+pub(super) fn expected(kind: Kind, servos: Firmware) -> &'static Expected {
+    let stock: &[Expected] = match servos {
         Firmware::Morpheus => &[],
         Firmware::Stock => &STOCK,
     };
@@ -170,7 +111,7 @@ pub fn right(kind: Kind, servos: Firmware) -> &'static Right {
 
 /// Whether there has to be a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub(super) enum Requirement {
     /// There must be one.
     Must,
     /// There may be one.
@@ -179,24 +120,23 @@ pub enum Verdict {
     No,
 }
 
-/// An outage so short is ridden through: half of what the limits' default allows
-/// samples to be missing.
-const RIDDEN_US: u64 = 10_000;
-/// One so long cannot be: three times that.
-const TOLD_US: u64 = 60_000;
-/// Silence of the host that is a fault, and how much of it may have passed before
+/// Outage that is tolerated: half the time for which samples may be missing by default.
+const TOLERATED_US: u64 = 10_000;
+/// Outage that must be detected: three times that time.
+const DETECTED_US: u64 = 60_000;
+/// Silence of the host that is a fault, and the part of it that may have passed before
 /// the host vanished.
 const SILENCE_US: u64 = 500_000;
 const HEARTBEAT_US: u64 = 25_000;
-/// Share of bytes that leaves no packet whole.
+/// Share of damaged bytes that leaves no packet whole.
 const ALL: f64 = 0.94;
-/// Of a replay: nothing else is heard.
+/// Amount of a replay that replaces all other frames.
 const REPLAY_ALONE: f64 = 0.5;
 
-/// Whether there has to be a fault in this case. A board that is not armed needs
-/// to notice nothing, but may.
-pub fn verdict(injection: &Injection, case: &Case) -> Verdict {
-    use Verdict::{May, Must, No};
+/// Whether there has to be a fault in this case. A board that is not armed may detect
+/// one, but need not.
+pub(super) fn requirement(injection: &Injection, case: &Case) -> Requirement {
+    use Requirement::{May, Must, No};
     let Injection {
         kind,
         lasts_us,
@@ -205,15 +145,15 @@ pub fn verdict(injection: &Injection, case: &Case) -> Verdict {
     } = *injection;
     let is_armed = case.scenario != Scenario::Idle;
     let if_armed = if is_armed { Must } else { May };
-    let lasting = |ridden_us, told_us| match lasts_us {
-        _ if lasts_us < ridden_us => No,
-        _ if lasts_us > told_us => if_armed,
+    let lasting = |tolerated_us, detected_us| match lasts_us {
+        _ if lasts_us < tolerated_us => No,
+        _ if lasts_us > detected_us => if_armed,
         _ => May,
     };
     match kind {
         Kind::Bytes(_, harm) if harm == Harm::Late || amount < ALL => May,
         Kind::Bytes(..) | Kind::LineLow | Kind::LineHigh | Kind::ServoMute | Kind::ServoDeaf => {
-            lasting(RIDDEN_US, TOLD_US)
+            lasting(TOLERATED_US, DETECTED_US)
         }
         Kind::HostVanish | Kind::HostSchema | Kind::HostReplay | Kind::Push if !is_armed => No,
         Kind::HostReplay if amount < REPLAY_ALONE => No,

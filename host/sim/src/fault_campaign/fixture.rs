@@ -1,4 +1,4 @@
-//! Board, bench and host of a case, and how each kind of fault is done to them.
+//! Fixture of a case: board, bench and host, and the injection of each kind of fault.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use super::case::{Case, Injection, Scenario};
 use super::driver::{Driver, HostFault};
 use super::kind::Kind;
 use super::oracle::STOP_US;
-use super::watch::Watched;
+use super::watch::MonitoredBoard;
 use crate::Bench;
 use crate::board::VirtualBoard;
 use crate::cosim::{Cosim, CosimError};
@@ -22,7 +22,7 @@ use crate::morpheus_servo::Deafness;
 use crate::plant::{Plant, Push};
 use crate::servo_kind::{KindError, ServoKind};
 
-/// Speed of the servos' bus.
+/// Baud rate of the servo bus.
 const BAUD: u32 = 1_000_000;
 /// Heating of a stock servo in °C for one count of a Morpheus servo's converter: its limit
 /// of 70 °C, 45 above the air, is reached in 0.5 to 1.5 s.
@@ -31,25 +31,25 @@ const CELSIUS_PER_COUNT: f64 = 0.1;
 /// All ends of a board's channels.
 pub(super) type Ends<'a> = (BridgeEnd<'a>, LinkEnd<'a>, PortEnd<'a>);
 
-/// Share of bytes to the servos beyond which nothing is sure to arrive: the stop
-/// sequence has 270 bytes, and parts of it that stand in for each other. A byte that
-/// is late is as bad as one that is lost: it meets an answer.
-const SHARE_THAT_BLOCKS: f64 = 0.01;
+/// Share of damaged bytes to the servos beyond which no packet is sure to arrive: the
+/// stop sequence has 270 bytes, some of them redundant. A late byte is as bad as a lost
+/// one: it collides with a reply.
+const BLOCKING_SHARE: f64 = 0.01;
 
-/// Everything that takes part in a case.
+/// Board, bench and host of a case.
 pub(super) struct World<'a> {
-    pub(super) cosim: Cosim<Watched<'a>, Meddled<Driver>>,
+    pub(super) cosim: Cosim<MonitoredBoard<'a>, Meddled<Driver>>,
     echoes: bool,
     is_swapped: bool,
     is_well: bool,
-    /// When a servo could not be reached, in µs.
+    /// Times at which a servo could not be reached, in µs.
     blocked: Vec<(usize, Range<u64>)>,
-    /// When bytes to the servos came to harm, however few, in µs: a checksum of eight
-    /// bits passes one damaged packet in 256, and the stop sequence has orders that a
-    /// servo takes without any.
+    /// Times at which bytes to the servos were damaged, however few, in µs: a checksum of
+    /// eight bits passes one damaged packet in 256, and the stop sequence has packets
+    /// without a checksum.
     garbled: Vec<Range<u64>>,
-    /// Until when each servo was inside an operation that a damaged order has begun,
-    /// in which it hears nothing, in µs.
+    /// End of each servo's operation that a damaged packet has started, during which the
+    /// servo receives nothing, in µs.
     busy_us: [u64; JOINTS],
 }
 
@@ -66,7 +66,7 @@ impl<'a> World<'a> {
         let kinds = kinds.map_err(|error| error.to_string())?;
         let mut bench = Bench::with_servos(Plant::new(case.plant(), case.seed), &kinds);
         bench.echo(case.echoes());
-        let board = Watched::new(board, limits.pwm_counts);
+        let board = MonitoredBoard::new(board, limits.pwm_counts);
         Ok(Self {
             cosim: Cosim::new(board, bench, Meddled::new(driver)),
             echoes: case.echoes(),
@@ -108,21 +108,21 @@ impl<'a> World<'a> {
         device.morpheus()?.deafness()
     }
 
-    /// Whether nothing has gone wrong yet.
+    /// Whether no fault has been injected yet.
     pub(super) fn is_well(&self) -> bool {
         self.is_well
     }
 
-    /// Whether what reaches the servos may be what nobody said.
+    /// Whether servos may receive packets that the board did not send.
     pub(super) fn is_garbled(&self) -> bool {
         let now_us = self.now_us();
         let mut garbled = self.garbled.iter();
-        // What they have heard they may obey a little later.
+        // A servo may execute a packet a little later.
         garbled.any(|at_us| (at_us.start..at_us.end.saturating_add(STOP_US)).contains(&now_us))
     }
 
-    /// For how long since then this servo's motor was on without a break, when it was
-    /// last, in µs, not counting time in which it could not be reached.
+    /// Duration in µs for which this servo's motor was on without a break since then, when
+    /// it was last on, not counting time in which it could not be reached.
     pub(super) fn overdue_us(&self, servo: usize, since_us: u64) -> u64 {
         let (on_ns, off_ns) = self.cosim.bench.last_on_ns(servo);
         let until_us = off_ns.map_or(self.now_us(), |ns| ns / 1_000);
@@ -136,7 +136,7 @@ impl<'a> World<'a> {
         until_us.saturating_sub(from_us)
     }
 
-    /// It goes wrong now.
+    /// Starts an injection.
     pub(super) fn begin(&mut self, injection: &Injection) {
         self.is_well = false;
         let now_us = self.now_us();
@@ -164,7 +164,7 @@ impl<'a> World<'a> {
         let Cosim {
             board, bench, host, ..
         } = &mut self.cosim;
-        let mut meddle = |what| host.meddle(what, during_us.clone(), seed);
+        let mut meddle = |fault| host.meddle(fault, during_us.clone(), seed);
         match kind {
             Kind::Bytes(way, harm) => bench.harm(ByteFault {
                 way,
@@ -200,9 +200,9 @@ impl<'a> World<'a> {
             Kind::HostGarbage => meddle(Meddling::Garbage),
             Kind::HostReplay if amount > 0.5 => meddle(Meddling::RepeatOnly),
             Kind::HostReplay => meddle(Meddling::Repeat),
-            Kind::HostSchema => host.host.behave(HostFault::OtherSchema),
-            Kind::HostRange => host.host.behave(HostFault::OutOfRange),
-            Kind::Goodbye => host.host.behave(HostFault::Leaves),
+            Kind::HostSchema => host.host.inject(HostFault::OtherSchema),
+            Kind::HostRange => host.host.inject(HostFault::OutOfRange),
+            Kind::Goodbye => host.host.inject(HostFault::Leaves),
             Kind::ClockAhead => board.board.shift_clock((amount * 1e3) as i64),
             Kind::ClockBack => board.board.shift_clock(-(amount * 1e3) as i64),
             Kind::Push => bench.push(Push {
@@ -217,7 +217,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// It is over, if it is one that has to be told so.
+    /// Ends an injection, if it does not end by itself.
     pub(super) fn end(&mut self, injection: &Injection) {
         let bench = &mut self.cosim.bench;
         match injection.kind {
@@ -228,16 +228,16 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Somebody sees to everything that is wrong.
-    pub(super) fn mend(&mut self) {
+    /// Removes all faults.
+    pub(super) fn repair(&mut self) {
         let now_us = self.now_us();
         let blocked = self.blocked.iter_mut().map(|(_, during_us)| during_us);
         for during_us in blocked.chain(&mut self.garbled) {
             during_us.end = during_us.end.min(now_us);
         }
         for servo in 0..JOINTS {
-            // One that once saw a packet of 128 bytes or more hears the next only
-            // when it was switched off.
+            // After a packet of 128 bytes or more a servo receives nothing until it is
+            // power-cycled.
             if self.deafness(servo) == Some(Deafness::MessageStuck) {
                 self.cosim.bench.power_cycle(servo);
             }
@@ -257,16 +257,16 @@ impl<'a> World<'a> {
             bench.swap_servos();
         }
         host.leave_alone();
-        host.host.behave(HostFault::None);
+        host.host.inject(HostFault::None);
         self.cosim.is_stop_pressed = false;
     }
 }
 
-/// Whether no packet is sure to reach the servo while it lasts.
+/// Whether no packet is sure to reach the servo during the injection.
 pub(super) fn blocks(injection: &Injection) -> bool {
     match injection.kind {
         Kind::LineLow | Kind::LineHigh | Kind::ServoDeaf => true,
-        Kind::Bytes(Way::ToServos, _) => injection.amount > SHARE_THAT_BLOCKS,
+        Kind::Bytes(Way::ToServos, _) => injection.amount > BLOCKING_SHARE,
         _ => false,
     }
 }

@@ -1,4 +1,4 @@
-//! What can be injected, one word each.
+//! Kinds of injected faults, with one name each.
 
 use std::fmt;
 use std::str::FromStr;
@@ -10,25 +10,25 @@ use crate::half_duplex_bus::{Damage, Way};
 /// Kinds of faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
-    /// Bytes of one way come to harm.
+    /// Bytes of one direction are damaged.
     Bytes(Way, Harm),
-    /// The master begins to hear itself.
+    /// The master begins to receive its own bytes.
     EchoOn,
-    /// A master that always heard itself no longer does.
+    /// The master no longer receives its own bytes.
     EchoOff,
     /// The data line is held down.
     LineLow,
     /// The data line is held up.
     LineHigh,
-    /// A servo is off and on again.
+    /// A servo is power-cycled.
     ServoReset,
-    /// A servo hears and obeys, and says nothing.
+    /// A servo receives and executes, but does not reply.
     ServoMute,
-    /// A servo hears nothing, and goes on as it was told last.
+    /// A servo receives nothing, and keeps its last command.
     ServoDeaf,
     /// The servos change places.
     ServosSwapped,
-    /// A potentiometer says one count for ever.
+    /// A potentiometer's reading stays at one count.
     Frozen,
     /// A potentiometer's wiper has left its track.
     DeadZone,
@@ -42,9 +42,9 @@ pub enum Kind {
     HostGarbage,
     /// The host goes on in another schema.
     HostSchema,
-    /// Frames of before come again.
+    /// Earlier frames are repeated.
     HostReplay,
-    /// Commands with numbers beyond all bounds.
+    /// Commands with numbers that are out of range.
     HostRange,
     /// The host leaves politely.
     Goodbye,
@@ -52,17 +52,17 @@ pub enum Kind {
     ClockAhead,
     /// The board's clock leaps back.
     ClockBack,
-    /// Somebody pushes the arm.
+    /// The arm is pushed.
     Push,
     /// A bit of a parameter in force is turned.
     Corrupt,
-    /// The host asks for an emergency stop.
+    /// The host requests an emergency stop.
     StopHost,
     /// The stop switch is pressed.
     StopPin,
 }
 
-/// What becomes of bytes.
+/// Damage to bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Harm {
     /// They never arrive.
@@ -71,14 +71,14 @@ pub enum Harm {
     Late,
     /// They arrive twice.
     Doubled,
-    /// With a bit turned.
+    /// They arrive with a bit flipped.
     Flipped,
     /// The rest of their packet does not arrive either.
     CutOff,
 }
 
 impl Harm {
-    /// As the bench has it; what is late is late by so much.
+    /// The same for the bench; late bytes are `late_ns` late.
     pub(super) fn damage(self, late_ns: u64) -> Damage {
         match self {
             Self::Lost => Damage::Lost,
@@ -133,7 +133,7 @@ impl Kind {
         ]
     };
 
-    /// As it is written on a command line.
+    /// Name on the command line.
     pub const fn name(self) -> &'static str {
         use Harm::{CutOff, Doubled, Flipped, Late, Lost};
         use Way::{ToMaster, ToServos};

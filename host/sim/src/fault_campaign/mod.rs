@@ -1,39 +1,37 @@
-//! The fault campaign: thousands of runs on the bench in which something goes
-//! wrong, singly and in pairs, and what the board makes of it.
+//! Fault campaign: thousands of runs on the bench with injected faults, singly and in
+//! pairs, and the board's reactions.
 //!
-//! A case follows from its seed alone, so one that fails can be told again to the
-//! bit. What is required of every case:
+//! A case follows from its seed alone: one that fails can be repeated to the bit.
+//! Requirements on every case:
 //!
-//! * nothing panics and nothing hangs;
-//! * no PWM beyond the limits on the wire, or at a motor while packets arrive as
-//!   they were sent;
-//! * in a mode that does not drive the motors none is on for longer than [`STOP_US`]
+//! * no panic, and no hang;
+//! * no PWM beyond the limits on the wire, or at a motor while packets arrive intact;
+//! * in a mode that does not drive the motors, none is on for longer than [`STOP_US`]
 //!   without a break, not counting time in which a servo cannot be reached: the line
-//!   is stuck, the servo hears nothing, more than one byte in a hundred comes to harm
-//!   on the way, or a damaged order has sent the servo's firmware into a long
-//!   operation (it writes registers for a third of a second then). On a line that
-//!   goes on doing harm a damaged packet may switch a motor on again, until the next
-//!   tick says off;
-//! * a fault is called what it is: [`expect`] says what that may be, and
-//!   [`NAMED_RIGHT`] of all singles must be;
-//! * when everything is mended and the fault cleared, the board comes back.
+//!   is stuck, the servo receives nothing, more than one byte in a hundred is damaged,
+//!   or a damaged packet has started a long operation of the servo's firmware (it writes
+//!   registers for a third of a second then). While a line keeps damaging bytes, a damaged
+//!   packet may switch a motor on again, until the next tick switches it off;
+//! * the fault is the expected one: `expect` has the table, and [`NAMED_RIGHT`] of all
+//!   singles must match it;
+//! * when all faults are removed and the fault is cleared, the board is idle again.
 //!
 //! | module     | what                                              |
 //! |------------|---------------------------------------------------|
-//! | [`Kind`]   | what can be injected                              |
-//! | [`Case`]   | what follows from a seed                          |
-//! | [`expect`] | what each fault may rightly be called             |
+//! | [`Kind`]   | kinds of injected faults                          |
+//! | [`Case`]   | the case that follows from a seed                 |
+//! | `expect`   | expected faults of each kind                      |
 //! | `driver`   | the host of a case                                |
-//! | `fixture`    | how a fault is done to board, bench and host      |
-//! | `watch`    | reads along what the board sends                  |
-//! | `oracle`    | runs a case and judges it                         |
-//! | `trace`    | tells it                                          |
-//! | [`Report`] | sums a campaign up                                |
+//! | `fixture`  | injects a fault into board, bench and host        |
+//! | `watch`    | monitors the bytes that the board sends           |
+//! | `oracle`   | runs a case and checks the requirements           |
+//! | `trace`    | the case as text                                  |
+//! | [`Report`] | a campaign in numbers                             |
 
 mod case;
 mod draw;
 mod driver;
-pub mod expect;
+mod expect;
 mod fixture;
 mod kind;
 mod oracle;
@@ -49,5 +47,5 @@ pub use kind::{Harm, Kind, NoKind};
 pub use oracle::STOP_US;
 pub use outcome::Outcome;
 pub use report::{Failure, NAMED_RIGHT, Report, Row};
-pub use run::{overhear, run, run_with_story};
+pub use run::{run, run_with_events, run_with_trace};
 pub use table::table;

@@ -1,58 +1,58 @@
-//! Runs a case and judges it.
+//! Oracle: runs a case and checks the requirements.
 //!
 //! ```text
-//! ready     first fault ... last    mended      cleared
+//! ready     first fault ... last    removed     cleared
 //! |0.3-0.8 s| up to 0.1 s |  1.5 s   |   0.2 s  | 3 s at most
 //! ```
 //!
-//! What is required is judged at every event on the bench, not at ticks.
+//! Requirements are checked at every event on the bench, not at ticks.
 
 use armbridge_client::enum_names;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Fault, Mode};
 
 use super::case::{Case, Injection};
-use super::expect::{self, Verdict};
+use super::expect::{self, Requirement};
 use super::fixture::World;
 use super::kind::Kind;
 use super::outcome::Outcome;
-use super::trace::Story;
+use super::trace::Trace;
 
 /// From a fault to motors off, where the bus carries packets, in µs.
 pub const STOP_US: u64 = 20_000;
-/// Until the arm does what it shall, in µs: bring-up takes 20 ms.
+/// Until the scenario runs, in µs: bring-up takes 20 ms.
 const READY_US: u64 = 1_000_000;
-/// From the mending to the end, in µs.
+/// From the removal of the faults to the end, in µs.
 const SETTLE_US: u64 = 200_000;
 /// Until a cleared board is idle again, in µs.
 const CLEAR_US: u64 = 3_000_000;
-/// Far more events than a case can have: there are six or seven a tick.
+/// Far more events than a case can have: six or seven a tick.
 const EVENTS_MAX: u32 = 200_000;
 /// Torque that a PWM's rounding adds, in N m: a count is 1.2 mN m.
 const ROUNDING_NM: f32 = 0.002;
 
-/// A case under way.
-pub(super) struct Judge<'a, 'b> {
+/// A case that runs.
+pub(super) struct CaseRunner<'a, 'b> {
     case: &'b Case,
     world: World<'a>,
-    story: &'b mut Story,
+    trace: &'b mut Trace,
     outcome: Outcome,
     mode: Mode,
     /// Since when no mode drives the motors, in µs.
     undriven_us: Option<u64>,
     fault: Option<(Fault, u64)>,
-    /// A motor was given more than it may be.
+    /// A motor had a larger PWM than the limits permit.
     is_beyond: bool,
     events: u32,
 }
 
-impl<'a, 'b> Judge<'a, 'b> {
-    pub(super) fn new(case: &'b Case, world: World<'a>, story: &'b mut Story) -> Self {
+impl<'a, 'b> CaseRunner<'a, 'b> {
+    pub(super) fn new(case: &'b Case, world: World<'a>, trace: &'b mut Trace) -> Self {
         Self {
             case,
             mode: world.mode(),
             world,
-            story,
+            trace,
             outcome: Outcome::new(case),
             undriven_us: None,
             fault: None,
@@ -61,35 +61,35 @@ impl<'a, 'b> Judge<'a, 'b> {
         }
     }
 
-    /// From the beginning to the end.
+    /// Runs the case to its end.
     pub(super) fn run(mut self) -> Outcome {
-        let is_ready = self.go_until(READY_US, |judge| judge.world.driver().is_working());
+        let is_ready = self.run_until(READY_US, |runner| runner.world.driver().is_working());
         if !is_ready || self.fault.is_some() {
             let why = format!("not ready: {}", self.described());
             return self.outcome.failed(why);
         }
         let ready_us = self.world.now_us();
-        let what = "the arm does what it shall";
-        self.story.append(ready_us, || what.into());
+        self.trace.append(ready_us, || "the scenario runs".into());
         self.inject(ready_us);
-        self.judge_name(ready_us);
+        self.check_fault(ready_us);
         let now_us = self.world.now_us();
         if let Some(off) = self.world.driver().off {
-            self.story
-                .append(now_us, || format!("the board has told: {off:?}"));
+            self.trace
+                .append(now_us, || format!("report of the board: {off:?}"));
         }
-        self.story.append(now_us, || "everything is mended".into());
-        self.world.mend();
-        self.go_until(now_us + SETTLE_US, |_| false);
+        self.trace
+            .append(now_us, || "all faults are removed".into());
+        self.world.repair();
+        self.run_until(now_us + SETTLE_US, |_| false);
         self.clear();
-        self.judge_motors();
+        self.check_motors();
         self.outcome
     }
 
-    /// Lets things go wrong, and watches.
+    /// Injects the faults, and observes.
     fn inject(&mut self, ready_us: u64) {
         let injections = &self.case.injections;
-        let mut acts: Vec<(u64, bool, usize)> = injections
+        let mut steps: Vec<(u64, bool, usize)> = injections
             .iter()
             .enumerate()
             .flat_map(|(which, injection)| {
@@ -98,25 +98,25 @@ impl<'a, 'b> Judge<'a, 'b> {
                 [(begin_us, true, which), (end_us, false, which)]
             })
             .collect();
-        acts.sort_unstable_by_key(|(at_us, is_begin, _)| (*at_us, !is_begin));
+        steps.sort_unstable_by_key(|(at_us, is_begin, _)| (*at_us, !is_begin));
         let last_us = injections.iter().map(|i| i.after_us).max().unwrap_or(0);
         let until_us = ready_us + last_us + self.case.watched_us();
-        for (at_us, is_begin, which) in acts {
+        for (at_us, is_begin, which) in steps {
             if at_us >= until_us {
                 break;
             }
-            self.go_until(at_us, |_| false);
+            self.run_until(at_us, |_| false);
             if let Some(injection) = injections.get(which) {
-                self.act(injection, is_begin);
+                self.apply(injection, is_begin);
             }
         }
-        self.go_until(until_us, |_| false);
+        self.run_until(until_us, |_| false);
     }
 
-    fn act(&mut self, injection: &Injection, is_begin: bool) {
+    fn apply(&mut self, injection: &Injection, is_begin: bool) {
         let now_us = self.world.now_us();
         if is_begin {
-            self.story.injects(now_us, injection);
+            self.trace.injects(now_us, injection);
             if self.world.is_well() && self.fault.is_some() {
                 let why = format!("a fault before anything was wrong: {}", self.described());
                 self.outcome.fail(why);
@@ -125,33 +125,32 @@ impl<'a, 'b> Judge<'a, 'b> {
         } else {
             self.world.end(injection);
             if injection.lasts_us > 0 {
-                self.story
+                self.trace
                     .append(now_us, || format!("{} is over", injection.kind));
             }
         }
     }
 
-    /// Goes on until then, or until what is waited for has come. Returns whether
-    /// it has.
-    fn go_until(&mut self, until_us: u64, has_come: impl Fn(&mut Self) -> bool) -> bool {
-        while self.world.now_us() < until_us && !has_come(self) {
+    /// Runs until that time, or until the condition holds. Returns whether it holds.
+    fn run_until(&mut self, until_us: u64, holds: impl Fn(&mut Self) -> bool) -> bool {
+        while self.world.now_us() < until_us && !holds(self) {
             if self.events >= EVENTS_MAX {
                 self.outcome.fail("hung: too many events".into());
                 return false;
             }
             self.events += 1;
             self.world.step_until(until_us);
-            self.look();
+            self.observe();
         }
-        has_come(self)
+        holds(self)
     }
 
-    /// What has happened?
-    fn look(&mut self) {
+    /// Updates mode, fault and motor times after an event.
+    fn observe(&mut self) {
         let now_us = self.world.now_us();
         let mode = self.world.mode();
         if mode != self.mode {
-            self.story.changes(now_us, self.mode, mode, &mut self.world);
+            self.trace.changes(now_us, self.mode, mode, &mut self.world);
             if mode.drive().is_some() {
                 self.undriven_us = None;
             } else if self.mode.drive().is_some() {
@@ -184,21 +183,22 @@ impl<'a, 'b> Judge<'a, 'b> {
         format!("{:?}{fault}", self.mode)
     }
 
-    /// Is it called what it is?
-    fn judge_name(&mut self, ready_us: u64) {
+    /// Compares the fault with the expected ones.
+    fn check_fault(&mut self, ready_us: u64) {
         let injections = &self.case.injections;
-        let is = |verdict, injection| expect::verdict(injection, self.case) == verdict;
+        let is = |requirement, injection| expect::requirement(injection, self.case) == requirement;
         let outcome = &mut self.outcome;
         match self.fault {
-            None => outcome.is_named_right = !injections.iter().any(|i| is(Verdict::Must, i)),
+            None => outcome.is_named_right = !injections.iter().any(|i| is(Requirement::Must, i)),
             Some((fault, at_us)) => {
                 let is_name = |i: &Injection| {
-                    expect::right(i.kind, self.case.servos)
-                        .names
+                    expect::expected(i.kind, self.case.servos)
+                        .faults
                         .contains(&fault)
                 };
-                outcome.is_named_right =
-                    injections.iter().any(|i| is_name(i) && !is(Verdict::No, i));
+                outcome.is_named_right = injections
+                    .iter()
+                    .any(|i| is_name(i) && !is(Requirement::No, i));
                 outcome.fault = Some(enum_names::fault(fault));
                 let first_us = ready_us + injections.first().map_or(0, |i| i.after_us);
                 outcome.detected_ms = Some(at_us.saturating_sub(first_us) as f64 * 1e-3);
@@ -209,16 +209,16 @@ impl<'a, 'b> Judge<'a, 'b> {
         }
     }
 
-    /// Does the board come back?
+    /// Clears the fault, and checks that the board becomes idle.
     fn clear(&mut self) {
         if self.fault.is_none() || !self.case.is_cleared {
             return;
         }
         let now_us = self.world.now_us();
-        self.story
+        self.trace
             .append(now_us, || "the host clears the fault".into());
         self.world.driver().clear();
-        let is_back = self.go_until(now_us + CLEAR_US, |judge| judge.mode == Mode::Idle);
+        let is_back = self.run_until(now_us + CLEAR_US, |runner| runner.mode == Mode::Idle);
         self.outcome.is_cleared = Some(is_back);
         if !is_back {
             let why = format!("not idle after the fault was cleared: {}", self.described());
@@ -226,8 +226,8 @@ impl<'a, 'b> Judge<'a, 'b> {
         }
     }
 
-    /// Was anything ordered that must not be, or not taken back in time?
-    fn judge_motors(&mut self) {
+    /// Checks PWM, torque and stop time against the limits.
+    fn check_motors(&mut self) {
         let outcome = &mut self.outcome;
         if outcome.stop_ms > STOP_US as f64 * 1e-3 {
             outcome.fail(format!("a motor was on for {:.1} ms", outcome.stop_ms));
@@ -239,15 +239,14 @@ impl<'a, 'b> Judge<'a, 'b> {
         }
         let [allowed_nm, _] = self.case.limits().torque_nm;
         let driver = self.world.driver();
-        // What a board computes from a number that is not the one that was set says
-        // nothing; its PWM does.
+        // A torque that is computed from corrupted parameters proves nothing; the PWM does.
         if driver.most_nm > allowed_nm + ROUNDING_NM && !self.case.has(Kind::Corrupt) {
             let most_nm = driver.most_nm;
             outcome.fail(format!("torque of {most_nm} N m, {allowed_nm} allowed"));
         }
-        if driver.swallowed > 0 {
-            let swallowed = driver.swallowed;
-            outcome.fail(format!("{swallowed} commands out of range accepted"));
+        if driver.accepted_invalid > 0 {
+            let accepted = driver.accepted_invalid;
+            outcome.fail(format!("{accepted} commands out of range accepted"));
         }
     }
 }
@@ -268,28 +267,28 @@ mod tests {
         Case { is_tight, ..case }
     }
 
-    /// Judges a case by what another one has set up and what is done behind its
-    /// back.
-    fn judged(case: &Case, set_up: &Case, done: impl FnOnce(&mut World<'_>)) -> Outcome {
+    /// Checks a case on a board that another case has set up, after a change that the
+    /// case does not know.
+    fn checked(case: &Case, set_up: &Case, done: impl FnOnce(&mut World<'_>)) -> Outcome {
         let mut channels = Channels::new();
         let world = World::new(set_up, channels.split()).unwrap();
-        let mut story = Story::untold();
-        let mut judge = Judge::new(case, world, &mut story);
-        assert!(judge.go_until(READY_US, |judge| judge.world.driver().is_working()));
-        let ready_us = judge.world.now_us();
-        judge.go_until(ready_us + 100_000, |_| false);
-        done(&mut judge.world);
-        judge.inject(ready_us);
-        judge.judge_name(ready_us);
-        judge.judge_motors();
-        judge.outcome
+        let mut trace = Trace::off();
+        let mut runner = CaseRunner::new(case, world, &mut trace);
+        assert!(runner.run_until(READY_US, |runner| runner.world.driver().is_working()));
+        let ready_us = runner.world.now_us();
+        runner.run_until(ready_us + 100_000, |_| false);
+        done(&mut runner.world);
+        runner.inject(ready_us);
+        runner.check_fault(ready_us);
+        runner.check_motors();
+        runner.outcome
     }
 
     #[test]
     fn a_motor_that_stays_on_is_seen() {
         let stop = case_of(Kind::StopHost, false);
-        assert_eq!(judged(&stop, &stop, |_| ()).failures, [""; 0]);
-        let deafened = judged(&stop, &stop, |world| world.cosim.bench.deafen(0, true));
+        assert_eq!(checked(&stop, &stop, |_| ()).failures, [""; 0]);
+        let deafened = checked(&stop, &stop, |world| world.cosim.bench.deafen(0, true));
         assert!(deafened.stop_ms > 1_000.0, "{deafened:?}");
         let is_seen = |why: &String| why.contains("was on for");
         assert!(deafened.failures.iter().any(is_seen), "{deafened:?}");
@@ -301,7 +300,7 @@ mod tests {
             to_rad: [1.2; JOINTS],
             ..case_of(Kind::Goodbye, is_tight)
         };
-        let outcome = judged(&case(true), &case(false), |world| {
+        let outcome = checked(&case(true), &case(false), |world| {
             world.cosim.board.allowed = 10;
         });
         let seen = outcome.failures.join("; ");
@@ -313,8 +312,8 @@ mod tests {
     #[test]
     fn a_wrong_name_and_a_missing_one_are_seen() {
         let goodbye = case_of(Kind::Goodbye, false);
-        assert!(judged(&goodbye, &goodbye, |_| ()).is_named_right);
-        let stopped = judged(&goodbye, &goodbye, |world| {
+        assert!(checked(&goodbye, &goodbye, |_| ()).is_named_right);
+        let stopped = checked(&goodbye, &goodbye, |world| {
             world.cosim.is_stop_pressed = true;
         });
         let pin = enum_names::fault(Fault::EmergencyStop(StopSource::Pin));
@@ -324,7 +323,7 @@ mod tests {
             scenario: Scenario::Idle,
             ..case_of(Kind::StopHost, false)
         };
-        let ignored = judged(&stop, &stop, |world| world.driver().behave(HostFault::Gone));
+        let ignored = checked(&stop, &stop, |world| world.driver().inject(HostFault::Gone));
         assert_eq!((ignored.fault, ignored.is_named_right), (None, false));
     }
 }

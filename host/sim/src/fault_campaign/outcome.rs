@@ -1,34 +1,34 @@
-//! How a case went.
+//! Outcome of a case.
 
 use serde::Serialize;
 
 use super::case::Case;
 use super::kind::Kind;
 
-/// How a case went.
+/// Outcome of a case.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Outcome {
-    /// Of the case.
+    /// Seed of the case.
     pub seed: u64,
-    /// What was injected.
+    /// Injected kinds.
     pub kinds: Vec<Kind>,
-    /// What the board called it, if anything.
+    /// Fault of the board, if there was one.
     pub fault: Option<&'static str>,
-    /// Whether that is right.
+    /// Whether that is an expected one.
     pub is_named_right: bool,
     /// From the first injection to the fault, in ms.
     pub detected_ms: Option<f64>,
-    /// The longest that a motor was on in a mode that does not drive it, in ms of
-    /// time in which its servo could be reached.
+    /// Longest time for which a motor was on in a mode that does not drive it, in ms,
+    /// not counting time in which its servo could not be reached.
     pub stop_ms: f64,
-    /// Whether the board came back when the fault was cleared, where that was tried.
+    /// Whether the board was idle after the fault was cleared, where that was tried.
     pub is_cleared: Option<bool>,
-    /// What must never happen, and did.
+    /// Violated requirements.
     pub failures: Vec<String>,
 }
 
 impl Outcome {
-    /// Of a case in which nothing has happened yet.
+    /// Before the start of a case.
     pub(super) fn new(case: &Case) -> Self {
         Self {
             seed: case.seed,
@@ -47,14 +47,14 @@ impl Outcome {
         self.kinds.len() == 1
     }
 
-    /// Notes what must never happen, once.
+    /// Adds a violated requirement, once.
     pub(super) fn fail(&mut self, why: String) {
         if !self.failures.contains(&why) {
             self.failures.push(why);
         }
     }
 
-    /// The same, with something that must never happen.
+    /// The outcome with a violated requirement.
     #[must_use]
     pub(super) fn failed(mut self, why: String) -> Self {
         self.fail(why);

@@ -7,40 +7,40 @@ use serde::Serialize;
 use super::kind::Kind;
 use super::outcome::Outcome;
 
-/// Share of singles that have to be named right.
+/// Share of singles whose fault must be an expected one.
 pub const NAMED_RIGHT: f64 = 0.99;
 
-/// What became of the cases of one kind.
+/// Results of the cases of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// The kind, or what the cases have in common.
+    /// The kind, or the group of cases.
     pub name: &'static str,
-    /// How many cases.
+    /// Number of cases.
     pub cases: usize,
-    /// Of those, how many were called what they are.
+    /// Those with an expected fault.
     pub named_right: usize,
-    /// From injection to fault, in ms: the usual case,
+    /// From injection to fault, in ms: median,
     pub median_detected_ms: Option<f64>,
-    /// and the worst.
+    /// and maximum.
     pub worst_detected_ms: Option<f64>,
     /// From there to both motors off, in ms, in the worst case.
     pub worst_stop_ms: f64,
-    /// How often they were called what.
+    /// Number of cases by fault.
     pub called: BTreeMap<&'static str, usize>,
 }
 
-/// A case that is not as it must be.
+/// A case that violates a requirement.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Failure {
-    /// Of the case: it can be told again.
+    /// Seed of the case, which repeats it.
     pub seed: u64,
-    /// What was injected.
+    /// Injected kinds.
     pub kinds: Vec<Kind>,
-    /// What is wrong.
+    /// Violated requirements.
     pub why: Vec<String>,
 }
 
-/// What became of all cases.
+/// Results of all cases.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
     /// Singles, kind by kind.
@@ -51,14 +51,14 @@ pub struct Report {
     pub all_pairs: Row,
     /// Cases in which the fault was cleared.
     pub cleared: usize,
-    /// What must never happen, and did.
+    /// Cases that violate a requirement.
     pub failures: Vec<Failure>,
-    /// Singles that were called what they are not.
+    /// Singles with an unexpected fault.
     pub misnamed: Vec<Failure>,
 }
 
 impl Report {
-    /// Of these cases.
+    /// Report on these cases.
     pub fn of(outcomes: &[Outcome]) -> Self {
         let singles = || outcomes.iter().filter(|outcome| outcome.is_single());
         let rows = Kind::ALL.into_iter().map(|kind| {
@@ -89,7 +89,7 @@ impl Report {
         }
     }
 
-    /// Whether everything is as it must be.
+    /// Whether all requirements are met.
     pub fn holds(&self) -> bool {
         let Row {
             cases, named_right, ..

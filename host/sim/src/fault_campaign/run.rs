@@ -1,4 +1,4 @@
-//! From a seed to what became of it.
+//! Runs of a case, by its seed.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -8,41 +8,41 @@ use armbridge_shared::servo::Firmware;
 
 use super::case::Case;
 use super::fixture::World;
-use super::oracle::Judge;
+use super::oracle::CaseRunner;
 use super::outcome::Outcome;
-use super::trace::Story;
+use super::trace::Trace;
 
 /// Runs the case of this seed, with servos of this firmware.
 pub fn run(seed: u64, servos: Firmware) -> Outcome {
-    judge(&Case::new(seed, servos), &mut Story::untold(), None)
+    run_case(&Case::new(seed, servos), &mut Trace::off(), None)
 }
 
-/// The same, with whatever is said on the link told to `hear`, as the board hears it.
-pub fn overhear(seed: u64, servos: Firmware, mut hear: impl FnMut(Event)) -> Outcome {
+/// The same; `on_event` takes the messages on the link as they pass the board.
+pub fn run_with_events(seed: u64, servos: Firmware, mut on_event: impl FnMut(Event)) -> Outcome {
     let case = Case::new(seed, servos);
-    judge(&case, &mut Story::untold(), Some(&mut hear))
+    run_case(&case, &mut Trace::off(), Some(&mut on_event))
 }
 
-/// The same, told.
-pub fn run_with_story(seed: u64, servos: Firmware) -> (Outcome, String) {
-    let mut story = Story::default();
+/// The same, with the case as text.
+pub fn run_with_trace(seed: u64, servos: Firmware) -> (Outcome, String) {
+    let mut trace = Trace::default();
     let case = Case::new(seed, servos);
-    story.begin(&case);
-    let outcome = judge(&case, &mut story, None);
-    story.end(&outcome);
-    (outcome, story.text())
+    trace.begin(&case);
+    let outcome = run_case(&case, &mut trace, None);
+    trace.end(&outcome);
+    (outcome, trace.text())
 }
 
-/// A case that panics is one that failed.
-fn judge(case: &Case, story: &mut Story, hear: Option<&mut dyn FnMut(Event)>) -> Outcome {
+/// A case that panics has failed.
+fn run_case(case: &Case, trace: &mut Trace, on_event: Option<&mut dyn FnMut(Event)>) -> Outcome {
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         let mut channels = Channels::new();
         match World::new(case, channels.split()) {
             Ok(mut world) => {
-                if let Some(hear) = hear {
-                    world.cosim.board.overhear(hear);
+                if let Some(on_event) = on_event {
+                    world.cosim.board.decode_link(on_event);
                 }
-                Judge::new(case, world, story).run()
+                CaseRunner::new(case, world, trace).run()
             }
             Err(why) => Outcome::new(case).failed(why),
         }

@@ -1,4 +1,4 @@
-//! What happened in one case, line by line.
+//! Trace of a case: its events as text, line by line.
 
 use std::fmt::Write;
 
@@ -7,21 +7,21 @@ use armbridge_shared::link::message::Mode;
 use armbridge_shared::servo::Firmware;
 
 use super::case::{Case, Injection};
-use super::expect::{self, Verdict};
+use super::expect::{self, Requirement};
 use super::fixture::World;
 use super::outcome::Outcome;
 
-/// A case as it is told; one that nobody listens to costs nothing.
+/// Text of a case; none is formatted if it is off.
 #[derive(Debug, Default)]
-pub(super) struct Story {
-    is_untold: bool,
+pub(super) struct Trace {
+    is_off: bool,
     lines: String,
 }
 
-impl Story {
-    pub(super) fn untold() -> Self {
+impl Trace {
+    pub(super) fn off() -> Self {
         Self {
-            is_untold: true,
+            is_off: true,
             ..Self::default()
         }
     }
@@ -35,10 +35,10 @@ impl Story {
         self.lines.push('\n');
     }
 
-    pub(super) fn append(&mut self, now_us: u64, what: impl FnOnce() -> String) {
-        if !self.is_untold {
+    pub(super) fn append(&mut self, now_us: u64, text: impl FnOnce() -> String) {
+        if !self.is_off {
             // Writing to a string cannot fail.
-            let _ = writeln!(self.lines, "{:>9.3} ms  {}", now_us as f64 * 1e-3, what());
+            let _ = writeln!(self.lines, "{:>9.3} ms  {}", now_us as f64 * 1e-3, text());
         }
     }
 
@@ -55,19 +55,19 @@ impl Story {
             case.seed, case.scenario
         ));
         for injection in &case.injections {
-            let right = expect::right(injection.kind, case.servos);
-            let names: Vec<&str> = right
-                .names
+            let expected = expect::expected(injection.kind, case.servos);
+            let names: Vec<&str> = expected
+                .faults
                 .iter()
                 .map(|fault| enum_names::fault(*fault))
                 .collect();
             let (kind, names) = (injection.kind, names.join(", "));
-            self.line(&match expect::verdict(injection, case) {
-                Verdict::Must => format!("{kind}: must be called {names}"),
-                Verdict::May => format!("{kind}: nothing, or {names}"),
-                Verdict::No => format!("{kind}: must be called nothing"),
+            self.line(&match expect::requirement(injection, case) {
+                Requirement::Must => format!("{kind}: must be called {names}"),
+                Requirement::May => format!("{kind}: nothing, or {names}"),
+                Requirement::No => format!("{kind}: must be called nothing"),
             });
-            self.line(&format!("  {}", right.because));
+            self.line(&format!("  {}", expected.reason));
         }
     }
 
@@ -91,7 +91,7 @@ impl Story {
     }
 
     pub(super) fn changes(&mut self, now_us: u64, from: Mode, to: Mode, world: &mut World<'_>) {
-        if self.is_untold {
+        if self.is_off {
             return;
         }
         let record = world.driver().record;

@@ -9,7 +9,7 @@ use armbridge_shared::actuator::Pwm;
 use crate::board::{Board, Input, Output, VirtualBoard, Wake};
 
 /// Packet of a tick that sets the PWM of both servos of one firmware.
-struct Order {
+struct PwmPacket {
     /// Its first bytes.
     head: [u8; 7],
     len: usize,
@@ -19,10 +19,10 @@ struct Order {
     from_off: fn(u16) -> u16,
 }
 
-const ORDERS: [Order; 2] = [
+const PWM_PACKETS: [PwmPacket; 2] = [
     // Morpheus: `SYNC_WR` from 0x0F on, three bytes each, of which the last two are
     // the PWM.
-    Order {
+    PwmPacket {
         head: [0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3],
         len: 16,
         at: [9..11, 13..15],
@@ -30,7 +30,7 @@ const ORDERS: [Order; 2] = [
     },
     // Stock: `SYNC_WRITE` of the moving speed, two bytes each: the duty, 1023 for all,
     // with bit 10 for the sign.
-    Order {
+    PwmPacket {
         head: [0xFF, 0xFF, 0xFE, 10, 0x83, 32, 2],
         len: 14,
         at: [8..10, 11..13],
@@ -42,17 +42,17 @@ const ORDERS: [Order; 2] = [
 ];
 
 /// The board of a case.
-pub(super) struct Watched<'a> {
+pub(super) struct MonitoredBoard<'a> {
     pub(super) board: VirtualBoard<'a>,
     /// Largest distance from off that it may send, in counts.
     pub(super) allowed: u16,
     /// First packet beyond that: its time in µs, and its distance from off in counts.
     pub(super) beyond: Option<(u64, u16)>,
-    /// Receiver of the messages on the link, as the board hears them.
+    /// Decoder of the link, and what takes its messages.
     decoder: Option<(LinkDecoder, &'a mut dyn FnMut(Event))>,
 }
 
-impl<'a> Watched<'a> {
+impl<'a> MonitoredBoard<'a> {
     pub(super) fn new(board: VirtualBoard<'a>, allowed: u16) -> Self {
         Self {
             board,
@@ -62,9 +62,9 @@ impl<'a> Watched<'a> {
         }
     }
 
-    /// Tells what is said on the link from now on.
-    pub(super) fn overhear(&mut self, hear: &'a mut dyn FnMut(Event)) {
-        self.decoder = Some((LinkDecoder::default(), hear));
+    /// Decodes the link from now on.
+    pub(super) fn decode_link(&mut self, on_event: &'a mut dyn FnMut(Event)) {
+        self.decoder = Some((LinkDecoder::default(), on_event));
     }
 
     fn is_driven(&self) -> bool {
@@ -72,7 +72,7 @@ impl<'a> Watched<'a> {
     }
 }
 
-impl Board for Watched<'_> {
+impl Board for MonitoredBoard<'_> {
     type Error = <VirtualBoard<'static> as Board>::Error;
 
     fn run(
@@ -82,19 +82,19 @@ impl Board for Watched<'_> {
         output: &mut Output,
     ) -> Result<Wake, Self::Error> {
         let was_driven = self.is_driven();
-        if let Some((decoder, hear)) = &mut self.decoder {
-            decoder.take(Direction::ToBoard, now_us * 1_000, input.link, hear);
+        if let Some((decoder, on_event)) = &mut self.decoder {
+            decoder.take(Direction::ToBoard, now_us * 1_000, input.link, on_event);
         }
         let wake = self.board.run(now_us, input, output)?;
-        if let Some((decoder, hear)) = &mut self.decoder {
-            decoder.take(Direction::ToHost, now_us * 1_000, &output.link, hear);
+        if let Some((decoder, on_event)) = &mut self.decoder {
+            decoder.take(Direction::ToHost, now_us * 1_000, &output.link, on_event);
         }
         let allowed = if was_driven || self.is_driven() {
             self.allowed
         } else {
             0
         };
-        for counts in ordered(&output.bus) {
+        for counts in sent_counts(&output.bus) {
             if counts > allowed {
                 self.beyond.get_or_insert((now_us, counts));
             }
@@ -103,17 +103,17 @@ impl Board for Watched<'_> {
     }
 }
 
-/// Counts from off of the PWMs in the orders among these bytes.
-fn ordered(bytes: &[u8]) -> impl Iterator<Item = u16> {
-    ORDERS.iter().flat_map(|order| {
+/// Distances from off, in counts, of all PWM values in these bytes.
+fn sent_counts(bytes: &[u8]) -> impl Iterator<Item = u16> {
+    PWM_PACKETS.iter().flat_map(|layout| {
         bytes
-            .windows(order.len)
-            .filter(|packet| packet.starts_with(&order.head))
+            .windows(layout.len)
+            .filter(|packet| packet.starts_with(&layout.head))
             .flat_map(|packet| {
-                order.at.clone().map(|at| {
+                layout.at.clone().map(|at| {
                     let bytes = at.rev().filter_map(|byte| packet.get(byte));
                     let number = bytes.fold(0, |number, byte| number << 8 | u16::from(*byte));
-                    (order.from_off)(number)
+                    (layout.from_off)(number)
                 })
             })
     })
@@ -127,17 +127,17 @@ mod tests {
     use armbridge_shared::servo::protocol1::{BROADCAST, Instruction};
 
     #[test]
-    fn orders_are_read() {
+    fn pwm_packets_are_decoded() {
         let [a, b] = [1_200, 3].map(|pwm| Pwm::new(pwm).unwrap());
         let mut bytes = Request::Cycle.encode().to_vec();
         bytes.extend(Request::Drive([(SERVO_IDS[0], a), (SERVO_IDS[1], b)]).encode());
-        assert_eq!(ordered(&bytes).collect::<Vec<_>>(), [200, 997]);
+        assert_eq!(sent_counts(&bytes).collect::<Vec<_>>(), [200, 997]);
         let speeds = Instruction::SyncWrite {
             address: 32,
             count: 2,
             blocks: &[1, 0xFF, 0x03, 2, 0x00, 0x06],
         };
         let bytes = speeds.encode::<16>(BROADCAST).unwrap();
-        assert_eq!(ordered(&bytes).collect::<Vec<_>>(), [1_000, 500]);
+        assert_eq!(sent_counts(&bytes).collect::<Vec<_>>(), [1_000, 500]);
     }
 }
