@@ -1,7 +1,6 @@
 //! The whole slice on the bench: link, bridge, bus, servos, arm.
 
-use armbridge_analysis::plan_runner::{PlanError, Script};
-use armbridge_client::host::NoHost;
+use armbridge_analysis::plan_runner::{PlanError, PlanRunner, Script};
 use armbridge_client::status::Obstacle;
 use armbridge_shared::arm::Mounting;
 use armbridge_shared::bridge::Channels;
@@ -9,8 +8,11 @@ use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{
     Command, Controller, Drive, Fault, Gains, Guards, Missing, Mode, Record, Sample, Setup,
 };
-use armbridge_sim::cosim::CosimError;
-use armbridge_sim::plant::PlantConfig;
+use armbridge_sim::Bench;
+use armbridge_sim::board::VirtualBoard;
+use armbridge_sim::cosim::{Cosim, CosimError};
+use armbridge_sim::faults::host::{Meddled, Meddling};
+use armbridge_sim::plant::{Plant, PlantConfig};
 use armbridge_tests::{bench_run, plant, records, settling_s};
 
 /// One encoder count of an AX-12A in rad: 300 degrees over 1023.
@@ -194,11 +196,11 @@ fn losing_a_servo_switches_the_other_off() {
 fn a_silent_host_switches_torque_off() {
     let mut channels = Channels::new();
     let script = upright(Setup::default(), 2.0);
-    let mut run = bench_run(&mut channels, plant([0.30, -0.25], true), 1, script);
-    while run.now_us() < 100_000 {
-        run.step().unwrap();
-    }
-    let mut run = run.with_host(NoHost);
+    let board = VirtualBoard::new(channels.split()).unwrap();
+    let bench = Bench::new(Plant::new(plant([0.30, -0.25], true), 1));
+    let mut host = Meddled::new(PlanRunner::new(script));
+    host.meddle(Meddling::Vanish, 100_000..u64::MAX, 1);
+    let mut run = Cosim::new(board, bench, host);
     while run.now_us() < 600_000 {
         run.step().unwrap();
     }

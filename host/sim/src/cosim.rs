@@ -141,34 +141,6 @@ impl<B: Board, H: Host> Cosim<B, H> {
         }
     }
 
-    /// The same, with another host at the link from now on.
-    pub fn with_host<G: Host>(self, host: G) -> Cosim<B, G> {
-        let Self {
-            board,
-            bench,
-            client,
-            interactions,
-            is_stop_pressed,
-            now_us,
-            wake,
-            heard,
-            output,
-            ..
-        } = self;
-        Cosim {
-            board,
-            bench,
-            host,
-            client,
-            interactions,
-            is_stop_pressed,
-            now_us,
-            wake,
-            heard,
-            output,
-        }
-    }
-
     /// Virtual time in µs.
     pub fn now_us(&self) -> u64 {
         self.now_us
