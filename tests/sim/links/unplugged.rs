@@ -43,6 +43,7 @@ fn not_plugged_in_again_the_host_gives_up() {
     let Err(LinkError::Link(why)) = station.end() else {
         panic!("the link is gone");
     };
+    let why = why.to_string();
     assert!(why.contains("did not come back in 0.6 s"), "{why}");
     board.until_off();
 }
@@ -57,6 +58,7 @@ fn a_terminal_that_is_closed_is_a_broken_link() {
     let Err(LinkError::Link(why)) = station.end() else {
         panic!("the link is gone");
     };
+    let why = why.to_string();
     assert!(
         why.contains("/dev/pts/") && why.contains("did not come back"),
         "{why}"

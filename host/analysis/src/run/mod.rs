@@ -227,7 +227,7 @@ impl RunHost {
                 let _ = std::fs::remove_dir_all(folder.path());
                 return Err(match result {
                     Ok(()) => PlayerError::Interrupted,
-                    Err(LinkError::Link(why)) => PlayerError::Link(why),
+                    Err(LinkError::Link(error)) => PlayerError::Link(error.to_string()),
                     Err(LinkError::Host(error)) => error.into(),
                 });
             }

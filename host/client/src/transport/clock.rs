@@ -1,23 +1,23 @@
-//! What the time is on a link in wall-clock time.
+//! Clock of a link in wall-clock time.
 
 use std::time::{Duration, Instant, SystemTime};
 
-/// Counts from when the link was opened, and never goes back, whatever somebody does
-/// to the system's clock.
+/// Counts from the opening of the link, and never goes back, even if the system's clock
+/// is set.
 #[derive(Debug)]
 pub(super) struct Clock {
     begun: Instant,
-    /// Then, in ns since 1970.
+    /// Start, in ns since 1970.
     begun_ns: u64,
 }
 
 impl Clock {
-    /// Begins.
+    /// Starts the clock.
     pub(super) fn start() -> Self {
         let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         Self {
             begun: Instant::now(),
-            // A system that thinks it is 1969 is given 1970.
+            // A system clock before 1970 counts as 1970.
             begun_ns: since_1970.unwrap_or_default().as_nanos() as u64,
         }
     }
@@ -32,7 +32,7 @@ impl Clock {
         self.begun_ns + self.begun.elapsed().as_nanos() as u64
     }
 
-    /// How long until this time of the host's.
+    /// Duration until this time of the host's.
     pub(super) fn until(&self, at_us: u64) -> Duration {
         Duration::from_micros(at_us.saturating_sub(self.now_us()))
     }

@@ -1,10 +1,10 @@
-//! A connection that does not end without a goodbye.
+//! Guard of a connection: sends a goodbye if the host does not.
 //!
 //! A host that panics, gives up, or is dropped half-way has not switched the motors
-//! off. So whatever ends a connection but the host's own word sends a hello and a
-//! goodbye: the hello, because its number makes the board listen to what follows it,
-//! and because a board disarms on it already. If the bytes do not arrive either, the
-//! board hears nothing from its host, brakes after 0.1 s and switches off after 0.5 s.
+//! off. So any end of a connection other than the host's own sends a hello and a
+//! goodbye: the hello, because its number makes the board accept the frames after it,
+//! and because it already disarms a board. If the bytes do not arrive either, the
+//! board finds its host silent, brakes after 0.1 s and switches off after 0.5 s.
 
 use std::time::{Duration, Instant};
 
@@ -17,11 +17,11 @@ use crate::Tap;
 use crate::event::Direction;
 use crate::servo_bus::Line;
 
-/// How long the board's last words are waited for. Whoever closes a socket with bytes
-/// in it unread takes those back that it has sent.
+/// Time for reading the board's last bytes. Closing a socket with unread bytes discards
+/// those that were sent on it.
 const LINGER: Duration = Duration::from_millis(30);
 
-/// A line, what listens to it, and a goodbye that is owed.
+/// A line, its taps, and whether a goodbye is due.
 pub(super) struct Connection<'a> {
     line: Box<dyn Line>,
     taps: &'a mut [Box<dyn Tap>],
@@ -39,7 +39,7 @@ impl<'a> Connection<'a> {
         }
     }
 
-    /// Sends; the taps hear it first.
+    /// Sends bytes, to the taps first.
     pub(super) fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
         if bytes.is_empty() {
             return Ok(());
@@ -51,7 +51,7 @@ impl<'a> Connection<'a> {
         self.line.send(bytes)
     }
 
-    /// What has come until then; the taps hear it first.
+    /// Bytes received until then, which the taps receive first.
     pub(super) fn receive(&mut self, until: Instant) -> std::io::Result<Vec<u8>> {
         let bytes = self.line.receive(until)?;
         if !bytes.is_empty() {
@@ -63,13 +63,13 @@ impl<'a> Connection<'a> {
         Ok(bytes)
     }
 
-    /// The host has had its last word.
+    /// The host has sent its last message.
     pub(super) fn close(mut self) {
         self.is_goodbye_owed = false;
         self.linger();
     }
 
-    /// It was somebody else's all the time.
+    /// The connection belongs to another host.
     pub(super) fn abandon(mut self) {
         self.is_goodbye_owed = false;
     }
@@ -86,7 +86,7 @@ impl Drop for Connection<'_> {
             return;
         }
         let mut encoder = Encoder::default();
-        // An empty frame ends whatever half frame the board is in.
+        // An empty frame ends a partial frame in the board's receiver.
         let mut words = vec![0];
         for word in [ToBoard::Hello(schema::HELLO), ToBoard::Goodbye] {
             words.extend_from_slice(encoder.encode(&word).1);

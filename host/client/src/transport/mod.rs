@@ -1,4 +1,4 @@
-//! Links to a board over byte streams, by name, and a host driven over one.
+//! Links to a board over byte streams, by URI, and a host driven over one.
 //!
 //! | name                                 | what                                         |
 //! |--------------------------------------|----------------------------------------------|
@@ -9,20 +9,22 @@
 //!
 //! The Feather shows two ports on USB: a serial port, which is its transparent port,
 //! and pipes of its own, which are its control link. `serial:` finds a board by its
-//! serial port and takes whichever of the two carries the link; for the servo bus
+//! serial port and uses the one of the two that carries the link; for the servo bus
 //! ([`servo_bus`](crate::servo_bus)) the same name means the transparent port.
 //!
 //! | module         | what                                                       |
 //! |----------------|------------------------------------------------------------|
-//! | [`uri`]        | names, read and written                                    |
-//! | [`usb_discovery`]   | a board's serial port by its USB identity                  |
+//! | [`uri`]        | URIs, parsed and printed                                   |
+//! | [`usb_discovery`] | a board's serial port by its USB identity               |
 //! | [`usb`]        | a board's control pipes                                    |
-//! | `open`         | a link that is a byte stream, opened                       |
-//! | `wall_clock`   | a host on a byte stream, which may break and come back     |
-//! | `disconnect_guard`      | a connection that does not end without one                 |
+//! | `open`         | opens a link that is a byte stream                         |
+//! | `failure`      | reasons for which a link does not open, or is lost         |
+//! | `wall_clock`   | a host on a byte stream, which is reopened when it breaks  |
+//! | `disconnect_guard` | sends a goodbye if the host does not                   |
 
 mod clock;
 mod disconnect_guard;
+mod failure;
 mod open;
 #[cfg(unix)]
 mod terminal;
@@ -31,6 +33,7 @@ pub mod usb;
 pub mod usb_discovery;
 mod wall_clock;
 
+pub use failure::TransportError;
 pub use uri::LinkUriError;
 
 use std::path::PathBuf;
@@ -39,32 +42,32 @@ use std::time::Duration;
 use crate::endpoint::Endpoint;
 use crate::{Host, Tap};
 
-/// Sent to a second host of a board that is served on a socket, in plain words for
-/// whatever program it is. The zero ends it as it ends a frame.
+/// Sent to a second host of a board that is served on a socket, readable by a
+/// user of any program. The zero ends it as it ends a frame.
 pub const IN_USE: &[u8] = b"armbridge: another host has this link\0";
 
-/// Name of a link.
+/// URI of a link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LinkUri {
     /// The board with this serial number, or the only one.
     Usb(Option<String>),
-    /// This port, or the one of the only board.
+    /// This serial port, or the one of the only board.
     Serial(Option<PathBuf>),
     /// A socket.
     Tcp(Endpoint),
-    /// This terminal, or a new one.
+    /// This pseudo-terminal, or a new one.
     Pty(Option<PathBuf>),
 }
 
-/// For how long a broken link is tried again, unless said otherwise: as long as it
-/// takes to plug a cable in again, and a board to boot.
+/// Default time for which a broken link is retried: long enough
+/// to plug a cable in again, and for a board to boot.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What a link is opened with.
+/// Options of a link.
 pub struct LinkOptions {
-    /// For how long a broken link is tried again.
+    /// Time for which a broken link is retried.
     pub patience: Duration,
-    /// Listeners.
+    /// Listeners to its bytes.
     pub taps: Vec<Box<dyn Tap>>,
     /// Nothing is written to standard error when the link breaks or comes back: for
     /// a program that draws on the terminal and listens to [`Tap::disconnected`].
@@ -82,22 +85,23 @@ impl Default for LinkOptions {
     }
 }
 
-/// Why a host could not be driven to its end.
+/// Reason for which a host did not run to its end.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError<H> {
-    /// The link cannot be opened, or broke for good: one sentence that says what to do.
-    #[error("{0}")]
-    Link(String),
+    /// The link cannot be opened, or is lost: a [`TransportError`], or an error of a
+    /// simulated board. One sentence with the remedy.
+    #[error(transparent)]
+    Link(Box<dyn std::error::Error + Send + Sync>),
     /// The host gave up.
     #[error(transparent)]
     Host(H),
 }
 
-/// Drives `host` over the link until it is done. Reopens a link that breaks, and
-/// tells the host by [`Host::disconnected`]. The host comes back whatever happened.
+/// Drives `host` over the link until it is done. Reopens a link that breaks, after
+/// [`Host::disconnected`]. The host is returned in any case.
 ///
-/// The host is asked to speak every 20 ms at the latest, also while the link is broken;
-/// what it says then is lost. If it gives up or panics, the board is told goodbye, which
+/// The host is asked for bytes every 20 ms at the latest, also while the link is broken;
+/// these bytes are dropped. If it gives up or panics, a goodbye is sent to the board, which
 /// disarms it; where even that is not possible, the board finds its host silent and acts
 /// by itself.
 pub fn drive<H: Host>(

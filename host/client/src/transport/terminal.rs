@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+use super::TransportError;
 use crate::interrupt;
 use crate::pty::{Pty, Ready};
 use crate::servo_bus::Line;
@@ -22,12 +23,10 @@ pub(super) struct Terminal {
 
 impl Terminal {
     /// Creates one, and prints its name on standard error.
-    pub(super) fn new() -> Result<Self, String> {
-        let pty = Pty::open().map_err(|error| {
-            format!("the system gives no pseudo-terminal: {error}; use tcp:// instead")
-        })?;
+    pub(super) fn new() -> Result<Self, TransportError> {
+        let pty = Pty::open().map_err(TransportError::NoTerminal)?;
         let pty = Rc::new(pty.for_one());
-        eprintln!("{} waits for somebody to open it", pty.name());
+        eprintln!("{} waits for a program to open it", pty.name());
         Ok(Self {
             pty,
             was_open: false,
@@ -35,17 +34,18 @@ impl Terminal {
     }
 
     /// A line to the program that has it open. Waits for the first, until ctrl-c.
-    pub(super) fn open(&mut self) -> Result<TerminalLine, String> {
-        let failed = |error: io::Error| format!("{}: {error}", self.pty.name());
+    pub(super) fn open(&mut self) -> Result<TerminalLine, TransportError> {
+        let name = || self.pty.name().to_owned();
+        let failed = |source| TransportError::Terminal {
+            name: name(),
+            source,
+        };
         while self.pty.wait(Duration::ZERO).map_err(failed)? == Ready::Nobody {
             if self.was_open {
-                return Err(format!("nobody has {} open", self.pty.name()));
+                return Err(TransportError::NotOpen(name()));
             }
             if interrupt::is_raised() {
-                return Err(format!(
-                    "ctrl-c was pressed before anybody opened {}",
-                    self.pty.name()
-                ));
+                return Err(TransportError::Interrupted(name()));
             }
             std::thread::sleep(LOOK);
         }

@@ -1,4 +1,4 @@
-//! Links by name.
+//! URIs of links.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -7,20 +7,20 @@ use std::str::FromStr;
 use super::LinkUri;
 use crate::endpoint::EndpointError;
 
-/// All that a link can be, for errors and help.
+/// All forms of a link, for errors and help.
 pub const CHOICES: &str = "usb:, usb:SERIAL, serial:, serial:///dev/ttyACM0, tcp://HOST:PORT, \
                            pty: or pty:///dev/pts/3";
 
-/// Why a name is not a link.
+/// Error in a link's URI.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LinkUriError {
-    /// A scheme that there is not, or none.
+    /// An unknown scheme, or none.
     #[error("`{0}` is no link: expected {CHOICES}")]
     Scheme(String),
-    /// What follows `tcp://` is not an address.
+    /// An invalid address after `tcp://`.
     #[error(transparent)]
     Endpoint(#[from] EndpointError),
-    /// A path with nothing in it.
+    /// An empty path.
     #[error("`{0}` names no device: write {scheme}:///dev/... or {scheme}: alone", scheme = .0.split(':').next().unwrap_or_default())]
     NoPath(String),
 }
@@ -29,7 +29,7 @@ impl FromStr for LinkUri {
     type Err = LinkUriError;
 
     fn from_str(name: &str) -> Result<Self, LinkUriError> {
-        // A device by its path alone is what one has at hand.
+        // The plain path of a device is accepted for convenience.
         if name.starts_with('/') || is_windows_port(name) {
             return Ok(Self::Serial(Some(name.into())));
         }
@@ -100,7 +100,7 @@ mod tests {
         }
         let tcp: LinkUri = "tcp://127.0.0.1:7000".parse().unwrap();
         assert_eq!(tcp.to_string(), "tcp://127.0.0.1:7000");
-        // As one may write it, too.
+        // Other accepted forms.
         for (name, same) in [
             ("/dev/ttyACM0", "serial:///dev/ttyACM0"),
             ("COM3", "serial://COM3"),

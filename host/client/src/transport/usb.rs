@@ -43,11 +43,11 @@ const TRANSFERS: usize = 64;
 const STUCK: Duration = Duration::from_secs(1);
 
 /// Reason for which there is no link to a board.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum UsbError {
     /// USB devices cannot be listed.
     #[error("USB devices cannot be listed: {0}; is there USB here? Inside a container, often not")]
-    List(String),
+    List(#[source] io::Error),
     /// No board.
     #[error("no board is plugged in: check its USB cable and power; `lsusb` must show 1209:0001")]
     NoBoard,
@@ -76,8 +76,13 @@ pub enum UsbError {
     #[error("{0} has no control link: is its firmware of this version?")]
     NoPipes(String),
     /// Any other error.
-    #[error("{0} does not open: {1}; plug it in again")]
-    Other(String, String),
+    #[error("{name} does not open: {source}; plug it in again")]
+    Other {
+        /// URI of the board.
+        name: String,
+        /// Error of the system.
+        source: io::Error,
+    },
 }
 
 /// Opens the control link of the board with this serial number, or of the only one.
@@ -87,23 +92,23 @@ pub enum UsbError {
 pub fn open(serial: Option<&str>) -> Result<UsbLine, UsbError> {
     let devices = nusb::list_devices()
         .wait()
-        .map_err(|error| UsbError::List(error.to_string()))?;
+        .map_err(|error| UsbError::List(error.into()))?;
     let boards: Vec<DeviceInfo> = devices.filter(is_board).collect();
     let serials: Vec<Option<&str>> = boards.iter().map(DeviceInfo::serial_number).collect();
     let board = &boards[pick(&serials, serial)?];
     let name = name(board.serial_number());
-    let explain = |error: &nusb::Error| explain(&name, error.kind(), &error.to_string());
+    let explain = |error: nusb::Error| explain(&name, error.kind(), error.into());
     let pipes = board
         .interfaces()
         .find(|interface| interface.class() == VENDOR_CLASS)
         .ok_or_else(|| UsbError::NoPipes(name.clone()))?;
-    let device = board.open().wait().map_err(|error| explain(&error))?;
+    let device = board.open().wait().map_err(explain)?;
     let interface = device
         .claim_interface(pipes.interface_number())
         .wait()
-        .map_err(|error| explain(&error))?;
+        .map_err(explain)?;
     UsbLine::on(&interface)
-        .map_err(|error| explain(&error))?
+        .map_err(explain)?
         .ok_or(UsbError::NoPipes(name))
 }
 
@@ -135,13 +140,13 @@ fn pick(serials: &[Option<&str>], wanted: Option<&str>) -> Result<usize, UsbErro
     }
 }
 
-fn explain(name: &str, kind: ErrorKind, said: &str) -> UsbError {
+fn explain(name: &str, kind: ErrorKind, source: io::Error) -> UsbError {
     let name = name.to_owned();
     match kind {
         ErrorKind::PermissionDenied => UsbError::Permission(name),
         ErrorKind::Busy => UsbError::Busy(name),
         ErrorKind::NotFound => UsbError::NoPipes(name),
-        _ => UsbError::Other(name, said.into()),
+        _ => UsbError::Other { name, source },
     }
 }
 
@@ -193,8 +198,8 @@ mod tests {
     #[test]
     fn the_board_that_is_meant_is_found() {
         let (a, b) = (Some("A1"), Some("B2"));
-        assert_eq!(pick(&[None], None), Ok(0));
-        assert_eq!(pick(&[a, b], b), Ok(1));
+        assert_eq!(pick(&[None], None).unwrap(), 0);
+        assert_eq!(pick(&[a, b], b).unwrap(), 1);
         for (there, wanted, words) in [
             (&[][..], None, "no board is plugged in"),
             (&[], a, "no board is plugged in"),
@@ -218,7 +223,7 @@ mod tests {
             (ErrorKind::NotFound, "firmware of this version"),
             (ErrorKind::Disconnected, "gone; plug it in again"),
         ] {
-            let error = explain("usb:A1", kind, "gone").to_string();
+            let error = explain("usb:A1", kind, io::Error::other("gone")).to_string();
             assert!(error.contains("usb:A1") && error.contains(words), "{error}");
             assert!(!error.contains('\n'), "{error}");
         }

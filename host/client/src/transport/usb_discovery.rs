@@ -1,21 +1,21 @@
-//! The board's serial port among all others, by its USB identity.
+//! Finds the board's serial port among all others, by its USB identity.
 //!
-//! Linux lists terminals under `/sys/class/tty`; each leads to the USB interface that
-//! it is, and that to the device, where vendor, product and serial number are. Other
-//! systems are not asked: there the port has to be named.
+//! Linux lists terminals under `/sys/class/tty`; each leads to its USB interface,
+//! and that to the device, where vendor, product and serial number are. Other
+//! systems are not supported: there the port has to be named.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::usb::{PRODUCT_ID, PRODUCT_NAME, VENDOR_CLASS, VENDOR_ID};
 
-/// Where Linux lists terminals.
+/// Directory in which Linux lists terminals.
 pub const TERMINALS: &str = "/sys/class/tty";
 
 /// A board's serial port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Found {
-    /// As `/dev/ttyACM0`.
+    /// Path, for example `/dev/ttyACM0`.
     pub terminal: PathBuf,
     /// The board's serial number, if it has one.
     pub serial: Option<String>,
@@ -24,7 +24,7 @@ pub struct Found {
     pub has_pipes: bool,
 }
 
-/// Why it is not known which port is meant.
+/// Reason for which the port is not known.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FindError {
     /// There is none.
@@ -69,10 +69,10 @@ fn find_under(terminals: &Path) -> Result<Found, FindError> {
     }
 }
 
-/// What is behind a terminal, if it is a board.
+/// The board behind a terminal, if there is one.
 fn identify(terminal: &Path) -> Option<Found> {
     let interface = terminal.join("device").canonicalize().ok()?;
-    // A driver may put a folder of its own between.
+    // A driver may insert a folder of its own.
     let device = interface
         .ancestors()
         .take(4)
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
     use std::os::unix::fs::symlink;
 
-    /// A tree as Linux has it.
+    /// A tree like that of Linux.
     struct Tree(PathBuf);
 
     impl Tree {
@@ -154,7 +154,7 @@ mod tests {
         let tree = Tree::new("identity");
         fs::create_dir_all(tree.0.join("tty/console")).unwrap();
         tree.plug("ttyUSB0", ["0403", "6014", "USB2Dynamixel"], "X", &["ff"]);
-        // The same numbers are everybody's who tries something out.
+        // The same numbers are used for experiments by others.
         tree.plug("ttyACM0", ["1209", "0001", "Blinky"], "Y", &["02", "0a"]);
         assert_eq!(tree.find(), Err(FindError::None));
         tree.plug("ttyACM1", OURS, "A1", &["02", "0a", "ff"]);

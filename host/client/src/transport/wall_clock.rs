@@ -1,10 +1,10 @@
-//! A host on a byte stream, in wall-clock time.
+//! Host on a byte stream, in wall-clock time.
 //!
-//! One thread: it waits for bytes, at the longest until the host wants to speak or
-//! [`LONGEST`], and hands them on. The system's own buffers hold what comes while the
-//! host is busy. A stream that breaks is opened again, as often as it takes and
-//! patience allows; whoever was told [`Host::disconnected`] begins with a hello. It is back
-//! when the board is heard again.
+//! One thread: it waits for bytes, at the longest until the host's next message or
+//! [`LONGEST`], and passes them on. The system's own buffers hold bytes that arrive while
+//! the host is busy. A broken stream is reopened, repeatedly until
+//! patience ends; after [`Host::disconnected`] a host begins with a hello. The link is back
+//! when the first bytes of the board arrive.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -12,31 +12,31 @@ use std::time::{Duration, Instant};
 use super::clock::Clock;
 use super::disconnect_guard::Connection;
 use super::open::Opener;
-use super::{IN_USE, LinkError, LinkOptions, LinkUri};
+use super::{IN_USE, LinkError, LinkOptions, LinkUri, TransportError};
 use crate::Host;
 use crate::servo_bus::Line;
 
-/// Longest wait for bytes: with the coarse time-outs of a socket (4 ms) and a busy
-/// machine, the host still speaks every 20 ms.
+/// Longest wait for bytes: with the coarse timeouts of a socket (4 ms) and a busy
+/// machine, the host still sends every 20 ms.
 const LONGEST: Duration = Duration::from_millis(12);
-/// Shortest: a host that is late to speak must not keep the processor busy.
+/// Shortest wait: a host that is late must not keep the processor busy.
 const SHORTEST: Duration = Duration::from_micros(100);
-/// Between two attempts to open a broken link again.
+/// Interval of the attempts to reopen a broken link.
 const AGAIN: Duration = Duration::from_millis(250);
 
-/// Why a connection ended.
+/// Reason for the end of a connection.
 enum Ended<E> {
-    /// The stream did.
+    /// The stream broke.
     Broken(io::Error),
-    /// It was another host's.
+    /// Another host has the link.
     InUse,
-    /// Ours gave up.
+    /// Our host gave up.
     Host(E),
 }
 
-/// A link that broke and is not back yet.
+/// A broken link that is not back yet.
 struct Outage {
-    why: String,
+    cause: String,
     until: Instant,
 }
 
@@ -67,25 +67,22 @@ impl Session<'_> {
     fn hold<H: Host>(&mut self, host: &mut H) -> Result<(), LinkError<H::Error>> {
         let mut opener = Opener::new(self.uri);
         let mut line = opener.open();
-        // Somebody may have been waited for.
+        // Opening may have waited for another program.
         self.clock = Clock::start();
         loop {
             match line {
-                Err(why) => self.excuse(why).map_err(LinkError::Link)?,
+                Err(error) => self.excuse(error)?,
                 Ok(line) => match self.serve(line, host) {
                     Ok(()) => return Ok(()),
                     Err(Ended::Host(error)) => return Err(LinkError::Host(error)),
                     Err(Ended::InUse) => {
-                        let why = format!(
-                            "{} is in use: another host has the link; end that one first",
-                            self.uri
-                        );
-                        self.excuse(why).map_err(LinkError::Link)?;
+                        self.excuse(TransportError::InUse(self.uri.clone()))?;
                     }
-                    // Also where somebody lets us in and closes at once, again and again.
-                    Err(Ended::Broken(why)) => {
-                        let why = self.part(&why, host);
-                        self.excuse(why).map_err(LinkError::Link)?;
+                    // Also where a peer accepts and closes at once, repeatedly.
+                    Err(Ended::Broken(error)) => {
+                        let error = TransportError::Broken(error);
+                        self.part(&error, host);
+                        self.excuse(error)?;
                     }
                 },
             }
@@ -96,55 +93,46 @@ impl Session<'_> {
         }
     }
 
-    /// Whether it may be tried again though it does not open.
-    fn excuse(&self, why: String) -> Result<(), String> {
-        match &self.outage {
-            None => Err(why),
-            Some(outage) if Instant::now() < outage.until => Ok(()),
-            Some(outage) => Err(format!(
-                "{} broke ({}) and did not come back in {} s: {why}",
-                self.uri,
-                outage.why,
-                self.options.patience.as_secs_f64()
-            )),
-        }
+    /// Whether opening may be retried after this error.
+    fn excuse<E>(&self, error: TransportError) -> Result<(), LinkError<E>> {
+        let error = match &self.outage {
+            None => error,
+            Some(outage) if Instant::now() < outage.until => return Ok(()),
+            Some(outage) => TransportError::Lost {
+                uri: self.uri.clone(),
+                cause: outage.cause.clone(),
+                patience: self.options.patience,
+                last: Box::new(error),
+            },
+        };
+        Err(LinkError::Link(error.into()))
     }
 
-    /// Tells everybody; gives back why, in words.
-    fn part<H: Host>(&mut self, why: &io::Error, host: &mut H) -> String {
+    /// Notifies host and taps of the break, and the user of the first one.
+    fn part<H: Host>(&mut self, error: &TransportError, host: &mut H) {
         let now_ns = self.clock.now_ns();
         for tap in &mut self.options.taps {
             tap.disconnected(now_ns);
         }
         host.disconnected(self.clock.now_us());
-        let why = match why.kind() {
-            io::ErrorKind::UnexpectedEof => "the other side closed it".to_owned(),
-            _ => why.to_string(),
-        };
         if self.outage.is_some() {
-            return why;
+            return;
         }
         let patience = self.options.patience;
-        self.say(&format!(
-            "{} broke: {why}; it is tried again for {} s",
-            self.uri,
-            patience.as_secs_f64()
-        ));
-        let until = Instant::now() + patience;
-        self.outage = Some(Outage {
-            why: why.clone(),
-            until,
-        });
-        why
-    }
-
-    fn say(&self, what: &str) {
         if !self.options.is_quiet {
-            eprintln!("armbridge: {what}");
+            eprintln!(
+                "armbridge: {} broke: {error}; it is tried again for {} s",
+                self.uri,
+                patience.as_secs_f64()
+            );
         }
+        self.outage = Some(Outage {
+            cause: error.to_string(),
+            until: Instant::now() + patience,
+        });
     }
 
-    /// Lets the host speak to nobody until it is time to try again; true if it is done.
+    /// Runs the host without a link until the next attempt; true if it is done.
     fn idle<H: Host>(&self, host: &mut H) -> Result<bool, H::Error> {
         let until = Instant::now() + AGAIN;
         while Instant::now() < until && !host.is_done() {

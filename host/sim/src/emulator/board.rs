@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use armbridge_shared::lockstep::{HEADER_LEN, MESSAGE_MAX, PayloadLens, TimeGrant, TimeRequest};
 
-use super::qemu::{Qemu, QemuError};
+use super::qemu::{ProcessEnd, Qemu, QemuError};
 use crate::board::{Board, Input, Output, Wake};
 
 /// A board that says nothing for so long is not busy but dead.
@@ -54,9 +54,7 @@ impl EmulatedBoard {
         if count == 0 {
             Ok(board)
         } else {
-            Err(QemuError::Died(format!(
-                "the board sent {count} bytes before its first grant"
-            )))
+            Err(QemuError::Died(ProcessEnd::EarlyBytes(count)))
         }
     }
 

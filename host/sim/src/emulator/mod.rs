@@ -27,4 +27,4 @@ pub mod log;
 pub mod qemu;
 
 pub use board::EmulatedBoard;
-pub use qemu::{Failure, Provocation, Qemu, QemuError, QemuOptions, Time};
+pub use qemu::{Failure, ProcessEnd, Provocation, Qemu, QemuError, QemuOptions, Time};

@@ -8,7 +8,7 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 /// The emulator. On the search path wherever it is installed.
@@ -95,10 +95,36 @@ pub enum QemuError {
     Start(io::Error),
     /// It ended before, or instead of, connecting its ports.
     #[error("{PROGRAM} ended: {0}")]
-    Died(String),
+    Died(ProcessEnd),
     /// A socket failed.
     #[error("the connection to {PROGRAM} broke: {0}")]
     Socket(#[from] io::Error),
+}
+
+/// End of the emulator's process, or failure of its start.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessEnd {
+    /// Its standard input is missing.
+    #[error("it has no input")]
+    NoInput,
+    /// Its sockets did not connect.
+    #[error("it did not connect its ports in time")]
+    Timeout,
+    /// Bytes came before lockstep began.
+    #[error("the board sent {0} bytes before its first grant")]
+    EarlyBytes(usize),
+    /// The firmware panicked.
+    #[error("the firmware panicked")]
+    Panic,
+    /// The firmware ran into a hard fault.
+    #[error("the firmware ran into a hard fault")]
+    HardFault,
+    /// First line of its standard error.
+    #[error("{0}")]
+    Message(String),
+    /// It wrote nothing.
+    #[error("{0}")]
+    Status(ExitStatus),
 }
 
 /// A running emulator; killed when dropped.
@@ -159,7 +185,7 @@ impl Qemu {
         // With it goes our hold on QEMU's end of `from_board`.
         drop(command);
         let to_board = process.stdin.take();
-        let to_board = to_board.ok_or_else(|| QemuError::Died("it has no input".into()))?;
+        let to_board = to_board.ok_or(QemuError::Died(ProcessEnd::NoInput))?;
         let [link, bus, client, log] = &listeners;
         let mut accept = |listener| accept(listener, &mut process);
         let (link, bus) = (accept(link)?, accept(bus)?);
@@ -179,7 +205,7 @@ impl Qemu {
     pub fn explain(&mut self, error: io::Error) -> QemuError {
         // Its last words may take a moment after the socket closes.
         std::thread::sleep(Duration::from_millis(100));
-        last_words(&mut self.process).map_or(QemuError::Socket(error), QemuError::Died)
+        process_end(&mut self.process).map_or(QemuError::Socket(error), QemuError::Died)
     }
 }
 
@@ -246,21 +272,19 @@ fn accept(listener: &TcpListener, process: &mut Child) -> Result<TcpStream, Qemu
             Err(error) if error.kind() != io::ErrorKind::WouldBlock => return Err(error.into()),
             Err(_) => {}
         }
-        if let Some(said) = last_words(process) {
-            return Err(QemuError::Died(said));
+        if let Some(end) = process_end(process) {
+            return Err(QemuError::Died(end));
         }
         if begun.elapsed() > CONNECT_TIMEOUT {
-            return Err(QemuError::Died(
-                "it did not connect its ports in time".into(),
-            ));
+            return Err(QemuError::Died(ProcessEnd::Timeout));
         }
         std::thread::sleep(Duration::from_millis(5));
     }
 }
 
-/// How a process that has ended ended: what it wrote, or its exit code, which
-/// is the firmware's if it ended by itself.
-fn last_words(process: &mut Child) -> Option<String> {
+/// End of the process, if it has ended. Its exit code is the firmware's if that ended
+/// by itself.
+fn process_end(process: &mut Child) -> Option<ProcessEnd> {
     let status = process.try_wait().ok()??;
     let mut text = String::new();
     if let Some(stderr) = &mut process.stderr {
@@ -268,10 +292,10 @@ fn last_words(process: &mut Child) -> Option<String> {
         let _ = stderr.read_to_string(&mut text);
     }
     Some(match (status.code(), text.lines().next()) {
-        (Some(101), _) => "the firmware panicked".into(),
-        (Some(102), _) => "the firmware ran into a hard fault".into(),
-        (_, Some(line)) => line.into(),
-        (_, None) => status.to_string(),
+        (Some(101), _) => ProcessEnd::Panic,
+        (Some(102), _) => ProcessEnd::HardFault,
+        (_, Some(line)) => ProcessEnd::Message(line.into()),
+        (_, None) => ProcessEnd::Status(status),
     })
 }
 

@@ -1,6 +1,9 @@
 //! A host on the firmware image under QEMU: in lockstep with the bench, or in slowed
 //! wall-clock time on a servo bus elsewhere.
 
+use std::error::Error;
+use std::thread::JoinHandle;
+
 use armbridge_client::tap::Tapped;
 use armbridge_client::tcp_pump::{self, WallError};
 use armbridge_client::{Host, LinkError};
@@ -15,7 +18,7 @@ pub(super) fn run<H: Host>(
     options: Options,
     host: H,
 ) -> (H, Result<(), LinkError<H::Error>>) {
-    let failed = |error: QemuError| LinkError::Link(error.to_string());
+    let failed = |error: QemuError| LinkError::Link(error.into());
     match (&uri.bus, start(uri, options.board_log)) {
         (_, Err(error)) => (host, Err(failed(error))),
         (Some(bus), Ok(qemu)) => on_bus(bus, qemu, options, host),
@@ -52,17 +55,22 @@ fn on_bus<H: Host>(
     host: H,
 ) -> (H, Result<(), LinkError<H::Error>>) {
     let mut host = Tapped::new(host, options.link.taps);
-    let connected = bus.at.connect().map_err(|error| error.to_string());
-    let joined = connected
-        .and_then(|bus| tcp_pump::join(&bus, &qemu.bus).map_err(|error| error.to_string()));
-    let result = match joined {
+    let result = match join(bus, &qemu) {
         Err(error) => Err(LinkError::Link(error)),
         Ok(_copiers) => {
             tcp_pump::run(&mut qemu.link, &mut host, bus.slow).map_err(|error| match error {
                 WallError::Host(error) => LinkError::Host(error),
-                WallError::Io(error) => LinkError::Link(qemu.explain(error).to_string()),
+                WallError::Io(error) => LinkError::Link(qemu.explain(error).into()),
             })
         }
     };
     (host.host, result)
+}
+
+/// Connects the emulated bus with the external one, by two threads.
+fn join(
+    bus: &ExternalBus,
+    qemu: &Qemu,
+) -> Result<[JoinHandle<()>; 2], Box<dyn Error + Send + Sync>> {
+    Ok(tcp_pump::join(&bus.at.connect()?, &qemu.bus)?)
 }

@@ -21,6 +21,7 @@ use std::sync::mpsc::Receiver;
 use armbridge_client::transport::{self, LinkOptions};
 use armbridge_client::{Host, LinkError, refusal_text};
 use armbridge_shared::bridge::Channels;
+use armbridge_shared::link::message::Refusal;
 
 use crate::Bench;
 use crate::board::VirtualBoard;
@@ -65,6 +66,11 @@ impl Options {
     }
 }
 
+/// The board's default set-up has no controller.
+#[derive(Debug, thiserror::Error)]
+#[error("the default set-up has no controller: {}", refusal_text::in_words(*.0))]
+struct NoController(Refusal);
+
 /// Drives `host` on the board until it is done, over a real link as
 /// [`transport::drive`] does. The host comes back whatever happened.
 pub fn drive<H: Host>(
@@ -78,11 +84,7 @@ pub fn drive<H: Host>(
             let mut channels = Channels::new();
             match VirtualBoard::new(channels.split()) {
                 Ok(board) => virtual_board::run(board, options, host),
-                Err(refusal) => {
-                    let why = refusal_text::in_words(refusal);
-                    let why = format!("the default set-up has no controller: {why}");
-                    (host, Err(LinkError::Link(why)))
-                }
+                Err(refusal) => (host, Err(LinkError::Link(NoController(refusal).into()))),
             }
         }
         #[cfg(unix)]

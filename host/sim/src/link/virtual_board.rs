@@ -1,7 +1,7 @@
 //! A host on a board in virtual time: the board's code in this process or the firmware
 //! image under QEMU.
 
-use std::fmt::Display;
+use std::error::Error;
 
 use armbridge_client::tap::Tapped;
 use armbridge_client::{Host, LinkError};
@@ -21,7 +21,7 @@ pub fn run<B: Board, H: Host>(
     host: H,
 ) -> (H, Result<(), LinkError<H::Error>>)
 where
-    B::Error: Display,
+    B::Error: Error + Send + Sync + 'static,
 {
     let paced = Paced {
         host: Tapped::new(host, options.link.taps),
@@ -42,7 +42,7 @@ where
         cosim = cosim.with_interactions(interactions);
     }
     let result = cosim.run().map_err(|error| match error {
-        CosimError::Board(error) => LinkError::Link(error.to_string()),
+        CosimError::Board(error) => LinkError::Link(error.into()),
         CosimError::Host(error) => LinkError::Host(error),
     });
     (cosim.host.host.host, result)
