@@ -107,7 +107,7 @@ fn nothing(path: &Path, report: &Report) -> String {
     let path = path.display();
     let why = report.skipped.first().map_or_else(
         || "it has no ticks".to_owned(),
-        |skipped| skipped.reason.clone(),
+        |skipped| skipped.reason.to_owned(),
     );
     format!(
         "{path} cannot be compared with anything: {why}; record from the hello on, as \

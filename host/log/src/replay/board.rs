@@ -6,12 +6,12 @@
 //!
 //! # What influences a record
 //!
-//! | what                              | where it comes from                         |
+//! | input                             | source                                      |
 //! |-----------------------------------|---------------------------------------------|
 //! | samples, alarms, start, lateness  | the record                                  |
 //! | set-up, limits                    | `ToHost::Settings`, `Configure` and `Limit` |
 //! | commands                          | the host's frames, at the `Moment` of their acknowledgement |
-//! | where a motion begins             | decided again at the moment of `ToHost::Departs` |
+//! | start point of a motion           | decided again at the moment of `ToHost::Departs` |
 //! | a hello                           | `ToHost::Began`                             |
 //! | faults from outside the tick      | `ToHost::Tripped`, see [`is_external`](super::tick_facts::is_external) |
 //! | the host's silence                | the mode of the record that shows it        |

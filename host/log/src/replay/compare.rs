@@ -1,4 +1,4 @@
-//! Two records of one tick, field by field, bit by bit.
+//! Comparison of two records of one tick, field by field, bit by bit.
 
 use std::fmt;
 
@@ -7,18 +7,18 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Mode, Record};
 use serde::Serialize;
 
-/// The first field of a tick that is not the same.
+/// The first field of a tick that differs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Number of the tick.
     pub tick: u32,
-    /// When it began, on the board's clock in µs.
+    /// Start of the tick, on the board's clock in µs.
     pub start_us: u64,
-    /// Which field, as the log's columns are called.
+    /// The field, by its column name in the log.
     pub field: String,
-    /// As the board told it.
+    /// Recorded value.
     pub recorded: String,
-    /// As it came out.
+    /// Computed value.
     pub computed: String,
 }
 
@@ -39,7 +39,7 @@ impl fmt::Display for Difference {
     }
 }
 
-/// What a mode is called, faults by their own names.
+/// Name of a mode; faults have their own names.
 pub(super) fn mode(mode: Mode) -> String {
     match mode {
         Mode::Fault(fault) => format!("fault {}", enum_names::fault(fault)),
@@ -52,8 +52,8 @@ pub(super) fn mode(mode: Mode) -> String {
     }
 }
 
-/// Whether both are the same to the last bit. All that is not a number is the same:
-/// processors disagree about its bits.
+/// Whether both are equal to the last bit. All NaNs are equal:
+/// processors differ in their bits.
 pub(super) fn same(recorded: &Record, computed: &Record) -> bool {
     let numbers = |record: &Record| {
         [
@@ -74,7 +74,7 @@ pub(super) fn same(recorded: &Record, computed: &Record) -> bool {
         && numbers(recorded) == numbers(computed)
 }
 
-/// The first field that differs, if any does.
+/// The first field that differs.
 pub(super) fn difference(recorded: &Record, computed: &Record) -> Option<Difference> {
     let (field, recorded_value, computed_value) = first(recorded, computed)?;
     Some(Difference {
@@ -86,7 +86,7 @@ pub(super) fn difference(recorded: &Record, computed: &Record) -> Option<Differe
     })
 }
 
-/// Causes before what follows from them.
+/// Causes before their effects.
 fn first(recorded: &Record, computed: &Record) -> Option<(String, String, String)> {
     let (was, is) = (recorded, computed);
     whole("missed", [was.timing.missed], [is.timing.missed])
@@ -108,7 +108,7 @@ fn first(recorded: &Record, computed: &Record) -> Option<(String, String, String
         .or_else(|| whole("pwm_next", was.pwm_next, is.pwm_next))
 }
 
-/// The first of some whole numbers that differs.
+/// The first integer that differs.
 fn whole<T: Copy + PartialEq + fmt::Display, const N: usize>(
     name: &str,
     recorded: [T; N],
@@ -132,7 +132,7 @@ fn number(
 ) -> Option<(String, String, String)> {
     let mut both = (1..).zip(recorded.into_iter().zip(computed));
     let (joint, (recorded, computed)) = both.find(|(_, (was, is))| bits(*was) != bits(*is))?;
-    // As many digits as it takes to tell two neighbours apart.
+    // Enough digits to distinguish two neighbouring numbers.
     let [was, is] = [recorded, computed].map(|value| format!("{value:?}"));
     Some((format!("{name}_{joint}"), was, is))
 }

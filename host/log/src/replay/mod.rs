@@ -1,33 +1,34 @@
-//! A log's inputs through the code that ran on the board, and whether it says the
-//! same again.
+//! Replay of a log: its inputs through the code that ran on the board, compared with the
+//! recorded outputs.
 //!
 //! ```text
-//! events -> Replayer -> order of what happened -> bridge::app_core::Core -> records
+//! events -> Replayer -> inputs in their order -> bridge::app_core::Core -> records
 //!                                                        |
 //!           recorded records -------------------------> compare -> Report
 //! ```
 //!
-//! Raw counts, alarms and timing come from the records, orders from the host's
-//! frames, at the moments at which the board says it took them. Every output of
-//! every record is compared bit for bit, and every answer to a command. The same
-//! with other settings tells what the board would have done instead, as far as that
-//! can be told: the arm's answers are those to what it did.
+//! Raw counts, alarms and timing come from the records, commands from the host's
+//! frames, at the moments of their acknowledgements. Every output of
+//! every record is compared bit for bit, and every reply to a command. The same
+//! with other settings shows the board's reaction to them, open-loop: the arm's
+//! motion is the recorded one.
 //!
-//! A tick is not compared where something before it is missing. Comparison goes on
-//! where the board began anew: with a hello, with arming, after bring-up.
+//! A tick is not compared where an input before it is missing. Comparison resumes
+//! where the board restarts: with a hello, with arming, after bring-up.
 //!
 //! | module    | what                                                          |
 //! |-----------|---------------------------------------------------------------|
-//! | `replayer`  | events in, ticks out; what is known of the board              |
+//! | `replayer` | events in, ticks out; state of the knowledge about the board |
 //! | `board`   | the core that boards run, with the inputs of records          |
-//! | `tick_facts`   | what one record shows of the board                            |
-//! | `pending`   | what the board told beside records, and where it belongs      |
+//! | `tick_facts` | facts from one record                                      |
+//! | `pending` | messages beside records, and their places in the order        |
 //! | `compare` | two records, field by field                                   |
-//! | `report`  | what became of it                                             |
-//! | `what_if` | other settings, and what differs then                         |
+//! | `report`  | result of a replay                                            |
+//! | `what_if` | other settings, and their effect                              |
 
 mod board;
 mod compare;
+mod loss;
 mod pending;
 mod replayer;
 mod report;

@@ -1,9 +1,9 @@
-//! What the board tells beside records, and where in its life it belongs.
+//! Messages of the board beside records, and their places among the ticks.
 //!
-//! The board sends what it has to say before records that wait, so an
-//! acknowledgement may arrive long before the record of the tick that it goes with;
-//! once in a while it arrives just after it. What it says of one thing after the
-//! other is in order.
+//! The board sends messages before queued records, so an
+//! acknowledgement may arrive long before the record of its tick;
+//! sometimes it arrives just after it. Messages themselves
+//! are in order.
 
 use std::collections::VecDeque;
 
@@ -12,28 +12,28 @@ use armbridge_shared::servo::Firmware;
 
 use super::tick_facts::is_external;
 
-/// Something that has to be done again, or is checked, at its place.
+/// A message that is replayed or checked at its place.
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::large_enum_variant, reason = "few wait at a time")]
 pub(super) enum Note {
-    /// A command was taken.
+    /// A command was accepted.
     Ack {
         sequence: u16,
         result: Result<(), Refusal>,
         moment: Moment,
     },
-    /// A motion was asked for.
+    /// A motion was planned.
     Departs { sequence: u16, moment: Moment },
-    /// A hello was heard, by a board that works with these settings.
+    /// A hello was received, by a board with these settings.
     Began {
         moment: Moment,
         settings: Option<Settings>,
-        /// The host had said goodbye before.
+        /// The previous session ended with a goodbye.
         has_left: bool,
     },
-    /// Why there is a fault.
+    /// Cause of a fault.
     Tripped(Trip),
-    /// The servos are lined up.
+    /// The servos are found.
     Found {
         firmware: Firmware,
         baud: u32,
@@ -43,8 +43,8 @@ pub(super) enum Note {
     Passthrough,
 }
 
-/// A place in the board's life: before the tick of a record begins, or after that and
-/// before it is decided.
+/// Place among the ticks: before the tick of a record, or within it, before
+/// its decision.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Place<'a> {
     Between(&'a Record),
@@ -53,7 +53,7 @@ pub(super) enum Place<'a> {
     End,
 }
 
-/// What waits for its place.
+/// Messages that wait for their place.
 #[derive(Debug, Default)]
 pub(super) struct Notes(VecDeque<Note>);
 
@@ -66,7 +66,7 @@ impl Notes {
         self.0.clear();
     }
 
-    /// Whether a host that said goodbye before is greeted within the tick of this record.
+    /// Whether a host that sent a goodbye says hello again within the tick of this record.
     pub(super) fn has_goodbye(&self, record: &Record) -> bool {
         self.0.iter().any(|note| {
             let is_here = belongs(note, Place::Within(record)) == Some(true);
@@ -74,16 +74,19 @@ impl Notes {
         })
     }
 
-    /// The next whose place is here, or that was told before an order whose place is. One
-    /// that does not say so is here if the next that does is, or if something else shows
-    /// that it `is_due`.
+    /// The next message whose place is here, or that precedes one whose place is here. One
+    /// without a place of its own is here if the next is, or if
+    /// another event shows that it `is_due`.
     pub(super) fn next(&mut self, place: Place<'_>, is_due: bool) -> Option<Note> {
         let first = self.0.front()?;
         let is_here = belongs(first, place).unwrap_or_else(|| {
             is_due || self.0.iter().find_map(|note| belongs(note, place)) == Some(true)
         });
-        // What is told of a fault is told again at a hello, with the tick of old.
-        let mut orders = self.0.iter().filter(|it| !matches!(it, Note::Tripped(_)));
+        // A trip is repeated after a hello, with its original tick.
+        let mut orders = self
+            .0
+            .iter()
+            .filter(|note| !matches!(note, Note::Tripped(_)));
         if is_here || orders.any(|note| belongs(note, place) == Some(true)) {
             self.0.pop_front()
         } else {
@@ -92,7 +95,7 @@ impl Notes {
     }
 }
 
-/// Whether this belongs here, or before; `None` if it does not say where.
+/// Whether a message belongs here, or before; `None` if it has no place of its own.
 fn belongs(note: &Note, place: Place<'_>) -> Option<bool> {
     let (tick, is_decided) = match note {
         Note::Ack { moment, .. } | Note::Departs { moment, .. } | Note::Began { moment, .. } => {
@@ -110,8 +113,8 @@ fn belongs(note: &Note, place: Place<'_>) -> Option<bool> {
     })
 }
 
-/// One from outside is before the decision that it shows in. One of the tick's own is
-/// checked when the tick is over; that of a late beginning tells the tick before.
+/// A trip from outside precedes the decision that shows it. One of the tick itself is
+/// checked after the tick; that of a late start belongs to the tick before.
 fn trip_belongs(trip: &Trip, place: Place<'_>) -> bool {
     match place {
         Place::Between(record) => {
@@ -130,7 +133,7 @@ fn trip_belongs(trip: &Trip, place: Place<'_>) -> bool {
     }
 }
 
-/// Whether one tick is before another; their numbers wrap.
+/// Whether one tick precedes another; their numbers wrap.
 pub(super) fn is_before(tick: u32, other: u32) -> bool {
     (tick.wrapping_sub(other) as i32) < 0
 }

@@ -1,5 +1,5 @@
-//! Events in, ticks out: does everything again in the order in which the board did
-//! it, and knows what it does not know.
+//! Replayer: repeats all inputs of a board in their order, and tracks which of them are
+//! known.
 
 mod commands;
 mod conclusions;
@@ -14,27 +14,28 @@ use armbridge_shared::link::message::{Command, Mode, Record, Refusal, Settings, 
 use self::conclusions::Conclusions;
 use super::board::Board;
 use super::compare;
+use super::loss::Loss;
 use super::pending::{Note, Notes, Place, is_before};
 use super::report::{Report, Tally};
 use super::tick_facts::{self, HostEvent};
 use super::what_if::{ChangeError, Changes, Sums};
 
-/// How much is known of the board.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Knowledge of the board's state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Knowledge {
-    /// Less than all, for this reason.
-    Part(String),
-    /// It has begun anew, and is known entirely from the first tick with all samples
-    /// on; until then this is why not.
-    Anew(String),
-    /// Everything.
+    /// Incomplete, for this reason.
+    Part(Loss),
+    /// The board has restarted, and is known completely from the first tick with all samples
+    /// on; the reason holds until then.
+    Restarted(Loss),
+    /// Complete.
     Full,
 }
 
-/// Why a log cannot be replayed.
+/// Reason for which a log cannot be replayed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ReplayError {
-    /// The other settings make no sense.
+    /// The other settings are not valid.
     #[error(transparent)]
     Change(#[from] ChangeError),
     /// There is no controller for them.
@@ -49,26 +50,26 @@ pub enum ReplayError {
 )]
 pub struct Replayer {
     board: Board,
-    /// What the replay computes with, and what the board told.
+    /// Settings of the replay, and those of the board.
     settings: Settings,
     told: Option<Settings>,
     changes: Changes,
     changed: Vec<String>,
     knowledge: Knowledge,
-    /// Nothing is known of the mode, not even from the tick before.
+    /// The mode is not known, not even from the tick before.
     is_strange: bool,
     asked: HashMap<u16, Command>,
     departures: HashMap<u16, StartPoint>,
     has_left: bool,
     notes: Notes,
     conclusions: Conclusions,
-    /// A record is looked at when the next has come: what belongs before it may come
+    /// A record is processed when the next has arrived: a message that precedes it may arrive
     /// just after it.
     held: Option<Record>,
-    /// The tick before, and when the next was planned then.
+    /// The tick before, and the planned start of the next.
     last: Option<Record>,
     planned_us: u64,
-    /// A fault has changed the plan since.
+    /// A fault has changed that plan.
     is_stopped: bool,
     /// So has bring-up.
     is_lined_up: bool,
@@ -78,7 +79,7 @@ pub struct Replayer {
 }
 
 impl Replayer {
-    /// Replays with the recorded settings, changed by these.
+    /// A replay with the recorded settings, and these changes.
     ///
     /// # Errors
     /// If there is no controller for the default settings.
@@ -90,7 +91,7 @@ impl Replayer {
             told: None,
             changes,
             changed: Vec::new(),
-            knowledge: Knowledge::Part("the log begins without a hello".into()),
+            knowledge: Knowledge::Part(Loss::NoHello),
             is_strange: true,
             asked: HashMap::new(),
             departures: HashMap::new(),
@@ -108,10 +109,10 @@ impl Replayer {
         })
     }
 
-    /// Takes what happened next on the link.
+    /// Processes the next event of the link.
     ///
     /// # Errors
-    /// If settings cannot be changed as asked for.
+    /// If the changed settings are not valid.
     pub fn take(&mut self, event: &Event) -> Result<(), ReplayError> {
         match event.kind {
             EventKind::Sent(sequence, ToBoard::Command(command)) => {
@@ -121,12 +122,12 @@ impl Replayer {
             EventKind::Received(sequence, message) => self.receive(sequence, message)?,
             EventKind::Lost(Direction::ToHost, frames) => {
                 self.flush()?;
-                self.lose("frames of the board were lost on the link", 0);
+                self.lose(Loss::Frames, 0);
                 self.frames_lost = frames > 0;
             }
             EventKind::Disconnected => {
                 self.flush()?;
-                self.lose("the connection broke", 0);
+                self.lose(Loss::Disconnection, 0);
                 self.asked.clear();
                 self.departures.clear();
                 self.notes.clear();
@@ -153,7 +154,7 @@ impl Replayer {
                 result,
                 moment,
             }),
-            // It never got to the tick, if it is not a copy of one that may have.
+            // It never reached the tick, unless it is a copy of one that did.
             ToHost::Ack {
                 sequence,
                 result,
@@ -171,7 +172,7 @@ impl Replayer {
                 let newest = self.held.or(self.last);
                 if newest.is_some_and(|record| is_before(moment.tick, record.tick)) {
                     self.flush()?;
-                    self.lose("the board began anew", 0);
+                    self.lose(Loss::Restart, 0);
                     self.last = None;
                 }
                 self.notes.push(Note::Began {
@@ -208,7 +209,7 @@ impl Replayer {
     /// Ends the replay.
     ///
     /// # Errors
-    /// If settings cannot be changed as asked for.
+    /// If the changed settings are not valid.
     pub fn finish(mut self) -> Result<Report, ReplayError> {
         self.flush()?;
         while let Some(note) = self.notes.next(Place::End, true) {
@@ -228,28 +229,28 @@ impl Replayer {
         self.held.take().map_or(Ok(()), |held| self.tick(&held))
     }
 
-    /// Something is not known any more, with so many ticks before the next.
-    fn lose(&mut self, reason: &str, missing: u32) {
+    /// Marks the state as incomplete, after this many missing ticks.
+    fn lose(&mut self, reason: Loss, missing: u32) {
         let next = self.last.map_or(0, |last| last.tick.wrapping_add(1));
         self.tally
             .lose(reason, next.wrapping_sub(missing), missing.into());
-        self.knowledge = Knowledge::Part(reason.to_owned());
+        self.knowledge = Knowledge::Part(reason);
         self.is_strange = true;
     }
 
-    /// The board began anew: nothing of before matters.
-    fn begin_anew(&mut self) {
-        if let Knowledge::Part(reason) = &mut self.knowledge {
-            self.knowledge = Knowledge::Anew(std::mem::take(reason));
+    /// The board restarted: earlier events have no effect.
+    fn restart(&mut self) {
+        if let Knowledge::Part(reason) = self.knowledge {
+            self.knowledge = Knowledge::Restarted(reason);
         }
     }
 
     fn begin_ticking(&mut self) {
         self.board.begin_ticking();
         self.is_lined_up = true;
-        // Where the mode is not known, bring-up may have been long ago.
+        // Where the mode is not known, bring-up may be long past.
         if !self.is_strange {
-            self.begin_anew();
+            self.restart();
         }
     }
 
@@ -257,7 +258,7 @@ impl Replayer {
         self.knowledge == Knowledge::Full
     }
 
-    /// Everything up to the decision of this record's tick, and what comes of it.
+    /// Replays everything up to the decision of this record's tick, and compares.
     fn tick(&mut self, record: &Record) -> Result<(), ReplayError> {
         self.tally.records += 1;
         let is_elsewhere = self.last.is_some_and(|last| {
@@ -272,8 +273,8 @@ impl Replayer {
         if !self.board.is_ticking() {
             self.begin_ticking();
         } else if is_elsewhere && self.is_known() && !self.is_stopped && !self.is_lined_up {
-            let what = "the bus was somebody else's for a while".into();
-            self.tally.count_adopted(what, record.tick);
+            let event = "another client had the bus for a while".into();
+            self.tally.count_adopted(event, record.tick);
             self.board.begin_again();
         }
         (self.is_stopped, self.is_lined_up) = (false, false);
@@ -287,7 +288,7 @@ impl Replayer {
         self.check_conclusions(record);
         let since_us = self.last.map_or(0, |last| {
             let lasts_us = record.start_us.saturating_sub(last.start_us);
-            // Not what lies between two runs of a board.
+            // Without the time between two runs of a board.
             lasts_us.min(1_000_000)
         });
         self.tally.span_us += since_us;
@@ -303,17 +304,17 @@ impl Replayer {
         let missing = before.wrapping_sub(std::mem::replace(&mut last.tick, before));
         let dropped = record.dropped.wrapping_sub(last.dropped);
         let is_told = std::mem::take(&mut self.frames_lost);
-        // A tick is never decided if the bus is given away in the middle of it.
+        // A tick is not decided if the bus is handed over within it.
         let is_given_away = missing == 1 && !self.board.is_ticking();
         if missing == 0 || is_given_away {
             return;
         }
         if is_told {
-            self.lose("frames of the board were lost on the link", missing);
+            self.lose(Loss::Frames, missing);
         } else if dropped > 0 {
-            self.lose("the board dropped records that nobody fetched", missing);
+            self.lose(Loss::Dropped, missing);
         } else {
-            self.lose("records are missing in the log", missing);
+            self.lose(Loss::Records, missing);
         }
     }
 
@@ -325,29 +326,31 @@ impl Replayer {
             }
             self.board.assume_before(record);
         }
-        let heard = self.board.host_event(record.mode);
-        let computed = self.board.decide(record, heard);
-        match &self.knowledge {
-            Knowledge::Anew(_) if tick_facts::is_complete(record) && tick_facts::is_off(record) => {
+        let event = self.board.host_event(record.mode);
+        let computed = self.board.decide(record, event);
+        match self.knowledge {
+            Knowledge::Restarted(_)
+                if tick_facts::is_complete(record) && tick_facts::is_off(record) =>
+            {
                 self.knowledge = Knowledge::Full;
             }
-            Knowledge::Anew(reason) | Knowledge::Part(reason) => {
-                // It began anew under a torque that is not known.
+            Knowledge::Restarted(reason) | Knowledge::Part(reason) => {
+                // It restarted under a torque that is not known.
                 if tick_facts::is_complete(record) {
-                    self.knowledge = Knowledge::Part(reason.clone());
+                    self.knowledge = Knowledge::Part(reason);
                 }
             }
             Knowledge::Full => {}
         }
         self.is_strange = false;
-        if let Knowledge::Anew(reason) | Knowledge::Part(reason) = &self.knowledge {
+        if let Knowledge::Restarted(reason) | Knowledge::Part(reason) = self.knowledge {
             self.tally.skip(reason, record.tick);
             self.board.resume_from(record);
             return;
         }
         let is_by_itself = self.conclusions.is_by_itself(&mut self.board, record.tick);
         if !is_by_itself {
-            self.note_heard(heard, record);
+            self.count_host_event(event, record);
         }
         self.tally.compared += 1;
         if !compare::same(record, &computed) {
@@ -359,13 +362,13 @@ impl Replayer {
         }
     }
 
-    fn note_heard(&mut self, heard: HostEvent, record: &Record) {
-        let what = match heard {
+    fn count_host_event(&mut self, event: HostEvent, record: &Record) {
+        let text = match event {
             HostEvent::Nothing => return,
-            HostEvent::Silence => "the host was silent: braked, or let go",
+            HostEvent::Silence => "the host was silent: braked, or torque off",
             HostEvent::LongSilence => "the host was silent for too long: fault host_silent",
-            HostEvent::Corruption => "numbers in memory changed: fault corrupted",
+            HostEvent::Corruption => "memory was corrupted: fault corrupted",
         };
-        self.tally.count_adopted(what.into(), record.tick);
+        self.tally.count_adopted(text.into(), record.tick);
     }
 }

@@ -1,4 +1,4 @@
-//! What became of a replay.
+//! Report of a replay.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
@@ -6,15 +6,16 @@ use std::fmt::{self, Write as _};
 use serde::Serialize;
 
 use super::compare::Difference;
+use super::loss::Loss;
 use super::what_if::WhatIf;
 
-/// How it ended.
+/// Result of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Every output that could be compared is the same to the last bit.
+    /// Every compared output is equal to the last bit.
     Equal,
-    /// Not so.
+    /// At least one differs.
     Differs,
     /// Nothing could be compared.
     Nothing,
@@ -23,57 +24,57 @@ pub enum Verdict {
 /// Ticks that were not compared, for one reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Skipped {
-    /// Why, in words.
-    pub reason: String,
+    /// The reason, as text.
+    pub reason: &'static str,
     /// Ticks that were recorded and not compared.
     pub ticks: u64,
     /// Ticks without a record.
     pub missing: u64,
-    /// The first of them.
+    /// Number of the first.
     pub first_tick: u32,
 }
 
-/// Events that no record explains, and that were taken as recorded.
+/// Events without a cause in the records, taken as recorded.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Adopted {
-    /// What, in words.
+    /// The event, as text.
     pub what: String,
-    /// How often.
+    /// Count.
     pub times: u64,
     /// First in or before this tick.
     pub first_tick: u32,
 }
 
-/// What became of a replay.
+/// Report of a replay.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// In one word.
+    /// Result.
     pub verdict: Verdict,
     /// Records in the log.
     pub records: u64,
     /// Ticks that were compared.
     pub compared: u64,
-    /// Of those, how many differ.
+    /// Those that differ.
     pub differing: u64,
-    /// Answers to commands that were compared.
+    /// Replies to commands that were compared.
     pub answers: u64,
-    /// Of those, and of the reasons told for faults, how many differ.
+    /// Those that differ, including causes of faults.
     pub answers_differing: u64,
-    /// The first of all differences.
+    /// The first difference.
     pub first: Option<Difference>,
-    /// What was not compared.
+    /// Ticks that were not compared.
     pub skipped: Vec<Skipped>,
     /// Inputs taken as recorded.
     pub adopted: Vec<Adopted>,
     /// Commands that the board never answered.
     pub unanswered: u64,
-    /// Time that the records span, in s.
+    /// Time span of the records, in s.
     pub span_s: f64,
-    /// Other settings, and what they changed.
+    /// Other settings, and their effect.
     pub what_if: Option<WhatIf>,
 }
 
-/// A report that grows.
+/// Counts for the report.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
     pub(super) records: u64,
@@ -88,21 +89,25 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Something is missing from here on, ticks without a record among it.
-    pub(super) fn lose(&mut self, reason: &str, tick: u32, missing: u64) {
+    /// Marks missing inputs from this tick on, after ticks without a record.
+    pub(super) fn lose(&mut self, reason: Loss, tick: u32, missing: u64) {
         self.skipped_for(reason, tick).missing += missing;
     }
 
     /// A tick is not compared.
-    pub(super) fn skip(&mut self, reason: &str, tick: u32) {
+    pub(super) fn skip(&mut self, reason: Loss, tick: u32) {
         self.skipped_for(reason, tick).ticks += 1;
     }
 
-    fn skipped_for(&mut self, reason: &str, tick: u32) -> &mut Skipped {
-        let at = self.skipped.iter().position(|it| it.reason == reason);
+    fn skipped_for(&mut self, reason: Loss, tick: u32) -> &mut Skipped {
+        let reason = reason.text();
+        let at = self
+            .skipped
+            .iter()
+            .position(|skipped| skipped.reason == reason);
         let at = at.unwrap_or_else(|| {
             self.skipped.push(Skipped {
-                reason: reason.to_owned(),
+                reason,
                 ticks: 0,
                 missing: 0,
                 first_tick: tick,
@@ -153,7 +158,7 @@ impl Tally {
 }
 
 impl Report {
-    /// As a person reads it.
+    /// As text for a terminal.
     pub fn text(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.

@@ -12,7 +12,7 @@ pub(super) const fn is_external(fault: Fault) -> bool {
         | Fault::ServoReset
         | Fault::Clock
         | Fault::FirmwareChanged => true,
-        // The first two belong into the middle of a decision: see `HostEvent`.
+        // The first two occur within a decision: see `HostEvent`.
         Fault::HostSilent
         | Fault::Corrupted
         | Fault::AngleLimit
@@ -32,7 +32,7 @@ pub(super) const fn is_external(fault: Fault) -> bool {
     }
 }
 
-/// When a recorded tick was planned to begin, in µs.
+/// Planned start of a recorded tick, in µs.
 pub(super) const fn planned_us(record: &Record) -> u64 {
     record
         .start_us
@@ -45,7 +45,7 @@ pub(super) fn is_off(record: &Record) -> bool {
     record.pwm_in_force.iter().all(|pwm| *pwm == off)
 }
 
-/// Whether every joint has a sample: an estimator that begins anew needs them.
+/// Whether every joint has a sample: a restarted estimator needs them.
 pub(super) fn is_complete(record: &Record) -> bool {
     record
         .samples
@@ -58,10 +58,10 @@ pub(super) fn is_complete(record: &Record) -> bool {
 pub(super) enum HostEvent {
     /// No such event.
     Nothing,
-    /// Silence of the host after which the arm is braked, or let go.
+    /// Silence of the host after which the arm is braked, or torque goes off.
     Silence,
     /// Silence of the host that is a fault.
     LongSilence,
-    /// Change of numbers in memory.
+    /// Corruption of numbers in memory.
     Corruption,
 }

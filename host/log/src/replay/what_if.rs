@@ -1,9 +1,9 @@
-//! The same inputs with other settings: what the board would have done.
+//! Replay with other settings: the board's reaction to the same inputs.
 //!
-//! Open-loop: the arm's answers are those to what the board really did, so the
-//! farther the torques come apart, the less the rest means. It tells what a change
-//! does to the estimate and to the torque, tick by tick, and which guards would have
-//! tripped; it does not tell how the arm would have moved.
+//! Open-loop: the arm's motion is the recorded one, so the
+//! farther the torques diverge, the less the rest means. It shows the effect of a change
+//! on estimate and torque, tick by tick, and the limits that would have
+//! tripped, but not the motion of the arm.
 
 use std::fmt;
 
@@ -16,26 +16,26 @@ use toml::Value;
 
 use super::compare;
 
-/// Settings that are changed wherever the log has settings.
+/// Changed settings, applied wherever the log has settings.
 #[derive(Clone, Debug, Default)]
 pub struct Changes {
     table: toml::Table,
     pairs: Vec<(String, Value)>,
 }
 
-/// Why settings cannot be changed so.
+/// Reason for which settings cannot be changed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ChangeError {
-    /// As the parameter has it.
+    /// Error of the parameter.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// Of all, this one cannot.
+    /// Error of the settings as a whole.
     #[error("`setup.period_us` is that of the recorded ticks, {0}; `armbridge bench` tries others")]
     Period(u32),
 }
 
 impl Changes {
-    /// A table of tables, as in a file, and then these.
+    /// A table of tables, as in a file, and then single parameters.
     pub fn new(table: toml::Table, pairs: Vec<(String, Value)>) -> Self {
         Self { table, pairs }
     }
@@ -45,10 +45,10 @@ impl Changes {
         self.table.is_empty() && self.pairs.is_empty()
     }
 
-    /// The settings with them.
+    /// The settings with the changes.
     ///
     /// # Errors
-    /// If one of them cannot be.
+    /// If one of them is not valid.
     pub fn apply(&self, settings: &Settings) -> Result<Settings, ChangeError> {
         let mut changed = *settings;
         params::apply_table(&mut changed, &self.table)?;
@@ -62,7 +62,7 @@ impl Changes {
     }
 }
 
-/// What is another, as it is typed.
+/// Changes as typed.
 pub(super) fn words(before: &Settings, after: &Settings) -> Vec<String> {
     params::changed(before, after)
         .into_iter()
@@ -70,50 +70,50 @@ pub(super) fn words(before: &Settings, after: &Settings) -> Vec<String> {
         .collect()
 }
 
-/// A joint's torque and estimate, as recorded and as they would have been.
+/// A joint's torque and estimate, as recorded and as computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct JointChange {
     /// Torque in N m, rms, as recorded.
     pub torque_rms_recorded_nm: f64,
-    /// As computed.
+    /// The same as computed.
     pub torque_rms_computed_nm: f64,
     /// Largest torque in N m, as recorded.
     pub torque_max_recorded_nm: f64,
-    /// As computed.
+    /// The same as computed.
     pub torque_max_computed_nm: f64,
-    /// Between the two, rms, in N m.
+    /// Rms difference of the two, in N m.
     pub torque_difference_rms_nm: f64,
-    /// At most, in N m.
+    /// Largest difference, in N m.
     pub torque_difference_max_nm: f64,
-    /// Between the estimated angles, rms, in rad.
+    /// Rms difference of the estimated angles, in rad.
     pub angle_difference_rms_rad: f64,
-    /// Between the estimated speeds, rms, in rad/s.
+    /// Rms difference of the estimated speeds, in rad/s.
     pub speed_difference_rms_rad_s: f64,
 }
 
-/// What other settings change.
+/// Effect of other settings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WhatIf {
     /// The settings, as `key=value`.
     pub changes: Vec<String>,
     /// Ticks that were compared.
     pub ticks: u64,
-    /// Of those, ticks in which the motors were driven, as recorded or as computed:
-    /// what follows is of these.
+    /// Those in which the motors were driven, as recorded or as computed:
+    /// all further values are about these.
     pub driven: u64,
-    /// Ticks whose mode is another.
+    /// Ticks with another mode.
     pub other_mode: u64,
-    /// The first of those: tick, mode as recorded, mode as computed.
+    /// The first of those: tick, recorded mode, computed mode.
     pub first_other_mode: Option<(u32, String, String)>,
-    /// Ticks in which a guard changed the torque, as recorded and as computed.
+    /// Ticks in which a limiter changed the torque, as recorded and as computed.
     pub guarded: [u64; 2],
-    /// Commands that would have been answered otherwise.
+    /// Commands with another reply.
     pub other_answers: u64,
     /// Joint by joint.
     pub joints: [JointChange; JOINTS],
 }
 
-/// The same, growing.
+/// Sums for the result.
 #[derive(Debug, Default)]
 pub(super) struct Sums {
     ticks: u64,

@@ -1,4 +1,4 @@
-//! Orders from outside the tick: commands, sessions, faults.
+//! Inputs from outside the tick: commands, sessions, faults.
 
 use armbridge_shared::bridge::command::{ValidatedCommand, validate};
 use armbridge_shared::control::Trajectory;
@@ -35,7 +35,7 @@ impl Board {
         self.drain();
     }
 
-    /// Replays a fault that is decided elsewhere; see
+    /// Replays a fault whose cause is not in the records; see
     /// [`is_external`](crate::replay::tick_facts::is_external).
     pub(in crate::replay) fn trip(&mut self, trip: &Trip) {
         self.core.set_time(trip.at_us);
@@ -48,7 +48,7 @@ impl Board {
         self.drain();
     }
 
-    /// The point from which a motion would begin that is asked for at this moment.
+    /// The start point of a motion that is commanded at this moment.
     ///
     /// # Errors
     /// The board's [`Refusal`].
@@ -76,8 +76,8 @@ impl Board {
         self.perform(ValidatedCommand::Follow(motion), moment)
     }
 
-    /// Replays any other command, taken at this moment. A fault cannot be cleared while
-    /// motors are not seen to be off, which no record shows: `recorded` is the answer of the
+    /// Replays any other command, accepted at this moment. A fault cannot be cleared before
+    /// the motors are known to be off, which no record shows: `recorded` is the reply of the
     /// recorded board.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Orders and news, each done again at its place.
+//! Commands and messages, each replayed at its place.
 
 use armbridge_client::enum_names;
 use armbridge_client::refusal_text;
@@ -7,13 +7,14 @@ use armbridge_shared::link::message::{
 };
 
 use super::super::compare::Difference;
+use super::super::loss::Loss;
 use super::super::pending::{Note, is_before};
 use super::super::tick_facts;
 use super::super::what_if::words;
 use super::{ReplayError, Replayer};
 
 impl Replayer {
-    /// Does what has come to its place.
+    /// Replays a message whose place has come.
     pub(super) fn apply(&mut self, note: &Note) -> Result<(), ReplayError> {
         match *note {
             Note::Ack {
@@ -53,8 +54,8 @@ impl Replayer {
             Note::Passthrough => {
                 if self.board.mode() != Mode::Passthrough {
                     let tick = self.last.map_or(0, |last| last.tick);
-                    let what = "a client of the transparent port took the bus".into();
-                    self.tally.count_adopted(what, tick);
+                    let event = "a client of the transparent port took the bus".into();
+                    self.tally.count_adopted(event, tick);
                     self.board.hand_over();
                 }
                 Ok(())
@@ -68,7 +69,7 @@ impl Replayer {
         told: Option<Settings>,
         has_left: bool,
     ) -> Result<(), ReplayError> {
-        // The last tick that was decided before it.
+        // The last tick that was decided before the hello.
         let decided = moment.tick.wrapping_sub(u32::from(!moment.is_decided));
         if let Some(last) = self
             .last
@@ -77,9 +78,9 @@ impl Replayer {
         {
             let missing = decided.wrapping_sub(last.tick);
             last.tick = decided;
-            self.lose("nobody had said hello to the board", missing);
+            self.lose(Loss::NoSession, missing);
         } else if self.last.is_none() && decided > 0 {
-            self.lose("what was before the hello is not in the log", 0);
+            self.lose(Loss::BeforeHello, 0);
         }
         if self.is_strange {
             self.board.forget();
@@ -94,12 +95,12 @@ impl Replayer {
                 self.settings = settings;
             }
             self.board.begin_session(moment);
-            self.begin_anew();
+            self.restart();
         }
         Ok(())
     }
 
-    /// A goodbye is not acknowledged. One that came just before a tick shows in it: the
+    /// A goodbye is not acknowledged. One just before a tick shows in it: the
     /// motors were driven until then, and are off from its beginning.
     pub(super) fn apply_goodbye(&mut self, record: &Record) {
         let is_driven = self.board.mode().drive().is_some();
@@ -114,7 +115,7 @@ impl Replayer {
         }
     }
 
-    /// A command was taken, and this was its answer.
+    /// A command was accepted or refused, with this reply.
     fn answer(
         &mut self,
         sequence: u16,
@@ -123,9 +124,9 @@ impl Replayer {
     ) -> Result<(), ReplayError> {
         let departure = self.departures.remove(&sequence);
         let Some(asked) = self.asked.remove(&sequence) else {
-            // One that was refused has changed nothing.
+            // A refused command has no effect.
             if result.is_ok() {
-                self.lose("a command of another host is not in the log", 0);
+                self.lose(Loss::OtherHost, 0);
             }
             return Ok(());
         };
@@ -155,13 +156,13 @@ impl Replayer {
             _ => false,
         };
         if is_energised {
-            self.begin_anew();
+            self.restart();
         }
         self.check_answer(enum_names::command(&command), moment, result, computed);
         Ok(())
     }
 
-    /// The command, with the other settings.
+    /// The command, with the changed settings.
     fn change(&mut self, asked: Command) -> Result<Command, ReplayError> {
         let settings = match asked {
             Command::Configure(setup) => Settings {
@@ -215,21 +216,21 @@ impl Replayer {
         });
     }
 
-    /// The board told a fault: one that no tick decides happens here, any other must
-    /// have come out.
+    /// The cause of a fault: one from outside the tick is applied here, any other must
+    /// have been computed.
     fn tripped(&mut self, trip: &Trip) {
         self.is_stopped = true;
         if tick_facts::is_external(trip.fault) {
             if !matches!(self.board.mode(), Mode::Fault(_)) {
-                let what = format!("fault {}", enum_names::fault(trip.fault));
-                self.tally.count_adopted(what, trip.tick);
+                let event = format!("fault {}", enum_names::fault(trip.fault));
+                self.tally.count_adopted(event, trip.tick);
                 self.board.trip(trip);
             }
             return;
         }
-        // When silence was noticed is not known; what changed in memory neither.
+        // The moment at which silence was detected is not known, nor that of corruption.
         let is_checked = !matches!(trip.fault, Fault::HostSilent | Fault::Corrupted);
-        // Told again at a hello, it may be of a time of which nothing is known.
+        // Repeated after a hello, it may be older than the known state.
         let is_known = self.is_known() && is_checked;
         let cause = self.board.cause();
         let Some(cause) = cause.filter(|cause| is_known && cause.tick == trip.tick) else {

@@ -1,6 +1,6 @@
-//! How experiments ended: as the board told, and as it came out.
+//! Ends of experiments: as reported by the board, and as computed.
 //!
-//! The board tells it in the tick in which it is so, most often before that tick's
+//! The board reports it in the tick of the end, most often before that tick's
 //! record; so both wait for each other, by the number of the tick.
 
 use std::collections::VecDeque;
@@ -14,7 +14,7 @@ use super::super::compare::Difference;
 use super::super::pending::is_before;
 use super::Replayer;
 
-/// Ends of experiments that wait for the other side's.
+/// Ends of experiments without their counterparts so far.
 #[derive(Debug, Default)]
 pub(super) struct Conclusions {
     told: VecDeque<Conclusion>,
@@ -22,13 +22,13 @@ pub(super) struct Conclusions {
 }
 
 impl Conclusions {
-    /// The board told this.
+    /// Adds a report of the board.
     pub(super) fn receive(&mut self, conclusion: Conclusion) {
         self.told.push_back(conclusion);
     }
 
-    /// Whether an experiment ended in this tick for a reason that was decided again,
-    /// and not because the host was quiet, which nobody can know.
+    /// Whether an experiment ended in this tick for a computed reason,
+    /// and not because of the host's silence, which is not recorded.
     pub(super) fn is_by_itself(&mut self, board: &mut Board, tick: u32) -> bool {
         while let Some(conclusion) = board.take_conclusion() {
             self.computed.push_back(conclusion);
@@ -37,8 +37,8 @@ impl Conclusions {
         last.is_some_and(|last| last.end != ExperimentEnd::HostQuiet)
     }
 
-    /// The next pair of one tick. What has no partner up to this tick was told, or came
-    /// out, where not everything is known.
+    /// The next pair of one tick. Entries without a counterpart up to this tick are from
+    /// times of incomplete knowledge.
     fn next_pair(&mut self, tick: u32) -> Option<(Conclusion, Conclusion)> {
         loop {
             let (told, computed) = (*self.told.front()?, *self.computed.front()?);
@@ -52,7 +52,7 @@ impl Conclusions {
             } else {
                 &mut self.computed
             };
-            if behind.front().is_some_and(|it| is_before(tick, it.tick)) {
+            if behind.front().is_some_and(|end| is_before(tick, end.tick)) {
                 return None;
             }
             behind.pop_front();
@@ -61,7 +61,7 @@ impl Conclusions {
 }
 
 impl Replayer {
-    /// Compares what was told of experiments up to this record with what came out.
+    /// Compares the reports up to this record with the computed ends.
     pub(super) fn check_conclusions(&mut self, record: &Record) {
         while let Some((told, computed)) = self.conclusions.next_pair(record.tick) {
             if !self.is_known() {
