@@ -1,31 +1,31 @@
-//! The board's clock on the host's.
+//! Mapping of the board's clock to the host's.
 //!
-//! A frame reaches the host some time after the tick it tells of: never too early,
-//! and now and then much too late. So what `host - board` shows of the two clocks is
-//! its lower envelope, and what lies above it is delay.
+//! A frame reaches the host some time after its tick: never too early,
+//! and now and then much too late. So the relation of the two clocks is the lower
+//! envelope of `host - board`, and a distance above it is delay.
 //!
-//! * [`Mapping`] puts a tick on the host's clock while the log is written, from what
-//!   has come so far; ticks stand evenly, whatever the link did to them.
-//! * [`Envelope`] keeps the least of each second, in bounded memory, and [`Line`] is
-//!   drawn below all of them: offset, drift, and how long frames took.
+//! * [`Mapping`] maps a tick to the host's clock while the log is written, from the
+//!   frames so far; ticks are spaced evenly, whatever the delays of the link.
+//! * [`Envelope`] keeps the minimum of each second, in bounded memory, and [`Line`] is
+//!   the line below all of them: offset, drift, and delays of frames.
 
-/// Nanoseconds of a window of which the least is kept.
+/// Window in ns of which the minimum is kept.
 const WINDOW_NS: u64 = 1_000_000_000;
 
-/// Windows that are kept before neighbours are joined: over an hour apart by seconds.
+/// Windows before neighbours are merged: over an hour of seconds.
 const WINDOWS_MAX: usize = 4_096;
 
-/// Share of what the mapping is off that is mended in the window that follows.
+/// Fraction of the offset error that is corrected per window.
 const MEND: f64 = 0.2;
 
-/// Most that is mended in a window, so that time never runs more than a hundredth
+/// Largest correction per window, so that time never runs more than a hundredth
 /// too fast or too slow.
 const MEND_MOST_NS: f64 = 10e6;
 
-/// Puts the board's times on the host's clock, as they come.
+/// Maps the board's times to the host's clock, as they arrive.
 #[derive(Clone, Debug, Default)]
 pub struct Mapping {
-    /// `host - board` in ns at the beginning of the window, and what it gains per ns
+    /// `host - board` in ns at the start of the window, and its change per ns
     /// of the board within.
     offset_ns: f64,
     slope: f64,
@@ -35,16 +35,16 @@ pub struct Mapping {
 }
 
 impl Mapping {
-    /// The board has begun anew: its clock too.
+    /// Restarts after a reset of the board: its clock restarted too.
     pub fn forget(&mut self) {
         *self = Self::default();
     }
 
-    /// The host's time of a board's time that the host reads about now.
+    /// The host's time of a board's time that was received just now.
     pub fn host_ns(&mut self, host_ns: u64, board_us: u64) -> u64 {
         let board_ns = board_us.saturating_mul(1_000);
-        // Epochs of 1970 in ns need 61 bits: the difference is exact as an integer
-        // only.
+        // Times since 1970 in ns need 61 bits: the difference is exact only as an
+        // integer.
         let ahead_ns = (i128::from(host_ns) - i128::from(board_ns)) as f64;
         if !self.is_begun || board_ns < self.window_from_ns {
             *self = Self {
@@ -70,14 +70,14 @@ impl Mapping {
     }
 }
 
-/// A tick: when it began, and how much the host's clock was ahead when it heard.
+/// A tick: its start, and the host's clock ahead of the board's at its reception.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Point {
     board_ns: f64,
     ahead_ns: f64,
 }
 
-/// The least of each window, of a board that has not begun anew.
+/// Minimum of each window, for a board without a reset in between.
 #[derive(Clone, Debug)]
 pub struct Envelope {
     base: Option<(u64, u64)>,
@@ -96,7 +96,7 @@ impl Default for Envelope {
 }
 
 impl Envelope {
-    /// A tick of this board's time was heard at this host's time.
+    /// Adds a tick of this board's time that was received at this host's time.
     pub fn add(&mut self, host_ns: u64, board_us: u64) {
         let (host_base, board_base) = *self.base.get_or_insert((host_ns, board_us));
         let point = Point {
@@ -125,7 +125,7 @@ impl Envelope {
         }
     }
 
-    /// The line below; `None` before the second window.
+    /// The line below all minima; `None` before the second window.
     pub fn line(&self) -> Option<Line> {
         let (host_base, board_base) = self.base?;
         let (slope, at_base_ns) = below(&self.points)?;
@@ -144,26 +144,26 @@ impl Envelope {
     }
 }
 
-/// What the two clocks have to do with each other.
+/// Relation of the two clocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// The host's clock less the board's in ns, with the shortest way of a frame in
-    /// it...
+    /// The host's clock minus the board's in ns, including the shortest delay of a
+    /// frame,
     pub offset_ns: i64,
-    /// ...at this time of the board in µs.
+    /// at this time of the board in µs.
     pub at_board_us: u64,
-    /// How much faster the host's clock runs than the board's, in parts of a million.
+    /// Drift of the host's clock relative to the board's, in ppm.
     pub drift_ppm: f64,
-    /// How far the least delay of a second is above the line in µs: the middle one.
+    /// Distance of a second's minimum above the line in µs: median,
     pub residual_us: f64,
-    /// The largest.
+    /// and maximum.
     pub residual_most_us: f64,
 }
 
-/// Slope and height at zero of the line that lies below all points, and as little
-/// below them as one can: an edge of their lower hull, the one across their middle.
+/// Slope and height at zero of the highest line below all points: the edge of their
+/// lower hull across their middle.
 ///
-/// Points far above, late frames, do not touch it: they are no part of the hull.
+/// Late frames are far above, and no part of the hull.
 fn below(points: &[Point]) -> Option<(f64, f64)> {
     if points.len() < 2 {
         return None;
@@ -171,7 +171,7 @@ fn below(points: &[Point]) -> Option<(f64, f64)> {
     let mut hull: Vec<Point> = Vec::new();
     for point in points {
         while let [.., a, b] = hull[..] {
-            // `b` is on or above the way from `a` to `point`: no corner.
+            // `b` is on or above the line from `a` to `point`: no corner.
             let cross = (b.board_ns - a.board_ns) * (point.ahead_ns - a.ahead_ns)
                 - (b.ahead_ns - a.ahead_ns) * (point.board_ns - a.board_ns);
             if cross > 0.0 {
@@ -196,12 +196,12 @@ fn below(points: &[Point]) -> Option<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// 2026, in ns since 1970: where a double tells 256 ns apart.
+    /// 2026, in ns since 1970: where a double has a resolution of 256 ns.
     const EPOCH_NS: u64 = 1_795_000_000_000_000_000;
 
     /// Ticks of 1 ms whose frames take 200 µs, mostly up to 1 ms more, now and then
-    /// 80 ms; the host's clock gains.
-    fn heard(ticks: u64, ppm: f64) -> impl Iterator<Item = (u64, u64)> {
+    /// 80 ms; the host's clock drifts.
+    fn received(ticks: u64, ppm: f64) -> impl Iterator<Item = (u64, u64)> {
         let mut seed = 1u64;
         (0..ticks).map(move |tick| {
             seed = seed
@@ -219,7 +219,7 @@ mod tests {
     fn offset_and_drift_are_found_among_delays() {
         for ppm in [-120.0, 0.0, 45.0] {
             let mut envelope = Envelope::default();
-            for (host_ns, board_us) in heard(600_000, ppm) {
+            for (host_ns, board_us) in received(600_000, ppm) {
                 envelope.add(host_ns, board_us);
             }
             let line = envelope.line().unwrap();
@@ -245,13 +245,13 @@ mod tests {
     fn ticks_stand_evenly_on_the_hosts_clock() {
         let mut mapping = Mapping::default();
         let mut before = 0;
-        for (i, (host_ns, board_us)) in heard(40_000, 50.0).enumerate() {
+        for (i, (host_ns, board_us)) in received(40_000, 50.0).enumerate() {
             let at = mapping.host_ns(host_ns, board_us);
             if i > 0 {
                 let step_us = (at - before) as f64 / 1e3;
                 assert!((step_us - 1_000.0).abs() <= 11.0, "{step_us} µs");
             }
-            // The first frame was 80 ms late: that is mended in time.
+            // The first frame was 80 ms late: the error is corrected in time.
             if i > 35_000 {
                 let late_us = (host_ns as f64 - at as f64) / 1e3;
                 assert!((-500.0..90_000.0).contains(&late_us), "{late_us} µs");

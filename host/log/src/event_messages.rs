@@ -1,11 +1,11 @@
-//! Everything but records, as messages of the log, and back.
+//! Conversion of all events but records to messages of the log, and back.
 //!
 //! | event                    | message      |
 //! |--------------------------|--------------|
-//! | asked                    | `Command`    |
-//! | told a record            | `Telemetry`, see [`telemetry`](super::telemetry) |
-//! | told settings            | `Parameters` |
-//! | told, lost, garbled, parted | `Event`   |
+//! | sent by the host         | `Command`    |
+//! | a record                 | `Telemetry`, see [`telemetry`](super::telemetry) |
+//! | settings                 | `Parameters` |
+//! | other messages of the board, lost and damaged frames, disconnection | `Event` |
 
 use armbridge_client::enum_names;
 use armbridge_client::event::{Direction, EventKind};
@@ -16,7 +16,7 @@ use armbridge_shared::link::message::{Command, ToBoard, ToHost};
 use super::payload_codec::{exact, value};
 use super::{event_text, proto};
 
-/// The message for what the host said.
+/// Message for a message of the host.
 pub(super) fn command(host_ns: u64, sequence: u16, said: &ToBoard) -> proto::Command {
     let mut message = proto::Command {
         host_ns,
@@ -66,13 +66,13 @@ pub(super) fn command(host_ns: u64, sequence: u16, said: &ToBoard) -> proto::Com
     message
 }
 
-/// What the host said, from its message.
+/// The host's message, from a message of the log.
 pub(super) fn asked(message: &proto::Command, is_same_schema: bool) -> Option<EventKind> {
-    let said = value(message.exact.as_ref()?, is_same_schema)?;
-    Some(EventKind::Sent(message.sequence.try_into().ok()?, said))
+    let content = value(message.exact.as_ref()?, is_same_schema)?;
+    Some(EventKind::Sent(message.sequence.try_into().ok()?, content))
 }
 
-/// The message for what the board said, other than records and settings.
+/// Message for a message of the board, other than records and settings.
 pub(super) fn board_event(host_ns: u64, sequence: u16, said: &ToHost) -> proto::Event {
     let (kind, severity, text) = event_text::describe(said);
     let mut message = proto::Event {
@@ -139,8 +139,8 @@ pub(super) fn board_event(host_ns: u64, sequence: u16, said: &ToHost) -> proto::
     message
 }
 
-/// The message for something that happened to the link; `None` for what was said on
-/// it.
+/// Message for an event of the link itself; `None` for a message of host or
+/// board.
 pub(super) fn happened(host_ns: u64, what: &EventKind) -> Option<proto::Event> {
     let event = proto::Event {
         host_ns,
@@ -175,10 +175,10 @@ pub(super) fn happened(host_ns: u64, what: &EventKind) -> Option<proto::Event> {
     }
 }
 
-/// What happened, from its message; `Ok(None)` for what the recorder noticed itself.
+/// The event, from its message; `Ok(None)` for an event of the recorder itself.
 ///
 /// # Errors
-/// If it cannot be read.
+/// If it cannot be decoded.
 pub(super) fn event(
     message: &proto::Event,
     is_same_schema: bool,
@@ -191,11 +191,11 @@ pub(super) fn event(
     match (message.kind.as_str(), &message.exact) {
         (_, Some(exact)) => {
             let sequence = message.sequence.and_then(|number| number.try_into().ok());
-            let said = value(exact, is_same_schema);
-            let (Some(sequence), Some(said)) = (sequence, said) else {
+            let content = value(exact, is_same_schema);
+            let (Some(sequence), Some(content)) = (sequence, content) else {
                 return Err(Unreadable);
             };
-            Ok(Some(EventKind::Received(sequence, said)))
+            Ok(Some(EventKind::Received(sequence, content)))
         }
         ("lost", None) => {
             let count = message.count.try_into().map_err(|_| Unreadable)?;
@@ -217,11 +217,11 @@ pub(super) fn event(
     }
 }
 
-/// A message that is of another schema, or damaged.
+/// A message of another schema, or a damaged one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Unreadable;
 
-/// The settings that the board told, from their message.
+/// The board's settings, from their message.
 pub(super) fn settings(message: &proto::Parameters, is_same_schema: bool) -> Option<EventKind> {
     let settings = value(message.exact.as_ref()?, is_same_schema)?;
     let sequence = message.sequence.try_into().ok()?;

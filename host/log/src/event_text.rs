@@ -1,4 +1,4 @@
-//! Events in words, and how much they matter.
+//! Events as text, and their severity.
 
 use armbridge_client::event::Direction;
 use armbridge_client::{experiment_text, fault_text, refusal_text};
@@ -9,7 +9,7 @@ use armbridge_shared::link::message::{
 
 use super::proto::Severity;
 
-/// What the board said, apart from records and settings: kind, severity and words.
+/// Kind, severity and text of a board's message, other than records and settings.
 pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
     match message {
         ToHost::Hello(hello) => {
@@ -46,7 +46,11 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
         ToHost::Absent { joint, missing } => (
             "absent",
             Severity::Warning,
-            format!("servo {} does not answer: {}", joint + 1, heard(*missing)),
+            format!(
+                "servo {} does not answer: {}",
+                joint + 1,
+                missing_reply(*missing)
+            ),
         ),
         ToHost::Found { firmware, baud, .. } => (
             "found",
@@ -109,7 +113,7 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
     }
 }
 
-fn heard(missing: Missing) -> &'static str {
+fn missing_reply(missing: Missing) -> &'static str {
     match missing {
         Missing::NotAsked => "it has not been asked",
         Missing::Silence => "nothing was heard",
@@ -161,7 +165,7 @@ fn board(report: &BoardReport) -> String {
     format!("board session {:#x}: {end}; {settings}", report.session)
 }
 
-/// A frame that could not be read: its number in the schema, and words.
+/// A frame that cannot be decoded: its number in the schema, and text.
 pub(super) fn garbled(direction: Direction, error: FrameError) -> (u32, u32, String) {
     let (code, version, what) = match error {
         FrameError::Damaged => (1, 0, "is damaged".into()),
@@ -180,7 +184,7 @@ pub(super) fn garbled(direction: Direction, error: FrameError) -> (u32, u32, Str
     )
 }
 
-/// Frames that went missing.
+/// Lost frames.
 pub(super) fn lost(direction: Direction, count: u16) -> String {
     format!("{count} frames {} went missing", towards(direction))
 }
@@ -192,7 +196,7 @@ fn towards(direction: Direction) -> &'static str {
     }
 }
 
-/// A mode that began.
+/// The start of a mode.
 pub(super) fn mode(mode: Mode) -> (Severity, String) {
     let (name, meaning) = fault_text::mode(mode);
     match mode {

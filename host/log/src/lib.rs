@@ -9,20 +9,20 @@
 //!
 //! | module             | what                                                     |
 //! |--------------------|----------------------------------------------------------|
-//! | [`recorder`]       | writes a log while the run goes on                       |
-//! | [`recording`]      | reads it back, as far as it goes                         |
-//! | [`topics`]         | events as messages that viewers open                     |
+//! | [`recorder`]       | writes a log during the run                              |
+//! | [`recording`]      | reads a log back, up to its first damage                 |
+//! | [`topics`]         | events as messages for viewers                           |
 //! | [`proto`]          | those messages; `host/log/proto/armbridge.proto` describes them |
-//! | [`clock_sync`]     | the board's clock on the host's                          |
-//! | [`raw_link_bytes`] | the link's bytes, kept beside the messages               |
+//! | [`clock_sync`]     | mapping of the board's clock to the host's               |
+//! | [`raw_link_bytes`] | the link's raw bytes, kept beside the messages           |
 //! | [`metadata`]       | run, build, board, parameters and clocks                 |
-//! | [`run_info`]       | what is needed of a run to read its records              |
+//! | [`run_info`]       | facts of a run that are needed to interpret its records  |
 //! | [`csv`]            | ticks as a table                                         |
 //! | [`export`]         | ticks in other programs' formats                         |
-//! | [`summary`]        | a run in a few numbers                                   |
+//! | [`summary`]        | statistics of a run                                      |
 //! | [`inspect`]        | contents of a log, and differences of two                |
 //! | [`replay`]         | a log's inputs through the board's code                  |
-//! | [`event_text`]     | events in sentences                                      |
+//! | [`event_text`]     | events as text                                           |
 //! | [`text_table`]     | plain tables for a terminal                              |
 #![forbid(unsafe_code)]
 
@@ -60,34 +60,34 @@ pub use csv::CsvWriter;
 
 use std::path::PathBuf;
 
-/// Why a log file could not be written.
+/// Reason for which a log file could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// The file system said no.
+    /// Error of the file system.
     #[error("cannot write {path}: {source}", path = path.display())]
     Io {
         /// File being written.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// The MCAP library said no.
+    /// Error of the MCAP library.
     #[error("cannot write {path}: {source}", path = path.display())]
     Mcap {
         /// File being written.
         path: PathBuf,
-        /// What the library said.
+        /// Error of the library.
         source: ::mcap::McapError,
     },
     /// The file ends before the run did.
     #[error("{0}")]
     BrokenOff(String),
-    /// The CSV library said no.
+    /// Error of the CSV library.
     #[error("cannot write {path}: {source}", path = path.display())]
     Csv {
         /// File being written.
         path: PathBuf,
-        /// What the library said.
+        /// Error of the library.
         source: ::csv::Error,
     },
 }

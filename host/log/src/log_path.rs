@@ -1,4 +1,4 @@
-//! Which log is meant: a file, a run folder, or simply the one that was made last.
+//! Path of a log: a file, the log in a run folder, or that of the latest run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,12 +8,12 @@ use super::recording::ReadError;
 /// Name of the log in a run folder.
 pub const LOG_NAME: &str = "run.mcap";
 
-/// The log that `given` means: itself if it is a file, the one in it if it is a
-/// folder, and without any the newest in the run folders of `base`, whose names
+/// The log at `given`: the file itself, or the log in a
+/// folder; without a path, the latest in the run folders of `base`, whose names
 /// begin with the time.
 ///
 /// # Errors
-/// When there is no such log; the error says where it was looked for.
+/// When there is no such log; the error has the searched path.
 pub fn find(given: Option<&Path>, base: &Path) -> Result<PathBuf, ReadError> {
     let missing = |path: &Path, why: &str| ReadError {
         path: path.to_path_buf(),
@@ -59,7 +59,7 @@ mod tests {
             fs::create_dir_all(base.join(run)).unwrap();
             fs::write(base.join(run).join(LOG_NAME), "").unwrap();
         }
-        // A run without a log is none.
+        // A run without a log does not count.
         fs::create_dir_all(base.join("2026-01-03T00-00-00Z-c")).unwrap();
         let [first, last] = ["2026-01-01T00-00-00Z-a", "2026-01-02T00-00-00Z-b"]
             .map(|run| base.join(run).join(LOG_NAME));

@@ -1,9 +1,9 @@
-//! The MCAP file of a log: a writer that leaves, at any instant, a file that can be
-//! read up to what was flushed last.
+//! MCAP file of a log: a writer that leaves, at any instant, a file that can be
+//! read up to the last flush.
 //!
-//! Chunks are written whole, with their index behind them, and nothing that was
-//! written is touched again: whoever is killed leaves a file without its last chunk
-//! and without a summary, which every reader can do without.
+//! Chunks are written as a whole, with their index behind them, and written data
+//! is never changed: a killed program leaves a file without its last chunk
+//! and without a summary, which readers can do without.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -17,13 +17,13 @@ use super::fsync_thread::{SyncFn, Syncer};
 use super::raw_link_bytes;
 use super::topics::{Message, Topic};
 
-/// A chunk that is not flushed before is closed at this size.
+/// Size at which a chunk is closed, unless it was flushed before.
 const CHUNK: u64 = 1 << 20;
 
-/// A disk, written from its beginning to its end; knows how far it has come.
+/// Sequential writer of a file, which counts its bytes.
 struct Sink {
     disk: BufWriter<Box<dyn Write + Send>>,
-    /// Shared with the file's owner, who cannot look into the library's writer.
+    /// Shared with the file's owner, who has no access to the library's writer.
     position: Arc<AtomicU64>,
 }
 
@@ -40,7 +40,7 @@ impl Write for Sink {
 }
 
 impl Seek for Sink {
-    /// The library asks where it is; it does not go anywhere.
+    /// The library only queries the position.
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {
             SeekFrom::Current(0) => Ok(self.position.load(Relaxed)),
@@ -51,7 +51,7 @@ impl Seek for Sink {
     }
 }
 
-/// A log's file.
+/// File of a log.
 pub(super) struct LogFile {
     writer: mcap::Writer<Sink>,
     channels: BTreeMap<u16, Channel>,
@@ -66,7 +66,7 @@ struct Channel {
 }
 
 impl LogFile {
-    /// Begins the file: all topics are in it from the first byte on.
+    /// Begins the file, with all topics at its start.
     pub(super) fn begin(disk: Box<dyn Write + Send>, sync: SyncFn) -> McapResult<Self> {
         let position = Arc::default();
         let sink = Sink {
@@ -76,7 +76,7 @@ impl LogFile {
         let mut writer = mcap::WriteOptions::new()
             .compression(None)
             .chunk_size(Some(CHUNK))
-            // Chunks are put together in memory: a chunk in the making is no chunk.
+            // Chunks are assembled in memory: a partial chunk is not readable.
             .disable_seeking(true)
             .library(concat!("armbridge ", env!("CARGO_PKG_VERSION")))
             .create(sink)?;
@@ -129,22 +129,22 @@ impl LogFile {
         self.writer.finish_attachment()
     }
 
-    /// Closes the chunk: it survives whatever happens to this program.
+    /// Closes the chunk: it survives the end of this program.
     pub(super) fn flush(&mut self) -> McapResult<()> {
         self.writer.flush()
     }
 
-    /// Has what was flushed survive a power cut, soon.
+    /// Requests that the flushed data is synced, so that it survives a power cut.
     pub(super) fn sync(&mut self) -> McapResult<()> {
         Ok(self.syncer.ask()?)
     }
 
-    /// Bytes so far.
+    /// Bytes written so far.
     pub(super) fn size(&self) -> u64 {
         self.position.load(Relaxed)
     }
 
-    /// Writes the summary, and all to the disk; how long the file is.
+    /// Writes the summary, and syncs the file; returns its length.
     pub(super) fn finish(mut self) -> McapResult<u64> {
         self.writer.finish()?;
         self.writer.into_inner().flush()?;

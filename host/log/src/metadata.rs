@@ -1,6 +1,6 @@
-//! What a log says about itself: records of names and values, each a text.
+//! Metadata of a log: records of names and values, as text.
 //!
-//! | record       | holds                                                         |
+//! | record       | contents                                                      |
 //! |--------------|---------------------------------------------------------------|
 //! | `run`        | [`RunFacts`]: each fact by its name, and all of them as `json` |
 //! | `build`      | of this program: `git`, `version`, `schema`                   |
@@ -9,7 +9,7 @@
 //! | `clock`      | the two clocks: `offset_ns`, `at_board_us`, `drift_ppm`, `residual_us`, `residual_most_us` |
 //! | `end`        | `ticks`, `missing_ticks`, `unwritten_bytes`; only of a log that was closed |
 //!
-//! What is learned later is written again: of records of one name, the last holds.
+//! Later information is written again: of records of one name, the last holds.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -37,13 +37,13 @@ pub const CLOCK: &str = "clock";
 /// Name of the record that a log ends with.
 pub const END: &str = "end";
 
-/// The commit that the program was built from, once it has told.
+/// The commit that the program was built from, once it is set.
 static COMMIT: OnceLock<&'static str> = OnceLock::new();
 
-/// Tells which commit the program was built from; all logs from then on say so. A
-/// program that does not tell is of commit `unknown`.
+/// Sets the commit that the program was built from, for all later logs. Without it
+/// the commit is `unknown`.
 pub fn set_commit(commit: &'static str) {
-    // Only the first word counts: a program does not change while it runs.
+    // Only the first call counts: a program does not change while it runs.
     let _ = COMMIT.set(commit);
 }
 
@@ -139,7 +139,7 @@ fn json(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
 }
 
-/// Each field of a value as a text.
+/// Each field of a value as text.
 fn fields(value: &impl Serialize) -> BTreeMap<String, String> {
     let Ok(Value::Object(fields)) = serde_json::to_value(value) else {
         return BTreeMap::new();

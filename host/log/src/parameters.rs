@@ -1,4 +1,4 @@
-//! Settings as a message of the log: each by its name, and all of them exactly.
+//! Settings as a message of the log: by name, and as exact bytes.
 
 use armbridge_client::params;
 use armbridge_shared::link::message::Settings;
@@ -7,7 +7,7 @@ use toml::Value;
 use super::payload_codec::exact;
 use super::proto;
 
-/// The message for settings that the board told.
+/// Message for the board's settings.
 pub(super) fn message(host_ns: u64, sequence: u16, settings: &Settings) -> proto::Parameters {
     proto::Parameters {
         host_ns,

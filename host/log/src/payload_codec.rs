@@ -1,5 +1,5 @@
-//! What was said, completely: in JSON for everybody, and in postcard, bit by bit, for
-//! programs that speak the same schema.
+//! Complete payloads of messages: as JSON for any reader, and as postcard, to the bit, for
+//! programs with the same schema.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -16,7 +16,7 @@ pub(super) fn exact(value: &impl Serialize) -> Exact {
     }
 }
 
-/// The value again. Without the same schema, what JSON gives, if its shape has not
+/// The value. With another schema, from JSON, if its shape has not
 /// changed.
 pub(super) fn value<T: DeserializeOwned>(exact: &Exact, is_same_schema: bool) -> Option<T> {
     if is_same_schema {
@@ -35,14 +35,14 @@ mod tests {
     fn another_version_reads_the_text() {
         let settings = Settings::default();
         assert_eq!(value(&exact(&settings), false), Some(settings));
-        let said = ToBoard::Command(Command::Regulate([0.1, -1.0e-7]));
-        assert_eq!(value(&exact(&said), false), Some(said));
-        // Bytes of another schema are not looked at.
+        let message = ToBoard::Command(Command::Regulate([0.1, -1.0e-7]));
+        assert_eq!(value(&exact(&message), false), Some(message));
+        // Bytes of another schema are ignored.
         let other = Exact {
             postcard: vec![255; 3],
-            ..exact(&said)
+            ..exact(&message)
         };
-        assert_eq!(value(&other, false), Some(said));
+        assert_eq!(value(&other, false), Some(message));
         assert_eq!(value::<ToBoard>(&other, true), None);
     }
 }

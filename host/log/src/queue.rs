@@ -1,7 +1,7 @@
-//! Bytes of a link on their way to the thread that writes them.
+//! Queue of a link's bytes to the thread that writes them.
 //!
-//! Whoever serves the link copies what travels into memory that is bounded, and goes
-//! on: for a real board it never waits for a disk. What finds no room is counted. A
+//! The link's thread copies the bytes into bounded memory, and goes
+//! on: for a real board it never waits for a disk. Bytes that do not fit are counted. A
 //! virtual board can wait, so it does, and nothing is lost however slow the disk is.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -12,18 +12,18 @@ use armbridge_client::event::Direction;
 
 use super::raw_link_bytes;
 
-/// Most bytes that wait to be written; as many again are being written. At 1 kHz
+/// Most bytes in the queue; as many again are being written. At 1 kHz
 /// they are four minutes.
 pub(super) const MOST: usize = 32 << 20;
 
-/// Bytes of which the recorder is told before its time: it need not wake up for each.
+/// Bytes at which the recorder is woken before its time, rather than for each write.
 const HANDFUL: usize = 256 << 10;
 
-/// Between a link and its recorder.
+/// Queue between a link and its recorder.
 #[derive(Debug)]
 pub(super) struct Queue {
     waiting: Mutex<Waiting>,
-    /// There is a handful to be written, or nothing comes after.
+    /// Enough bytes are queued, or no more will come.
     filled: Condvar,
     /// There is room.
     emptied: Condvar,
@@ -32,7 +32,7 @@ pub(super) struct Queue {
     most: usize,
 }
 
-/// What waits.
+/// Contents of the queue.
 #[derive(Debug, Default)]
 struct Waiting {
     framed: Vec<u8>,
@@ -41,14 +41,14 @@ struct Waiting {
     is_closed: bool,
 }
 
-/// What was taken out of the queue.
+/// Bytes taken out of the queue.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Taken {
-    /// Bytes of the link that found no room so far.
+    /// Bytes of the link that did not fit so far.
     pub(super) unwritten: u64,
-    /// Most bytes that ever waited.
+    /// Largest number of queued bytes so far.
     pub(super) fullest: usize,
-    /// Nothing comes after these.
+    /// The last bytes.
     pub(super) is_last: bool,
 }
 
@@ -63,7 +63,7 @@ impl Queue {
         })
     }
 
-    /// The lock is held for a copy or a swap only, and by nobody who can panic.
+    /// The lock is held for a copy or a swap only, which cannot panic.
     fn lock(&self) -> MutexGuard<'_, Waiting> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -86,7 +86,7 @@ impl Queue {
                 .unwrap_or_else(PoisonError::into_inner);
         }
         let fits = waiting.framed.len() + len <= self.most;
-        // What is longer than all there is must go through once it is alone.
+        // A piece longer than the queue is accepted when it is alone.
         let is_alone = self.is_patient && waiting.framed.is_empty();
         if waiting.is_closed || !(fits || is_alone) {
             waiting.unwritten += piece.bytes.len() as u64;
@@ -102,8 +102,8 @@ impl Queue {
         }
     }
 
-    /// Takes all that waits in exchange for an empty buffer; waits until it is a
-    /// handful, or this instant has come.
+    /// Takes all queued bytes in exchange for an empty buffer; waits until there are
+    /// enough, or until this instant.
     pub(super) fn take(&self, into: &mut Vec<u8>, until: Instant) -> Taken {
         into.clear();
         let mut waiting = self.lock();
@@ -128,14 +128,14 @@ impl Queue {
         taken
     }
 
-    /// Nothing is taken any more; what comes is counted as not written.
+    /// Closes the queue; later bytes are counted as not written.
     pub(super) fn close(&self) {
         self.lock().is_closed = true;
         self.filled.notify_all();
         self.emptied.notify_all();
     }
 
-    /// Bytes of the link that found no room.
+    /// Bytes of the link that did not fit.
     pub(super) fn unwritten(&self) -> u64 {
         self.lock().unwritten
     }

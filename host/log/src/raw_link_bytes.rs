@@ -1,16 +1,15 @@
-//! The bytes of a link as they travelled, so that nothing is lost to whoever decoded
-//! them.
+//! Raw bytes of a link in a log, independent of their decoding.
 //!
 //! In the log they are attachments `link-000001.bin`, `link-000002.bin`..., one each
-//! half second, of media type [`MEDIA_TYPE`]. Each is pieces, one after the other:
+//! half second, of media type [`MEDIA_TYPE`]. Each is a sequence of pieces:
 //!
 //! ```text
 //! kind u8 | host_ns u64 | length u32 | bytes
 //! ```
 //!
-//! little endian. Kind 0 is from the board, 1 is to the board, 2 says that the
-//! connection broke and has no bytes. A frame may begin in one piece, or in one
-//! attachment, and end in another. [`Again`] hears them once more.
+//! little endian. Kind 0 is from the board, 1 is to the board, 2 is a
+//! disconnection and has no bytes. A frame may begin in one piece, or in one
+//! attachment, and end in another. [`RawEvents`] decodes them again.
 
 use std::collections::VecDeque;
 use std::io;
@@ -21,15 +20,15 @@ use mcap::records::{Record, op};
 
 use super::records::{Next, Records};
 
-/// What the attachments are.
+/// Media type of the attachments.
 pub const MEDIA_TYPE: &str = "application/x-armbridge-link";
 
 const HEADER: usize = 1 + 8 + 4;
 
-/// What a piece is.
+/// Kind of a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Bytes that went this way.
+    /// Bytes of this direction.
     Bytes(Direction),
     /// The connection broke.
     Parted,
@@ -41,19 +40,19 @@ impl From<Direction> for Kind {
     }
 }
 
-/// Bytes that were read or written at once.
+/// Bytes of one read or write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Piece<'a> {
     /// On the host's clock in ns.
     pub host_ns: u64,
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
-    /// What travelled.
+    /// The bytes.
     pub bytes: &'a [u8],
 }
 
 impl Piece<'_> {
-    /// How long it will be.
+    /// Its length in an attachment.
     pub(super) fn framed_len(&self) -> usize {
         HEADER + self.bytes.len()
     }
@@ -71,7 +70,7 @@ impl Piece<'_> {
     }
 }
 
-/// Pieces that cannot be told apart any more.
+/// The limits between pieces are lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("what was kept of the link's bytes is damaged")]
 pub struct Damaged;
@@ -116,14 +115,14 @@ fn split(framed: &[u8]) -> Option<(Piece<'_>, &[u8])> {
     ))
 }
 
-/// Tells the events of one piece.
-pub(super) fn hear(decoder: &mut LinkDecoder, piece: Piece<'_>, mut hear: impl FnMut(Event)) {
+/// Decodes one piece.
+pub(super) fn decode(decoder: &mut LinkDecoder, piece: Piece<'_>, mut on_event: impl FnMut(Event)) {
     match piece.kind {
-        Kind::Bytes(direction) => decoder.take(direction, piece.host_ns, piece.bytes, hear),
+        Kind::Bytes(direction) => decoder.take(direction, piece.host_ns, piece.bytes, on_event),
         Kind::Parted => {
-            // What began on one connection does not end on the next.
+            // A partial frame does not continue on the next connection.
             *decoder = LinkDecoder::default();
-            hear(Event {
+            on_event(Event {
                 host_ns: piece.host_ns,
                 kind: EventKind::Disconnected,
             });
@@ -131,34 +130,34 @@ pub(super) fn hear(decoder: &mut LinkDecoder, piece: Piece<'_>, mut hear: impl F
     }
 }
 
-/// The events of a log, heard once more from the bytes that are kept in it.
+/// Events of a log, decoded again from its raw bytes.
 #[derive(Debug)]
-pub struct Again {
+pub struct RawEvents {
     records: Records,
     body: Vec<u8>,
     decoder: LinkDecoder,
-    heard: VecDeque<Event>,
+    events: VecDeque<Event>,
 }
 
-impl Again {
+impl RawEvents {
     pub(super) fn open(path: &Path) -> io::Result<Option<Self>> {
         Ok(Records::open(path)?.map(|records| Self {
             records,
             body: Vec::new(),
             decoder: LinkDecoder::default(),
-            heard: VecDeque::new(),
+            events: VecDeque::new(),
         }))
     }
 
-    /// Hears the next attachment; `false` at the end.
-    fn listen(&mut self) -> Result<bool, Damaged> {
+    /// Decodes the next attachment; `false` at the end.
+    fn decode_next(&mut self) -> Result<bool, Damaged> {
         loop {
             let Ok(next) = self.records.next() else {
                 return Ok(false);
             };
             match next {
                 Next::Record(op::ATTACHMENT) => {}
-                // What cannot be told apart any more ends it too.
+                // Damage of the file ends it too.
                 Next::Record(op::DATA_END) | Next::End | Next::Cut(_) | Next::Garbage(_) => {
                     return Ok(false);
                 }
@@ -168,7 +167,7 @@ impl Again {
                 return Ok(false);
             }
             let parsed = mcap::parse_record(op::ATTACHMENT, &self.body);
-            // It checks the sum.
+            // The parser checks the checksum.
             let Ok(Record::Attachment { header, data, .. }) = parsed else {
                 return Err(Damaged);
             };
@@ -176,8 +175,8 @@ impl Again {
                 continue;
             }
             for piece in pieces(&data) {
-                hear(&mut self.decoder, piece?, |event| {
-                    self.heard.push_back(event);
+                decode(&mut self.decoder, piece?, |event| {
+                    self.events.push_back(event);
                 });
             }
             return Ok(true);
@@ -185,16 +184,16 @@ impl Again {
     }
 }
 
-impl Iterator for Again {
+impl Iterator for RawEvents {
     type Item = Result<Event, Damaged>;
 
-    /// After damage, what follows is heard again from the next attachment on.
+    /// After damage, decoding continues with the next attachment.
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if let Some(event) = self.heard.pop_front() {
+            if let Some(event) = self.events.pop_front() {
                 return Some(Ok(event));
             }
-            match self.listen() {
+            match self.decode_next() {
                 Ok(true) => {}
                 Ok(false) => return None,
                 Err(damaged) => return Some(Err(damaged)),

@@ -1,4 +1,4 @@
-//! A log, event by event, in memory that does not grow with it, as far as it goes.
+//! Reader of a log, event by event, in bounded memory, up to its first damage.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -17,12 +17,12 @@ use super::topics::Topic;
 use super::{event_messages, metadata, proto, raw_link_bytes, telemetry};
 use crate::run_info::RunFacts;
 
-/// A log, event by event: for files that do not fit in memory.
+/// Reader of a log, for files that do not fit in memory.
 #[derive(Debug)]
 pub struct Reader {
     path: PathBuf,
     records: Records,
-    /// What is read of: the records of a chunk, from here on.
+    /// Present chunk: its records, from here on.
     chunk: Vec<u8>,
     at: usize,
     channels: BTreeMap<u16, Topic>,
@@ -37,11 +37,11 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Opens it, and reads what it says about itself, to its end. A folder means the
+    /// Opens a log, and reads its metadata to its end. A folder means the
     /// log in it.
     ///
     /// # Errors
-    /// When there is nothing that can be read.
+    /// When nothing can be read.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let path = find(Some(path), Path::new("."))?;
         let failed = |why: String| ReadError {
@@ -87,47 +87,47 @@ impl Reader {
         Ok(reader)
     }
 
-    /// Where it is read from.
+    /// Path of the log.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The facts of the run; made of its settings, if the log has none.
+    /// The facts of the run; derived from its settings, if the log has none.
     pub fn facts(&self) -> &RunFacts {
         &self.facts
     }
 
-    /// The settings that the board told last; `None` if it never did.
+    /// The last settings of the board; `None` if there are none.
     pub fn last_settings(&self) -> Option<Settings> {
         settings(&self.metadata)
     }
 
-    /// What the log says about itself, by name and key; see [`metadata`].
+    /// Metadata by name and key; see [`metadata`].
     pub fn metadata(&self) -> &BTreeMap<String, BTreeMap<String, String>> {
         &self.metadata
     }
 
-    /// What is missing of the file as far as it has been read, each in one sentence;
+    /// Damage of the file as far as it has been read, each in one sentence;
     /// empty for an intact one.
     pub fn damage(&self) -> &[String] {
         &self.damage
     }
 
-    /// The events again, from the raw bytes of the link that are kept in the log.
+    /// The events, decoded events from the raw bytes in the log.
     ///
     /// # Errors
-    /// When the file cannot be read any more.
-    pub fn raw(&self) -> Result<raw_link_bytes::Again, ReadError> {
-        let again = raw_link_bytes::Again::open(&self.path).map_err(|error| error.to_string());
-        again
-            .and_then(|again| again.ok_or_else(|| "it is no MCAP file any more".into()))
+    /// When the file can no longer be read.
+    pub fn raw(&self) -> Result<raw_link_bytes::RawEvents, ReadError> {
+        let events = raw_link_bytes::RawEvents::open(&self.path).map_err(|error| error.to_string());
+        events
+            .and_then(|events| events.ok_or_else(|| "it is no MCAP file any more".into()))
             .map_err(|why| ReadError {
                 path: self.path.clone(),
                 why,
             })
     }
 
-    /// Reads on until topics are known, which are told first.
+    /// Reads until the topics are known, which come first.
     fn find_channels(&mut self) -> Result<(), String> {
         while self.channels.is_empty() {
             if !self.load().map_err(|error| error.to_string())? {
@@ -152,7 +152,7 @@ impl Reader {
         };
         if channel.topic.starts_with("/armbridge/") {
             return Err(
-                "it is a log of an early version, in JSON; record again, or read it with the \
+                "it is a log of an early version, in JSON; record events, or read it with the \
                  version that wrote it"
                     .into(),
             );
@@ -163,7 +163,7 @@ impl Reader {
                 self.channels.insert(channel.id, topic);
                 Ok(())
             }
-            // Somebody added a topic: no matter, if ours are there too.
+            // Another program added a topic: harmless if ours are there too.
             Some(_) | None if !self.channels.is_empty() => Ok(()),
             Some(_) | None => Err(format!(
                 "it is an MCAP file, but no log of Armbridge: it has the topic {}",
@@ -172,7 +172,7 @@ impl Reader {
         }
     }
 
-    /// Loads the next chunk that is intact; `false` at the end.
+    /// Loads the next intact chunk; `false` at the end.
     fn load(&mut self) -> io::Result<bool> {
         while !self.is_over {
             match self.records.next()? {
@@ -222,7 +222,7 @@ impl Reader {
         )
     }
 
-    /// Takes the records out of the chunk that was read; `false` if it is damaged.
+    /// Extracts the records of the chunk; `false` if it is damaged.
     fn unpack(&mut self) -> bool {
         self.at = 0;
         let why = match mcap::parse_record(op::CHUNK, &self.chunk) {
@@ -237,7 +237,7 @@ impl Reader {
                 {
                     "is damaged".into()
                 } else {
-                    // What stands before the records is gone over.
+                    // Skips the header before the records.
                     self.at = self.chunk.len() - data.len();
                     return true;
                 }
@@ -273,24 +273,24 @@ impl Reader {
             }
             Topic::Commands => {
                 let message = proto::Command::decode(bytes).map_err(unreadable)?;
-                let what =
+                let kind =
                     event_messages::asked(&message, same).ok_or(event_messages::Unreadable)?;
-                (message.host_ns, what)
+                (message.host_ns, kind)
             }
             Topic::Events => {
                 let message = proto::Event::decode(bytes).map_err(unreadable)?;
                 match event_messages::event(&message, same)? {
-                    Some(what) => (message.host_ns, what),
+                    Some(kind) => (message.host_ns, kind),
                     None => return Ok(None),
                 }
             }
             Topic::Parameters => {
                 let message = proto::Parameters::decode(bytes).map_err(unreadable)?;
-                let what =
+                let kind =
                     event_messages::settings(&message, same).ok_or(event_messages::Unreadable)?;
-                (message.host_ns, what)
+                (message.host_ns, kind)
             }
-            // Made of the others.
+            // Derived from the other messages.
             Topic::Statistics
             | Topic::Log
             | Topic::JointStates
@@ -300,7 +300,7 @@ impl Reader {
         Ok(Some(Event { host_ns, kind }))
     }
 
-    /// The next record of the chunk, as its opcode and where its body is.
+    /// The next record of the chunk: opcode, and range of its body.
     fn record(&mut self) -> Option<(u8, std::ops::Range<usize>)> {
         let (opcode, body, _) = split(self.chunk.get(self.at..)?)?;
         let start = self.at + 1 + 8;
@@ -317,7 +317,7 @@ impl Reader {
                     None
                 })
             }
-            // Our topics are all known by now; other records are of no interest.
+            // All topics are known by now; other records are ignored.
             Ok(_) | Err(_) => None,
         }
     }
@@ -347,18 +347,18 @@ impl Iterator for Reader {
                 self.close();
                 return None;
             };
-            // Lent for a moment, so that it can be read while the reader learns.
+            // Taken for a moment, so that the reader can be changed.
             let chunk = std::mem::take(&mut self.chunk);
-            let heard = self.receive(opcode, chunk.get(body).unwrap_or_default());
+            let event = self.receive(opcode, chunk.get(body).unwrap_or_default());
             self.chunk = chunk;
-            if heard.is_some() {
-                return heard;
+            if event.is_some() {
+                return event;
             }
         }
     }
 }
 
-/// Whether a file ends as MCAP does: nothing of its index is missing.
+/// Whether a file ends with the magic of MCAP: its index is complete.
 fn is_closed(path: &Path) -> io::Result<bool> {
     let mut file = File::open(path)?;
     let mut end = [0; mcap::MAGIC.len()];
@@ -375,11 +375,12 @@ fn settings(known: &Known) -> Option<Settings> {
 }
 
 fn facts(known: &Known) -> RunFacts {
-    let told = known.get(metadata::RUN).and_then(metadata::facts);
-    told.unwrap_or_else(|| RunFacts::of("unknown", "unknown", &settings(known).unwrap_or_default()))
+    let recorded = known.get(metadata::RUN).and_then(metadata::facts);
+    recorded
+        .unwrap_or_else(|| RunFacts::of("unknown", "unknown", &settings(known).unwrap_or_default()))
 }
 
-/// All metadata of a file; of one name, the last.
+/// All metadata of a file; for a repeated name, the last.
 fn read_metadata(records: &mut Records) -> io::Result<Known> {
     let (mut all, mut body) = (BTreeMap::new(), Vec::new());
     while let Next::Record(opcode) = records.next()? {

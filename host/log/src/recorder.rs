@@ -1,14 +1,14 @@
-//! Writes a log while a run goes on: MCAP, off the link's thread.
+//! Recorder: writes a log during a run, as MCAP, off the link's thread.
 //!
 //! ```text
 //! link --bytes--> tap --copies--> queue --> thread: decoder, topics --> file
 //! ```
 //!
-//! The recorder hears nothing but the raw bytes of both directions. Each fifth of
+//! The recorder takes the raw bytes of both directions. Every fifth of
 //! a second at the latest it closes a chunk and keeps the raw bytes as an attachment,
-//! which no kill takes any more; each half second it asks the disk to keep what it has,
-//! which no power cut takes once that is done; the recorder does not wait for it. When
-//! the disk is full or fails, it says so, and the link goes on without it.
+//! which survive the end of the program; each half second it requests a sync to the disk,
+//! after which they survive a power cut; the recorder does not wait for it. When
+//! the disk is full or fails, the report has the error, and the link goes on.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -24,8 +24,8 @@ use super::queue::{self, Queue, QueueTap};
 use super::writer_thread::{LogWriter, Shared};
 use crate::run_info::RunFacts;
 
-/// A log that is being written. Dropped, it is closed as by [`finish`](Self::finish),
-/// but nobody hears what went wrong.
+/// Recorder of a log. Dropping it closes the log like [`finish`](Self::finish),
+/// but ignores errors.
 #[derive(Debug)]
 pub struct Recorder {
     path: PathBuf,
@@ -34,25 +34,25 @@ pub struct Recorder {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What has become of what was recorded.
+/// Report of a recorder.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecorderReport {
     /// Records written.
     pub records: u64,
-    /// Ticks whose record never came, by their numbers; those while the link was
+    /// Ticks without a record, by their numbers; those while the link was
     /// broken are not counted.
     pub lost: u64,
     /// Bytes of the link that were not written, because the disk is too slow or full.
     pub unwritten: u64,
     /// Size of the file in bytes.
     pub size: u64,
-    /// What went wrong, in one sentence that says what to do.
+    /// First error, in one sentence with its remedy.
     pub trouble: Option<String>,
 }
 
 impl Recorder {
-    /// Creates the file, and the thread that writes it. Never holds up the link: what
-    /// the disk is too slow for is counted.
+    /// Creates the file, and the thread that writes it. Never blocks the link: bytes that
+    /// the disk is too slow for are counted.
     ///
     /// # Errors
     /// When the file cannot be created or written.
@@ -60,7 +60,7 @@ impl Recorder {
         Self::on_file(path, facts, false)
     }
 
-    /// The same for a board in virtual time, which waits for the disk where it must:
+    /// The same for a board in virtual time, which waits for the disk if necessary:
     /// nothing is lost.
     ///
     /// # Errors
@@ -75,14 +75,14 @@ impl Recorder {
             source,
         };
         let file = std::fs::File::create(path).map_err(failed)?;
-        // Its name must survive a power cut too. Not every system has folders that
-        // can be synced; then there is nothing to do.
+        // The directory entry must survive a power cut too. Some systems have no folders that
+        // can be synced; then this is skipped.
         if let Some(Ok(folder)) = path.parent().map(std::fs::File::open) {
             let _ = folder.sync_all();
         }
         let second = file.try_clone().map_err(failed)?;
         let sync = move || match second.sync_data() {
-            // What is no file, such as a pipe, cannot.
+            // A pipe, for example, cannot be synced.
             Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
             done => done,
         };
@@ -128,32 +128,32 @@ impl Recorder {
         })
     }
 
-    /// Where it is written to.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What hears the link for it.
+    /// Tap of the link.
     pub fn tap(&self) -> Box<dyn Tap> {
         Box::new(QueueTap(Arc::clone(&self.queue)))
     }
 
-    /// As far as it has come.
+    /// Report so far.
     pub fn report(&self) -> RecorderReport {
         let report = self.shared.lock().report.clone();
         RecorderReport {
             unwritten: self.queue.unwritten() + report.unwritten,
             trouble: report
                 .trouble
-                .map(|what| format!("{what} ({})", self.path.display())),
+                .map(|trouble| format!("{trouble} ({})", self.path.display())),
             ..report
         }
     }
 
-    /// Writes what is left, closes the file.
+    /// Writes the queued bytes, and closes the file.
     ///
     /// # Errors
-    /// When the file could not be written to its end.
+    /// When the file could not be written completely.
     pub fn finish(mut self) -> Result<RecorderReport, LogError> {
         self.join();
         let report = self.report();
@@ -167,7 +167,7 @@ impl Recorder {
     fn join(&mut self) {
         self.queue.close();
         if let Some(thread) = self.thread.take() {
-            // It does not panic; if it did, the report would be what it had come to.
+            // It does not panic; if it did, the report would be the latest one.
             let _ = thread.join();
         }
     }
@@ -188,7 +188,7 @@ mod tests {
     use armbridge_shared::link::message::{Settings, ToHost};
     use std::sync::Mutex;
 
-    /// A disk that does nothing while it is held, and has room for so much.
+    /// A disk that blocks while it is held, and has this much room.
     struct Poor {
         file: std::fs::File,
         room: usize,
@@ -211,8 +211,8 @@ mod tests {
         }
     }
 
-    /// Records a minute of frames, as fast as they come, on such a disk, which is held
-    /// until they have come or not at all.
+    /// Records a minute of frames, as fast as possible, on such a disk, which is held
+    /// until all were sent, or not at all.
     fn record(name: &str, room: usize, is_held: bool, queue: Arc<Queue>) -> (PathBuf, Recorder) {
         let path = std::env::temp_dir().join(format!("armbridge-{}-{name}", std::process::id()));
         let file = std::fs::File::create(&path).unwrap();
@@ -240,7 +240,7 @@ mod tests {
             say(tick);
         }
         drop(held);
-        // One that is written again shows that others are missing.
+        // A repeated frame number shows that others are missing.
         let mut unwritten = say(60_000);
         for tick in 60_001.. {
             let before = std::mem::replace(&mut unwritten, say(tick));
@@ -266,7 +266,7 @@ mod tests {
 
     #[test]
     fn a_slow_disk_holds_up_nobody_and_is_named() {
-        // Whoever waited for it would wait for ever.
+        // Waiting for it would never end.
         let (path, recorder) = record("slow", usize::MAX, true, Queue::new(false, 200_000));
         let report = recorder.finish().unwrap();
         let trouble = report.trouble.unwrap();

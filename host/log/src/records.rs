@@ -1,7 +1,7 @@
-//! The records of an MCAP file, one by one, as far as they go.
+//! Records of an MCAP file, one by one, up to the first damage.
 //!
-//! The library's readers stop at the first damage. A log of a program that was killed
-//! ends in the middle of something, and what stands before is good.
+//! The library's readers refuse a damaged file. The log of a killed program
+//! ends in the middle of a record, and is intact before it.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -12,21 +12,21 @@ use mcap::MAGIC;
 /// Opcode and length.
 const HEADER: usize = 1 + 8;
 
-/// Longest record that is read into memory. The recorder's are some MiB long; a length
+/// Longest record that is read into memory. The recorder's have some MiB; a length
 /// beyond this is damage.
 const MOST: u64 = 1 << 30;
 
-/// The records of a file.
+/// Reader of the records.
 #[derive(Debug)]
 pub(super) struct Records {
     file: BufReader<File>,
     len: u64,
     at: u64,
-    /// What is left of the record whose header was read.
+    /// Unread bytes of the present record.
     left: u64,
 }
 
-/// What comes next in a file.
+/// Next item of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
     /// A record with this opcode.
@@ -35,12 +35,12 @@ pub(super) enum Next {
     End,
     /// The file ends in the middle of a record with this opcode.
     Cut(Option<u8>),
-    /// There is no record here, at this byte.
+    /// No record begins at this byte.
     Garbage(u64),
 }
 
 impl Records {
-    /// Opens a file; `None` if it is no MCAP file.
+    /// Opens a file; `None` if it is not MCAP.
     pub(super) fn open(path: &Path) -> io::Result<Option<Self>> {
         let file = File::open(path)?;
         let len = file.metadata()?.len();
@@ -59,7 +59,7 @@ impl Records {
         }
     }
 
-    /// Goes to the next record, over what is left of the one before.
+    /// Advances to the next record, skipping the rest of the present one.
     pub(super) fn next(&mut self) -> io::Result<Next> {
         if self.left > 0 {
             self.file.seek_relative(self.left as i64)?;
@@ -70,7 +70,7 @@ impl Records {
         if rest == 0 {
             return Ok(Next::End);
         }
-        // The magic at the end is no record.
+        // The magic at the end is not a record.
         if rest == MAGIC.len() as u64 {
             return Ok(Next::End);
         }
@@ -93,7 +93,7 @@ impl Records {
         Ok(Next::Record(opcode))
     }
 
-    /// Reads the record that was gone to.
+    /// Reads the present record.
     pub(super) fn read(&mut self, into: &mut Vec<u8>) -> io::Result<()> {
         into.clear();
         into.resize(self.left as usize, 0);
@@ -103,7 +103,7 @@ impl Records {
         Ok(())
     }
 
-    /// Back to the first record.
+    /// Returns to the first record.
     pub(super) fn rewind(&mut self) -> io::Result<()> {
         self.at = MAGIC.len() as u64;
         self.left = 0;
@@ -112,7 +112,7 @@ impl Records {
     }
 }
 
-/// The first record in memory: opcode, body, and what follows.
+/// The first record in memory: opcode, body, and remaining bytes.
 pub(super) fn split(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     let (opcode, rest) = bytes.split_first()?;
     let (len, rest) = rest.split_first_chunk()?;

@@ -1,4 +1,4 @@
-//! What one has to know about a run to read its records.
+//! Facts of a run that are needed to interpret its records.
 //!
 //! Known before the first tick and constant from then on. Written into the
 //! MCAP file as metadata, into plot titles and into the summary.
@@ -10,8 +10,8 @@ use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-/// PWM value at which a servo is off; the register runs from 0 to
-/// [`PWM_MAX`] and turns the other way below this.
+/// PWM value at which a servo is off; the register ranges from 0 to
+/// [`PWM_MAX`] and drives the other way below this.
 pub const PWM_OFF: u16 = 1000;
 
 /// Largest PWM value a servo takes.
@@ -22,11 +22,11 @@ pub const PWM_MAX: u16 = 2000;
 pub struct RunFacts {
     /// Scenario or command that made the run.
     pub name: String,
-    /// Where control code and arm are: `simulated: bench`.
+    /// World of control code and arm: `simulated: bench`.
     pub world: String,
     /// Version of this program.
     pub version: String,
-    /// Seed of everything random; none where nothing repeats.
+    /// Seed of all random numbers; none where a run does not repeat.
     pub seed: Option<u64>,
     /// Tick period in µs.
     pub period_us: u32,
@@ -37,7 +37,7 @@ pub struct RunFacts {
     pub rad_per_count: [f64; JOINTS],
     /// Encoder count at joint angle zero.
     pub zero_count: [f64; JOINTS],
-    /// Lowest and highest torque in N m that each servo can be told.
+    /// Lowest and highest torque in N m that can be commanded to each servo.
     pub torque_limits_nm: [[f64; 2]; JOINTS],
     /// Static friction of each joint in N m where it is simulated.
     pub static_friction_nm: Option<[f64; JOINTS]>,
@@ -47,7 +47,7 @@ pub struct RunFacts {
 }
 
 impl RunFacts {
-    /// Of a run on a real board, or on any of which nothing but its settings is known.
+    /// Facts of a run on a board of which only the settings are known.
     pub fn of(name: &str, world: &str, settings: &Settings) -> Self {
         let joints = settings.setup.joints;
         Self {
@@ -69,8 +69,8 @@ impl RunFacts {
         }
     }
 
-    /// The same, of a run that is simulated with this seed, on an arm with this static
-    /// friction in N m, if with any.
+    /// The same for a simulated run with this seed, on an arm with this static
+    /// friction in N m, if it has any.
     #[must_use]
     pub fn simulated(self, seed: u64, friction_nm: Option<[f64; JOINTS]>) -> Self {
         Self {
@@ -84,7 +84,7 @@ impl RunFacts {
         }
     }
 
-    /// The same run with what follows from the settings replaced.
+    /// The same run with other settings.
     #[must_use]
     pub fn with_settings(&self, settings: &Settings) -> Self {
         Self {
@@ -96,7 +96,7 @@ impl RunFacts {
         }
     }
 
-    /// Joint angle in rad that an encoder count stands for.
+    /// Joint angle in rad of an encoder count.
     pub fn angle_rad(&self, joint: usize, count: u16) -> f64 {
         (f64::from(count) - self.zero_count[joint]) * self.rad_per_count[joint]
     }
@@ -123,8 +123,8 @@ fn signed_rad_per_count(joint: &Joint<f32>) -> f64 {
     }
 }
 
-/// Torque per angle in N m/rad with which state feedback pulls the arm upright: the gain
-/// on the angle, less what gravity pushes.
+/// Stiffness in N m/rad with which state feedback holds the arm upright: the gain
+/// on the angle, minus that of gravity.
 fn net_stiffness(setup: &Setup) -> Option<[f64; JOINTS]> {
     let arm = setup.arm.map(f64::from);
     let upright = Vector2::zeros();

@@ -1,4 +1,4 @@
-//! What is counted of a link, and told each second.
+//! Statistics of a link, for a message each second.
 
 use armbridge_client::event::{Direction, EventKind};
 use armbridge_shared::link::message::Record;
@@ -6,10 +6,10 @@ use armbridge_shared::link::message::Record;
 use super::clock_sync::Line;
 use super::proto;
 
-/// Counters since the log began, and spreads since they were told last.
+/// Counters since the start of the log, and spreads since the last message.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counters {
-    told: proto::Statistics,
+    totals: proto::Statistics,
     start_error_us: Spread,
     bus_us: Spread,
     compute_us: Spread,
@@ -17,37 +17,37 @@ pub(super) struct Counters {
 }
 
 impl Counters {
-    pub(super) fn count(&mut self, what: &EventKind) {
-        let told = &mut self.told;
-        match what {
-            EventKind::Sent(..) => told.frames_to_board += 1,
-            EventKind::Received(..) => told.frames_to_host += 1,
-            EventKind::Lost(Direction::ToBoard, lost) => told.lost_to_board += u64::from(*lost),
-            EventKind::Lost(Direction::ToHost, lost) => told.lost_to_host += u64::from(*lost),
-            EventKind::Damaged(Direction::ToBoard, _) => told.garbled_to_board += 1,
-            EventKind::Damaged(Direction::ToHost, _) => told.garbled_to_host += 1,
+    pub(super) fn count(&mut self, event: &EventKind) {
+        let totals = &mut self.totals;
+        match event {
+            EventKind::Sent(..) => totals.frames_to_board += 1,
+            EventKind::Received(..) => totals.frames_to_host += 1,
+            EventKind::Lost(Direction::ToBoard, lost) => totals.lost_to_board += u64::from(*lost),
+            EventKind::Lost(Direction::ToHost, lost) => totals.lost_to_host += u64::from(*lost),
+            EventKind::Damaged(Direction::ToBoard, _) => totals.garbled_to_board += 1,
+            EventKind::Damaged(Direction::ToHost, _) => totals.garbled_to_host += 1,
             EventKind::Disconnected => {}
         }
     }
 
     pub(super) fn travelled(&mut self, direction: Direction, bytes: usize) {
         match direction {
-            Direction::ToBoard => self.told.bytes_to_board += bytes as u64,
-            Direction::ToHost => self.told.bytes_to_host += bytes as u64,
+            Direction::ToBoard => self.totals.bytes_to_board += bytes as u64,
+            Direction::ToHost => self.totals.bytes_to_host += bytes as u64,
         }
     }
 
-    /// Takes the state of the queue; how much more found no room in it.
+    /// Adds the state of the queue; returns how many more bytes did not fit.
     pub(super) fn queue(&mut self, [waiting, most, unwritten]: [u64; 3]) -> u64 {
-        let more = unwritten.saturating_sub(self.told.unwritten_bytes);
-        self.told.queue_bytes = waiting;
-        self.told.queue_most_bytes = most;
-        self.told.unwritten_bytes = unwritten;
+        let more = unwritten.saturating_sub(self.totals.unwritten_bytes);
+        self.totals.queue_bytes = waiting;
+        self.totals.queue_most_bytes = most;
+        self.totals.unwritten_bytes = unwritten;
         more
     }
 
     pub(super) fn tick(&mut self, record: &Record, delay_ns: u64) {
-        self.told.ticks += 1;
+        self.totals.ticks += 1;
         self.start_error_us.add(record.timing.start_error_us.into());
         self.bus_us.add(record.timing.bus_us.into());
         self.compute_us
@@ -56,15 +56,15 @@ impl Counters {
     }
 
     pub(super) fn missing(&mut self, ticks: u32) {
-        self.told.missing_ticks += u64::from(ticks);
+        self.totals.missing_ticks += u64::from(ticks);
     }
 
-    /// Ticks that came, and ticks between them that did not.
+    /// Received ticks, and missing ticks between them.
     pub(super) fn ticks(&self) -> (u64, u64) {
-        (self.told.ticks, self.told.missing_ticks)
+        (self.totals.ticks, self.totals.missing_ticks)
     }
 
-    /// All of it; spreads begin anew.
+    /// The message; spreads restart.
     pub(super) fn message(&mut self, host_ns: u64, clock: Option<Line>) -> proto::Statistics {
         proto::Statistics {
             host_ns,
@@ -74,12 +74,12 @@ impl Counters {
             delay_us: std::mem::take(&mut self.delay_us).message(),
             clock_offset_ns: clock.map(|line| line.offset_ns),
             clock_drift_ppm: clock.map(|line| line.drift_ppm),
-            ..self.told
+            ..self.totals
         }
     }
 }
 
-/// Least, mean and most of some values.
+/// Minimum, mean and maximum of values.
 #[derive(Clone, Copy, Debug, Default)]
 struct Spread {
     count: u32,

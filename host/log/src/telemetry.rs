@@ -1,4 +1,4 @@
-//! A tick's record as a message of the log, and back, bit by bit.
+//! Conversion of a tick's record to a message of the log, and back, to the bit.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator;
@@ -6,10 +6,10 @@ use armbridge_shared::link::message::{Guards, Record, Sample, Timing};
 
 use super::{enum_codes, proto};
 
-/// The message for a record.
+/// Message for a record.
 ///
-/// `joints` are the servos, as far as the board has told its settings: they turn
-/// counts into angles.
+/// `joints` are the servos' calibrations, if the settings are known: they convert
+/// counts to angles.
 pub(super) fn telemetry(
     host_ns: u64,
     sequence: u16,
@@ -57,7 +57,7 @@ fn joint(record: &Record, j: usize, servo: Option<&actuator::Joint<f32>>) -> pro
     }
 }
 
-/// The record and the number of its frame; `None` if something of it is missing or
+/// The record and its frame number; `None` if a field is missing or
 /// unknown.
 pub(super) fn record(message: &proto::Telemetry) -> Option<(u16, Record)> {
     let joints = [message.joint1.as_ref()?, message.joint2.as_ref()?];

@@ -1,7 +1,7 @@
-//! Events of a link as the messages of a log: what the recorder writes and what the
-//! live server serves.
+//! Encoder of a link's events as the messages of a log, for the recorder and the
+//! live server.
 //!
-//! Topics and their schemas are told in `host/log/proto/armbridge.proto`.
+//! Topics and their schemas are defined in `host/log/proto/armbridge.proto`.
 
 use armbridge_client::event::{Direction, Event, EventKind};
 use armbridge_shared::link::message::{Mode, Record, Settings, ToHost};
@@ -11,32 +11,32 @@ use super::proto::descriptors;
 use super::statistics::Counters;
 use super::{event_messages, event_text, parameters, proto, telemetry, visualization};
 
-/// Board time between two poses of the arm: as often as a screen shows one.
+/// Board time between two poses of the arm: the frame rate of a screen.
 const POSE_US: u64 = 20_000;
 
 /// Host time between two messages of statistics.
 const STATISTICS_NS: u64 = 1_000_000_000;
 
-/// Where a message belongs.
+/// Topic of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Topic {
-    /// Each tick.
+    /// Records of ticks.
     Telemetry,
-    /// What the host said.
+    /// Messages of the host.
     Commands,
-    /// What else the board said, and what happened.
+    /// Other messages of the board, and events of the link.
     Events,
     /// Settings in force.
     Parameters,
     /// Counters, each second.
     Statistics,
-    /// Events in words.
+    /// Events as text.
     Log,
     /// Angles, speeds and torques of the joints.
     JointStates,
-    /// Where the links are.
+    /// Frames of the links.
     Transforms,
-    /// What they look like.
+    /// Shapes of the links.
     Scene,
 }
 
@@ -84,7 +84,7 @@ impl Topic {
         }
     }
 
-    /// The `FileDescriptorSet` of that type. Messages and schema are of the encoding
+    /// `FileDescriptorSet` of that type. Messages and schema have the encoding
     /// `protobuf`.
     pub fn schema(self) -> &'static [u8] {
         match self {
@@ -104,15 +104,15 @@ impl Topic {
 /// A message of a topic.
 #[derive(Clone, Copy, Debug)]
 pub struct Message<'a> {
-    /// Where it belongs.
+    /// Its topic.
     pub topic: Topic,
-    /// On the host's clock in ns; never earlier than the one before on its topic.
+    /// On the host's clock in ns; never earlier than the previous one on its topic.
     pub log_time_ns: u64,
     /// In protobuf.
     pub bytes: &'a [u8],
 }
 
-/// Makes messages of events.
+/// Encoder of events.
 #[derive(Debug, Default)]
 pub struct Encoder {
     settings: Option<Settings>,
@@ -130,7 +130,7 @@ pub struct Encoder {
 }
 
 impl Encoder {
-    /// Makes the messages of an event, in the order in which they belong.
+    /// Encodes an event as messages, in order.
     ///
     /// # Errors
     /// Those of `put`.
@@ -182,13 +182,13 @@ impl Encoder {
         }
     }
 
-    /// So many bytes travelled.
+    /// Counts bytes of a direction.
     pub fn travelled(&mut self, direction: Direction, bytes: usize) {
         self.counters.travelled(direction, bytes);
     }
 
-    /// How full the queue to the disk is, in bytes, how full it ever was, and what
-    /// found no room in it. Tells an event if something has not.
+    /// State of the queue to the disk in bytes: present size, largest size, and bytes
+    /// that did not fit. An increase of these is an event.
     ///
     /// # Errors
     /// Those of `put`.
@@ -213,17 +213,17 @@ impl Encoder {
         self.say(event, put)
     }
 
-    /// Ticks that came, and ticks between them that did not.
+    /// Received ticks, and missing ticks between them.
     pub fn ticks(&self) -> (u64, u64) {
         self.counters.ticks()
     }
 
-    /// What the two clocks have to do with each other, as far as can be told.
+    /// Relation of the two clocks, if it is known.
     pub fn clock(&self) -> Option<Line> {
         self.envelope.line()
     }
 
-    /// The statistics up to here.
+    /// Statistics so far.
     ///
     /// # Errors
     /// Those of `put`.
@@ -237,7 +237,7 @@ impl Encoder {
         self.scene(at_ns, put)
     }
 
-    /// The board's clock begins at zero again.
+    /// The board's clock restarts at zero.
     fn begin_anew(&mut self) {
         self.mapping.forget();
         self.envelope = Envelope::default();
@@ -253,7 +253,7 @@ impl Encoder {
         put: &mut impl FnMut(Message<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         match self.last_tick {
-            // A board that began anew without saying so.
+            // A reset of the board without a message.
             Some((_, at_us)) if record.start_us < at_us => self.begin_anew(),
             Some((tick, _)) => self.gap(host_ns, tick, record.tick, put)?,
             None => {}
@@ -301,7 +301,7 @@ impl Encoder {
         Ok(())
     }
 
-    /// Says which ticks between two are not in the log.
+    /// Names the ticks between two records that are not in the log.
     fn gap<E>(
         &mut self,
         host_ns: u64,
@@ -332,7 +332,7 @@ impl Encoder {
         self.say(event, put)
     }
 
-    /// An event, and the same in words.
+    /// An event, and its text.
     fn say<E>(
         &mut self,
         event: proto::Event,

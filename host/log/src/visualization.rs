@@ -1,11 +1,11 @@
-//! The arm as viewers draw it: Foxglove's joint states, frames and shapes.
+//! The arm as messages for viewers: Foxglove's joint states, frames and shapes.
 //!
 //! ```text
 //! table --Rx(foot + q1)--> link1 --l1 along z, Ry(q2)--> link2 --l2 along z--> tip
 //! ```
 //!
-//! At zero both links point straight up, along z, and the foot is 0. An arm that hangs is
-//! the same turned over: its foot is half a turn, and what it is fixed to is above it.
+//! At zero both links point straight up, along z, and the foot is 0. A hanging arm is
+//! turned over: its foot is half a turn, and its base is above it.
 //! Angles are the estimated ones.
 
 use armbridge_shared::JOINTS;
@@ -53,7 +53,7 @@ pub(super) fn joints(at_ns: u64, record: &Record) -> JointStates {
     }
 }
 
-/// Where the links are at these joint angles.
+/// Frames of the links at these joint angles.
 pub(super) fn transforms(
     at_ns: u64,
     angle_rad: [f32; JOINTS],
@@ -88,7 +88,7 @@ pub(super) fn transforms(
     }
 }
 
-/// What the links look like.
+/// Shapes of the links.
 pub(super) fn scene(at_ns: u64, settings: Option<&Settings>) -> SceneUpdate {
     let [l1_m, l2_m] = lengths_m(settings);
     let entity = |frame: &str| SceneEntity {
@@ -140,7 +140,7 @@ pub(super) fn scene(at_ns: u64, settings: Option<&Settings>) -> SceneUpdate {
     }
 }
 
-/// An event in words.
+/// An event as text.
 pub(super) fn log(at_ns: u64, severity: Severity, name: String, message: String) -> Log {
     let level = match severity {
         Severity::Debug => log::Level::Debug,
@@ -162,7 +162,7 @@ fn lengths_m(settings: Option<&Settings>) -> [f64; 2] {
     [arm.l1.into(), arm.l2.into()]
 }
 
-/// By how much the arm is turned over.
+/// Angle by which the arm is turned over.
 fn foot_rad(settings: Option<&Settings>) -> f64 {
     match settings.map_or(Mounting::Upright, |settings| settings.setup.arm.mounting) {
         Mounting::Upright => 0.0,
@@ -188,14 +188,14 @@ fn upright() -> Quaternion {
 mod tests {
     use super::*;
 
-    /// The vector turned.
+    /// The rotated vector.
     fn turned(by: Quaternion, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let by = nalgebra::Quaternion::new(by.w, by.x, by.y, by.z);
         let by = nalgebra::UnitQuaternion::from_quaternion(by);
         (by * nalgebra::Vector3::new(x, y, z)).into()
     }
 
-    /// Where the tip is, seen from the table.
+    /// Position of the tip, relative to the table.
     fn tip_m(angle_rad: [f32; JOINTS], settings: &Settings) -> [f64; 3] {
         let frames = transforms(0, angle_rad, Some(settings)).transforms;
         frames.iter().rev().fold([0.0; 3], |at, frame| {
@@ -225,7 +225,7 @@ mod tests {
         settings.setup.arm.mounting = Mounting::Hanging;
         assert!(is_near(tip_m([0.0; JOINTS], &settings), [0.0, 0.0, -0.195]));
         assert!(table_m(&settings) > 0.0);
-        // Turned by a right angle, it points the other way than one that stands.
+        // Turned by a right angle, it points the other way than an upright one.
         assert!(is_near(tip_m(TURNED, &settings), [0.0, 0.195, 0.0]));
         settings.setup.arm.mounting = Mounting::Upright;
         assert!(is_near(tip_m(TURNED, &settings), [0.0, -0.195, 0.0]));

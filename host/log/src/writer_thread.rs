@@ -1,5 +1,5 @@
-//! The thread of a recorder: takes bytes out of the queue, hears what they say, and
-//! writes it.
+//! Thread of a recorder: takes bytes from the queue, decodes them, and
+//! writes both.
 
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -16,38 +16,38 @@ use super::topics::Encoder;
 use super::{metadata, raw_link_bytes};
 use crate::run_info::RunFacts;
 
-/// Longest wall time between two chunks: what a kill takes at most.
+/// Longest wall time between two chunks: the data that a kill loses.
 const FLUSH: Duration = Duration::from_millis(200);
 
-/// Wall time after which the disk is asked to keep what was written: what a power cut
-/// takes, together with the disk's own time for it.
+/// Wall time after which a sync to the disk is requested: the data that a power cut
+/// loses, plus the disk's own delay.
 const SYNC: Duration = Duration::from_millis(500);
 
-/// Bytes of the link after which a chunk is closed before its time.
+/// Bytes of the link at which a chunk is closed early.
 const RAW_MOST: usize = 1 << 20;
 
-/// What a recorder and its thread share.
+/// State that a recorder shares with its thread.
 #[derive(Debug, Default)]
 pub(super) struct Shared {
     state: Mutex<State>,
 }
 
-/// How the writing stands.
+/// Progress of the writer.
 #[derive(Clone, Debug, Default)]
 pub(super) struct State {
     pub(super) report: RecorderReport,
-    /// The file ends before the run did.
+    /// The file ends before the run.
     pub(super) is_broken_off: bool,
 }
 
 impl Shared {
-    /// Nobody panics with the lock in hand.
+    /// No code panics with the lock held.
     pub(super) fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Whoever writes.
+/// Writer of a log.
 pub(super) struct LogWriter {
     file: Option<LogFile>,
     facts: RunFacts,
@@ -58,14 +58,14 @@ pub(super) struct LogWriter {
     encoder: Encoder,
     raw: Vec<u8>,
     latest_ns: u64,
-    /// Ticks that are there and that are missing, in what was flushed.
+    /// Received and missing ticks, in the flushed data.
     kept: (u64, u64),
     flushed: Instant,
     synced: Instant,
 }
 
 impl LogWriter {
-    /// Writes what is known from the beginning.
+    /// Writes the metadata known at the start.
     pub(super) fn new(
         mut file: LogFile,
         facts: RunFacts,
@@ -128,9 +128,9 @@ impl LogWriter {
             }
             let mut decoder = std::mem::take(&mut self.decoder);
             let mut done = Ok(());
-            raw_link_bytes::hear(&mut decoder, piece, |event| {
+            raw_link_bytes::decode(&mut decoder, piece, |event| {
                 if done.is_ok() {
-                    done = self.heard(file, &event);
+                    done = self.write_event(file, &event);
                 }
             });
             self.decoder = decoder;
@@ -150,7 +150,7 @@ impl LogWriter {
         Ok(())
     }
 
-    fn heard(&mut self, file: &mut LogFile, event: &Event) -> McapResult<()> {
+    fn write_event(&mut self, file: &mut LogFile, event: &Event) -> McapResult<()> {
         self.encoder
             .event(event, &mut |message| file.message(message))?;
         match event.kind {
@@ -173,7 +173,7 @@ impl LogWriter {
         }
     }
 
-    /// Closes the chunk, and keeps the raw bytes of what is in it.
+    /// Closes the chunk, and writes the raw bytes of its contents.
     fn flush(&mut self, file: &mut LogFile) -> McapResult<()> {
         if !self.raw.is_empty() {
             file.attach(self.latest_ns, &self.raw)?;
@@ -198,7 +198,7 @@ impl LogWriter {
         Ok(())
     }
 
-    /// The file ends here; the queue is emptied all the same, so that nobody waits.
+    /// Ends the file; the queue is still emptied, so that nothing waits for it.
     fn give_up(&mut self, error: &McapError, size: u64) {
         let mut shared = self.shared.lock();
         shared.is_broken_off = true;
@@ -232,7 +232,7 @@ impl LogWriter {
     }
 }
 
-/// What went wrong with a file, and what to do.
+/// Error of a file, and its remedy.
 fn io_in_words(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::StorageFull => "the disk is full: make room, or log to another".into(),

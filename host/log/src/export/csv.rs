@@ -1,4 +1,4 @@
-//! `.csv`: the table that a run folder has as `run.csv`, of any log.
+//! `.csv`: the table of a run folder's `run.csv`, of any log.
 
 use std::path::Path;
 

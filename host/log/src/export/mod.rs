@@ -6,10 +6,10 @@
 //! | `parquet`   | typed columns           | pandas, polars, `DuckDB`, MATLAB    |
 //! | [`mat`]     | named, unit-annotated   | MATLAB, Octave, `SciPy`             |
 //!
-//! Parquet is there with the feature `parquet`.
+//! Parquet needs the feature `parquet`.
 //!
-//! [`mod@column`] says what the columns are. Nothing is interpolated or left out: a
-//! missing sample is empty and says why, and `tick` jumps where records are missing.
+//! [`mod@column`] has the columns. Nothing is interpolated or left out: a
+//! missing sample is empty and has its reason, and `tick` jumps where records are missing.
 
 pub mod column;
 pub mod csv;
@@ -48,14 +48,14 @@ impl Format {
     }
 }
 
-/// Which run it is.
+/// Description of the run.
 #[derive(Clone, Debug)]
 pub struct About<'a> {
-    /// Of the run.
+    /// Facts of the run.
     pub facts: &'a RunFacts,
-    /// Of the board.
+    /// Settings of the board.
     pub settings: Vec<Setting>,
-    /// What is missing of the log, each in one sentence.
+    /// Damage of the log, each in one sentence.
     pub damage: &'a [String],
 }
 
@@ -82,13 +82,13 @@ impl About<'_> {
     }
 }
 
-/// Why a log could not be exported.
+/// Reason for which a log could not be exported.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// The log cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The file system said no.
+    /// Error of the file system.
     #[error(
         "cannot write {path}: {source}; choose another place with --out",
         path = path.display()
@@ -96,19 +96,19 @@ pub enum ExportError {
     Write {
         /// File being written.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// The CSV library said no.
+    /// Error of the CSV library.
     #[error(transparent)]
     Csv(#[from] LogError),
-    /// The Parquet library said no.
+    /// Error of the Parquet library.
     #[cfg(feature = "parquet")]
     #[error("cannot write {path}: {source}", path = path.display())]
     Parquet {
         /// File being written.
         path: PathBuf,
-        /// What the library said.
+        /// Error of the library.
         source: ::parquet::errors::ParquetError,
     },
     /// Parquet was left out of the program.
@@ -131,8 +131,8 @@ pub enum ExportError {
     },
 }
 
-/// Writes a log to a file; `records` gives its ticks as often as it is called.
-/// Returns how many there are.
+/// Writes a log to a file; each call of `records` iterates over its ticks.
+/// Returns their number.
 ///
 /// # Errors
 /// If the log cannot be read or the file cannot be written.

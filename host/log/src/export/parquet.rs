@@ -1,11 +1,11 @@
 //! `.parquet` for pandas, polars, `DuckDB` and the like.
 //!
-//! Columns are those of `run.csv`. Words are texts kept once each; where there is
-//! nothing to say, and where a sample is missing, there is null. Units are in the
+//! Columns are those of `run.csv`. Words are stored once each; empty words
+//! and missing samples are null. Units are in the
 //! columns' names, and in the file's metadata: `units` and `about` are JSON objects
-//! by column, `run` says which run it is, `settings` is the board's.
+//! by column, `run` describes the run, `settings` has the board's.
 //!
-//! Rows are written in groups, so memory does not grow with the run.
+//! Rows are written in groups, so that memory does not grow with the run.
 
 use std::fs::File;
 use std::path::Path;
@@ -26,7 +26,7 @@ use super::{About, ExportError};
 /// Rows of a group: two minutes at 1 kHz.
 const ROWS: usize = 1 << 17;
 
-/// Writes the file; returns how many ticks it has.
+/// Writes the file; returns its number of ticks.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -121,7 +121,7 @@ fn properties(about: &About<'_>) -> WriterProperties {
         .set_key_value_metadata(Some(metadata.into()));
     for quantity in &QUANTITIES {
         let encoding = match quantity.values {
-            // The bytes of reals compress when like ones are side by side.
+            // The bytes of reals compress well when bytes of equal place are adjacent.
             Values::F64(_) | Values::F32(_) => Encoding::BYTE_STREAM_SPLIT,
             // Counters go up by little.
             Values::U32(_) => Encoding::DELTA_BINARY_PACKED,

@@ -1,6 +1,6 @@
-//! A log as it is looked at: the ticks, what was ordered, and what else was said.
+//! Log for inspection: its ticks, commands, and other messages.
 //!
-//! Of a log that is read event by event, only ticks and orders stay in memory:
+//! Of a log that is read event by event, only ticks and commands stay in memory:
 //! 0.5 GB for an hour at 1 kHz.
 
 use std::collections::BTreeMap;
@@ -20,50 +20,50 @@ use crate::export::About;
 use crate::recording::{ReadError, Reader};
 use crate::run_info::RunFacts;
 
-/// What is compared and drawn of a log.
+/// Contents of a log for comparison and plots.
 #[derive(Clone, Debug)]
 pub struct Log {
-    /// What it says of itself.
+    /// Metadata.
     pub head: Head,
-    /// The ticks, in the order in which they came.
+    /// The ticks, in order of arrival.
     pub records: Vec<Record>,
-    /// What the host ordered.
+    /// Commands of the host.
     pub orders: Vec<Order>,
 }
 
-/// What a log says of itself.
+/// Metadata of a log.
 #[derive(Clone, Debug)]
 pub struct Head {
-    /// Where it was read from.
+    /// Path of the log.
     pub path: PathBuf,
-    /// As told when the run began.
+    /// Facts from the start of the run.
     pub facts: RunFacts,
-    /// In force when the arm was first driven, or at the end if it never was; none
-    /// if the board never told.
+    /// Settings in force when the arm was first driven, or at the end if it never was; none
+    /// if the log has none.
     pub settings: Option<Settings>,
-    /// What is missing of the file, each in one sentence; empty for an intact one.
+    /// Damage of the file, each in one sentence; empty for an intact one.
     pub damage: Vec<String>,
     /// Metadata by name and key.
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
 }
 
-/// A command, said as often as it took.
+/// A command, with all its repetitions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Order {
     /// Sequence number of the last frame that carried it.
     pub sequence: u16,
-    /// The last tick that had been heard of when it was said first; none before
+    /// The last tick that was received before its first frame; none before
     /// the first.
     pub tick: Option<u32>,
-    /// What.
+    /// The command.
     pub command: Command,
-    /// What became of it, as far as is known.
+    /// Its reply, if it is known.
     pub result: Option<Result<(), Refusal>>,
-    /// When the tick took it, if it did.
+    /// Moment at which the tick accepted it, if it did.
     pub moment: Option<Moment>,
 }
 
-/// Puts orders together from what is said, event by event.
+/// Collects commands from events.
 #[derive(Clone, Debug, Default)]
 pub struct Orders {
     all: Vec<Order>,
@@ -71,7 +71,7 @@ pub struct Orders {
 }
 
 impl Orders {
-    /// Heeds an event.
+    /// Processes an event.
     pub fn take(&mut self, event: &Event) {
         match event.kind {
             EventKind::Sent(sequence, ToBoard::Command(command)) => self.ask(sequence, command),
@@ -98,7 +98,7 @@ impl Orders {
         }
     }
 
-    /// A command is said again until it is answered: that is one order.
+    /// A command is repeated until it is acknowledged: that is one entry.
     fn ask(&mut self, sequence: u16, command: Command) {
         match self.all.last_mut() {
             Some(last)
@@ -117,17 +117,17 @@ impl Orders {
         }
     }
 
-    /// All of them, in order.
+    /// All commands, in order.
     pub fn into_all(self) -> Vec<Order> {
         self.all
     }
 }
 
 impl Log {
-    /// Reads a log as far as it goes.
+    /// Reads a log up to its first damage.
     ///
     /// # Errors
-    /// When there is nothing that can be read.
+    /// When nothing can be read.
     pub fn load(path: &Path) -> Result<Self, ReadError> {
         let (mut orders, mut records) = (Orders::default(), Vec::new());
         let head = Head::read(path, |event| {
@@ -141,7 +141,7 @@ impl Log {
         })
     }
 
-    /// Where the arm was first driven; none if it never was.
+    /// Start of the first drive; none if the arm never was driven.
     pub fn driven_from(&self) -> Option<usize> {
         let is_driven = |record: &Record| record.mode.drive().is_some();
         self.records.iter().position(is_driven)
@@ -149,10 +149,10 @@ impl Log {
 }
 
 impl Head {
-    /// Reads a log as far as it goes, and shows every event on the way.
+    /// Reads a log up to its first damage, and passes every event to `on_event`.
     ///
     /// # Errors
-    /// When there is nothing that can be read.
+    /// When nothing can be read.
     pub fn read(path: &Path, mut look: impl FnMut(&Event)) -> Result<Self, ReadError> {
         let mut reader = Reader::open(path)?;
         let (mut settings, mut is_driven) = (None, false);
@@ -177,7 +177,7 @@ impl Head {
         })
     }
 
-    /// What an exported file says of it.
+    /// Description for an exported file.
     pub fn about(&self) -> About<'_> {
         About {
             facts: &self.facts,
@@ -187,15 +187,15 @@ impl Head {
     }
 }
 
-/// The ticks of a log, one after the other.
+/// Iterator over the ticks of a log.
 ///
 /// # Errors
-/// When there is nothing that can be read.
+/// When nothing can be read.
 pub fn records(path: &Path) -> Result<impl Iterator<Item = Record> + use<>, ReadError> {
     Ok(Reader::open(path)?.filter_map(|event| event.record()))
 }
 
-/// Topics of a log and how many messages each has, by the index at its end; empty
+/// Topics of a log and their message counts, by the index at its end; empty
 /// if it has none.
 pub fn topics(path: &Path) -> BTreeMap<String, u64> {
     let summary = File::open(path).map(summary);

@@ -1,4 +1,4 @@
-//! Looking at logs: what one holds, and where two differ.
+//! Inspection of logs: contents of one, and differences of two.
 
 pub mod diff;
 pub mod info;

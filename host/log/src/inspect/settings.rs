@@ -1,12 +1,12 @@
-//! The board's settings as a list of names with values, for tables and files, and
-//! where two boards' settings differ.
+//! The board's settings as a list of names with values, for tables and files, and the
+//! differences of two boards' settings.
 
 use armbridge_client::params;
 use armbridge_client::params::Parameter;
 use armbridge_shared::link::message::Settings;
 use serde::Serialize;
 
-/// A setting as it is shown.
+/// A setting as shown.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Setting {
     /// Its name, as `limits.hold_ms`.
@@ -17,7 +17,7 @@ pub struct Setting {
     pub unit: &'static str,
 }
 
-/// A setting that two boards do not share.
+/// A setting that differs between two boards.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Differing {
     /// Its name.
@@ -28,7 +28,7 @@ pub struct Differing {
     pub unit: &'static str,
 }
 
-/// All that are in use, in the order in which they are shown.
+/// All settings in use, in the order in which they are shown.
 pub fn list(settings: &Settings) -> Vec<Setting> {
     let setting = |(parameter, value): (&'static Parameter, _)| Setting {
         key: parameter.key,
@@ -38,7 +38,7 @@ pub fn list(settings: &Settings) -> Vec<Setting> {
     params::pairs(settings).into_iter().map(setting).collect()
 }
 
-/// Those that differ.
+/// The settings that differ.
 pub fn differing(a: &Settings, b: &Settings) -> Vec<Differing> {
     let all = params::all().iter();
     let values = all.map(|parameter| Differing {

@@ -1,10 +1,10 @@
-//! A run in a few numbers: what was asked, how well it went, what it took.
+//! Summary of a run: setpoints, errors, timing, and losses.
 //!
-//! [`Tally`] counts them tick by tick, so that a run may be as long as it likes, and
-//! [`Summary::of`] all at once from records in memory. It is one JSON object with
+//! [`Tally`] accumulates it tick by tick, for runs of any length, and
+//! [`Summary::of`] computes it from records in memory. It is one JSON object with
 //! units in its keys, and [`Summary::table`] is the same for a terminal.
-//! Times are in s after the first record. Nothing is judged here, but nothing
-//! is hidden either: faults, missing samples and lost records all appear.
+//! Times are in s after the first record. The summary has no verdict, but nothing
+//! is left out: faults, missing samples and lost records all appear.
 
 mod remarks;
 mod segments;
@@ -25,7 +25,7 @@ use serde::Serialize;
 
 use crate::run_info::RunFacts;
 
-/// A run in a few numbers.
+/// Summary of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// Facts of the run.
@@ -34,15 +34,15 @@ pub struct Summary {
     pub ticks: u64,
     /// Time that the run covers, in s.
     pub simulated_s: f64,
-    /// Time that it took, in s.
+    /// Wall time, in s.
     pub wall_s: f64,
-    /// How much faster than real time it was.
+    /// Ratio of the two.
     pub simulated_s_per_wall_s: f64,
     /// One entry per setpoint, the first of them in a long run.
     pub segments: Vec<SegmentSummary>,
     /// Setpoints that are not among them.
     pub segments_left_out: u64,
-    /// Root mean square of estimate - reference while that moved, in mrad; none if
+    /// Root mean square of estimate - reference while the reference moved, in mrad; none if
     /// it never did.
     pub tracking_rms_mrad: Option<[f64; JOINTS]>,
     /// Largest torque of each joint by magnitude, in N m.
@@ -63,73 +63,73 @@ pub struct Summary {
     pub missing_samples: BTreeMap<&'static str, u64>,
     /// Each entry into a fault.
     pub faults: Vec<FaultSummary>,
-    /// What became of the records.
+    /// Counts of records.
     pub records: LinkStats,
-    /// What became of the log; none if there is none.
+    /// Report on the log; none without a log.
     pub log: Option<LogSummary>,
-    /// What the servos run, and the speed of their bus; none if not known.
+    /// Firmware of the servos, and their baud rate; none if not known.
     pub servos: Option<ServoSummary>,
-    /// What became of the packets on the transparent port; none if there was
-    /// nobody.
+    /// Counts of packets on the transparent port; none without
+    /// a client.
     pub port: Option<PortCounters>,
-    /// What ended the run, if it was not just its time.
+    /// Cause of an early end.
     pub ended: Option<String>,
-    /// What a scenario expected of the run and did not get.
+    /// Expectations of a scenario that are not met.
     pub missed_expectations: Vec<String>,
-    /// The above in words, where numbers alone would leave a question.
+    /// Explanations of the above.
     pub remarks: Vec<String>,
 }
 
 /// The servos of a bus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ServoSummary {
-    /// What they run.
+    /// Firmware.
     pub firmware: String,
     /// Bits per second.
     pub baud: u32,
 }
 
-/// A fault and when it began.
+/// A fault and its time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FaultSummary {
     /// In s after the first record.
     pub time_s: f64,
     /// Its name.
     pub fault: &'static str,
-    /// What tripped it; none if the board has not told.
+    /// Its cause; none if the board has not reported it.
     pub cause: Option<Cause>,
 }
 
-/// What tripped a fault.
+/// Cause of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Cause {
-    /// In this tick.
+    /// Number of the tick.
     pub tick: u32,
-    /// At this joint, counting from 1, if it was one.
+    /// The joint, counting from 1, if it was one.
     pub joint: Option<u8>,
-    /// What was seen, in the unit of the limit.
+    /// Measured value, in the unit of the limit.
     pub value: f32,
-    /// What would have been allowed.
+    /// The limit.
     pub limit: f32,
 }
 
-/// What became of the log.
+/// Report on a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LogSummary {
     /// Records in the file.
     pub written: u64,
-    /// Ticks whose record never came to the host.
+    /// Ticks whose record did not arrive at the host.
     pub lost: u64,
     /// Bytes of the link that are not in the file.
     pub unwritten: u64,
     /// Size of the file in bytes.
     pub size: u64,
-    /// What went wrong.
+    /// First error.
     pub trouble: Option<String>,
 }
 
 impl LogSummary {
-    /// Whether all of the run is in the file.
+    /// Whether the file has the whole run.
     pub fn is_complete(&self) -> bool {
         self.lost == 0 && self.unwritten == 0 && self.trouble.is_none()
     }
@@ -151,7 +151,7 @@ impl Summary {
         tally.summary(facts, link, simulated_s, wall_s)
     }
 
-    /// The same, with what the board told of its faults, in their order.
+    /// The same, with the board's reports of its faults, in their order.
     #[must_use]
     pub fn with_causes(mut self, trips: &[Trip]) -> Self {
         for (fault, trip) in self.faults.iter_mut().zip(trips) {
@@ -161,7 +161,7 @@ impl Summary {
         self
     }
 
-    /// Puts into words what the numbers are by now.
+    /// Adds the remarks for the present numbers.
     pub fn remark(&mut self) {
         self.remarks = remarks::remarks(self);
     }

@@ -1,10 +1,10 @@
-//! What the numbers of a summary mean, in words.
+//! Remarks on the numbers of a summary.
 
 use armbridge_shared::JOINTS;
 
 use super::{Cause, Summary};
 
-/// The remarks that these numbers call for.
+/// Remarks for these numbers.
 pub(super) fn remarks(summary: &Summary) -> Vec<String> {
     let mut remarks: Vec<String> = (0..JOINTS)
         .filter_map(|joint| resting_error(summary, joint))
@@ -70,7 +70,7 @@ fn in_words(cause: &Cause) -> String {
     format!("; tick {tick}{joint}{values}")
 }
 
-/// How far from its setpoints a joint rests, and what explains that.
+/// Steady-state error of a joint, and its explanation.
 fn resting_error(summary: &Summary, joint: usize) -> Option<String> {
     let errors = summary
         .segments

@@ -1,4 +1,4 @@
-//! A run cut at its setpoints.
+//! Segments of a run between changes of the setpoint.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -12,19 +12,19 @@ use crate::run_info::RunFacts;
 /// A joint has settled when its error stays below this, in rad.
 pub const SETTLED_RAD: f64 = 0.020;
 
-/// Over how much of a segment's end its steady-state error is taken, in s.
+/// Time at a segment's end over which its steady-state error is averaged, in s.
 pub const STEADY_S: f64 = 0.5;
 
-/// Ticks in a row that regulate about one reference.
+/// Consecutive ticks that regulate about one reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// Where in the records.
+    /// Indices of the records.
     pub ticks: Range<usize>,
     /// Reference in rad.
     pub reference_rad: [f32; JOINTS],
 }
 
-/// Cuts a run at each change of the reference and of the mode.
+/// Splits a run at each change of the reference and of the mode.
 pub fn segments(records: &[Record]) -> Vec<Segment> {
     let mut segments: Vec<Segment> = Vec::new();
     for (i, record) in records.iter().enumerate() {
@@ -49,18 +49,18 @@ fn is_at(reference_rad: [f32; JOINTS], record: &Record) -> bool {
     reference_rad.map(f32::to_bits) == record.reference_rad.map(f32::to_bits)
 }
 
-/// How well the arm went to one setpoint.
+/// Performance at one setpoint.
 #[derive(Clone, Debug, Serialize)]
 pub struct SegmentSummary {
-    /// When it began, in s after the first record.
+    /// Start, in s after the first record.
     pub start_s: f64,
-    /// When it ended, in s after the first record.
+    /// End, in s after the first record.
     pub end_s: f64,
     /// Each joint.
     pub joints: [JointSummary; JOINTS],
 }
 
-/// How well one joint went to one setpoint.
+/// Performance of one joint at one setpoint.
 #[derive(Clone, Debug, Serialize)]
 pub struct JointSummary {
     /// Setpoint in rad.
@@ -75,7 +75,7 @@ pub struct JointSummary {
 }
 
 impl SegmentSummary {
-    /// Looks at one segment of a run.
+    /// Evaluates one segment of a run.
     pub fn of(records: &[Record], segment: &Segment, facts: &RunFacts) -> Self {
         let ticks = &records[segment.ticks.clone()];
         let mut tally = SegmentTally::begin(&ticks[0]);
@@ -84,15 +84,15 @@ impl SegmentSummary {
     }
 }
 
-/// Ticks of one segment, looked at one by one.
+/// Ticks of one segment, added one by one.
 #[derive(Clone, Debug)]
 pub(super) struct SegmentTally {
     start_us: u64,
     last_us: u64,
     reference_rad: [f32; JOINTS],
-    /// Since when each joint is where it should be, if it is.
+    /// Time since when each joint has been settled, if it is.
     inside_us: [Option<u64>; JOINTS],
-    /// Errors of the last [`STEADY_S`], and when.
+    /// Errors of the last [`STEADY_S`], and their times.
     tail: VecDeque<(u64, [f64; JOINTS])>,
 }
 
@@ -137,7 +137,7 @@ impl SegmentTally {
         }
     }
 
-    /// What stays of it when it is over.
+    /// Result when it has ended.
     pub(super) fn passed(&self) -> Passed {
         let sum = |joint: usize| self.tail.iter().map(|(_, error)| error[joint]).sum::<f64>();
         Passed {
@@ -150,7 +150,7 @@ impl SegmentTally {
     }
 }
 
-/// A segment that is over.
+/// A segment that has ended.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passed {
     start_us: u64,

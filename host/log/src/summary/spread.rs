@@ -1,10 +1,10 @@
-//! How a quantity spreads over the ticks of a run.
+//! Distribution of a quantity over the ticks of a run.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-/// How a quantity spreads over the ticks of a run.
+/// Distribution of a quantity over the ticks of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Spread {
     /// Mean.
@@ -18,7 +18,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of these values, in any order; all zero if there are none.
+    /// Distribution of these values, in any order; all zero if there are none.
     pub fn of(values: impl IntoIterator<Item = u32>) -> Self {
         let mut counts = Counts::default();
         values.into_iter().for_each(|value| counts.add(value));
@@ -26,8 +26,8 @@ impl Spread {
     }
 }
 
-/// How often each value came: as much memory as there are different ones, however
-/// long the run, and still exact.
+/// Count of each value: memory grows with the number of different ones, not with
+/// the run, and the result is exact.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counts(BTreeMap<u32, u64>);
 

@@ -1,4 +1,4 @@
-//! A run counted tick by tick: the memory it takes does not grow with its length.
+//! Tally of a run, tick by tick: its memory does not grow with the run's length.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use crate::run_info::{PWM_OFF, RunFacts};
 /// Setpoints that are listed; further ones are counted.
 const SEGMENTS_MAX: usize = 200;
 
-/// A run, as far as it has gone.
+/// Tally of a run so far.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     ticks: u64,
@@ -40,7 +40,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Takes the next tick.
+    /// Adds the next tick.
     pub fn see(&mut self, record: &Record) {
         if self.ticks == 0 {
             self.origin_us = record.start_us;
@@ -56,7 +56,7 @@ impl Tally {
             *peak = deviation.max(*peak);
         }
         self.missed_ticks = record.timing.missed;
-        // While servos are being found, the bus and the samples say nothing about
+        // During the search for servos, bus times and samples are not those of
         // the run.
         if enum_names::is_up(record.mode) {
             self.see_samples(record);
@@ -117,7 +117,7 @@ impl Tally {
         self.fault = fault;
     }
 
-    /// The slowest settling and the worst rest, this segment's too.
+    /// The longest settling and the largest error at rest, including the present segment.
     fn worst_with(&self, segment: &SegmentTally) -> (Option<f64>, Option<f64>) {
         let passed = segment.passed();
         let worst = |before: Option<f64>, now: f64| Some(before.map_or(now, |b| b.max(now)));
@@ -135,13 +135,13 @@ impl Tally {
             })
     }
 
-    /// The longest that settling at a setpoint took, in s, infinite if a joint never
-    /// did; none without setpoints.
+    /// Longest settling time at a setpoint, in s, infinite if a joint never
+    /// settled; none without setpoints.
     pub fn slowest_settling_s(&self) -> Option<f64> {
         self.worst().0
     }
 
-    /// The farthest that a joint was from a setpoint at rest, in rad.
+    /// Largest error of a joint at rest, in rad.
     pub fn worst_rest_rad(&self) -> Option<f64> {
         self.worst().1
     }
@@ -156,14 +156,14 @@ impl Tally {
         self.last_us.saturating_sub(self.origin_us) as f64 * 1e-6
     }
 
-    /// Root mean square of what the estimate was off the reference while that moved,
+    /// Root mean square of estimate - reference while the reference moved,
     /// in mrad; none if it never did.
     pub fn tracking_rms_mrad(&self) -> Option<[f64; JOINTS]> {
         let rms = |square_rad2: f64| (square_rad2 / self.tracked as f64).sqrt() * 1e3;
         (self.tracked > 0).then(|| self.tracking_square_rad2.map(rms))
     }
 
-    /// What it comes to.
+    /// The summary.
     pub fn summary(
         &self,
         facts: &RunFacts,

@@ -1,30 +1,30 @@
-//! MAT-files of level 5, as far as logs need them, by `MathWorks`' *MAT-File Format*.
+//! MAT-files of level 5, as far as needed for logs, by `MathWorks`' *MAT-File Format*.
 //!
-//! | bytes    | what                                                           |
+//! | bytes    | contents                                                       |
 //! |----------|----------------------------------------------------------------|
-//! | 116      | a text that says what the file is                              |
+//! | 116      | a text that describes the file                                 |
 //! | 8        | offset of subsystem data; zero                                 |
 //! | 4        | version 0x0100, then `IM`: little endian                       |
 //! | then     | one element for each variable, each an array with its name     |
 //!
 //! An element is a tag (type and number of bytes, 4 each) and its data, filled up
 //! to a multiple of 8 bytes. An array is an element of elements: flags with the
-//! class, dimensions, name, then what the class has: numbers, characters, fields or
-//! cells. Nothing is compressed, so that where numbers go is known before them:
-//! [`Array::Reserved`] leaves room that is filled later, column by column.
+//! class, dimensions, name, then the contents of the class: numbers, characters, fields or
+//! cells. Nothing is compressed, so that places of numbers are known in advance:
+//! [`Array::Reserved`] reserves room that is filled later, column by column.
 
 use std::io::{self, Write};
 
 /// Bytes before the first element.
 pub const HEADER: usize = 128;
 
-/// Characters in which the file says what it is.
+/// Length of the description.
 const TEXT: usize = 116;
 
 /// Bytes of a field's name, its final zero included.
 const FIELD_NAME: usize = 64;
 
-/// Largest array: what its 4 bytes of length say in MATLAB.
+/// Largest array: MATLAB limits its length to 31 bits.
 pub const MOST_BYTES: u64 = i32::MAX as u64;
 
 /// Types of data.
@@ -103,13 +103,13 @@ pub enum Array {
     Text(String),
     /// Rows of numbers, all of one length.
     Numbers(Vec<Vec<f64>>),
-    /// Room for a matrix, column after column.
+    /// Reserved room for a matrix, column after column.
     Reserved {
-        /// Of these numbers.
+        /// Type of the numbers.
         number: Number,
-        /// So many rows.
+        /// Rows.
         rows: usize,
-        /// So many columns.
+        /// Columns.
         columns: usize,
     },
 }
@@ -140,8 +140,8 @@ impl Array {
         }
     }
 
-    /// Writes it as a variable of this name. For each reserved room, in order, its
-    /// first byte's place in the file is added to `rooms`; it is filled with zeros.
+    /// Writes it as a variable of this name. The file positions of all reserved rooms, in
+    /// order, are appended to `rooms`; they are filled with zeros.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -211,7 +211,7 @@ impl Array {
     }
 }
 
-/// A file being written, and where in it.
+/// A file being written, and the position in it.
 pub struct Output<'a> {
     file: &'a mut dyn Write,
     at: u64,
@@ -224,7 +224,7 @@ impl<'a> Output<'a> {
     /// If it cannot be written.
     pub fn begin(file: &'a mut dyn Write, about: &str) -> io::Result<Self> {
         let mut header = [b' '; HEADER];
-        // Readers tell the format by these words.
+        // Readers detect the format by these words.
         let text = format!("MATLAB 5.0 MAT-file, {about}");
         let ascii = text.bytes().filter(u8::is_ascii).take(TEXT);
         header

@@ -1,13 +1,13 @@
 //! `.mat` for MATLAB and Octave.
 //!
-//! | variable   | what                                                              |
+//! | variable   | contents                                                          |
 //! |------------|-------------------------------------------------------------------|
 //! | `log`      | struct: `time_s`, `tick`, `angle_rad` ...; a row for each tick, a column for each joint |
 //! | `units`    | struct: the unit of each of these fields                           |
-//! | `columns`  | struct: what each of them is                                       |
+//! | `columns`  | struct: meaning of each of these fields                           |
 //! | `words`    | struct of cells: `words.mode{log.mode(k)}` is the mode of row `k`  |
 //! | `settings` | struct: the board's, nested at the dots of their names             |
-//! | `about`    | text: which run it is, and how to read this                        |
+//! | `about`    | text: description of the run, and of this file                    |
 //!
 //! A missing count is NaN; nothing is interpolated, and `log.tick` jumps where
 //! records are missing. The ticks are read twice, to count them and to write them,
@@ -27,10 +27,10 @@ use super::{About, ExportError};
 use crate::inspect::settings::Setting;
 use level5::{Array, MOST_BYTES, Number, Output};
 
-/// Rows that are kept until they are written.
+/// Rows that are buffered.
 const ROWS: usize = 1 << 16;
 
-/// Writes the file; `records` gives the ticks as often as it is called.
+/// Writes the file; each call of `records` iterates over the ticks.
 ///
 /// # Errors
 /// If it cannot be written, or has more ticks than the format can hold.
@@ -57,7 +57,7 @@ pub fn write<I: Iterator<Item = Record>>(
     Ok(ticks as u64)
 }
 
-/// Everything but the numbers of the ticks; returns where these go.
+/// Writes everything but the numbers of the ticks; returns their places.
 fn frame(file: &mut impl Write, about: &About<'_>, log: &Array) -> std::io::Result<Vec<u64>> {
     let mut rooms = Vec::new();
     let mut out = Output::begin(file, &about.title())?;
@@ -86,7 +86,7 @@ fn frame(file: &mut impl Write, about: &About<'_>, log: &Array) -> std::io::Resu
     Ok(rooms)
 }
 
-/// The struct with room for so many ticks.
+/// The struct with room for this many ticks.
 fn log(ticks: usize) -> Array {
     let fields = QUANTITIES.iter().map(|quantity| {
         let room = Array::Reserved {
@@ -175,14 +175,14 @@ fn row(value: &Value) -> Vec<f64> {
     }
 }
 
-/// Writes every tick to where it belongs.
+/// Writes every tick to its place.
 fn fill(
     file: &mut (impl Write + Seek),
     rooms: &[u64],
     ticks: usize,
     records: impl Iterator<Item = Record>,
 ) -> std::io::Result<()> {
-    // Should there be more than were counted, they have no room.
+    // Ticks beyond the counted ones have no room.
     let mut records = records.take(ticks);
     let mut done = 0;
     let mut bytes = Vec::new();

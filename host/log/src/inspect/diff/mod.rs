@@ -1,9 +1,9 @@
-//! Where two runs differ: settings, commands, and what came of them, tick by tick.
+//! Differences of two runs: settings, commands, and the outputs, tick by tick.
 //!
-//! Runs are laid on top of each other where the arm is first driven: that is tick
-//! 0, and only ticks that both have are compared, up to a reset of the board.
-//! What the board read and computed is compared to the bit. Times and counters are
-//! not: no two runs share them.
+//! Runs are aligned where the arm is first driven: that is tick
+//! 0, and only common ticks are compared, up to a reset of the board.
+//! Inputs and outputs of the board are compared to the bit. Times and counters are
+//! not: they differ between any two runs.
 
 mod table;
 
@@ -15,33 +15,33 @@ use super::log::{Log, Order};
 use super::settings::{Differing, differing};
 use crate::export::column::{QUANTITIES, Quantity, Values};
 
-/// Where two runs differ.
+/// Differences of two runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diff {
     /// The logs.
     pub logs: [String; 2],
-    /// Settings that they do not share; none if a log does not tell its own.
+    /// Settings that differ; none if a log has none.
     pub settings: Option<Vec<Differing>>,
-    /// How many commands each has.
+    /// Number of commands of each.
     pub commands: [usize; 2],
     /// The first that differs.
     pub first_command: Option<CommandDiff>,
-    /// Ticks that both have, of those since the arm was first driven.
+    /// Common ticks since the arm was first driven.
     pub ticks: usize,
-    /// Ticks since then that each has and the other has not.
+    /// Ticks since then that only one of them has.
     pub unmatched: [usize; 2],
     /// The first tick that differs.
     pub first_tick: Option<TickDiff>,
-    /// How much each quantity differs; those that are the same are left out.
+    /// Difference of each quantity; equal ones are left out.
     pub quantities: Vec<QuantityDiff>,
 }
 
-/// A command that two runs do not share.
+/// The first command that differs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CommandDiff {
     /// Its place among the commands, from 1.
     pub place: usize,
-    /// What each run has there.
+    /// The command of each run.
     pub commands: [Option<String>; 2],
 }
 
@@ -52,20 +52,20 @@ pub struct TickDiff {
     pub since_drive: u32,
     /// Its number in each run.
     pub ticks: [u32; 2],
-    /// In what, as columns of an export.
+    /// Columns of an export that differ.
     pub columns: Vec<&'static str>,
 }
 
-/// How much a quantity differs.
+/// Difference of a quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct QuantityDiff {
     /// Its name, as the column of an export.
     pub column: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// Largest difference, either way; none for words.
+    /// Largest absolute difference; none for words.
     pub max: Option<f64>,
-    /// Root of the mean square over all ticks; none for words.
+    /// Root mean square over all ticks; none for words.
     pub rms: Option<f64>,
     /// Ticks in which it differs.
     pub ticks: usize,
@@ -128,7 +128,7 @@ pub fn driven(log: &Log) -> &[Record] {
     &records[..reset.map_or(records.len(), |last| last + 1)]
 }
 
-/// Ticks that both have.
+/// Common ticks.
 pub fn pairs<'a>(a: &'a Log, b: &'a Log) -> Vec<[&'a Record; 2]> {
     let (left, right) = (driven(a), driven(b));
     let since = |ticks: &[Record], record: &Record| record.tick - ticks[0].tick;
@@ -148,7 +148,7 @@ fn first_command(a: &[Order], b: &[Order]) -> Option<CommandDiff> {
     let at = |orders: &[Order], place: usize| orders.get(place).map(|order| order.command);
     let mut places = 0..a.len().max(b.len());
     let place = places.find(|place| match (at(a, *place), at(b, *place)) {
-        // Every session has another number.
+        // The session number of every run is another one.
         (Some(Command::Arm { .. }), Some(Command::Arm { .. })) => false,
         (a, b) => a != b,
     })?;
@@ -159,7 +159,7 @@ fn first_command(a: &[Order], b: &[Order]) -> Option<CommandDiff> {
     })
 }
 
-/// A command on one line.
+/// A command as one line.
 pub fn in_words(command: &Command) -> String {
     let pair = |[a, b]: [f32; 2], unit: &str| format!("{a}, {b} {unit}");
     let name = enum_names::command(command);
@@ -175,7 +175,7 @@ pub fn in_words(command: &Command) -> String {
         ),
         Command::Follow(motion) => format!("{name} {motion:?}"),
         Command::Experiment(plan) => format!("{name} {plan:?}"),
-        // What the last two hold is told by name, as settings.
+        // The contents of these two are compared by name, as settings.
         Command::Idle
         | Command::Arm { .. }
         | Command::Prepare
@@ -221,7 +221,7 @@ impl Sum {
         }
     }
 
-    /// Adds a tick; says whether it differs.
+    /// Adds a tick; returns whether it differs.
     fn take(&mut self, a: &Record, b: &Record) -> bool {
         let joint = self.joint;
         let (is_same, difference) = match self.values {
@@ -235,7 +235,7 @@ impl Sum {
             }
             Values::Sample(of) => {
                 let (a, b) = (of(a, joint), of(b, joint));
-                // One that is missing is so many counts from nothing.
+                // A missing sample counts as zero.
                 let difference = a.zip(b).map_or(0.0, |(a, b)| f64::from(b) - f64::from(a));
                 (a == b, difference)
             }

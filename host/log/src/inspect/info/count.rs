@@ -1,4 +1,4 @@
-//! One pass over a log's events, counting.
+//! Counts over a log's events, in one pass.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use super::{FaultInfo, Gap, TOLD};
 use crate::clock_sync::Envelope;
 use crate::inspect::log::Orders;
 
-/// What has been counted so far.
+/// Counts so far.
 #[derive(Debug, Default)]
 pub(super) struct Count {
     pub(super) orders: Orders,
@@ -37,7 +37,7 @@ pub(super) struct Count {
 }
 
 impl Count {
-    /// Heeds an event.
+    /// Processes an event.
     pub(super) fn take(&mut self, event: &Event) {
         self.orders.take(event);
         *self.messages.entry(kind(&event.kind)).or_default() += 1;
@@ -126,7 +126,7 @@ impl Count {
     }
 }
 
-/// What something said is called.
+/// Name of a message.
 fn kind(what: &EventKind) -> &'static str {
     match what {
         EventKind::Sent(_, message) => match message {

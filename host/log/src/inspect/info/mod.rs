@@ -1,4 +1,4 @@
-//! What a log holds, in numbers and words: [`Info`] is one JSON object with units
+//! Contents of a log as statistics and text: [`Info`] is one JSON object with units
 //! in its keys, and [`Info::table`] is the same for a terminal.
 
 mod count;
@@ -21,32 +21,32 @@ use crate::run_info::RunFacts;
 use crate::summary::Cause;
 use count::Count;
 
-/// What a log holds.
+/// Contents of a log.
 #[derive(Clone, Debug, Serialize)]
 pub struct Info {
-    /// The log.
+    /// Path of the log.
     pub path: String,
-    /// Of the file.
+    /// Size of the file.
     pub size_bytes: u64,
-    /// What is missing of the file, each in one sentence; empty for an intact one.
+    /// Damage of the file, each in one sentence; empty for an intact one.
     pub damage: Vec<String>,
-    /// As told when the run began.
+    /// Facts from the start of the run.
     pub run: RunFacts,
-    /// Whatever else the log says of itself, by group and name.
+    /// Other metadata, by group and name.
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
-    /// Ticks of which there are records.
+    /// Ticks with a record.
     pub ticks: u64,
-    /// Number of the first and of the last.
+    /// Numbers of the first and the last tick.
     pub first_and_last_tick: Option<[u32; 2]>,
     /// From the first to the last, by the board's clock.
     pub duration_s: f64,
-    /// How long it was in each mode.
+    /// Time in each mode.
     pub modes_s: BTreeMap<&'static str, f64>,
-    /// Ticks of which there is no record.
+    /// Ticks without a record.
     pub missing_ticks: u64,
-    /// Where they are; the first of them.
+    /// The first gaps.
     pub gaps: Vec<Gap>,
-    /// How many gaps there are in all.
+    /// Number of all gaps.
     pub gap_count: usize,
     /// Ticks that the board skipped, being late.
     pub skipped_ticks: u32,
@@ -54,38 +54,38 @@ pub struct Info {
     pub missing_samples: BTreeMap<&'static str, u64>,
     /// Each fault.
     pub faults: Vec<FaultInfo>,
-    /// Times, in s after the first tick, at which the board began anew.
+    /// Times, in s after the first tick, at which the board restarted.
     pub resets_s: Vec<f64>,
-    /// How often the connection broke.
+    /// Number of disconnections.
     pub partings: u64,
-    /// Frames that could not be read, in either direction.
+    /// Frames that cannot be decoded, in either direction.
     pub garbled_frames: u64,
-    /// Frames that never came, in either direction.
+    /// Lost frames, in either direction.
     pub lost_frames: u64,
-    /// What the host ordered, by name: how often, and how often it was refused.
+    /// Commands of the host, by name: sent and refused.
     pub commands: BTreeMap<&'static str, [u64; 2]>,
-    /// The first orders, in words.
+    /// The first commands, as text.
     pub first_commands: Vec<CommandInfo>,
-    /// Settings that are not the defaults; none if the board has not told them.
+    /// Settings that are not the defaults; none if the log has none.
     pub settings: Option<Vec<Differing>>,
-    /// Both clocks; none if there are too few ticks to tell.
+    /// Relation of the clocks; none if there are too few ticks.
     pub clocks: Option<Clocks>,
-    /// What was said, by kind.
+    /// Messages by kind.
     pub messages: BTreeMap<&'static str, u64>,
     /// The file's topics, by the index at its end; empty if it has none.
     pub topics: BTreeMap<String, u64>,
 }
 
-/// Both clocks, since the board began last; see [`Line`].
+/// Relation of the clocks since the board's last restart; see [`Line`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Clocks {
-    /// Host's time less the board's, with the shortest way of a record in it.
+    /// Host's time minus the board's, including the shortest delay of a record.
     pub offset_s: f64,
     /// At this time of the board.
     pub at_board_s: f64,
-    /// What the host's clock gains.
+    /// Drift of the host's clock.
     pub drift_ppm: f64,
-    /// How much later the fastest records of the seconds came, at the median.
+    /// Additional delay of the fastest record of a second, at the median.
     pub residual_us: f64,
     /// The same, at worst.
     pub residual_most_us: f64,
@@ -96,11 +96,11 @@ pub struct Clocks {
 pub struct Gap {
     /// The last tick before.
     pub after_tick: u32,
-    /// When that was, in s after the first tick.
+    /// Its time, in s after the first tick.
     pub after_s: f64,
-    /// How many.
+    /// Number of ticks.
     pub ticks: u32,
-    /// How many of them the board dropped, because nobody fetched them; the others
+    /// Those that the board dropped, because the host did not fetch them; the others
     /// were lost on the link or in the log.
     pub dropped: u32,
 }
@@ -108,13 +108,13 @@ pub struct Gap {
 /// A fault.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FaultInfo {
-    /// When it began, in s after the first tick.
+    /// Its time, in s after the first tick.
     pub at_s: f64,
-    /// In this tick.
+    /// Its tick.
     pub tick: u32,
     /// Its name.
     pub fault: &'static str,
-    /// What tripped it, if the board told.
+    /// Its cause, if the board reported it.
     pub cause: Option<Cause>,
     /// The same in words.
     pub in_words: Option<String>,
@@ -125,20 +125,20 @@ pub struct FaultInfo {
 pub struct CommandInfo {
     /// The last tick before it; none before the first.
     pub after_tick: Option<u32>,
-    /// In words.
+    /// The command, as text.
     pub command: String,
-    /// Why it was refused, if it was.
+    /// Reason for its refusal, if it was refused.
     pub refused: Option<String>,
 }
 
-/// Orders and gaps that are told one by one.
+/// Longest list of commands and of gaps.
 const TOLD: usize = 20;
 
 impl Info {
-    /// Reads a log as far as it goes.
+    /// Reads a log up to its first damage.
     ///
     /// # Errors
-    /// When there is nothing that can be read.
+    /// When nothing can be read.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let mut count = Count::default();
         let head = Head::read(path, |event| count.take(event))?;
@@ -209,7 +209,7 @@ fn command(order: &Order) -> CommandInfo {
     }
 }
 
-/// What tripped the board, on one line.
+/// Cause of a fault, on one line.
 fn seen(trip: &Trip) -> String {
     let account = fault_text::in_words(trip);
     match account.seen {
@@ -218,7 +218,7 @@ fn seen(trip: &Trip) -> String {
     }
 }
 
-/// A trip is told again after a hello; its tick says which fault it belongs to.
+/// A trip is repeated after a hello; its tick identifies the fault.
 fn with_causes(mut faults: Vec<FaultInfo>, trips: &[Trip]) -> Vec<FaultInfo> {
     for fault in &mut faults {
         let of_fault = |trip: &&Trip| enum_names::fault(trip.fault) == fault.fault;

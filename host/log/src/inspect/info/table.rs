@@ -54,9 +54,9 @@ impl Info {
             let entries = entries
                 .iter()
                 .filter(|(_, value)| value.chars().count() <= WIDTH);
-            let told = entries.map(|(key, value)| format!("{key} {value}"));
+            let texts = entries.map(|(key, value)| format!("{key} {value}"));
             if !matches!(group.as_str(), "run" | "parameters" | "clock" | "end") {
-                list(out, group, told)?;
+                list(out, group, texts)?;
             }
         }
         Ok(())
@@ -126,14 +126,14 @@ impl Info {
         let given: u64 = self.commands.values().map(|[given, _]| given).sum();
         let more = given - self.first_commands.len() as u64;
         let more = (more > 0).then(|| format!("and {more} more"));
-        let told = self.first_commands.iter().map(|command| {
+        let texts = self.first_commands.iter().map(|command| {
             let after = command.after_tick;
             let after = after.map_or("before any".to_owned(), |tick| format!("after {tick}"));
             let refused = command.refused.as_ref();
             let refused = refused.map_or_else(String::new, |why| format!(": refused, {why}"));
             format!("{after:<14}{}{refused}", command.command)
         });
-        rows(out, "", told.chain(more))
+        rows(out, "", texts.chain(more))
     }
 
     fn write_settings(&self, out: &mut String) -> Result {
@@ -144,11 +144,11 @@ impl Info {
             return row(out, "settings", "the defaults");
         }
         let width = settings.iter().map(|s| s.key.len()).max().unwrap_or(0);
-        let told = settings.iter().map(|differing| {
+        let texts = settings.iter().map(|differing| {
             let [default, value] = [0, 1].map(|at| differing.show(at));
             format!("{:<width$}  {value}, default {default}", differing.key)
         });
-        rows(out, "settings", told)
+        rows(out, "settings", texts)
     }
 
     fn write_link(&self, out: &mut String) -> Result {
