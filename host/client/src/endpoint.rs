@@ -6,7 +6,7 @@ use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::str::FromStr;
 use std::time::Duration;
 
-/// How long a connection may take: somebody on the same network.
+/// Longest time that a connection may take: the peer is on the same network.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The address of a byte stream.
@@ -48,10 +48,10 @@ impl fmt::Display for Endpoint {
 /// Why an endpoint could not be used.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// Nobody can be reached there.
+    /// The address cannot be reached.
     #[error("cannot connect to {0}: {1}; is the other side listening?")]
     Connect(Endpoint, io::Error),
-    /// Somebody else listens on it.
+    /// Another program listens on it.
     #[error("{0} is taken by another program; choose another port, or 0 for any free one")]
     Taken(Endpoint),
     /// It cannot be listened on.
@@ -63,17 +63,17 @@ impl Endpoint {
     /// Connects to it.
     ///
     /// # Errors
-    /// If nobody answers.
+    /// If the peer does not accept.
     pub fn connect(&self) -> Result<TcpStream, OpenError> {
         TcpStream::connect_timeout(&self.0, CONNECT_TIMEOUT)
             .and_then(|stream| stream.set_nodelay(true).map(|()| stream))
             .map_err(|error| OpenError::Connect(self.clone(), error))
     }
 
-    /// Listens on it; returns where, in case the port was 0.
+    /// Listens on it; also returns the actual address, in case the port was 0.
     ///
     /// # Errors
-    /// If the port is taken, or not ours to take.
+    /// If the port is in use, or reserved.
     pub fn listen(&self) -> Result<(TcpListener, Self), OpenError> {
         TcpListener::bind(self.0)
             .and_then(|listener| Ok((listener.local_addr()?, listener)))

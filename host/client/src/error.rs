@@ -1,15 +1,15 @@
-//! Why a session ended, and the causes that a board reports, in words.
+//! Reasons for the end of a session, and causes that a board reports, as text.
 
 use armbridge_shared::link::message::{End, Hello, LastEnd, Missing};
 use armbridge_shared::link::schema;
 
-/// Why a session ended.
+/// Reason for the end of a session.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SessionError {
-    /// Nothing that can be read came from the board.
+    /// No valid frame came from the board.
     #[error("{}", no_board(*.damaged))]
     NoBoard {
-        /// Frames that came but could not be read.
+        /// Invalid frames that were received.
         damaged: u64,
     },
     /// The board was built from other message types.
@@ -23,7 +23,7 @@ pub enum SessionError {
     Silent,
 }
 
-/// How a program ended, as the cause of a reset.
+/// End of a program, the cause of a reset, as text.
 pub fn end_in_words(end: &LastEnd) -> String {
     let at = |what: &str| format!("{what} in tick {}, at address {:#010x}", end.tick, end.pc);
     match end.cause {
@@ -62,7 +62,7 @@ fn build(hello: Hello) -> String {
     format!("{schema:016x}, version {major}.{minor}.{patch}")
 }
 
-/// Why a servo that is asked for does not answer.
+/// Likely reason for which a servo does not reply.
 pub fn likely_cause(missing: Missing) -> &'static str {
     match missing {
         Missing::NotAsked | Missing::Silence => {

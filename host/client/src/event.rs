@@ -1,13 +1,13 @@
 //! Events of a link: the messages of both directions, in order.
 //!
-//! A [`LinkDecoder`] is given the raw bytes of both directions with the time at which
+//! A [`LinkDecoder`] takes the raw bytes of both directions with the time at which
 //! the host read or wrote them, and emits [`Event`]s. Recorder, dashboard and server each
-//! have one, and read nothing else of the link.
+//! have one, and need nothing else of the link.
 
 use armbridge_shared::link::frame::{Decoder, FrameError, Message, Received};
 use armbridge_shared::link::message::{Record, ToBoard, ToHost};
 
-/// Which way bytes travel.
+/// Direction of bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// From host to board.
@@ -16,33 +16,33 @@ pub enum Direction {
     ToHost,
 }
 
-/// Something that happened on the link.
+/// Event on the link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
-    /// When the host read or wrote the frame's last byte: ns since 1970, or of
+    /// Time at which the host read or wrote the frame's last byte: ns since 1970, or of
     /// virtual time.
     pub host_ns: u64,
-    /// What happened.
+    /// Content.
     pub kind: EventKind,
 }
 
-/// What can happen on a link.
+/// Content of an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventKind {
-    /// The host said this, in the frame with this sequence number.
+    /// Message of the host, in the frame with this sequence number.
     Sent(u16, ToBoard),
-    /// The board said this, in the frame with this sequence number.
+    /// Message of the board, in the frame with this sequence number.
     Received(u16, ToHost),
-    /// So many frames went missing before the one that follows.
+    /// Number of frames that are missing before the next one.
     Lost(Direction, u16),
-    /// A frame could not be read.
+    /// An invalid frame.
     Damaged(Direction, FrameError),
-    /// The connection broke; what is said after it is said on another.
+    /// The connection broke; later messages belong to another one.
     Disconnected,
 }
 
 impl Event {
-    /// The tick that it tells of, if it is one.
+    /// The record of a tick, if it is one.
     pub fn record(&self) -> Option<Record> {
         match self.kind {
             EventKind::Received(_, ToHost::Record(record)) => Some(record),
@@ -63,7 +63,7 @@ pub struct LinkDecoder {
 }
 
 impl LinkDecoder {
-    /// Takes bytes that travelled at this time; calls `on_event` with what they say.
+    /// Decodes bytes that travelled at this time; passes their events to `on_event`.
     pub fn take(
         &mut self,
         direction: Direction,
@@ -133,15 +133,15 @@ mod tests {
         to_host.extend_from_slice(board.encode(&ToHost::Passthrough).1);
         to_host.extend_from_slice(&[7, 0]);
         let to_board = host.encode(&ToBoard::Heartbeat).1.to_vec();
-        let (mut decoder, mut heard) = (LinkDecoder::default(), Vec::new());
-        decoder.take(Direction::ToHost, 1, &to_host, |event| heard.push(event));
-        decoder.take(Direction::ToBoard, 2, &to_board, |event| heard.push(event));
-        let heard: Vec<_> = heard
+        let (mut decoder, mut events) = (LinkDecoder::default(), Vec::new());
+        decoder.take(Direction::ToHost, 1, &to_host, |event| events.push(event));
+        decoder.take(Direction::ToBoard, 2, &to_board, |event| events.push(event));
+        let events: Vec<_> = events
             .iter()
             .map(|event| (event.host_ns, event.kind))
             .collect();
         assert_eq!(
-            heard,
+            events,
             [
                 (1, EventKind::Received(0, ToHost::Passthrough)),
                 (1, EventKind::Lost(Direction::ToHost, 1)),

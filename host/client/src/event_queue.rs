@@ -1,6 +1,6 @@
-//! Events of a link, handed from the thread that serves it to one that has less hurry.
+//! Events of a link, passed from the thread that serves it to one with less urgency.
 //!
-//! Bounded: when the other thread is too slow, the oldest are dropped and counted. The
+//! Bounded: when the reader is too slow, the oldest are dropped and counted. The
 //! link's thread never waits for more than a swap of two queues.
 
 use std::collections::VecDeque;
@@ -10,10 +10,10 @@ use std::time::Instant;
 use crate::Tap;
 use crate::event::{Direction, Event, EventKind, LinkDecoder};
 
-/// Events that are kept: more than 4 s at 1 kHz.
+/// Capacity: more than 4 s at 1 kHz.
 const MOST: usize = 8192;
 
-/// The end that is read.
+/// Reader's end.
 #[derive(Clone, Debug, Default)]
 pub struct EventQueue(Arc<Mutex<Queue>>);
 
@@ -21,12 +21,12 @@ pub struct EventQueue(Arc<Mutex<Queue>>);
 struct Queue {
     events: VecDeque<Event>,
     dropped: u64,
-    /// The link's time of the latest event, and when that was.
+    /// The link's time of the latest event, and the wall clock's.
     latest: Option<(u64, Instant)>,
 }
 
 impl EventQueue {
-    /// What fills it.
+    /// Writer's end.
     pub fn tap(&self) -> Box<dyn Tap> {
         Box::new(Filler {
             decoder: LinkDecoder::default(),
@@ -34,8 +34,8 @@ impl EventQueue {
         })
     }
 
-    /// Swaps what has come for `events`, which is emptied, and says how many were
-    /// dropped since it was asked last.
+    /// Swaps the queued events with `events`, which is emptied; returns how many were
+    /// dropped since the last call.
     pub fn take(&self, events: &mut VecDeque<Event>) -> u64 {
         events.clear();
         self.with(|queue| {
@@ -44,14 +44,14 @@ impl EventQueue {
         })
     }
 
-    /// What the time is on the link's clock, in ns; `None` before anything came.
+    /// Time on the link's clock, in ns; `None` before the first event.
     pub fn now_ns(&self) -> Option<u64> {
         let (host_ns, at) = self.with(|queue| queue.latest)?;
         Some(host_ns + at.elapsed().as_nanos() as u64)
     }
 
     fn with<T>(&self, what: impl FnOnce(&mut Queue) -> T) -> T {
-        // Nothing here is half done when a thread panics.
+        // The queue is consistent even if a thread panicked.
         what(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
@@ -70,7 +70,7 @@ impl Tap for Filler {
     }
 
     fn disconnected(&mut self, host_ns: u64) {
-        // The next connection begins with frames of its own.
+        // The next connection begins with a new frame.
         self.decoder = LinkDecoder::default();
         let kind = EventKind::Disconnected;
         self.queue.with(|queue| queue.push(Event { host_ns, kind }));

@@ -1,10 +1,10 @@
-//! Experiments in words: why one cannot be, and how one ended.
+//! Experiments as text: reasons for rejection, and results.
 
 use armbridge_shared::experiment::{DURATION_MAX_S, FREQUENCY_MAX_HZ, Flaw, LINES_MAX, TIME_MIN_S};
 use armbridge_shared::link::experiment::{Conclusion, ExperimentEnd, Measure, Objection};
 use armbridge_shared::link::limits::hard;
 
-/// Why it cannot be, and what to do. One line without a full stop.
+/// Reason for a rejection, and the remedy. One line without a full stop.
 pub fn objection(objection: Objection) -> String {
     match objection {
         Objection::Duration { value_s } => {
@@ -63,7 +63,7 @@ pub fn objection(objection: Objection) -> String {
     }
 }
 
-/// How it ended. One line without a full stop.
+/// Result of an experiment. One line without a full stop.
 pub fn conclusion(conclusion: &Conclusion) -> String {
     match conclusion.end {
         ExperimentEnd::Finished => "the experiment is over: its time is up".into(),
@@ -85,7 +85,7 @@ pub fn conclusion(conclusion: &Conclusion) -> String {
     }
 }
 
-/// Whether it lasted as long as it should.
+/// Whether the experiment ran for its full duration.
 pub fn is_whole(conclusion: &Conclusion) -> bool {
     match conclusion.end {
         ExperimentEnd::Finished => true,
@@ -96,7 +96,7 @@ pub fn is_whole(conclusion: &Conclusion) -> bool {
     }
 }
 
-/// As people count.
+/// Joints count from 1 for users.
 fn number(joint: u8) -> u32 {
     u32::from(joint) + 1
 }

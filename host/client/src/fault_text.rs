@@ -1,21 +1,21 @@
-//! Why torque went off, in plain words: the cause, what was seen against what is
-//! allowed, and what to do. And what each mode means.
+//! Faults and modes as text: the cause, the measured value against its limit, and the
+//! remedy.
 
 use armbridge_shared::link::limits::hard;
 use armbridge_shared::link::message::{Drive, Fault, Mode, OffReport, OffState, StopSource, Trip};
 
-/// A trip, told to a person. Lines without a full stop.
+/// Explanation of a trip for the user. Lines without a full stop.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Account {
-    /// What happened.
+    /// Cause.
     pub cause: String,
     /// Value against limit; `None` where there are no numbers.
     pub seen: Option<String>,
-    /// What to do about it.
+    /// Remedy.
     pub advice: &'static str,
 }
 
-/// Of a trip.
+/// Explains a trip.
 pub fn in_words(trip: &Trip) -> Account {
     let (cause, advice) = words(trip.fault);
     let joint = trip.joint.map(|joint| u32::from(joint) + 1);
@@ -29,7 +29,7 @@ pub fn in_words(trip: &Trip) -> Account {
     }
 }
 
-/// What a fault means, and what to do about it.
+/// Cause and remedy of a fault.
 pub fn words(fault: Fault) -> (&'static str, &'static str) {
     match fault {
         Fault::EmergencyStop(StopSource::Host) => (
@@ -138,7 +138,7 @@ fn seen(trip: &Trip) -> Option<String> {
     match trip.fault {
         Fault::AngleLimit | Fault::Diverged => against("rad", 3),
         Fault::SpeedLimit => against("rad/s", 2),
-        // An encoder that is quiet for so many ms, or torque that moves nothing.
+        // An encoder without noise for this many ms, or torque without motion.
         Fault::Stuck if limit > hard::STUCK_NM => against("ms", 0),
         Fault::TorqueLimit | Fault::Stuck => against("N m", 2),
         Fault::TorqueRate => against("N m/s", 0),
@@ -165,7 +165,7 @@ fn seen(trip: &Trip) -> Option<String> {
     }
 }
 
-/// A mode in one word, and what that means.
+/// Name of a mode, and its meaning.
 pub fn mode(mode: Mode) -> (&'static str, &'static str) {
     match mode {
         Mode::Boot => ("BOOT", "stop sequence, then the servos are looked for"),
@@ -194,7 +194,7 @@ pub fn mode(mode: Mode) -> (&'static str, &'static str) {
     }
 }
 
-/// Report on motors that must be off, in words.
+/// Report on motors that must be off, as text.
 pub fn off(report: &OffReport) -> String {
     let joint = |state| match state {
         OffState::Off => "is seen to be off",
@@ -235,7 +235,7 @@ mod tests {
             });
             assert!(account.cause.starts_with("joint 2: "), "{fault:?}");
             assert!(!account.advice.is_empty() && !account.advice.ends_with('.'));
-            // Each fits in a line of a terminal, with what stands before and after.
+            // Each fits into a line of a terminal, with the text around it.
             let lengths = [&account.cause, account.advice].map(|text| text.chars().count());
             assert!(lengths[0] <= 70 && lengths[1] <= 65, "{account:?}");
         }

@@ -1,14 +1,14 @@
-//! A host in the sense of the control link: what is at the board's other end.
+//! Host of a control link: the interface between a link and the code that uses it.
 //!
-//! Sans-io and clockless. Whatever drives the link asks a [`Host`] for bytes, hands it
-//! what the board sent, and tells it the time; so the same host runs over a serial port,
+//! Sans-io and clockless. The driver of the link takes bytes from a [`Host`], and passes it
+//! the board's bytes and the time; so the same host runs over a serial port,
 //! a socket, and in the virtual time of a simulation.
 
 use std::convert::Infallible;
 
 /// The host's end of a control link.
 pub trait Host {
-    /// Why it gives up.
+    /// Error that ends the run.
     type Error;
 
     /// Bytes for the board now.
@@ -17,7 +17,7 @@ pub trait Host {
     /// If the host gives up.
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Self::Error>;
 
-    /// Takes what the board sent.
+    /// Processes bytes from the board.
     ///
     /// # Errors
     /// If the host gives up.
@@ -29,11 +29,11 @@ pub trait Host {
     /// Whether there is nothing left to do.
     fn is_done(&self) -> bool;
 
-    /// The connection broke; what comes from now on is of another one.
+    /// The connection broke; later bytes belong to another one.
     fn disconnected(&mut self, _now_us: u64) {}
 }
 
-/// No host: sends nothing, takes everything, and never ends.
+/// No host: sends nothing, ignores all bytes, and never ends.
 #[derive(Clone, Copy, Debug)]
 pub struct NoHost;
 

@@ -1,19 +1,19 @@
-//! What a program needs that talks to an Armbridge board: links, the control link's
-//! protocol, sessions, parameters by name, and the servo bus behind a board or an adapter.
+//! Client library for an Armbridge board: links, the control link's protocol, sessions,
+//! parameters by name, and the servo bus behind a board or an adapter.
 //!
 //! | module           | what                                                       |
 //! |------------------|------------------------------------------------------------|
 //! | [`transport`]    | links by name; a [`Host`] driven over one                  |
-//! | [`host`]         | the sans-io interface between a link and what uses it      |
+//! | [`host`]         | the sans-io interface between a link and the code that uses it |
 //! | [`session`]      | requests in order, arming, the emergency stop, leaving     |
-//! | [`status`]       | what a board has told                                      |
-//! | [`event`]        | what is said on a link, decoded from both directions' bytes |
-//! | [`event_queue`]  | the same, handed to another thread                         |
+//! | [`status`]       | latest message of each kind from a board                   |
+//! | [`event`]        | messages of a link, decoded from both directions' bytes    |
+//! | [`event_queue`]  | the same, passed to another thread                         |
 //! | [`tap`]          | listeners to a link's bytes                                |
 //! | [`params`]       | the board's settings as names with values                  |
 //! | [`servo_bus`]    | servos found, read, written and reset, from the host       |
 //! | [`servo_table`]  | servos' registers by name                                  |
-//! | [`enum_names`], [`fault_text`], [`refusal_text`], [`experiment_text`] | one word for each thing, and sentences |
+//! | [`enum_names`], [`fault_text`], [`refusal_text`], [`experiment_text`] | enums as names, and as sentences |
 #![forbid(unsafe_code)]
 
 pub mod endpoint;

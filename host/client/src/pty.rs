@@ -10,17 +10,17 @@ use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-/// The rate that it has until somebody sets another: that of a servo ex works.
+/// Initial rate, until the other side sets one: that of a servo ex works.
 const BAUD: u32 = 1_000_000;
 
-/// What is on a pseudo-terminal.
+/// State of a pseudo-terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ready {
     /// Bytes.
     Bytes,
-    /// Nothing, in the time that was waited.
+    /// No bytes in the given time.
     Nothing,
-    /// Nobody has it open.
+    /// No program has it open.
     Nobody,
 }
 
@@ -29,16 +29,17 @@ pub enum Ready {
 pub struct Pty {
     controller: OwnedFd,
     name: String,
-    /// Kept open where nobody needs to know who has: a controller whose user end is
+    /// Kept open where it does not matter whether a program has opened it: reads from a
+    /// controller whose user end is
     /// closed reads errors.
     _user: Option<OwnedFd>,
 }
 
 impl Pty {
-    /// A new one: no echo, no line editing, every byte as it is.
+    /// Opens a new one: no echo, no line editing, every byte as it is.
     ///
     /// # Errors
-    /// If the system has none to give.
+    /// If the system has none available.
     pub fn open() -> io::Result<Self> {
         let controller = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
         grantpt(&controller)?;
@@ -56,7 +57,7 @@ impl Pty {
         })
     }
 
-    /// The same, on which one can tell whether somebody has it open.
+    /// The same, on which [`wait`](Self::wait) detects whether a program has it open.
     #[must_use]
     pub fn for_one(self) -> Self {
         Self {
@@ -65,12 +66,12 @@ impl Pty {
         }
     }
 
-    /// What others open, for example `/dev/pts/3`.
+    /// Path that other programs open, for example `/dev/pts/3`.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The rate that the other side has set; `None` for none at all, which hangs
+    /// Rate that the other side has set; `None` for 0 baud, which hangs
     /// up a telephone.
     pub fn baud(controller: &File) -> Option<u32> {
         let speed = tcgetattr(controller).ok()?.output_speed();
@@ -85,10 +86,10 @@ impl Pty {
         self.controller.try_clone().map(File::from)
     }
 
-    /// Waits for bytes, or for so long.
+    /// Waits for bytes, at most this long.
     ///
     /// # Errors
-    /// If the system does not tell.
+    /// If the system call fails.
     pub fn wait(&self, longest: Duration) -> io::Result<Ready> {
         let mut ends = [PollFd::new(&self.controller, PollFlags::IN)];
         let longest = Timespec::try_from(longest).map_err(io::Error::other)?;

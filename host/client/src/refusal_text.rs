@@ -1,11 +1,11 @@
-//! Why the board refused, in plain words, and what to do.
+//! Reasons for which a board refuses a command, as text with the remedy.
 
 use armbridge_shared::control::trajectory::Quantity;
 use armbridge_shared::link::message::Refusal;
 
 use crate::experiment_text;
 
-/// One line without a full stop.
+/// Reason and remedy. One line without a full stop.
 pub fn in_words(refusal: Refusal) -> String {
     match refusal {
         Refusal::Faulted => "a fault is latched; clear it first".into(),

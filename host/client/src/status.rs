@@ -1,4 +1,4 @@
-//! Status of a board, as far as it has told: the latest of each of its messages.
+//! Status of a board: the latest of each of its messages.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::experiment::Conclusion;
@@ -14,15 +14,15 @@ use crate::error::{end_in_words, likely_cause};
 /// Servos that a board has found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FoundServos {
-    /// What they run.
+    /// Their firmware.
     pub firmware: Firmware,
-    /// Speed of their bus in bits per second.
+    /// Baud rate of the bus.
     pub baud: u32,
     /// They take torque; stock servos do so in wheel mode only.
     pub is_ready: bool,
 }
 
-/// Why a board cannot arm although no fault is latched.
+/// Reason for which a board cannot arm although no fault is latched.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Obstacle {
     /// It was built from other message types.
@@ -36,7 +36,7 @@ pub enum Obstacle {
     Absent {
         /// Joint that it moves, counting from 0.
         joint: u8,
-        /// What was heard instead.
+        /// Why there is no reply.
         missing: Missing,
     },
     /// Stock servos are not in wheel mode.
@@ -47,7 +47,7 @@ pub enum Obstacle {
         "servo 1 runs {0} and servo 2 {1}: they disturb each other on one bus; flash both alike"
     )]
     Mixed(Firmware, Firmware),
-    /// A stock servo does not take its settings.
+    /// A stock servo rejects its settings.
     #[error(
         "servo {} answers, but cannot be set to wheel mode: is its EEPROM locked? Switch its \
          power off and on", u32::from(*.0) + 1
@@ -55,7 +55,7 @@ pub enum Obstacle {
     Unprepared(u8),
 }
 
-/// What is known of a board. What it has not told is `None`.
+/// Known state of a board. A message that has not arrived is `None`.
 #[derive(Clone, Debug, Default)]
 pub struct BoardStatus {
     /// Its version and schema.
@@ -72,7 +72,7 @@ pub struct BoardStatus {
     pub obstacle: Option<Obstacle>,
     /// Cause of the latched fault.
     pub trip: Option<Trip>,
-    /// What the servos did after its stop sequence.
+    /// Report on the servos after the stop sequence.
     pub off: Option<OffReport>,
     /// Temperature of each servo, in °C from stock servos, in counts of their converter
     /// from Morpheus.
@@ -81,12 +81,12 @@ pub struct BoardStatus {
     pub concluded: Option<Conclusion>,
     /// Packets on the transparent port.
     pub port: PortCounters,
-    /// The transparent port's client has the bus.
+    /// A client of the transparent port has the bus.
     is_passthrough: bool,
 }
 
 impl BoardStatus {
-    /// What the board is doing.
+    /// Mode of the board.
     pub fn mode(&self) -> Option<Mode> {
         if self.is_passthrough {
             return Some(Mode::Passthrough);
@@ -94,7 +94,7 @@ impl BoardStatus {
         self.record.map(|record| record.mode)
     }
 
-    /// The board was reset or its link broke: what it did is known no more.
+    /// Discards everything: the board was reset, or its link broke.
     pub fn forget(&mut self) {
         *self = Self {
             hello: self.hello,

@@ -6,7 +6,7 @@ use crate::event::Direction;
 /// A listener to the raw bytes of a link. Called on the thread that serves the link:
 /// must not wait.
 pub trait Tap: Send {
-    /// These bytes were written or read at this time (ns since 1970, or of virtual time).
+    /// Bytes that were written or read at this time (ns since 1970, or of virtual time).
     fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]);
 
     /// The connection broke at this time.
@@ -21,7 +21,7 @@ pub struct Tapped<H> {
 }
 
 impl<H> Tapped<H> {
-    /// This host, with these listeners.
+    /// Adds these listeners to the host.
     pub fn new(host: H, taps: Vec<Box<dyn Tap>>) -> Self {
         Self { host, taps }
     }

@@ -1,4 +1,4 @@
-//! Wall-clock time: a host over a socket, and two sockets joined.
+//! TCP in wall-clock time: a host driven over a socket, and two sockets joined.
 
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use crate::Host;
 
-/// Longest wait for bytes before the host is asked again.
+/// Longest wait for bytes before the host is polled again.
 const PATIENCE: Duration = Duration::from_millis(20);
 
-/// Why a run over a socket ended early.
+/// Reason for the early end of a run over a socket.
 #[derive(Debug)]
 pub enum WallError<H> {
     /// The connection broke.
@@ -19,7 +19,7 @@ pub enum WallError<H> {
     Host(H),
 }
 
-/// Lets `host` speak over `link` until it is done. Its time runs `slow` times
+/// Drives `host` over `link` until it is done. Its time runs `slow` times
 /// slower than the wall clock, as the board's does.
 ///
 /// # Errors
@@ -51,7 +51,7 @@ pub fn run<H: Host>(
     Ok(())
 }
 
-/// Whether a read merely found nothing in time.
+/// Whether a read found nothing in time.
 pub fn is_timeout(error: &io::Error) -> bool {
     matches!(
         error.kind(),
@@ -67,7 +67,7 @@ pub fn join(a: &TcpStream, b: &TcpStream) -> io::Result<[JoinHandle<()>; 2]> {
     let copy = |from: &TcpStream, to: &TcpStream| -> io::Result<JoinHandle<()>> {
         let (mut from, mut to) = (from.try_clone()?, to.try_clone()?);
         Ok(std::thread::spawn(move || {
-            // However it ends, the other direction must end too.
+            // The end of one direction ends the other.
             let _ = io::copy(&mut from, &mut to);
             let _ = from.shutdown(Shutdown::Both);
             let _ = to.shutdown(Shutdown::Both);

@@ -1,5 +1,5 @@
-//! TOML files that people write, with the place of everything in them: a mistake is told
-//! with file, line, column and the line itself.
+//! TOML files written by users, with the place of every key and value: an error names
+//! file, line, column and the line itself.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use toml::Value;
 use toml::de::{DeTable, DeValue};
 
-/// Where in a file something is.
+/// Place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     /// The file.
@@ -18,12 +18,12 @@ pub struct Place {
     pub line: usize,
     /// From 1, in characters.
     pub column: usize,
-    /// The line itself, without the white space around.
+    /// The line itself, trimmed.
     pub text: String,
 }
 
 impl Place {
-    /// The place of a byte of a text.
+    /// Place of a byte of a text.
     pub fn of(path: &Path, text: &str, byte: usize) -> Self {
         let mut byte = byte.min(text.len());
         while !text.is_char_boundary(byte) {
@@ -48,7 +48,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a file is not what it should be.
+/// Error in a file.
 #[derive(Debug, thiserror::Error)]
 pub enum DocumentError {
     /// It cannot be read.
@@ -56,23 +56,23 @@ pub enum DocumentError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// It is no TOML, or has a key or a value that it must not have.
+    /// It is not TOML, or has an unknown key or a wrong value.
     #[error("{place}: {what}, in `{text}`", text = place.text)]
     Wrong {
         /// Where.
         place: Place,
-        /// What is wrong, and what is allowed.
+        /// Error, and permitted values.
         what: String,
     },
 }
 
-/// A value, and where it is.
+/// A value, and its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// What stands there.
+    /// The value.
     pub value: Value,
     /// Bytes of the key.
     pub key_at: Range<usize>,
@@ -102,7 +102,7 @@ impl Document {
         Self::parse(path, text)
     }
 
-    /// Takes a text for the contents of this file.
+    /// Parses a text as the contents of this file.
     ///
     /// # Errors
     /// If it is no TOML.
@@ -136,12 +136,12 @@ impl Document {
             .map(|(key, entry)| (key.as_str(), entry))
     }
 
-    /// What a key is.
+    /// Entry of a key.
     pub fn get(&self, key: &str) -> Option<&Entry> {
         self.entries.get(key)
     }
 
-    /// Where a byte of it is.
+    /// Place of a byte.
     pub fn place(&self, byte: usize) -> Place {
         Place::of(&self.path, &self.text, byte)
     }
@@ -165,7 +165,7 @@ impl Document {
     }
 }
 
-/// What the TOML parser, or serde, has against a text.
+/// Error of the TOML parser, or of serde.
 pub fn not_toml(path: &Path, text: &str, error: &toml::de::Error) -> DocumentError {
     DocumentError::Wrong {
         place: Place::of(path, text, error.span().map_or(0, |span| span.start)),
@@ -233,10 +233,10 @@ mod tests {
             "a.b = 1\na = 3",
         ] {
             let error = Document::parse(Path::new("a.toml"), text.into()).unwrap_err();
-            let said = error.to_string();
+            let message = error.to_string();
             assert!(
-                said.starts_with("a.toml:") && !said.contains('\n'),
-                "{said}"
+                message.starts_with("a.toml:") && !message.contains('\n'),
+                "{message}"
             );
         }
     }

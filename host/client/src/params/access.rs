@@ -1,5 +1,5 @@
-//! From settings to values and back: a parameter says where its numbers are, and both
-//! ways follow from that.
+//! Reads and writes parameters: each has the places of its numbers in the settings, from
+//! which both directions follow.
 
 use core::fmt;
 
@@ -9,16 +9,16 @@ use toml::Value;
 use super::constraint::{Shape, Takes};
 use super::{Parameter, ParameterError, to_text};
 
-/// Where a parameter is in the settings.
+/// Place of a parameter in the settings.
 #[derive(Clone, Copy)]
 pub(super) enum Access {
     /// Its numbers; `None` if it is not in use.
     Numbers(for<'a> fn(&'a mut Settings) -> Option<Numbers<'a>>),
-    /// One of several words.
+    /// One of several names.
     Choice {
-        /// Which it is; `None` if it is not in use.
+        /// The selected one; `None` if it is not in use.
         is: fn(&Settings) -> Option<&'static str>,
-        /// Makes it this one.
+        /// Selects one.
         choose: fn(&mut Settings, &str),
     },
 }
@@ -26,17 +26,17 @@ pub(super) enum Access {
 /// Numbers within the settings.
 pub(super) type Numbers<'a> = Vec<&'a mut dyn Number>;
 
-/// A number as it is kept.
+/// A number in the settings.
 pub(super) trait Number {
     /// As a TOML value.
     fn read(&self) -> Value;
     /// From a number that is inside the parameter's range.
     fn write(&mut self, number: f64);
-    /// What writing makes of a number.
+    /// Rounding of a number when it is written.
     fn rounding(&self) -> fn(f64) -> f64;
 }
 
-/// One number, or a list of them.
+/// Places of a list of numbers.
 #[expect(
     clippy::unnecessary_wraps,
     reason = "as `Access` has it: other parameters are not always in use"
@@ -45,17 +45,17 @@ pub(super) fn each<N: Number>(numbers: &mut [N]) -> Option<Numbers<'_>> {
     Some(numbers.iter_mut().map(|n| n as &mut dyn Number).collect())
 }
 
-/// A single number.
+/// Place of a single number.
 pub(super) fn one<N: Number>(number: &mut N) -> Option<Numbers<'_>> {
     each(core::slice::from_mut(number))
 }
 
 impl Number for f32 {
-    /// The shortest number that is this one: 0.1, not 0.10000000149011612.
+    /// The shortest number with these bits: 0.1, not 0.10000000149011612.
     fn read(&self) -> Value {
         let exact = f64::from(*self);
         let short = self.to_string().parse().unwrap_or(exact);
-        // Rounded twice, it could be its neighbour.
+        // Two roundings can lead to a neighbour.
         let is_same = (short as f32).to_bits() == self.to_bits();
         Value::Float(if is_same { short } else { exact })
     }
@@ -123,18 +123,18 @@ impl Parameter {
     /// Changes it.
     ///
     /// # Errors
-    /// If it does not take this value, or is not in use.
+    /// If the value is not permitted, or the parameter is not in use.
     pub fn set_value(&self, settings: &mut Settings, value: &Value) -> Result<(), ParameterError> {
         match self.access {
             Access::Numbers(numbers) => {
                 let mut changed = *settings;
-                let kept = numbers(&mut changed).ok_or_else(|| self.not_in_use(settings))?;
-                let told = self.numbers(value).ok_or_else(|| self.refusal(value))?;
-                for (number, told) in kept.into_iter().zip(told) {
-                    if !self.allows(told, number.rounding()) {
+                let places = numbers(&mut changed).ok_or_else(|| self.not_in_use(settings))?;
+                let numbers = self.numbers(value).ok_or_else(|| self.refusal(value))?;
+                for (place, number) in places.into_iter().zip(numbers) {
+                    if !self.allows(number, place.rounding()) {
                         return Err(self.refusal(value));
                     }
-                    number.write(told);
+                    place.write(number);
                 }
                 *settings = changed;
             }
@@ -142,7 +142,7 @@ impl Parameter {
                 let before = is(settings).ok_or_else(|| self.not_in_use(settings))?;
                 let word = value.as_str().filter(|word| self.choices().contains(word));
                 let word = word.ok_or_else(|| self.refusal(value))?;
-                // The same again leaves its numbers as they are.
+                // Selecting the same again keeps its numbers.
                 if word != before {
                     choose(settings, word);
                 }
@@ -151,10 +151,10 @@ impl Parameter {
         Ok(())
     }
 
-    /// Whether it takes this value in settings of the kind that it goes with.
+    /// Whether the value is permitted in settings of the kind that the parameter belongs to.
     ///
     /// # Errors
-    /// If it does not.
+    /// If it is not.
     pub fn accepts(&self, value: &Value) -> Result<(), ParameterError> {
         let mut settings = Settings::default();
         if let Some((kind, with)) = self.goes_with() {
@@ -164,7 +164,7 @@ impl Parameter {
         self.set_value(&mut settings, value)
     }
 
-    /// The words that it takes.
+    /// Names to choose from; empty for numbers.
     pub fn choices(&self) -> &'static [&'static str] {
         match self.takes {
             Takes::OneOf(words) => words,
@@ -194,7 +194,7 @@ impl Parameter {
         }
     }
 
-    /// As many numbers as it takes: in rows where it has rows, or in one list.
+    /// The numbers in a value of the right shape: rows, or one list.
     fn numbers(&self, value: &Value) -> Option<Vec<f64>> {
         let shape = self.shape();
         let numbers = match (shape, value) {

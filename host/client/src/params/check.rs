@@ -1,43 +1,43 @@
-//! What only settings as a whole can be asked: whether a board runs with them.
+//! Checks of settings as a whole: whether a board runs with them.
 
 use armbridge_shared::bridge::why_not;
 use armbridge_shared::link::message::{Refusal, Settings};
 
 use crate::refusal_text;
 
-/// Why no board runs with these settings.
+/// Reason for which no board runs with these settings.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unfit {
-    /// The arm would be held after it has been let go.
+    /// The arm would be held after torque is off.
     #[error(
         "`limits.hold_ms` ({hold_ms}) is longer than `limits.silence_ms` ({silence_ms}); make it \
          shorter"
     )]
     HoldsTooLate {
-        /// When it is held.
+        /// Silence after which it is held.
         hold_ms: u16,
-        /// When it is let go.
+        /// Silence after which torque is off.
         silence_ms: u16,
     },
-    /// No temperature is between these.
+    /// The temperature range is empty.
     #[error(
         "`limits.temperature_counts` must be the smaller count, then the larger; they are [{low}, {high}]"
     )]
     NoTemperature {
-        /// The first.
+        /// Lower limit.
         low: u16,
-        /// The second.
+        /// Upper limit.
         high: u16,
     },
-    /// As the board itself would say.
+    /// The board itself would refuse them.
     #[error("the board would refuse these settings: {}", refusal_text::in_words(*.0))]
     Refused(Refusal),
 }
 
-/// Whether a board runs with these settings, by the very code of the board.
+/// Checks whether a board runs with these settings, by the board's own code.
 ///
 /// # Errors
-/// Why it does not.
+/// If it does not.
 pub fn check(settings: &Settings) -> Result<(), Unfit> {
     let limits = &settings.limits;
     let [low, high] = limits.temperature_counts;

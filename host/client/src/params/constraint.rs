@@ -1,44 +1,44 @@
-//! What a parameter takes, for checks and in words.
+//! Permitted values of a parameter, for checks and as text.
 
 use core::fmt;
 
-/// What a parameter takes.
+/// Permitted values of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Takes {
     /// Numbers.
     Numbers {
-        /// How many.
+        /// Count.
         shape: Shape,
-        /// Of each.
+        /// Range of each.
         range: Range,
     },
-    /// One of these words.
+    /// One of these names.
     OneOf(&'static [&'static str]),
 }
 
-/// How many numbers.
+/// Count of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// A number.
     One,
-    /// So many in a list.
+    /// A list of this length.
     List(usize),
-    /// So many lists of so many each.
+    /// Rows, and the length of each.
     Rows(usize, usize),
 }
 
-/// Where a number must be. Every number must be finite.
+/// Range of a number. Every number must be finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// The least, or what is just too little.
+    /// The smallest number, or the bound that it must exceed.
     pub low: f64,
-    /// The most, or what is just too much.
+    /// The largest number, or the bound that it must stay below.
     pub high: f64,
-    /// `low` itself is allowed.
+    /// `low` itself is permitted.
     pub with_low: bool,
-    /// `high` itself is allowed.
+    /// `high` itself is permitted.
     pub with_high: bool,
-    /// Nothing between two integers is.
+    /// Only integers are permitted.
     pub whole: bool,
 }
 
@@ -82,7 +82,7 @@ impl Range {
         }
     }
 
-    /// Whether this number, rounded as it is kept, is inside; so are the ends rounded.
+    /// Whether this number, rounded as it is stored, is inside the equally rounded bounds.
     pub(super) fn contains(&self, number: f64, rounded: fn(f64) -> f64) -> bool {
         let (x, low, high) = (rounded(number), rounded(self.low), rounded(self.high));
         let above = if self.with_low { x >= low } else { x > low };
@@ -92,7 +92,7 @@ impl Range {
 }
 
 impl Shape {
-    /// Of all lists together.
+    /// Count of all numbers.
     pub fn count(self) -> usize {
         match self {
             Self::One => 1,
@@ -124,13 +124,13 @@ impl fmt::Display for Takes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Numbers { shape, range } => {
-                let what = if range.whole { "integer" } else { "number" };
+                let noun = if range.whole { "integer" } else { "number" };
                 match shape {
-                    Shape::One if range.whole => write!(f, "an {what} {range}"),
-                    Shape::One => write!(f, "a {what} {range}"),
-                    Shape::List(count) => write!(f, "{count} {what}s {range}"),
+                    Shape::One if range.whole => write!(f, "an {noun} {range}"),
+                    Shape::One => write!(f, "a {noun} {range}"),
+                    Shape::List(count) => write!(f, "{count} {noun}s {range}"),
                     Shape::Rows(rows, columns) => {
-                        write!(f, "{rows} rows of {columns} {what}s {range}")
+                        write!(f, "{rows} rows of {columns} {noun}s {range}")
                     }
                 }
             }

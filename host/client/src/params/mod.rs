@@ -2,20 +2,20 @@
 //! `armbridge params`, scenarios, the log and the viewer.
 //!
 //! Keys are dotted and carry their unit: `limits.hold_ms`, `arm.l1_m`, `joint1.zero_count`,
-//! `controller.q`. What there is of a controller or an estimator depends on its kind:
+//! `controller.q`. The parameters of a controller or an estimator depend on its kind:
 //! `controller.kind = "lqr"` has `controller.q` and `controller.r`, and setting another
-//! kind brings that one's own numbers, at their defaults.
+//! kind selects its own numbers, at their defaults.
 //!
 //! Values are TOML's. All values of some settings, set one after the other in the order of
 //! [`all`], make the same settings, to the bit.
 //!
-//! | file       | what lives there                                       |
+//! | file       | contents                                               |
 //! |------------|--------------------------------------------------------|
 //! | `tables`   | the table: key, unit, range, meaning, and where it is  |
-//! | `constraint`    | what a parameter takes: how many numbers, which range  |
+//! | `constraint` | permitted values: count and range                    |
 //! | `access`   | from settings to values and back                       |
-//! | `text`     | values as they are typed and shown                     |
-//! | `check`    | what only settings as a whole can be asked             |
+//! | `text`     | values as typed and shown                              |
+//! | `check`    | checks of settings as a whole                          |
 //! | `settings_exchange` | read from a board, and written to it                   |
 
 mod access;
@@ -38,7 +38,7 @@ use toml::Value;
 
 use access::Access;
 
-/// What is known of a parameter.
+/// Description of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     /// Its name.
@@ -47,48 +47,48 @@ pub struct Parameter {
     pub unit: &'static str,
     /// One sentence.
     pub about: &'static str,
-    /// How many of what.
+    /// Permitted values.
     pub takes: Takes,
     access: Access,
 }
 
-/// Why a parameter cannot be set.
+/// Reason for which a parameter cannot be set.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParameterError {
-    /// There is none of this name.
+    /// There is no such parameter.
     #[error("there is no parameter `{key}`{}", nearest.map_or_else(String::new, |key| format!("; is it `{key}`?")))]
     Unknown {
-        /// As asked for.
+        /// Requested name.
         key: String,
-        /// The one whose name is nearest.
+        /// The most similar name.
         nearest: Option<&'static str>,
     },
-    /// It does not take this value.
+    /// The value is not permitted.
     #[error("`{key}` cannot be {value}: it takes {expected}")]
     Value {
-        /// Which.
+        /// Name of the parameter.
         key: &'static str,
-        /// As given.
+        /// The value.
         value: String,
-        /// What it takes.
+        /// Permitted values.
         expected: String,
     },
     /// It belongs to another kind of controller or estimator.
     #[error("`{key}` goes with {kind} = {needed}, but that is \"{is}\"; set `{kind}` too")]
     NotInUse {
-        /// Which.
+        /// Name of the parameter.
         key: &'static str,
-        /// The parameter that chooses.
+        /// The parameter that selects the kind.
         kind: &'static str,
-        /// What it is.
+        /// Selected kind.
         is: String,
-        /// What it would have to be.
+        /// Kinds with this parameter.
         needed: String,
     },
 }
 
 impl ParameterError {
-    /// The parameter that was asked for.
+    /// Name of the parameter.
     pub fn key(&self) -> &str {
         match self {
             Self::Unknown { key, .. } => key,
@@ -103,7 +103,7 @@ pub fn all() -> &'static [Parameter] {
     &ALL
 }
 
-/// The one of this name.
+/// The parameter of this name.
 pub fn find(key: &str) -> Option<&'static Parameter> {
     all().iter().find(|parameter| parameter.key == key)
 }
@@ -116,7 +116,7 @@ pub fn get(settings: &Settings, key: &str) -> Option<Value> {
 /// Changes one.
 ///
 /// # Errors
-/// If there is none of this name, or it does not take this value.
+/// If there is no such parameter, or the value is not permitted.
 pub fn set(settings: &mut Settings, key: &str, value: &Value) -> Result<(), ParameterError> {
     find(key)
         .ok_or_else(|| unknown(key))?
@@ -131,18 +131,18 @@ pub fn pairs(settings: &Settings) -> Vec<(&'static Parameter, Value)> {
         .collect()
 }
 
-/// Those that are in use in `after` and have another value than before, or none: what
-/// has to be set to come from one to the other.
+/// Parameters that are in use in `after` and differ from `before`: those to set to get
+/// from one to the other.
 pub fn changed(before: &Settings, after: &Settings) -> Vec<(&'static Parameter, Value)> {
     let mut pairs = pairs(after);
     pairs.retain(|(parameter, value)| parameter.value(before).as_ref() != Some(value));
     pairs
 }
 
-/// Changes several at once, kinds first, whatever the order; all of them or none.
+/// Changes several at once, kinds first, in any order; all of them or none.
 ///
 /// # Errors
-/// At the first that cannot be.
+/// At the first that is not permitted.
 pub fn apply<'a>(
     settings: &mut Settings,
     pairs: impl IntoIterator<Item = (&'a str, &'a Value)>,
@@ -164,7 +164,7 @@ pub fn apply<'a>(
 /// Changes all that a table of tables names: `[controller] q = ...` is `controller.q`.
 ///
 /// # Errors
-/// At the first that cannot be; nothing is changed then.
+/// At the first that is not permitted; nothing is changed then.
 pub fn apply_table(settings: &mut Settings, table: &toml::Table) -> Result<(), ParameterError> {
     let mut pairs = Vec::new();
     flatten("", table, &mut pairs);
@@ -172,7 +172,7 @@ pub fn apply_table(settings: &mut Settings, table: &toml::Table) -> Result<(), P
     apply(settings, pairs)
 }
 
-/// The same as a table of tables.
+/// Parameters and values as a table of tables.
 pub fn to_table<'a>(pairs: impl IntoIterator<Item = (&'a Parameter, Value)>) -> toml::Table {
     let mut groups = toml::Table::new();
     for (parameter, value) in pairs {
@@ -186,7 +186,7 @@ pub fn to_table<'a>(pairs: impl IntoIterator<Item = (&'a Parameter, Value)>) -> 
     groups
 }
 
-/// The refusal of a name that does not exist.
+/// Error of a name that does not exist.
 pub fn unknown(key: &str) -> ParameterError {
     ParameterError::Unknown {
         key: key.to_owned(),
@@ -194,7 +194,7 @@ pub fn unknown(key: &str) -> ParameterError {
     }
 }
 
-/// The name that somebody may have meant by another.
+/// The most similar name, if one is similar enough.
 pub fn nearest<'a>(name: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     /// Below, two names have little in common.
     const ALIKE: f64 = 0.75;

@@ -1,4 +1,4 @@
-//! Settings read from a board and written to it: a host that asks, changes, and leaves.
+//! Exchange of settings with a board: a host that reads, changes, and leaves.
 
 use std::collections::VecDeque;
 
@@ -9,22 +9,22 @@ use crate::error::SessionError;
 use crate::interrupt;
 use crate::session::{Request, Session};
 
-/// How long a board that has answered may say nothing.
+/// Timeout of a board that has answered before.
 const SILENCE_US: u64 = 3_000_000;
 
-/// What has become of an exchange.
+/// Result of an exchange.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exchanged {
-    /// What was in force.
+    /// Settings in force before it.
     pub before: Option<Settings>,
-    /// Commands that the board has taken, in order.
+    /// Commands that the board accepted, in order.
     pub taken: Vec<Command>,
-    /// The command that it refused, after which nothing more was asked, and why.
+    /// The command that it refused, which ends the exchange, and the reason.
     pub refused: Option<(Command, Refusal)>,
 }
 
-/// The host. Says hello, hears what is in force, and has the board do what is then
-/// `decide`d, one command after the other, until one is refused.
+/// Host of an exchange: sends a hello, receives the settings in force, and sends the commands
+/// that `decide` derives from them, one after the other, until one is refused.
 #[derive(Debug)]
 pub struct Exchange<D> {
     session: Session,
@@ -32,12 +32,12 @@ pub struct Exchange<D> {
     orders: VecDeque<Command>,
     asked: Option<Command>,
     heard_us: u64,
-    /// So far.
+    /// Result so far.
     pub exchanged: Exchanged,
 }
 
-/// The commands that bring a board from some settings to others: limits first, which it
-/// takes only while idle, so that with torque on nothing is changed by halves.
+/// Commands that change a board's settings: limits first, which it accepts
+/// only while idle, so that with torque on either all or nothing is changed.
 pub fn commands(before: &Settings, after: &Settings, save: bool) -> Vec<Command> {
     let limit = (before.limits != after.limits).then_some(Command::Limit(after.limits));
     let configure = (before.setup != after.setup).then_some(Command::Configure(after.setup));
@@ -46,7 +46,7 @@ pub fn commands(before: &Settings, after: &Settings, save: bool) -> Vec<Command>
 }
 
 impl<D: FnOnce(&Settings) -> Vec<Command>> Exchange<D> {
-    /// One that has not spoken yet.
+    /// A host before its first message.
     pub fn new(decide: D) -> Self {
         Self {
             session: Session::default(),
@@ -117,7 +117,7 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
         self.session.is_done()
     }
 
-    /// What was asked for is asked again: settings are a state, not an event.
+    /// An unanswered command is sent again: settings are a state, not an event.
     fn disconnected(&mut self, now_us: u64) {
         self.session.disconnected();
         self.heard_us = 0;

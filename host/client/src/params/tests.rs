@@ -1,4 +1,4 @@
-//! One table against the types behind it and against what the board checks.
+//! Compares the table with the types behind it, and with the checks of the board.
 
 use armbridge_shared::bridge::can_run;
 use armbridge_shared::link::message::Refusal;
@@ -28,9 +28,9 @@ fn every_kind_runs_with_its_defaults() {
     }
 }
 
-/// A place in every parameter's range, of those that these settings have.
+/// A number in the range of every parameter that these settings have.
 fn settings(kinds: usize, mut places: impl FnMut() -> f64) -> Settings {
-    /// Stands for a range without an end.
+    /// Bound of a range without an end.
     const FAR: f64 = 1e30;
 
     let mut settings = of_kinds()[kinds];
@@ -53,7 +53,7 @@ fn settings(kinds: usize, mut places: impl FnMut() -> f64) -> Settings {
                     }
                 }
             }
-            // Kinds are chosen already, and other words are not the last in their group.
+            // Kinds are selected already, and other names are not the last in their group.
             Takes::OneOf(words) if parameter.name() != "kind" => {
                 words[(places() * words.len() as f64) as usize % words.len()].into()
             }
@@ -77,10 +77,10 @@ proptest! {
             .map(|(parameter, value)| (parameter.key, of_text(&to_text(value))))
             .collect();
         let mut after = Settings::default();
-        // In whatever order.
+        // In any order.
         apply(&mut after, typed.iter().rev().map(|(key, value)| (*key, value))).unwrap();
         prop_assert_eq!(after, before);
-        // No number in them is -0 or NaN, which are not equal as their bits are.
+        // No number is -0 or NaN, whose bits do not compare as equal.
         prop_assert_eq!(format!("{after:?}"), format!("{before:?}"));
         let table: toml::Table = to_table(pairs(&before)).to_string().parse().unwrap();
         let mut read = Settings::default();
@@ -117,7 +117,7 @@ fn every_number_of_the_settings_has_a_name() {
     }
 }
 
-/// Writes past the parameter's own check; whether another number came of it.
+/// Writes without the parameter's own check; returns whether the number changed.
 fn force(parameter: &Parameter, settings: &mut Settings, number: f64) -> bool {
     let Access::Numbers(numbers) = parameter.access else {
         return false;
@@ -137,7 +137,7 @@ fn force(parameter: &Parameter, settings: &mut Settings, number: f64) -> bool {
 
 #[test]
 fn ranges_are_those_that_the_board_checks() {
-    let mut asked = 0;
+    let mut checked = 0;
     for mut base in of_kinds() {
         // One must be shorter than the other.
         base.limits.hold_ms = 0;
@@ -161,7 +161,7 @@ fn ranges_are_those_that_the_board_checks() {
                 let is_refused = |settings: &Settings| match check(settings) {
                     Ok(()) => false,
                     Err(Unfit::Refused(refusal)) => {
-                        // Weights, frequencies and gains are refused for what comes of them.
+                        // Weights, frequencies and gains are refused because of the resulting gain.
                         parameter.group() == "controller" && !is_in
                             || refusal == Refusal::OutOfRange
                     }
@@ -184,17 +184,17 @@ fn ranges_are_those_that_the_board_checks() {
                         }
                     };
                     assert!(parameter.set_value(&mut settings, &value).is_err());
-                    asked += 1;
+                    checked += 1;
                 }
             }
         }
     }
-    assert!(asked > 12 * 60, "{asked}");
+    assert!(checked > 12 * 60, "{checked}");
 }
 
 #[test]
 fn errors_say_what_to_do() {
-    let said = |key: &str, value: &str| {
+    let message = |key: &str, value: &str| {
         let mut settings = Settings::default();
         let error = set(&mut settings, key, &of_text(value)).unwrap_err();
         assert_eq!(settings, Settings::default());
@@ -241,7 +241,7 @@ fn errors_say_what_to_do() {
              [15.0, 15.0, 1.0, 1.0]",
         ),
     ] {
-        assert_eq!(said(key, value), expected);
+        assert_eq!(message(key, value), expected);
     }
 }
 
@@ -260,7 +260,7 @@ fn several_are_changed_together_or_not_at_all() {
     };
     assert!(apply(&mut settings, &["limits.hold_ms=80", "limits.lost_ms=0"]).is_err());
     assert_eq!(settings, Settings::default());
-    // The kind first, though it is said last; a list of rows as one list.
+    // The kind first, though it comes last; a list of rows as one list.
     let gain = "controller.gain=2,0,0.3,0,0,2,0,0.3";
     apply(&mut settings, &[gain, "controller.kind=gain"]).unwrap();
     let shown: Vec<_> = changed(&Settings::default(), &settings)

@@ -1,4 +1,4 @@
-//! Values as they are typed and shown: TOML, and a little more lenient than that.
+//! Values as typed and shown: TOML, and a more lenient form of it.
 
 use toml::Value;
 
@@ -7,7 +7,7 @@ use toml::Value;
 #[error("`{0}` is not KEY=VALUE, as limits.hold_ms=80 or controller.q=30,30,0.3,0.3")]
 pub struct NotAPair(String);
 
-/// `KEY=VALUE`, as it is typed on a command line.
+/// Parses `KEY=VALUE`, as typed on a command line.
 ///
 /// # Errors
 /// If there is no `=`, or nothing before it.
@@ -19,12 +19,12 @@ pub fn pair(text: &str) -> Result<(String, Value), NotAPair> {
         .ok_or_else(|| NotAPair(text.to_owned()))
 }
 
-/// A value as it is typed: TOML, numbers with commas between for a list of them, a word
+/// Parses a value as typed: TOML, a list of numbers with commas between, or a name
 /// without quotes.
 pub fn of_text(text: &str) -> Value {
     let parsed = |text: &str| {
         let table: toml::Table = toml::from_str(&format!("it = {text}")).ok()?;
-        // More than one is a line feed in the text.
+        // More than one key would need a line feed in the text.
         (table.len() == 1).then(|| table.get("it").cloned())?
     };
     parsed(text)
@@ -35,7 +35,7 @@ pub fn of_text(text: &str) -> Value {
         .unwrap_or_else(|| Value::String(text.to_owned()))
 }
 
-/// A value as TOML has it, in one line.
+/// A value as TOML, in one line.
 pub fn to_text(value: &Value) -> String {
     match value {
         Value::Array(values) => {

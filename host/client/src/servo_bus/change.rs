@@ -1,9 +1,9 @@
-//! Changes after which a servo has to be found again: its id, its baud rate,
+//! Changes after which a servo is found elsewhere: its id, its baud rate,
 //! and all its settings at once.
 //!
-//! Each is checked before, so that no two servos end up with one id, and read
-//! back after. A Morpheus servo answers these with its new id or at its new
-//! rate, and is deaf meanwhile for 8.5 ms a byte, or 0.1 s for all of them.
+//! Each is checked first, so that no two servos get one id, and read
+//! back afterwards. A Morpheus servo answers these with its new id or at its new
+//! rate, and receives nothing meanwhile for 8.5 ms a byte, or 0.1 s for all of them.
 
 use armbridge_shared::servo::Firmware;
 
@@ -19,62 +19,62 @@ use crate::servo_table::{Register, Storage, Table};
 const FACTORY_ID: u8 = 1;
 const FACTORY_BAUD: u32 = 1_000_000;
 
-/// Why a change was not made, or is not known to have been.
+/// Reason for which a change was not made, or is uncertain.
 #[derive(Debug, thiserror::Error)]
 pub enum ChangeError {
     /// No servo can have this id.
     #[error("an id is from {} to 253, not {id}", lowest(*.firmware))]
     Id {
-        /// Which.
+        /// Requested id.
         id: u8,
-        /// Of the servo that should.
+        /// Firmware of the servo.
         firmware: Firmware,
     },
-    /// Somebody has it.
+    /// Another servo has this id.
     #[error("id {id} is taken: {who}; two servos with one id cannot be told apart")]
     Occupied {
-        /// Which.
+        /// Requested id.
         id: u8,
-        /// What was heard from there.
+        /// Its answer.
         who: String,
     },
     /// The servo has no such rate.
     #[error("{firmware} servos do not run at {baud} baud, but at {}", rates(*.firmware))]
     Baud {
-        /// Which.
+        /// Firmware of the servo.
         baud: u32,
-        /// Of the servo that should.
+        /// Requested rate.
         firmware: Firmware,
     },
-    /// The line's rate is not ours to change.
+    /// The line's rate cannot be changed.
     #[error(
         "the rate of a TCP stream cannot be followed from here, so the servo would be lost \
          until the other side is set to {baud} baud; --blind changes it all the same"
     )]
     NotFollowed {
-        /// The rate that was asked for.
+        /// Requested rate.
         baud: u32,
     },
-    /// It is gone.
+    /// The servo is lost.
     #[error("the servo answers neither {new} nor {old}: {error}; `armbridge scan` may find it")]
     Lost {
-        /// Where it should be.
+        /// Expected id or rate.
         new: String,
-        /// Where it was.
+        /// Previous id or rate.
         old: String,
-        /// What was heard at the new place.
+        /// Error at the new place.
         error: ServoError,
     },
-    /// Nothing has happened.
+    /// Nothing has changed.
     #[error("the servo still answers {old}: it did not take the change")]
     Unchanged {
-        /// Where it was.
+        /// Id or rate.
         old: String,
     },
-    /// Some settings are not as ex works.
+    /// Some settings are not the factory ones.
     #[error("after the reset servo 1 does not hold the factory settings: {}", list(.0))]
     NotReset(Vec<Reading>),
-    /// As for any register.
+    /// Error of a register access.
     #[error(transparent)]
     Servo(#[from] ServoError),
 }
@@ -111,9 +111,9 @@ fn list(readings: &[Reading]) -> String {
     all.join(", ")
 }
 
-/// Values of the baud register, and the rates that they are called by.
+/// Values of the baud register, and the rates of the manual.
 ///
-/// A servo runs at 2 000 000 / (value + 1): what differs by 2 % still works. Of
+/// A servo runs at 2 000 000 / (value + 1): a difference of 2 % is tolerated. Of
 /// the stock servo's rates, those in its manual; Morpheus accepts no others,
 /// and 2 Mbaud, at which it overruns on every packet.
 fn codes(firmware: Firmware) -> &'static [(u16, u32)] {
@@ -150,10 +150,10 @@ fn code(firmware: Firmware, baud: u32) -> Result<u16, ChangeError> {
 }
 
 impl<L: Line> Servo<'_, L> {
-    /// Gives it another id, if nobody has that.
+    /// Changes its id, if no other servo has the new one.
     ///
     /// # Errors
-    /// If it cannot have the id, or is not found under it.
+    /// If the id is not available, or the servo does not answer with it.
     pub fn set_id(&mut self, new: u8) -> Result<(), ChangeError> {
         let (old, firmware) = (self.id, self.firmware());
         if !firmware.has_id(new) {
@@ -173,11 +173,11 @@ impl<L: Line> Servo<'_, L> {
         Err(self.lost(name(new), name(old), error))
     }
 
-    /// Gives it another baud rate and follows with the line. `blind`: changes
-    /// it even where the line's rate cannot be, without reading it back.
+    /// Changes its baud rate, and that of the line. `blind`: also
+    /// where the line's rate cannot be changed, without reading it back.
     ///
     /// # Errors
-    /// If it has no such rate, or is not found at it.
+    /// If it has no such rate, or does not answer at it.
     pub fn set_baud(&mut self, baud: u32, blind: bool) -> Result<Taken, ChangeError> {
         let code = code(self.firmware(), baud)?;
         let register = self.register("baud_rate")?;
@@ -202,12 +202,12 @@ impl<L: Line> Servo<'_, L> {
         Err(self.lost(name(baud), name(old), error))
     }
 
-    /// Restores the settings ex works, id 1 and 1 Mbaud among them, and reads
+    /// Restores the factory settings, id 1 and 1 Mbaud among them, and reads
     /// them back.
     ///
     /// # Errors
-    /// If another servo has id 1, or this one is not found there, or holds
-    /// something else.
+    /// If another servo has id 1, or this one does not answer there, or has
+    /// other settings.
     pub fn factory_reset(&mut self) -> Result<(), ChangeError> {
         let baud = self.client.baud().map(|_| FACTORY_BAUD);
         if (self.id, self.client.baud()) != (FACTORY_ID, baud) {
@@ -215,7 +215,7 @@ impl<L: Line> Servo<'_, L> {
         }
         let old = format!("as id {}", self.id);
         let request = Request::factory_reset(self.firmware(), self.id);
-        self.say(request)?;
+        self.send(request)?;
         if let Some(baud) = baud {
             self.follow(baud)?;
         }
@@ -245,7 +245,7 @@ impl<L: Line> Servo<'_, L> {
         register.ok_or_else(|| self.failed(BusError::Unsayable))
     }
 
-    /// Nobody answers with this id, in either protocol, at the rate there is.
+    /// Checks that no servo answers with this id, in either protocol, at the present rate.
     fn check_free(&mut self, id: u8) -> Result<(), ChangeError> {
         for firmware in Firmware::ALL {
             let who = match self.client.ping(firmware, id) {
@@ -263,7 +263,7 @@ impl<L: Line> Servo<'_, L> {
         Ok(())
     }
 
-    /// The same at another rate, from which the line returns.
+    /// The same at another rate, after which the line returns to the present one.
     fn check_free_at(&mut self, baud: Option<u32>, id: u8) -> Result<(), ChangeError> {
         let (Some(baud), Some(old)) = (baud, self.client.baud()) else {
             return self.check_free(id);
@@ -281,7 +281,7 @@ impl<L: Line> Servo<'_, L> {
         }
     }
 
-    /// It was not found at `new` because of `error`; is it where it was?
+    /// Reason for which it did not answer at `new`: tries the old place.
     fn lost(&mut self, new: String, old: String, error: ServoError) -> ChangeError {
         match self.client.ping(self.firmware(), self.id) {
             Ok(Some(_)) => ChangeError::Unchanged { old },

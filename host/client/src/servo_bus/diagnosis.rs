@@ -1,73 +1,73 @@
-//! What went wrong with an exchange, and the likely cause.
+//! Diagnosis of a failed exchange: error and likely cause.
 
 use armbridge_shared::servo::protocol1::Alarms;
 
 use crate::servo_table::alarms;
 
-/// Why a request has no answer that can be used.
+/// Reason for which there is no valid reply.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Diagnosis {
-    /// Not a byte, not even our own.
+    /// Not a byte was received, not even our own.
     #[error("nothing was heard; check the servo's power, its id, the baud rate and the data wire")]
     Silence,
-    /// Our own bytes, as on a single wire whose receiver stays on, and no more.
+    /// Only our own bytes were received, as on a single wire whose receiver stays on.
     #[error(
         "only our own bytes were heard; the adapter works: check the servo's power, its id \
          and the baud rate"
     )]
     EchoOnly,
-    /// Our own bytes came back changed.
+    /// Our own bytes came back damaged.
     #[error(
         "our own bytes came back changed; somebody else drives the wire: is there a second \
          master, or a servo that was not asked?"
     )]
     EchoDamaged,
-    /// A packet of which some bits are wrong.
+    /// A packet with a wrong checksum.
     #[error(
         "an answer with a wrong checksum was heard, as if from id {id}; are there two servos \
          with one id, or is the ground poor?"
     )]
     BadChecksum {
-        /// The id in it, for what that is worth.
+        /// The id in it, which may be wrong.
         id: u8,
     },
-    /// An intact packet from somebody else.
+    /// An intact packet of another servo.
     #[error("servo {answered} answered; is an answer late, or does another program use the bus?")]
     WrongId {
-        /// Who it was.
+        /// Its id.
         answered: u8,
     },
     /// The beginning of a packet.
     #[error("an answer broke off after {bytes} bytes; check the supply voltage under load")]
     Short {
-        /// How many came.
+        /// Bytes received.
         bytes: usize,
     },
-    /// Bytes in which there is no packet.
+    /// Bytes without a packet.
     #[error(
         "{bytes} bytes were heard that are no packet; the baud rate is likely wrong, or two \
          servos answer at once"
     )]
     Garbage {
-        /// How many.
+        /// Bytes received.
         bytes: usize,
     },
     /// More than one packet for one request.
     #[error("more than one answer was heard; are there two servos with one id?")]
     Several,
-    /// An intact packet that says no.
+    /// An intact packet that refuses the request.
     #[error("the servo refused: {0}")]
     Refused(#[from] Refusal),
-    /// An intact packet from the right servo, with something else in it.
+    /// An intact packet of the right servo, with another content.
     #[error("servo {id} answered something else; did it answer an earlier question?")]
     Beside {
-        /// Which servo.
+        /// Id of the servo.
         id: u8,
     },
 }
 
 impl Diagnosis {
-    /// No answer, on a line that hears itself or does not.
+    /// No reply, on a line with or without echo.
     pub fn silence(echoes: bool) -> Self {
         if echoes {
             Self::EchoOnly
@@ -77,19 +77,19 @@ impl Diagnosis {
     }
 }
 
-/// How a servo says no.
+/// Refusal of a servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// Morpheus has one word for it.
+    /// Morpheus has one code for it.
     #[error("NOK; it knows no such command or register, or the board guards it in a loop")]
     Nok,
-    /// A stock servo names what is wrong with the instruction.
+    /// A stock servo sets alarms for the instruction.
     #[error("{}", reasons(*.0))]
     Alarms(Alarms),
 }
 
-/// Alarms that say that an instruction was not carried out. The others tell how
-/// the servo is, whatever it was asked.
+/// Alarms of an instruction that was not executed. The others report the state of
+/// the servo, whatever the instruction.
 pub const REFUSING: Alarms = Alarms::RANGE
     .or(Alarms::CHECKSUM)
     .or(Alarms::INSTRUCTION)

@@ -1,9 +1,9 @@
-//! One exchange after the other: a request goes out, and what comes back until
-//! the answer is there, or its time is over, is sorted.
+//! Master of the bus, one exchange at a time: sends a request, and decodes the received
+//! bytes until the reply is complete, or times out.
 //!
-//! Whether the line echoes is learnt at the start, and at each rate, from bytes
-//! to which nobody answers: 210 times 0xFF, which also bring every Morpheus
-//! servo's receiver back to the beginning of a packet.
+//! Whether the line echoes is detected at the start, and at each rate, by bytes
+//! that no servo answers: 210 times 0xFF, which also reset every Morpheus
+//! servo's receiver to the start of a packet.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -15,59 +15,59 @@ use armbridge_shared::servo::protocol1::Alarms;
 use super::diagnosis::{Diagnosis, Refusal};
 use super::line::Line;
 use super::request::Request;
-use super::response::{Heard, Packet};
+use super::response::{Packet, Response};
 
-/// How long an answer may take beyond its time on the wire: USB, sockets and
+/// Time for a reply beyond that on the wire: USB, sockets and
 /// two busy systems. A servo itself takes 0.5 ms at the most.
 pub const PATIENCE: Duration = Duration::from_millis(20);
-/// Silence after an answer that proves that no second one comes: the longest
+/// Silence after a reply that excludes a second one: the longest
 /// return delay of a stock servo, and some time for the system.
 const LINGER: Duration = Duration::from_millis(3);
-/// So many times more patience is had at first, while nobody knows whether the
-/// line echoes: an adapter may still be waking up.
+/// Factor of the timeouts at first, while it is not known whether the
+/// line echoes: an adapter may still be starting.
 const FIRST_PATIENCE: u32 = 5;
-/// Longest time until our own bytes are heard, on a line where they are. However
-/// long it takes, they are not to be taken for the next answer.
+/// Longest time until the echo arrives, on a line with one. However
+/// late, it must not be taken for the next reply.
 const ECHO_MAX: Duration = Duration::from_secs(3);
 /// Bytes of a flush: more than a Morpheus servo can still be waiting for.
 const FLUSH: [u8; 210] = [0xFF; 210];
-/// Rate of a line on which it cannot be set, for want of a better guess.
+/// Assumed rate of a line whose rate cannot be read.
 const BAUD: u32 = 1_000_000;
 /// Bits of a byte on the wire.
 const BITS: u32 = 10;
-/// Bytes of a packet beside its payload, in the protocol that has more.
+/// Bytes of a packet beside its payload, in the longer protocol.
 const MORE_THAN_DATA: usize = 6;
 /// Twice the 4.74 ms that a servo waits in START, for each number of its id.
 const START_SLOT: Duration = Duration::from_millis(10);
-/// Tries of a request that gets no usable answer.
+/// Attempts at a request without a valid reply.
 const ATTEMPTS: usize = 3;
-/// Most chunks of old bytes that are thrown away: a line may babble.
+/// Most chunks of old bytes that are discarded: a line may never be silent.
 const STALE_MAX: usize = 100;
 
-/// Why there is no answer.
+/// Reason for which there is no reply.
 #[derive(Debug, thiserror::Error)]
 pub enum BusError {
     /// The stream itself failed.
     #[error("the port failed: {0}; was it unplugged, or has the other side closed it?")]
     Line(#[from] io::Error),
-    /// The stream works, the servo does not.
+    /// Error of the exchange on a working stream.
     #[error(transparent)]
     Diagnosis(#[from] Diagnosis),
-    /// No packet says this.
+    /// There is no such packet.
     #[error("no safe request asks for this")]
     Unsayable,
 }
 
-/// When to stop listening.
+/// End of reception.
 #[derive(Clone, Copy, Debug)]
 enum Listen {
-    /// After so long.
+    /// After this time.
     For(Duration),
-    /// When it is quiet after an answer, and in any case after so long.
+    /// After silence that follows a reply, or after this time.
     UntilAnswered(Duration),
 }
 
-/// Whoever asks on a bus. There is to be only one.
+/// Master of a bus. There must be only one.
 #[derive(Debug)]
 pub struct BusMaster<L> {
     line: L,
@@ -76,7 +76,7 @@ pub struct BusMaster<L> {
 }
 
 impl<L: Line> BusMaster<L> {
-    /// On this line. Flushes the servos' receivers.
+    /// A master on this line. Flushes the servos' receivers.
     ///
     /// # Errors
     /// If the stream fails.
@@ -91,20 +91,20 @@ impl<L: Line> BusMaster<L> {
         Ok(client)
     }
 
-    /// Rate of the bus, where it can be set from here.
+    /// Rate of the bus, where it can be set.
     pub fn baud(&self) -> Option<u32> {
         self.line.baud()
     }
 
-    /// Whether the line hears itself.
+    /// Whether the line echoes.
     pub fn echoes(&self) -> bool {
         self.echoes
     }
 
-    /// Changes the rate, and flushes. `false` if it cannot be changed from here.
+    /// Changes the rate, and flushes. `false` if it cannot be changed.
     ///
     /// # Errors
-    /// If the stream fails, or does not know the rate.
+    /// If the stream fails, or does not support the rate.
     pub fn set_baud(&mut self, baud: u32) -> io::Result<bool> {
         let is_followed = self.line.set_baud(baud)?;
         if is_followed {
@@ -113,25 +113,25 @@ impl<L: Line> BusMaster<L> {
         Ok(is_followed)
     }
 
-    /// Asks once.
+    /// Sends a request once.
     ///
     /// # Errors
-    /// If the stream fails, or the answer is not there or not usable.
+    /// If the stream fails, or the reply is missing or not valid.
     pub fn ask(&mut self, request: &Request) -> Result<Packet, BusError> {
         let reply = MORE_THAN_DATA + request.reply_data;
         let time = self.on_wire(request.bytes.len() + reply) + request.work + self.patience;
-        let heard = self.exchange(
+        let response = self.exchange(
             request.firmware,
             &request.bytes,
             Listen::UntilAnswered(time),
         )?;
-        Ok(heard.answer(request)?)
+        Ok(response.answer(request)?)
     }
 
-    /// Asks until there is a usable answer or a refusal, three times at most.
+    /// Sends a request until there is a valid reply or a refusal, three times at most.
     ///
     /// # Errors
-    /// As [`BusMaster::ask`], of the last time.
+    /// Like [`BusMaster::ask`], for the last attempt.
     pub fn ask_patiently(&mut self, request: &Request) -> Result<Packet, BusError> {
         for _ in 1..ATTEMPTS {
             match self.ask(request) {
@@ -144,10 +144,10 @@ impl<L: Line> BusMaster<L> {
     }
 
     /// The alarms of the servo with this id, if there is one with this firmware.
-    /// Silence is believed at once; anything else is asked again.
+    /// Silence is accepted at once; after any other error the ping is repeated.
     ///
     /// # Errors
-    /// If the stream fails, or something was heard that is no answer.
+    /// If the stream fails, or an invalid reply was received.
     pub fn ping(&mut self, firmware: Firmware, id: u8) -> Result<Option<Alarms>, BusError> {
         let Some(request) = Request::ping(firmware, id) else {
             return Ok(None);
@@ -156,7 +156,7 @@ impl<L: Line> BusMaster<L> {
         loop {
             match self.ask(&request) {
                 Ok(packet) => return Ok(Some(packet.alarms)),
-                // Whatever it complains of, it is there. But every servo knows
+                // Whatever its alarms, it is there. But every servo executes
                 // PING: only the board, in a loop, refuses one.
                 Err(BusError::Diagnosis(Diagnosis::Refused(Refusal::Alarms(alarms))))
                     if !alarms.contains(Alarms::INSTRUCTION) =>
@@ -172,22 +172,22 @@ impl<L: Line> BusMaster<L> {
         }
     }
 
-    /// Positions of all Morpheus servos that have been started, as (id, counts).
+    /// Positions of all started Morpheus servos, as (id, counts).
     ///
     /// # Errors
     /// If the stream fails.
     pub fn cycle(&mut self) -> io::Result<Vec<(u8, u16)>> {
         let request = morpheus::Request::Cycle.encode();
         let time = self.on_wire(FLUSH.len()) + self.patience;
-        let heard = self.exchange(Firmware::Morpheus, &request, Listen::UntilAnswered(time))?;
+        let response = self.exchange(Firmware::Morpheus, &request, Listen::UntilAnswered(time))?;
         let position = |packet: &Packet| {
             let counts = u16::from_be_bytes(packet.data.as_slice().try_into().ok()?);
             (counts <= 1023).then_some((packet.from, counts))
         };
-        Ok(heard.packets.iter().filter_map(position).collect())
+        Ok(response.packets.iter().filter_map(position).collect())
     }
 
-    /// Lets all Morpheus servos up to this id answer in turn, after which they
+    /// Starts all Morpheus servos up to this id one after the other, after which they
     /// take part in [`BusMaster::cycle`]. Takes 10 ms for each id.
     ///
     /// # Errors
@@ -199,16 +199,16 @@ impl<L: Line> BusMaster<L> {
         Ok(())
     }
 
-    /// Sends, listens, and sorts what is heard.
+    /// Sends a request, and decodes the received bytes.
     fn exchange<'a>(
         &mut self,
         firmware: Firmware,
         request: &'a [u8],
         listen: Listen,
-    ) -> io::Result<Heard<'a>> {
+    ) -> io::Result<Response<'a>> {
         self.forget()?;
         let echo = if self.echoes { request } else { &[] };
-        let mut heard = Heard::new(firmware, echo);
+        let mut response = Response::new(firmware, echo);
         let mut has_header = request.contains(&HEADER);
         self.line.send(request)?;
         let (Listen::For(time) | Listen::UntilAnswered(time)) = listen;
@@ -227,32 +227,32 @@ impl<L: Line> BusMaster<L> {
                 continue;
             }
             has_header |= bytes.contains(&HEADER);
-            let was_sent = heard.is_echoed();
+            let was_sent = response.is_echoed();
             for byte in bytes {
-                heard.push(byte);
+                response.push(byte);
             }
             let now = Instant::now();
-            if !was_sent && heard.is_echoed() {
-                // Only now it has left: the servo's time begins.
+            if !was_sent && response.is_echoed() {
+                // Only now it is sent: the servo's time begins.
                 until = now + time;
             }
-            if matches!(listen, Listen::UntilAnswered(_)) && heard.is_whole() {
+            if matches!(listen, Listen::UntilAnswered(_)) && response.is_whole() {
                 until = until.min(now + LINGER + self.on_wire(1));
             }
         }
-        if !heard.is_echoed() {
+        if !response.is_echoed() {
             let text = "our own bytes, which were heard until now, do not come back";
             return Err(io::Error::new(io::ErrorKind::TimedOut, text));
         }
-        // To a Morpheus servo, what follows its header is a packet: LEN of 2,
-        // as in a ping of stock servo 170, deafens it.
+        // A Morpheus servo takes the bytes after its header for a packet: LEN of 2,
+        // as in a ping of stock servo 170, blocks its receiver.
         if firmware == Firmware::Stock && has_header {
             self.flush(self.patience)?;
         }
-        Ok(heard)
+        Ok(response)
     }
 
-    /// Flushes, and learns whether the line echoes. One that has echoed always
+    /// Flushes, and detects whether the line echoes. One that has echoed always
     /// does.
     fn settle(&mut self, patience: Duration) -> io::Result<()> {
         let echoed = self.flush(patience)?;
@@ -260,7 +260,7 @@ impl<L: Line> BusMaster<L> {
         Ok(())
     }
 
-    /// Flushes; returns how many of its bytes came back.
+    /// Flushes; returns the number of bytes that came back.
     fn flush(&mut self, patience: Duration) -> io::Result<usize> {
         self.forget()?;
         self.line.send(&FLUSH)?;
@@ -271,14 +271,14 @@ impl<L: Line> BusMaster<L> {
             if bytes.is_empty() && Instant::now() >= deadline {
                 break;
             }
-            // Something late may be among them.
+            // A late reply may be among them.
             bytes.retain(|byte| FLUSH.contains(byte));
             echoed += bytes.len();
         }
         Ok(echoed)
     }
 
-    /// Throws away what was heard before.
+    /// Discards bytes received earlier.
     fn forget(&mut self) -> io::Result<()> {
         for _ in 0..STALE_MAX {
             if self.line.receive(Instant::now())?.is_empty() {
@@ -288,7 +288,7 @@ impl<L: Line> BusMaster<L> {
         Ok(())
     }
 
-    /// How long so many bytes take.
+    /// Duration of this many bytes.
     fn on_wire(&self, bytes: usize) -> Duration {
         let baud = self.line.baud().unwrap_or(BAUD);
         let bits = bytes as u32 * BITS;

@@ -1,4 +1,4 @@
-//! Servos on a bus, from the host: found, read, written, renamed and reset.
+//! Servo bus from the host: servos found, read, written, renamed and reset.
 //!
 //! Raw bus bytes go through any stream that behaves as a `USB2Dynamixel`: the
 //! board's transparent port, such an adapter or a U2D2 itself, or the virtual
@@ -6,18 +6,18 @@
 //!
 //! | module        | what                                                     |
 //! |---------------|----------------------------------------------------------|
-//! | [`port`]      | a stream by its name, opened                             |
-//! | [`mod@line`]  | bytes out, bytes in until a time, baud rate              |
-//! | [`request`]   | what is asked of a servo of either firmware              |
-//! | [`master`]    | one exchange: a request, and what comes back             |
-//! | [`diagnosis`] | what went wrong with it, and why that is likely          |
+//! | [`port`]      | a line by its name, opened                               |
+//! | [`mod@line`]  | byte streams with timed reads and a baud rate            |
+//! | [`request`]   | requests to a servo of either firmware                   |
+//! | [`master`]    | one exchange: a request and its reply                    |
+//! | [`diagnosis`] | error of an exchange, and its likely cause               |
 //! | [`servo`]     | registers by name, on whichever firmware the servo runs  |
 //! | [`change`]    | id, baud rate and factory settings                       |
-//! | [`reading`]   | what reading or writing one comes to                     |
-//! | [`scan`]      | who is there                                             |
+//! | [`reading`]   | results of reading and writing a register                |
+//! | [`scan`]      | search for servos                                        |
 //!
-//! Nothing here is in a hurry: it is for a bus on which no loop runs. Packets
-//! that deafen Morpheus servos ([`armbridge_shared::servo::morpheus`]) are not
+//! None of this is fast: it is for a bus on which no loop runs. Packets
+//! that block the receivers of Morpheus servos ([`armbridge_shared::servo::morpheus`]) are not
 //! sent; where a Protocol 1.0 packet could begin to look like one, the servos'
 //! receivers are flushed after it.
 

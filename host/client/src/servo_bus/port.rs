@@ -1,5 +1,5 @@
-//! The bus by its name: a serial device, a pseudo-terminal or a socket, named as any
-//! link is ([`LinkUri`]).
+//! Port of the bus by its name: a serial device, a pseudo-terminal or a socket, named like
+//! a link ([`LinkUri`]).
 
 use std::fmt;
 use std::io;
@@ -14,24 +14,24 @@ use crate::endpoint::{Endpoint, OpenError};
 use crate::transport::usb_discovery::FindError;
 use crate::transport::{LinkUri, LinkUriError, usb_discovery};
 
-/// Where the bus is.
+/// Port of a bus.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Port {
-    /// Behind a socket.
+    /// A socket.
     Tcp(Endpoint),
-    /// Behind a serial device, or a pseudo-terminal that somebody else has made.
+    /// A serial device, or an existing pseudo-terminal.
     Serial(PathBuf),
-    /// Behind the transparent port of the only board that is plugged in.
+    /// The transparent port of the only board that is plugged in.
     Board,
 }
 
-/// Why a name is not a port.
+/// Error in a port's name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PortError {
-    /// A link with a mistake in its name.
+    /// An invalid link.
     #[error(transparent)]
     Link(LinkUriError),
-    /// No link, or one that carries no bus.
+    /// Not a link, or one without a bus.
     #[error(
         "`{0}` carries no servo bus: expected tcp://HOST:PORT, serial: for the board's transparent \
          port, or a serial device such as /dev/ttyUSB0"
@@ -65,10 +65,10 @@ impl fmt::Display for Port {
     }
 }
 
-/// Why a port could not be opened.
+/// Reason for which a port does not open.
 #[derive(Debug, thiserror::Error)]
 pub enum PortOpenError {
-    /// Nobody behind the socket.
+    /// The socket does not connect.
     #[error(transparent)]
     Tcp(#[from] OpenError),
     /// The device does not open.
@@ -76,23 +76,23 @@ pub enum PortOpenError {
     Serial {
         /// Its path.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         error: io::Error,
     },
-    /// Somebody has it.
+    /// Another program uses it.
     #[error("{} is in use by another program; end that one first", .0.display())]
     Busy(PathBuf),
     /// There is no board, or more than one.
     #[error(transparent)]
     Find(#[from] FindError),
-    /// It opens, but not at this rate.
+    /// It does not support the rate.
     #[error("{} does not run at {baud} baud: {error}", path.display())]
     Baud {
         /// Its path.
         path: PathBuf,
-        /// The rate that was asked for.
+        /// Requested rate.
         baud: u32,
-        /// What the system says.
+        /// Error of the system.
         error: io::Error,
     },
 }
@@ -108,7 +108,7 @@ fn advice(error: &io::Error) -> &'static str {
 }
 
 impl Port {
-    /// Opens it, a serial device at `baud` and for nobody else.
+    /// Opens it, a serial device at `baud` and exclusively.
     ///
     /// # Errors
     /// If it does not open.
@@ -123,20 +123,20 @@ impl Port {
         }
     }
 
-    /// The adapter's latency timer, if it has one that can be seen.
+    /// The adapter's latency timer, if it is known.
     pub fn latency_timer(&self) -> Option<LatencyTimer> {
         match self {
-            // A board hands on what it has at once.
+            // A board forwards its bytes at once.
             Self::Tcp(_) | Self::Board => None,
             Self::Serial(path) => LatencyTimer::of(path, Path::new(usb_discovery::TERMINALS)),
         }
     }
 }
 
-/// Opens a serial device for nobody else.
+/// Opens a serial device exclusively.
 ///
 /// # Errors
-/// If it does not open, is in use, or does not run at this rate.
+/// If it does not open, is in use, or does not support this rate.
 pub fn open_device(path: &Path, baud: u32) -> Result<SerialLine, PortOpenError> {
     let failed = |error: io::Error| match error.kind() {
         io::ErrorKind::ResourceBusy | io::ErrorKind::WouldBlock => PortOpenError::Busy(path.into()),
@@ -160,12 +160,12 @@ pub fn open_device(path: &Path, baud: u32) -> Result<SerialLine, PortOpenError> 
     }
 }
 
-/// Keeps everybody else off: two hosts on one link undo each other's words.
+/// Locks the device: two hosts on one link disturb each other.
 #[cfg(unix)]
 fn take(device: &SerialPort) -> io::Result<()> {
     use rustix::fs::FlockOperation;
 
-    // For whoever asks, and for whoever asks nobody; the superuser needs the former.
+    // The lock is for programs that check it, the ioctl for all but the superuser's.
     rustix::fs::flock(device, FlockOperation::NonBlockingLockExclusive)?;
     Ok(rustix::termios::ioctl_tiocexcl(device)?)
 }
@@ -176,18 +176,18 @@ fn take(_: &SerialPort) -> io::Result<()> {
     Ok(())
 }
 
-/// For how long an FTDI adapter collects bytes before it hands them on. Linux
-/// sets it to 16 ms, which every answer then takes.
+/// Time for which an FTDI adapter buffers bytes before it forwards them. Linux
+/// sets it to 16 ms, which delays every reply.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LatencyTimer {
     /// File in which it can be changed.
     pub file: PathBuf,
-    /// How long.
+    /// The time.
     pub value: Duration,
 }
 
 impl LatencyTimer {
-    /// Of the device `path`, in the system's list of terminals.
+    /// Timer of the device `path`, in the system's directory of terminals.
     fn of(path: &Path, terminals: &Path) -> Option<Self> {
         let device = path.canonicalize().ok()?;
         let file = terminals
@@ -198,7 +198,7 @@ impl LatencyTimer {
         Some(Self { file, value })
     }
 
-    /// What to do about it, if anything.
+    /// Remedy, if one is needed.
     pub fn hint(&self) -> Option<String> {
         let ms = self.value.as_millis();
         let file = self.file.display();

@@ -1,48 +1,48 @@
-//! What reading or writing a register comes to.
+//! Results of reading and writing a register.
 
 use std::ops::RangeInclusive;
 
 use super::master::BusError;
 use crate::servo_table::Register;
 
-/// What a register holds.
+/// Value of a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Value {
-    /// This.
+    /// The whole value.
     Known(u16),
-    /// A number with this low byte; the servo does not tell the high one.
+    /// A number with this low byte; the servo does not send the high one.
     LowByte(u8),
 }
 
-/// A register and what it holds.
+/// A register and its value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reading {
-    /// Which.
+    /// The register.
     pub register: &'static Register,
-    /// What.
+    /// Its value.
     pub value: Value,
 }
 
-/// How sure it is that a value was taken.
+/// Confirmation of a write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taken {
     /// It was read back.
     ReadBack,
-    /// Its low byte was read back, and that is all there is.
+    /// Its low byte was read back; the servo sends no more.
     LowByteReadBack,
-    /// The register reads something else than was written.
+    /// The register reads as another quantity than it is written.
     NotReadable,
 }
 
-/// Why a register could not be read or written.
+/// Reason for which a register could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum ServoError {
     /// No usable answer.
     #[error("servo {id}: {error}")]
     Bus {
-        /// Of whom.
+        /// Id of the servo.
         id: u8,
-        /// Why.
+        /// Error of the exchange.
         error: BusError,
     },
     /// Two servos have the id.
@@ -56,18 +56,18 @@ pub enum ServoError {
         "servo {0} answers PING and not READ: its status_return_level is likely 0; write 2 to it"
     )]
     Mute(u8),
-    /// Not to be written.
+    /// The register is read-only.
     #[error("{name} can only be read")]
     ReadOnly {
         /// Its name.
         name: &'static str,
     },
-    /// Not to be written like any other.
+    /// The register has a command of its own.
     #[error("{name} is changed by `{command}`, which checks that the servo is found again")]
     OtherCommand {
         /// Its name.
         name: &'static str,
-        /// What changes it.
+        /// That command.
         command: &'static str,
     },
     /// Outside its range.
@@ -75,48 +75,48 @@ pub enum ServoError {
     OutOfRange {
         /// The register's name.
         name: &'static str,
-        /// What was to be written.
+        /// Requested value.
         value: u16,
-        /// What can be.
+        /// Permitted values.
         range: RangeInclusive<u16>,
     },
-    /// The servo took something else.
+    /// The servo stored another value.
     #[error("servo {id} was to keep {wanted} in {name}, but keeps {kept}")]
     Kept {
-        /// Which servo.
+        /// Id of the servo.
         id: u8,
         /// The register's name.
         name: &'static str,
-        /// What was written.
+        /// Written value.
         wanted: u16,
-        /// What is read.
+        /// Value read back.
         kept: u16,
     },
-    /// A stock servo's EEPROM takes nothing now.
+    /// A stock servo's EEPROM is closed.
     #[error("servo {id} does not take {name}: {why}")]
     Closed {
-        /// Which servo.
+        /// Id of the servo.
         id: u8,
         /// The register's name.
         name: &'static str,
-        /// What closes it.
+        /// Reason.
         why: Closed,
     },
-    /// It may have been written.
+    /// The write is not confirmed.
     #[error("{name} was written to servo {id}, but cannot be read back: {error}")]
     NotReadBack {
-        /// Which servo.
+        /// Id of the servo.
         id: u8,
         /// The register's name.
         name: &'static str,
-        /// Why.
+        /// Error of reading back.
         error: Box<ServoError>,
     },
 }
 
 impl ServoError {
-    /// Whether it is the servo's doing, or the bus's, rather than that of the
-    /// port or of whoever asked.
+    /// Whether the cause is the servo or the bus, rather than the
+    /// port or the request.
     pub fn is_of_the_servo(&self) -> bool {
         match self {
             Self::Bus { error, .. } => matches!(error, BusError::Diagnosis(_)),
@@ -127,13 +127,13 @@ impl ServoError {
     }
 }
 
-/// What closes the EEPROM of a stock servo.
+/// Reason for which the EEPROM of a stock servo is closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Closed {
     /// Torque is on.
     #[error("its EEPROM is closed while torque is on; write 0 to torque_enable first")]
     Torque,
-    /// Somebody locked it.
+    /// It is locked.
     #[error("its EEPROM is locked until it is switched off (lock is 1)")]
     Lock,
 }

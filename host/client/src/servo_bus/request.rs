@@ -1,4 +1,4 @@
-//! What is asked of one servo, in the words of its firmware.
+//! Requests to one servo, in the protocol of its firmware.
 
 use std::time::Duration;
 
@@ -11,8 +11,8 @@ use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
 
 use crate::servo_table::{Register, Storage};
 
-/// Whether a servo may move when this is written. What stops it does not
-/// count, so that nothing is asked before it.
+/// Whether a servo may move when this is written. Writes that stop it do not
+/// count, so that they need no confirmation.
 pub fn moves(firmware: Firmware, register: &Register, value: u16) -> bool {
     let moving: &[&str] = match firmware {
         Firmware::Morpheus => &["position", "speed", "pwm"],
@@ -34,34 +34,34 @@ pub fn moves(firmware: Firmware, register: &Register, value: u16) -> bool {
     moving.contains(&register.name) && !stops
 }
 
-/// Morpheus: a command code that the board never says.
+/// Morpheus command code that the board never sends.
 const WRITE: u8 = 0x03;
-/// Morpheus: likewise.
+/// The same.
 const RESET: u8 = 0x09;
 /// Time of an EEPROM byte in the servo, 8.5 ms, and of a Morpheus servo that restores
 /// all eleven, with a margin.
 const EEPROM_BYTE: Duration = Duration::from_millis(10);
 const EEPROM_ALL: Duration = Duration::from_millis(120);
 
-/// Bytes for one servo, and what may be expected of it.
+/// A packet for one servo, and its expected reply.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// Whose words.
+    /// Firmware.
     pub firmware: Firmware,
-    /// Who is meant.
+    /// Id of the servo.
     pub id: u8,
-    /// On the wire.
+    /// Bytes on the wire.
     pub bytes: Vec<u8>,
-    /// Payload of the answer, at the most.
+    /// Longest payload of the reply.
     pub reply_data: usize,
-    /// How long the servo works before it answers.
+    /// Longest time until the reply.
     pub work: Duration,
-    /// What of a Morpheus answer was wanted, if it is a reading.
+    /// Requested part of a Morpheus reply, if it is a reading.
     plan: Option<Plan>,
 }
 
 impl Request {
-    /// `None` if no servo with this firmware can have the id.
+    /// A ping; `None` if no servo with this firmware can have the id.
     pub fn ping(firmware: Firmware, id: u8) -> Option<Self> {
         let bytes = match firmware {
             Firmware::Morpheus => Morpheus::Ping(ServoId::new(id)?).encode().to_vec(),
@@ -70,7 +70,7 @@ impl Request {
         Some(Self::new(firmware, id, bytes, 1))
     }
 
-    /// Reads so many bytes. `None` where no servo has them, or no safe READ.
+    /// Reads this many bytes. `None` where no servo has them, or there is no safe READ.
     pub fn read(firmware: Firmware, id: u8, address: u8, count: u8) -> Option<Self> {
         let plan = match firmware {
             Firmware::Morpheus => Some(safe_read::plan(address, count).ok()?),
@@ -131,7 +131,7 @@ impl Request {
         }
     }
 
-    /// What was wanted of an answer's payload; `None` if it does not answer
+    /// The requested part of a reply's payload; `None` if it does not answer
     /// this.
     pub fn wanted<'a>(&self, payload: &'a [u8]) -> Option<&'a [u8]> {
         match &self.plan {

@@ -1,4 +1,4 @@
-//! What came back on a request: echo, packets, and the rest.
+//! Received bytes of an exchange: echo, packets, and the rest.
 
 use armbridge_shared::servo::protocol::Damage;
 use armbridge_shared::servo::protocol1::Alarms;
@@ -8,36 +8,36 @@ use armbridge_shared::servo::{Firmware, ReplyParser};
 use super::diagnosis::{Diagnosis, REFUSING, Refusal};
 use super::request::Request;
 
-/// Payload with which Morpheus says no.
+/// Payload of a Morpheus refusal.
 const NOK: [u8; 1] = [0x08];
 
 /// An intact packet from a servo.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Packet {
-    /// Who sent it.
+    /// Its id.
     pub from: u8,
-    /// What it complains of; Morpheus never does.
+    /// Alarms; Morpheus has none.
     pub alarms: Alarms,
-    /// What was asked for.
+    /// Payload.
     pub data: Vec<u8>,
 }
 
-/// Collects what is heard on one request.
+/// Decoder of the bytes that follow one request.
 #[derive(Debug)]
-pub(super) struct Heard<'a> {
-    /// What comes first on a line that echoes.
+pub(super) struct Response<'a> {
+    /// Expected echo.
     echo: &'a [u8],
     echoed: usize,
     echo_is_damaged: bool,
     parser: Box<ReplyParser<FRAME_MAX>>,
     pub(super) packets: Vec<Packet>,
     damaged: Option<u8>,
-    /// Bytes that are not echo.
+    /// Bytes after the echo.
     bytes: usize,
 }
 
-impl<'a> Heard<'a> {
-    /// Nothing yet. `echo` is what will come back of what was sent.
+impl<'a> Response<'a> {
+    /// Before the first byte. `echo` is the expected echo.
     pub(super) fn new(firmware: Firmware, echo: &'a [u8]) -> Self {
         Self {
             echo,
@@ -68,22 +68,22 @@ impl<'a> Heard<'a> {
         }
     }
 
-    /// Bytes of a packet that has begun and not ended.
+    /// Bytes of an incomplete packet.
     fn begun(&self) -> usize {
         self.parser.bytes_held()
     }
 
-    /// Whether all that was sent has come back, if it does.
+    /// Whether the echo is complete, if there is one.
     pub(super) fn is_echoed(&self) -> bool {
         self.echoed == self.echo.len()
     }
 
-    /// Whether there is a packet, and nothing begun after it.
+    /// Whether there is a packet, and no byte after it.
     pub(super) fn is_whole(&self) -> bool {
         !self.packets.is_empty() && self.begun() == 0
     }
 
-    /// The one answer to `request`, or why there is none.
+    /// The one reply to `request`, or the error.
     pub(super) fn answer(mut self, request: &Request) -> Result<Packet, Diagnosis> {
         let (Some(packet), true) = (self.packets.pop(), self.packets.is_empty()) else {
             return Err(self.nothing());
@@ -112,7 +112,7 @@ impl<'a> Heard<'a> {
         }
     }
 
-    /// Why there is not exactly one packet.
+    /// Reason for which there is not exactly one packet.
     pub(super) fn nothing(&self) -> Diagnosis {
         let bytes = self.bytes;
         match self.damaged {

@@ -1,8 +1,8 @@
-//! Who is on the bus: every id, in both protocols, at several baud rates.
+//! Search for servos: every id, in both protocols, at several baud rates.
 //!
 //! At each rate all Morpheus pings come before all Protocol 1.0 pings, and no
-//! ping is a broadcast, to which Morpheus servos answer all at once. An id at
-//! which nobody is costs the client's patience, twice: 40 ms.
+//! ping is a broadcast, which all Morpheus servos answer at once. An id
+//! without a servo costs the timeout twice: 40 ms.
 
 use std::io;
 use std::ops::RangeInclusive;
@@ -16,65 +16,65 @@ use super::reading::{ServoError, Value};
 use super::servo::Servo;
 use crate::servo_table::Table;
 
-/// Where to look.
+/// Range of a search.
 #[derive(Clone, Debug)]
 pub struct Area {
-    /// At which ids.
+    /// Ids.
     pub ids: RangeInclusive<u8>,
-    /// At which rates; ignored where the rate cannot be set.
+    /// Rates; ignored where the rate cannot be set.
     pub bauds: Vec<u32>,
 }
 
 /// A servo that answered its ping.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// At which rate, where that can be set.
+    /// Its rate, where that can be set.
     pub baud: Option<u32>,
     /// Its id.
     pub id: u8,
-    /// What it runs.
+    /// Its firmware.
     pub firmware: Firmware,
-    /// What it complains of; Morpheus never does.
+    /// Its alarms; Morpheus has none.
     pub alarms: Alarms,
-    /// What it says of itself, if it can be read.
+    /// Further information, if it can be read.
     pub details: Details,
 }
 
-/// What a servo says of itself. Morpheus knows its temperature, no more.
+/// Information in a servo's registers. Morpheus has its temperature only.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Details {
     /// Model number.
     pub model: Option<u16>,
     /// Version of the firmware.
     pub version: Option<u16>,
-    /// In °C, or, of Morpheus, in counts of its converter.
+    /// In °C, or, for Morpheus, in counts of its converter.
     pub temperature: Option<u16>,
     /// Supply in 0.1 V.
     pub decivolt: Option<u16>,
 }
 
-/// An id from which something else than an answer was heard, or a servo that
+/// An id with an invalid reply, or a servo that
 /// answers its ping and cannot be read.
 #[derive(Debug)]
 pub struct Trouble {
-    /// At which rate, where that can be set.
+    /// Its rate, where that can be set.
     pub baud: Option<u32>,
-    /// With which id.
+    /// Its id.
     pub id: u8,
-    /// Asked in whose words.
+    /// Firmware of the request.
     pub firmware: Firmware,
-    /// What it was.
+    /// Error of the exchange.
     pub diagnosis: String,
 }
 
-/// What a scan has found.
+/// Result of a search.
 #[derive(Debug, Default)]
 pub struct Report {
     /// Servos.
     pub found: Vec<Found>,
-    /// And what may be servos.
+    /// Ids that may be servos.
     pub troubles: Vec<Trouble>,
-    /// Whether the line hears itself.
+    /// Whether the line echoes.
     pub echoes: bool,
 }
 
@@ -86,24 +86,24 @@ impl Report {
     }
 }
 
-/// How far a scan is.
+/// Progress of a search.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
     /// Pings so far.
     pub done: usize,
     /// Pings in all.
     pub total: usize,
-    /// The rate now, where that can be set.
+    /// Present rate, where that can be set.
     pub baud: Option<u32>,
-    /// The id now.
+    /// Present id.
     pub id: u8,
 }
 
-/// Looks for servos and reads what they say of themselves. The line ends at the
+/// Searches for servos and reads their information. The line returns to the
 /// rate at which it began.
 ///
 /// # Errors
-/// If the stream fails, or does not know a rate.
+/// If the stream fails, or does not support a rate.
 pub fn scan<L: Line>(
     client: &mut BusMaster<L>,
     area: &Area,
@@ -112,7 +112,7 @@ pub fn scan<L: Line>(
     let first = client.baud();
     let bauds: &[u32] = match first {
         Some(_) => &area.bauds,
-        // Whatever it is.
+        // Whatever the result.
         None => &[0],
     };
     let mut report = Report::default();

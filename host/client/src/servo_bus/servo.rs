@@ -1,13 +1,13 @@
-//! One servo, its registers by name, whichever firmware it runs.
+//! One servo, its registers by name, with either firmware.
 //!
-//! What is written is read back and compared: a Morpheus servo answers OK to
-//! values that it ignores, and a stock servo may be told not to answer at all.
+//! Written values are read back and compared: a Morpheus servo answers OK to
+//! values that it ignores, and a stock servo may be configured not to answer.
 //! Three registers of Morpheus cannot be compared, or not wholly:
 //!
 //! |            | written               | read                                    |
 //! |------------|-----------------------|-----------------------------------------|
-//! | `position` | the goal              | where it is, from START and CYCLE       |
-//! | `speed`    | of the motion, 1..=10 | how fast it is, without sign            |
+//! | `position` | the goal              | present position, from START and CYCLE  |
+//! | `speed`    | of the motion, 1..=10 | present speed, without sign             |
 //! | `pwm`      | the PWM               | its low byte; the high byte is always 0 |
 
 use armbridge_shared::servo::Firmware;
@@ -20,9 +20,9 @@ use super::reading::{Closed, Reading, ServoError, Taken, Value};
 use super::request::Request;
 use crate::servo_table::{Access, Register, Storage, Table};
 
-/// Highest id that START waits for, if ours is not higher.
+/// Highest id that START waits for, unless ours is higher.
 const START_ID_MAX: u8 = 32;
-/// Tries to find a servo that has not answered.
+/// Attempts to find a servo that has not answered.
 const ATTEMPTS: usize = 3;
 
 /// A servo that has answered.
@@ -35,7 +35,7 @@ pub struct Servo<'a, L> {
 }
 
 impl<'a, L: Line> Servo<'a, L> {
-    /// The servo with this id, which is pinged in both protocols.
+    /// The servo with this id, pinged in both protocols.
     ///
     /// # Errors
     /// If none answers, or two.
@@ -60,7 +60,7 @@ impl<'a, L: Line> Servo<'a, L> {
         Ok(Self::known(client, id, firmware, alarms))
     }
 
-    /// One that has just answered a ping.
+    /// A servo that has just answered a ping.
     pub(super) fn known(
         client: &'a mut BusMaster<L>,
         id: u8,
@@ -80,12 +80,12 @@ impl<'a, L: Line> Servo<'a, L> {
         self.id
     }
 
-    /// What it runs.
+    /// Its firmware.
     pub fn firmware(&self) -> Firmware {
         self.firmware
     }
 
-    /// What it complained of when it was found.
+    /// Its alarms when it was found.
     pub fn alarms(&self) -> Alarms {
         self.alarms
     }
@@ -93,7 +93,7 @@ impl<'a, L: Line> Servo<'a, L> {
     /// Reads one register.
     ///
     /// # Errors
-    /// If there is no usable answer.
+    /// If there is no valid reply.
     pub fn read(&mut self, register: &'static Register) -> Result<Reading, ServoError> {
         if self.is_position(register) {
             return self.position(register);
@@ -105,10 +105,10 @@ impl<'a, L: Line> Servo<'a, L> {
     /// Reads all registers.
     ///
     /// # Errors
-    /// If there is no usable answer.
+    /// If there is no valid reply.
     pub fn read_all(&mut self) -> Result<Vec<Reading>, ServoError> {
         let table = Table::for_firmware(self.firmware);
-        // What one READ reaches: where it begins, and how many bytes. Between
+        // Reach of one READ: first address and length. Between
         // them is a Morpheus servo's position.
         let spans: &[(u8, u8)] = match self.firmware {
             Firmware::Morpheus => &[(0x00, 11), (0x0C, 6)],
@@ -118,11 +118,17 @@ impl<'a, L: Line> Servo<'a, L> {
         for &(from, count) in spans {
             match self.bytes(from, count) {
                 Ok(bytes) => memory[from.into()..][..bytes.len()].copy_from_slice(&bytes),
-                // The board lets no answer pass for which its tick has no time.
+                // The board rejects requests whose reply does not fit into its tick.
                 Err(ServoError::Bus {
                     error: BusError::Diagnosis(Diagnosis::Refused(_)),
                     ..
-                }) => return table.registers.iter().map(|it| self.read(it)).collect(),
+                }) => {
+                    return table
+                        .registers
+                        .iter()
+                        .map(|register| self.read(register))
+                        .collect();
+                }
                 Err(error) => return Err(error),
             }
         }
@@ -139,10 +145,10 @@ impl<'a, L: Line> Servo<'a, L> {
             .collect()
     }
 
-    /// Whether this value could be written, by its register's access and range.
+    /// Checks a value against the register's access and range.
     ///
     /// # Errors
-    /// If not.
+    /// If it cannot be written.
     pub fn check(&self, register: &Register, value: u16) -> Result<(), ServoError> {
         let name = register.name;
         if register.access == Access::Read {
@@ -157,7 +163,7 @@ impl<'a, L: Line> Servo<'a, L> {
             return Err(ServoError::OtherCommand { name, command });
         }
         let range = match (self.firmware, name) {
-            // Reads a speed of any size, but takes no more than 10.
+            // It reads as any speed, but accepts no more than 10.
             (Firmware::Morpheus, "speed") => 0..=10,
             _ => register.range.clone(),
         };
@@ -170,7 +176,7 @@ impl<'a, L: Line> Servo<'a, L> {
     /// Writes one register and reads it back.
     ///
     /// # Errors
-    /// If it cannot be written, or the servo has not taken the value.
+    /// If it cannot be written, or the servo has not stored the value.
     pub fn write(&mut self, register: &'static Register, value: u16) -> Result<Taken, ServoError> {
         self.check(register, value)?;
         if self.is_position(register) {
@@ -183,22 +189,22 @@ impl<'a, L: Line> Servo<'a, L> {
         self.expect(register, value)
     }
 
-    /// Writes a register. No answer is no error: reading back decides.
+    /// Writes a register. A missing reply is no error: reading back decides.
     pub(super) fn send_write(
         &mut self,
         register: &'static Register,
         value: u16,
     ) -> Result<(), ServoError> {
         let request = Request::write(self.firmware, self.id, register, value);
-        let said = self.say(request);
-        if said.is_err() {
+        let result = self.send(request);
+        if result.is_err() {
             self.check_open(register)?;
         }
-        said
+        result
     }
 
-    /// Says something that may not be answered.
-    pub(super) fn say(&mut self, request: Option<Request>) -> Result<(), ServoError> {
+    /// Sends a request that may have no reply.
+    pub(super) fn send(&mut self, request: Option<Request>) -> Result<(), ServoError> {
         let request = request.ok_or_else(|| self.failed(BusError::Unsayable))?;
         match self.client.ask(&request) {
             Err(BusError::Diagnosis(diagnosis)) if !matches!(diagnosis, Diagnosis::Refused(_)) => {
@@ -209,7 +215,7 @@ impl<'a, L: Line> Servo<'a, L> {
         }
     }
 
-    /// Reads a register that should hold `wanted`.
+    /// Reads a register whose value should be `wanted`.
     pub(super) fn expect(
         &mut self,
         register: &'static Register,
@@ -226,7 +232,7 @@ impl<'a, L: Line> Servo<'a, L> {
         let (kept, taken) = match read.value {
             Value::Known(kept) => (kept, Taken::ReadBack),
             Value::LowByte(low) => {
-                // What it would be if the high byte were as wanted.
+                // The value if the high byte is the wanted one.
                 (wanted & 0xFF00 | u16::from(low), Taken::LowByteReadBack)
             }
         };
@@ -242,7 +248,7 @@ impl<'a, L: Line> Servo<'a, L> {
         })
     }
 
-    /// Whether nothing closes the EEPROM, if that is where the register is.
+    /// Checks that the EEPROM is open, if the register is there.
     fn check_open(&mut self, register: &Register) -> Result<(), ServoError> {
         if register.storage == Storage::Ram {
             return Ok(());
@@ -258,7 +264,7 @@ impl<'a, L: Line> Servo<'a, L> {
         Ok(())
     }
 
-    /// Whether a Morpheus servo's position is meant, which is not read by READ.
+    /// Whether it is a Morpheus servo's position, which READ does not reach.
     fn is_position(&self, register: &Register) -> bool {
         self.firmware == Firmware::Morpheus && register.name == "position"
     }

@@ -2,7 +2,7 @@
 //! the names of alarms.
 //!
 //! A register is one byte or two, low byte first. Values here are raw, as on
-//! the wire; [`Unit`] says what they mean. Where a number is its own sign and
+//! the wire; [`Unit`] gives their meaning. Where a number is sign and
 //! magnitude, bit 10 is the sign: never two's complement.
 //!
 //! The board has addresses and sizes only; a test here compares them.
@@ -31,7 +31,7 @@ pub struct Table {
 /// One register.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Register {
-    /// Of its (low) byte.
+    /// Address of its (low) byte.
     pub address: u8,
     /// One byte or two.
     pub size: Size,
@@ -39,13 +39,13 @@ pub struct Register {
     pub name: &'static str,
     /// Whether it can be written.
     pub access: Access,
-    /// What keeps it.
+    /// Memory that holds it.
     pub storage: Storage,
-    /// What may be written, or is read.
+    /// Values that may be written, or are read.
     pub range: RangeInclusive<u16>,
-    /// Ex works, or at power-up, where that is known.
+    /// Ex works, or at power-up, if known.
     pub initial: Option<u16>,
-    /// What the number means.
+    /// Meaning of the number.
     pub unit: Unit,
 }
 
@@ -77,16 +77,16 @@ pub enum Access {
     ReadWrite,
 }
 
-/// What keeps a register's value.
+/// Memory of a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
-    /// It survives power-off, and wears out.
+    /// Survives power-off; limited number of writes.
     Eeprom,
-    /// It is back at its initial value after power-up.
+    /// Returns to its initial value at power-up.
     Ram,
 }
 
-/// What a raw value means.
+/// Meaning of a raw value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// A number, a flag or a code.
@@ -101,7 +101,7 @@ pub enum Unit {
     Celsius,
     /// 0.1 V.
     DeciVolt,
-    /// 0.1 % of the most there is.
+    /// 0.1 % of the maximum.
     PerMille,
     /// 0.1 %, with bit 10 for clockwise.
     SignedPerMille,
@@ -145,7 +145,7 @@ impl Register {
         self.address + self.size.bytes()
     }
 
-    /// Its value in a reading of the servo's memory that begins at `from`.
+    /// Its value in a copy of the servo's memory from address `from` on.
     pub fn value_in(&self, memory: &[u8], from: u8) -> Option<u16> {
         let start = usize::from(self.address.checked_sub(from)?);
         let bytes = memory.get(start..start + usize::from(self.size.bytes()))?;
@@ -163,7 +163,7 @@ impl Register {
         bytes.into_iter().take(self.size.bytes().into()).collect()
     }
 
-    /// Its value in words: `Display`s with the unit.
+    /// Its value as text, with the unit.
     pub const fn show(&self, value: u16) -> Shown {
         Shown {
             unit: self.unit,
@@ -196,7 +196,7 @@ const fn row(
     }
 }
 
-/// A raw value with its unit, for people.
+/// A raw value with its unit, as text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shown {
     unit: Unit,
@@ -260,7 +260,7 @@ mod tests {
         }
     }
 
-    /// The board's own knowledge of registers.
+    /// Registers as the board knows them.
     #[test]
     fn addresses_and_sizes_are_the_boards() {
         for firmware in Firmware::ALL {

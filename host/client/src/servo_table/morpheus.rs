@@ -1,8 +1,8 @@
 //! The Morpheus firmware V1.2: its source, `Eprom.h` and `Morpheus.c`.
 //!
 //! Eighteen bytes, of which the first eleven are EEPROM. Reading has traps: a
-//! reading that begins in the EEPROM never reaches the RAM, and one whose first
-//! byte happens to be 0x83 deafens the other servos
+//! read that begins in the EEPROM never reaches the RAM, and one whose first
+//! byte happens to be 0x83 blocks the receivers of the other servos
 //! ([`armbridge_shared::servo::morpheus`]).
 
 use super::Access::{Read, ReadWrite};
@@ -15,7 +15,7 @@ use super::{Table, Unit, row};
 pub const MORPHEUS: Table = Table {
     size: 18,
     registers: &[
-        // Anything but 0xAA here makes the servo forget all its settings.
+        // Any value but 0xAA here makes the servo lose all its settings.
         row(0x00, Byte, "magic",           Read,      Eeprom, 0xAA..=0xAA, Some(0xAA), Unit::Number),
         row(0x01, Byte, "id",              ReadWrite, Eeprom, 1..=253,     Some(1),    Unit::Number),
         row(0x02, Byte, "upper_margin",    ReadWrite, Eeprom, 0..=255,     Some(2),    Unit::Counts),
@@ -27,7 +27,7 @@ pub const MORPHEUS: Table = Table {
         row(0x08, Byte, "speed_ki",        ReadWrite, Eeprom, 0..=255,     Some(10),   Unit::Number),
         row(0x09, Byte, "speed_kd",        ReadWrite, Eeprom, 0..=255,     Some(0),    Unit::Number),
         row(0x0A, Byte, "baud_rate",       ReadWrite, Eeprom, 0..=207,     Some(1),    Unit::Baud),
-        // Read: where it is. Written: where it shall go.
+        // Read: present position. Written: goal.
         row(0x0B, Word, "position",        ReadWrite, Ram,    0..=1023,    None,       Unit::Counts),
         // Read: counts in 14 samples, without sign, low byte only.
         row(0x0D, Byte, "speed",           ReadWrite, Ram,    0..=255,     None,       Unit::Number),

@@ -1,4 +1,4 @@
-//! A host that takes its requests from a channel and shares the board's status, for
+//! Host that takes its requests from a channel and shares the board's status, for
 //! programs that drive a link on a thread of its own.
 
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -10,10 +10,10 @@ use crate::error::SessionError;
 use crate::status::BoardStatus;
 use crate::{Host, interrupt};
 
-/// How often the channel is looked at: a key press is obeyed at once, for the eye.
+/// Poll interval of the channel: short enough for a key press to act at once, for the eye.
 const LOOK_US: u64 = 10_000;
 
-/// The host. It leaves when its handles are dropped.
+/// The host. It ends its session when all handles are dropped.
 #[derive(Debug)]
 pub struct ChannelHost {
     requests: Receiver<Request>,
@@ -29,12 +29,12 @@ struct Shared {
     changed: Condvar,
 }
 
-/// The session has ended; why is what [`drive`](crate::transport::drive) returned.
+/// The session has ended; [`drive`](crate::transport::drive) returned the reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the session with the board has ended")]
 pub struct SessionEnded;
 
-/// Takes requests to a [`ChannelHost`], and shows the board's status.
+/// Sends requests to a [`ChannelHost`], and reads the board's status.
 #[derive(Clone, Debug)]
 pub struct SessionHandle {
     requests: Sender<Request>,
@@ -42,7 +42,7 @@ pub struct SessionHandle {
 }
 
 impl SessionHandle {
-    /// Makes a request of the session.
+    /// Sends a request to the session.
     ///
     /// # Errors
     /// If it has ended.
@@ -50,12 +50,12 @@ impl SessionHandle {
         self.requests.send(request).map_err(|_| SessionEnded)
     }
 
-    /// What the board has told.
+    /// The board's status.
     pub fn status(&self) -> BoardStatus {
         self.lock().clone()
     }
 
-    /// Waits until the board's status is as wanted; false if it is not in this time.
+    /// Waits until the status meets a condition; false after a timeout.
     pub fn wait_for(&self, timeout: Duration, is_wanted: impl Fn(&BoardStatus) -> bool) -> bool {
         let waiting = |status: &mut BoardStatus| !is_wanted(status);
         let waited = self
@@ -73,7 +73,7 @@ impl SessionHandle {
 }
 
 impl ChannelHost {
-    /// A host that has not spoken yet, and its handle.
+    /// A host before its first message, and its handle.
     pub fn new() -> (Self, SessionHandle) {
         let (sender, requests) = channel();
         let shared = Arc::new(Shared::default());

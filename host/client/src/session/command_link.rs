@@ -3,43 +3,43 @@
 //!
 //! A hello is repeated every 25 ms until the board answers it, and again after a reset of
 //! the board. A command is repeated as often, with a new sequence number each time; the
-//! acknowledgement of the last one counts. `Busy` is no answer.
+//! acknowledgement of the last one counts. `Busy` counts as none.
 
 use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, Received};
 use armbridge_shared::link::message::{Command, Hello, Refusal, ToBoard, ToHost};
 use armbridge_shared::link::schema;
 use serde::Serialize;
 
-/// What became of the records on their way to the host.
+/// Counts of a link's frames, most of which are records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct LinkStats {
     /// Records that the board sent.
     pub sent: u64,
-    /// Records that never arrived.
+    /// Records that were lost.
     pub lost: u64,
-    /// Frames that arrived damaged.
+    /// Damaged frames.
     pub damaged: u64,
     /// Records that the board dropped before sending.
     pub dropped: u64,
 }
 
-/// Interval of heartbeats, and of repeating what was not answered: a quarter of
+/// Interval of heartbeats, and of repeating an unanswered message: a quarter of
 /// the silence after which the board brakes the arm and holds it.
 const HEARTBEAT_US: u64 = 25_000;
 
-/// A message of the board.
+/// Message of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "lives for one frame")]
 pub enum BoardMessage {
-    /// Its hello, with a schema equal to ours.
+    /// Its hello, with the schema of this program.
     Hello(Hello),
-    /// Its hello, with another schema: nothing else can be understood.
+    /// Its hello, with another schema: no other message can be decoded.
     OtherSchema(Hello),
-    /// The latest command is carried out.
+    /// The latest command is executed.
     Done,
     /// The latest command is refused.
     Refused(Refusal),
-    /// Any other.
+    /// Any other message.
     Told(ToHost),
 }
 
@@ -52,26 +52,26 @@ pub struct CommandLink {
     is_greeted: bool,
     /// Latest command, until it is acknowledged, and its last frame's number.
     pending: Option<(Command, Option<u16>)>,
-    /// To be said once.
+    /// Messages to send once.
     asides: Vec<ToBoard>,
     next_us: u64,
     stats: LinkStats,
 }
 
 impl CommandLink {
-    /// Repeats this command until it is acknowledged; replaces one that is not yet.
+    /// Repeats this command until it is acknowledged; replaces an earlier one.
     pub fn command(&mut self, command: Command) {
         self.pending = Some((command, None));
         self.next_us = 0;
     }
 
-    /// Sends this once, before anything else, without waiting for an answer.
+    /// Sends this once, before anything else, without waiting for an acknowledgement.
     pub fn send(&mut self, message: ToBoard) {
         self.asides.push(message);
         self.next_us = 0;
     }
 
-    /// The connection broke: what was on its way is forgotten, and the next one begins
+    /// The connection broke: discards the command, and begins the next connection
     /// with a hello.
     pub fn disconnected(&mut self) {
         self.decoder = Decoder::default();
@@ -96,17 +96,17 @@ impl CommandLink {
         self.is_greeted
     }
 
-    /// Whether everything commanded has been acknowledged.
+    /// Whether every command has been acknowledged.
     pub fn is_settled(&self) -> bool {
         self.pending.is_none()
     }
 
-    /// What became of the frames so far; most of them are records.
+    /// Counts of the frames so far; most of them are records.
     pub fn stats(&self) -> LinkStats {
         self.stats
     }
 
-    /// Bytes for the board, if it is time to say something.
+    /// Bytes for the board, if a message is due.
     pub fn transmit(&mut self, now_us: u64) -> &[u8] {
         self.outgoing.clear();
         if now_us < self.next_us {
@@ -119,7 +119,7 @@ impl CommandLink {
         }
         let message = match (self.is_greeted, &self.pending) {
             (false, _) => {
-                // An empty frame ends whatever half frame the board is in.
+                // An empty frame ends a partial frame in the board's receiver.
                 self.outgoing.push(0);
                 ToBoard::Hello(schema::HELLO)
             }
@@ -151,8 +151,8 @@ impl CommandLink {
                         return Some(message);
                     }
                 }
-                // Intact but unreadable: before the hellos are exchanged that
-                // is another build; the hello, whose layout is fixed, tells.
+                // Intact but not decodable: before the hellos are exchanged that
+                // is another build, as the hello shows, whose layout is fixed.
                 Some(Err(
                     FrameError::Damaged
                     | FrameError::Version(_)
@@ -170,7 +170,7 @@ impl CommandLink {
         self.stats.sent += lost + 1;
         match received.message {
             ToHost::Hello(hello) if hello.schema == schema::HASH && self.is_greeted => {
-                // It has forgotten us, after a reset or somebody else's hello.
+                // The board has lost the session, after a reset or another host's hello.
                 self.is_greeted = false;
                 self.next_us = 0;
                 None
@@ -181,7 +181,7 @@ impl CommandLink {
                 Some(BoardMessage::Hello(hello))
             }
             ToHost::Hello(hello) => Some(BoardMessage::OtherSchema(hello)),
-            // It is said again with the next heartbeat.
+            // It is repeated with the next heartbeat.
             ToHost::Ack {
                 result: Err(Refusal::Busy),
                 ..

@@ -1,8 +1,8 @@
-//! A session with a board: requests in order, arming, the emergency stop, and leaving.
+//! Session with a board: requests in order, arming, the emergency stop, and the end.
 //!
 //! Sans-io and clockless, like the board's end: the same [`Session`] runs in virtual time
-//! and over a byte stream in wall-clock time. It never arms by itself: what was requested
-//! before the link broke or the board was reset is dropped.
+//! and over a byte stream in wall-clock time. It never arms by itself: requests from
+//! before the link broke or the board was reset are dropped.
 //!
 //! ```text
 //! requests --> Session --> CommandLink --bytes--> board
@@ -17,7 +17,7 @@
 //!
 //! # Times
 //!
-//! Each time-out of the hosts in this workspace is one of the constants below; the
+//! Each timeout of the hosts in this workspace is one of the constants below; the
 //! board's own are `Limits` in `armbridge_shared`.
 
 pub mod channel_host;
@@ -33,28 +33,28 @@ use armbridge_shared::link::message::{BoardReport, Command, Mode, Refusal, ToBoa
 use crate::error::SessionError;
 use crate::status::BoardStatus;
 
-/// How long a board may take to answer the first hello.
+/// Timeout of the first hello.
 pub const HELLO_TIMEOUT_US: u64 = 3_000_000;
-/// How long a command may take to be acknowledged, and how long an armed board, which
-/// sends a record every tick, may send nothing.
+/// Timeout of a command's acknowledgement, and of the records of an armed board, which
+/// sends one every tick.
 pub const ANSWER_TIMEOUT_US: u64 = 2_000_000;
-/// How long servos may take to be found: bring-up takes 30 ms, at several rates longer.
+/// Timeout of the servo search: bring-up takes 30 ms, at several rates longer.
 pub const SERVO_TIMEOUT_US: u64 = 3_000_000;
-/// How long an emergency stop is repeated until a fault is reported.
+/// Time for which an emergency stop is repeated until a fault is reported.
 const STOP_TIMEOUT_US: u64 = 1_000_000;
-/// Between two of them.
+/// Interval of these repetitions.
 const STOP_AGAIN_US: u64 = 20_000;
-/// How long the board may take to acknowledge that it has disarmed before the session
-/// ends without.
+/// Timeout of the acknowledgement of disarming; the session
+/// ends without it.
 const LEAVE_TIMEOUT_US: u64 = 1_000_000;
-/// Requests that may wait; what is more comes from a program that does not look at the
-/// answers.
+/// Longest queue of requests; more come from a program that does not read the
+/// replies.
 const QUEUE_MAX: usize = 64;
 /// Attempts to arm while the board counts up its sessions, one for each hello that it
-/// hears.
+/// receives.
 const ARM_ATTEMPTS: u32 = 3;
 
-/// What can be requested of a session.
+/// Request to a session.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Request {
     /// Repeat this command until the board answers.
@@ -63,20 +63,20 @@ pub enum Request {
     Arm,
     /// Emergency stop, at once.
     Stop,
-    /// Disarm, send a goodbye and end.
+    /// Disarm, send a goodbye, and end.
     Leave,
 }
 
-/// How far leaving has come.
+/// Progress of the end of a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Leaving {
     #[default]
     No,
-    /// The board is told to disarm; given up at this time.
+    /// The board is asked to disarm; with the timeout.
     Disarming(u64),
-    /// Goodbye is the next message.
+    /// The goodbye is the next message.
     Goodbye,
-    /// It has been sent.
+    /// The goodbye has been sent.
     Gone,
 }
 
@@ -88,43 +88,43 @@ pub struct Session {
     status: BoardStatus,
     /// The board answered at least once.
     was_greeted: bool,
-    /// Since when the first answer is waited for on this connection.
+    /// Time since when the first answer on this connection is awaited.
     waiting_since_us: Option<u64>,
-    /// How often the arming at hand was tried.
+    /// Attempts to arm so far.
     arm_attempts: u32,
-    /// Until when to send stop, and when next.
+    /// End of the repeated stop, and time of the next one.
     stopping: Option<(u64, u64)>,
     leaving: Leaving,
     answer: Option<Result<(), Refusal>>,
 }
 
 impl Session {
-    /// The board's answer to the latest request, once.
+    /// The result of the latest request, once.
     pub fn take_answer(&mut self) -> Option<Result<(), Refusal>> {
         self.answer.take()
     }
 
-    /// The board has answered our hello, with our schema.
+    /// The board has answered our hello, with the schema of this program.
     pub fn is_greeted(&self) -> bool {
         self.link.is_greeted()
     }
 
-    /// What the board has told.
+    /// The board's status.
     pub fn status(&self) -> &BoardStatus {
         &self.status
     }
 
-    /// What became of the link's frames.
+    /// Counts of the link's frames.
     pub fn stats(&self) -> LinkStats {
         self.link.stats()
     }
 
-    /// Everything requested has been answered.
+    /// All requests are answered.
     pub fn is_settled(&self) -> bool {
         self.queue.is_empty() && self.link.is_settled() && self.stopping.is_none()
     }
 
-    /// Takes a request. What switches off drops the requests that wait.
+    /// Queues a request. One that switches off drops all queued ones.
     pub fn request(&mut self, now_us: u64, request: Request) {
         match request {
             Request::Stop => {
@@ -211,7 +211,7 @@ impl Session {
         self.link.is_greeted() && self.link.is_settled() && self.stopping.is_none()
     }
 
-    /// Goes on to the next request, if the one before is answered.
+    /// Starts the next request, if the one before is answered.
     fn next(&mut self) {
         if !self.can_send() {
             return;
@@ -241,7 +241,7 @@ impl Session {
         self.arm_attempts = attempt;
     }
 
-    /// When to be asked again, at the latest.
+    /// Latest time of the next call of [`transmit`](Session::transmit).
     pub fn wake_at_us(&self) -> u64 {
         let stop_us = self.stopping.map_or(u64::MAX, |(_, next_us)| next_us);
         let leave_us = match self.leaving {
@@ -276,7 +276,7 @@ impl Session {
         Ok(None)
     }
 
-    /// Takes all of these bytes.
+    /// Processes all of these bytes.
     ///
     /// # Errors
     /// As [`receive`](Session::receive).
@@ -285,7 +285,7 @@ impl Session {
         Ok(())
     }
 
-    /// False if the message concerns nothing but this session.
+    /// False if the message concerns only the session.
     fn take(&mut self, now_us: u64, message: BoardMessage) -> Result<bool, SessionError> {
         match message {
             BoardMessage::OtherSchema(hello) => {
@@ -313,7 +313,7 @@ impl Session {
                     ToHost::Board(report)
                         if before.is_some_and(|before| before.is_before_reset(&report)) =>
                     {
-                        // Meant for the board before.
+                        // Intended for the board before its reset.
                         self.forget(now_us);
                     }
                     ToHost::Record(record) if matches!(record.mode, Mode::Fault(_)) => {
@@ -334,7 +334,7 @@ impl Session {
         }
     }
 
-    /// Drops the requests; a session that is leaving goes on leaving.
+    /// Drops the requests; the end of a session goes on.
     fn forget(&mut self, now_us: u64) {
         self.queue.clear();
         self.arm_attempts = 0;
@@ -354,7 +354,7 @@ impl Session {
         self.stopping = None;
         self.leaving = match self.leaving {
             Leaving::No => Leaving::No,
-            // No goodbye arrives; the board switches off when its host is silent.
+            // No goodbye can be sent; the board switches off when its host is silent.
             Leaving::Disarming(_) | Leaving::Goodbye | Leaving::Gone => Leaving::Gone,
         };
     }
