@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     // What the firmware logs is rare and worth knowing.
     println!("cargo:rustc-env=DEFMT_LOG=info");
-    // Sections stay where the map says, without padding to pages.
+    // Sections stay at their addresses in the map, without padding to pages.
     println!("cargo:rustc-link-arg-bins=--nmagic");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
     println!("cargo:rustc-link-arg-bins=-Tdefmt.x");

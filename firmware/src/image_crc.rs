@@ -1,5 +1,5 @@
-//! Which program this is: a checksum of all of it that lies in flash, so that a log
-//! tells which code it is of.
+//! Identity of the program: a checksum of its image in flash, so that a log
+//! identifies the code.
 
 #[cfg(feature = "board")]
 pub use on_board::compute;

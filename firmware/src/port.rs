@@ -8,8 +8,8 @@
 //! # Waking
 //!
 //! A reply of the servos is 14 bytes, 10 µs apart, and the master can do nothing
-//! before the last of them. It says how many it waits for ([`Buffers::expect`]), and
-//! the interrupt handler wakes it when so many are there or the receiver reports an
+//! before the last of them. It announces how many it waits for ([`Buffers::expect`]), and
+//! the interrupt handler wakes it at this count, or when the receiver reports an
 //! error ([`Buffers::is_due`]): once a reply, not once a byte, which costs a poll each,
 //! some 700 instructions. What comes while it expects nothing, our own echo or noise on
 //! an idle line, stays in the buffer until its next poll.
@@ -72,8 +72,8 @@ impl Buffers {
         }
     }
 
-    /// Sets how many bytes end the reader's wait, as an error always does; `None` if
-    /// nothing does. True if so many are there already.
+    /// Sets the count of bytes that ends the reader's wait, as an error always does; `None` if
+    /// no count does. True if there are as many already.
     pub fn expect(&self, bytes: Option<usize>) -> bool {
         // No more than there is room for: a full buffer is due.
         let expected = bytes.map_or(NOTHING_EXPECTED, |bytes| bytes.clamp(1, BUFFER_LEN) as u32);

@@ -13,7 +13,7 @@ const SAVES: u32 = 16;
 /// stop sequence and before the watchdog runs: it may erase both pages.
 #[inline(never)]
 pub fn open(store: &mut Store<impl NorFlash>) -> (Settings, SettingsFrom) {
-    // What is there can be loaded all the same; saving will fail, and say so.
+    // Saved settings can be loaded all the same; saving will fail, and report it.
     let prepared = store.prepare(SAVES);
     let (settings, from) = store.load(can_run);
     #[cfg(feature = "board")]

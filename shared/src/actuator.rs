@@ -60,7 +60,7 @@ impl Pwm {
         Self(counts.min(Self::MAX.0))
     }
 
-    /// The nearest to so many counts from off, halves up; off itself for NaN and
+    /// The nearest to this many counts from off, halves up; off itself for NaN and
     /// infinities.
     pub fn from_off<T: Real>(counts: T) -> Self {
         if counts.is_finite() {
@@ -70,7 +70,7 @@ impl Pwm {
         }
     }
 
-    /// The nearest command at most so many counts away from off.
+    /// The nearest command at most this many counts away from off.
     #[must_use]
     pub fn within(self, most: u16) -> Self {
         let least = Self::OFF.0.saturating_sub(most);

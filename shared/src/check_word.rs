@@ -9,7 +9,7 @@
 //! That takes three instructions a word on a Cortex-M4, so it runs in every tick;
 //! a CRC-32 by table, which would notice the same, takes some 25.
 //!
-//! [`Checked`] says which words something consists of.
+//! [`Checked`] lists the words of a value.
 //!
 //! A choice between a few values is kept as a code word instead, far from any other's, by
 //! which [`decode`] finds the value.
@@ -127,7 +127,7 @@ impl<T: Checked, const R: usize, const C: usize> Checked
     }
 }
 
-/// Says that something consists of these fields.
+/// Lists the fields of a checked type.
 macro_rules! checked {
     ($name:ident { $($field:ident),* $(,)? }) => {
         impl $crate::check_word::Checked for $name {

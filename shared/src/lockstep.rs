@@ -12,11 +12,11 @@
 //! # On the wire
 //!
 //! Both go over one stream, as a header of [`HEADER_LEN`] bytes, little endian,
-//! and its payload, as long as [`PayloadLens`] says. Handing over a block costs the
+//! and its payload of the length in [`PayloadLens`]. Handing over a block costs the
 //! emulator some microseconds and a byte of an emulated serial port costs it tens, so
 //! everything that is due at an instant travels in one message. What does not fit
 //! [`MESSAGE_MAX`] is spread over several, all of one instant, of which only the
-//! last says that it is; the others' headers are about the same.
+//! last is marked as the last; the others' headers are about the same.
 //!
 //! | bytes | of a [`TimeRequest`]                | of a [`TimeGrant`]                |
 //! |-------|-------------------------------------|-----------------------------------|

@@ -10,8 +10,8 @@
 //! that does not exist: if the optimiser leaves a single path to it, the linker
 //! fails.
 //!
-//! `cargo verify --only no-panic` builds it, says where the panics are if there
-//! are any, and sees to it that planted ones are found. Features:
+//! `cargo verify --only no-panic` builds it, names the panics if there
+//! are any, and checks that planted ones are found. Features:
 //!
 //! | feature            | what                                                 |
 //! |--------------------|------------------------------------------------------|
@@ -273,7 +273,7 @@ fn packets() {
     }
 }
 
-/// What an emulated board and its bench say.
+/// Lockstep messages of an emulated board and its bench.
 fn grants() {
     black_box(TimeGrant::from_bytes(any()).to_bytes());
     black_box(TimeRequest::from_bytes(any()).to_bytes());

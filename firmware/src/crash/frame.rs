@@ -17,7 +17,7 @@ pub const PC_OFFSET: u32 = 24;
 /// unit.
 const PUSH_MAX: u32 = 128;
 
-/// Bits of the configurable fault status register (B3.2.15) that say that
+/// Bits of the configurable fault status register (B3.2.15) that are set if
 /// registers could not be pushed: MSTKERR, MLSPERR, STKERR, LSPERR.
 const STACKING_FAILED: u32 = 1 << 4 | 1 << 5 | 1 << 12 | 1 << 13;
 

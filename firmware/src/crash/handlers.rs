@@ -1,5 +1,5 @@
 //! The handlers that end the program: panic, hard fault, and a watchdog that
-//! tells before it bites.
+//! interrupts before it resets.
 
 use super::frame::{FRAME_LEN, is_overflow, pc_address};
 use super::{memory, record};
@@ -29,8 +29,8 @@ pub fn stop_first() {
 }
 
 /// Motors off, before anything else; then a record, a line in the log, and a reset.
-/// Whoever comes here again has failed in ending: the next life stops the motors,
-/// and what failed first is reported, if its record was written.
+/// A second entry means that ending failed: after the reset the program stops the motors,
+/// and the first failure is reported, if its record was written.
 fn stop_and_reset(what: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) -> ! {
     cortex_m::interrupt::disable();
     let earlier = CRASHES.fetch_add(1, Ordering::Relaxed);

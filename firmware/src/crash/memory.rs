@@ -30,7 +30,7 @@ static MEMORY: Memory = Memory {
     baud: AtomicU32::new(0),
 };
 
-/// Tells the log how the program before ended.
+/// Logs the end of the program before.
 #[cfg(feature = "board")]
 pub fn log(report: &BoardReport) {
     let end = &report.last_end;
@@ -60,8 +60,8 @@ fn keep_record(kept: CrashRecord) {
     }
 }
 
-/// Begins a new life, once after each reset. `chip` is what the chip says of the
-/// reset. The session is counted up from whatever power-up left there.
+/// Starts after a reset, once. `chip` is the chip's own cause of the
+/// reset. The session is counted up from its value in memory.
 pub fn begin(chip: End) -> BoardReport {
     let session = MEMORY.life.load(Ordering::Relaxed).wrapping_add(1);
     MEMORY.life.store(session, Ordering::Relaxed);
@@ -98,7 +98,7 @@ pub fn tick() -> u32 {
     MEMORY.tick.load(Ordering::Relaxed)
 }
 
-/// The servo bus runs at so many bits per second from now on.
+/// Stores the baud rate of the servo bus.
 pub fn set_baud(baud: u32) {
     MEMORY.baud.store(baud, Ordering::Relaxed);
 }

@@ -37,7 +37,7 @@
 //! | boot      | 3: 26 kB of variables are cleared and copied at 16 MHz       |
 //! | chip      | 3 until it lets go of its own reset (data sheet, section 5.3.5) |
 //!
-//! On a slower bus the sequence takes longer, [`crate::stop`] says how long, and
+//! On a slower bus the sequence takes longer, see [`crate::stop`], and
 //! after a reset it is sent both at the speed before and at 1 Mbaud. Ending feeds
 //! the watchdog once, so that at any speed at which servos are found it is not cut
 //! off.

@@ -11,8 +11,8 @@
 //! | 11     | CRC-32 of all that                                             |
 //!
 //! Memory that has just got its power holds noise, which the magic word and the
-//! CRC tell apart. So words that are in order say more than what is in them: the
-//! memory has not been without power since they were written.
+//! CRC detect. So an intact record also proves that the
+//! memory has not been without power since it was written.
 
 use armbridge_shared::crc32::checksum_of_words;
 use armbridge_shared::link::board::PLACE_LEN;
@@ -39,7 +39,7 @@ const CAUSES: [End; 8] = [
     End::StackOverflow,
 ];
 
-/// What a record says of the program that wrote it.
+/// Information about the program that wrote a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CrashRecord {
     /// It did not see its end coming.
@@ -125,7 +125,7 @@ pub fn tail(file: &str) -> [u8; PLACE_LEN] {
     place
 }
 
-/// How the last program ended: by its own account, or else by what the chip says
+/// End of the last program: from its record, or else from the chip's cause
 /// of the reset. `tick` is the last one that began, if memory was kept.
 pub fn judge(kept: Option<CrashRecord>, chip: End, tick: u32) -> LastEnd {
     let cause = match (kept, chip) {

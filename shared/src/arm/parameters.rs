@@ -155,7 +155,7 @@ impl<T: Real> Parameters<T> {
     /// g as it pulls the links towards the foot, in m/s^2.
     ///
     /// An arm that hangs is one on the table turned over, foot and all. Its angles are
-    /// told from its foot, so that lengths, inertias and friction are the same for it;
+    /// relative to its foot, so that lengths, inertias and friction are the same for it;
     /// of all of equation (1), only gravity is not fixed to the foot, and seen from
     /// there it has turned over.
     pub(super) fn pull_to_foot(&self) -> T {

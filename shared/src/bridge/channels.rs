@@ -83,7 +83,7 @@ pub(super) enum Notification {
     Ack(u16, Result<(), Refusal>, Moment),
     /// The start of the motion with this sequence number.
     StartPoint(u16, StartPoint, Moment),
-    /// A hello was heard.
+    /// A hello was received.
     Began(Moment),
     /// The servo of this joint did not answer during bring-up.
     Absent(u8, Missing),

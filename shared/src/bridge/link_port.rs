@@ -3,8 +3,8 @@
 //! Runs in thread mode, beside the tick. It answers hellos, checks commands and
 //! designs the gains they ask for, so that the tick is handed only what it can
 //! use at once. Nothing but a hello is answered before the host has shown that
-//! it speaks the same schema, and nothing but an emergency stop is obeyed. A frame
-//! that is older than one already heard is not obeyed either, and garbage that
+//! it has the same schema, and nothing but an emergency stop is executed. A frame
+//! that is older than an earlier one is not executed either, and garbage that
 //! outweighs the frames is an emergency stop: see [`SPOILED_MAX`].
 
 use super::channels::{LinkEnd, Notification};
@@ -22,7 +22,7 @@ use crate::link::motion::Motion;
 use crate::link::schema;
 
 /// Bytes of garbage that are an emergency stop. A frame of the host that arrives
-/// whole outweighs [`FRAME_WEIGHT`] of them. At 12 Mbaud of USB a flood is told
+/// whole outweighs [`FRAME_WEIGHT`] of them. At 12 Mbaud of USB a flood is detected
 /// within 4 ms, at 115200 baud within 400; a host that loses every other frame on
 /// a poor line is not taken for one.
 const SPOILED_MAX: u32 = 4_096;
@@ -34,7 +34,7 @@ pub struct LinkPort<'a> {
     end: LinkEnd<'a>,
     decoder: Decoder,
     encoder: Encoder,
-    /// The host has said hello with our schema.
+    /// The host has sent a hello with our schema.
     is_greeted: bool,
     pending: PendingMessages,
     /// A motion that waits for its start point.
@@ -42,7 +42,7 @@ pub struct LinkPort<'a> {
     /// The answer to a command that never got to the tick.
     answered: Option<(u16, Result<(), Refusal>)>,
     report: BoardReport,
-    /// Number of the newest frame heard since the hello.
+    /// Number of the newest frame received since the hello.
     newest: Option<u16>,
     /// Bytes of garbage, less the weight of frames.
     spoiled: u32,
@@ -142,8 +142,8 @@ impl<'a> LinkPort<'a> {
                     self.spoiled = self.spoiled.saturating_sub(FRAME_WEIGHT);
                     self.message(received);
                 }
-                // Intact but strange: a host of another build. Our hello lets
-                // it tell its user so.
+                // Intact but unknown: a host of another build. Our hello lets
+                // it inform its user.
                 Some(Err(FrameError::Version(_) | FrameError::Schema)) => self.pending.hello = true,
                 Some(Err(FrameError::Damaged | FrameError::Direction)) | None => {}
             }

@@ -137,7 +137,7 @@ where
     ///
     /// # Errors
     /// `WouldBlock` when there is nothing to do before [`Bridge::wake_at_us`]
-    /// or until the serial port has something to say.
+    /// or until the serial port has an event.
     pub fn poll(&mut self, now_us: u64) -> nb::Result<Progress, Infallible> {
         let now_us = self.monotonic_now(now_us);
         self.core.check_state();

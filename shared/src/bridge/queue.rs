@@ -2,11 +2,11 @@
 //!
 //! heapless's ends keep the length of their queue as a number, so that each use
 //! divides by it, with a panic in wait for a length of zero. Here the length is
-//! part of the type and told again at each use: of a power of two the division
+//! part of the type, a constant at each use: for a power of two the division
 //! becomes a mask, and no panic is left to be reached.
 //!
-//! Each end counts what it has done, so that a third party can tell whether there is
-//! something new without holding an end ([`Count`]).
+//! Each end counts its operations, so that a third party can detect
+//! new elements without holding an end ([`Count`]).
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::{Consumer, Producer, Queue};

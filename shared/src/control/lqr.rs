@@ -60,7 +60,7 @@ impl<T: Real> Lqr<T> {
         }
     }
 
-    /// Somebody's own gain, one row a torque.
+    /// A gain set by the user, one row a torque.
     pub fn of_rows(first: [T; 4], second: [T; 4]) -> Self {
         Self {
             gain: Matrix2x4::from_rows(&[first.into(), second.into()]),

@@ -3,8 +3,8 @@
 
 use crate::control::Bounds;
 
-/// How long the bus stays with the host after an order of its, whatever a client
-/// of the transparent port says: time to arm.
+/// Time for which the bus stays with the host after one of its commands, even with a client
+/// on the transparent port: time to arm.
 pub const CLAIM_US: u64 = 2_000_000;
 
 /// A tick that begins so late in µs is an error by itself: no period is longer,

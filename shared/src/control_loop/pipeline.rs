@@ -1,4 +1,4 @@
-//! Control pipeline: from state and reference to what the servos are told.
+//! Control pipeline: from state and reference to the commands of the servos.
 //!
 //! ```text
 //! state, reference -> demand -> (limits) -> commands -> PWM

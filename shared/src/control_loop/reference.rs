@@ -20,8 +20,8 @@ use nalgebra::Vector2;
 /// mode, below a tick that leaves it some 40 % of each period.
 const LEAD_US: u64 = 50_000;
 
-/// How far from this reference a motion may begin, in rad: ten counts, for an arm
-/// whose motors are off is where its noisy encoders say.
+/// Largest distance from this reference at which a motion may begin, in rad: ten counts,
+/// because the angle of an arm whose motors are off has the noise of its encoders.
 const GAP_MAX_RAD: f32 = 0.05;
 
 /// Where a motion is to begin.

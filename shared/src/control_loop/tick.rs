@@ -49,7 +49,7 @@ pub struct TickInput {
     pub acts_us: u64,
     /// What the supervisor permits.
     pub permission: Permission,
-    /// Time since the host was heard, in µs.
+    /// Time since the last frame of the host, in µs.
     pub host_silent_us: u64,
     /// The configuration is as it was built.
     pub is_config_intact: bool,

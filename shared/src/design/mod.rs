@@ -2,7 +2,7 @@
 //!
 //! [`riccati`] finds the state feedback that is optimal for a discrete model
 //! and quadratic weights, [`placement`] the observer gain that gives one joint
-//! chosen poles, and [`stability`] says whether a closed loop decays. All run at
+//! chosen poles, and [`stability`] checks whether a closed loop decays. All run at
 //! set-up, on the board as on the host.
 
 mod linear_solve;

@@ -24,7 +24,7 @@
 //! # Missing samples
 //!
 //! A joint without a sample is predicted through: its state is the model's.
-//! How many in a row are bearable is for the supervisor to say.
+//! The supervisor limits how many may follow each other.
 //!
 //! # Model
 //!

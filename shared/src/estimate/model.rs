@@ -1,4 +1,4 @@
-//! What the observers believe the arm does in one period.
+//! Model of the observers: the arm's motion in one period.
 //!
 //! About upright the joints do not couple, so A and B are one block per joint,
 //! and only these are kept: a third of the products.

@@ -3,8 +3,8 @@
 //! A [`Signal`] is plain data, and a function of the time since the experiment began
 //! and of its duration: nothing is accumulated from tick to tick, so the same tick
 //! gives the same bits wherever it is computed. [`Signal::at`] is for the tick;
-//! [`Signal::flaw`] says whether the numbers make a signal at all, and
-//! [`Signal::bounds`] what it reaches at most, without running it.
+//! [`Signal::flaw`] checks whether the numbers make a signal at all, and
+//! [`Signal::bounds`] has its extremes, without running it.
 //!
 //! | signal                  | what it is for                                      |
 //! |-------------------------|-----------------------------------------------------|
@@ -17,8 +17,8 @@
 //! | [`Signal::Multisine`]   | dynamics, chosen frequencies at the same time       |
 //! | [`Signal::Prbs`]        | dynamics, all frequencies, two levels               |
 //!
-//! What the value is of, N m, PWM counts or rad, is for
-//! [`Role`](crate::link::experiment::Role) to say.
+//! The unit of the value, N m, PWM counts or rad, is that of
+//! [`Role`](crate::link::experiment::Role).
 //!
 //! # Time
 //!

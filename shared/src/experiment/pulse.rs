@@ -22,7 +22,7 @@ pub(super) fn back_and_forth(count: u16, most: u8) -> u16 {
     turn.min(2 * most - turn)
 }
 
-/// A level of so many steps; the ends exactly.
+/// Level of this step; the ends exactly.
 pub(super) fn between<T: Real>(from: T, to: T, level: u16, steps: u8) -> T {
     if level == u16::from(steps) && level > 0 {
         return to;
@@ -31,7 +31,7 @@ pub(super) fn between<T: Real>(from: T, to: T, level: u16, steps: u8) -> T {
     from + (to - from) * share
 }
 
-/// After so many periods.
+/// After this many periods.
 pub(super) fn triangle<T: Real>(offset: T, amplitude: T, turns: T, period_s: T) -> Sample<T> {
     let turn = turns - ComplexField::floor(turns);
     let four = T::lit(4.0);

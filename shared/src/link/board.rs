@@ -1,11 +1,11 @@
-//! What a board says of itself: how its program last ended, where its settings
+//! Report of a board: how its program last ended, where its settings
 //! come from, how much stack it has used.
 
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Bytes of a source file's name that are kept: its end tells most.
+/// Bytes of a source file's name that are kept: its end is the most specific part.
 pub const PLACE_LEN: usize = 24;
 
 /// Sent after the board's hello, and again when something of it changes.
@@ -59,7 +59,7 @@ pub enum End {
     PowerUp,
     /// The supply sagged.
     BrownOut,
-    /// Somebody pressed the button, or a debugger did.
+    /// The button, or a debugger.
     ResetPin,
     /// A reset that the program asked for, for no reason that was kept.
     Software,

@@ -41,8 +41,8 @@ pub enum Role {
     Hold,
     /// A PWM, in counts from off as the servo counts them, rounded; 0 is off exactly.
     Pwm(Signal<f32>),
-    /// Held for [`HELD_S`]; and then the PWM that held it on average, and so many counts
-    /// more, rounded. The signal begins then. So a joint is let go slowly, or pushed harder
+    /// Held for [`HELD_S`]; and then the PWM that held it on average, plus this many counts,
+    /// rounded. The signal begins then. So a joint is released slowly, or pushed harder
     /// and harder, from a torque that need not be known.
     Bias(Signal<f32>),
     /// A torque in N m, by way of the actuator.
@@ -186,7 +186,7 @@ pub enum ExperimentEnd {
         /// How fast it was, in rad/s.
         value_rad_s: f32,
     },
-    /// The host said nothing for too long.
+    /// The host was silent for too long.
     HostQuiet,
     /// The host wanted something else.
     Replaced,

@@ -7,8 +7,8 @@
 //! Integers are little endian. The zero byte occurs nowhere but at the end of a
 //! frame, so a receiver that joins late or loses bytes is back in step at the
 //! next zero. A frame whose sequence number is not the one after its
-//! predecessor's says how many were lost; the number 0, out of turn, that the sender
-//! began anew, and what it sent meanwhile is not known.
+//! predecessor's gives the number of lost ones; the number 0, out of turn, means that the sender
+//! restarted, and that its frames in between are not known.
 
 use postcard::experimental::max_size::MaxSize;
 use serde::{Serialize, Serializer, de::DeserializeOwned};
@@ -31,7 +31,7 @@ pub const MAX: usize = {
 
 /// A message that travels in one direction.
 pub trait Message: Serialize + DeserializeOwned + MaxSize {
-    /// Tells the directions apart, so that an end that hears itself knows.
+    /// Distinguishes the directions, so that an end detects its own echo.
     const DIRECTION: u8;
 }
 
@@ -161,7 +161,7 @@ pub enum FrameError {
 /// A message, the number of its frame, and how many went missing before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Received<M> {
-    /// What was said.
+    /// The message.
     pub message: M,
     /// Sequence number of the frame.
     pub sequence: u16,
@@ -266,7 +266,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is said arrives, and one damaged bit is always noticed.
+        /// Every message arrives, and one damaged bit is always detected.
         #[test]
         fn round_trip_and_single_bit_errors(a: f32, b: f32, at in 0usize..64, bit in 0u8..8) {
             prop_assume!(!a.is_nan() && !b.is_nan());

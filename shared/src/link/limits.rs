@@ -1,7 +1,7 @@
 //! What the supervisor allows, as the host may set it.
 //!
 //! Every number has a hard bound that no host can move
-//! ([`hard`]); [`Limits::is_valid`] says whether all are within.
+//! ([`hard`]); [`Limits::is_valid`] checks whether all are within.
 
 use crate::JOINTS;
 use crate::check_word::checked;
@@ -76,8 +76,8 @@ pub struct Limits {
     pub innovation_rad: f32,
     /// Torque in N m, beyond gravity, that is sure to move a joint.
     pub stuck_nm: f32,
-    /// How long an encoder may say the very same count with torque on, in ms; 0:
-    /// for ever. Only for encoders whose noise is known to show.
+    /// How long an encoder may read the very same count with torque on, in ms; 0:
+    /// without limit. Only for encoders whose noise is known to show.
     pub quiet_ms: u16,
     /// Silence of the host after which the arm is braked and held, in ms.
     pub hold_ms: u16,

@@ -1,8 +1,8 @@
-//! What board and host say to each other.
+//! Messages between board and host.
 //!
 //! Every type here is encoded by postcard; their schema is hashed into the
 //! [`Hello`] of both sides, so that two builds that would misread each other
-//! find out before anything else is said.
+//! detect it before any other message.
 //!
 //! Commands are *states, not events*: "regulate about this reference" may be
 //! repeated, lost and repeated again without harm. Each is acknowledged by the
@@ -61,7 +61,7 @@ pub enum ToHost {
         /// When.
         moment: Moment,
     },
-    /// The tick has heard the hello: motors are off, the estimator begins anew.
+    /// The tick has received the hello: motors are off, the estimator restarts.
     Began(Moment),
     /// What is in force: after a hello, and whenever it changes.
     Settings(Settings),
@@ -69,7 +69,7 @@ pub enum ToHost {
     Absent {
         /// Index of the joint.
         joint: u8,
-        /// What was heard instead.
+        /// Why there is no reply.
         missing: Missing,
     },
     /// The servos were found: what they run, and at which speed in bits per
@@ -95,7 +95,7 @@ pub enum ToHost {
     Passthrough,
     /// What became of a client's packets on the transparent port, so far.
     Port(PortCounters),
-    /// What the board says of itself.
+    /// The board's report on itself.
     Board(BoardReport),
     /// Why there is a fault; after a hello too, while it is latched.
     Tripped(Trip),
@@ -158,8 +158,8 @@ pub enum Command {
     /// Disarm: torque off; the bus is still read. Takes the bus back from the
     /// transparent port.
     Idle,
-    /// From idle, be ready to move, with zero torque. Whoever asks shows that it
-    /// knows which life of the board it speaks to.
+    /// From idle, be ready to move, with zero torque. The number of the session proves that the
+    /// host knows of the board's last reset.
     Arm {
         /// Of [`BoardReport`].
         session: u32,
@@ -215,7 +215,7 @@ pub enum Refusal {
     NotOff,
     /// The board is not armed; send [`Command::Arm`] first.
     Disarmed,
-    /// The board has been reset since; its report tells the session.
+    /// The board has been reset since; its report has the session.
     OtherSession,
     /// An older frame than one that was obeyed.
     Stale,

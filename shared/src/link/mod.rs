@@ -2,10 +2,10 @@
 //!
 //! | module      | what                                                     |
 //! |-------------|----------------------------------------------------------|
-//! | [`message`] | what is said                                             |
+//! | [`message`] | messages                                                 |
 //! | [`mode`]    | what the board is doing, and why it stopped              |
 //! | [`limits`]  | what the supervisor allows                               |
-//! | [`board`]   | what a board says of itself                              |
+//! | [`board`]   | report of a board                                        |
 //! | `setup`     | what the application computes with                       |
 //! | [`motion`]  | motions, as they are asked for                           |
 //! | [`experiment`] | experiments, why one may not be, and how one ended    |

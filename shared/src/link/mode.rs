@@ -66,7 +66,7 @@ pub enum Drive {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Fault {
-    /// Somebody asked for it.
+    /// An emergency stop was requested.
     EmergencyStop(StopSource),
     /// No valid frame from the host for too long.
     HostSilent,
@@ -96,7 +96,7 @@ pub enum Fault {
     Overrun,
     /// The board's clock went back.
     Clock,
-    /// The arm is not where the estimator says, again and again.
+    /// The arm is not where the estimator has it, again and again.
     Diverged,
     /// A joint does not move though it is driven, or its encoder has stopped.
     Stuck,

@@ -1,7 +1,7 @@
 //! A motion as the link carries it: plain arrays, and as many waypoints as fit.
 //!
-//! What each means, and what is permitted, is for
-//! [`trajectory`](crate::control::trajectory) to say.
+//! Their meaning, and the checks, are in
+//! [`trajectory`](crate::control::trajectory).
 
 use crate::JOINTS;
 use crate::control::Shape;

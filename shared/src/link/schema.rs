@@ -27,7 +27,7 @@ pub const VERSION: [u8; 3] = [
     number(env!("CARGO_PKG_VERSION_PATCH")),
 ];
 
-/// What this build says of itself.
+/// The hello of this build.
 pub const HELLO: Hello = Hello {
     schema: HASH,
     version: VERSION,

@@ -20,7 +20,7 @@ pub struct Setup {
     pub estimator: Config<f32>,
     /// Torque in N m added against dry friction, joint by joint; 0 for none.
     pub friction_nm: [f32; JOINTS],
-    /// The arm that controller and estimator believe in.
+    /// Model of the arm for controller and estimator.
     pub arm: Parameters<f32>,
     /// Its servos.
     pub joints: [Joint<f32>; JOINTS],
@@ -98,7 +98,7 @@ pub enum Gains {
         /// Diagonal of R: both torques (equation (8)).
         r: [f32; JOINTS],
     },
-    /// Somebody's own K, refused unless it stabilises the arm about upright at
+    /// A gain K set by the user, refused unless it stabilises the arm about upright at
     /// the running period. Rows: torques; columns: both angles, both speeds.
     Given([[f32; 2 * JOINTS]; JOINTS]),
 }

@@ -77,7 +77,7 @@ impl Discovery {
                 true
             }
             Some(Sample::Missing(missing)) => {
-                // Damage tells more than silence.
+                // Damage is more specific than silence.
                 let says_more = !matches!(missing, Missing::Silence | Missing::EchoOnly);
                 if let Some(slot) = self.heard.get_mut(joint)
                     && (slot.is_none() || says_more)

@@ -12,7 +12,7 @@ use embedded_hal_nb::serial::{Read, Write};
 /// Ticks without an answer after which a servo is taken for wedged.
 const SILENT_TICKS: u32 = 3;
 /// Ticks in which a wedged servo is switched off, two of this many for each joint: twice
-/// in 20 ms at 1 kHz, and else the ticks tell both.
+/// in 20 ms at 1 kHz, and else the ticks command both.
 const WEDGED_TICKS: u32 = 4;
 
 impl<S, D> BusSequencer<S, D>
@@ -41,9 +41,9 @@ where
         let _ = self.master.poll(self.now_us);
     }
 
-    /// A tick that tells every motor off. A Morpheus servo that is silent may be wedged,
-    /// and hears but one kind of packet. A stock servo that is silent may be inside a
-    /// packet that was cut off, and hears the first order after its end: each tick has one.
+    /// A tick that commands every motor off. A Morpheus servo that is silent may be wedged,
+    /// and accepts only one kind of packet. A stock servo that is silent may be inside a
+    /// packet that was cut off, and receives the first packet after its end: each tick has one.
     fn off_exchange(&self, tick: u32, dropouts: &Dropouts) -> Transaction {
         if self.off.is_off() {
             return Transaction::Drive([Pwm::OFF; JOINTS]);

@@ -90,7 +90,7 @@ pub(super) struct ForceOff {
 }
 
 impl ForceOff {
-    /// Motors are to be off from now on. After a fault, which `is_fault` says, the stop
+    /// Motors are to be off from now on. After a fault, `is_fault`, the stop
     /// sequence is sent at once and the host gets reports.
     pub(super) fn begin(&mut self, now_us: u64, is_fault: bool) {
         *self = Self {

@@ -12,7 +12,7 @@ pub(super) enum Owner {
     Health(HealthRequest),
     SetUp(SetupStep),
     Client,
-    /// A packet that is relayed: replies go to the client as they are heard.
+    /// A packet that is relayed: replies go to the client as they are received.
     Relay,
 }
 

@@ -98,7 +98,7 @@ where
         Some(self.budget_of(id, budget_us as u32))
     }
 
-    /// What is left of a period after an exchange of so much, for this servo.
+    /// Rest of a period after an exchange of this duration, for this servo.
     pub fn spare_budget(&self, id: u8, period_us: u32, exchange_us: u32) -> TimeBudget {
         let rests_us = (2 * GUARD_US + RESERVE_US) as u32;
         self.budget_of(id, period_us.saturating_sub(exchange_us + rests_us))

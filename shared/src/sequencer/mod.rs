@@ -15,7 +15,7 @@
 //! | state      | the bus carries                                                |
 //! |------------|----------------------------------------------------------------|
 //! | `Search`   | stops, pings and settings, until the servos are lined up       |
-//! | `ForceOff` | one exchange a tick that tells every motor off, stop sequences and read-backs until each is seen to be off |
+//! | `ForceOff` | one exchange a tick that commands every motor off, stop sequences and read-backs until each is confirmed off |
 //! | `Drive`    | one exchange a tick with the control loop's command            |
 //! | `Lent`     | a client's packets, as they came                               |
 //!

@@ -15,8 +15,8 @@ use super::setup_step::{SavedConfig, ServoSettings, SetupGoal, SetupStep, Step};
 use crate::JOINTS;
 use crate::servo::{Packet, ServoId};
 
-/// How long a servo is left alone after a write to its EEPROM, in µs. The e-Manual
-/// does not say how long it is busy; an `ATmega8`, which AX-12A have had, takes
+/// Time without requests after a write to a servo's EEPROM, in µs. The e-Manual
+/// does not specify it; an `ATmega8`, which AX-12A have had, takes
 /// 8.5 ms a byte, and four are the most that is written here.
 const EEPROM_US: u64 = 40_000;
 

@@ -94,7 +94,7 @@ impl<'a> ClientRequest<'a> {
         !(only_asks && self.is_from_master)
     }
 
-    /// Whether it makes every Morpheus servo that hears it deaf to commands until
+    /// Whether it makes every Morpheus servo that receives it deaf to commands until
     /// power-off. Never send it, not even while nothing is driven.
     pub fn wedges_servo(&self) -> bool {
         self.is_overlong

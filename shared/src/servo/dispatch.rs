@@ -130,7 +130,7 @@ impl Firmware {
     /// Whether the motor is off, from the data of the reply to
     /// [`Firmware::off_query`]; `None` if that is no reply to it.
     ///
-    /// Of a stock servo this is certain. A Morpheus servo tells only the low byte
+    /// Of a stock servo this is certain. A Morpheus servo returns only the low byte
     /// of its PWM: see [`morpheus`](super::morpheus#off-read-back).
     pub fn judge_off(self, data: &[u8]) -> Option<bool> {
         with_protocol!(self, P => P::judge_off(data))
@@ -178,7 +178,7 @@ impl<const N: usize> ReplyParser<N> {
         }
     }
 
-    /// For replies to the bridge, where a reply says to whom it is, and no longer
+    /// For replies to the bridge, where a reply has its destination, and no longer
     /// than this.
     pub const fn to_bridge(firmware: Firmware, longest: usize) -> Self {
         match firmware {

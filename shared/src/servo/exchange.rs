@@ -6,7 +6,7 @@ use super::transaction::Transaction;
 use super::{ExpectedReply, Firmware, Packet, ServoId};
 use crate::JOINTS;
 
-/// Idle time before a request. The servo that spoke last hears nothing that
+/// Idle time before a request. The servo that sent last receives nothing that
 /// begins within 28 µs of its last stop bit; 50 µs are safe in PWM mode.
 pub const GUARD_US: u64 = 50;
 

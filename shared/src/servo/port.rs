@@ -24,7 +24,7 @@ pub const fn byte_ns(baud: u32) -> u32 {
         .saturating_mul(10)
 }
 
-/// Time of so many bytes on the wire in µs, rounded up.
+/// Time of this many bytes on the wire in µs, rounded up.
 pub const fn bytes_us(bytes: u32, baud: u32) -> u64 {
     bytes.saturating_mul(byte_ns(baud)).div_ceil(1_000) as u64
 }

@@ -8,7 +8,7 @@
 //! | broadcast WRITE 1000     | stops every servo that is listening            |
 //! | 210 × 0xFF               | completes or discards whatever half packet a servo's receiver is stuck in; no id, length or PWM is 0xFF, so it does nothing else |
 //! | broadcast WRITE 1000     | stops the servos that were stuck               |
-//! | SYNC_WR 1001, then 1000  | the only stop heard by a servo that once saw a packet of LEN 128 or more |
+//! | SYNC_WR 1001, then 1000  | the only stop accepted by a servo that once saw a packet of LEN 128 or more |
 //! | torque enable 0, twice   | stops stock servos, by Protocol 1.0; the second for those that took the first for the end of something else |
 //!
 //! The last comes last: it holds zeros, which a Morpheus servo in the middle of
@@ -78,7 +78,7 @@ const CONTROL_STEP_US: u32 = 2_000;
 pub enum StopStep {
     /// Send these bytes.
     Send(Packet),
-    /// Send this byte so many times.
+    /// Send this byte this many times.
     Repeat(u8, u16),
     /// Leave the wire alone, from the end of the last stop bit.
     Pause {
@@ -108,7 +108,7 @@ fn stop_step(index: u8, ids: [ServoId; JOINTS]) -> Option<StopStep> {
     let send = |request: Request| StopStep::Send(request.encode());
     let pause = |us| StopStep::Pause { us };
     Some(match index {
-        // Whoever is speaking finishes first: a reply lasts 70 µs.
+        // A servo that is sending finishes first: a reply lasts 70 µs.
         0 => pause(2 * PACKET_GAP_US),
         1 => send(Request::StopAll),
         2 => pause(PACKET_GAP_US),

@@ -5,15 +5,15 @@ use super::{ExpectedReply, Sample};
 use crate::JOINTS;
 use crate::actuator::Pwm;
 
-/// What can be asked of the bus. The servos' firmware is what
-/// [`Master::set_line`](super::master::Master::set_line) was told.
+/// Requests on the bus. The servos' firmware is that of
+/// [`Master::set_line`](super::master::Master::set_line).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transaction {
     /// All motors off, whatever runs on the servos and whatever state they are
     /// in. Takes about 8 ms at 1 Mbaud.
     Stop,
-    /// All motors off that hear a plain order, whatever runs on the servos. Takes
-    /// 0.4 ms at 1 Mbaud; what it cannot do is in [`stop`](super::stop).
+    /// All motors off that accept a plain command, with either firmware. Takes
+    /// 0.4 ms at 1 Mbaud; the cases it does not cover are in [`stop`](super::stop).
     BriefStop,
     /// Presence test of the servo of this joint.
     Ping {
@@ -53,7 +53,7 @@ pub struct Outcome {
     pub samples: [Sample; JOINTS],
     /// Per joint: what a stock servo complained of in its answer.
     pub alarms: [Alarms; JOINTS],
-    /// From the first bit sent to the last byte heard, or to the end of the
+    /// From the first bit sent to the last byte received, or to the end of the
     /// window if something is missing, in µs.
     pub bus_us: u32,
 }

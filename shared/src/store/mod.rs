@@ -2,8 +2,8 @@
 //!
 //! Flash is two pages ([`NorFlash::ERASE_SIZE`] each). One is a log to which each
 //! save appends the settings and then, when they have been read back, a receipt;
-//! the other is erased. `page` keeps a log, `record` says what is in it, and
-//! [`memory`] is flash for those who have none.
+//! the other is erased. `page` keeps a log, `record` defines its entries, and
+//! [`memory`] is a replacement for flash.
 //!
 //! # When pages are erased
 //!
@@ -11,7 +11,7 @@
 //! runs: on an STM32F405 erasing a page of 128 kB stops the processor for 1 to 2 s,
 //! programming a word for 16 µs (its data sheet, flash memory programming). It makes
 //! room for a number of saves, and [`Store::save`] never erases: a board that is
-//! saved to more often says so, until it is reset.
+//! saved to more often reports it, until it is reset.
 //!
 //! # When power goes
 //!
@@ -30,9 +30,9 @@
 //!
 //! The newest intact settings, unless there is a receipt for newer ones: those
 //! were damaged later, and going back to older ones unnoticed could mean limits
-//! that somebody has since made tighter. Then, and whenever nothing intact is
+//! that have been made tighter since. Then, and whenever nothing intact is
 //! found in pages that are not blank, the defaults are in force, and
-//! [`SettingsFrom`] says so until settings are saved again.
+//! [`SettingsFrom`] reports it until settings are saved again.
 
 pub mod memory;
 mod page;
@@ -54,7 +54,7 @@ pub struct Store<F> {
 /// Why there is no room for saves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PrepareError {
-    /// Two pages, or so many saves in one, are more than there is.
+    /// Two pages, or this many saves in one, are more than there is.
     TooSmall,
     /// The flash reports an error.
     Flash(NorFlashErrorKind),
@@ -108,7 +108,7 @@ impl<F: NorFlash> Store<F> {
         &mut self.flash
     }
 
-    /// Makes room for so many saves, and completes what power-off interrupted. May
+    /// Makes room for this many saves, and completes what power-off interrupted. May
     /// erase both pages. Does not change what [`Store::load`] finds.
     ///
     /// # Errors
@@ -150,7 +150,7 @@ impl<F: NorFlash> Store<F> {
 
     /// The settings to begin with, and where they come from. Changes nothing.
     ///
-    /// `accept` says whether a program can run with them.
+    /// `accept` decides whether a program can run with them.
     pub fn load(&mut self, accept: impl FnOnce(&Settings) -> bool) -> (Settings, SettingsFrom) {
         let from = match self.log() {
             Err(_) => SettingsFrom::Unreadable,

@@ -136,7 +136,7 @@ impl PageScan {
         (Some(*generation) >= self.receipt).then(|| Record::read(bytes))?
     }
 
-    /// Whether these are the settings in force, as far as this page says.
+    /// Whether these are the settings in force, according to this page.
     pub(super) fn has_receipt_for(&self, settings: &Settings) -> bool {
         self.settings().is_some_and(|record| {
             self.receipt == Some(record.generation) && record.settings() == Ok(*settings)

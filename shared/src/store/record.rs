@@ -5,9 +5,9 @@
 //! ```
 //!
 //! Integers are little endian. Header and CRC stay as they are in every format;
-//! a new format number says that bodies mean something else. There are two kinds:
+//! a new format number means other bodies. There are two kinds:
 //!
-//! | kind    | body                                              | says            |
+//! | kind    | body                                              | meaning         |
 //! |---------|---------------------------------------------------|-----------------|
 //! | `b'S'`  | hash of the schema of [`Settings`], then postcard | these are the settings |
 //! | `b'R'`  | none                                              | the settings of this generation were written and read back |

@@ -120,7 +120,7 @@ impl Supervisor {
         next(self.state(), event).map(|_| ())
     }
 
-    /// Takes `event`: says what is to be done.
+    /// Takes `event`, and returns the actions.
     ///
     /// # Errors
     /// The refusal for the host; the state stays as it is.

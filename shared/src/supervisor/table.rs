@@ -217,7 +217,7 @@ mod tests {
         assert_eq!(of_diagram, of_table);
     }
 
-    /// What must hold whatever else the table says, pair by pair.
+    /// Properties of the table, pair by pair.
     #[test]
     fn every_pair_is_safe() {
         for (state, event) in pairs() {

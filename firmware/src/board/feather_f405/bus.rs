@@ -85,7 +85,7 @@ fn set_up() {
         GPIOB
             .ospeedr()
             .modify(|w| w.set_ospeedr(pin, Ospeedr::MEDIUM_SPEED));
-        // The buffer that listens is off while we send: hear nothing then.
+        // The receive buffer is off while we send: its output floats, so do not receive.
         GPIOB.pupdr().modify(|w| w.set_pupdr(pin, Pupdr::PULL_UP));
         GPIOB.moder().modify(|w| w.set_moder(pin, Moder::ALTERNATE));
     }
@@ -164,7 +164,7 @@ impl Line for BusLine {
 
     fn is_sent(&self) -> bool {
         // TXEIE stays on until the last byte is in the shift register, and
-        // from then on TC tells.
+        // from then on TC marks the end.
         !BUFFERS.is_sending() && !USART3.cr1().read().txeie() && USART3.sr().read().tc()
     }
 

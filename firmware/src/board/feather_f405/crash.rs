@@ -18,7 +18,7 @@ pub(crate) fn polled_bus() -> PolledBus {
 /// resets is in the option bytes, which this program leaves alone: as the chip
 /// comes, brown-out reset is off and only its supply supervisor resets, at about
 /// 1.7 V. That sets the same flags as power-up, and memory that is still in order
-/// tells the two apart.
+/// distinguishes the two.
 pub fn reset_cause() -> End {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));

@@ -33,8 +33,8 @@
 //!
 //! Every way down ends in the stop sequence on the bus, sent by polling: a
 //! panic and a hard fault send it and reset; after any reset, the watchdog's
-//! included, it is the first thing the program does. [`crate::crash`] says within
-//! which time.
+//! included, it is the first action of the program. [`crate::crash`] has the
+//! times.
 //!
 //! The emergency stop is a switch between D9 and ground that is closed in normal
 //! use: pressed, or with a wire broken or unplugged, it is open and the pin is

@@ -13,7 +13,7 @@ use embassy_time::{Instant, Timer};
 pub const STOP_LOOK_US: u64 = 1_000;
 
 /// A transmission ends with an interrupt. Its end as computed comes some µs before it,
-/// at which the tick would find nothing to do; with so much added it wakes the tick
+/// at which the tick would have nothing to do; this margin wakes the tick
 /// only if the interrupt is lost.
 const SENT_GRACE_US: u64 = 50;
 

@@ -109,7 +109,7 @@ pub fn start(
     }
 }
 
-/// What of `bytes` goes into one packet. A full one says that more is to come:
+/// The part of `bytes` for one packet. A full packet announces another one:
 /// never end on one.
 fn packet(bytes: &[u8]) -> &[u8] {
     let len = match bytes.len() {

@@ -2,7 +2,7 @@
 //!
 //! QEMU sends in no time. `flush` therefore reports the end of a transmission
 //! when its bytes would have left at ten bits each, so that the bus master's
-//! timing is what it is on a real line. Whoever is at the other end takes the
+//! timing is that of a real line. The other end takes the
 //! bytes of a burst as sent back to back from the moment the first arrived.
 //!
 //! In lockstep the port's buffers are emptied and filled by [`super::lockstep`]

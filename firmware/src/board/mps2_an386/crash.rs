@@ -12,7 +12,7 @@ pub(crate) fn polled_bus() -> PolledBus {
     PolledBus::take()
 }
 
-/// Why there was a reset: the machine does not say. If memory was kept, it was
+/// Cause of the reset, which the machine does not report. If memory was kept, it was
 /// QEMU's monitor or the watchdog's second expiry; otherwise QEMU has just begun.
 pub fn reset_cause() -> End {
     if memory::is_kept() {

@@ -1,7 +1,7 @@
 //! Where settings are kept: the machine has no flash that a program could write, so
 //! a region of its memory stands in for it.
 //!
-//! Nobody initialises that region. Settings outlive a reset of the emulated
+//! That region is not initialised. Settings outlive a reset of the emulated
 //! machine, not the end of QEMU.
 
 use armbridge_shared::store::memory::Memory;
@@ -11,7 +11,7 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 /// Bytes of a page.
 const PAGE: usize = 8 * 1_024;
 const LEN: usize = 2 * PAGE;
-/// Says that the region holds what a program has written. QEMU's memory begins with
+/// Marks the region as written by a program. QEMU's memory begins with
 /// zeros.
 const WRITTEN: u32 = 0x5E77_1465;
 

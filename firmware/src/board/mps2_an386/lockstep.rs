@@ -5,7 +5,7 @@
 //!   everything is done, the tick waits
 //!   TimeRequest + all bytes sent     ---->  moves the arm to the next instant
 //!   takes the bytes                  <----  TimeGrant + all bytes arrived
-//!   time becomes what it says, the tick runs at once, until it waits again
+//!   time becomes that of the grant, the tick runs at once, until it waits again
 //! ```
 //!
 //! So the order of events is always the same, whatever either process does

@@ -14,8 +14,8 @@
 //! | log            | semihosting console          |                |
 //! | settings       | memory ([`flash`])           |                |
 //!
-//! The UARTs carry bytes where time is real, or slower than that; [`lockstep`] says what
-//! carries them there, and why.
+//! The UARTs carry bytes where time is real, or slower than that; [`lockstep`] describes
+//! the path of bytes there.
 //!
 //! QEMU has no GPIO here, so the direction pin of the servo bus only exists in
 //! the program; the virtual bus keeps the directions apart by itself.

@@ -24,7 +24,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Asks QEMU; empty if it does not say.
+    /// Reads it from QEMU; empty if there is none.
     pub fn get() -> Self {
         let mut line = [0; 128];
         let block = [line.as_mut_ptr() as usize, line.len()];

@@ -7,7 +7,7 @@
 //! cycle, so that the same instructions always take the same time with
 //! `-icount`.
 //!
-//! In lockstep neither matters: the time is what the last grant said, and the
+//! In lockstep neither matters: the time is that of the last grant, and the
 //! real-time loop is woken by the next one (see [`super::lockstep`]).
 
 use super::{BUS, CLOCK_MHZ, bus, fault_injection, watchdog};
@@ -108,7 +108,7 @@ pub fn grant(now_us: u64, is_stop_pressed: bool) {
     STOP_PRESSED.store(is_stop_pressed, Ordering::Relaxed);
     critical_section::with(|cs| {
         let granted = GRANTED.borrow(cs);
-        // Time never goes back, whatever the bench says.
+        // Time never goes back, whatever the grant.
         granted.set(granted.get().max(now_us));
     });
     WAKE.signal(());
@@ -122,7 +122,7 @@ pub fn on_bus_activity() {
     }
 }
 
-/// The client has said something.
+/// The client has sent bytes.
 pub fn wake() {
     WAKE.signal(());
 }

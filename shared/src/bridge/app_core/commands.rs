@@ -151,7 +151,7 @@ impl Core {
         Ok(())
     }
 
-    /// A host says hello: what another host has armed is not for this one.
+    /// A hello of a host: another host's arming does not hold for this one.
     pub fn begin_session(&mut self) {
         if self.state().is_armed() {
             // Never refused.

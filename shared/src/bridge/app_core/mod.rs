@@ -241,7 +241,7 @@ impl Core {
         self.conclusion.take()
     }
 
-    /// The host was heard.
+    /// A frame of the host was received.
     pub fn note_host(&mut self) {
         self.heard_us = self.now_us;
     }

@@ -17,13 +17,13 @@ impl Core {
         self.overruns_in_row == 0 && self.token.is_complete(self.tick)
     }
 
-    /// The period in µs on a bus that allows periods of so much. One that is too slow
+    /// Period in µs, at least this one, which the bus allows. A bus that is too slow
     /// for the configured period is read as fast as it goes; no torque comes on then.
     pub fn period_us(&self, least_period_us: u32) -> u32 {
         self.config.period_us().get().max(least_period_us)
     }
 
-    /// Begins a tick on a bus that allows periods of so much: puts the command that
+    /// Begins a tick with at least the period that the bus allows: puts the command that
     /// was decided last in force, and plans the next tick.
     pub fn begin_tick(&mut self, least_period_us: u32) -> ActuatorCommand {
         let period_us = u64::from(self.period_us(least_period_us));

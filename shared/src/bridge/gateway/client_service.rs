@@ -185,7 +185,7 @@ where
         let is_due = now_us.saturating_sub(gateway.reported_us) >= REPORT_US;
         if is_due && gateway.counters != gateway.reported {
             gateway.reported_us = now_us;
-            // Lost if the host does not fetch it: the next one says more.
+            // Lost if the host does not fetch it: the next one has the same counts.
             let notification = Notification::Port(gateway.counters);
             if self.end.notifications.enqueue(notification).is_ok() {
                 gateway.reported = gateway.counters;

@@ -55,9 +55,9 @@ pub enum FrameKind {
 enum PrefixClass {
     /// Nothing: the first of them is no packet's.
     Raw,
-    /// Too early to say.
+    /// More bytes are needed.
     Open,
-    /// This, when there are so many of them.
+    /// This packet, when it is complete with this many bytes.
     Whole(FrameKind, usize),
 }
 

@@ -3,8 +3,8 @@
 //!
 //! | what the bridge does     | what the client gets                              |
 //! |--------------------------|---------------------------------------------------|
-//! | torque off, bus released | its packets on the bus as they are, every byte heard |
-//! | ticks, torque on or not  | what is harmless, asked in the slack of a tick    |
+//! | torque off, bus released | its packets on the bus as they are, every received byte |
+//! | ticks, torque on or not  | harmless requests, in the slack of a tick         |
 //!
 //! While ticks run, no packet of the client goes on the bus as it came: the board
 //! makes its own queries for what the client reads, and refuses whatever would

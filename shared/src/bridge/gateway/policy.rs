@@ -34,8 +34,8 @@
 //! | any other to all servos              | refused in silence                 |
 //! | damaged                              | answered with silence, as by a servo |
 //!
-//! A packet of the protocol that the bus does not speak is refused in silence:
-//! no servo would hear it.
+//! A packet of another protocol than that of the bus is refused without a reply:
+//! no servo would receive it.
 //!
 //! [`safe_read`]: crate::servo::morpheus::safe_read
 

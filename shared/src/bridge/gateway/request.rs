@@ -81,7 +81,7 @@ impl PendingRequest {
         }
     }
 
-    /// Whether it comes to an end if there is so much time again and again.
+    /// Whether it can be completed with repeated slots of this time.
     /// If not, [`PendingRequest::refusal`] is the answer.
     pub fn can_ever_fit(&self, budget: TimeBudget) -> bool {
         match &self.task {

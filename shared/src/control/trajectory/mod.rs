@@ -1,6 +1,6 @@
 //! Trajectories that the board computes itself.
 //!
-//! A [`Shape`] says what is wanted, as plain data. [`Trajectory::plan`] joins it to
+//! A [`Shape`] describes the motion, as plain data. [`Trajectory::plan`] joins it to
 //! whatever reference is in force, checks it against [`Bounds`] and makes it ready;
 //! that may take milliseconds and is not for the tick. [`Trajectory::at`] is: it
 //! returns the [`Reference`] for a time since the start and depends on nothing else. On

@@ -4,7 +4,7 @@
 //! integral of squared jerk is a spline of quintics whose jerk and snap (third and
 //! fourth derivative) are continuous at the waypoints too. With v and a the speeds
 //! and accelerations at three successive knots -, 0 and +, h and H the times before
-//! and after the middle one, and d and D the distances, that says
+//! and after the middle one, and d and D the distances, that means
 //!
 //! ```text
 //! jerk    (-24 v- - 36 v)/h^2 + (36 v + 24 v+)/H^2 + (-3 a- + 9 a)/h + (9 a - 3 a+)/H

@@ -37,10 +37,10 @@ pub(super) struct ActiveExperiment {
     /// Of the tick that is decided, in s since then.
     elapsed_s: f32,
     fast: [Debounce; JOINTS],
-    /// PWM in counts from off that held each joint, summed over so many ticks.
+    /// PWM in counts from off that held each joint, summed over the counted ticks.
     held_counts: [f32; JOINTS],
     held_ticks: f32,
-    /// The host has said nothing for too long.
+    /// The host has been silent for too long.
     is_host_quiet: bool,
 }
 

@@ -1,7 +1,7 @@
 //! Debounce: times as numbers of ticks, and ticks in a row.
 //!
 //! Periods reach from 600 µs to 100 ms, where some times are shorter than a
-//! tick. So every rule also says of how many ticks it needs at least, to be more
+//! tick. So every rule also has a least number of ticks, to be more
 //! than a coincidence.
 
 /// Ticks in which a time has passed, and `least` of them.

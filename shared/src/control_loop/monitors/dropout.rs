@@ -16,14 +16,14 @@ use crate::link::mode::Fault;
 /// damages one reply in five, five in a row are one in 3000.
 const ROW_TICKS: u32 = 5;
 
-/// A share is counted over so many parts, the last of them growing: nothing has
+/// Number of parts over which a share is counted, the last of them growing: nothing has
 /// to be kept tick by tick.
 const PARTS: usize = 10;
 
 /// Length of a part in µs: a second in all.
 const PART_US: u32 = 100_000;
 
-/// Ticks of a part, however slow they are. Fifty tell one lost reply in five from
+/// Ticks of a part, at any period. Fifty distinguish one lost reply in five from
 /// one in two; ten do not.
 const PART_TICKS: u32 = 5;
 
@@ -63,7 +63,7 @@ pub(super) struct Dropout {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Row {
     missing: u32,
-    /// Something was heard all the same.
+    /// Other bytes were received.
     is_heard: bool,
 }
 
@@ -156,8 +156,8 @@ impl Dropout {
 
 impl Row {
     fn add(&mut self, missing: Missing) {
-        // A servo that goes may be cut off in the middle of its reply, so the
-        // first of the row says nothing of it.
+        // A servo that fails may be cut off in the middle of its reply, so the
+        // first of the row proves nothing.
         self.is_heard |= self.missing > 0 && is_heard(missing);
         self.missing = self.missing.saturating_add(1);
     }
@@ -187,7 +187,7 @@ impl Share {
     }
 }
 
-/// Whether somebody may have answered. A servo that is not asked is not silent.
+/// Whether a servo may have answered. A servo that is not asked is not silent.
 const fn is_heard(missing: Missing) -> bool {
     match missing {
         Missing::Silence | Missing::EchoOnly => false,

@@ -6,7 +6,7 @@ use super::violation::Violation;
 use crate::link::limits::{Limits, hard};
 use crate::link::mode::Fault;
 
-/// Samples in a row in the gap. One may be damage that its checksum did not tell:
+/// Samples in a row in the gap. One may be damage that its checksum did not detect:
 /// one in 256 does not.
 const GAP_SAMPLES: u32 = 2;
 

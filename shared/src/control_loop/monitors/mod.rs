@@ -6,7 +6,7 @@
 //!                        +------ Violation ------+--> torque off
 //! ```
 //!
-//! [`Monitors::judge`] detects: it says when samples, estimate or arm are not what
+//! [`Monitors::judge`] detects: it reports samples, an estimate or an arm that are not what
 //! they would be if all were well. [`Monitors::limit`] prevents: it brakes a joint
 //! before its angle limit and holds torque and its rate to their limits, and is a
 //! violation only when it has to go on doing so. The first violation wins: what
@@ -55,8 +55,8 @@ use torque::{LimitedTorque, TorqueConfig, TorqueLimiter};
 pub(super) use debounce::Debounce;
 pub use violation::Violation;
 
-/// Samples in a row with an alarm. One may be damage that its checksum did not tell: one in
-/// 256 does not. A servo that has let go goes on saying so.
+/// Samples in a row with an alarm. One may be damage that its checksum did not detect: one in
+/// 256 does not. A servo that has switched torque off repeats its alarm.
 const ALARM_SAMPLES: u32 = 2;
 
 /// What one tick brought.
@@ -78,7 +78,7 @@ pub(super) struct MonitorInput<'a> {
     pub(super) torque_nm: [f32; JOINTS],
     /// What of it gravity takes at these angles, in N m.
     pub(super) gravity_nm: [f32; JOINTS],
-    /// The servo says with its sample that it has let go of its shaft.
+    /// The servo reports with its sample that it has switched torque off.
     pub(super) is_alarmed: [bool; JOINTS],
     /// The motors may be driven.
     pub(super) is_armed: bool,
@@ -159,7 +159,7 @@ impl MonitorConfig {
     /// The samples that the estimator is given. One that is farther from where it is
     /// expected than the limit is not: a single one that is wrong and whose checksum
     /// is right, as one in 256 is on a bad line, moves no motor. Several are an
-    /// estimator that has lost the arm, which [`Monitors::judge`] says.
+    /// estimator that has lost the arm, which [`Monitors::judge`] detects.
     pub(super) fn gate_innovation(
         &self,
         measured_rad: [Option<f32>; JOINTS],
@@ -182,7 +182,7 @@ impl Monitors {
     }
 
     /// Judges what this tick brought, before the control law runs. With torque
-    /// off the arm may be anywhere and be moved by anybody: all that is judged
+    /// off the arm may be anywhere and may be moved by hand: all that is judged
     /// then is whether its servos answer.
     ///
     /// # Errors

@@ -23,8 +23,8 @@
 //! poles `near` and `back`. So a joint that is pushed against the end comes to
 //! rest there and is held.
 //!
-//! Equation (1) makes torques of accelerations. The bounds say nothing of what
-//! the servos can do: a joint that is too fast for full torque goes beyond.
+//! Equation (1) makes torques of accelerations. The bounds do not include
+//! the limits of the servos: a joint that is too fast for full torque goes beyond.
 
 use crate::JOINTS;
 use crate::arm::{Parameters, Posture, State};

@@ -6,7 +6,7 @@
 //! motion, and shows in every other sample where it is one count rms: so it is the
 //! mean over some samples that must stay.
 //!
-//! An encoder whose noise is known to show has stopped when it says the very same
+//! An encoder whose noise is known to show has stopped when it reads the very same
 //! count for long. That is watched only if asked for.
 
 use super::debounce::{Debounce, ticks};

@@ -10,9 +10,9 @@ use crate::estimate::joint_estimate::{Covariance, JointEstimate};
 use crate::real::Real;
 use nalgebra::Matrix2;
 
-/// Largest disturbance that is believed in, in N m: a push of 0.2, a fifth of the
-/// torque missing, and friction, with room. An arm that somebody holds would
-/// otherwise wind it up, and fly when it is let go.
+/// Largest estimated disturbance, in N m: a push of 0.2, a fifth of the
+/// torque missing, and friction, with room. An arm that is held by hand would
+/// otherwise wind it up, and fly when it is released.
 const DISTURBANCE_MAX_NM: f64 = 0.5;
 
 /// What one joint needs every period.

@@ -27,7 +27,7 @@ fn a_push_is_found_and_the_arm_at_rest_is_seen_at_rest() {
     assert!((state.q - q).amax() < 1e-6 && state.dq.amax() < 1e-6);
 }
 
-/// Somebody holds the arm against a motor that pushes as hard as it can.
+/// The arm is held against a motor that pushes as hard as it can.
 #[test]
 fn a_disturbance_does_not_wind_up() {
     let filter = build::<f64>();

@@ -29,7 +29,7 @@ enum Evidence {
 /// A reply's payload, with the error byte of a stock servo.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Payload {
-    /// What a stock servo complains of.
+    /// Alarms of a stock servo.
     pub alarms: Alarms,
     /// Parameters or data.
     pub data: Vec<u8, REPLY_MAX>,

@@ -1,6 +1,6 @@
-//! Telling our own echo from a reply.
+//! Separates our own echo from a reply.
 //!
-//! On a single-wire bus whose receiver stays on, every byte we send is heard
+//! On a single-wire bus whose receiver stays on, every byte we send is received
 //! again. Whether that is so is learnt from the first transmission, the stop
 //! sequence, to which no servo replies; from then on as many bytes as were
 //! sent are taken for echo, and compared.
@@ -16,7 +16,7 @@ enum Bus {
     Unknown,
     /// The receiver is off while we send.
     Silent,
-    /// Everything sent is heard.
+    /// Every byte sent is received.
     Echoing,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Echo {
     bus: Bus,
     /// The last transmission, or as much of it as fits.
     sent: heapless::Vec<u8, MEMORY>,
-    /// Bytes sent, and heard, since the last settling.
+    /// Bytes sent, and received, since the last settling.
     sent_count: u32,
     heard_count: u32,
     mismatch: bool,
@@ -49,7 +49,7 @@ impl Echo {
     }
 
     /// Whether this byte is our own. One that should be ours but differs is
-    /// counted as ours and remembered: somebody else drove the wire.
+    /// counted as ours and remembered: another sender drove the wire.
     pub(super) fn claims(&mut self, byte: u8) -> bool {
         if self.bus == Bus::Silent || self.heard_count >= self.sent_count {
             return false;

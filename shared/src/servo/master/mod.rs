@@ -15,7 +15,7 @@
 //!
 //! # Two firmwares, one bus
 //!
-//! [`Master::set_line`] says what runs on the servos and at what speed. A tick
+//! [`Master::set_line`] sets the servos' firmware and baud rate. A tick
 //! is SYNC_WR and CYCLE on Morpheus servos, one `SYNC_WRITE` and a READ a servo on
 //! stock ones; everything above is the same.
 //!
@@ -24,8 +24,8 @@
 //! | [`Transaction`] | what can be asked                                     |
 //! | `table`         | its steps; those of a tick are with the protocol      |
 //! | [`timing`]      | how long servos may take, how long the wire must rest |
-//! | `collect`       | what was heard, sorted; why something is missing      |
-//! | `echo`          | telling our own echo from a reply                     |
+//! | `collect`       | received bytes, decoded; why something is missing     |
+//! | `echo`          | separates our own echo from a reply                   |
 //! | `step`          | what a step does to port and pin                      |
 
 mod collect;
@@ -57,7 +57,7 @@ use embedded_hal_nb::serial::{Read, Write};
 
 /// Reads from the port in one poll: the longest transmission's echo and more.
 const DRAIN_MAX: usize = 256;
-/// Bytes of the longest packet of somebody else's.
+/// Bytes of the longest foreign packet.
 pub const ASK_MAX: usize = 260;
 /// Bytes overheard between two polls.
 const OVERHEARD_MAX: usize = 256;
@@ -69,7 +69,7 @@ const NOT_ASKED: [Sample; JOINTS] = [Sample::Missing(Missing::NotAsked); JOINTS]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Busy;
 
-/// Why a packet of somebody else's is not sent.
+/// Why a foreign packet is not sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AskError {
     /// A transaction is under way.
@@ -172,7 +172,7 @@ where
         self.overheard.pop_front()
     }
 
-    /// Sends a packet of somebody else's and, if wanted, awaits a reply.
+    /// Sends a foreign packet and, if wanted, awaits a reply.
     ///
     /// # Errors
     /// [`AskError`]; nothing is sent then.
@@ -327,7 +327,7 @@ where
     /// `None` if none do. Polling at every byte is as good, and costs more.
     pub fn bytes_wanted(&self) -> Option<usize> {
         match &self.phase {
-            // Somebody else wants every byte as it comes.
+            // The client wants every byte as it comes.
             _ if self.listens_in => Some(1),
             Phase::Listening { collect, .. } => Some(collect.bytes_wanted()),
             Phase::Idle

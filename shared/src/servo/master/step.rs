@@ -70,7 +70,7 @@ where
                 Ok(byte) if self.echo.claims(byte) => {}
                 Ok(byte) => {
                     if self.listens_in {
-                        // Somebody who does not fetch them loses the newest.
+                        // If they are not fetched, the newest are lost.
                         let _ = self.overheard.push_back(byte);
                         self.active_us = self.active_us.max(now_us);
                     }

@@ -12,7 +12,7 @@
 //!
 //! | packet                                   | what it does to the servos        |
 //! |------------------------------------------|-----------------------------------|
-//! | LEN of 128 or more                       | no command is heard until power-off |
+//! | LEN of 128 or more                       | no command is received until power-off |
 //! | READ of no bytes, or whose first byte of reply is 0x83 | the others are deaf for 200 bytes |
 //! | source address of a servo, or 255        | servos answer each other for ever |
 //! | broadcast WRITE without data             | blocked for 266 ms, registers overwritten |
@@ -33,7 +33,7 @@
 //!
 //! # Off read-back
 //!
-//! A servo tells the low byte of its PWM only; the high byte always reads 0. Off is
+//! A servo returns the low byte of its PWM only; the high byte always reads 0. Off is
 //! 1000 = 0x03E8, so a low byte of 0xE8 is what a servo answers that is off, but
 //! also one with a PWM of 232, 488, 744, 1256, 1512 or 1768. Other low bytes are
 //! certainly not off. [`Firmware::judge_off`](super::Firmware::judge_off) is thus

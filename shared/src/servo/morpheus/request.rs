@@ -10,7 +10,7 @@ use crate::servo::{Packet, ServoId};
 /// and never a servo's: [`ServoId`] excludes it.
 pub const MASTER: u8 = 0xFE;
 
-/// Everything the bridge says to Morpheus servos.
+/// All requests of the bridge to Morpheus servos.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
     /// "Are you there?" Answered with one byte.
@@ -26,8 +26,8 @@ pub enum Request {
     Drive([(ServoId, Pwm); JOINTS]),
     /// PWM 1000 by broadcast WRITE: motors off in every control mode. No reply.
     StopAll,
-    /// PWM 1001, by the unchecked SYNC_WR: the only thing that a servo still
-    /// hears after a packet of LEN 128 or more. 1000 is ignored where the last
+    /// PWM 1001, by the unchecked SYNC_WR: the only packet that a servo still
+    /// accepts after a packet of LEN 128 or more. 1000 is ignored where the last
     /// such value was 1000, hence the step aside first. No reply.
     SideStep([ServoId; JOINTS]),
     /// PWM 1000 by the unchecked SYNC_WR, after [`Request::SideStep`].

@@ -1,7 +1,7 @@
 //! Reading registers without deafening the other servos.
 //!
 //! Servos take each other's replies for requests. One whose first byte is 0x83
-//! looks like SYNC_WR, and a servo that hears it is deaf for 200 bytes: a READ must
+//! looks like SYNC_WR, and a servo that receives it is deaf for 200 bytes: a READ must
 //! begin at a register that never holds 0x83. There are four:
 //!
 //! | from | what                  | holds | reaches    |
@@ -43,7 +43,7 @@ pub struct Plan {
     skip: u8,
 }
 
-/// How to read the low byte of the PWM, all of it that a servo tells.
+/// How to read the low byte of the PWM, the only one that a servo returns.
 pub const PWM_LOW: Plan = Plan {
     address: TEMPERATURE_HIGH,
     count: 2,

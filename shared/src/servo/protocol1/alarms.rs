@@ -1,6 +1,6 @@
 //! The error byte of a status packet.
 
-/// What a servo complains of. Several at once are usual.
+/// Alarms of a servo. Several at once are usual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
 pub struct Alarms(u8);
 

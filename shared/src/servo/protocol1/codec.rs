@@ -128,7 +128,7 @@ impl Protocol for Protocol1 {
         0
     }
 
-    /// Angle limits through moving speed: torque enable alone would not tell a
+    /// Angle limits through moving speed: torque enable alone would not distinguish a
     /// servo that holds still from one that is on its way, and a moving speed of 0
     /// is standstill in wheel mode, but the highest speed in joint mode.
     fn off_query(servo: ServoId) -> Query {

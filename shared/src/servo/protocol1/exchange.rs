@@ -10,11 +10,11 @@
 //! guard | torque enable 0 (8 bytes) | guard | READ (8 bytes) | position (8)
 //! ```
 //!
-//! A servo that was cut off inside a packet takes up to 254 bytes for its rest, and hears
-//! the first order after them: the more bytes a tick has and the less it waits, the sooner.
+//! A servo that was cut off inside a packet takes up to 254 bytes for its rest, and receives
+//! the first packet after them: the more bytes a tick has and the less it waits, the sooner.
 //!
-//! Times are from the e-Manual, where it says anything; it says nothing of how long
-//! a servo thinks.
+//! Times are from the e-Manual, where it has any; it has none for the processing time of
+//! a servo.
 
 use super::codec::{LATENCY_US, RETURN_DELAY_MAX_US};
 use super::{BROADCAST, Instruction, Protocol1, register, torque_off};

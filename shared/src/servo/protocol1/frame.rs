@@ -95,7 +95,7 @@ mod tests {
             for byte in garbage {
                 let _ = parser.push(byte);
             }
-            // The header of the garbage may swallow so many of them.
+            // The header of the garbage may swallow this many of them.
             let mut found = 0;
             for _ in 0..=SHORT / bytes.len() + 1 {
                 for byte in &bytes {

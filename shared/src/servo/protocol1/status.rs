@@ -9,7 +9,7 @@ use heapless::Vec;
 pub struct Status<'a> {
     /// Who answers.
     pub id: u8,
-    /// What it complains of.
+    /// Its alarms.
     pub alarms: Alarms,
     /// What was asked for.
     pub parameters: &'a [u8],

@@ -65,7 +65,7 @@ fn packet() -> impl Strategy<Value = (FrameKind, Vec<u8>)> {
     })
 }
 
-/// Whether these bytes are as long as their own header says.
+/// Whether these bytes have the length in their own header.
 fn is_whole(kind: FrameKind, bytes: &[u8]) -> bool {
     match (kind, bytes) {
         (FrameKind::Packet(Firmware::Stock), [0xFF, 0xFF, id, length, ..]) => {

@@ -125,7 +125,7 @@ fn a_morpheus_client_is_told_in_its_servos_words() {
     let refusal = |id, to| ("refuse", morpheus(to, id, &[8]));
     let silence = ("refuse", Vec::new());
 
-    // Positions: 643 is 0x0283, whose low byte deafens if a servo says it first.
+    // Positions: 643 is 0x0283, whose low byte deafens if a servo sends it first.
     let cycle = [
         morpheus(CLIENT, 4, &[0x01, 0xF4]),
         morpheus(CLIENT, 0x29, &[0x02, 0x83]),
@@ -177,7 +177,7 @@ fn a_morpheus_client_is_told_in_its_servos_words() {
     };
     assert!(wedges(&deafening));
     assert!(!wedges(&morpheus(0x29, CLIENT, &[0; 125])));
-    // Damaged, to nobody, and of the other protocol.
+    // Damaged, to no servo, and of the other protocol.
     assert_eq!(told(&[0xAA, 3, 0x29, 0xFE, 1, 0]), ("answer", Vec::new()));
     assert_eq!(told(&morpheus(0xFE, CLIENT, &[1])), silence);
     assert_eq!(told(&stock(0x29, 1, &[])), silence);

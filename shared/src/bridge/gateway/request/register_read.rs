@@ -73,7 +73,7 @@ impl RegisterRead {
         &self.data
     }
 
-    /// The next query, of so many bytes with its answer at the most.
+    /// The next query, with at most this many bytes in query and reply.
     pub(super) fn next(&mut self, room: usize) -> Option<BusQuery> {
         let at = self.at();
         self.asked = self.piece(at, room);

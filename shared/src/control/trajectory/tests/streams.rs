@@ -34,7 +34,7 @@ fn point(at_us: u64, with_speed: bool) -> Point<f64> {
 }
 
 /// Runs ticks; asserts that acceleration never jumps by more than `jump`, and that
-/// the angle moves as speed and acceleration say.
+/// the angle moves according to speed and acceleration.
 fn run(
     stream: &mut Stream<f64>,
     ticks: core::ops::Range<u64>,

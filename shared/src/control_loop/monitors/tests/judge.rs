@@ -57,7 +57,7 @@ fn each_doubt_has_its_own_fault() {
         let (taken, violation) = until(&mut guard, &seen).unwrap();
         assert_eq!((violation.fault, taken), (fault, tick));
         assert_eq!(violation.joint, Some(1));
-        // With torque off none of it is anybody's business.
+        // With torque off none of it matters.
         let off = MonitorInput {
             is_armed: false,
             ..seen

@@ -34,7 +34,7 @@ impl Plant {
         Self { arm, ..self }
     }
 
-    /// What a board believes that it is.
+    /// The board's model of it.
     pub(super) fn believed(&self) -> Parameters<f32> {
         self.arm.map(|number| number as f32)
     }

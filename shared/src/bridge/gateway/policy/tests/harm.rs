@@ -1,4 +1,4 @@
-//! Whatever a client says, nothing that harms reaches the bus.
+//! No input of a client puts a harmful packet on the bus.
 
 extern crate std;
 
@@ -104,7 +104,7 @@ fn morpheus_is_harmless(bytes: &[u8]) -> bool {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(4096))]
 
-    /// Whatever a client says, in whatever pieces it is asked.
+    /// Any input of a client, in pieces of any size.
     #[test]
     fn nothing_that_harms_reaches_the_bus(
         packet in packet(),
@@ -116,7 +116,7 @@ proptest! {
         let pending = match judge_for(bus, samples, &packet) {
             Verdict::Ask(pending) => pending,
             Verdict::Answer(answer) | Verdict::Refuse(answer) => {
-                // All that is said is one packet of the bus's protocol, or a CYCLE's.
+                // All that is sent is one packet of the bus's protocol, or a CYCLE's.
                 let header = if is_stock { 0xFF } else { 0xAA };
                 prop_assert!(answer.is_empty() || answer[0] == header);
                 return Ok(());
