@@ -63,7 +63,7 @@ fn build(hello: Hello) -> String {
 }
 
 /// Likely reason for which a servo does not reply.
-pub fn likely_cause(missing: Missing) -> &'static str {
+pub(crate) fn likely_cause(missing: Missing) -> &'static str {
     match missing {
         Missing::NotAsked | Missing::Silence => {
             "nothing was heard; check its power, its id and the data wire"

@@ -24,7 +24,7 @@ const MEND_MOST_NS: f64 = 10e6;
 
 /// Maps the board's times to the host's clock, as they arrive.
 #[derive(Clone, Debug, Default)]
-pub struct Mapping {
+pub(crate) struct Mapping {
     /// `host - board` in ns at the start of the window, and its change per ns
     /// of the board within.
     offset_ns: f64,
@@ -36,12 +36,12 @@ pub struct Mapping {
 
 impl Mapping {
     /// Restarts after a reset of the board: its clock restarted too.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         *self = Self::default();
     }
 
     /// The host's time of a board's time that was received just now.
-    pub fn host_ns(&mut self, host_ns: u64, board_us: u64) -> u64 {
+    pub(crate) fn host_ns(&mut self, host_ns: u64, board_us: u64) -> u64 {
         let board_ns = board_us.saturating_mul(1_000);
         // Times since 1970 in ns need 61 bits: the difference is exact only as an
         // integer.

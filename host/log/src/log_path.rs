@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::recording::ReadError;
 
 /// Name of the log in a run folder.
-pub const LOG_NAME: &str = "run.mcap";
+const LOG_NAME: &str = "run.mcap";
 
 /// The log at `given`: the file itself, or the log in a
 /// folder; without a path, the latest in the run folders of `base`, whose names

@@ -25,15 +25,15 @@ use super::clock_sync::Line;
 use crate::run_info::RunFacts;
 
 /// Name of the record with the facts of the run.
-pub const RUN: &str = "run";
+pub(crate) const RUN: &str = "run";
 /// Name of the record about this program.
-pub const BUILD: &str = "build";
+pub(crate) const BUILD: &str = "build";
 /// Name of the record about the board.
 pub const BOARD: &str = "board";
 /// Name of the record with the settings.
-pub const PARAMETERS: &str = "parameters";
+pub(crate) const PARAMETERS: &str = "parameters";
 /// Name of the record about the clocks.
-pub const CLOCK: &str = "clock";
+const CLOCK: &str = "clock";
 /// Name of the record that a log ends with.
 pub const END: &str = "end";
 
@@ -48,7 +48,7 @@ pub fn set_commit(commit: &'static str) {
 }
 
 /// Hash of the link's schema, as text.
-pub fn schema_hash() -> String {
+pub(crate) fn schema_hash() -> String {
     format!("{:016x}", u64::from_be_bytes(schema::HASH))
 }
 

@@ -98,7 +98,7 @@ impl Reader {
     }
 
     /// The last settings of the board; `None` if there are none.
-    pub fn last_settings(&self) -> Option<Settings> {
+    pub(crate) fn last_settings(&self) -> Option<Settings> {
         settings(&self.metadata)
     }
 

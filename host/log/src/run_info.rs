@@ -110,7 +110,7 @@ impl RunFacts {
     }
 
     /// Size of one encoder count of a joint in mrad.
-    pub fn count_mrad(&self, joint: usize) -> f64 {
+    pub(crate) fn count_mrad(&self, joint: usize) -> f64 {
         self.rad_per_count[joint].abs() * 1e3
     }
 }

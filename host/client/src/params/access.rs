@@ -124,7 +124,11 @@ impl Parameter {
     ///
     /// # Errors
     /// If the value is not permitted, or the parameter is not in use.
-    pub fn set_value(&self, settings: &mut Settings, value: &Value) -> Result<(), ParameterError> {
+    pub(crate) fn set_value(
+        &self,
+        settings: &mut Settings,
+        value: &Value,
+    ) -> Result<(), ParameterError> {
         match self.access {
             Access::Numbers(numbers) => {
                 let mut changed = *settings;

@@ -90,7 +90,7 @@ pub enum Refusal {
 
 /// Alarms of an instruction that was not executed. The others report the state of
 /// the servo, whatever the instruction.
-pub const REFUSING: Alarms = Alarms::RANGE
+pub(crate) const REFUSING: Alarms = Alarms::RANGE
     .or(Alarms::CHECKSUM)
     .or(Alarms::INSTRUCTION)
     .or(Alarms::ANGLE_LIMIT);

@@ -132,7 +132,7 @@ impl<L: Line> BusMaster<L> {
     ///
     /// # Errors
     /// Like [`BusMaster::ask`], for the last attempt.
-    pub fn ask_patiently(&mut self, request: &Request) -> Result<Packet, BusError> {
+    pub(crate) fn ask_patiently(&mut self, request: &Request) -> Result<Packet, BusError> {
         for _ in 1..ATTEMPTS {
             match self.ask(request) {
                 Err(BusError::Diagnosis(diagnosis))

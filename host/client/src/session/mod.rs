@@ -280,7 +280,11 @@ impl Session {
     ///
     /// # Errors
     /// As [`receive`](Session::receive).
-    pub fn receive_all(&mut self, now_us: u64, mut bytes: &[u8]) -> Result<(), SessionError> {
+    pub(crate) fn receive_all(
+        &mut self,
+        now_us: u64,
+        mut bytes: &[u8],
+    ) -> Result<(), SessionError> {
         while self.receive(now_us, &mut bytes)?.is_some() {}
         Ok(())
     }

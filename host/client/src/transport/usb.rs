@@ -18,13 +18,13 @@ use crate::servo_bus::Line;
 use crate::servo_bus::line::read_chunk;
 
 /// Vendor: pid.codes.
-pub const VENDOR_ID: u16 = 0x1209;
+pub(crate) const VENDOR_ID: u16 = 0x1209;
 /// Product: its number for tests, which others use too.
-pub const PRODUCT_ID: u16 = 0x0001;
+pub(crate) const PRODUCT_ID: u16 = 0x0001;
 /// Product name, which distinguishes our boards from those.
-pub const PRODUCT_NAME: &str = "Armbridge";
+pub(crate) const PRODUCT_NAME: &str = "Armbridge";
 /// Class of the interface with the pipes.
-pub const VENDOR_CLASS: u8 = 0xFF;
+pub(crate) const VENDOR_CLASS: u8 = 0xFF;
 
 /// Size of a transfer's buffer: a page, the smallest that Linux allocates, and more than
 /// any frame.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use super::usb::{PRODUCT_ID, PRODUCT_NAME, VENDOR_CLASS, VENDOR_ID};
 
 /// Directory in which Linux lists terminals.
-pub const TERMINALS: &str = "/sys/class/tty";
+pub(crate) const TERMINALS: &str = "/sys/class/tty";
 
 /// A board's serial port.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -65,14 +65,14 @@ pub struct Order {
 
 /// Collects commands from events.
 #[derive(Clone, Debug, Default)]
-pub struct Orders {
+pub(crate) struct Orders {
     all: Vec<Order>,
     tick: Option<u32>,
 }
 
 impl Orders {
     /// Processes an event.
-    pub fn take(&mut self, event: &Event) {
+    pub(crate) fn take(&mut self, event: &Event) {
         match event.kind {
             EventKind::Sent(sequence, ToBoard::Command(command)) => self.ask(sequence, command),
             EventKind::Received(_, ToHost::Record(record)) => self.tick = Some(record.tick),
@@ -118,7 +118,7 @@ impl Orders {
     }
 
     /// All commands, in order.
-    pub fn into_all(self) -> Vec<Order> {
+    pub(crate) fn into_all(self) -> Vec<Order> {
         self.all
     }
 }

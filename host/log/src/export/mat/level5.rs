@@ -25,7 +25,7 @@ const TEXT: usize = 116;
 const FIELD_NAME: usize = 64;
 
 /// Largest array: MATLAB limits its length to 31 bits.
-pub const MOST_BYTES: u64 = i32::MAX as u64;
+pub(crate) const MOST_BYTES: u64 = i32::MAX as u64;
 
 /// Types of data.
 mod data {
