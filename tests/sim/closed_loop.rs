@@ -11,7 +11,7 @@ use armbridge_shared::link::message::{
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::{Cosim, CosimError};
-use armbridge_sim::faults::host::{Meddled, Meddling};
+use armbridge_sim::faults::host::{FaultyHost, LinkFault};
 use armbridge_sim::plant::{Plant, PlantConfig};
 use armbridge_tests::{bench_run, plant, records, settling_s};
 
@@ -198,8 +198,8 @@ fn a_silent_host_switches_torque_off() {
     let script = upright(Setup::default(), 2.0);
     let board = VirtualBoard::new(channels.split()).unwrap();
     let bench = Bench::new(Plant::new(plant([0.30, -0.25], true), 1));
-    let mut host = Meddled::new(PlanRunner::new(script));
-    host.meddle(Meddling::Vanish, 100_000..u64::MAX, 1);
+    let mut host = FaultyHost::new(PlanRunner::new(script));
+    host.inject(LinkFault::Vanish, 100_000..u64::MAX, 1);
     let mut run = Cosim::new(board, bench, host);
     while run.now_us() < 600_000 {
         run.step().unwrap();

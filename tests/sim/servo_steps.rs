@@ -1,7 +1,7 @@
 //! The servos do not care in which steps time is advanced: a simulation that
 //! jumps and a server that follows the wall clock see the same.
 
-use armbridge_sim::half_duplex_bus::{Heard, Mechanics, Record, Wire};
+use armbridge_sim::half_duplex_bus::{Mechanics, ReceivedByte, Record, Wire};
 use armbridge_sim::morpheus_servo::{Reading, Servo, State};
 
 /// A sensor that moves with time, and everything the servos did to the motor.
@@ -39,7 +39,7 @@ const TRAFFIC: [(u64, &[u8]); 6] = [
 ];
 const END_NS: u64 = 50_000_000;
 
-fn run(step_ns: u64) -> (Rig, Vec<Heard>, Vec<Record>, Vec<State>) {
+fn run(step_ns: u64) -> (Rig, Vec<ReceivedByte>, Vec<Record>, Vec<State>) {
     let mut wire = Wire::new(vec![Servo::with_id(1), Servo::with_id(2)]);
     wire.record();
     let mut rig = Rig::default();
@@ -51,7 +51,7 @@ fn run(step_ns: u64) -> (Rig, Vec<Heard>, Vec<Record>, Vec<State>) {
     while wire.now_ns() < END_NS {
         wire.advance((wire.now_ns() + step_ns).min(END_NS), &mut rig);
     }
-    let heard = std::iter::from_fn(|| wire.take_heard()).collect();
+    let heard = std::iter::from_fn(|| wire.take_received()).collect();
     let states = wire.morpheus().map(Servo::state).collect();
     (rig, heard, wire.take_records(), states)
 }

@@ -86,7 +86,7 @@ pub fn run(seed: u64) -> (u64, usize) {
         seed,
         |now_ms, bench, board| {
             if now_ms == 50 {
-                bench.harm(ByteFault {
+                bench.inject(ByteFault {
                     way: Way::ToMaster,
                     damage: Damage::Lost,
                     share,

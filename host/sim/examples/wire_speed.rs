@@ -44,10 +44,10 @@ fn main() {
     let mut wire = Wire::new(vec![Servo::with_id(1), Servo::with_id(2)]);
     send(&mut wire, TICK_NS, &[3, 0xFF, 0xFE, 0x06]);
     wire.advance(START_NS, &mut Still);
-    while wire.take_heard().is_some() {}
+    while wire.take_received().is_some() {}
 
     let begun = Instant::now();
-    let mut heard = 0_u64;
+    let mut received = 0_u64;
     for tick in 0..TICKS {
         let start = START_NS + tick * TICK_NS;
         let [low, high] = (1000 + tick as u16 % 100).to_le_bytes();
@@ -57,14 +57,14 @@ fn main() {
         let end = send(&mut wire, start, &pwm);
         send(&mut wire, end + GAP_NS, &[3, 0xFF, 0xFE, 0x07]);
         wire.advance(start + TICK_NS, &mut Still);
-        while wire.take_heard().is_some() {
-            heard += 1;
+        while wire.take_received().is_some() {
+            received += 1;
         }
     }
     let wall = begun.elapsed().as_secs_f64();
     let simulated = (TICKS * TICK_NS) as f64 * 1e-9;
     println!(
-        "{simulated} s simulated in {wall:.3} s, {:.0} times real time; {heard} of {} bytes heard",
+        "{simulated} s simulated in {wall:.3} s, {:.0} times real time; {received} of {} bytes received",
         simulated / wall,
         TICKS * 14,
     );

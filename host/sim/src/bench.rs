@@ -1,16 +1,16 @@
-//! The bench: servos on a wire that move an arm.
+//! Bench: servos on a wire that move an arm.
 
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
 
 use crate::drivetrain::Joints;
 use crate::faults::sensor::SensorFault;
-use crate::half_duplex_bus::{ByteFault, Device, Disturbance, Heard, Wire, bit_ns};
+use crate::half_duplex_bus::{ByteFault, Device, Disturbance, ReceivedByte, Wire, bit_ns};
 use crate::morpheus_servo::Servo;
 use crate::plant::{Plant, Push};
 use crate::servo_kind::ServoKind;
 
-/// The servos' default.
+/// Default baud rate of the servos.
 const DEFAULT_BAUD: u32 = 1_000_000;
 /// Bits of a byte on the wire.
 const BITS: u64 = 10;
@@ -37,7 +37,7 @@ impl Bench {
     }
 
     /// These servos, powered up at time 0. The first two move the joints of
-    /// `plant`, in this order; any others turn nothing but their shafts.
+    /// `plant`, in this order; any others turn a free shaft.
     pub fn with_servos(plant: Plant, servos: &[ServoKind]) -> Self {
         Self::of(plant, servos.iter().map(|kind| kind.build()).collect())
     }
@@ -52,7 +52,7 @@ impl Bench {
         }
     }
 
-    /// The master's rate, at which it sends from the next byte on, and listens
+    /// Sets the master's rate, for sending from the next byte on, and for receiving
     /// at once. It begins with 1 Mbaud.
     pub fn set_baud(&mut self, baud: u32) {
         self.baud = baud.max(1);
@@ -64,8 +64,8 @@ impl Bench {
         self.baud
     }
 
-    /// Puts bytes on the wire, back to back, from `now_us` or from when the
-    /// bytes before have left.
+    /// Puts bytes on the wire, back to back, from `now_us` or from the end of
+    /// the bytes before.
     pub fn send(&mut self, now_us: u64, bytes: &[u8]) {
         let byte_ns = BITS * bit_ns(self.baud);
         for byte in bytes {
@@ -75,39 +75,39 @@ impl Bench {
         }
     }
 
-    /// When the bytes put on the wire will have left it, in µs, rounded up.
-    pub fn line_free_us(&self) -> u64 {
+    /// End of the bytes that were put on the wire, in µs, rounded up.
+    pub(crate) fn line_free_us(&self) -> u64 {
         self.line_free_ns.div_ceil(1_000)
     }
 
-    /// Goes on to `until_us`, or until `wanted` bytes have come from the servos,
-    /// whichever is first. Returns the time in µs, rounded up, and adds what has
-    /// come to `heard`.
-    pub fn advance(&mut self, until_us: u64, wanted: Option<usize>, heard: &mut Vec<u8>) -> u64 {
-        self.advance_into(until_us, wanted, |byte| heard.push(byte.byte))
+    /// Advances to `until_us`, or until `wanted` bytes have come from the servos,
+    /// whichever is first. Returns the time in µs, rounded up, and appends the bytes
+    /// to `received`.
+    pub fn advance(&mut self, until_us: u64, wanted: Option<usize>, received: &mut Vec<u8>) -> u64 {
+        self.advance_into(until_us, wanted, |byte| received.push(byte.byte))
     }
 
-    /// The same, with when each byte came and whether its stop bit was wrong.
+    /// The same, with the time of each byte, and whether its stop bit was wrong.
     pub fn advance_timed(
         &mut self,
         until_us: u64,
         wanted: Option<usize>,
-        heard: &mut Vec<Heard>,
+        received: &mut Vec<ReceivedByte>,
     ) -> u64 {
-        self.advance_into(until_us, wanted, |byte| heard.push(byte))
+        self.advance_into(until_us, wanted, |byte| received.push(byte))
     }
 
     fn advance_into(
         &mut self,
         until_us: u64,
         wanted: Option<usize>,
-        mut take: impl FnMut(Heard),
+        mut take: impl FnMut(ReceivedByte),
     ) -> u64 {
         let enough = wanted.unwrap_or(usize::MAX);
         self.wire
             .advance_until(until_us.saturating_mul(1_000), enough, &mut self.joints);
         let mut count = 0;
-        while let Some(byte) = self.wire.take_heard() {
+        while let Some(byte) = self.wire.take_received() {
             self.framing_errors += u64::from(byte.framing_error);
             take(byte);
             count += 1;
@@ -118,7 +118,7 @@ impl Bench {
         until_us
     }
 
-    /// Bytes that the master has taken so far whose stop bit was wrong: another
+    /// Bytes that the master has received so far with a wrong stop bit: another
     /// rate, or a collision.
     pub fn framing_errors(&self) -> u64 {
         self.framing_errors
@@ -129,83 +129,83 @@ impl Bench {
         self.wire.servos()
     }
 
-    /// One of them, to change what no master can: its supply, its heat.
+    /// One of them, to change what a master cannot: its supply, its heat.
     pub fn servo_mut(&mut self, servo: usize) -> &mut Device {
         self.wire.servo_mut(servo)
     }
 
-    /// Switches servo `servo` off and on again.
+    /// Power-cycles servo `servo`.
     pub fn power_cycle(&mut self, servo: usize) {
         self.wire.power_cycle(servo, &mut self.joints);
     }
 
-    /// The PWM that servo `servo`'s motor gets, 0..=2000, 1000 = off.
+    /// PWM of servo `servo`'s motor, 0..=2000, 1000 = off.
     pub fn applied_pwm(&self, servo: usize) -> u16 {
         self.wire.servos()[servo].pwm()
     }
 
-    /// Takes servo `servo` off the wire; it stays powered and obeys on.
+    /// Disconnects servo `servo` from the wire; it stays powered and keeps its command.
     pub fn disconnect(&mut self, servo: usize) {
         self.wire.connect(servo, false);
     }
 
-    /// Lets something spoil the servos' replies from now on.
+    /// Disturbs the servos' replies from now on.
     pub fn disturb(&mut self, disturbance: Disturbance) {
         self.wire.disturb(disturbance);
     }
 
-    /// Does harm to bytes between the master and the bus.
-    pub fn harm(&mut self, fault: ByteFault) {
-        self.wire.harm(fault);
+    /// Damages bytes between the master and the bus.
+    pub fn inject(&mut self, fault: ByteFault) {
+        self.wire.inject(fault);
     }
 
-    /// No byte comes to harm any more.
-    pub fn unharm(&mut self) {
-        self.wire.unharm();
+    /// Removes all damage of bytes.
+    pub(crate) fn clear_byte_faults(&mut self) {
+        self.wire.clear_byte_faults();
     }
 
-    /// Something pulls the line down from now on, for so long.
-    pub fn hold_low(&mut self, duration_us: u64) {
+    /// Holds the line low from now on, for this time.
+    pub(crate) fn hold_low(&mut self, duration_us: u64) {
         self.wire.hold_low(duration_us * 1_000);
     }
 
-    /// Something keeps the line from going down, for so long from now on.
+    /// Holds the line high from now on, for this time.
     pub fn hold_high(&mut self, duration_us: u64) {
         self.wire.hold_high(duration_us * 1_000);
     }
 
-    /// Whether the master hears what it sends; at first it does not.
+    /// Whether the master receives what it sends; at first it does not.
     pub fn echo(&mut self, on: bool) {
         self.wire.echo(on);
     }
 
-    /// Whether servo `servo` says nothing, though it hears and obeys.
-    pub fn mute(&mut self, servo: usize, is_mute: bool) {
+    /// Whether servo `servo` does not reply, though it receives and executes.
+    pub(crate) fn mute(&mut self, servo: usize, is_mute: bool) {
         self.wire.mute(servo, is_mute);
     }
 
-    /// Whether servo `servo` hears nothing, and so goes on as it was told last.
+    /// Whether servo `servo` receives nothing, and so keeps its last command.
     pub fn deafen(&mut self, servo: usize, is_deaf: bool) {
         self.wire.deafen(servo, is_deaf);
     }
 
-    /// Something goes wrong with the sensors of the arm's servo `servo`.
-    pub fn fail_sensor(&mut self, servo: usize, fault: SensorFault) {
+    /// Injects a fault of the sensors of the arm's servo `servo`.
+    pub(crate) fn fail_sensor(&mut self, servo: usize, fault: SensorFault) {
         self.joints.sensors[servo].fail(fault);
     }
 
-    /// The sensors of the arm's servo `servo` are well again.
-    pub fn mend_sensors(&mut self, servo: usize) {
+    /// Removes the faults of the sensors of the arm's servo `servo`.
+    pub(crate) fn repair_sensors(&mut self, servo: usize) {
         self.joints.sensors[servo].mend();
     }
 
-    /// The arm's servos change places, ids and all they do; or back.
-    pub fn swap_servos(&mut self) {
+    /// Swaps the arm's servos, with ids and state; the second call swaps them back.
+    pub(crate) fn swap_servos(&mut self) {
         self.joints.swap(self.wire.now_ns());
     }
 
-    /// From when to when the motor of the arm's servo `servo` was on last, in ns; the
-    /// end is `None` while it is.
+    /// Start and end of the last time for which the motor of the arm's servo `servo` was on,
+    /// in ns; the end is `None` while it is.
     pub fn last_on_ns(&self, servo: usize) -> (u64, Option<u64>) {
         self.joints.last_on_ns(servo)
     }
@@ -215,25 +215,25 @@ impl Bench {
         self.joints.total_on_ns(servo, self.wire.now_ns())
     }
 
-    /// The farthest from off that the PWM of the arm's servo `servo` was since this
-    /// was asked last.
-    pub fn take_most_counts(&mut self, servo: usize) -> u16 {
+    /// Largest distance from off of the PWM of the arm's servo `servo` since the last
+    /// call.
+    pub(crate) fn take_most_counts(&mut self, servo: usize) -> u16 {
         self.joints.take_most_counts(servo)
     }
 
-    /// Somebody pushes the arm. A push that should have begun begins now.
+    /// Pushes the arm. A push whose start has passed begins now.
     pub fn push(&mut self, push: Push) {
         self.joints.arm.push(push);
     }
 
-    /// Somebody brings the arm back to where it began, and holds it until a motor drives
+    /// Returns the arm to its initial position, and holds it until a motor drives
     /// it.
     pub fn lift(&mut self) {
         self.joints.arm.lift();
     }
 
-    /// True angles and speeds at `at_us`, which is not before the time that
-    /// [`Bench::advance`] has come to.
+    /// True angles and speeds at `at_us`, which is not before the time of the last
+    /// [`Bench::advance`].
     pub fn state_at(&mut self, at_us: u64) -> State<f64> {
         self.joints.arm.advance(at_us.saturating_mul(1_000));
         self.joints.arm.state()

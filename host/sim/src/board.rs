@@ -1,4 +1,4 @@
-//! What the bench drives: a board that runs when it is told to.
+//! Board in virtual time: the interface to the bench, and the application core in this
 
 use std::collections::VecDeque;
 
@@ -12,11 +12,11 @@ use armbridge_shared::store::memory::Memory;
 
 use super::uart::{Direction, Uart};
 
-/// More than a bridge can have to do at one instant: an exchange that ends, and
+/// More than a bridge can have to do at one instant: the end of an exchange, and
 /// a few steps of bring-up that take no time.
 const MOST_POLLS: usize = 1_000;
 
-/// What has arrived at a board's ports.
+/// Inputs of a board.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Input<'a> {
     /// Bytes from the servo bus.
@@ -25,18 +25,18 @@ pub struct Input<'a> {
     pub link: &'a [u8],
     /// Bytes from the client of the transparent port.
     pub client: &'a [u8],
-    /// What that client has set its port to.
+    /// Settings of that client's port.
     pub line: ClientLine,
     /// The emergency stop's switch is pressed.
     pub is_stop_pressed: bool,
 }
 
-/// What a board wrote while it ran.
+/// Outputs of a board's run.
 #[derive(Debug, Default)]
 pub struct Output {
     /// Bytes for the servo bus, sent back to back from the time of the run.
     pub bus: Vec<u8>,
-    /// Speed of that bus in bits per second; 0 if it has not said.
+    /// Baud rate of that bus; 0 before it is set.
     pub bus_baud: u32,
     /// Bytes for the client of the transparent port.
     pub client: Vec<u8>,
@@ -44,23 +44,23 @@ pub struct Output {
     pub link: Vec<u8>,
 }
 
-/// When a board wants to run again: at a time, or when so many bytes have come
+/// When a board must run again: at a time, or after a number of bytes
 /// from the bus, whichever is first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wake {
-    /// At the latest, in µs.
+    /// Latest time, in µs.
     pub at_us: u64,
-    /// After so many bytes, if any number will do.
+    /// Number of bytes, if any.
     pub bus_bytes: Option<usize>,
 }
 
 /// A board in virtual time.
 pub trait Board {
-    /// Why the board can no longer be run.
+    /// Reason for which the board can no longer run.
     type Error;
 
-    /// Hands over what has arrived, and runs the board at `now_us` until it has
-    /// nothing left to do. Returns when it wants to run again.
+    /// Passes the inputs, and runs the board at `now_us` until it has
+    /// nothing left to do. Returns when it must run again.
     ///
     /// # Errors
     /// If the board is gone.
@@ -74,13 +74,13 @@ pub trait Board {
 
 /// Bytes of a page of a virtual board's flash.
 const FLASH_PAGE: usize = 8 * 1_024;
-/// For how many saves a boot makes room.
+/// Saves for which a boot makes room.
 const SAVES: u32 = 16;
 
-/// Where a virtual board keeps its settings.
+/// Flash of a virtual board, with its settings.
 pub type Flash = Memory<Vec<u8>, FLASH_PAGE>;
 
-/// Flash as it comes.
+/// Flash ex works.
 pub fn blank_flash() -> Flash {
     Memory(vec![0xFF; 2 * FLASH_PAGE])
 }
@@ -94,13 +94,13 @@ pub struct VirtualBoard<'a> {
     link: LinkPort<'a>,
     client: PortEnd<'a>,
     from_client: VecDeque<u8>,
-    /// How far the board's clock has jumped so far.
+    /// Sum of all jumps of the board's clock.
     skew_us: i64,
 }
 
 impl<'a> VirtualBoard<'a> {
-    /// A board just out of reset, with all ends of its channels, to which nothing
-    /// was ever saved.
+    /// A board just out of reset, with all ends of its channels, and without saved
+    /// settings.
     ///
     /// # Errors
     /// If the default set-up has no controller.
@@ -108,7 +108,7 @@ impl<'a> VirtualBoard<'a> {
         Self::with_flash(ends, blank_flash())
     }
 
-    /// The same, with the flash of a board before it.
+    /// The same, with the flash of an earlier board.
     ///
     /// # Errors
     /// If the default set-up has no controller.
@@ -123,8 +123,8 @@ impl<'a> VirtualBoard<'a> {
         Self::after_reset(ends, flash, first)
     }
 
-    /// The same, with what it says of the reset before and of how many there were: a
-    /// report's session counts them.
+    /// The same, with a report of the reset before and of the number of resets, its
+    /// session.
     ///
     /// # Errors
     /// If the default set-up has no controller.
@@ -135,7 +135,7 @@ impl<'a> VirtualBoard<'a> {
     ) -> Result<Self, Refusal> {
         let uart = Uart::default();
         let mut store = Store::new(flash);
-        // What is there can be loaded all the same; saving will fail.
+        // Saved settings can be loaded all the same; saving will fail.
         let _ = store.prepare(SAVES);
         let (settings, from) = store.load(can_run);
         let report = BoardReport {
@@ -153,12 +153,12 @@ impl<'a> VirtualBoard<'a> {
         })
     }
 
-    /// What is left when power goes.
+    /// Contents of the flash after power-off.
     pub fn flash(&mut self) -> &mut Flash {
         self.store.flash()
     }
 
-    /// The board's clock jumps, ahead or back. Its serial port has a clock of its
+    /// Shifts the board's clock, ahead or back. Its serial port has a clock of its
     /// own, which does not.
     pub fn shift_clock(&mut self, by_us: i64) {
         self.skew_us += by_us;
@@ -169,12 +169,12 @@ impl<'a> VirtualBoard<'a> {
         now_us.saturating_add_signed(self.skew_us)
     }
 
-    /// Turns a bit of the board's memory, chosen by `draw`.
+    /// Flips a bit of the board's memory, chosen by `draw`.
     pub fn inject_error(&mut self, region: MemoryRegion, draw: u32) {
         self.bridge.inject_error(region, draw);
     }
 
-    /// What the bridge is doing.
+    /// Mode of the bridge.
     pub fn mode(&self) -> Mode {
         self.bridge.mode()
     }
@@ -192,7 +192,7 @@ impl Board for VirtualBoard<'_> {
         self.link.receive(input.link);
         self.uart.deliver(now_us, input.bus);
         self.client.set_line(input.line);
-        // What there is no room for waits, as it would in a USB host.
+        // Bytes without room wait, as they would in a USB host.
         self.from_client.extend(input.client);
         let taken = self.client.receive(self.from_client.make_contiguous());
         self.from_client.drain(..taken);

@@ -1,8 +1,8 @@
-//! Board, bus, arm and host in one virtual time.
+//! Co-simulation: board, bus, arm and host in one virtual time.
 //!
 //! Nothing sleeps and nothing is stepped at a fixed rate: time jumps to the
-//! next instant at which something happens, a byte on the wire, an alarm of the
-//! board, a word of the host. Two runs with the same seed are equal to the
+//! next event, a byte on the wire, an alarm of the
+//! board, a message of the host. Two runs with the same seed are equal to the
 //! bit. The link between board and host takes no time.
 
 use std::fmt;
@@ -15,28 +15,28 @@ use crate::Bench;
 use crate::board::{Board, Input, Output, Wake};
 use crate::plant::Push;
 
-/// What a hand does to the simulated arm.
+/// User interaction with the simulated arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Interaction {
-    /// Brings it back to where it began and holds it until a motor drives it, see
+    /// Returns it to its initial position and holds it until a motor drives it, see
     /// [`Bench::lift`].
     Lift,
     /// Pushes it, see [`Bench::push`].
     Push(Push),
 }
 
-/// Who uses the board's transparent port.
+/// Client of the board's transparent port.
 pub trait PortClient: fmt::Debug {
-    /// What it has set its serial port to.
+    /// Settings of its serial port.
     fn line(&self) -> ClientLine;
 
-    /// What it sends now.
+    /// Bytes that it sends now.
     fn transmit(&mut self, now_us: u64) -> Vec<u8>;
 
-    /// Takes what the board sent it.
+    /// Processes bytes from the board.
     fn receive(&mut self, now_us: u64, bytes: &[u8]);
 
-    /// When to be asked again, at the latest.
+    /// Latest time of the next call.
     fn wake_at_us(&self) -> u64;
 }
 
@@ -58,7 +58,7 @@ impl PortClient for Box<dyn PortClient> {
     }
 }
 
-/// Nobody.
+/// No client.
 #[derive(Debug)]
 struct NoPortClient;
 
@@ -78,7 +78,7 @@ impl PortClient for NoPortClient {
     }
 }
 
-/// Why a run ended early.
+/// Reason for the early end of a run.
 #[derive(Debug)]
 pub enum CosimError<B, H> {
     /// The board is gone.
@@ -87,22 +87,22 @@ pub enum CosimError<B, H> {
     Host(H),
 }
 
-/// Board, bench and host, and what the time is.
+/// Board, bench and host, and their time.
 #[derive(Debug)]
 pub struct Cosim<B, H> {
-    /// Runs the control code.
+    /// The board.
     pub board: B,
     /// Servos and arm.
     pub bench: Bench,
-    /// At the other end of the link.
+    /// The host at the other end of the link.
     pub host: H,
     client: Box<dyn PortClient>,
     interactions: Option<Receiver<Interaction>>,
-    /// The emergency stop's switch.
+    /// State of the emergency stop switch.
     pub is_stop_pressed: bool,
     now_us: u64,
     wake: Wake,
-    heard: Vec<u8>,
+    received: Vec<u8>,
     output: Output,
 }
 
@@ -118,12 +118,12 @@ impl<B: Board, H: Host> Cosim<B, H> {
             is_stop_pressed: false,
             now_us: 0,
             wake: Wake::default(),
-            heard: Vec::new(),
+            received: Vec::new(),
             output: Output::default(),
         }
     }
 
-    /// The same, with somebody at the transparent port from now on.
+    /// The same, with a client at the transparent port.
     #[must_use]
     pub fn with_client(self, client: impl PortClient + 'static) -> Self {
         Self {
@@ -132,9 +132,9 @@ impl<B: Board, H: Host> Cosim<B, H> {
         }
     }
 
-    /// The same, with an arm that these hands are laid on, each time at once.
+    /// The same, with interactions, each executed at once.
     #[must_use]
-    pub fn with_interactions(self, interactions: Receiver<Interaction>) -> Self {
+    pub(crate) fn with_interactions(self, interactions: Receiver<Interaction>) -> Self {
         Self {
             interactions: Some(interactions),
             ..self
@@ -157,7 +157,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
         Ok(())
     }
 
-    /// Goes on to the next thing that happens.
+    /// Advances to the next event.
     ///
     /// # Errors
     /// If the board is gone, or the host gives up.
@@ -165,8 +165,8 @@ impl<B: Board, H: Host> Cosim<B, H> {
         self.step_until(u64::MAX)
     }
 
-    /// The same, but no farther than to `latest_us`: whoever wants something to
-    /// happen then is there in time.
+    /// The same, but no farther than to `latest_us`, at which the caller
+    /// acts.
     ///
     /// # Errors
     /// If the board is gone, or the host gives up.
@@ -177,7 +177,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
             host,
             client,
             interactions,
-            heard,
+            received,
             output,
             is_stop_pressed,
             ..
@@ -185,8 +185,8 @@ impl<B: Board, H: Host> Cosim<B, H> {
         let others_us = host.wake_at_us().min(client.wake_at_us());
         let until_us = self.wake.at_us.min(others_us).min(latest_us);
         let until_us = until_us.max(self.now_us);
-        heard.clear();
-        let now_us = bench.advance(until_us, self.wake.bus_bytes, heard);
+        received.clear();
+        let now_us = bench.advance(until_us, self.wake.bus_bytes, received);
 
         for interaction in interactions.iter().flat_map(Receiver::try_iter) {
             match interaction {
@@ -200,7 +200,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
         output.client.clear();
         let from_client = client.transmit(now_us);
         let input = Input {
-            bus: heard,
+            bus: received,
             link: from_host,
             line: client.line(),
             client: &from_client,

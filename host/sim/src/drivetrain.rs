@@ -1,5 +1,5 @@
-//! What the servos of the bench turn: the arm, and for those beyond its two
-//! joints a shaft with nothing on it.
+//! Loads of the bench's servos: the arm, and a free shaft for those beyond its two
+//! joints.
 
 use armbridge_shared::JOINTS;
 
@@ -8,18 +8,18 @@ use super::half_duplex_bus::Mechanics;
 use super::morpheus_servo::Reading;
 use super::plant::Plant;
 
-/// Converter counts of a Morpheus servo at room temperature: any will do, it
-/// does nothing with them. A stock servo has a thermal model of its own.
+/// Converter counts of a Morpheus servo at room temperature: any value, the firmware
+/// does not use it. A stock servo has a thermal model of its own.
 const TEMPERATURE: u16 = 300;
-/// Speed without load at full duty: 59 rpm (e-Manual), in counts of 300/1023
+/// No-load speed at full duty: 59 rpm (e-Manual), in counts of 300/1023
 /// degree a second.
 const NO_LOAD_COUNTS_PER_S: f64 = 59.0 / 60.0 * 360.0 / (300.0 / 1023.0);
 /// Counts of a whole turn, of which the converter sees 0..=1023.
 const TURN_COUNTS: f64 = 360.0 / (300.0 / 1023.0);
 /// The PWM that switches a motor off.
 const OFF: u16 = 1000;
-/// A motor so near to that is off: a part of the stop sequence steps aside by one
-/// count, which is 1.2 mN m, before it says 1000.
+/// A motor this close is off: a part of the stop sequence sends a value one
+/// count off, which is 1.2 mN m, before 1000.
 const STEP_ASIDE: u16 = 1;
 
 /// The arm and the shafts.
@@ -27,27 +27,27 @@ const STEP_ASIDE: u16 = 1;
 pub(super) struct Joints {
     pub(super) arm: Plant,
     pub(super) sensors: [Sensors; JOINTS],
-    /// Each of the arm's servos is where the other was.
+    /// The arm's servos are swapped.
     is_swapped: bool,
     motors: [Motor; JOINTS],
     shafts: Vec<Shaft>,
 }
 
-/// What the motor of one of the arm's servos gets, and got.
+/// PWM history of one of the arm's servos.
 #[derive(Clone, Copy, Debug)]
 struct Motor {
     pwm: u16,
-    /// Since when it is on, or when it was switched on last.
+    /// Start of the present, or of the last, time on.
     on_ns: u64,
-    /// Since when it is off, or when it was switched off last.
+    /// Start of the present, or of the last, time off.
     off_ns: u64,
-    /// Time that it was on before it was switched on last.
+    /// Time on before that.
     earlier_ns: u64,
-    /// Farthest from off since that was asked last, in counts.
+    /// Largest distance from off since it was read last, in counts.
     most: u16,
 }
 
-/// A motor without load: its speed follows its duty at once.
+/// A motor without load: its speed follows its duty without delay.
 #[derive(Clone, Copy, Debug)]
 struct Shaft {
     at_ns: u64,
@@ -82,7 +82,7 @@ impl Shaft {
 }
 
 impl Joints {
-    /// The arm's, and those of so many more servos.
+    /// The arm's loads, and free shafts for this many more servos.
     pub(super) fn new(arm: Plant, servos: usize) -> Self {
         Self {
             arm,
@@ -93,7 +93,7 @@ impl Joints {
         }
     }
 
-    /// The arm's servos change places, as they are. The next change changes them
+    /// Swaps the arm's servos with their states. The second call swaps them
     /// back.
     pub(super) fn swap(&mut self, at_ns: u64) {
         self.is_swapped = !self.is_swapped;
@@ -103,7 +103,7 @@ impl Joints {
         }
     }
 
-    /// Which joint this servo of the arm's turns.
+    /// Joint of this servo of the arm.
     fn joint(&self, servo: usize) -> usize {
         if self.is_swapped {
             JOINTS - 1 - servo
@@ -112,20 +112,20 @@ impl Joints {
         }
     }
 
-    /// When this servo's motor was on last; the end is `None` while it is.
+    /// Last time on of this servo's motor; the end is `None` while it is.
     pub(super) fn last_on_ns(&self, servo: usize) -> (u64, Option<u64>) {
         let motor = self.motors[servo];
         (motor.on_ns, motor.is_off().then_some(motor.off_ns))
     }
 
-    /// Time that this servo's motor was on so far.
+    /// Total time on of this servo's motor.
     pub(super) fn total_on_ns(&self, servo: usize, now_ns: u64) -> u64 {
         let motor = self.motors[servo];
         let until_ns = if motor.is_off() { motor.off_ns } else { now_ns };
         motor.earlier_ns + until_ns.saturating_sub(motor.on_ns)
     }
 
-    /// The farthest from off that this servo's motor was since this was asked last,
+    /// Largest distance from off of this servo's motor since the last call,
     /// in counts.
     pub(super) fn take_most_counts(&mut self, servo: usize) -> u16 {
         let motor = &mut self.motors[servo];
@@ -204,7 +204,7 @@ mod tests {
     #[test]
     fn a_motors_time_on_is_the_sum_of_all_times() {
         let mut joints = Joints::new(Plant::new(PlantConfig::default(), 1), 2);
-        // The last is the stop sequence's side step.
+        // The last is the stop sequence's step off by one.
         for (at_ns, pwm) in [(100, 1200), (150, 800), (300, 1000), (500, 0), (600, 1001)] {
             joints.drive(0, at_ns, pwm);
         }

@@ -1,25 +1,25 @@
 //! Simulation: virtual servos, bus, arm and faults, byte for byte and microsecond for
 //! microsecond, and everything that serves or drives a simulated board.
 //!
-//! | module                   | what |
+//! | module                   | contents |
 //! |--------------------------|------|
 //! | [`morpheus_servo`]       | the Morpheus firmware, byte for byte |
-//! | [`stock_servo`]          | the firmware that an AX-12A comes with, by its documents |
+//! | [`stock_servo`]          | the stock firmware of an AX-12A, by its documents |
 //! | [`half_duplex_bus`]      | the half-duplex bus between master and servos |
-//! | [`servo_kind`]           | which servos there are: firmware, id, rate |
+//! | [`servo_kind`]           | kinds of servos: firmware, id, rate |
 //! | [`plant`]                | the arm: dynamics, friction, encoders, motors |
-//! | [`faults`]               | what can go wrong with sensors and host |
-//! | [`uart`]                 | the virtual board's serial port |
+//! | [`faults`]               | faults of sensors and host |
+//! | `uart`                   | the virtual board's serial port |
 //! | [`mod@bench`]            | servos, wire and arm together |
-//! | [`board`]                | what the bench drives; the application core in this process |
+//! | [`board`]                | the board's interface to the bench; the application core in this process |
 //! | [`cosim`]                | board, bus, arm and host in one virtual time |
 //! | [`emulator`]             | the firmware image under QEMU |
-//! | [`link`]                 | a host driven over any link, a simulated board's too |
+//! | [`link`]                 | a host driven over any link, including those of simulated boards |
 //! | [`link_server`]          | a simulated board's link, for another program |
 //! | [`raw_bus_server`]       | the virtual servos alone, for another program |
 //! | [`usb2dynamixel_server`] | a simulated board's transparent port, for another program |
-//! | [`pacer`]                | virtual time held back to the wall clock |
-//! | [`fault_campaign`]       | thousands of runs in which something goes wrong |
+//! | `pacer`                  | keeps virtual time from running ahead of the wall clock |
+//! | [`fault_campaign`]       | thousands of runs with injected faults |
 //!
 //! Nothing here is a measurement on hardware.
 #![forbid(unsafe_code)]
@@ -37,12 +37,12 @@ pub mod link;
 pub mod link_server;
 pub mod morpheus_servo;
 mod nonblocking;
-pub mod pacer;
+mod pacer;
 pub mod plant;
 pub mod raw_bus_server;
 pub mod servo_kind;
 pub mod stock_servo;
-pub mod uart;
+mod uart;
 pub mod usb2dynamixel_server;
 
 pub use bench::Bench;

@@ -15,14 +15,14 @@ const STEP: Duration = Duration::from_micros(500);
 
 /// Start of virtual time on the wall clock.
 #[derive(Clone, Debug)]
-pub struct Pacer {
+pub(crate) struct Pacer {
     /// When virtual time was 0.
     epoch: Instant,
 }
 
 impl Pacer {
     /// Virtual time 0 is at this moment.
-    pub fn begin() -> Self {
+    pub(crate) fn begin() -> Self {
         Self::begin_at(Instant::now())
     }
 
@@ -31,7 +31,7 @@ impl Pacer {
     }
 
     /// Waits until the wall clock is at this virtual time, to half a millisecond.
-    pub fn wait(&mut self, now_us: u64) {
+    pub(crate) fn wait(&mut self, now_us: u64) {
         let early = self.lead(now_us, Instant::now());
         if early >= STEP {
             std::thread::sleep(early);

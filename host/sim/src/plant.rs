@@ -1,21 +1,21 @@
 //! The virtual arm: exact dynamics, dry friction, end stops, PWM in, encoder
 //! counts out.
 //!
-//! [`Plant`] is what two servos are bolted to. Time is virtual, in ns since the
+//! [`Plant`] is the arm of two servos. Time is virtual, in ns since the
 //! arm came to be, and passed in with every call; calls are made in the order
 //! of time, and one that comes late counts as made at the time of the latest.
 //! Nothing sleeps, and the same configuration, seed and calls give the same
 //! bits. The motion depends on the commands and their times alone, see
 //! [`body`]; the noise of an encoder on how often that encoder was read.
 //!
-//! | step              | what is simulated                                   |
+//! | step              | simulation                                          |
 //! |-------------------|-----------------------------------------------------|
 //! | PWM to torque     | equation (5), 1000 = off, gain and offset errors, dead zone, delay, limit |
-//! | pushes            | somebody's torque on a joint, for a time             |
+//! | pushes            | an external torque on a joint, for a time            |
 //! | torque to motion  | equation (1), exact Coriolis, viscous and dry friction, stops |
 //! | motion to counts  | calibration, Gaussian noise, rounding, 0..=1023      |
 //!
-//! What is left out: gear elasticity, backlash, supply sag, heat.
+//! Not simulated: gear elasticity, backlash, supply sag, heat.
 
 pub mod body;
 mod config;
@@ -52,7 +52,7 @@ pub struct Plant {
     slack: u16,
     motor_nm: Vector2<f64>,
     push_nm: Vector2<f64>,
-    /// Changes of torque that are still to come, earliest first. A servo's own keep
+    /// Future changes of torque, earliest first. A servo's own keep
     /// their order: its delay is always the same.
     due: VecDeque<Change>,
     noise: [Pcg32; JOINTS],
@@ -91,7 +91,7 @@ struct Change {
 enum What {
     /// A motor gets another PWM.
     Pwm { servo: usize, pwm: u16 },
-    /// So much more is pushed with.
+    /// Adds to the external torque.
     Push { joint: usize, more_nm: f64 },
 }
 
@@ -126,7 +126,7 @@ impl Plant {
         );
     }
 
-    /// Somebody pushes. A push that should have begun begins now.
+    /// Adds a push. A push whose start has passed begins now.
     ///
     /// # Panics
     ///
@@ -145,7 +145,7 @@ impl Plant {
         self.change(start_ns + duration_ns, What::Push { joint, more_nm });
     }
 
-    /// Somebody brings the arm back to where it began, and holds it until a motor drives
+    /// Returns the arm to its initial position, and holds it until a motor drives
     /// it. A stop sequence, which is one count from off for a moment, is not taken for
     /// that.
     pub fn lift(&mut self) {

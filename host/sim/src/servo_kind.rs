@@ -1,4 +1,4 @@
-//! Which servos are on the bench.
+//! Kinds of servos on the bench.
 
 use std::fmt;
 
@@ -21,7 +21,7 @@ pub fn firmware(name: &str) -> Result<Firmware, KindError> {
     }
 }
 
-/// A servo to be put on the bench, otherwise as ex works.
+/// A servo for the bench, apart from these properties as ex works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ServoKind {
     firmware: Firmware,
@@ -36,37 +36,37 @@ impl fmt::Display for ServoKind {
     }
 }
 
-/// Why there is no such servo.
+/// Reason for which there is no such servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KindError {
     /// No firmware of this name.
     #[error("expected morpheus or stock")]
     Firmware,
-    /// It does not take this id.
+    /// The id is out of range.
     #[error("a {firmware} servo cannot have id {id}: expected {lowest} to {highest}")]
     Id {
-        /// What runs on it.
+        /// Firmware.
         firmware: Firmware,
-        /// What was asked for.
+        /// Requested id.
         id: u8,
-        /// The least it takes.
+        /// Smallest id.
         lowest: u16,
-        /// The most it takes.
+        /// Largest id.
         highest: u16,
     },
     /// It has no such rate.
     #[error("a {firmware} servo has no rate of {baud} baud: {rates}")]
     Baud {
-        /// What runs on it.
+        /// Firmware.
         firmware: Firmware,
-        /// What was asked for.
+        /// Requested rate.
         baud: u32,
-        /// What it has.
+        /// Rates that it has.
         rates: &'static str,
     },
 }
 
-/// Rates that Morpheus knows, with their registers.
+/// Rates of Morpheus, with their registers.
 const MORPHEUS_RATES: [(u32, u8); 6] = [
     (2_000_000, 0),
     (1_000_000, 1),
@@ -75,7 +75,7 @@ const MORPHEUS_RATES: [(u32, u8); 6] = [
     (57_600, 34),
     (9_600, 207),
 ];
-/// How far a stock servo's rate may be from what was asked for: 115200 baud is
+/// Largest deviation of a stock servo's rate from the requested one: 115200 baud is
 /// 2.1 % off.
 const RATE_TOLERANCE: f64 = 0.025;
 
@@ -83,7 +83,7 @@ impl ServoKind {
     /// A servo with this firmware, id and rate.
     ///
     /// # Errors
-    /// If no servo can be so.
+    /// If the id or the rate is not possible.
     pub fn new(firmware: Firmware, id: u8, baud: u32) -> Result<Self, KindError> {
         let range = &Table::for_firmware(firmware)
             .by_name("id")
@@ -119,7 +119,7 @@ impl ServoKind {
     }
 }
 
-/// What a servo's baud register holds for this rate.
+/// Value of a servo's baud register for this rate.
 fn baud_register(firmware: Firmware, baud: u32) -> Result<u8, KindError> {
     let refused = |rates| KindError::Baud {
         firmware,

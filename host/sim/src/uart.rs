@@ -1,9 +1,9 @@
-//! The virtual board's serial port on the servo bus.
+//! Serial port of the virtual board on the servo bus.
 //!
 //! Two handles on the same state: the board's, with `embedded-hal-nb`'s traits
 //! as a hardware port has them, and the bench's, which puts bytes in and takes
-//! bytes out. A byte takes ten bits to send; `flush` is done when the last stop
-//! bit has left. Writes never block: the buffer is as long as need be.
+//! bytes out. A byte takes ten bits to send; `flush` is done after the last stop
+//! bit. Writes never block: the buffer is unbounded.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -43,29 +43,29 @@ impl State {
 
 /// A handle on the port.
 #[derive(Clone, Debug, Default)]
-pub struct Uart(Rc<RefCell<State>>);
+pub(crate) struct Uart(Rc<RefCell<State>>);
 
 impl Uart {
-    /// Sets the time and hands over bytes that have arrived.
-    pub fn deliver(&self, now_us: u64, bytes: &[u8]) {
+    /// Sets the time, and adds received bytes.
+    pub(crate) fn deliver(&self, now_us: u64, bytes: &[u8]) {
         let mut state = self.0.borrow_mut();
         state.now_us = now_us;
         state.received.extend(bytes);
     }
 
     /// Takes the bytes written since the last call.
-    pub fn take_sent(&self, into: &mut Vec<u8>) {
+    pub(crate) fn take_sent(&self, into: &mut Vec<u8>) {
         into.append(&mut self.0.borrow_mut().sent);
     }
 
-    /// When the transmission under way will be complete, if there is one.
-    pub fn transmit_complete_us(&self) -> Option<u64> {
+    /// End of the present transmission, if there is one.
+    pub(crate) fn transmit_complete_us(&self) -> Option<u64> {
         let state = self.0.borrow();
         (state.sent_until_us() > state.now_us).then_some(state.sent_until_us())
     }
 
     /// Bits per second at which it sends and receives.
-    pub fn baud(&self) -> u32 {
+    pub(crate) fn baud(&self) -> u32 {
         self.0.borrow().baud
     }
 }
@@ -109,7 +109,7 @@ impl serial::Write<u8> for Uart {
 
 /// The direction pin of a bus whose wire is modelled elsewhere.
 #[derive(Clone, Copy, Debug)]
-pub struct Direction;
+pub(crate) struct Direction;
 
 impl digital::ErrorType for Direction {
     type Error = Infallible;

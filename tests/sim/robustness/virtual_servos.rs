@@ -107,7 +107,7 @@ fn random_streams() {
         wire.advance(end, &mut sensors);
         let bound = EVENTS_PER_BYTE * (end - start + gap_ns + BYTE_NS) / BYTE_NS;
         assert!(events <= bound, "{events} events in stream {number}");
-        while wire.take_heard().is_some() {
+        while wire.take_received().is_some() {
             heard += 1;
         }
     }

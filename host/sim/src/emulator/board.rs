@@ -1,9 +1,9 @@
-//! The emulated board in virtual time.
+//! Emulated board in virtual time.
 //!
-//! Each run is one exchange: the grant goes out with all bytes that have arrived;
-//! the board answers, when it has nothing left to do, with until when and with what
-//! it has sent. No clock is involved, so a busy machine changes nothing but how long
-//! it takes.
+//! Each run is one exchange: a grant sends all bytes that have arrived;
+//! when the board has nothing left to do, its reply has the next time, and
+//! its output. No clock is involved: a busy machine changes nothing but the wall time
+//! of a run.
 
 use std::collections::VecDeque;
 use std::io::{self, BufReader, Read, Write};
@@ -15,7 +15,7 @@ use armbridge_shared::lockstep::{HEADER_LEN, MESSAGE_MAX, PayloadLens, TimeGrant
 use super::qemu::{ProcessEnd, Qemu, QemuError};
 use crate::board::{Board, Input, Output, Wake};
 
-/// A board that says nothing for so long is not busy but dead.
+/// Timeout after which a silent board is dead, not busy.
 const DEAD_AFTER: Duration = Duration::from_secs(30);
 
 /// A board under QEMU that waits for grants.
@@ -25,7 +25,7 @@ pub struct EmulatedBoard {
     reader: BufReader<UnixStream>,
     /// A message on its way, kept for its memory.
     message: Vec<u8>,
-    /// What the board had no room for, as it would wait in a USB host.
+    /// Bytes without room in the board wait, as they would in a USB host.
     from_client: VecDeque<u8>,
     client_room: usize,
 }
@@ -58,7 +58,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// Sends a grant with all that has arrived, in as many messages as that takes.
+    /// Sends a grant with all inputs, in as many messages as that takes.
     fn send_grant(&mut self, now_us: u64, input: Input<'_>) -> io::Result<()> {
         self.from_client.extend(input.client);
         let room = self.client_room.min(self.from_client.len());
@@ -92,7 +92,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// Waits until the board has nothing left to do, and takes what it has sent.
+    /// Waits until the board has nothing left to do, and reads its output.
     fn receive_request(&mut self, output: &mut Output) -> io::Result<Wake> {
         loop {
             let mut header = [0; HEADER_LEN];
@@ -100,9 +100,9 @@ impl EmulatedBoard {
             let request = TimeRequest::from_bytes(header);
             let len = request.lens.total();
             if HEADER_LEN + len > MESSAGE_MAX {
-                let said =
+                let text =
                     format!("the board announced {len} bytes: is the image of this version?");
-                return Err(io::Error::new(io::ErrorKind::InvalidData, said));
+                return Err(io::Error::new(io::ErrorKind::InvalidData, text));
             }
             let PayloadLens { link, client, bus } = request.lens;
             for (count, into) in [

@@ -1,4 +1,4 @@
-//! What the firmware logs, as lines.
+//! Log of the firmware as lines.
 //!
 //! defmt keeps format strings out of the image's memory and sends their index:
 //! the table is in the ELF file, and decoding needs the file that runs. Lines are
@@ -11,8 +11,8 @@ use std::thread::JoinHandle;
 #[cfg(feature = "defmt")]
 use defmt_decoder::{DecodeError, Table};
 
-/// Decodes `stream` on a thread of its own until it ends, and hands each line
-/// to `line`. An image without defmt says nothing.
+/// Decodes `stream` on a thread of its own until it ends, and passes each line
+/// to `line`. An image without defmt has no log.
 ///
 /// # Errors
 /// If the image cannot be read.
@@ -42,8 +42,8 @@ pub fn spawn(
     }))
 }
 
-/// Reads `stream` to its end on a thread of its own, for a full socket would hold up
-/// the board; the only line says that nothing is decoded.
+/// Reads `stream` to its end on a thread of its own, because a full socket would block
+/// the board; the only line states that nothing is decoded.
 ///
 /// # Errors
 /// None.

@@ -1,7 +1,7 @@
 //! The firmware image under QEMU.
 //!
 //! The image is the one for QEMU's `mps2-an386`: a Cortex-M4F, the core of the
-//! real board. How bytes get in and out depends on who owns the time.
+//! real board. The paths of its bytes depend on the time base.
 //!
 //! | bytes            | time is the wall clock's, or slower | lockstep              |
 //! |------------------|-------------------------------------|-----------------------|
@@ -11,7 +11,7 @@
 //! | lockstep         |                                     | the same, see [`armbridge_shared::lockstep`] |
 //! | log              | semihosting console, a socket       | semihosting console, a socket |
 //!
-//! In lockstep the firmware's drivers of those UARTs are passed by, because QEMU needs
+//! In lockstep the firmware's drivers of those UARTs are bypassed, because QEMU needs
 //! longer for a tick's bytes than the tick has; everything above them, the port of
 //! the bus master with its buffers and its pace included, is what runs in wall-clock
 //! time and on the board.

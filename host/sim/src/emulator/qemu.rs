@@ -17,25 +17,25 @@ const PROGRAM: &str = "qemu-system-arm";
 /// How long QEMU may take to connect its sockets: a second on a loaded machine.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// Who owns the board's time.
+/// Time base of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Time {
-    /// The bench grants it.
+    /// Granted by the bench.
     Lockstep,
     /// QEMU's clock, this many times slower.
     Slow(u32),
 }
 
-/// A failure of the firmware's own, on demand.
+/// A failure of the firmware, on demand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Provocation {
-    /// What fails.
+    /// The failure.
     pub failure: Failure,
     /// When, in ms of the board's time since boot.
     pub at_ms: u32,
 }
 
-/// What can be made to fail.
+/// Kinds of failures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// A panic.
@@ -61,27 +61,27 @@ impl fmt::Display for Provocation {
     }
 }
 
-/// What to run, and how time passes for it.
+/// Options of the emulator.
 #[derive(Clone, Debug)]
 pub struct QemuOptions {
     /// The firmware image, an ELF file.
     pub image: PathBuf,
-    /// Who owns the board's time.
+    /// Time base of the board.
     pub time: Time,
     /// Instructions take a fixed virtual time, so that measured compute times
     /// repeat from run to run.
     pub icount: bool,
-    /// How the firmware is made to fail, once.
+    /// Failure to inject, once.
     pub provoke: Option<Provocation>,
 }
 
-/// Why the emulator does not run.
+/// Reason for which the emulator does not run.
 #[derive(Debug, thiserror::Error)]
 pub enum QemuError {
     /// There is no image where it should be.
     #[error("no firmware image at {}: build it with `cargo build-emulator`", .0.display())]
     NoImage(PathBuf),
-    /// There is something else.
+    /// The file is not an image.
     #[error("{} is no ELF file: build the image with `cargo build-emulator`", .0.display())]
     NotAnImage(PathBuf),
     /// The program is not installed.
@@ -93,7 +93,7 @@ pub enum QemuError {
     /// The program could not be started.
     #[error("cannot start {PROGRAM}: {0}")]
     Start(io::Error),
-    /// It ended before, or instead of, connecting its ports.
+    /// It ended early, or did not connect its ports.
     #[error("{PROGRAM} ended: {0}")]
     Died(ProcessEnd),
     /// A socket failed.
@@ -110,7 +110,7 @@ pub enum ProcessEnd {
     /// Its sockets did not connect.
     #[error("it did not connect its ports in time")]
     Timeout,
-    /// Bytes came before lockstep began.
+    /// The board sent bytes before lockstep began.
     #[error("the board sent {0} bytes before its first grant")]
     EarlyBytes(usize),
     /// The firmware panicked.
@@ -137,13 +137,13 @@ pub struct Qemu {
     pub bus: TcpStream,
     /// The transparent port.
     pub client: TcpStream,
-    /// In lockstep, all to the board: QEMU's standard input. Not one socket for both
-    /// directions: whoever waits to read from one is also woken when what he wrote
-    /// has been read, twice a message for nothing.
+    /// In lockstep, all bytes to the board: QEMU's standard input. Not one socket for both
+    /// directions: a reader of one is also woken when its written bytes
+    /// are read, twice a message in vain.
     pub to_board: ChildStdin,
-    /// In lockstep, all from the board: QEMU's standard output.
+    /// In lockstep, all bytes from the board: QEMU's standard output.
     pub from_board: UnixStream,
-    /// What the firmware logs.
+    /// Log of the firmware.
     pub log: TcpStream,
 }
 
@@ -151,10 +151,10 @@ impl Qemu {
     /// Starts the image and waits for its ports.
     ///
     /// # Errors
-    /// If there is no image, no QEMU, or it does not come up.
+    /// If there is no image, no QEMU, or it does not start.
     pub fn start(options: &QemuOptions) -> Result<Self, QemuError> {
         check_image(&options.image)?;
-        // QEMU connects to us: no port number has to be guessed.
+        // QEMU connects to us: no free port has to be guessed.
         let listen = || TcpListener::bind((Ipv4Addr::LOCALHOST, 0));
         let listeners = [listen()?, listen()?, listen()?, listen()?];
         let mut command = Command::new(PROGRAM);
@@ -174,8 +174,8 @@ impl Qemu {
         command.stdout(OwnedFd::from(theirs));
         command.stderr(Stdio::piped());
         if options.time == Time::Lockstep {
-            // Ctrl-C at the terminal is for us alone: the board is to be disarmed
-            // first. Without us it ends where its input does.
+            // Ctrl-C at the terminal must not reach QEMU: the board is disarmed
+            // first. QEMU ends with its input.
             command.process_group(0);
         }
         let mut process = command.spawn().map_err(|error| match error.kind() {

@@ -217,7 +217,7 @@ impl Case {
     }
 
     /// How long it is watched after the last injection, in µs.
-    pub fn watched_us(&self) -> u64 {
+    pub(crate) fn watched_us(&self) -> u64 {
         if self.has(Kind::Hot) {
             WATCHED_HOT_US
         } else {

@@ -15,7 +15,7 @@ use super::watch::MonitoredBoard;
 use crate::Bench;
 use crate::board::VirtualBoard;
 use crate::cosim::{Cosim, CosimError};
-use crate::faults::host::{Meddled, Meddling};
+use crate::faults::host::{FaultyHost, LinkFault};
 use crate::faults::sensor::SensorFault;
 use crate::half_duplex_bus::{ByteFault, Way};
 use crate::morpheus_servo::Deafness;
@@ -38,7 +38,7 @@ const BLOCKING_SHARE: f64 = 0.01;
 
 /// Board, bench and host of a case.
 pub(super) struct World<'a> {
-    pub(super) cosim: Cosim<MonitoredBoard<'a>, Meddled<Driver>>,
+    pub(super) cosim: Cosim<MonitoredBoard<'a>, FaultyHost<Driver>>,
     echoes: bool,
     is_swapped: bool,
     is_well: bool,
@@ -68,7 +68,7 @@ impl<'a> World<'a> {
         bench.echo(case.echoes());
         let board = MonitoredBoard::new(board, limits.pwm_counts);
         Ok(Self {
-            cosim: Cosim::new(board, bench, Meddled::new(driver)),
+            cosim: Cosim::new(board, bench, FaultyHost::new(driver)),
             echoes: case.echoes(),
             is_swapped: false,
             is_well: true,
@@ -164,9 +164,9 @@ impl<'a> World<'a> {
         let Cosim {
             board, bench, host, ..
         } = &mut self.cosim;
-        let mut meddle = |fault| host.meddle(fault, during_us.clone(), seed);
+        let mut inject = |fault| host.inject(fault, during_us.clone(), seed);
         match kind {
-            Kind::Bytes(way, harm) => bench.harm(ByteFault {
+            Kind::Bytes(way, harm) => bench.inject(ByteFault {
                 way,
                 damage: harm.damage(injection.late_us * 1_000),
                 share: amount,
@@ -195,11 +195,11 @@ impl<'a> World<'a> {
                     },
                 ),
             },
-            Kind::HostVanish => meddle(Meddling::Vanish),
-            Kind::HostFlood => meddle(Meddling::Flood),
-            Kind::HostGarbage => meddle(Meddling::Garbage),
-            Kind::HostReplay if amount > 0.5 => meddle(Meddling::RepeatOnly),
-            Kind::HostReplay => meddle(Meddling::Repeat),
+            Kind::HostVanish => inject(LinkFault::Vanish),
+            Kind::HostFlood => inject(LinkFault::Flood),
+            Kind::HostGarbage => inject(LinkFault::Garbage),
+            Kind::HostReplay if amount > 0.5 => inject(LinkFault::RepeatOnly),
+            Kind::HostReplay => inject(LinkFault::Repeat),
             Kind::HostSchema => host.host.inject(HostFault::OtherSchema),
             Kind::HostRange => host.host.inject(HostFault::OutOfRange),
             Kind::Goodbye => host.host.inject(HostFault::Leaves),
@@ -244,19 +244,19 @@ impl<'a> World<'a> {
         }
         let Cosim { bench, host, .. } = &mut self.cosim;
         for servo in 0..JOINTS {
-            bench.mend_sensors(servo);
+            bench.repair_sensors(servo);
             if let Some(stock) = bench.servo_mut(servo).stock_mut() {
                 stock.cool();
             }
             bench.mute(servo, false);
             bench.deafen(servo, false);
         }
-        bench.unharm();
+        bench.clear_byte_faults();
         bench.echo(self.echoes);
         if std::mem::take(&mut self.is_swapped) {
             bench.swap_servos();
         }
-        host.leave_alone();
+        host.clear_faults();
         host.host.inject(HostFault::None);
         self.cosim.is_stop_pressed = false;
     }

@@ -43,7 +43,7 @@ impl Outcome {
     }
 
     /// Whether one fault was injected, not a pair.
-    pub fn is_single(&self) -> bool {
+    pub(crate) fn is_single(&self) -> bool {
         self.kinds.len() == 1
     }
 

@@ -1,12 +1,12 @@
-//! What can go wrong beside the bus; what can go wrong on it is in
+//! Faults beside those of the bus, which are in
 //! [`wire`](super::half_duplex_bus).
 //!
-//! | module     | what                                                        |
+//! | module     | faults                                                      |
 //! |------------|-------------------------------------------------------------|
-//! | [`sensor`] | potentiometers and temperatures that lie, servos that change places |
-//! | [`host`]   | a host that vanishes, floods, babbles or repeats itself     |
+//! | [`sensor`] | wrong angles and temperatures, swapped servos               |
+//! | [`host`]   | a host that vanishes, floods, sends garbage or repeats itself |
 //!
-//! Everything is told when it begins, in virtual time, and what is random is
+//! Each is injected at its start, in virtual time, and random numbers are
 //! seeded: equal inputs give equal outputs.
 
 pub mod host;

@@ -1,4 +1,4 @@
-//! What a servo's converter reads when something is wrong with what it reads.
+//! Faults of a servo's sensors, applied to its converter readings.
 
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg32;
@@ -8,27 +8,27 @@ use crate::morpheus_servo::Reading;
 /// Largest count of the converter.
 const LARGEST_COUNT: u16 = 1023;
 /// How near its ends the converter is while the wiper is off the track, in
-/// counts: it floats, and follows whatever is near.
+/// counts: its input floats.
 const FLOATING_COUNTS: u16 = 6;
 
-/// What is wrong with a servo's sensors.
+/// Kinds of sensor faults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SensorFault {
-    /// The potentiometer says for ever what it says at first.
+    /// The potentiometer keeps its first reading.
     Frozen,
     /// The wiper has left its track: counts at random near either end.
     OffTrack {
-        /// Of the counts.
+        /// Seed of the counts.
         seed: u64,
     },
-    /// The motor heats up from what it was.
+    /// The motor heats up from its present temperature.
     Hot {
         /// Converter counts a second.
         counts_per_s: f64,
     },
 }
 
-/// What is wrong with one servo's sensors.
+/// Faults of one servo's sensors.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sensors {
     position: Position,
@@ -58,12 +58,12 @@ impl Sensors {
         }
     }
 
-    /// All is well again.
+    /// Removes all faults.
     pub(crate) fn mend(&mut self) {
         *self = Self::default();
     }
 
-    /// What the converter makes of what is true.
+    /// Reading for a true value.
     pub(crate) fn read(&mut self, truth: Reading, at_ns: u64) -> Reading {
         let position = match &mut self.position {
             Position::True => truth.position,

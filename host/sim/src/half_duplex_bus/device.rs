@@ -13,7 +13,7 @@ use crate::stock_servo::Ax12a;
 pub enum Device {
     /// It runs Morpheus.
     Morpheus(Servo),
-    /// It runs what it came with.
+    /// It runs the stock firmware.
     Stock(Ax12a),
 }
 
@@ -46,7 +46,7 @@ impl Device {
         }
     }
 
-    /// The same, to change what no master can.
+    /// The same, to change what a master cannot.
     pub fn stock_mut(&mut self) -> Option<&mut Ax12a> {
         match self {
             Self::Morpheus(_) => None,
@@ -125,7 +125,7 @@ impl Device {
         }
     }
 
-    /// What its converter reads, as it asked.
+    /// Its converter's reading, as requested.
     pub(super) fn converted(&mut self, reading: Reading) {
         match self {
             Self::Morpheus(servo) => servo.converted(reading),
@@ -145,7 +145,7 @@ impl Device {
     /// A byte has been received.
     pub(super) fn receive(&mut self, decoded: Decoded, now_ns: u64) {
         match self {
-            // Morpheus does not look at the stop bit.
+            // Morpheus ignores the stop bit.
             Self::Morpheus(servo) => servo.receive(decoded.byte),
             Self::Stock(servo) => servo.receive(decoded.byte, decoded.framing_error, now_ns),
         }

@@ -1,6 +1,6 @@
 //! Replies that reach the master spoiled: a poor contact, a spark, a brush.
 //!
-//! The servos hear one another undisturbed, so each lost reply is one sample
+//! The servos receive one another undisturbed, so each lost reply is one sample
 //! and no more.
 
 use rand_distr::{Bernoulli, Distribution, Uniform};
@@ -22,9 +22,9 @@ pub struct Disturbance {
 #[derive(Clone, Copy, Debug)]
 struct Reply {
     servo: usize,
-    /// Bytes of it that came.
+    /// Bytes of it so far.
     bytes: usize,
-    /// The byte to spoil, and what to turn in it.
+    /// The byte to change, and its flipped bits.
     spoil: Option<(usize, u8)>,
 }
 
@@ -42,19 +42,19 @@ impl Disturbance {
         })
     }
 
-    /// A servo's byte as the master hears it.
+    /// A servo's byte as the master receives it.
     pub(super) fn byte(&mut self, servo: usize, byte: u8) -> u8 {
         let mut reply = match self.reply {
             Some(reply) if reply.servo == servo => reply,
             _ => self.begin(servo),
         };
-        let heard = match reply.spoil {
+        let received = match reply.spoil {
             Some((at, bit)) if at == reply.bytes => byte ^ bit,
             _ => byte,
         };
         reply.bytes += 1;
         self.reply = Some(reply);
-        heard
+        received
     }
 
     /// A servo has left the wire: its reply is over.

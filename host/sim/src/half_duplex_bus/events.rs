@@ -1,13 +1,13 @@
-//! What happens on the wire, one event at a time, in the order of cause: a byte
-//! begins, somebody hears one, a servo acts.
+//! Events on the wire, one at a time, in causal order: a byte
+//! begins, a receiver has one, a servo acts.
 
-use super::line::{Ears, Frame};
-use super::{Heard, Mechanics, Record, Wire};
+use super::line::{Frame, Listening};
+use super::{Mechanics, ReceivedByte, Record, Wire};
 use crate::morpheus_servo::Action;
 
 impl Wire {
-    /// One event at `now`. What is on the wire comes before what is heard,
-    /// and that before what the servos do.
+    /// Executes one event at `now`. Senders precede receivers,
+    /// and those precede the servos.
     pub(super) fn happen(&mut self, now: u64, to_ns: u64, mechanics: &mut impl Mechanics) {
         if self.due.front().is_some_and(|f| f.start_ns <= now) {
             self.begin_frame(now);
@@ -18,7 +18,7 @@ impl Wire {
                 self.master.look(now, &self.frames);
             } else if let Some(decoded) = self.master.finish(now, &self.frames) {
                 let byte = self.disturbed(decoded.byte, now);
-                self.plug_out(Heard {
+                self.plug_out(ReceivedByte {
                     byte,
                     end_ns: now,
                     framing_error: decoded.framing_error,
@@ -54,7 +54,7 @@ impl Wire {
         }
     }
 
-    /// A byte from a servo as the master hears it.
+    /// A byte from a servo as the master receives it.
     fn disturbed(&mut self, byte: u8, now: u64) -> u8 {
         let Some(disturbance) = &mut self.disturbance else {
             return byte;
@@ -133,8 +133,8 @@ impl Wire {
         }
     }
 
-    /// Lets one servo act, and go on while nobody else has anything due and
-    /// what it does stays inside.
+    /// Runs one servo, as long as no other event is due and
+    /// its actions are internal.
     fn run_servo(&mut self, servo: usize, now: u64, to_ns: u64, mechanics: &mut impl Mechanics) {
         let own = std::mem::replace(&mut self.servo_next_ns[servo], u64::MAX);
         let others = self.next_event_ns();
@@ -183,12 +183,16 @@ impl Wire {
         inside
     }
 
-    /// A servo hears the line while it is connected and not driving it.
+    /// A servo receives while it is connected and not driving the line.
     pub(super) fn refresh_ears(&mut self, servo: usize) {
         let device = &self.servos[servo];
         let listens = device.connected() && !device.driving() && !self.faults.is_deaf(servo);
-        let ears = if listens { Ears::All } else { Ears::None };
-        if self.receivers[servo].set_ears(ears, self.now_ns, &self.frames) {
+        let listening = if listens {
+            Listening::All
+        } else {
+            Listening::None
+        };
+        if self.receivers[servo].set_listening(listening, self.now_ns, &self.frames) {
             self.servos[servo].start_bit();
         }
     }

@@ -1,4 +1,4 @@
-//! The data line: who sends what when, and what a receiver makes of it.
+//! Data line: senders over time, and the decoding of a receiver.
 //!
 //! The line idles high and any sender can pull it low (real levels under
 //! contention are undefined; low wins is the usual outcome and the worst for
@@ -47,23 +47,23 @@ impl Frame {
     }
 }
 
-/// Which senders a receiver can hear.
+/// Senders that a receiver can receive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ears {
-    /// Everybody.
+pub(super) enum Listening {
+    /// All.
     All,
-    /// Everybody but the master.
+    /// All but the master.
     Servos,
-    /// Nobody: the receiver is cut off.
+    /// None: the receiver is cut off.
     None,
 }
 
-impl Ears {
-    fn hears(self, frame: &Frame) -> bool {
+impl Listening {
+    fn includes(self, frame: &Frame) -> bool {
         match self {
-            Ears::All => true,
-            Ears::Servos => frame.sender != MASTER,
-            Ears::None => false,
+            Listening::All => true,
+            Listening::Servos => frame.sender != MASTER,
+            Listening::None => false,
         }
     }
 }
@@ -79,10 +79,10 @@ pub(super) struct Decoded {
 /// in its middle.
 #[derive(Debug, Clone)]
 pub(super) struct Receiver {
-    ears: Ears,
-    /// Since when its ears are what they are, and what they were before.
+    listening: Listening,
+    /// Start of the present receiver state, and the state before.
     since_ns: u64,
-    before: Ears,
+    before: Listening,
     bit_ns: u64,
     start_ns: Option<u64>,
     /// A falling edge that may yet prove not to be a start bit.
@@ -92,11 +92,11 @@ pub(super) struct Receiver {
 }
 
 impl Receiver {
-    pub(super) fn new(ears: Ears, bit_ns: u64) -> Self {
+    pub(super) fn new(listening: Listening, bit_ns: u64) -> Self {
         Self {
-            ears,
+            listening,
             since_ns: 0,
-            before: ears,
+            before: listening,
             bit_ns,
             start_ns: None,
             doubtful_ns: None,
@@ -108,7 +108,7 @@ impl Receiver {
         self.next_ns
     }
 
-    /// The earliest moment at which it may still have to look at the line.
+    /// The earliest time at which it may have to sample the line.
     pub(super) fn needs_from(&self, now_ns: u64) -> u64 {
         self.start_ns.or(self.doubtful_ns).unwrap_or(now_ns)
     }
@@ -118,33 +118,38 @@ impl Receiver {
         self.bit_ns
     }
 
-    /// Sets the rate for the bytes to come.
+    /// Sets the rate for later bytes.
     pub(super) fn set_bit(&mut self, bit_ns: u64) {
         self.bit_ns = bit_ns;
     }
 
     fn low(&self, frames: &[Frame], at_ns: u64) -> bool {
-        let ears = if at_ns >= self.since_ns {
-            self.ears
+        let listening = if at_ns >= self.since_ns {
+            self.listening
         } else {
             self.before
         };
-        frames.iter().any(|f| ears.hears(f) && f.low(at_ns))
+        frames.iter().any(|f| listening.includes(f) && f.low(at_ns))
     }
 
-    /// Its ears open or close. Returns true if a start bit is seen at once.
-    pub(super) fn set_ears(&mut self, ears: Ears, now_ns: u64, frames: &[Frame]) -> bool {
-        if ears == self.ears {
+    /// Enables or disables it. Returns true if a start bit is detected at once.
+    pub(super) fn set_listening(
+        &mut self,
+        listening: Listening,
+        now_ns: u64,
+        frames: &[Frame],
+    ) -> bool {
+        if listening == self.listening {
             return false;
         }
-        self.before = self.ears;
-        self.ears = ears;
+        self.before = self.listening;
+        self.listening = listening;
         self.since_ns = now_ns;
         self.waiting() && self.seek(now_ns, frames)
     }
 
-    /// Waiting for a start bit: does one begin at `now_ns`? If not, notes the
-    /// next falling edge that is known of.
+    /// Waiting for a start bit: detects one at `now_ns`. If there is none, stores the
+    /// next known falling edge.
     pub(super) fn seek(&mut self, now_ns: u64, frames: &[Frame]) -> bool {
         self.next_ns = u64::MAX;
         let Some(edge) = self.falling_edge(now_ns, frames) else {
@@ -171,7 +176,7 @@ impl Receiver {
         true
     }
 
-    /// Its moment has come while no byte is being received: does one begin?
+    /// The awaited edge is due while no byte is being received: detects a start bit.
     pub(super) fn look(&mut self, now_ns: u64, frames: &[Frame]) -> bool {
         match self.doubtful_ns.take() {
             Some(edge) if self.low(frames, now_ns) => self.begin(edge),
@@ -186,9 +191,9 @@ impl Receiver {
         if falls(from_ns) {
             return Some(from_ns);
         }
-        // Who makes it fall begins a low bit then.
-        let heard = frames.iter().filter(|f| self.ears.hears(f));
-        let edges = heard.filter_map(|f| {
+        // The sender of the edge begins a low bit then.
+        let received = frames.iter().filter(|f| self.listening.includes(f));
+        let edges = received.filter_map(|f| {
             let first = from_ns.saturating_sub(f.start_ns).div_ceil(f.bit_ns);
             (first..BITS)
                 .filter(|&bit| f.bit_is_low(bit))
@@ -198,18 +203,18 @@ impl Receiver {
         edges.min()
     }
 
-    /// Is it waiting for a falling edge?
+    /// Whether it waits for a falling edge.
     pub(super) fn waiting(&self) -> bool {
         self.start_ns.is_none() && self.doubtful_ns.is_none()
     }
 
-    /// Is it in the middle of a byte?
+    /// Whether it is in the middle of a byte.
     pub(super) fn receiving(&self) -> bool {
         self.start_ns.is_some()
     }
 
-    /// The byte is complete: three quarters of the stop bit have passed, and
-    /// the receiver has taken notice.
+    /// Completes the byte: three quarters of the stop bit have passed, and
+    /// the receiver has processed it.
     pub(super) fn finish(&mut self, now_ns: u64, frames: &[Frame]) -> Option<Decoded> {
         let start = self.start_ns.take()?;
         let decoded = self.decode(start, now_ns, frames);
@@ -219,10 +224,10 @@ impl Receiver {
     }
 
     fn decode(&self, start: u64, now_ns: u64, frames: &[Frame]) -> Decoded {
-        let mut heard = frames
+        let mut received = frames
             .iter()
-            .filter(|f| self.ears.hears(f) && f.start_ns <= now_ns && f.end_ns() > start);
-        if let (Some(only), None) = (heard.next(), heard.next())
+            .filter(|f| self.listening.includes(f) && f.start_ns <= now_ns && f.end_ns() > start);
+        if let (Some(only), None) = (received.next(), received.next())
             && only.start_ns == start
             && only.bit_ns == self.bit_ns
             && self.since_ns <= start

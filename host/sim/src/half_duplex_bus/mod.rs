@@ -1,17 +1,17 @@
-//! The servo bus: one half-duplex data line, a master and its servos.
+//! Servo bus: one half-duplex data line, a master and its servos.
 //!
-//! Everything happens in virtual time, in nanoseconds from power-up, at
-//! events: a byte starts or ends, a servo's converter samples, a step of its
-//! program is done. [`Wire::advance`] makes all events up to a moment happen in
-//! order. Nothing depends on how that is cut into steps, so the same servos
+//! All events have a virtual time, in nanoseconds from power-up:
+//! a byte starts or ends, a servo's converter samples, a step of its
+//! program is done. [`Wire::advance`] executes all events up to a time in
+//! order. The result does not depend on the division into steps, so the same servos
 //! serve a simulation that jumps from event to event and a program that
 //! follows the wall clock. There is no randomness unless [`Wire::disturb`] or
-//! [`Wire::harm`] asks for it, and that is seeded: equal inputs give equal
+//! [`Wire::inject`] enables it, and that is seeded: equal inputs give equal
 //! outputs.
 //!
 //! Bytes are placed bit by bit. When two senders overlap, low wins, and every
-//! receiver decodes what it sees. A servo whose bus driver is on hears
-//! nothing; a disconnected one neither hears nor is heard.
+//! receiver decodes the result. A servo whose bus driver is on receives
+//! nothing; a disconnected one neither receives nor is received.
 //!
 //! The master's own bytes are not handed back: an adapter that echoes adds
 //! its echo itself.
@@ -30,7 +30,7 @@ use std::collections::VecDeque;
 
 use super::morpheus_servo::{Reading, Servo};
 use faults::Faults;
-use line::{Ears, Frame, MASTER, Receiver};
+use line::{Frame, Listening, MASTER, Receiver};
 
 /// One bit at 1 Mbaud.
 const DEFAULT_BIT_NS: u64 = 1_000;
@@ -40,9 +40,9 @@ pub(crate) fn bit_ns(baud: u32) -> u64 {
     (1_000_000_000 / u64::from(baud.max(1))).max(1)
 }
 
-/// What the servos are connected to.
+/// Mechanics and sensors of the servos.
 pub trait Mechanics {
-    /// What servo `servo`'s converter reads at `at_ns`.
+    /// Reading of servo `servo`'s converter at `at_ns`.
     fn convert(&mut self, servo: usize, at_ns: u64) -> Reading;
     /// The PWM applied to servo `servo`'s motor changes at `at_ns`
     /// (0..=2000, 1000 = off). It is off at power-up.
@@ -51,21 +51,21 @@ pub trait Mechanics {
 
 /// A byte from the servos as the master's receiver decodes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Heard {
+pub struct ReceivedByte {
     /// The byte.
     pub byte: u8,
     /// When the receiver has it, three quarters into its stop bit.
     pub end_ns: u64,
-    /// The stop bit was not high: bytes have collided.
+    /// The stop bit was not high: bytes collided.
     pub framing_error: bool,
 }
 
-/// Something that happened on the wire; see [`Wire::record`].
+/// An event on the wire; see [`Wire::record`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Record {
     /// A servo sent a byte.
     Sent {
-        /// Which servo.
+        /// The servo.
         servo: usize,
         /// The byte.
         byte: u8,
@@ -76,9 +76,9 @@ pub enum Record {
     },
     /// A servo switched its bus driver off.
     Released {
-        /// Which servo.
+        /// The servo.
         servo: usize,
-        /// When.
+        /// Its time.
         at_ns: u64,
     },
     /// A byte as a receiver decodes it that is always on.
@@ -96,12 +96,12 @@ pub struct Wire {
     records: Vec<Record>,
     /// Bytes not yet begun, in order of their start.
     due: VecDeque<Frame>,
-    /// Bytes begun and not yet forgotten.
+    /// Bytes that have begun and still matter.
     frames: Vec<Frame>,
-    heard: VecDeque<Heard>,
+    received: VecDeque<ReceivedByte>,
     disturbance: Option<Disturbance>,
     faults: Faults,
-    /// Next event of each servo, as last asked.
+    /// Next event of each servo, as last computed.
     servo_next_ns: Vec<u64>,
 }
 
@@ -111,26 +111,26 @@ impl Wire {
         let servos: Vec<Device> = servos.into_iter().map(Into::into).collect();
         let receivers = servos
             .iter()
-            .map(|servo| Receiver::new(Ears::All, servo.bit_ns()))
+            .map(|servo| Receiver::new(Listening::All, servo.bit_ns()))
             .collect();
         let servo_next_ns = servos.iter().map(Device::next_event_ns).collect();
         Self {
             now_ns: 0,
             servos,
             receivers,
-            master: Receiver::new(Ears::Servos, DEFAULT_BIT_NS),
+            master: Receiver::new(Listening::Servos, DEFAULT_BIT_NS),
             monitor: None,
             records: Vec::new(),
             due: VecDeque::new(),
             frames: Vec::new(),
-            heard: VecDeque::new(),
+            received: VecDeque::new(),
             disturbance: None,
             faults: Faults::default(),
             servo_next_ns,
         }
     }
 
-    /// The moment up to which everything has happened.
+    /// Time up to which all events are executed.
     pub fn now_ns(&self) -> u64 {
         self.now_ns
     }
@@ -145,14 +145,14 @@ impl Wire {
         self.servos.iter().filter_map(Device::morpheus)
     }
 
-    /// One of the servos, to change what no master can: its supply, its heat.
+    /// One of the servos, to change what a master cannot: its supply, its heat.
     pub fn servo_mut(&mut self, servo: usize) -> &mut Device {
         &mut self.servos[servo]
     }
 
-    /// Starts to keep [`Record`]s, for tests and tools.
+    /// Starts to record [`Record`]s, for tests and tools.
     pub fn record(&mut self) {
-        self.monitor = Some(Receiver::new(Ears::All, DEFAULT_BIT_NS));
+        self.monitor = Some(Receiver::new(Listening::All, DEFAULT_BIT_NS));
     }
 
     /// The records since the last call.
@@ -160,9 +160,9 @@ impl Wire {
         std::mem::take(&mut self.records)
     }
 
-    /// The rate at which the master listens from now on. Each byte that it sends
+    /// Rate at which the master receives from now on. Each byte that it sends
     /// sets it too.
-    pub fn listen_at(&mut self, baud: u32) {
+    pub(crate) fn listen_at(&mut self, baud: u32) {
         let bit_ns = bit_ns(baud);
         self.master.set_bit(bit_ns);
         if let Some(monitor) = &mut self.monitor {
@@ -170,7 +170,7 @@ impl Wire {
         }
     }
 
-    /// The master sends a byte whose start bit begins at `start_ns`, which is
+    /// Sends a byte of the master whose start bit begins at `start_ns`, which is
     /// not before now nor before the end of its previous byte.
     pub fn send(&mut self, start_ns: u64, byte: u8, baud: u32) {
         self.listen_at(baud);
@@ -188,23 +188,23 @@ impl Wire {
         self.due.insert(place, frame);
     }
 
-    /// The oldest byte heard from the servos and not yet taken.
-    pub fn take_heard(&mut self) -> Option<Heard> {
-        self.heard.pop_front()
+    /// The oldest byte received from the servos and not yet taken.
+    pub fn take_received(&mut self) -> Option<ReceivedByte> {
+        self.received.pop_front()
     }
 
-    /// Lets something spoil replies at the master's receiver from now on.
+    /// Disturbs replies at the master's receiver from now on.
     pub fn disturb(&mut self, disturbance: Disturbance) {
         self.disturbance = Some(disturbance);
     }
 
-    /// Joins a servo to the wire or cuts it off. It stays powered.
+    /// Connects a servo to the wire or disconnects it. It stays powered.
     pub fn connect(&mut self, servo: usize, connected: bool) {
         self.servos[servo].connect(connected);
         self.refresh_ears(servo);
     }
 
-    /// Switches a servo off and on again.
+    /// Power-cycles a servo.
     pub fn power_cycle(&mut self, servo: usize, mechanics: &mut impl Mechanics) {
         self.servos[servo].power_cycle(self.now_ns);
         mechanics.drive(servo, self.now_ns, self.servos[servo].pwm());
@@ -226,14 +226,19 @@ impl Wire {
         next.max(self.now_ns)
     }
 
-    /// Makes everything happen up to and including `to_ns`.
+    /// Executes all events up to and including `to_ns`.
     pub fn advance(&mut self, to_ns: u64, mechanics: &mut impl Mechanics) {
         self.advance_until(to_ns, usize::MAX, mechanics);
     }
 
-    /// The same, but stops at the byte that makes it `heard` bytes to take.
-    pub fn advance_until(&mut self, to_ns: u64, heard: usize, mechanics: &mut impl Mechanics) {
-        while self.heard.len() < heard {
+    /// The same, but stops at the byte after which `received` bytes can be taken.
+    pub(crate) fn advance_until(
+        &mut self,
+        to_ns: u64,
+        received: usize,
+        mechanics: &mut impl Mechanics,
+    ) {
+        while self.received.len() < received {
             let next = self.next_event_ns();
             if next > to_ns {
                 self.now_ns = self.now_ns.max(to_ns);

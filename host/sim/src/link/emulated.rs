@@ -1,5 +1,5 @@
-//! A host on the firmware image under QEMU: in lockstep with the bench, or in slowed
-//! wall-clock time on a servo bus elsewhere.
+//! Host on the firmware image under QEMU: in lockstep with the bench, or in slowed
+//! wall-clock time on an external servo bus.
 
 use std::error::Error;
 use std::thread::JoinHandle;
@@ -29,7 +29,7 @@ pub(super) fn run<H: Host>(
     }
 }
 
-/// The image, booted.
+/// Starts the image.
 fn start(uri: &EmulatorUri, board_log: fn(&str)) -> Result<Qemu, QemuError> {
     let options = QemuOptions {
         image: uri.image.clone().unwrap_or_else(qemu::default_image),
@@ -41,7 +41,7 @@ fn start(uri: &EmulatorUri, board_log: fn(&str)) -> Result<Qemu, QemuError> {
         provoke: None,
     };
     let qemu = Qemu::start(&options)?;
-    // Read in any case: a full socket would hold up the board.
+    // Read in any case: a full socket would block the board.
     log::spawn(&options.image, qemu.log.try_clone()?, move |line| {
         board_log(&line);
     })?;

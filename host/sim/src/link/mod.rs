@@ -1,4 +1,4 @@
-//! Boards by name, real and simulated, and a host driven on one.
+//! Boards by URI, real and simulated, and a host driven on one.
 //!
 //! | name                        | what                                                  |
 //! |-----------------------------|-------------------------------------------------------|
@@ -6,7 +6,7 @@
 //! | `sim:`                      | the board's code and the bench, in this process       |
 //! | `emulate:`, `emulate:IMAGE` | the firmware image under QEMU, with the bench         |
 //! | `emulate:?icount`           | each instruction takes a fixed virtual time           |
-//! | `emulate:?bus=tcp://HOST:PORT&slow=50` | the image in slowed wall-clock time, on a servo bus elsewhere |
+//! | `emulate:?bus=tcp://HOST:PORT&slow=50` | the image in slowed wall-clock time, on an external servo bus |
 
 #[cfg(unix)]
 mod emulated;
@@ -27,33 +27,33 @@ use crate::Bench;
 use crate::board::VirtualBoard;
 use crate::cosim::{Interaction, PortClient};
 
-/// How fast virtual time goes on `sim:` and `emulate:`.
+/// Pace of virtual time on `sim:` and `emulate:`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// As fast as it can be computed.
     Free,
-    /// Held back to the wall clock.
+    /// Not faster than the wall clock.
     WallClock,
 }
 
-/// What a board is driven with. All but `link` is for `sim:` and `emulate:`.
+/// Options of a board. All but `link` are for `sim:` and `emulate:`.
 pub struct Options {
     /// Servos and arm.
     pub bench: Bench,
-    /// How fast virtual time goes.
+    /// Pace of virtual time.
     pub pace: Pace,
     /// Program on the board's transparent port.
     pub client: Option<Box<dyn PortClient>>,
-    /// Hands on the arm.
+    /// Interactions with the arm.
     pub interactions: Option<Receiver<Interaction>>,
     /// Takes each line that an emulated board logs.
     pub board_log: fn(&str),
-    /// Listeners, and what to do when a link breaks.
+    /// Options of a real link, and the taps.
     pub link: LinkOptions,
 }
 
 impl Options {
-    /// As fast as it goes on this bench, untouched, without listeners.
+    /// Free pace on this bench, without interactions and taps.
     pub fn new(bench: Bench) -> Self {
         Self {
             bench,
@@ -72,7 +72,7 @@ impl Options {
 struct NoController(Refusal);
 
 /// Drives `host` on the board until it is done, over a real link as
-/// [`transport::drive`] does. The host comes back whatever happened.
+/// [`transport::drive`] does. The host is returned in any case.
 pub fn drive<H: Host>(
     uri: &BoardUri,
     options: Options,

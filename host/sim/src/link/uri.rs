@@ -1,4 +1,4 @@
-//! Boards by name.
+//! URIs of boards.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -7,11 +7,11 @@ use std::str::FromStr;
 use armbridge_client::endpoint::{Endpoint, EndpointError};
 use armbridge_client::transport::{LinkUri, LinkUriError};
 
-/// All that a board can be, for errors and help.
+/// All forms of a board's URI, for errors and help.
 pub const CHOICES: &str = "usb:, usb:SERIAL, serial:, serial:///dev/ttyACM0, tcp://HOST:PORT, \
                            pty:, pty:///dev/pts/3, sim:, emulate: or emulate:IMAGE";
 
-/// Name of a board, real or simulated.
+/// URI of a board, real or simulated.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum BoardUri {
     /// At this link.
@@ -22,7 +22,7 @@ pub enum BoardUri {
     Emulate(EmulatorUri),
 }
 
-/// Name of an emulated board: `emulate:IMAGE?icount`,
+/// URI of an emulated board: `emulate:IMAGE?icount`,
 /// `emulate:IMAGE?bus=tcp://HOST:PORT&slow=50`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EmulatorUri {
@@ -31,7 +31,7 @@ pub struct EmulatorUri {
     /// Each instruction takes 8 ns of virtual time, so that measured compute times
     /// repeat.
     pub icount: bool,
-    /// A servo bus elsewhere, in wall-clock time, instead of the bench's.
+    /// An external servo bus, in wall-clock time, instead of the bench's.
     pub bus: Option<ExternalBus>,
 }
 
@@ -40,29 +40,29 @@ pub struct EmulatorUri {
 pub struct ExternalBus {
     /// Raw bus bytes.
     pub at: Endpoint,
-    /// How many times slower than the wall clock the board's time runs.
+    /// Ratio of wall-clock time to the board's time.
     pub slow: u32,
 }
 
-/// Slowness of an emulated board on an external bus whose bytes take their time.
+/// Slowness of an emulated board on an external bus with real byte times.
 const SLOW: u32 = 50;
 
-/// Why a name is not a board.
+/// Error in a board's URI.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BoardUriError {
-    /// A scheme that there is not, or none.
+    /// An unknown scheme, or none.
     #[error("`{0}` is no link: expected {CHOICES}")]
     Scheme(String),
-    /// A link that cannot be.
+    /// An invalid link.
     #[error(transparent)]
     Link(LinkUriError),
-    /// Something follows where nothing can.
+    /// Text after `sim:`.
     #[error("nothing can follow `sim:`, but `{0}` does: options of the bench are given apart")]
     Sim(String),
-    /// A path with nothing in it.
+    /// An empty path.
     #[error("`{0}` names no image: write emulate:IMAGE or emulate: alone")]
     NoImage(String),
-    /// An option that there is not.
+    /// An unknown option.
     #[error(
         "`{0}` is no option of emulate: expected icount, bus=tcp://HOST:PORT or slow=TIMES, with & \
          between"
@@ -93,7 +93,7 @@ impl FromStr for BoardUri {
 impl FromStr for EmulatorUri {
     type Err = BoardUriError;
 
-    /// What follows `emulate:`.
+    /// Parses the text after `emulate:`.
     fn from_str(text: &str) -> Result<Self, BoardUriError> {
         let (image, options) = text.split_once('?').unwrap_or((text, ""));
         let image = image.strip_prefix("//").unwrap_or(image);
@@ -148,7 +148,7 @@ impl fmt::Display for EmulatorUri {
 }
 
 impl BoardUri {
-    /// Whether the arm is simulated as far as this program knows: behind a socket or a
+    /// Whether the arm is known to be simulated: behind a socket or a
     /// terminal there may be a real one.
     pub fn is_simulated(&self) -> bool {
         match self {
@@ -157,7 +157,7 @@ impl BoardUri {
         }
     }
 
-    /// Where code and arm are, in words: whatever is simulated is called so.
+    /// World of code and arm, as text: simulated ones are named so.
     pub fn world(&self) -> String {
         match self {
             Self::Sim => "simulated: bench".into(),

@@ -1,4 +1,4 @@
-//! A host on a board in virtual time: the board's code in this process or the firmware
+//! Host on a board in virtual time: the board's code in this process or the firmware
 //! image under QEMU.
 
 use std::error::Error;
@@ -11,7 +11,7 @@ use crate::board::Board;
 use crate::cosim::{Cosim, CosimError};
 use crate::pacer::Pacer;
 
-/// How often a host that is held back to the wall clock is asked at the least.
+/// Longest interval between two calls of a paced host.
 const ASK_US: u64 = 20_000;
 
 /// Like [`drive`](super::drive), on this board.
@@ -48,7 +48,7 @@ where
     (cosim.host.host.host, result)
 }
 
-/// A host held back to the wall clock, or not.
+/// A host with an optional pacer.
 struct Paced<H> {
     host: H,
     held: Option<Pacer>,

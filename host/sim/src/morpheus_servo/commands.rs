@@ -1,4 +1,4 @@
-//! The command interpreter: what each message asks for.
+//! Command interpreter: execution of each message.
 
 use super::mcu::{Bus, Mcu, Stage};
 use super::receiver::SYNC_WRITE;
@@ -100,7 +100,7 @@ impl Mcu {
         self.chain(now)
     }
 
-    /// Sends unasked when its START slot or CYCLE's fail-safe has come.
+    /// Sends without a request when its START slot or CYCLE's fail-safe is due.
     pub(super) fn chain(&mut self, now: u64) -> Option<Action> {
         if self.delay_ticks == 0 {
             if self.bus == Bus::Slot {
@@ -207,7 +207,7 @@ impl Mcu {
         self.ignore(now + cycle_costs::CYCLE_WAITS)
     }
 
-    /// Arguments that the packet does not have are what was in memory.
+    /// Missing arguments of a packet are stale memory.
     fn read(&mut self, now: u64) -> Option<Action> {
         let mut arguments = [0; 2];
         if self.inbox.read(3, &mut arguments).is_some() {

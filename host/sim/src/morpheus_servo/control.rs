@@ -1,6 +1,6 @@
 //! From converter readings to the PWM: the servo's control step.
 //!
-//! Either the PWM that was asked for is applied as it is, or a goal position
+//! Either the commanded PWM is applied as it is, or a goal position
 //! is approached at a set speed and then held by a PID controller. All
 //! arithmetic is 16 bits wide and wraps, as on the microcontroller.
 
@@ -57,7 +57,7 @@ pub(super) struct Control {
 }
 
 /// Adds to an integral unless it is beyond its limit and would grow. Returns
-/// what that cost more or less than usual.
+/// its cost relative to the usual one.
 fn integrate(sum: &mut i16, gain: u8, error: i16) -> i64 {
     let term = i16::from(gain).wrapping_mul(*sum);
     let (beyond, grows, stays) = match term {
@@ -72,7 +72,7 @@ fn integrate(sum: &mut i16, gain: u8, error: i16) -> i64 {
     beyond
 }
 
-/// The effort, and what its division cost.
+/// The effort, and the cost of its division.
 fn pid(gains: [u8; 3], error: i16, sum: i16, change: i16, divisor: i16) -> (i16, i64) {
     let [p, i, d] = gains.map(i16::from);
     let term = i.wrapping_mul(sum);
@@ -111,7 +111,7 @@ impl Control {
         }
     }
 
-    /// Asks for a PWM; one above 2000 is ignored. Returns whether it was taken.
+    /// Commands a PWM; one above 2000 is ignored. Returns whether it was accepted.
     pub(super) fn set_pwm(&mut self, pwm: u16) -> bool {
         if pwm <= FULL {
             self.mode = Mode::Pwm(pwm);
@@ -119,8 +119,8 @@ impl Control {
         pwm <= FULL
     }
 
-    /// Asks for a position; one outside the limits, or a speed above 10, is
-    /// ignored. Returns whether it was taken.
+    /// Commands a position; one outside the limits, or a speed above 10, is
+    /// ignored. Returns whether it was accepted.
     pub(super) fn set_goal(&mut self, goal: u16, speed: u16, gains: Gains) -> bool {
         let goal = goal as i16;
         let inside = goal >= i16::from(gains.lower_margin)
@@ -135,7 +135,7 @@ impl Control {
         taken
     }
 
-    /// Takes a new position reading and decides the PWM. Returns what the
+    /// Processes a new position reading and decides the PWM. Returns the cost of the
     /// step cost, in cycles.
     pub(super) fn step(&mut self, reading: u16, gains: Gains) -> u64 {
         self.position = reading as i16;
@@ -169,7 +169,7 @@ impl Control {
 
     /// The first reading fills all places but the last, which stays 0 until
     /// it is reached: the speed shows one false value 7 ms after power-up.
-    /// Returns what that cost beyond the usual.
+    /// Returns the additional cost.
     fn remember(&mut self) -> u64 {
         if !self.started {
             self.history[..HISTORY - 1].fill(self.position);

@@ -64,7 +64,7 @@ impl Converter {
         self.conversion = Conversion::Ready;
     }
 
-    /// What its inputs were.
+    /// Its inputs.
     pub(super) fn converted(&mut self, position: u16, temperature: u16) {
         self.reading = if self.of_temperature {
             temperature
@@ -95,7 +95,7 @@ impl Converter {
     }
 
     /// The timer tick: starts a conversion when one is wanted and the converter
-    /// is free. Returns what that cost.
+    /// is free. Returns its cost.
     pub(super) fn tick(&mut self, now: u64) -> u64 {
         let due = self.ticks_to_conversion == 0;
         let mut cost = 0;

@@ -2,7 +2,7 @@
 //!
 //! The figures belong to one compilation of the firmware (avr-gcc, `-O2`), the
 //! one whose exchanges are recorded, and are exact for it but for branches that
-//! differ by a few cycles. What a division costs follows from its numbers, as
+//! differ by a few cycles. The cost of a division follows from its numbers, as
 //! on the processor. Another compiler moves the figures by a few per cent. They
 //! decide latencies and which of two close events comes first, never the content
 //! of a reply. While bytes arrive back to back the receive handler leaves the
@@ -19,7 +19,7 @@ pub(super) const PER_US: u64 = 16;
 pub(super) const BOOT: u64 = 5_417;
 /// One idle turn of the main loop.
 pub(super) const TURN: u64 = LOOK_TO_FEED + FEED_TO_LOOK;
-/// What a turn costs more once a START has been received.
+/// Additional cost of a turn once a START has been received.
 pub(super) const TURN_ON_CHAIN: u64 = 5;
 /// And this much while a CYCLE waits to be answered.
 pub(super) const TURN_IN_CYCLE: u64 = 12;
@@ -114,7 +114,7 @@ pub(super) const HANDLER_RETURN: u64 = 38;
 /// End-of-conversion handler.
 pub(super) const CONVERTED: u64 = 28;
 
-/// From looking for a message to having acted on one that asks for nothing.
+/// From looking for a message to the end of one without effect.
 pub(super) const ACCEPT: u64 = 127;
 /// A START, on top of that.
 pub(super) const START: u64 = 11;
@@ -134,9 +134,9 @@ pub(super) const REPLY: u64 = 342;
 pub(super) const REPLY_BYTE: u64 = 31;
 /// A reply without data costs this much less.
 pub(super) const REPLY_EMPTY: u64 = 41;
-/// A reply to START, when its slot has come, costs this much less.
+/// Saving of a reply to START, in its slot.
 pub(super) const REPLY_UNASKED: u64 = 6;
-/// And a refusal of what was sent to all.
+/// And of a refusal of a broadcast.
 pub(super) const REFUSED_TO_ALL: u64 = 1;
 /// READ: fixed part, then each byte.
 pub(super) const READ: u64 = 104;

@@ -50,7 +50,7 @@ impl Mcu {
             return self.go(Stage::Feed, now + extra + cycle_costs::LOOK_TO_FEED);
         }
         if self.inbox.waiting() {
-            // It came while the loop was busy.
+            // It arrived while the loop was busy.
             self.turns_left -= 1;
             return self.go(Stage::Look, now + turn);
         }

@@ -1,9 +1,9 @@
 //! The microcontroller: the main loop, its interrupts and its clock.
 //!
-//! The firmware is one endless loop that looks for a message, obeys it, and
+//! The firmware is one endless loop that looks for a message, executes it, and
 //! every seventh turn ticks a timer; every eleventh tick starts a conversion,
 //! whose result the next tick turns into a PWM. Bytes are received by an
-//! interrupt that stretches whatever the loop is doing. EEPROM writes run with
+//! interrupt that stretches the present stage of the loop. EEPROM writes run with
 //! interrupts off.
 //!
 //! The loop is not executed turn by turn. It is a chain of [`Stage`]s, each
@@ -25,7 +25,7 @@ const TRANSMIT_BUFFER: usize = 200;
 /// The bit clock at power-up, modulo one bit at 1 Mbaud.
 const BIT_CLOCK_PHASE: u64 = 14;
 
-/// What the main loop does next.
+/// Next stage of the main loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stage {
     /// Looks for a message.
@@ -36,7 +36,7 @@ pub(super) enum Stage {
     Write,
     /// Stores `value`, once the EEPROM is ready. Interrupts are off.
     Store { address: u8, value: u8 },
-    /// Puts what was written in force.
+    /// Applies the written values.
     Settle,
     /// Clears the marker, so that `Load` restores the defaults. Interrupts off.
     Reset,
@@ -72,7 +72,7 @@ pub(super) enum Bus {
     Member,
 }
 
-/// What the running interrupt handler is about.
+/// Task of the running interrupt handler.
 #[derive(Debug, Clone, Copy)]
 enum Handling {
     Nothing,
@@ -165,7 +165,7 @@ impl Mcu {
         mcu
     }
 
-    /// The servo hears and answers nothing because of a long operation.
+    /// A long operation, during which the servo neither receives nor replies.
     pub(super) fn busy(&self) -> bool {
         !self.interrupts_on() || self.runaway()
     }

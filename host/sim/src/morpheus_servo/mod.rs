@@ -1,13 +1,13 @@
 //! A virtual servo: an AX-12A that runs the Morpheus V1.2 firmware.
 //!
-//! The firmware speaks its own protocol (`AA LEN DEST SRC data checksum`),
-//! applies PWM as it is told and has many traps: servos go deaf when they
+//! The firmware has its own protocol (`AA LEN DEST SRC data checksum`),
+//! applies PWM as commanded and has many traps: servos go deaf when they
 //! misread each other's replies, a long packet stops command processing until
 //! power-off, an EEPROM write deafens for 8.4 ms a byte, and no time-out ever
 //! stops the motor. All of that is modelled, because a master has to be tested
 //! against it.
 //!
-//! | module      | what it models                                            |
+//! | module      | model of                                                  |
 //! |-------------|-----------------------------------------------------------|
 //! | `uart`      | the serial port: two byte buffer, overruns, bit clock     |
 //! | `receiver`     | the receive state machine and the two message buffers     |
@@ -41,7 +41,7 @@ pub use registers::{DEFAULT_ROM, ROM_SIZE};
 use control::Mode;
 use mcu::Mcu;
 
-/// What a servo's converter reads, in counts, 0..=1023.
+/// Inputs of a servo's converter, in counts, 0..=1023.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Reading {
     /// Position.
@@ -61,7 +61,7 @@ pub enum Deafness {
     Busy,
 }
 
-/// What a servo does to the world outside.
+/// External actions of a servo.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Action {
     /// Reads the converter's inputs.
@@ -81,7 +81,7 @@ pub struct State {
     pub pwm: u16,
     /// Position and speed control decide the PWM.
     pub position_mode: bool,
-    /// What the receiver waits for.
+    /// State of the receiver.
     pub receiving: Receiving,
     /// Bytes after which the receiver resets itself.
     pub failsafe: u8,
@@ -99,11 +99,11 @@ pub struct State {
     pub pwm_requested: u16,
     /// Last PWM taken from a sync write.
     pub pwm_sync: u16,
-    /// What a sync write must differ from to be obeyed.
+    /// Value from which a sync write must differ to take effect.
     pub pwm_before: u16,
     /// Goal register.
     pub goal_requested: u16,
-    /// What a new goal must differ from.
+    /// Value from which a new goal must differ.
     pub goal_before: u16,
     /// Goal that position control uses.
     pub goal: u16,

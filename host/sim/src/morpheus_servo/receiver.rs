@@ -8,7 +8,7 @@
 //! before the checksum has been seen.
 //!
 //! Lengths and indices are bytes and wrap as bytes, on purpose: several of
-//! the firmware's hazards come from that.
+//! the firmware's hazards follow from that.
 
 /// First byte of every packet.
 const HEADER: u8 = 0xAA;
@@ -22,7 +22,7 @@ const LONGEST: u8 = 200;
 /// Marks the buffer that the main loop works on.
 const IN_USE: u8 = 0xFF;
 
-/// What the receiver waits for.
+/// State of the receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Receiving {
     /// A header.
@@ -296,7 +296,7 @@ impl Inbox {
         u16::from(self.block_count) == u16::from(self.block_size) + 1
     }
 
-    /// Where the packet's length says that it ends, the checksum stands in
+    /// At the end given by the packet's length, the checksum is in
     /// place of an id.
     fn scan(&mut self, byte: u8, own_id: u8) {
         if self.block_over() {

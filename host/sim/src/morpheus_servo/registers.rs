@@ -66,7 +66,7 @@ pub(super) fn gains(rom: &[u8; ROM_SIZE]) -> Gains {
     }
 }
 
-/// What was asked for over the bus, beside what is in force.
+/// Commanded values, beside those in force.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Requests {
     pub(super) goal: u16,
@@ -88,7 +88,7 @@ fn with_high(word: u16, high: u8) -> u16 {
 
 impl Requests {
     /// Writes a register that is not in the EEPROM. Writing either half of
-    /// the PWM makes it count as changed, whatever its value.
+    /// the PWM makes it count as changed, with any value.
     pub(super) fn write(&mut self, address: u8, value: u8) {
         match address {
             POSITION_LOW => self.goal = with_low(self.goal, value),

@@ -23,7 +23,7 @@ pub(super) struct Uart {
     end: u64,
     /// Something was sent since the flag below was last cleared.
     sent: bool,
-    /// The transmitter ran empty and nobody has cleared that since.
+    /// Transmitter-empty flag, not yet cleared.
     ran_empty: bool,
 }
 

@@ -15,7 +15,7 @@
 //! threshold. A sliding joint feels its Coulomb torque against its motion. In the moment in
 //! which its speed changes sign, within a step, it stops, and sticks for as long as the rest
 //! of the torque stays within the static one: truly at rest, no creep. It breaks
-//! away in the direction of that rest. After Stribeck, what a sliding joint feels
+//! away in the direction of that rest. After Stribeck, friction of a sliding joint
 //! may come down from the static torque to the Coulomb one as it gets faster,
 //! instead of at once. Because M(q) is diagonal, a stuck joint
 //! passes nothing on to the other but its angle.
@@ -29,7 +29,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Parameters, State};
 use nalgebra::{ComplexField, Vector2};
 
-/// How often joints may come to rest within a step. What is left of one with more is lost:
+/// Most stops of joints within a step. The rest of a step with more is lost:
 /// nothing moves far in it.
 const TURNS_MAX: usize = 4;
 /// Grid of the integration, in ns.
@@ -67,7 +67,7 @@ impl Friction {
     }
 }
 
-/// What dry friction does to a joint at present.
+/// State of dry friction of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Contact {
     /// It has no dry friction.
@@ -150,7 +150,7 @@ impl Body {
         }
     }
 
-    /// Lets time pass without moving: somebody holds the arm.
+    /// Advances time without motion: the arm is held.
     pub(super) fn hold(&mut self, until_ns: u64) {
         self.time_ns = self.time_ns.max(until_ns);
     }

@@ -43,7 +43,7 @@ pub struct PlantConfig {
     pub noise_lsb_rms: f64,
     /// Where the arm is at time zero.
     pub initial: State<f64>,
-    /// Somebody holds the arm where it is until the first servo is told a PWM
+    /// The arm is held where it is until the first servo receives a PWM
     /// other than 1000.
     pub held: bool,
 }
@@ -68,7 +68,7 @@ impl Default for PlantConfig {
             input_delay_ns: [0; JOINTS],
             torque_gain: 1.0,
             pwm_offset_counts: 0.0,
-            // Stall torque of an AX-12A at 12 V; above what equation (5) gives.
+            // Stall torque of an AX-12A at 12 V; larger than that of equation (5).
             torque_limit_nm: 1.5,
             // The table stops joint 1; the servo's 300 degree stop joint 2.
             stops_rad: [

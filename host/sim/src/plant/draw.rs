@@ -1,8 +1,7 @@
-//! Arms drawn at random, for whoever has to find out what an arm is.
+//! Random arms, for tests of identification.
 //!
 //! Each number that identification estimates is drawn by itself, for each joint and
-//! each direction: nothing about one joint tells anything about the other. What is
-//! drawn follows from the seed alone.
+//! each direction: the joints are independent. The result follows from the seed alone.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint};

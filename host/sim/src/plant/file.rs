@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use self::joint::JointKeys;
 use super::PlantConfig;
 
-/// An arm as a file has it. The comments of `default.toml` say what each key is.
+/// An arm as in a file. The comments of `default.toml` explain each key.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlantFile {
@@ -54,7 +54,7 @@ pub struct PlantFile {
     joint2: JointKeys,
 }
 
-/// Two keys of a file that say the same.
+/// Two keys of a file with the same meaning.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Clash {
     /// The one that is of both joints.
@@ -109,8 +109,8 @@ enum Way {
 }
 
 impl Default for PlantFile {
-    /// [`PlantConfig::default`]; what has its default only where a file says nothing
-    /// else about it, such as where the arm is at first, is not said.
+    /// [`PlantConfig::default`]; without keys whose default depends on other keys, such
+    /// as the initial position.
     fn default() -> Self {
         let config = PlantConfig::default();
         let joint = |joint| JointKeys {
@@ -144,7 +144,7 @@ impl PlantFile {
         }
     }
 
-    /// What is said twice: of both joints by a key of the file, and of one by its own.
+    /// Values that are given twice: for both joints by one key of the file, and for one by its own.
     pub fn clash(&self) -> Option<Clash> {
         let of_both = |key, is_said: bool, [of_1, of_2]: [bool; JOINTS], own: &str| {
             (is_said && (of_1 || of_2)).then(|| Clash {
@@ -164,7 +164,7 @@ impl PlantFile {
             .or_else(|| of_both("input_delay_us", delay, has_delay, "input_delay_us"))
     }
 
-    /// What a file says about this arm, with every key.
+    /// All keys of a file for this arm.
     pub fn of(config: &PlantConfig) -> Self {
         Self {
             friction: config.friction_on,
@@ -183,7 +183,7 @@ impl PlantFile {
         }
     }
 
-    /// The arm. It is at `initial_rad` where the file does not say where.
+    /// The arm. It is at `initial_rad` unless the file has a position.
     pub fn config(&self, initial_rad: [f64; JOINTS]) -> PlantConfig {
         let keys = [&self.joint1, &self.joint2];
         let default = PlantConfig::default();

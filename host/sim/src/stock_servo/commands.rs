@@ -1,4 +1,4 @@
-//! Instructions: what is done, what is answered, and when.
+//! Instructions: execution, reply, and timing.
 
 use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
 use armbridge_shared::servo::protocol1::{
@@ -52,7 +52,7 @@ impl Packet {
 /// A write that waits: for ACTION, or for its own status packet to have left.
 pub(super) type Write = (u8, Vec<u8>);
 
-/// What is done once the status packet has left.
+/// Action after the status packet.
 #[derive(Clone, Debug)]
 pub(super) enum Deferred {
     Write(Write),
@@ -67,7 +67,7 @@ enum Answered {
     All,
 }
 
-/// What becomes of an instruction.
+/// Processing of an instruction.
 struct Outcome {
     answered: Answered,
     latency_ns: u64,
@@ -103,9 +103,9 @@ impl Outcome {
 }
 
 impl Ax12a {
-    /// Obeys a packet whose last stop bit ends at `end_ns`.
+    /// Executes a packet whose last stop bit ends at `end_ns`.
     pub(super) fn obey(&mut self, packet: &Packet, end_ns: u64) {
-        // Whoever did not wait for the answer gets none, but is obeyed.
+        // A packet before the reply cancels that, but is executed.
         self.do_deferred(end_ns);
         let (to_all, outcome) = match packet {
             Packet::Damaged => (false, Some(Outcome::only(Alarms::CHECKSUM))),
@@ -144,7 +144,7 @@ impl Ax12a {
         }
     }
 
-    /// `None` for what is not obeyed nor answered.
+    /// `None` for an instruction without effect and reply.
     fn outcome(&mut self, to_all: bool, code: u8, parameters: &[u8]) -> Option<Outcome> {
         let frame = Frame {
             id: self.id(),
@@ -214,7 +214,7 @@ impl Ax12a {
         }
     }
 
-    /// What had to wait for the status packet.
+    /// The action that waited for the status packet.
     pub(super) fn do_deferred(&mut self, now_ns: u64) {
         let eeprom = match self.deferred.take() {
             None => return,

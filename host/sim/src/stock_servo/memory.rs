@@ -1,7 +1,7 @@
-//! The control table as bytes: what is kept, what is forgotten, what may be
+//! Control table as bytes: persistent, volatile and writable ones.
 //! written.
 //!
-//! Addresses without a register read 0, and what is written to them is dropped.
+//! Addresses without a register read 0, and writes to them are dropped.
 //! A write is checked whole before any of it is done: one value out of its
 //! register's range, one register that is only read, one address beyond the
 //! table, and nothing is written.
@@ -15,12 +15,12 @@ use armbridge_shared::servo::protocol1::Alarms;
 pub(super) const SIZE: usize = AX12A.size as usize;
 /// Those below this address are kept without power.
 const RAM: u8 = at::TORQUE_ENABLE;
-/// What can still be written when [`at::LOCK`] is set (manual of 2006, "Lock").
+/// Registers that can still be written when [`at::LOCK`] is set (manual of 2006, "Lock").
 const NEVER_LOCKED: RangeInclusive<u8> = at::TORQUE_ENABLE..=at::TORQUE_LIMIT;
 /// Of servos sold today. Nothing depends on it.
 const FIRMWARE_VERSION: u8 = 24;
 
-/// Where the registers are that the servo itself looks at.
+/// Addresses of registers that the servo itself uses.
 pub(super) mod at {
     pub(in super::super) const FIRMWARE_VERSION: u8 = 2;
     pub(in super::super) const ID: u8 = 3;
@@ -110,7 +110,7 @@ impl Memory {
         self.bytes[start..start + data.len()].copy_from_slice(data);
     }
 
-    /// So many bytes from there on; `None` if they are not all in the table.
+    /// This many bytes from there on; `None` if they are not all in the table.
     pub(super) fn read(&self, address: u8, count: u8) -> Option<&[u8]> {
         let start = usize::from(address);
         self.bytes.get(start..start + usize::from(count))
@@ -126,7 +126,7 @@ impl Memory {
         self.byte(at::TORQUE_ENABLE) != 0 && self.word(at::TORQUE_LIMIT) != 0
     }
 
-    /// What is wrong with writing this there.
+    /// Error of writing this there.
     pub(super) fn check(&self, address: u8, data: &[u8]) -> Alarms {
         let start = usize::from(address);
         let mut after = self.bytes;
@@ -155,7 +155,7 @@ impl Memory {
         register.access == Access::ReadWrite && !locked && !in_use
     }
 
-    /// Writes what was found to be right.
+    /// Writes checked bytes.
     pub(super) fn write(&mut self, address: u8, data: &[u8]) {
         let first = usize::from(address);
         for register in written(address, data.len()) {
@@ -168,7 +168,7 @@ impl Memory {
     }
 }
 
-/// Registers of which so many bytes from there on are a part.
+/// Registers that this many bytes from there on are a part of.
 fn written(address: u8, count: usize) -> impl Iterator<Item = &'static Register> {
     let (start, end) = (usize::from(address), usize::from(address) + count);
     AX12A

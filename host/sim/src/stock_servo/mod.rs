@@ -1,32 +1,32 @@
-//! A virtual servo: a stock AX-12A, which speaks Dynamixel Protocol 1.0.
+//! Virtual servo: a stock AX-12A, with Dynamixel Protocol 1.0.
 //!
-//! | module    | what it models                                              |
+//! | module    | model of                                                    |
 //! |-----------|-------------------------------------------------------------|
-//! | `memory`  | the control table: EEPROM, RAM, what may be written         |
+//! | `memory`  | the control table: EEPROM, RAM, write checks                |
 //! | `receiver`   | instruction packets out of bytes                            |
-//! | `commands`    | the instructions, and what is answered                      |
+//! | `commands` | the instructions, and their replies                        |
 //! | `transmitter` | the transmitter and the bus driver                          |
 //! | `motor`   | wheel and joint mode: from the position to the duty         |
 //! | `protect` | heat, overload and supply; the alarms                       |
 //!
 //! # Where it comes from
 //!
-//! The firmware is closed. What it does is taken from ROBOTIS's e-Manual
+//! The firmware is closed. Its behaviour is taken from ROBOTIS's e-Manual
 //! ("AX-12A", "DYNAMIXEL Protocol 1.0") and the AX-12 manual of 2006; its timing
 //! from measurements at the wire (Xevel, "Dynamixel protocol notes" of the
 //! USB2AX): with a return delay of 0 a status packet begins 18 µs after a PING,
 //! 22 after a READ, 24 and 6 a byte after a WRITE; each millisecond an interrupt
 //! of 130 µs controls the motor and nothing is sent meanwhile, which can split a
 //! packet; a write is checked, answered, and then done; an EEPROM byte takes
-//! 6 ms, in which nothing is heard. The documents' examples show that a new id
+//! 6 ms, in which nothing is received. The documents' examples show that a new id
 //! and a new rate hold from after the status packet on.
 //!
-//! # What is assumed
+//! # Assumptions
 //!
-//! No source tells these; a master should not depend on them.
+//! No source has these; a master should not depend on them.
 //! - The control period is a thousandth longer than a millisecond, so that it
 //!   slides past a master's own, and begins with a phase that depends on the id.
-//!   Nothing is heard before the first.
+//!   Nothing is received before the first.
 //! - The bus driver is switched off when the last stop bit is out, or when the
 //!   interrupt that falls on it is over.
 //! - Torque must be enabled, in wheel mode too; a goal in joint mode enables it.
@@ -34,9 +34,9 @@
 //!   refuses with a range error. With an error nothing is written.
 //! - An instruction that comes before the answer to the last is sent takes its
 //!   place. Code 0 is the status packet of another servo of the same id, and is
-//!   not answered, or the two would go on for ever.
-//! - Parameters that do not fit are an instruction error. What is no instruction,
-//!   or damaged, is answered where the status return level has a WRITE answered.
+//!   not answered, or the two would reply without end.
+//! - Parameters that do not fit are an instruction error. An unknown instruction,
+//!   or a damaged packet, is answered where the status return level has a WRITE answered.
 //! - Those of `motor` and `protect`, which see.
 //!
 //! The LED is a register and no more; the supply does not sag. Duties become the
@@ -140,7 +140,7 @@ impl Ax12a {
         self.memory.byte(at::ID)
     }
 
-    /// What a register holds, by its name in
+    /// Value of a register, by its name in
     /// [`AX12A`].
     pub fn register(&self, name: &str) -> Option<u16> {
         let register = AX12A.by_name(name)?;
@@ -153,7 +153,7 @@ impl Ax12a {
         self.pwm
     }
 
-    /// What it complains of in every status packet.
+    /// Alarms in every status packet.
     pub fn alarms(&self) -> Alarms {
         self.protection.alarms(&self.memory)
     }
@@ -173,7 +173,7 @@ impl Ax12a {
         self.protection.temperature_c = celsius;
     }
 
-    /// Begins to heat it from outside, by so many °C a second.
+    /// Begins to heat it from outside, at this rate in °C a second.
     pub fn heat(&mut self, celsius_per_s: f64) {
         self.protection.heated_c_per_s = celsius_per_s;
     }
@@ -250,8 +250,8 @@ impl Ax12a {
         (self.pwm != before).then_some(Action::Pwm(self.pwm))
     }
 
-    /// Takes the torque away, if there is any, for those of these alarms for
-    /// which it shall. The motor is off from the next control step on.
+    /// Switches torque off, if it is on, for those of these alarms that are in the
+    /// shutdown mask. The motor is off from the next control step on.
     fn shut_down_for(&mut self, alarms: Alarms) -> bool {
         let mask = Alarms::from_bits(self.memory.byte(at::SHUTDOWN));
         let shuts_down = self.memory.torque_on() && !alarms.and(mask).is_empty();

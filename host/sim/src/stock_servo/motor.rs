@@ -32,7 +32,7 @@ const COUNTS_PER_S: f64 = 0.111 / 60.0 * 360.0 / (300.0 / 1023.0);
 /// units of 0.111 rpm. Assumed; the real servo's speed is as coarse.
 const WINDOW: usize = 32;
 
-/// What a control step decides.
+/// Result of a control step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Output {
     /// For the motor.
@@ -41,7 +41,7 @@ pub(super) struct Output {
     pub(super) is_limited: bool,
 }
 
-/// The control's memory of what was.
+/// State of the control.
 #[derive(Clone, Debug)]
 pub(super) struct Motor {
     /// Positions of the last samples; `newest` is the place of the last one.

@@ -1,4 +1,4 @@
-//! What makes a servo give up: heat, overload, a wrong supply.
+//! Protection of a servo: heat, overload, a wrong supply.
 //!
 //! | alarm         | condition                                               |
 //! |---------------|---------------------------------------------------------|
@@ -16,15 +16,15 @@
 //! that a turning motor draws less is left out, so the servo is hotter than a
 //! real one that moves. Its 54.6 g (e-Manual) hold about 55 J/K, at 1 J/(g K),
 //! between steel and plastic; 8 K/W to the air are assumed. So a stalled servo
-//! goes from 25 to 70 degrees in 150 s, and half duty is about what it can bear
-//! for ever.
+//! goes from 25 to 70 degrees in 150 s, and half duty is about its continuous
+//! rating.
 
 use armbridge_shared::servo::protocol1::Alarms;
 
 use super::memory::{Memory, at};
 use super::motor::{FULL, Output};
 
-/// How long a load is tried. Assumed: no source says.
+/// Time until a load counts as too large. Assumed: there is no source.
 const STALL_NS: u64 = 1_000_000_000;
 /// Motion that shows that the load can be moved: 3 degrees, beyond any noise.
 const PROGRESS_COUNTS: i32 = 10;
@@ -36,7 +36,7 @@ const HEAT_J_PER_K: f64 = 55.0;
 const RESISTANCE_K_PER_W: f64 = 8.0;
 /// Temperature of the air.
 const AIR_C: f64 = 25.0;
-/// What the e-Manual recommends.
+/// Recommendation of the e-Manual.
 const SUPPLY_DECIVOLT: u8 = 111;
 
 /// Since when, and where, the motor does all it may in one direction.
@@ -47,7 +47,7 @@ struct Effort {
     towards: i16,
 }
 
-/// The servo's worries.
+/// State of the protection.
 #[derive(Clone, Debug)]
 pub(super) struct Protection {
     pub(super) temperature_c: f64,
@@ -80,8 +80,8 @@ impl Protection {
         (self.temperature_c, self.heated_c_per_s) = (AIR_C, 0.0);
     }
 
-    /// Looks at what the control step did, keeps the registers that show heat
-    /// and supply, and says what is wrong.
+    /// Evaluates a control step, updates the registers of heat
+    /// and supply, and returns the alarms.
     pub(super) fn step(
         &mut self,
         memory: &mut Memory,
@@ -99,7 +99,7 @@ impl Protection {
         self.alarms(memory)
     }
 
-    /// What is wrong now.
+    /// Present alarms.
     pub(super) fn alarms(&self, memory: &Memory) -> Alarms {
         let supply = memory.byte(at::MIN_VOLTAGE)..=memory.byte(at::MAX_VOLTAGE);
         let is_hot = self.temperature_c > memory.byte(at::TEMPERATURE_LIMIT).into();
@@ -151,7 +151,7 @@ mod tests {
 
     const STEP_NS: u64 = 1_000_000;
 
-    /// Full duty at these positions, a step each; the step at which it gives up.
+    /// Full duty at these positions, a step each; the step at which it switches off.
     fn gives_up_at(positions: impl Iterator<Item = u16>) -> Option<u64> {
         let (mut memory, mut protection) = (Memory::new(), Protection::new());
         memory.set_byte(at::TORQUE_ENABLE, 1);

@@ -23,7 +23,7 @@ impl Inbox {
 
     /// Takes a byte; a packet if it ends one, intact or with a wrong checksum.
     ///
-    /// One without a stop bit is no byte, and ends the packet that it came in.
+    /// A byte without a stop bit ends its packet.
     pub(super) fn push(
         &mut self,
         byte: u8,

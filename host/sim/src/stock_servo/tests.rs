@@ -9,7 +9,7 @@ use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Instruction};
 
 use crate::Bench;
-use crate::half_duplex_bus::Heard;
+use crate::half_duplex_bus::ReceivedByte;
 use crate::plant::{Plant, PlantConfig};
 use crate::servo_kind::ServoKind;
 
@@ -43,23 +43,23 @@ impl Rig {
         rig
     }
 
-    /// What is heard in this time.
-    fn wait(&mut self, us: u64) -> Vec<Heard> {
-        let mut heard = Vec::new();
+    /// Bytes received in this time.
+    fn wait(&mut self, us: u64) -> Vec<ReceivedByte> {
+        let mut received = Vec::new();
         self.now_us += us;
-        self.bench.advance_timed(self.now_us, None, &mut heard);
-        heard
+        self.bench.advance_timed(self.now_us, None, &mut received);
+        received
     }
 
     fn send(&mut self, bytes: &[u8]) {
         self.bench.send(self.now_us, bytes);
     }
 
-    /// What is answered to these bytes.
+    /// Reply to these bytes.
     fn exchange(&mut self, bytes: &[u8]) -> Vec<u8> {
         self.send(bytes);
         let answer = self.wait(ANSWER_US);
-        answer.iter().map(|heard| heard.byte).collect()
+        answer.iter().map(|received| received.byte).collect()
     }
 
     fn ask(&mut self, id: u8, instruction: Instruction) -> Vec<u8> {
@@ -73,7 +73,7 @@ impl Rig {
         answer.get(4).copied().map(Alarms::from_bits)
     }
 
-    /// Writes what must be right.
+    /// Writes permitted values.
     fn set(&mut self, id: u8, address: u8, data: &[u8]) {
         assert_eq!(self.write(id, address, data), Some(Alarms::NONE));
     }

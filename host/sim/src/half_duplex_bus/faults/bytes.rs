@@ -1,15 +1,15 @@
-//! Bytes that come to harm between the master and its bus: a worn plug, an
+//! Damage to bytes between the master and its bus: a worn plug, an
 //! adapter whose buffer runs over, a line driver that is switched too late.
 //!
-//! Harm is done at the master's plug. What it sends all servos get alike, and
-//! what a servo answers the other servos hear unharmed.
+//! Damage occurs at the master's plug. Bytes of the master reach all servos alike, and
+//! a servo's reply reaches the other servos undamaged.
 
 use rand_distr::{Bernoulli, Distribution, Uniform};
 use rand_pcg::Pcg32;
 
 use super::super::line::BITS;
 
-/// A silence so long ends a packet: twice the longest between two bytes of a
+/// A silence of this length ends a packet: twice the longest between two bytes of a
 /// servo's answer, and less than any that the master leaves between packets.
 const PAUSE_NS: u64 = 20_000;
 
@@ -22,7 +22,7 @@ pub enum Way {
     ToMaster,
 }
 
-/// What becomes of a byte.
+/// Kinds of damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Damage {
     /// It never arrives; those after it arrive when they should.
@@ -30,7 +30,7 @@ pub enum Damage {
     /// It arrives later, and with it all of its packet that comes after it. Of a
     /// packet one byte at most is hit, and nothing overtakes it.
     Late {
-        /// By so much.
+        /// Its delay.
         ns: u64,
     },
     /// It arrives twice; the rest of its packet has to wait.
@@ -41,12 +41,12 @@ pub enum Damage {
     CutOff,
 }
 
-/// Bytes of one way that come to harm, each with the same chance.
+/// Damage to bytes of one direction, each with the same probability.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ByteFault {
     /// Which bytes.
     pub way: Way,
-    /// What becomes of them.
+    /// Kind of damage.
     pub damage: Damage,
     /// Share of bytes that are hit, 0 to 1.
     pub share: f64,
@@ -58,11 +58,11 @@ pub struct ByteFault {
     pub seed: u64,
 }
 
-/// One way, and what happens on it.
+/// One direction, and its faults.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Channel {
     faults: Vec<(ByteFault, Bernoulli, Pcg32)>,
-    /// When the last byte came, as it should have.
+    /// Time of the last byte, without damage.
     last_ns: u64,
     /// How late the packet under way is.
     late_ns: u64,
@@ -88,12 +88,12 @@ impl Channel {
         }
     }
 
-    /// All is well again.
+    /// Removes all faults.
     pub(super) fn clear(&mut self) {
         self.faults.clear();
     }
 
-    /// Whether bytes pass as they come.
+    /// Whether bytes pass undamaged.
     pub(super) fn is_sound(&self) -> bool {
         self.faults.is_empty()
     }

@@ -1,13 +1,13 @@
-//! What can be wrong with a bus and with the electronics of its servos.
+//! Faults of a bus and of the electronics of its servos.
 //!
-//! | fault              | who notices                                           |
+//! | fault              | affected                                              |
 //! |--------------------|-------------------------------------------------------|
 //! | [`ByteFault`]      | the servos, or the master                             |
-//! | [`Wire::hold_low`] | everybody: one byte of zeros with a wrong stop bit, then nothing |
-//! | [`Wire::hold_high`]| everybody: nothing                                    |
-//! | [`Wire::echo`]     | the master: it hears what it sends                    |
-//! | [`Wire::mute`]     | everybody: the servo obeys, and says nothing          |
-//! | [`Wire::deafen`]   | the servo: it hears nothing, and goes on as it was    |
+//! | [`Wire::hold_low`] | all: one byte of zeros with a wrong stop bit, then nothing |
+//! | [`Wire::hold_high`]| all: nothing is received                              |
+//! | [`Wire::echo`]     | the master: it receives what it sends                 |
+//! | [`Wire::mute`]     | the servo: it executes, but does not reply            |
+//! | [`Wire::deafen`]   | the servo: it receives nothing, and keeps its command |
 
 mod bytes;
 
@@ -16,20 +16,20 @@ pub use bytes::{ByteFault, Damage, Way};
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::line::{Ears, Frame, MASTER};
-use super::{Heard, Wire};
+use super::line::{Frame, Listening, MASTER};
+use super::{ReceivedByte, Wire};
 use bytes::Channel;
 
-/// Whoever holds the line down, as a sender.
-pub(super) const INTRUDER: usize = MASTER - 1;
+/// Index of the sender that holds the line low.
+pub(super) const FAULT_SENDER: usize = MASTER - 1;
 
-/// What is wrong.
+/// Active faults.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faults {
     to_servos: Channel,
     to_master: Channel,
     /// Bytes on their way to the master, earliest first.
-    late: VecDeque<Heard>,
+    late: VecDeque<ReceivedByte>,
     /// The line is held high.
     high_ns: Range<u64>,
     muted: Vec<usize>,
@@ -39,69 +39,76 @@ pub(super) struct Faults {
 impl Faults {
     /// When the next late byte is there.
     pub(super) fn next_ns(&self) -> u64 {
-        self.late.front().map_or(u64::MAX, |heard| heard.end_ns)
+        self.late
+            .front()
+            .map_or(u64::MAX, |received| received.end_ns)
     }
 
-    /// Whether what this sender begins now never shows on the line.
+    /// Whether bytes that this sender begins now never reach the line.
     pub(super) fn keep_off(&self, sender: usize, now_ns: u64) -> bool {
-        sender != INTRUDER && (self.high_ns.contains(&now_ns) || self.muted.contains(&sender))
+        sender != FAULT_SENDER && (self.high_ns.contains(&now_ns) || self.muted.contains(&sender))
     }
 
-    /// Whether this servo hears nothing.
+    /// Whether this servo receives nothing.
     pub(super) fn is_deaf(&self, servo: usize) -> bool {
         self.deaf.contains(&servo)
     }
 }
 
 impl Wire {
-    /// Does harm to bytes between the master and the bus.
-    pub fn harm(&mut self, fault: ByteFault) {
+    /// Damages bytes between the master and the bus.
+    pub fn inject(&mut self, fault: ByteFault) {
         match fault.way {
             Way::ToServos => self.faults.to_servos.add(fault),
             Way::ToMaster => self.faults.to_master.add(fault),
         }
     }
 
-    /// No byte comes to harm any more; those that are late still come.
-    pub fn unharm(&mut self) {
+    /// Removes all damage of bytes; late ones still arrive.
+    pub(crate) fn clear_byte_faults(&mut self) {
         self.faults.to_servos.clear();
         self.faults.to_master.clear();
     }
 
-    /// Something pulls the line down from now on, for so long.
-    pub fn hold_low(&mut self, duration_ns: u64) {
+    /// Holds the line low from now on, for this time.
+    pub(crate) fn hold_low(&mut self, duration_ns: u64) {
         // A byte of zeros is low for nine bits.
         self.enqueue(Frame {
-            sender: INTRUDER,
+            sender: FAULT_SENDER,
             byte: 0,
             start_ns: self.now_ns,
             bit_ns: (duration_ns / 9).max(1),
         });
     }
 
-    /// Something keeps the line from going down, for so long from now on.
+    /// Holds the line high from now on, for this time.
     pub fn hold_high(&mut self, duration_ns: u64) {
         self.faults.high_ns = self.now_ns..self.now_ns.saturating_add(duration_ns);
     }
 
-    /// Whether the master hears what it sends.
+    /// Whether the master receives what it sends.
     pub fn echo(&mut self, on: bool) {
-        let ears = if on { Ears::All } else { Ears::Servos };
-        self.master.set_ears(ears, self.now_ns, &self.frames);
+        let listening = if on {
+            Listening::All
+        } else {
+            Listening::Servos
+        };
+        self.master
+            .set_listening(listening, self.now_ns, &self.frames);
     }
 
-    /// Whether a servo says nothing, though it hears and obeys.
-    pub fn mute(&mut self, servo: usize, is_mute: bool) {
+    /// Whether a servo does not reply, though it receives and executes.
+    pub(crate) fn mute(&mut self, servo: usize, is_mute: bool) {
         set(&mut self.faults.muted, servo, is_mute);
     }
 
-    /// Whether a servo hears nothing, and so goes on as it was told last.
+    /// Whether a servo receives nothing, and so keeps its last command.
     pub fn deafen(&mut self, servo: usize, is_deaf: bool) {
         set(&mut self.faults.deaf, servo, is_deaf);
         self.refresh_ears(servo);
     }
 
-    /// A byte from the master as it comes out of its plug.
+    /// A byte from the master behind its plug.
     pub(super) fn plug_in(&mut self, frame: Frame) {
         let channel = &mut self.faults.to_servos;
         if channel.is_sound() {
@@ -117,30 +124,30 @@ impl Wire {
         }
     }
 
-    /// A byte for the master as it goes into its plug.
-    pub(super) fn plug_out(&mut self, heard: Heard) {
+    /// A byte for the master before its plug.
+    pub(super) fn plug_out(&mut self, received: ReceivedByte) {
         let bit_ns = self.master.bit_ns();
         let Faults {
             to_master, late, ..
         } = &mut self.faults;
         if to_master.is_sound() {
-            return self.heard.push_back(heard);
+            return self.received.push_back(received);
         }
-        let passed = to_master.pass(heard.byte, heard.end_ns, bit_ns);
+        let passed = to_master.pass(received.byte, received.end_ns, bit_ns);
         for (byte, end_ns) in passed.into_iter().flatten() {
             let place = late.partition_point(|other| other.end_ns <= end_ns);
-            let heard = Heard {
+            let received = ReceivedByte {
                 byte,
                 end_ns,
-                ..heard
+                ..received
             };
-            late.insert(place, heard);
+            late.insert(place, received);
         }
     }
 
-    /// The first late byte is there.
+    /// The first late byte arrives.
     pub(super) fn late_byte(&mut self) {
-        self.heard.extend(self.faults.late.pop_front());
+        self.received.extend(self.faults.late.pop_front());
     }
 }
 
@@ -172,15 +179,15 @@ mod tests {
         fn drive(&mut self, _servo: usize, _at_ns: u64, _pwm: u16) {}
     }
 
-    /// Sends a packet and returns what the master hears within 2 ms.
+    /// Sends a packet and returns the bytes that the master receives within 2 ms.
     fn say(wire: &mut Wire, packet: &[u8]) -> Vec<u8> {
         let begin_ns = wire.now_ns();
         for (start_ns, byte) in (begin_ns..).step_by(10_000).zip(packet) {
             wire.send(start_ns, *byte, BAUD);
         }
         wire.advance(begin_ns + 2 * MS, &mut Nothing);
-        std::iter::from_fn(|| wire.take_heard())
-            .map(|heard| heard.byte)
+        std::iter::from_fn(|| wire.take_received())
+            .map(|received| received.byte)
             .collect()
     }
 
@@ -206,7 +213,7 @@ mod tests {
         assert_eq!(pinged(&mut wire), [0, 0]);
         assert_eq!(pinged(&mut wire), [6, 6]);
 
-        // The master takes the line's fall for a byte.
+        // The master takes the falling edge for a byte.
         wire.hold_low(4 * MS);
         assert_eq!(pinged(&mut wire), [1, 0]);
         assert_eq!(pinged(&mut wire), [6, 6]);

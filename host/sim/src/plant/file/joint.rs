@@ -1,4 +1,4 @@
-//! What a plant file says of one joint.
+//! One joint of a plant file.
 
 use armbridge_shared::actuator::{Direction, Joint};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::range;
 use crate::plant::{Friction, PlantConfig};
 
-/// Its keys; the comments of `default.toml` say what each is.
+/// Its keys; the comments of `default.toml` explain each.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct JointKeys {
@@ -58,7 +58,7 @@ enum Turning {
 }
 
 impl Default for JointKeys {
-    /// The joints differ in their stops, which are not said.
+    /// The joints differ in their stops, which are not given.
     fn default() -> Self {
         Self {
             initial_rad: None,

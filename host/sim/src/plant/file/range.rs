@@ -1,12 +1,12 @@
-//! Ranges of a file's numbers: wide, but an arm is inside. What is wrong is told
-//! while the file is read, so that its place is known.
+//! Ranges of a file's numbers: wide, but every arm is inside. They are checked
+//! while the file is parsed, so that an error has its place.
 
 use core::ops::RangeInclusive;
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-/// A number in a range, or an error that says which.
+/// A number in a range, or an error with its name.
 fn within<'de, D: Deserializer<'de>>(
     deserializer: D,
     range: RangeInclusive<f64>,

@@ -1,4 +1,4 @@
-//! What is answered, and what is written.
+//! Replies, and written values.
 
 use armbridge_client::servo_table::{AX12A, Access};
 use armbridge_shared::servo::Firmware;

@@ -1,5 +1,5 @@
-//! Whatever comes over the wire, a servo stays what it is: no register leaves
-//! its range, and who asks properly is answered.
+//! Random bytes: no register leaves its range,
+//! and a valid request is answered.
 
 use armbridge_client::servo_table::{AX12A, Access};
 use armbridge_shared::servo::protocol1::{Frame, Instruction};
@@ -14,7 +14,7 @@ const STREAMS: usize = 20_000;
 /// Between two streams: the answer to most.
 const ANSWER_NS: u64 = 10_000_000;
 const STREAMS_PER_POWER_CYCLE: usize = 20;
-/// Longer than what a factory reset takes, and than the pause that ends a packet.
+/// Longer than a factory reset, and than the pause that ends a packet.
 const PAUSE_NS: u64 = 200_000_000;
 
 struct Turning {
@@ -115,7 +115,7 @@ fn anything_at_all_leaves_the_servo_sound() {
             start_ns + bytes.len() as u64 * 10 * bit_ns + pause_ns,
             turning,
         );
-        std::iter::from_fn(|| wire.take_heard()).count()
+        std::iter::from_fn(|| wire.take_received()).count()
     };
     for number in 0..STREAMS {
         if number % STREAMS_PER_POWER_CYCLE == 0 {

@@ -1,4 +1,4 @@
-//! What the servos do to the arm, and when they give up.
+//! Effects of the servos on the arm, and their protection.
 
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::{Alarms, Instruction};
@@ -94,7 +94,7 @@ fn overload_takes_the_torque_until_it_is_given_again() {
     assert_eq!(rig.bench.applied_pwm(1), 1000);
     assert_eq!(rig.register(1, "torque_enable"), 0);
     assert_eq!(rig.register(1, "torque_limit"), 0);
-    // Said in each answer, however long that is ago.
+    // Each reply has it, any time later.
     rig.wait(5 * SECOND_US);
     let read = Instruction::Read {
         address: 36,

@@ -1,11 +1,11 @@
-//! When servos answer, at which rate, and when they cannot.
+//! Reply times and rates, and times without replies.
 
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Instruction;
 
 use super::{NOTHING, Rig};
 use crate::Bench;
-use crate::half_duplex_bus::{Heard, Mechanics, Record, Wire};
+use crate::half_duplex_bus::{Mechanics, ReceivedByte, Record, Wire};
 use crate::morpheus_servo::Reading;
 use crate::plant::{Plant, PlantConfig};
 use crate::servo_kind::ServoKind;
@@ -25,9 +25,12 @@ fn latencies(return_delay: u8, instruction: Instruction) -> Vec<(u64, u64)> {
         rig.wait(3_137);
         let end_ns = rig.now_us * 1_000 + bytes.len() as u64 * BYTE_NS;
         rig.send(&bytes);
-        let heard = rig.wait(3_000);
+        let received = rig.wait(3_000);
         // Where a receiver has a byte: 9.75 bits and two cycles of 62.5 ns.
-        let starts: Vec<u64> = heard.iter().map(|byte| byte.end_ns - 9_750 - 94).collect();
+        let starts: Vec<u64> = received
+            .iter()
+            .map(|byte| byte.end_ns - 9_750 - 94)
+            .collect();
         let pauses = starts.windows(2).map(|pair| pair[1] - pair[0] - BYTE_NS);
         (starts[0] - end_ns, pauses.max().unwrap())
     };
@@ -123,8 +126,8 @@ fn every_rate_is_spoken() {
         .encode::<8>(1)
         .unwrap();
         rig.send(&read);
-        let heard: Vec<u8> = rig.wait(40_000).iter().map(|byte| byte.byte).collect();
-        assert_eq!(heard, [0xFF, 0xFF, 1, 5, 0, 12, 0, 24, 0xD5], "{baud}");
+        let received: Vec<u8> = rig.wait(40_000).iter().map(|byte| byte.byte).collect();
+        assert_eq!(received, [0xFF, 0xFF, 1, 5, 0, 12, 0, 24, 0xD5], "{baud}");
         assert_eq!(rig.bench.framing_errors(), 0, "{baud}");
     }
 }
@@ -136,14 +139,14 @@ fn another_rate_is_not_understood_and_shows() {
     rig.bench.set_baud(57_600);
     rig.send(&ping);
     assert!(rig.wait(10_000).is_empty());
-    // An answer that is heard at another rate than that of its question.
+    // A reply that is received at another rate than that of its request.
     rig.bench.set_baud(1_000_000);
     rig.send(&ping);
     rig.wait(100);
     rig.bench.set_baud(2_000_000);
-    let heard = rig.wait(2_000);
-    assert!(heard.iter().any(|byte| byte.framing_error));
-    let errors = heard.iter().filter(|byte| byte.framing_error).count();
+    let received = rig.wait(2_000);
+    assert!(received.iter().any(|byte| byte.framing_error));
+    let errors = received.iter().filter(|byte| byte.framing_error).count();
     assert_eq!(rig.bench.framing_errors(), errors as u64);
 }
 
@@ -174,7 +177,7 @@ impl Mechanics for Moving {
     }
 }
 
-fn run(step_ns: u64) -> (Moving, Vec<Heard>, Vec<Record>) {
+fn run(step_ns: u64) -> (Moving, Vec<ReceivedByte>, Vec<Record>) {
     const END_NS: u64 = 40_000_000;
     let mut wire = Wire::new(vec![Ax12a::new(1, 1), Ax12a::new(2, 1)]);
     wire.record();
@@ -201,15 +204,15 @@ fn run(step_ns: u64) -> (Moving, Vec<Heard>, Vec<Record>) {
     while wire.now_ns() < END_NS {
         wire.advance((wire.now_ns() + step_ns).min(END_NS), &mut moving);
     }
-    let heard = std::iter::from_fn(|| wire.take_heard()).collect();
-    (moving, heard, wire.take_records())
+    let received = std::iter::from_fn(|| wire.take_received()).collect();
+    (moving, received, wire.take_records())
 }
 
 #[test]
 fn steps_do_not_matter() {
     let whole = run(u64::MAX / 2);
     assert!(whole.0.drives.len() > 10, "position control acts");
-    assert!(whole.1.len() > 60, "answers are heard");
+    assert!(whole.1.len() > 60, "answers are received");
     for step_ns in [333, 10_000, 1_234_567] {
         assert_eq!(run(step_ns), whole, "steps of {step_ns} ns");
     }
