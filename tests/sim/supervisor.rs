@@ -119,7 +119,7 @@ impl<'a> Table<'a> {
     fn session(&self) -> u32 {
         let reports = self.run.host.said.iter().rev();
         let mut sessions = reports.filter_map(|(_, said)| match said {
-            BoardMessage::Told(ToHost::Board(report)) => Some(report.session),
+            BoardMessage::Other(ToHost::Board(report)) => Some(report.session),
             _ => None,
         });
         sessions.next().expect("the board has told")
@@ -143,7 +143,7 @@ impl<'a> Table<'a> {
     fn trip(&self) -> Trip {
         let mut said = self.run.host.said.iter().rev();
         said.find_map(|(_, said)| match said {
-            BoardMessage::Told(ToHost::Tripped(trip)) => Some(*trip),
+            BoardMessage::Other(ToHost::Tripped(trip)) => Some(*trip),
             _ => None,
         })
         .expect("the board has told why")
@@ -335,7 +335,7 @@ fn the_host_is_told_when_the_motors_are_seen_to_be_off() {
     let reports = |table: &Table<'_>| -> Vec<OffReport> {
         let said = table.run.host.said.iter();
         said.filter_map(|(_, said)| match said {
-            BoardMessage::Told(ToHost::Off(report)) => Some(*report),
+            BoardMessage::Other(ToHost::Off(report)) => Some(*report),
             _ => None,
         })
         .collect()

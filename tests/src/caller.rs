@@ -52,13 +52,13 @@ pub struct Heard {
 impl Caller {
     fn take(&mut self, said: BoardMessage) {
         match said {
-            BoardMessage::Told(ToHost::Board(report)) => {
+            BoardMessage::Other(ToHost::Board(report)) => {
                 self.heard.session = report.session;
                 self.heard.settings = Some(report.settings);
             }
             BoardMessage::Done => self.heard.answers.push(Ok(())),
             BoardMessage::Refused(refusal) => self.heard.answers.push(Err(refusal)),
-            BoardMessage::Told(ToHost::Record(record)) => {
+            BoardMessage::Other(ToHost::Record(record)) => {
                 self.is_idle |= record.mode == Mode::Idle;
                 if self.has_said_all() {
                     self.ticks_left = self.ticks_left.saturating_sub(1);

@@ -164,7 +164,7 @@ impl Host for Free {
 
     fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Self::Error> {
         while let Some(message) = self.client.receive(&mut bytes) {
-            if let BoardMessage::Told(ToHost::Board(report)) = message {
+            if let BoardMessage::Other(ToHost::Board(report)) = message {
                 self.session = report.session;
             }
         }

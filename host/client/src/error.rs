@@ -66,11 +66,11 @@ fn build(hello: Hello) -> String {
 pub(crate) fn likely_cause(missing: Missing) -> &'static str {
     match missing {
         Missing::NotAsked | Missing::Silence => {
-            "nothing was heard; check its power, its id and the data wire"
+            "nothing was received; check its power, its id and the data wire"
         }
-        Missing::EchoOnly => "only our own bytes were heard; check its power and its id",
+        Missing::EchoOnly => "only our own bytes were received; check its power and its id",
         Missing::BadChecksum => {
-            "a damaged reply was heard; two servos with one id, or a poor ground?"
+            "a damaged reply was received; two servos with one id, or a poor ground?"
         }
         Missing::WrongId => "another servo answered; check the ids",
         Missing::Short => "its reply broke off; check the supply voltage under load",

@@ -50,9 +50,9 @@ impl EventQueue {
         Some(host_ns + at.elapsed().as_nanos() as u64)
     }
 
-    fn with<T>(&self, what: impl FnOnce(&mut Queue) -> T) -> T {
+    fn with<T>(&self, access: impl FnOnce(&mut Queue) -> T) -> T {
         // The queue is consistent even if a thread panicked.
-        what(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        access(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 

@@ -77,7 +77,7 @@ pub fn conclusion(conclusion: &Conclusion) -> String {
             number(joint)
         ),
         ExperimentEnd::HostQuiet => {
-            "the experiment was broken off: the host said nothing for too long".into()
+            "the experiment was broken off: the host was silent for too long".into()
         }
         ExperimentEnd::Replaced => {
             "the experiment was broken off: the host wanted something else".into()

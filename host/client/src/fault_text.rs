@@ -45,7 +45,7 @@ pub fn words(fault: Fault) -> (&'static str, &'static str) {
             "end whatever else writes to the link, then clear",
         ),
         Fault::HostSilent => (
-            "the host said nothing for too long",
+            "the host was silent for too long",
             "check cable and computer, then clear and arm again",
         ),
         Fault::AngleLimit => (

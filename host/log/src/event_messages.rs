@@ -17,11 +17,11 @@ use super::payload_codec::{exact, value};
 use super::{event_text, proto};
 
 /// Message for a message of the host.
-pub(super) fn command(host_ns: u64, sequence: u16, said: &ToBoard) -> proto::Command {
+pub(super) fn command(host_ns: u64, sequence: u16, content: &ToBoard) -> proto::Command {
     let mut message = proto::Command {
         host_ns,
         sequence: sequence.into(),
-        kind: match said {
+        kind: match content {
             ToBoard::Hello(_) => "hello",
             ToBoard::Heartbeat => "heartbeat",
             ToBoard::Stop => "stop",
@@ -29,10 +29,10 @@ pub(super) fn command(host_ns: u64, sequence: u16, said: &ToBoard) -> proto::Com
             ToBoard::Command(command) => enum_names::command(command),
         }
         .into(),
-        exact: Some(exact(said)),
+        exact: Some(exact(content)),
         ..proto::Command::default()
     };
-    match said {
+    match content {
         ToBoard::Command(Command::Torque(torque_nm)) => message.torque_nm = torque_nm.to_vec(),
         ToBoard::Command(Command::Regulate(angle_rad)) => {
             message.reference_rad = angle_rad.to_vec();
@@ -67,24 +67,24 @@ pub(super) fn command(host_ns: u64, sequence: u16, said: &ToBoard) -> proto::Com
 }
 
 /// The host's message, from a message of the log.
-pub(super) fn asked(message: &proto::Command, is_same_schema: bool) -> Option<EventKind> {
+pub(super) fn host_message(message: &proto::Command, is_same_schema: bool) -> Option<EventKind> {
     let content = value(message.exact.as_ref()?, is_same_schema)?;
     Some(EventKind::Sent(message.sequence.try_into().ok()?, content))
 }
 
 /// Message for a message of the board, other than records and settings.
-pub(super) fn board_event(host_ns: u64, sequence: u16, said: &ToHost) -> proto::Event {
-    let (kind, severity, text) = event_text::describe(said);
+pub(super) fn board_event(host_ns: u64, sequence: u16, content: &ToHost) -> proto::Event {
+    let (kind, severity, text) = event_text::describe(content);
     let mut message = proto::Event {
         host_ns,
         severity: severity.into(),
         kind: kind.into(),
         text,
         sequence: Some(sequence.into()),
-        exact: Some(exact(said)),
+        exact: Some(exact(content)),
         ..proto::Event::default()
     };
-    match *said {
+    match *content {
         ToHost::Ack {
             sequence, moment, ..
         } => {

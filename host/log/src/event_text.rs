@@ -14,7 +14,7 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
     match message {
         ToHost::Hello(hello) => {
             let [major, minor, patch] = hello.version;
-            let text = format!("the board says hello, version {major}.{minor}.{patch}");
+            let text = format!("hello of the board, version {major}.{minor}.{patch}");
             ("hello", Severity::Info, text)
         }
         ToHost::Ack {
@@ -116,9 +116,9 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
 fn missing_reply(missing: Missing) -> &'static str {
     match missing {
         Missing::NotAsked => "it has not been asked",
-        Missing::Silence => "nothing was heard",
-        Missing::EchoOnly => "only our own bytes were heard",
-        Missing::BadChecksum => "a damaged reply was heard",
+        Missing::Silence => "nothing was received",
+        Missing::EchoOnly => "only our own bytes were received",
+        Missing::BadChecksum => "a damaged reply was received",
         Missing::WrongId => "another servo answered",
         Missing::Short => "its reply broke off",
         Missing::Line => "the line was disturbed",

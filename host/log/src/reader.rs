@@ -273,8 +273,8 @@ impl Reader {
             }
             Topic::Commands => {
                 let message = proto::Command::decode(bytes).map_err(unreadable)?;
-                let kind =
-                    event_messages::asked(&message, same).ok_or(event_messages::Unreadable)?;
+                let kind = event_messages::host_message(&message, same)
+                    .ok_or(event_messages::Unreadable)?;
                 (message.host_ns, kind)
             }
             Topic::Events => {

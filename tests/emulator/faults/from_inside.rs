@@ -42,7 +42,7 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
     let driven_until = rig.until_driven();
     let first = rig.pilot.report().unwrap();
     assert_eq!(first.last_end.cause, End::PowerUp, "not driven in time");
-    let is_reset = |said: &BoardMessage| matches!(said, BoardMessage::Told(ToHost::Board(report)) if first.is_before_reset(report));
+    let is_reset = |said: &BoardMessage| matches!(said, BoardMessage::Other(ToHost::Board(report)) if first.is_before_reset(report));
     rig.until_said("a reset", is_reset);
     let end = rig.pilot.report().unwrap().last_end;
 

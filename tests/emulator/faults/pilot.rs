@@ -59,7 +59,7 @@ impl Pilot {
     /// All records.
     pub(crate) fn records(&self) -> impl Iterator<Item = Record> {
         self.heard.iter().filter_map(|said| match said {
-            BoardMessage::Told(ToHost::Record(record)) => Some(*record),
+            BoardMessage::Other(ToHost::Record(record)) => Some(*record),
             _ => None,
         })
     }
@@ -67,7 +67,7 @@ impl Pilot {
     /// What the board said of itself last.
     pub(crate) fn report(&self) -> Option<BoardReport> {
         self.heard.iter().rev().find_map(|said| match said {
-            BoardMessage::Told(ToHost::Board(report)) => Some(*report),
+            BoardMessage::Other(ToHost::Board(report)) => Some(*report),
             _ => None,
         })
     }
@@ -75,7 +75,7 @@ impl Pilot {
     /// Why the board switched torque off.
     pub(crate) fn trip(&self) -> Option<Trip> {
         self.heard.iter().find_map(|said| match said {
-            BoardMessage::Told(ToHost::Tripped(trip)) => Some(*trip),
+            BoardMessage::Other(ToHost::Tripped(trip)) => Some(*trip),
             _ => None,
         })
     }
@@ -89,7 +89,7 @@ impl Pilot {
     fn take(&mut self, said: BoardMessage) {
         self.heard.push(said);
         match (said, self.stage) {
-            (BoardMessage::Told(ToHost::Record(record)), Stage::Waiting)
+            (BoardMessage::Other(ToHost::Record(record)), Stage::Waiting)
                 if record.mode == Mode::Idle =>
             {
                 self.arm();

@@ -145,7 +145,7 @@ impl Host for Commander {
     fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Self::Error> {
         let mut is_found = false;
         while let Some(message) = self.client.receive(&mut bytes) {
-            is_found |= matches!(message, BoardMessage::Told(ToHost::Found { .. }));
+            is_found |= matches!(message, BoardMessage::Other(ToHost::Found { .. }));
         }
         if is_found && !self.commands.is_empty() {
             self.client.command(self.commands.remove(0));

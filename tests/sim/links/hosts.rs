@@ -123,8 +123,8 @@ fn a_host_that_does_not_read_holds_up_nothing() {
         let mut bytes = bytes.as_slice();
         while let Some(message) = client.receive(&mut bytes) {
             match message {
-                BoardMessage::Told(ToHost::Board(report)) => session = Some(report.session),
-                BoardMessage::Told(ToHost::Record(record)) if record.mode == Mode::Idle => {
+                BoardMessage::Other(ToHost::Board(report)) => session = Some(report.session),
+                BoardMessage::Other(ToHost::Record(record)) if record.mode == Mode::Idle => {
                     wish = session.map(|session| Command::Arm { session });
                 }
                 BoardMessage::Done => is_armed = true,
@@ -151,7 +151,7 @@ fn a_host_that_does_not_read_holds_up_nothing() {
         let bytes = bytes.unwrap();
         let mut bytes = bytes.as_slice();
         while let Some(message) = client.receive(&mut bytes) {
-            if let BoardMessage::Told(ToHost::Record(record)) = message {
+            if let BoardMessage::Other(ToHost::Record(record)) = message {
                 mode = Some(record.mode);
             }
         }

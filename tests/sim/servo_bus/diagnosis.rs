@@ -45,7 +45,7 @@ fn each_has_its_name_and_its_advice() {
     };
     #[rustfmt::skip]
     let cases = [
-        (Firmware::Morpheus, vec![], Diagnosis::Silence, "nothing was heard"),
+        (Firmware::Morpheus, vec![], Diagnosis::Silence, "nothing was received"),
         (Firmware::Stock, vec![], Diagnosis::Silence, "power"),
         (Firmware::Morpheus, damaged(PONG_1), Diagnosis::BadChecksum { id: 1 }, "checksum"),
         (Firmware::Stock, damaged(STATUS_1), Diagnosis::BadChecksum { id: 1 }, "two servos with one id"),

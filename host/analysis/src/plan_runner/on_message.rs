@@ -26,18 +26,18 @@ impl<K: RecordSink> PlanRunner<K> {
     ) -> Result<(), PlanError> {
         self.heard_us = now_us;
         self.note(&message);
-        if let (BoardMessage::Told(ToHost::Board(report)), Some(before)) = (message, reported)
+        if let (BoardMessage::Other(ToHost::Board(report)), Some(before)) = (message, reported)
             && before.is_before_reset(&report)
         {
             return self.despair(now_us, PlanError::Reset(report.last_end));
         }
         match (message, &self.phase) {
             (BoardMessage::Hello(_), Phase::Connecting) => self.greeted(now_us),
-            (BoardMessage::Told(ToHost::Settings(settings)), _) => {
+            (BoardMessage::Other(ToHost::Settings(settings)), _) => {
                 self.take_settings(now_us, settings)?;
             }
-            (BoardMessage::Told(ToHost::Record(record)), _) => self.recorded(now_us, &record)?,
-            (BoardMessage::Told(ToHost::Concluded(conclusion)), _) => {
+            (BoardMessage::Other(ToHost::Record(record)), _) => self.recorded(now_us, &record)?,
+            (BoardMessage::Other(ToHost::Concluded(conclusion)), _) => {
                 self.keep.concluded(&conclusion);
             }
             (BoardMessage::Done, Phase::SettingUp) => self.set_up(now_us),
@@ -61,13 +61,13 @@ impl<K: RecordSink> PlanRunner<K> {
                 self.give_up(now_us, refused(self.asked, refusal));
             }
             (
-                BoardMessage::Told(ToHost::Found {
+                BoardMessage::Other(ToHost::Found {
                     is_ready: false, ..
                 }),
                 Phase::WaitingForServos,
             ) => self.command(now_us, Command::Prepare),
             // Back from whoever has the bus.
-            (BoardMessage::Told(ToHost::Passthrough), Phase::WaitingForServos) => {
+            (BoardMessage::Other(ToHost::Passthrough), Phase::WaitingForServos) => {
                 self.command(now_us, Command::Idle);
             }
             // News, or nothing to do now.
@@ -76,7 +76,7 @@ impl<K: RecordSink> PlanRunner<K> {
                 | BoardMessage::OtherSchema(_)
                 | BoardMessage::Done
                 | BoardMessage::Refused(_)
-                | BoardMessage::Told(_),
+                | BoardMessage::Other(_),
                 _,
             ) => {}
         }
@@ -87,9 +87,9 @@ impl<K: RecordSink> PlanRunner<K> {
     fn note(&mut self, message: &BoardMessage) {
         match *message {
             // Repeated after a hello.
-            BoardMessage::Told(ToHost::Tripped(trip)) if self.trips.last() == Some(&trip) => {}
-            BoardMessage::Told(ToHost::Tripped(trip)) => self.trips.push(trip),
-            BoardMessage::Told(ToHost::Off(report)) => self.off_reports.push(report),
+            BoardMessage::Other(ToHost::Tripped(trip)) if self.trips.last() == Some(&trip) => {}
+            BoardMessage::Other(ToHost::Tripped(trip)) => self.trips.push(trip),
+            BoardMessage::Other(ToHost::Off(report)) => self.off_reports.push(report),
             _ => {}
         }
     }

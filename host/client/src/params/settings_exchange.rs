@@ -29,9 +29,9 @@ pub struct Exchanged {
 pub struct Exchange<D> {
     session: Session,
     decide: Option<D>,
-    orders: VecDeque<Command>,
-    asked: Option<Command>,
-    heard_us: u64,
+    queue: VecDeque<Command>,
+    sent: Option<Command>,
+    received_us: u64,
     /// Result so far.
     pub exchanged: Exchanged,
 }
@@ -51,29 +51,29 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Exchange<D> {
         Self {
             session: Session::default(),
             decide: Some(decide),
-            orders: VecDeque::new(),
-            asked: None,
-            heard_us: 0,
+            queue: VecDeque::new(),
+            sent: None,
+            received_us: 0,
             exchanged: Exchanged::default(),
         }
     }
 
-    fn look(&mut self, now_us: u64) {
+    fn update(&mut self, now_us: u64) {
         if let Some(settings) = self.session.status().settings
             && let Some(decide) = self.decide.take()
         {
             self.exchanged.before = Some(settings);
-            self.orders = decide(&settings).into();
+            self.queue = decide(&settings).into();
             self.next(now_us);
         }
         if let Some(answer) = self.session.take_answer()
-            && let Some(command) = self.asked.take()
+            && let Some(command) = self.sent.take()
         {
             match answer {
                 Ok(()) => self.exchanged.taken.push(command),
                 Err(refusal) => {
                     self.exchanged.refused = Some((command, refusal));
-                    self.orders.clear();
+                    self.queue.clear();
                 }
             }
             self.next(now_us);
@@ -81,8 +81,8 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Exchange<D> {
     }
 
     fn next(&mut self, now_us: u64) {
-        self.asked = self.orders.pop_front();
-        let request = self.asked.map_or(Request::Leave, Request::Command);
+        self.sent = self.queue.pop_front();
+        let request = self.sent.map_or(Request::Leave, Request::Command);
         self.session.request(now_us, request);
     }
 }
@@ -94,7 +94,7 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
         if interrupt::is_raised() {
             self.session.request(now_us, Request::Leave);
         }
-        if self.heard_us > 0 && now_us > self.heard_us + SILENCE_US {
+        if self.received_us > 0 && now_us > self.received_us + SILENCE_US {
             return Err(SessionError::Silent);
         }
         self.session.transmit(now_us)
@@ -103,9 +103,9 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
     fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), SessionError> {
         self.session.receive_all(now_us, bytes)?;
         if !bytes.is_empty() {
-            self.heard_us = now_us;
+            self.received_us = now_us;
         }
-        self.look(now_us);
+        self.update(now_us);
         Ok(())
     }
 
@@ -120,9 +120,9 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
     /// An unanswered command is sent again: settings are a state, not an event.
     fn disconnected(&mut self, now_us: u64) {
         self.session.disconnected();
-        self.heard_us = 0;
-        if let Some(command) = self.asked.take() {
-            self.orders.push_front(command);
+        self.received_us = 0;
+        if let Some(command) = self.sent.take() {
+            self.queue.push_front(command);
             self.next(now_us);
         }
     }

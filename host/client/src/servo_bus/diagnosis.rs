@@ -8,23 +8,25 @@ use crate::servo_table::alarms;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Diagnosis {
     /// Not a byte was received, not even our own.
-    #[error("nothing was heard; check the servo's power, its id, the baud rate and the data wire")]
+    #[error(
+        "nothing was received; check the servo's power, its id, the baud rate and the data wire"
+    )]
     Silence,
     /// Only our own bytes were received, as on a single wire whose receiver stays on.
     #[error(
-        "only our own bytes were heard; the adapter works: check the servo's power, its id \
+        "only our own bytes were received; the adapter works: check the servo's power, its id \
          and the baud rate"
     )]
     EchoOnly,
     /// Our own bytes came back damaged.
     #[error(
-        "our own bytes came back changed; somebody else drives the wire: is there a second \
+        "our own bytes came back changed; another sender drives the wire: is there a second \
          master, or a servo that was not asked?"
     )]
     EchoDamaged,
     /// A packet with a wrong checksum.
     #[error(
-        "an answer with a wrong checksum was heard, as if from id {id}; are there two servos \
+        "an answer with a wrong checksum was received, as if from id {id}; are there two servos \
          with one id, or is the ground poor?"
     )]
     BadChecksum {
@@ -45,7 +47,7 @@ pub enum Diagnosis {
     },
     /// Bytes without a packet.
     #[error(
-        "{bytes} bytes were heard that are no packet; the baud rate is likely wrong, or two \
+        "{bytes} bytes were received that are no packet; the baud rate is likely wrong, or two \
          servos answer at once"
     )]
     Garbage {
@@ -53,7 +55,7 @@ pub enum Diagnosis {
         bytes: usize,
     },
     /// More than one packet for one request.
-    #[error("more than one answer was heard; are there two servos with one id?")]
+    #[error("more than one answer was received; are there two servos with one id?")]
     Several,
     /// An intact packet that refuses the request.
     #[error("the servo refused: {0}")]

@@ -40,7 +40,7 @@ pub enum BoardMessage {
     /// The latest command is refused.
     Refused(Refusal),
     /// Any other message.
-    Told(ToHost),
+    Other(ToHost),
 }
 
 /// The host's end of the link.
@@ -197,7 +197,7 @@ impl CommandLink {
             }
             ToHost::Record(record) => {
                 self.stats.dropped = u64::from(record.dropped);
-                Some(BoardMessage::Told(received.message))
+                Some(BoardMessage::Other(received.message))
             }
             ToHost::Departs { .. }
             | ToHost::Began(_)
@@ -212,7 +212,7 @@ impl CommandLink {
             | ToHost::Tripped(_)
             | ToHost::Off(_)
             | ToHost::Concluded(_)
-            | ToHost::Temperature { .. } => Some(BoardMessage::Told(received.message)),
+            | ToHost::Temperature { .. } => Some(BoardMessage::Other(received.message)),
         }
     }
 }

@@ -310,10 +310,10 @@ impl Session {
                 }
             }
             BoardMessage::Refused(refusal) => self.answered(Err(refusal)),
-            BoardMessage::Told(told) => {
+            BoardMessage::Other(message) => {
                 let before = self.status.report;
-                self.status.take(&told);
-                match told {
+                self.status.take(&message);
+                match message {
                     ToHost::Board(report)
                         if before.is_some_and(|before| before.is_before_reset(&report)) =>
                     {

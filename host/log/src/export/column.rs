@@ -144,13 +144,13 @@ pub const QUANTITIES: [Quantity; 21] = quantities! {
         "number of the tick since boot; it jumps where records are missing"
         Values::U32(|r| r.tick);
     "mode" ["mode"] ""
-        "what the board was doing"
+        "mode of the board"
         Values::Word(Words::Modes, mode);
     "fault" ["fault"] ""
-        "why it was in mode fault"
+        "fault, in mode fault"
         Values::Word(Words::Faults, fault);
     "guards" ["guards"] ""
-        "what the supervisor changed of the wanted torque"
+        "limiters that changed the wanted torque"
         Values::Word(Words::Guards, |r, _| usize::from(r.guards.bits()) % GUARDS);
     "reference_rad" ["q1_ref_rad", "q2_ref_rad"] "rad"
         "reference angle, at the next tick"
@@ -165,10 +165,10 @@ pub const QUANTITIES: [Quantity; 21] = quantities! {
         "estimated speed"
         Values::F32(|r, j| r.speed_rad_s[j]);
     "count" ["count1", "count2"] "encoder counts"
-        "what the servo's encoder said"
+        "reading of the servo's encoder"
         Values::Sample(|r, j| r.samples[j].counts());
     "missing" ["missing1", "missing2"] ""
-        "why there is no count"
+        "reason for a missing count"
         Values::Word(Words::Missing, missing);
     "alarms" ["alarms1", "alarms2"] ""
         "alarms of a stock servo"

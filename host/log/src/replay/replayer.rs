@@ -52,13 +52,13 @@ pub struct Replayer {
     board: Board,
     /// Settings of the replay, and those of the board.
     settings: Settings,
-    told: Option<Settings>,
+    reported: Option<Settings>,
     changes: Changes,
     changed: Vec<String>,
     knowledge: Knowledge,
     /// The mode is not known, not even from the tick before.
     is_strange: bool,
-    asked: HashMap<u16, Command>,
+    commands: HashMap<u16, Command>,
     departures: HashMap<u16, StartPoint>,
     has_left: bool,
     notes: Notes,
@@ -88,12 +88,12 @@ impl Replayer {
         Ok(Self {
             board: Board::new(&settings).map_err(ReplayError::Settings)?,
             settings,
-            told: None,
+            reported: None,
             changes,
             changed: Vec::new(),
             knowledge: Knowledge::Part(Loss::NoHello),
             is_strange: true,
-            asked: HashMap::new(),
+            commands: HashMap::new(),
             departures: HashMap::new(),
             has_left: false,
             notes: Notes::default(),
@@ -116,7 +116,7 @@ impl Replayer {
     pub fn take(&mut self, event: &Event) -> Result<(), ReplayError> {
         match event.kind {
             EventKind::Sent(sequence, ToBoard::Command(command)) => {
-                self.asked.insert(sequence, command);
+                self.commands.insert(sequence, command);
             }
             EventKind::Sent(_, ToBoard::Goodbye) => self.has_left = true,
             EventKind::Received(sequence, message) => self.receive(sequence, message)?,
@@ -128,7 +128,7 @@ impl Replayer {
             EventKind::Disconnected => {
                 self.flush()?;
                 self.lose(Loss::Disconnection, 0);
-                self.asked.clear();
+                self.commands.clear();
                 self.departures.clear();
                 self.notes.clear();
             }
@@ -161,7 +161,7 @@ impl Replayer {
                 moment: None,
             } => {
                 if result != Err(Refusal::Stale) {
-                    self.asked.remove(&sequence);
+                    self.commands.remove(&sequence);
                     self.departures.remove(&sequence);
                 }
             }
@@ -177,11 +177,11 @@ impl Replayer {
                 }
                 self.notes.push(Note::Began {
                     moment,
-                    settings: self.told,
+                    settings: self.reported,
                     has_left: std::mem::take(&mut self.has_left),
                 });
             }
-            ToHost::Settings(settings) => self.told = Some(settings),
+            ToHost::Settings(settings) => self.reported = Some(settings),
             ToHost::Found {
                 firmware,
                 baud,
@@ -217,7 +217,7 @@ impl Replayer {
         }
         let what_if = (!self.changes.is_empty())
             .then(|| self.sums.result(self.changed, self.tally.answers_differing));
-        Ok(self.tally.report(self.asked.len() as u64, what_if))
+        Ok(self.tally.report(self.commands.len() as u64, what_if))
     }
 
     /// Records read so far.

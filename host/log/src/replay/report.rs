@@ -117,12 +117,15 @@ impl Tally {
         &mut self.skipped[at]
     }
 
-    pub(super) fn count_adopted(&mut self, what: String, tick: u32) {
-        let adopted = self.adopted.entry(what).or_insert_with_key(|what| Adopted {
-            what: what.clone(),
-            times: 0,
-            first_tick: tick,
-        });
+    pub(super) fn count_adopted(&mut self, event: String, tick: u32) {
+        let adopted = self
+            .adopted
+            .entry(event)
+            .or_insert_with_key(|what| Adopted {
+                what: what.clone(),
+                times: 0,
+                first_tick: tick,
+            });
         adopted.times += 1;
     }
 
@@ -218,10 +221,10 @@ impl Report {
                 "equal: {compared} ticks and {answers} answers to commands, bit for bit"
             ),
             (Verdict::Differs, Some(first)) => {
-                let (ticks, told) = (self.differing, self.answers_differing);
+                let (ticks, answers_differing) = (self.differing, self.answers_differing);
                 writeln!(
                     out,
-                    "differs: {ticks} of {compared} ticks, {told} of {answers} answers to commands"
+                    "differs: {ticks} of {compared} ticks, {answers_differing} of {answers} answers to commands"
                 )?;
                 writeln!(out, "first: {first}")
             }

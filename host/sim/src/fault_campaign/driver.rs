@@ -151,13 +151,13 @@ impl Driver {
             (BoardMessage::Done, Phase::Working) if self.fault == HostFault::OutOfRange => {
                 self.accepted_invalid += 1;
             }
-            (BoardMessage::Told(ToHost::Board(report)), _) => self.session = report.session,
-            (BoardMessage::Told(ToHost::Tripped(trip)), _) => self.trip = Some(trip),
-            (BoardMessage::Told(ToHost::Off(report)), _) => self.off = Some(report),
-            (BoardMessage::Told(ToHost::Found { is_ready, .. }), _) => {
+            (BoardMessage::Other(ToHost::Board(report)), _) => self.session = report.session,
+            (BoardMessage::Other(ToHost::Tripped(trip)), _) => self.trip = Some(trip),
+            (BoardMessage::Other(ToHost::Off(report)), _) => self.off = Some(report),
+            (BoardMessage::Other(ToHost::Found { is_ready, .. }), _) => {
                 self.is_ready = Some(is_ready);
             }
-            (BoardMessage::Told(ToHost::Record(record)), phase) => {
+            (BoardMessage::Other(ToHost::Record(record)), phase) => {
                 self.record = Some(record);
                 let torques = record.torque_nm.iter();
                 self.most_nm = torques.fold(self.most_nm, |most, nm| most.max(nm.abs()));

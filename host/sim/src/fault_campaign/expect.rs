@@ -53,7 +53,7 @@ const TABLE: [Expected; 19] = rows! {
     Kind::ServoReset => [ServoReset]
         "it answers a ping, and has lost its place in the cyclic order";
     Kind::ServoMute | Kind::ServoDeaf => [ServoSilent]
-        "it does not reply; whether it receives cannot be told from its silence";
+        "it does not reply; its silence does not show whether it receives";
     Kind::ServosSwapped => [Diverged, SpeedLimit, AngleLimit]
         "both angles jump, and the loop drives the wrong joints; while angles and torques \
          are alike there is no effect";

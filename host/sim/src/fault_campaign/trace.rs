@@ -82,7 +82,7 @@ impl Trace {
                 ..
             } = injection;
             let lasts = if *lasts_us > 1 << 40 {
-                "until mended".into()
+                "until removed".into()
             } else {
                 format!("for {:.3} ms", *lasts_us as f64 * 1e-3)
             };

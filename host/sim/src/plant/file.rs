@@ -150,7 +150,7 @@ impl PlantFile {
             (is_said && (of_1 || of_2)).then(|| Clash {
                 key,
                 what: format!(
-                    "`{key}` is that of both joints, and `joint{}.{own}` says it again; keep \
+                    "`{key}` is that of both joints, and `joint{}.{own}` repeats it; keep \
                      one of the two",
                     if of_1 { 1 } else { 2 },
                 ),

@@ -45,8 +45,8 @@ pub(super) const LIMITS: [Parameter; 21] = limits! {
         "Temperature of a stock servo above which torque goes off."
         Range::whole(0, hard::TEMPERATURE_C as u32);
     pair each temperature_counts "counts"
-        "Least and largest temperature of a Morpheus servo, in counts of its converter, which \
-         nobody has calibrated."
+        "Least and largest temperature of a Morpheus servo, in counts of its converter, not \
+         calibrated."
         Range::whole(0, COUNTS);
     number one temperature_drift_counts "counts"
         "How far that may change since the first reading after a start, either way."
@@ -70,7 +70,7 @@ pub(super) const LIMITS: [Parameter; 21] = limits! {
         "Torque, beyond gravity, that is sure to move a joint."
         most(hard::STUCK_NM);
     number one quiet_ms "ms"
-        "How long an encoder may say the very same count with torque on; 0: for ever. Only for \
+        "How long an encoder may read the very same count with torque on; 0: no limit. Only for \
          encoders whose noise is known to show."
         Range::whole(0, u16::MAX as u32);
     number one hold_ms "ms"

@@ -75,7 +75,7 @@ fn frame(file: &mut impl Write, about: &About<'_>, log: &Array) -> std::io::Resu
     words().write("words", &mut out, &mut rooms)?;
     settings(&about.settings).write("settings", &mut out, &mut rooms)?;
     let text = format!(
-        "{}\nRows are ticks, columns are joints; units and columns say what each field of log is. \
+        "{}\nRows are ticks, columns are joints; units and columns describe each field of log. \
          words.mode{{log.mode(k)}} is the mode of row k, and so for fault, guards, missing and \
          alarms. Nothing is interpolated: a missing count is NaN, and tick jumps where records \
          are missing.{}",

@@ -138,7 +138,7 @@ impl Info {
 
     fn write_settings(&self, out: &mut String) -> Result {
         let Some(settings) = &self.settings else {
-            return row(out, "settings", "not told");
+            return row(out, "settings", "not in the log");
         };
         if settings.is_empty() {
             return row(out, "settings", "the defaults");
@@ -189,7 +189,7 @@ fn gap(gap: &Gap) -> String {
     let lost = ticks - dropped;
     let why = match (dropped, lost) {
         (0, _) => "lost on the link or in the log".to_owned(),
-        (_, 0) => "dropped by the board, which nobody asked in time".to_owned(),
+        (_, 0) => "dropped by the board, because the host did not fetch them in time".to_owned(),
         _ => format!("{dropped} dropped by the board, {lost} lost on the link or in the log"),
     };
     format!("{ticks} after tick {after_tick}, at {after_s:.3} s: {why}")

@@ -66,7 +66,7 @@ impl Replayer {
     fn began(
         &mut self,
         moment: Moment,
-        told: Option<Settings>,
+        reported: Option<Settings>,
         has_left: bool,
     ) -> Result<(), ReplayError> {
         // The last tick that was decided before the hello.
@@ -87,9 +87,9 @@ impl Replayer {
         } else if has_left {
             self.board.goodbye();
         }
-        if let Some(told) = told {
-            let settings = self.changes.apply(&told)?;
-            self.remember_changes(&told, &settings);
+        if let Some(reported) = reported {
+            let settings = self.changes.apply(&reported)?;
+            self.remember_changes(&reported, &settings);
             if settings != self.settings {
                 self.board.set(&settings).map_err(ReplayError::Settings)?;
                 self.settings = settings;
@@ -123,7 +123,7 @@ impl Replayer {
         moment: Moment,
     ) -> Result<(), ReplayError> {
         let departure = self.departures.remove(&sequence);
-        let Some(asked) = self.asked.remove(&sequence) else {
+        let Some(command) = self.commands.remove(&sequence) else {
             // A refused command has no effect.
             if result.is_ok() {
                 self.lose(Loss::OtherHost, 0);
@@ -133,7 +133,7 @@ impl Replayer {
         if result.is_err() && !self.is_known() {
             return Ok(());
         }
-        let command = self.change(asked)?;
+        let command = self.change(command)?;
         let before = self.board.mode();
         let computed = match (command, departure) {
             (Command::Follow(motion), Some(departure)) => {
@@ -163,8 +163,8 @@ impl Replayer {
     }
 
     /// The command, with the changed settings.
-    fn change(&mut self, asked: Command) -> Result<Command, ReplayError> {
-        let settings = match asked {
+    fn change(&mut self, command: Command) -> Result<Command, ReplayError> {
+        let settings = match command {
             Command::Configure(setup) => Settings {
                 setup,
                 ..self.settings
@@ -173,10 +173,10 @@ impl Replayer {
                 limits,
                 ..self.settings
             },
-            _ => return Ok(asked),
+            _ => return Ok(command),
         };
         let changed = self.changes.apply(&settings)?;
-        Ok(match asked {
+        Ok(match command {
             Command::Configure(_) => {
                 self.remember_changes(&settings, &changed);
                 Command::Configure(changed.setup)

@@ -17,14 +17,14 @@ use super::Replayer;
 /// Ends of experiments without their counterparts so far.
 #[derive(Debug, Default)]
 pub(super) struct Conclusions {
-    told: VecDeque<Conclusion>,
+    reported: VecDeque<Conclusion>,
     computed: VecDeque<Conclusion>,
 }
 
 impl Conclusions {
     /// Adds a report of the board.
     pub(super) fn receive(&mut self, conclusion: Conclusion) {
-        self.told.push_back(conclusion);
+        self.reported.push_back(conclusion);
     }
 
     /// Whether an experiment ended in this tick for a computed reason,
@@ -41,14 +41,14 @@ impl Conclusions {
     /// times of incomplete knowledge.
     fn next_pair(&mut self, tick: u32) -> Option<(Conclusion, Conclusion)> {
         loop {
-            let (told, computed) = (*self.told.front()?, *self.computed.front()?);
-            if told.tick == computed.tick {
-                self.told.pop_front();
+            let (reported, computed) = (*self.reported.front()?, *self.computed.front()?);
+            if reported.tick == computed.tick {
+                self.reported.pop_front();
                 self.computed.pop_front();
-                return Some((told, computed));
+                return Some((reported, computed));
             }
-            let behind = if is_before(told.tick, computed.tick) {
-                &mut self.told
+            let behind = if is_before(reported.tick, computed.tick) {
+                &mut self.reported
             } else {
                 &mut self.computed
             };
@@ -63,21 +63,21 @@ impl Conclusions {
 impl Replayer {
     /// Compares the reports up to this record with the computed ends.
     pub(super) fn check_conclusions(&mut self, record: &Record) {
-        while let Some((told, computed)) = self.conclusions.next_pair(record.tick) {
+        while let Some((reported, computed)) = self.conclusions.next_pair(record.tick) {
             if !self.is_known() {
                 continue;
             }
             self.tally.answers += 1;
-            if told == computed {
+            if reported == computed {
                 continue;
             }
             self.tally.answers_differing += 1;
             self.tally.differ(|| {
                 Some(Difference {
-                    tick: told.tick,
+                    tick: reported.tick,
                     start_us: record.start_us,
                     field: "end of the experiment".into(),
-                    recorded: experiment_text::conclusion(&told),
+                    recorded: experiment_text::conclusion(&reported),
                     computed: experiment_text::conclusion(&computed),
                 })
             });
