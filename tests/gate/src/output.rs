@@ -67,6 +67,8 @@ pub(crate) fn cargo(arguments: &str) -> Command {
     let mut command = Command::new(cargo);
     command
         .args(arguments.split_whitespace())
+        // Without: a third less time to build all tests from nothing.
+        .env("CARGO_INCREMENTAL", "0")
         .current_dir(paths::root());
     command
 }
