@@ -111,9 +111,9 @@ pub(super) enum Shape {
 #[derive(Clone, Debug)]
 pub(crate) struct Drawing {
     /// In px.
-    pub(super) width: f64,
+    pub(crate) width: f64,
     /// In px.
-    pub(super) height: f64,
+    pub(crate) height: f64,
     pub(super) shapes: Vec<Shape>,
 }
 
@@ -138,6 +138,11 @@ impl Drawing {
     /// As an SVG file.
     pub(crate) fn svg(&self) -> String {
         super::svg::svg(self)
+    }
+
+    /// What is inside an SVG file's element; names in it begin with `name`.
+    pub(crate) fn svg_elements(&self, name: &str) -> String {
+        super::svg::elements(self, name)
     }
 
     /// A filled rectangle.
