@@ -3,9 +3,8 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::paper::chart::PLACED;
 use crate::plot::drawing::Drawing;
-use crate::plot::panel::{ALARM, FRAME, GOOD, GRID, INK, JOINT, MUTED};
+use crate::plot::panel::{ALARM, FOURTH, FRAME, GOOD, GRID, INK, JOINT, MUTED};
 
 const STYLE: &str = include_str!("style.css");
 
@@ -20,7 +19,7 @@ const DARK: [(&str, &str); 10] = [
     (JOINT[1], "#ec8a4f"),
     (GOOD, "#4cc38f"),
     (ALARM, "#f08b92"),
-    (PLACED.colour, "#bd94e0"),
+    (FOURTH, "#bd94e0"),
 ];
 
 /// A whole page of this title.

@@ -47,7 +47,6 @@
 //! | `report`    | the numbers as a table                                        |
 //! | `acceptance`    | whether they are known well enough for control                |
 //! | `page`      | all of it as a page with pictures                             |
-//! | `paper`     | the paper's own procedure, beside all of this                 |
 
 mod acceptance;
 mod arm;
@@ -62,7 +61,6 @@ mod initial_guess;
 mod motion;
 mod outcome;
 mod page;
-pub mod paper;
 mod prior;
 mod quantity;
 mod record;

@@ -10,7 +10,6 @@ use super::chart::{Chart, Curve, DIFFERENCE, Figure, MENDED, PLACED, PRINTED, Pa
 use super::claim::{Claim, Number, Rule};
 use super::printed::{OBSERVER, PERIOD_S, PERIOD_US, PUSH_FROM_RAD};
 use super::sim::{Delay, Loop, Run, Start, Told, arm_at};
-use super::standing::upright;
 use super::text::number;
 use super::{FindError, observers, stability};
 
@@ -250,11 +249,7 @@ impl Hanging {
 
     fn over_gain(&self) -> Figure {
         let looks = [DIFFERENCE, PRINTED, PLACED, MENDED];
-        let milli = |points: &Vec<(f64, f64)>| {
-            let finite = |(x, y): &(f64, f64)| (*x, if y.is_finite() { y * 1e3 } else { f64::NAN });
-            points.iter().map(finite).collect()
-        };
-        let curves = (0..4).map(|i| Curve::new(NAMES[DRAWN[i]], looks[i], milli(&self.sweep[i])));
+        let curves = (0..4).map(|i| Curve::in_mrad(NAMES[DRAWN[i]], looks[i], &self.sweep[i]));
         let part = Part::new("Worse joint", "angle at rest (mrad)", curves.collect());
         Figure {
             name: "weak-motors",
@@ -278,7 +273,6 @@ impl Hanging {
 /// A run of the `i`th candidate. The paper's observers start upright and are
 /// told what was asked for, as (11) has it; the board's know better.
 fn run(i: usize, estimator: &Estimator<f64>, friction: Friction, gain: f64) -> Run {
-    let (lqr, upright) = (Lqr::paper(), upright());
     let of_board = i >= BOARD;
     let observes = matches!(estimator, Estimator::Luenberger(_));
     let control = Loop {
@@ -297,5 +291,5 @@ fn run(i: usize, estimator: &Estimator<f64>, friction: Friction, gain: f64) -> R
         },
         compensate: i == COMPENSATED || i == FILTER,
     };
-    control.run(estimator, |_, state| lqr.torque(state, &upright))
+    control.regulate(estimator)
 }

@@ -30,7 +30,7 @@ pub(crate) const B1_PUSH: f64 = 0.239;
 pub(crate) const PUSH_NM: f64 = -0.3924;
 
 /// Where joint 1 starts in Fig. 6, in rad.
-pub(crate) const PUSH_FROM_RAD: f64 = 0.49;
+pub const PUSH_FROM_RAD: f64 = 0.49;
 
 /// The dead zone's edges in PWM counts.
 pub(crate) const DEAD_ZONE: [u16; 2] = [950, 1050];

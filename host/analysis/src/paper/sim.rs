@@ -13,7 +13,7 @@
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Command, Joint, Pwm};
 use armbridge_shared::arm::{Parameters, State};
-use armbridge_shared::control::DryFriction;
+use armbridge_shared::control::{DryFriction, Lqr, Setpoint};
 use armbridge_shared::estimate::Estimator;
 use armbridge_shared::link::limits::hard;
 use armbridge_sim::plant::{Friction, Plant, PlantConfig};
@@ -171,6 +171,12 @@ impl Loop {
         run
     }
 
+    /// The same under K of (10) about upright.
+    pub(crate) fn regulate(&self, estimator: &Estimator<f64>) -> Run {
+        let (lqr, upright) = (Lqr::paper(), upright());
+        self.run(estimator, |_, state| lqr.torque(state, &upright))
+    }
+
     fn plant_config(&self, period_ns: u64) -> PlantConfig {
         let delayed = self.delay != Delay::None;
         PlantConfig {
@@ -178,6 +184,11 @@ impl Loop {
             ..self.plant
         }
     }
+}
+
+/// Upright takes no torque.
+pub(crate) fn upright() -> Setpoint<f64> {
+    Setpoint::new(&Parameters::paper(), Vector2::zeros())
 }
 
 impl Run {

@@ -19,6 +19,9 @@ pub(crate) const GAP: &str = "#dfe4e9";
 /// Where things are as they should be.
 pub(crate) const GOOD: &str = "#2a9d6a";
 
+/// A fourth curve.
+pub(crate) const FOURTH: &str = "#8250a8";
+
 /// Axis titles, tick labels and legends.
 pub(crate) const LABEL: Font = Font {
     size: 12.0,

@@ -190,12 +190,8 @@ impl Track {
             "on exact model",
         ];
         let looks = [DIFFERENCE, PRINTED, PLACED, MODEL];
-        let milli = |points: &Vec<(f64, f64)>| {
-            let finite = |(x, y): &(f64, f64)| (*x, if y.is_finite() { y * 1e3 } else { f64::NAN });
-            points.iter().map(finite).collect()
-        };
         let panel = |title: &str, sweep: &[Vec<(f64, f64)>; 4]| {
-            let curves = (0..4).map(|i| Curve::new(names[i], looks[i], milli(&sweep[i])));
+            let curves = (0..4).map(|i| Curve::in_mrad(names[i], looks[i], &sweep[i]));
             let mut part = Part::new(title, "RMS error (mrad)", curves.collect());
             part.log = true;
             part.y = Some([1.0, 1000.0]);
@@ -203,10 +199,8 @@ impl Track {
             part
         };
         let mut delayed = panel("45 ms delay", &self.sweep);
-        let mended = milli(&self.sweep_mended);
-        delayed
-            .curves
-            .push(Curve::new("delay predicted", MENDED, mended));
+        let mended = Curve::in_mrad("delay predicted", MENDED, &self.sweep_mended);
+        delayed.curves.push(mended);
         Figure {
             name: "stiffness",
             of_paper: None,

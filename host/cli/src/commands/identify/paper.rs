@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use armbridge_analysis::identify::paper::{PaperComparison, Sampled, sampled};
+use armbridge_analysis::paper::identification::{PaperComparison, Sampled, sampled};
 use armbridge_analysis::run_folder::{DEFAULT_BASE, RunFolder};
 use armbridge_log::log_path::find;
 use armbridge_log::recording::Recording;
@@ -45,9 +45,6 @@ pub(crate) struct PaperArgs {
     #[arg(long)]
     pub(crate) json: bool,
 }
-
-/// The paper's period in s.
-const PERIOD_S: f64 = 0.045;
 
 /// What is printed for programs.
 #[derive(Serialize)]
@@ -117,7 +114,7 @@ fn of_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
     };
     if args.as_paper {
         for sampled in &mut all {
-            *sampled = sampled.every((PERIOD_S / sampled.period_s).round() as usize);
+            *sampled = sampled.as_paper();
         }
     }
     let source = format!("{} · {}", about.join(", "), worlds.join(", "));

@@ -3,8 +3,8 @@
 use armbridge_shared::arm::Parameters;
 use serde::Serialize;
 
-use super::both_ways::{Fall, Push, both};
-use super::fit::{Fit, FitError};
+use super::experiment_fits::{ExperimentError, FallFits, Model, PushFits, both};
+use super::fit::Fit;
 use super::form::Form;
 use super::numbers::{Numbers, Unknown};
 use super::sampled::{Kind, Sampled};
@@ -26,26 +26,6 @@ pub struct Within {
     pub value: f64,
     /// Half of its 95 % interval, if the model is of the right form.
     pub within: f64,
-}
-
-/// What a fit knows of friction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Model {
-    /// The paper's.
-    ViscousOnly,
-    /// With Coulomb friction.
-    WithDryFriction,
-}
-
-impl Model {
-    /// In words.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::ViscousOnly => "viscous only",
-            Self::WithDryFriction => "with dry friction",
-        }
-    }
 }
 
 /// One fit of one experiment or of both.
@@ -110,15 +90,8 @@ pub enum CompareError {
     )]
     Torques(f64, f64),
     /// A fit failed.
-    #[error("{model} fit of the {experiment}: {source}", model = model.name())]
-    Fit {
-        /// By which model.
-        model: Model,
-        /// Of what.
-        experiment: &'static str,
-        /// Why.
-        source: FitError,
-    },
+    #[error(transparent)]
+    Fit(#[from] ExperimentError),
 }
 
 impl PaperComparison {
@@ -164,8 +137,8 @@ impl PaperComparison {
             torque_nm: told_nm.unwrap_or(0.0),
             ..Numbers::of(arm)
         };
-        let fall = Fall::of(&falls, &begin)?;
-        let push = Push::of(&pushes, &begin)?;
+        let fall = FallFits::of(&falls, &begin)?;
+        let push = PushFits::of(&pushes, &begin)?;
         let both = match (&fall, &push) {
             (Some(fall), Some(push)) => Some(both(fall, &falls, push, &pushes)?),
             (Some(_), None) | (None, Some(_) | None) => None,

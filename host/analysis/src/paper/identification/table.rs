@@ -2,7 +2,8 @@
 
 use armbridge_log::text_table;
 
-use super::comparison::{Model, PaperComparison, Within};
+use super::comparison::{PaperComparison, Within};
+use super::experiment_fits::Model;
 use super::sampled::Kind;
 
 /// Friction in N m s/rad by which two values are two: more than any of the fits is off.
