@@ -3,7 +3,7 @@
 use crate::plot::axis::{Axis, Scale};
 use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use crate::plot::panel::{ALARM, FOURTH, GOOD, INK, JOINT, Key, Panel};
-use crate::plot::{WIDTH, titled};
+use crate::plot::titled;
 
 /// What the paper or its model says.
 pub(crate) const MODEL: Stroke = Stroke {
@@ -27,8 +27,6 @@ pub(crate) const WRONG: Stroke = Stroke {
 };
 
 const TOP: f64 = 78.0;
-const LEFT: f64 = 84.0;
-const RIGHT: f64 = 24.0;
 /// From the bottom of a panel to the top of the next, and to the figure's end.
 const GAP: f64 = 46.0;
 const BOTTOM: f64 = 52.0;
@@ -146,17 +144,8 @@ impl Chart {
         let mut top = TOP;
         for (i, part) in self.panels.iter().enumerate() {
             let panel = Panel {
-                frame: Rect {
-                    x: LEFT,
-                    y: top,
-                    w: WIDTH - LEFT - RIGHT,
-                    h: part.height,
-                },
-                x: Axis {
-                    scale: Scale::Linear,
-                    low: self.x[0],
-                    high: self.x[1],
-                },
+                frame: Rect::row(top, part.height),
+                x: Axis::linear(self.x[0], self.x[1]),
                 y: part.axis(),
             };
             let last = i + 1 == self.panels.len();

@@ -16,6 +16,16 @@ pub(crate) struct Rect {
 }
 
 impl Rect {
+    /// As wide as a figure has room for, between its y axis and its right edge.
+    pub(crate) fn row(y: f64, h: f64) -> Self {
+        Self {
+            x: 84.0,
+            y,
+            w: 932.0,
+            h,
+        }
+    }
+
     pub(crate) fn right(&self) -> f64 {
         self.x + self.w
     }

@@ -53,12 +53,7 @@ pub(super) fn draw(run: &Run) -> Drawing {
     let mut drawing = figure(860.0, "Power spectral density", run.facts);
     let rate_hz = 1e6 / f64::from(run.facts.period_us);
     for (row, signal) in SIGNALS.iter().enumerate() {
-        let frame = Rect {
-            x: 84.0,
-            y: 78.0 + 252.0 * row as f64,
-            w: 932.0,
-            h: 206.0,
-        };
+        let frame = Rect::row(78.0 + 252.0 * row as f64, 206.0);
         let spectra: Vec<_> = (0..JOINTS)
             .map(|joint| welch::spectrum(&pieces(run, signal, joint), rate_hz))
             .collect();

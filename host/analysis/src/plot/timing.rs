@@ -55,11 +55,7 @@ const QUANTITIES: [Quantity; 3] = [
         of: |r| enum_names::is_up(r.mode).then_some(r.timing.bus_us),
         us: 1.0,
         // The share of the period is what matters.
-        axis: |_, highest, period_us| Axis {
-            scale: Scale::Linear,
-            low: 0.0,
-            high: highest.max(period_us) * 1.06,
-        },
+        axis: |_, highest, period_us| Axis::linear(0.0, highest.max(period_us) * 1.06),
         within_period: true,
     },
     Quantity {

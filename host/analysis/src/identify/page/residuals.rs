@@ -4,7 +4,7 @@ use armbridge_shared::JOINTS;
 
 use super::super::checks::{Checks, Whiteness};
 use super::super::fit::Found;
-use crate::plot::axis::{Axis, Scale};
+use crate::plot::axis::Axis;
 use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{ALARM, FRAME, JOINT, Key, LIMIT, Panel};
 use crate::plot::titled;
@@ -72,8 +72,8 @@ fn windows(drawing: &mut Drawing, joint: usize, points: &[(f64, f64)], end_s: f6
             w: 560.0,
             h: HEIGHT,
         },
-        x: linear(0.0, end_s),
-        y: linear(0.0, high),
+        x: Axis::linear(0.0, end_s),
+        y: Axis::linear(0.0, high),
     };
     let title = format!("Joint {}: error of each window", joint + 1);
     let is_last = joint + 1 == JOINTS;
@@ -110,8 +110,8 @@ fn correlation(drawing: &mut Drawing, joint: usize, whiteness: &Whiteness) {
             w: 288.0,
             h: HEIGHT,
         },
-        x: linear(0.0, autocorrelation.len() as f64 + 1.0),
-        y: linear(-high, high),
+        x: Axis::linear(0.0, autocorrelation.len() as f64 + 1.0),
+        y: Axis::linear(-high, high),
     };
     let title = format!("portmanteau {portmanteau:.1}; noise: below {expected:.1}");
     let x_title = (joint + 1 == JOINTS).then_some("lag (blocks)");
@@ -124,13 +124,5 @@ fn correlation(drawing: &mut Drawing, joint: usize, whiteness: &Whiteness) {
     for (r, lag) in autocorrelation.iter().zip(1..) {
         let x = f64::from(lag);
         drawing.line(panel.at(x, 0.0), panel.at(x, *r), bar);
-    }
-}
-
-fn linear(low: f64, high: f64) -> Axis {
-    Axis {
-        scale: Scale::Linear,
-        low,
-        high,
     }
 }

@@ -2,7 +2,7 @@
 //! one in the middle, and that which is explained worst.
 
 use super::super::checks::{Checks, Followed};
-use crate::plot::axis::{Axis, Scale};
+use crate::plot::axis::Axis;
 use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{FRAME, INK, JOINT, JOINT_TINT, Key, Panel};
 use crate::plot::titled;
@@ -75,11 +75,7 @@ fn draw_window(
         w: WIDTH,
         h: HEIGHTS[0],
     };
-    let x = Axis {
-        scale: Scale::Linear,
-        low: from_s,
-        high: time_s(window.window.len),
-    };
+    let x = Axis::linear(from_s, time_s(window.window.len));
     let errors = || window.errors.iter().copied().enumerate();
     let computed = || window.computed.iter().copied().enumerate();
     let measured = || {

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::comparison::{PaperComparison, Shown};
 use super::sampled::Kind;
-use crate::plot::axis::{Axis, Scale};
+use crate::plot::axis::Axis;
 use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{ALARM, FRAME, GOOD, JOINT, Key, Panel};
-use crate::plot::{PlotError, WIDTH, titled, write_all};
+use crate::plot::{PlotError, titled, write_all};
 
 /// Name of its files.
 const NAME: &str = "paper-identification";
@@ -28,7 +28,6 @@ const BLOCKS: usize = 120;
 /// From the top of one experiment to that of the next.
 const HEIGHT: f64 = 494.0;
 const TOP: f64 = 78.0;
-const LEFT: f64 = 84.0;
 
 impl PaperComparison {
     /// Each kind's first experiment: angles, and below them the residuals.
@@ -60,17 +59,8 @@ impl PaperComparison {
 fn draw(drawing: &mut Drawing, shown: &Shown, top: f64) {
     let sampled = &shown.sampled;
     let measured: Vec<(f64, f64)> = sampled.points().collect();
-    let x = Axis {
-        scale: Scale::Linear,
-        low: 0.0,
-        high: measured.last().map_or(1.0, |last| last.0).max(1e-3),
-    };
-    let frame = Rect {
-        x: LEFT,
-        y: top,
-        w: WIDTH - LEFT - 24.0,
-        h: 230.0,
-    };
+    let x = Axis::linear(0.0, measured.last().map_or(1.0, |last| last.0).max(1e-3));
+    let frame = Rect::row(top, 230.0);
     // The viscous one last: it is dashed, and seen where both are one.
     let dry = shown.dry_rad.iter();
     let models: Vec<(&str, Stroke, &[Option<f64>])> = dry
