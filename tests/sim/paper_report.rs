@@ -158,7 +158,7 @@ fn with_a_delay_differences_oscillate_and_the_slow_observer_tracks() {
     assert!(track.prompt_rad[2].is_infinite());
     assert!(track.prompt_rad[3] < 0.002);
     assert_eq!(track.last_omega, [14.0, 24.0]);
-    assert!(track.told_sent.1 < 0.01, "{:?}", track.told_sent);
+    assert!(track.with_sent_torque.1 < 0.01, "{:?}", track.with_sent_torque);
     let [slow, fast] = track.mended_rad;
     assert!(slow < 0.002 && fast < 2e-4, "{slow} and {fast} rad");
     assert_eq!(verdict("tracking"), Verdict::Explained);

@@ -1,8 +1,12 @@
 //! Pages that stand alone: their style and their drawings are in them, and they ask
 //! nothing of a network. Light or dark, as the reader's screen is, and fit for print.
 
+use std::path::{Path, PathBuf};
+
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use crate::plot;
+use crate::plot::PlotError;
 use crate::plot::drawing::Drawing;
 use crate::plot::panel::{ALARM, FOURTH, FRAME, GOOD, GRID, INK, JOINT, MUTED};
 
@@ -45,6 +49,13 @@ pub(crate) fn page(title: &str, contents: &Markup) -> String {
         }
     };
     page.into_string()
+}
+
+/// Writes a page into an existing folder, as `report.html`; returns its path.
+pub(crate) fn write(folder: &Path, page: &str) -> Result<PathBuf, PlotError> {
+    let path = folder.join("report.html");
+    plot::write(&path, page.as_bytes())?;
+    Ok(path)
 }
 
 /// A table in a box that scrolls sideways; columns whose head begins with `#` are numbers.

@@ -1,7 +1,7 @@
 //! How far the arm of given numbers is from what was measured, and which way is down.
 //!
 //! Each window begins with two numbers of its own, the angle and the speed of its first
-//! tick, which nobody wants to know. They are eliminated: of the window's normal
+//! tick: nuisance parameters. They are eliminated: of the window's normal
 //! equations only what is left when they are at their best goes into the sum.
 
 use armbridge_shared::JOINTS;
@@ -69,7 +69,7 @@ impl Stretch {
     }
 }
 
-/// What a window says.
+/// The normal equations of a window.
 struct Look {
     squares: f64,
     count: usize,

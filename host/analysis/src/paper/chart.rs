@@ -5,7 +5,7 @@ use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use crate::plot::panel::{ALARM, FOURTH, GOOD, INK, JOINT, Key, Panel};
 use crate::plot::titled;
 
-/// What the paper or its model says.
+/// The paper's values or its model.
 pub(crate) const MODEL: Stroke = Stroke {
     colour: INK,
     width: 1.5,

@@ -9,7 +9,7 @@ use armbridge_sim::plant::{Friction, PlantConfig};
 use super::chart::{Chart, Curve, DIFFERENCE, Figure, MENDED, PLACED, PRINTED, Part};
 use super::claim::{Claim, Number, Rule};
 use super::printed::{OBSERVER, PERIOD_S, PERIOD_US, PUSH_FROM_RAD};
-use super::sim::{Delay, Loop, Run, Start, Told, arm_at};
+use super::sim::{Delay, EstimatorInput, Loop, Run, Start, arm_at};
 use super::text::number;
 use super::{FindError, observers, stability};
 
@@ -18,7 +18,7 @@ pub const WEAK: f64 = 0.7;
 const DURATION_S: f64 = 10.0;
 /// At the end of a run, what counts as rest.
 const LAST_S: f64 = 2.0;
-/// An arm that hangs this far off is not stabilised, whatever theory says.
+/// An arm that hangs this far off is not stabilised, whatever its poles.
 const HANGS_RAD: f64 = 0.3;
 /// An arm that is this near upright is.
 const STANDS_RAD: f64 = 0.1;
@@ -42,7 +42,7 @@ pub struct Hanging {
     /// Largest angle at rest in rad at nominal torque, with dry friction: by
     /// differences, printed observer, printed poles, printed poles in current
     /// form, the board's observer, the same with compensation, the Kalman filter
-    /// that takes off what nobody commanded.
+    /// that takes off the disturbance torque.
     pub rest_rad: [f64; 7],
     /// The same with weak motors.
     pub weak_rest_rad: [f64; 7],
@@ -271,7 +271,7 @@ impl Hanging {
 }
 
 /// A run of the `i`th candidate. The paper's observers start upright and are
-/// told what was asked for, as (11) has it; the board's know better.
+/// given what was asked for, as (11) has it; the board's what was sent.
 fn run(i: usize, estimator: &Estimator<f64>, friction: Friction, gain: f64) -> Run {
     let of_board = i >= BOARD;
     let observes = matches!(estimator, Estimator::Luenberger(_));
@@ -283,7 +283,11 @@ fn run(i: usize, estimator: &Estimator<f64>, friction: Friction, gain: f64) -> R
             ..arm_at([PUSH_FROM_RAD, 0.0], friction)
         },
         delay: Delay::None,
-        told: if of_board { Told::Sent } else { Told::Asked },
+        input: if of_board {
+            EstimatorInput::Sent
+        } else {
+            EstimatorInput::Requested
+        },
         start: if observes && !of_board {
             Start::Upright
         } else {

@@ -1,5 +1,5 @@
 //! Every number and figure of the paper that simulation can give, found by the
-//! code that the board runs, and a page that says how each claim fares.
+//! code that the board runs, and a page with each claim's verdict.
 //!
 //! The paper describes the arm, its model and its controllers, and states
 //! numbers that do not all follow from one another. Each module finds the numbers
@@ -57,7 +57,7 @@ pub use model::Model;
 pub use outline::Outline;
 pub use push::Push;
 pub use pwm::PwmLaw;
-pub use report::{ReportError, table, write};
+pub use report::{table, write};
 pub use standing::Standing;
 pub use track::{OMEGA, Track};
 

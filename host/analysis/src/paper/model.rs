@@ -2,7 +2,7 @@
 //! where the arm can rest.
 //!
 //! Without friction and torque, energy must not change. The drift over a fast
-//! motion of both joints tells a wrong Coriolis term from a right one without
+//! motion of both joints distinguishes a wrong Coriolis term from a right one without
 //! any derivation.
 
 use core::f64::consts::PI;

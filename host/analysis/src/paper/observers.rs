@@ -39,7 +39,7 @@ pub(crate) fn standing(period_s: f64) -> Result<Estimator<f64>, FindError> {
     Ok(Config::standing().build(&Parameters::paper(), period_s)?)
 }
 
-/// The board's Kalman filter. It is to be told all of the torque, so friction is
+/// The board's Kalman filter. It is given all of the torque, so friction is
 /// left to its disturbance; samples 45 ms apart want a calmer one than at 1 ms.
 pub(crate) fn kalman(period_s: f64) -> Result<Estimator<f64>, FindError> {
     let tuning = Tuning {

@@ -2,7 +2,7 @@
 //! stiffness with which it pulls the arm upright.
 //!
 //! The plant is the arm discretised exactly, the observer believes in (7). With
-//! a period of delay that nobody models, the torque in force is a state more:
+//! an unmodelled period of delay, the torque in force is a state more:
 //!
 //! ```text
 //! x   <- Ad x + Bd u          u = -K x^, or the one before

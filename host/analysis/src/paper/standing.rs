@@ -12,12 +12,12 @@ use nalgebra::{Vector2, Vector4};
 use super::chart::{Chart, Curve, DIFFERENCE, Figure, MODEL, PLACED, Part};
 use super::claim::{Claim, Number, Rule};
 use super::printed::{PERIOD_S, PERIOD_US};
-use super::sim::{Delay, Loop, Run, Start, Told, arm_at, upright};
+use super::sim::{Delay, EstimatorInput, Loop, Run, Start, arm_at, upright};
 use super::stability::gravity;
 use super::text::number;
 use super::{BOARD_US, FindError, JOINT_NAMES, observers};
 
-/// Where the arm is let go, in rad. The paper says "different from 0".
+/// Where the arm is let go, in rad. "Different from 0" in the paper.
 pub(crate) const FROM_RAD: [f64; JOINTS] = [0.49, 0.40];
 const DURATION_S: f64 = 6.0;
 /// Curves this close are "very close to each other": a tenth of the motion.
@@ -190,7 +190,7 @@ fn run(estimator: &Estimator<f64>, friction: Friction, period_us: u32) -> Run {
         duration_s: DURATION_S,
         plant: arm_at(FROM_RAD, friction),
         delay: Delay::None,
-        told: Told::Asked,
+        input: EstimatorInput::Requested,
         start: Start::Sampled,
         compensate: false,
     };

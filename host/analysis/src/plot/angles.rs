@@ -1,4 +1,4 @@
-//! `angles`: did each joint go where it was told to?
+//! `angles`: samples, estimate and setpoint of both joints.
 
 use armbridge_client::enum_names;
 use armbridge_log::summary::{JointSummary, SETTLED_RAD};

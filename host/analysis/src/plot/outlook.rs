@@ -23,7 +23,7 @@ const STEP: Stroke = Stroke {
     dash: &[1.0, 3.0],
 };
 
-/// Draws it into a folder, as SVG and PNG; `about` says on which board. Returns the files.
+/// Draws it into a folder, as SVG and PNG; `about` names the board. Returns the files.
 ///
 /// # Errors
 /// When a file cannot be written or a drawing not be turned into pixels.

@@ -116,7 +116,7 @@ impl<'a> Run<'a> {
         parts.collect()
     }
 
-    /// What the encoder says in rad; not a number where it said nothing.
+    /// Angle by the encoder in rad; NaN where its sample is missing.
     pub(super) fn measured_rad(&self, record: &Record, joint: usize) -> f64 {
         match record.samples[joint] {
             Sample::Counts(count) => self.facts.angle_rad(joint, count),

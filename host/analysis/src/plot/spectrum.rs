@@ -17,7 +17,7 @@ use super::welch::{self, Spectrum};
 /// Decades that are shown below the largest power.
 const DECADES: f64 = 8.0;
 
-/// A signal of each joint; it is told the tick before, too.
+/// A signal of each joint, from a tick and the one before.
 struct Signal {
     title: &'static str,
     axis_title: &'static str,

@@ -61,7 +61,7 @@ const QUANTITIES: [Quantity; 3] = [
     Quantity {
         title: "Estimator, controller and supervisor",
         axis_title: "compute time (µs)",
-        // Zero says that it was not measured.
+        // Zero: not measured.
         of: |r| Some(r.timing.compute_ns).filter(|&ns| ns > 0 && enum_names::is_up(r.mode)),
         us: 1e-3,
         axis: |lowest, highest, _| whole_decades(lowest, highest),

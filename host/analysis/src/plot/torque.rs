@@ -1,4 +1,4 @@
-//! `torque`: what the servos were told, and how near to their limits.
+//! `torque`: torque and PWM sent to the servos, and their limits.
 
 use armbridge_log::run_info::{PWM_MAX, PWM_OFF};
 

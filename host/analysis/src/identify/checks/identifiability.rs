@@ -15,12 +15,12 @@ use super::super::search::Prior;
 /// Correlation from which two numbers count as strongly correlated.
 const CORRELATED: f64 = 0.9;
 /// Standard deviation by the logs alone, in what was believed, from which a direction
-/// counts as not told.
+/// counts as not identifiable.
 const UNTOLD: f64 = 0.2;
 /// Share of the largest part of a direction that is still named.
 const NAMED: f64 = 0.25;
 
-/// Two numbers that logs and beliefs tell as one.
+/// Two numbers that are strongly correlated, given logs and prior.
 #[derive(Clone, Debug, Serialize)]
 pub struct Pair {
     /// The one, with its joint.

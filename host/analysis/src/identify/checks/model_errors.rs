@@ -4,7 +4,7 @@
 //! motion made linear about what was measured. How much of the errors such a torque takes
 //! away, beyond what the model's own numbers could by being a little different, is a
 //! number whose square is that of a standard normal one if the model is right. The same
-//! way it is told what would be found if there was no dry friction in the model.
+//! way it follows what would be found without dry friction in the model.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -50,7 +50,7 @@ pub struct Form {
     pub joint: usize,
     /// The torque.
     pub what: &'static str,
-    /// By so much the sum of squares would fall, in variances: about 1 by chance.
+    /// Reduction in the sum of squares, in noise variances: about 1 by chance.
     pub improvement: f64,
     /// The torque where it is largest, in N m.
     pub torque_nm: f64,
@@ -61,7 +61,7 @@ pub struct Form {
 pub struct Dry {
     /// From 1.
     pub joint: usize,
-    /// By so much the sum of squares would grow, in variances.
+    /// Increase in the sum of squares, in noise variances.
     pub worse: f64,
     /// Root mean square of an error in counts, with dry friction and without.
     pub rms_counts: [f64; 2],
@@ -159,8 +159,8 @@ impl Sums {
         (less, numbers[OWN])
     }
 
-    /// What is left of the errors when these torques explain them, and by how much of each;
-    /// beforehand so much dry friction is taken back out of the model.
+    /// Reduction of the errors by these torques, and the share of each; `dry` is the share
+    /// of dry friction that is taken out of the model first.
     fn rest(&self, columns: &[usize], dry: f64) -> (f64, Vec<f64>) {
         let squares =
             self.squares + 2.0 * dry * self.right[DRY] + dry * dry * self.normal[(DRY, DRY)];

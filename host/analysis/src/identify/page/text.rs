@@ -44,7 +44,7 @@ pub(super) fn page(page: &Page<'_>, pictures: &[Picture]) -> String {
     html::page(TITLE, &contents)
 }
 
-/// A page that says why there are no numbers.
+/// A page with the reason why there are no numbers.
 pub(super) fn no_numbers(diagnosis: &Diagnosis, logs: &[String]) -> String {
     let contents = html! {
         h1 { (TITLE) }

@@ -24,7 +24,7 @@ pub(super) fn draw(checks: &Checks, joint: usize, period_s: f64) -> Option<Drawi
         .filter(|followed| followed.window.joint == joint)
         .map(|followed| (followed.rms(0..followed.window.len), followed))
         .collect();
-    // Of the shorter half no window tells much.
+    // Windows of the shorter half show little.
     windows.sort_by_key(|(_, followed)| followed.window.len);
     windows.drain(..windows.len() / 2);
     windows.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -58,7 +58,7 @@ pub struct PaperComparison {
     pub lines: Vec<Line>,
     /// What the free fall's residuals say of viscous friction alone.
     pub form: Option<Form>,
-    /// What the motor was told in the constant input, by the board's calibration, in N m.
+    /// Torque of the motor in the constant input, by the board's calibration, in N m.
     pub told_nm: Option<f64>,
     /// What the constant input alone cannot tell, if dry friction is sought in it.
     pub blind_spot: Option<String>,
@@ -122,9 +122,9 @@ impl PaperComparison {
         arm: &Parameters<f64>,
     ) -> Result<Self, CompareError> {
         let period_s = sampled.first().ok_or(CompareError::Nothing)?.period_s;
-        let told = sampled.iter().filter_map(|sampled| sampled.told_nm);
-        let told: Vec<f64> = told.collect();
-        if let [first, others @ ..] = told.as_slice()
+        let torques_nm = sampled.iter().filter_map(|sampled| sampled.told_nm);
+        let torques_nm: Vec<f64> = torques_nm.collect();
+        if let [first, others @ ..] = torques_nm.as_slice()
             && let Some(other) = others.iter().find(|other| (*other - first).abs() > 1e-9)
         {
             return Err(CompareError::Torques(*first, *other));
@@ -132,7 +132,7 @@ impl PaperComparison {
         let (falls, pushes): (Vec<Sampled>, Vec<Sampled>) = sampled
             .into_iter()
             .partition(|sampled| sampled.kind == Kind::FreeFall);
-        let told_nm = told.first().copied();
+        let told_nm = torques_nm.first().copied();
         let begin = Numbers {
             torque_nm: told_nm.unwrap_or(0.0),
             ..Numbers::of(arm)

@@ -126,7 +126,7 @@ pub(super) fn both(
     pushes: &[Sampled],
 ) -> Result<Fit, ExperimentError> {
     let begin = Numbers {
-        // The motor's torque less dry friction is what the constant input tells.
+        // The constant input gives the motor's torque less dry friction.
         torque_nm: push.as_paper.numbers.torque_nm + push.way * fall.dry.numbers.coulomb_nm,
         ..fall.dry.numbers
     };

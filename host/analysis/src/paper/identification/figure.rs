@@ -96,12 +96,13 @@ fn draw(drawing: &mut Drawing, shown: &Shown, top: f64) {
     drawing.dots(centres, 4.5, MEASURED);
     panel.legend(drawing, &legend);
 
-    let of = sampled.angles_rad.len().div_ceil(BLOCKS).max(1);
+    let block_len = sampled.angles_rad.len().div_ceil(BLOCKS).max(1);
     let left_over = |residuals: &[Option<f64>]| -> Vec<(f64, f64)> {
-        let blocks = residuals.chunks(of).enumerate();
+        let blocks = residuals.chunks(block_len).enumerate();
         let point = |(k, block): (usize, &[Option<f64>])| {
             let seen: Vec<f64> = block.iter().flatten().copied().collect();
-            let middle_s = ((k * of) as f64 + 0.5 * (block.len() - 1) as f64) * sampled.period_s;
+            let middle_s =
+                ((k * block_len) as f64 + 0.5 * (block.len() - 1) as f64) * sampled.period_s;
             let mean = seen.iter().sum::<f64>() / seen.len() as f64;
             (!seen.is_empty()).then_some((middle_s, 1e3 * mean))
         };
@@ -117,9 +118,9 @@ fn draw(drawing: &mut Drawing, shown: &Shown, top: f64) {
         x,
         y: Axis::around(curves.iter().flatten().map(|(_, y)| *y).chain([0.0]), 0.1),
     };
-    let title = match of {
+    let title = match block_len {
         1 => "measured less computed".to_owned(),
-        of => format!("measured less computed, means of {of} samples"),
+        len => format!("measured less computed, means of {len} samples"),
     };
     panel.draw(drawing, &title, Some("time (s)"), Some("(mrad)"));
     panel.level(drawing, 0.0, ZERO);

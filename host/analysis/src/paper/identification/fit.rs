@@ -147,7 +147,7 @@ impl Fit {
     }
 
     /// Numbers of which the samples tell nothing but a combination, and what would help;
-    /// none if all are told.
+    /// none if all are identifiable.
     pub fn blind_spot(&self) -> Option<String> {
         if self.condition < BLIND {
             return None;

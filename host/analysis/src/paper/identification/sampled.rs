@@ -60,7 +60,7 @@ pub struct Sampled {
     pub start_rad: f64,
     /// Whether that is known to better than the samples tell, and that it is at rest.
     pub start: Start,
-    /// Torque in N m that the motor is told to give, where it is known.
+    /// Torque in N m of the motor's PWM, where it is known.
     pub told_nm: Option<f64>,
 }
 

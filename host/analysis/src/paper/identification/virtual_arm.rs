@@ -96,7 +96,7 @@ impl VirtualArm {
         self.experiment(Kind::FreeFall, from_rad, 0.0, duration_s)
     }
 
-    /// Pushes from [`PUSH_FROM_RAD`](printed::PUSH_FROM_RAD) with a motor torque in N m.
+    /// Pushes from [`PUSH_FROM_RAD`](super::PUSH_FROM_RAD) with a motor torque in N m.
     pub fn constant_input(&self, torque_nm: f64, duration_s: f64) -> Sampled {
         self.experiment(
             Kind::ConstantInput,

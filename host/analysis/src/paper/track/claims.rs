@@ -114,8 +114,8 @@ impl Track {
                  error over a period into speed; the law answers with more torque than the servo \
                  has, and (11) is told what was asked for, not what was given. Told what was \
                  sent, the same observer is {} off at {} rad/s.",
-                off(self.told_sent.1),
-                self.told_sent.0,
+                off(self.with_sent_torque.1),
+                self.with_sent_torque.0,
             ),
             mend: format!(
                 "The exact zero-order hold: the same poles placed on it track up to {exact} \
@@ -128,10 +128,10 @@ impl Track {
                 Number::new(
                     format!(
                         "Tracking error (RMS), printed poles on (7), told what was sent, {} rad/s",
-                        self.told_sent.0
+                        self.with_sent_torque.0
                     ),
                     "rad",
-                    self.told_sent.1,
+                    self.with_sent_torque.1,
                     Rule::AtMost(TRACKS_RAD),
                 ),
             ],
