@@ -25,13 +25,13 @@ const DRY: usize = 1;
 const INERTIA: usize = 5;
 /// Torques that it lacks.
 const MISSING: [&str; 7] = [
-    "dry friction that falls up to 0.3 rad/s (Stribeck)",
-    "dry friction that falls up to 1 rad/s (Stribeck)",
-    "friction by the square of the speed",
-    "viscous friction that differs by direction",
-    "a motor whose torque does not grow evenly with its PWM",
-    "a torque that changes with the angle twice a turn",
-    "a push by the other joint's acceleration",
+    "dry friction falling up to 0.3 rad/s (Stribeck)",
+    "dry friction falling up to 1 rad/s (Stribeck)",
+    "friction proportional to speed squared",
+    "viscous friction by direction",
+    "motor torque not proportional to PWM",
+    "torque of twice the joint angle",
+    "torque of the other joint's acceleration",
 ];
 const ALL: usize = OWN + MISSING.len();
 /// Speeds of the first two.

@@ -18,7 +18,7 @@ const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
 pub(super) fn draw(found: &Found, checks: &Checks, period_s: f64) -> Drawing {
     let mut drawing = titled(
         TOP + STEP + HEIGHT + 52.0,
-        "What is left: noise?",
+        "Residuals",
         "root mean square of each window; autocorrelation of blocks of 5 ticks",
     );
     let begins_s = begins_s(checks, period_s);
@@ -75,7 +75,7 @@ fn windows(drawing: &mut Drawing, joint: usize, points: &[(f64, f64)], end_s: f6
         x: Axis::linear(0.0, end_s),
         y: Axis::linear(0.0, high),
     };
-    let title = format!("Joint {}: error of each window", joint + 1);
+    let title = format!("Joint {}: residual of each window", joint + 1);
     let is_last = joint + 1 == JOINTS;
     let x_title = is_last.then_some("time, one log after the other (s)");
     panel.draw(drawing, &title, x_title, Some("rms (counts)"));
@@ -87,7 +87,7 @@ fn windows(drawing: &mut Drawing, joint: usize, points: &[(f64, f64)], end_s: f6
     }
     let keys = [
         (Key::Line(ZERO), "noise"),
-        (Key::Line(LIMIT), "not explained beyond"),
+        (Key::Line(LIMIT), "rejected above"),
     ];
     panel.legend(drawing, &keys);
 }

@@ -1,4 +1,4 @@
-//! The page itself.
+//! Text of the report.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Setup;
@@ -12,14 +12,14 @@ use super::super::report::{self, Number};
 use super::{Page, Picture};
 use crate::html;
 
-const TITLE: &str = "What this arm is";
+const TITLE: &str = "Identified arm";
 
 /// The whole page.
 pub(super) fn page(page: &Page<'_>, pictures: &[Picture]) -> String {
     let checks = page.checks;
     let sections = [
-        ("Measured against computed", "windows"),
-        ("What is left", "residuals"),
+        ("Measured and computed motion", "windows"),
+        ("Residuals", "residuals"),
         ("Friction", "friction"),
         ("Correlations", "correlations"),
     ];
@@ -44,12 +44,12 @@ pub(super) fn page(page: &Page<'_>, pictures: &[Picture]) -> String {
     html::page(TITLE, &contents)
 }
 
-/// A page with the reason why there are no numbers.
+/// The page of logs that identify no arm.
 pub(super) fn no_numbers(diagnosis: &Diagnosis, logs: &[String]) -> String {
     let contents = html! {
         h1 { (TITLE) }
-        p.lead { "These logs do not tell." }
-        p { "No numbers: " (diagnosis) }
+        p.lead { "These logs identify no arm." }
+        p { (diagnosis) }
         (self::logs(logs))
     };
     html::page(TITLE, &contents)
@@ -58,8 +58,8 @@ pub(super) fn no_numbers(diagnosis: &Diagnosis, logs: &[String]) -> String {
 fn introduction(page: &Page<'_>) -> Markup {
     let report = page.report;
     let found = format!(
-        "Found in {:.1} s in which a joint slides, {} windows, {} of them not explained. Errors \
-         are {:.2} counts; one count of noise, rounded, makes 1.04.",
+        "Fitted to {:.1} s in which a joint slides: {} windows, {} of them rejected. The residual \
+         is {:.2} counts; encoder noise of one count, rounded, gives 1.04.",
         report.sliding_s, report.windows, report.odd, report.noise_counts
     );
     html! {
@@ -77,11 +77,11 @@ fn logs(logs: &[String]) -> Markup {
 
 fn warnings(checks: &Checks) -> Markup {
     html! {
-        h2 { "What to keep in mind" }
+        h2 { "Warnings" }
         @if checks.warnings.is_empty() {
             p {
-                "Nothing: errors are as good as noise, the model has the right form, and the logs \
-                 are explained."
+                "None: the residual is white noise, the model lacks no torque, and all windows are \
+                 explained."
             }
         }
         (list(&checks.warnings))
@@ -114,44 +114,48 @@ fn table<R: IntoIterator<Item = String>>(
 fn numbers(numbers: &[Number]) -> Markup {
     let heads = [
         "Joint",
-        "Number",
-        "#Found",
-        "#Within (95 %)",
+        "Parameter",
+        "#Estimate",
+        "#95 % interval",
         "Unit",
         "#Before",
         "Remark",
     ];
     html! {
-        h2 { "Numbers" }
-        p { "Each with its interval of 95 %, and what the board computed with before." }
+        h2 { "Parameters" }
+        p { "Estimates with 95 % confidence intervals, and the board's values before." }
         (table(&heads, numbers.iter().map(Number::cells)))
     }
 }
 
 fn untold(checks: &Checks) -> Markup {
-    let heads = ["Not told by these logs", "Settled by", "#By the logs alone"];
+    let heads = [
+        "Not identifiable from these logs",
+        "Fixed by",
+        "#By the logs alone",
+    ];
     let rows = checks.untold.iter().map(|untold| {
         let deviation = if untold.deviation > 10.0 {
-            "anything".into()
+            "unbounded".into()
         } else {
-            format!("± {:.0} % of what was believed", 100.0 * untold.deviation)
+            format!("± {:.0} % of the prior", 100.0 * untold.deviation)
         };
         [untold.what.clone(), untold.settled_by.clone(), deviation]
     });
     html! {
-        h2 { "What is not known, and what settled it" }
+        h2 { "Identifiability" }
         p {
             @if checks.untold.is_empty() {
-                "There is no combination of numbers that these logs leave open."
+                "These logs identify every combination of parameters."
             } @else {
-                "These combinations of numbers change nothing in these logs, or hardly anything: \
-                 what was told of the arm beforehand, not its motion, says where they are."
+                "The likelihood is flat, or nearly so, along these combinations of parameters: the \
+                 prior fixes them, not the motion."
             }
         }
         p {
-            "Nor does any motion tell which way of a joint is the positive one: the arm is its \
-             own mirror image. That a higher PWM turns a joint to higher counts is checked; \
-             whether these are larger angles is what armbridge calibrate was told."
+            "No motion identifies a joint's positive direction: the arm is its own mirror image. \
+             The fit checks that a higher PWM turns a joint to higher counts; that higher counts \
+             are larger angles comes from armbridge calibrate."
         }
         @if !checks.untold.is_empty() { (table(&heads, rows)) }
     }
@@ -159,20 +163,20 @@ fn untold(checks: &Checks) -> Markup {
 
 fn forecasts(page: &Page<'_>) -> Markup {
     html! {
-        h2 { "Forecasts" }
+        h2 { "Holdout" }
         @if let Some(forecasts) = page.forecasts {
             p {
-                "Of " (page.held_out) ". Errors are in counts, root mean square, with the \
-                 encoder's noise and without. Rms: the start of each window is sought in all of \
-                 it. Forecast: in its first quarter of a second alone, and judged until what is \
-                 not known of that start comes to a count (a count off), which an arm that stands \
-                 brings about with its unstable pole, whose time constant is told."
+                "Validated on " (page.held_out) ". Errors are root mean squares in counts, with \
+                 and without the encoder's noise. Rms: the initial state is fitted to the whole \
+                 window. Forecast: it is fitted to the first quarter of a second alone, and the \
+                 error counts until the uncertainty of that state reaches one count; a standing \
+                 arm gets there by its unstable pole, whose time constant is given."
             }
             (table(&Forecast::HEADS, forecasts.iter().map(Forecast::cells)))
         } @else {
             p {
-                "Not tried: a second fit without the last fifth of the windows would take a \
-                 while. Give another log as --held-out."
+                "Skipped: the logs are too long for a second fit without the last fifth of the \
+                 windows. Pass another log as --held-out."
             }
         }
     }
@@ -183,18 +187,24 @@ fn dry(checks: &Checks) -> Markup {
         let [with, without] = dry.viscous;
         let [rms, rms_without] = dry.rms_counts;
         format!(
-            "Joint {}: viscous friction is {with:.3} N m s/rad beside dry friction. Without dry \
-             friction in the model, all numbers sought anew, it would be {without:.3}, with \
-             errors of {rms_without:.2} counts instead of {rms:.2} (worse by {:.0} variances).",
+            "Joint {}: viscous friction is {with:.3} N m s/rad in a model with dry friction. \
+             Fitted without dry friction it is {without:.3}, with a residual of \
+             {rms_without:.2} counts instead of {rms:.2} (sum of squares higher by {:.0} \
+             variances).",
             dry.joint, dry.worse
         )
     }))
 }
 
-/// The paper's numbers beside those of this arm, and what its method would make of these
-/// logs.
+/// The paper's parameters beside those of this arm, and its method applied to these logs.
 fn as_the_paper_did(page: &Page<'_>) -> Markup {
-    let heads = ["Joint", "Number", "#The paper's arm", "#This arm", "Unit"];
+    let heads = [
+        "Joint",
+        "Parameter",
+        "#The paper's arm",
+        "#This arm",
+        "Unit",
+    ];
     let paper = Setup::default();
     let quantities = [
         Quantity::Inertia,
@@ -220,12 +230,12 @@ fn as_the_paper_did(page: &Page<'_>) -> Markup {
         format!("Joint {joint}: {without:.3} N m s/rad in place of {with:.3}.")
     });
     html! {
-        h2 { "As the paper did it" }
+        h2 { "The paper's method" }
         p {
             "The paper fitted one joint at a time, by eye, with viscous friction alone: 0.421 N m \
              s/rad to a free fall, 0.239 to a constant input, of the same joint 1. Dry friction \
-             is behind both, see armbridge identify paper. Without dry friction in the model \
-             these logs would make of this arm:"
+             explains both, see armbridge identify paper. Fitted without dry friction, these \
+             logs give:"
         }
         (list(viscous))
         (table(&heads, rows))
@@ -234,21 +244,21 @@ fn as_the_paper_did(page: &Page<'_>) -> Markup {
 
 fn pairs(checks: &Checks) -> Markup {
     if checks.pairs.is_empty() {
-        return html! { p { "No two numbers are correlated by more than 0.9." } };
+        return html! { p { "No two parameters are correlated by more than 0.9." } };
     }
     let rows = checks.pairs.iter().map(|pair| {
         let correlation = format!("{:+.3}", pair.correlation).replace('-', "−");
         [pair.one.clone(), pair.other.clone(), correlation]
     });
-    table(&["Number", "And", "#Correlation"], rows)
+    table(&["Parameter", "Parameter", "#Correlation"], rows)
 }
 
 fn forms(checks: &Checks) -> Markup {
     let heads = [
         "Joint",
-        "Torque that the model has not",
-        "#Better by",
-        "#Torque at most",
+        "Torque that the model lacks",
+        "#Reduction",
+        "#Largest torque",
     ];
     let rows = checks.forms.iter().map(|form| {
         [
@@ -259,10 +269,10 @@ fn forms(checks: &Checks) -> Markup {
         ]
     });
     html! {
-        h2 { "Has the model the right form?" }
+        h2 { "Model errors" }
         p {
-            "Torques that the model has not, tried one by one. By chance the sum of squares falls \
-             by about one variance; by more than 25 it does not."
+            "Torques that the model lacks, added one at a time. The reduction of the sum of \
+             squares, in noise variances, is about 1 by chance and never above 25."
         }
         (table(&heads, rows))
     }
@@ -270,12 +280,12 @@ fn forms(checks: &Checks) -> Markup {
 
 fn method() -> Markup {
     html! {
-        h2 { "How it was found" }
+        h2 { "Method" }
         p {
-            "In windows in which a joint slides its motion is computed from the PWM that was \
-             sent, tick by tick, and compared with the encoder; the numbers are those that make \
-             the sum of squares least, together with what was believed beforehand. Intervals are \
-             those of the curvature there, made wider where windows disagree by more than noise."
+            "In windows in which a joint slides, the motion is computed from the PWM that was \
+             sent, tick by tick, and compared with the encoder. The estimate minimises the sum of \
+             squared residuals and the prior's term. Intervals follow from the curvature at the \
+             minimum, and are wider where windows disagree by more than noise."
         }
     }
 }

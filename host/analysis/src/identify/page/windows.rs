@@ -29,7 +29,7 @@ pub(super) fn draw(checks: &Checks, joint: usize, period_s: f64) -> Option<Drawi
     windows.drain(..windows.len() / 2);
     windows.sort_by(|a, b| a.0.total_cmp(&b.0));
     let last = windows.len().checked_sub(1)?;
-    let title = format!("Joint {}: measured against computed", joint + 1);
+    let title = format!("Joint {}: measured and computed", joint + 1);
     let height = TOP + HEIGHTS[0] + GAP + HEIGHTS[1] + 52.0;
     let mut drawing = titled(height, &title, "");
     let top = Panel {
@@ -113,7 +113,7 @@ fn draw_window(
     };
     let y_title = if is_first { "error (counts)" } else { "" };
     let log = format!("time in log {} (s)", trace.log + 1);
-    below.draw(drawing, "measured less computed", Some(&log), Some(y_title));
+    below.draw(drawing, "residual", Some(&log), Some(y_title));
     below.level(drawing, 0.0, ZERO);
     below.dots(
         drawing,
