@@ -3,12 +3,12 @@
 use std::convert::Infallible;
 
 use armbridge_analysis::monte_carlo::for_seeds;
-use armbridge_tests::{fault_replay, free_host};
+use armbridge_tests::{fault_campaign, free_host};
 
 #[test]
 fn four_thousand_faults_are_the_same_again() {
     let seeds: Vec<u64> = (0..4_000).collect();
-    let replay = |seed| Ok::<_, Infallible>(fault_replay::replay(seed));
+    let replay = |seed| Ok::<_, Infallible>(fault_campaign::replay(seed));
     let ticks = for_seeds(&seeds, replay, |_| ()).unwrap();
     let (compared, told) = ticks
         .into_iter()

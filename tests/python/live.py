@@ -24,19 +24,10 @@ from urllib.parse import urlparse
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from websockets.sync.client import connect
 
+from topics import TOPICS
+
 PROTOCOL = "foxglove.sdk.v1"
 PATIENCE_S = 20.0
-TOPICS = {
-    "/telemetry": "armbridge.Telemetry",
-    "/commands": "armbridge.Command",
-    "/events": "armbridge.Event",
-    "/parameters": "armbridge.Parameters",
-    "/statistics": "armbridge.Statistics",
-    "/log": "foxglove.Log",
-    "/joint_states": "foxglove.JointStates",
-    "/tf": "foxglove.FrameTransforms",
-    "/scene": "foxglove.SceneUpdate",
-}
 MODE_IDLE, MODE_REGULATE, MODE_FAULT = 1, 4, 12
 
 

@@ -16,17 +16,7 @@ from mcap.stream_reader import StreamReader
 from mcap.records import Attachment, Metadata
 from mcap_protobuf.decoder import DecoderFactory
 
-TOPICS = {
-    "/telemetry": "armbridge.Telemetry",
-    "/commands": "armbridge.Command",
-    "/events": "armbridge.Event",
-    "/parameters": "armbridge.Parameters",
-    "/statistics": "armbridge.Statistics",
-    "/log": "foxglove.Log",
-    "/joint_states": "foxglove.JointStates",
-    "/tf": "foxglove.FrameTransforms",
-    "/scene": "foxglove.SceneUpdate",
-}
+from topics import TOPICS
 
 
 def everything(path):

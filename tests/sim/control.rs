@@ -14,7 +14,7 @@ use armbridge_shared::actuator::Joint;
 use armbridge_shared::estimate::{Config, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Setup};
 use armbridge_sim::plant::{PlantConfig, Push};
-use armbridge_tests::plant;
+use armbridge_tests::{computed_torque, plant};
 
 /// Where the arm is let go: 28 degrees off, three fifths of what torque can hold.
 const INITIAL_RAD: [f64; JOINTS] = [0.49, -0.3];
@@ -22,17 +22,6 @@ const INITIAL_RAD: [f64; JOINTS] = [0.49, -0.3];
 /// The default arm.
 fn arm() -> PlantConfig {
     plant(INITIAL_RAD, true)
-}
-
-/// To track motions: the error of each joint critically damped at 20 rad/s.
-fn tracking() -> Setup {
-    Setup {
-        controller: Controller::ComputedTorque {
-            natural_rad_s: [20.0; JOINTS],
-            damping: [1.0; JOINTS],
-        },
-        ..Setup::best()
-    }
 }
 
 fn trial(config: &PlantConfig, setup: Setup, task: &str, duration_s: f64) -> Trial {
@@ -175,12 +164,15 @@ fn stands(config: &PlantConfig, setup: Setup, what: &impl Debug) {
 #[test]
 fn tracks_within_two_milliradians() {
     for outcome in outcomes(
-        &trial(&arm(), tracking(), "min-jerk:0.3,0.3,1", 6.0),
+        &trial(&arm(), computed_torque(20.0), "min-jerk:0.3,0.3,1", 6.0),
         1..=20,
     ) {
         at_most(2.0, outcome.tracking_rms_mrad.unwrap(), &outcome);
     }
-    for outcome in outcomes(&trial(&arm(), tracking(), "sine:0.3,0.3,1", 9.0), 1..=20) {
+    for outcome in outcomes(
+        &trial(&arm(), computed_torque(20.0), "sine:0.3,0.3,1", 9.0),
+        1..=20,
+    ) {
         at_most(3.0, outcome.tracking_rms_mrad.unwrap(), &outcome);
     }
 }

@@ -12,7 +12,7 @@ use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Recording;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{Guards, Mode, Record, Sample, Settings, Timing, ToHost};
+use armbridge_shared::link::message::{Mode, Record, Sample, Settings, ToHost};
 use serde_json::Value;
 
 use crate::paths;
@@ -31,19 +31,14 @@ fn tick(tick: u32) -> Record {
         tick,
         start_us: u64::from(tick) * 1_000,
         mode: Mode::Idle,
-        guards: Guards::NONE,
         samples: [Sample::Counts(512); 2],
-        alarms: [0; 2],
-        pwm_in_force: [1_000; 2],
-        pwm_next: [1_000; 2],
         reference_rad: [0.1; 2],
         reference_speed_rad_s: [0.1; 2],
         angle_rad: [0.1; 2],
         speed_rad_s: [0.1; 2],
         torque_nm: [0.1; 2],
         disturbance_nm: [0.1; 2],
-        timing: Timing::default(),
-        dropped: 0,
+        ..Record::NONE
     }
 }
 

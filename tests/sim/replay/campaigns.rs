@@ -1,11 +1,11 @@
 //! Faults and free hosts: the same again. The campaign has thousands of each.
 
-use armbridge_tests::{fault_replay, free_host};
+use armbridge_tests::{fault_campaign, free_host};
 
 #[test]
 fn every_kind_of_fault_is_the_same_again() {
     // 34 kinds as singles: even seeds.
-    let ticks = (0..34).map(|kind| fault_replay::replay(2 * kind));
+    let ticks = (0..34).map(|kind| fault_campaign::replay(2 * kind));
     let (compared, told) = ticks.fold((0, 0), |(a, b), (c, d)| (a + c, b + d));
     assert!(compared * 100 > told * 95, "{compared} of {told}");
 }

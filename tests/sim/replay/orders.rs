@@ -6,11 +6,11 @@ use armbridge_shared::estimate::Config;
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, ExperimentEnd, Role};
 use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Command, Controller, Setup, ToBoard, ToHost};
+use armbridge_shared::link::message::{Command, Setup, ToBoard, ToHost};
 use armbridge_shared::link::motion::{Motion, Via};
-use armbridge_tests::plant;
 use armbridge_tests::world::assert_all_equal;
 use armbridge_tests::world::{Act, Free, overheard, recorded, replay};
+use armbridge_tests::{computed_torque, plant};
 
 #[test]
 fn the_demo_is_the_same_again() {
@@ -64,16 +64,9 @@ fn motions() -> Vec<Command> {
 }
 
 fn set_ups() -> [Setup; 4] {
-    let best = Setup::best();
-    let computed_torque = Setup {
-        controller: Controller::ComputedTorque {
-            natural_rad_s: [15.0; 2],
-            damping: [1.0; 2],
-        },
-        ..best
-    };
+    let computed_torque = computed_torque(15.0);
     [
-        best,
+        Setup::best(),
         computed_torque,
         Setup {
             estimator: Config::standing(),

@@ -19,9 +19,10 @@ use armbridge_analysis::monte_carlo::{Maneuver, Outcome, Trial, for_seeds};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Controller, Settings, Setup};
+use armbridge_shared::link::message::{Settings, Setup};
 use armbridge_sim::plant::PlantConfig;
 
+use crate::computed_torque;
 use free_run::{FreeRun, Summary, free_runs};
 use model::Model;
 use truth::{believed, known, truth};
@@ -264,13 +265,7 @@ const RESTS: u64 = 8;
 /// at most, from where it is let go and on the way; and on average at rest, where it sticks
 /// by chance, over [`RESTS`] runs of each arm.
 pub fn compare_control(arms: &[Arm]) -> [f64; 2] {
-    let tracking = Setup {
-        controller: Controller::ComputedTorque {
-            natural_rad_s: [20.0; JOINTS],
-            damping: [1.0; JOINTS],
-        },
-        ..Setup::best()
-    };
+    let tracking = computed_torque(20.0);
     let (mut worst, mut at_rest) = (0.0_f64, [0.0; 2]);
     for arm in arms {
         for (what, setup, task, from_s) in [

@@ -174,26 +174,14 @@ pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Dire
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::link::message::{Guards, Missing, Mode, Sample, Timing};
+    use armbridge_shared::link::message::{Missing, Mode, Sample};
 
     fn record(tick: u32, samples: [Sample; JOINTS]) -> Record {
         Record {
             tick,
-            start_us: 0,
             mode: Mode::Idle,
-            guards: Guards::NONE,
             samples,
-            alarms: [0; JOINTS],
-            pwm_in_force: [1_000; JOINTS],
-            pwm_next: [1_000; JOINTS],
-            reference_rad: [0.0; JOINTS],
-            reference_speed_rad_s: [0.0; JOINTS],
-            angle_rad: [0.0; JOINTS],
-            speed_rad_s: [0.0; JOINTS],
-            torque_nm: [0.0; JOINTS],
-            disturbance_nm: [0.0; JOINTS],
-            timing: Timing::default(),
-            dropped: 0,
+            ..Record::NONE
         }
     }
 

@@ -1,8 +1,24 @@
-//! Cases of the fault campaign, through the board's code again.
+//! Cases of the fault campaign: many of them, and one replayed through the board's code.
 
+use std::convert::Infallible;
+
+use armbridge_analysis::monte_carlo::for_seeds;
 use armbridge_log::replay::{Changes, Replayer};
 use armbridge_shared::servo::Firmware;
-use armbridge_sim::fault_campaign::{Case, Kind, overhear};
+use armbridge_sim::fault_campaign::{self, Case, Kind, Outcome, Report, overhear};
+
+/// Runs the cases of the seeds below `seeds`.
+///
+/// # Panics
+/// If one of them does not end with motors off.
+pub fn campaign(seeds: u64, servos: Firmware) -> (Vec<Outcome>, Report) {
+    let seeds: Vec<u64> = (0..seeds).collect();
+    let run = |seed| Ok::<_, Infallible>(fault_campaign::run(seed, servos));
+    let outcomes = for_seeds(&seeds, run, |_| ()).unwrap();
+    let report = Report::of(&outcomes);
+    assert!(report.holds(), "{}", fault_campaign::table(&report));
+    (outcomes, report)
+}
 
 /// Replays the case of this seed; how many ticks were compared, of how many.
 pub fn replay(seed: u64) -> (u64, u64) {
