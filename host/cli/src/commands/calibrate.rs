@@ -148,9 +148,7 @@ impl Guide for Terminal {
         match self.answers.try_recv() {
             Ok(line) => Ok(Some(line)),
             Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => Err(TaskError(
-                "the input has ended and nobody is there to answer: nothing was saved".into(),
-            )),
+            Err(TryRecvError::Disconnected) => Err(TaskError::InputEnded),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `armbridge clear`: a latched fault cleared.
 
-use armbridge::tasks::disarm::Clear;
+use armbridge::tasks::motors_off::{Goal, MotorsOff};
 use armbridge_sim::link::Pace;
 
 use super::{Outcome, task};
@@ -14,6 +14,6 @@ Examples:
 Look after the cause first: `armbridge status` tells what it was.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
-    let (uri, host) = task::go(args, "clear", Pace::Free, Clear::default())?;
+    let (uri, host) = task::go(args, "clear", Pace::Free, MotorsOff::new(Goal::Clear))?;
     task::print(args, &uri, &host, "no fault is latched; motors are off")
 }

@@ -1,6 +1,6 @@
 //! `armbridge stop`: the emergency stop.
 
-use armbridge::tasks::disarm::Stop;
+use armbridge::tasks::motors_off::{Goal, MotorsOff};
 use armbridge_client::fault_text;
 use armbridge_sim::link::Pace;
 
@@ -17,7 +17,7 @@ it has stopped. The fault stays latched: `armbridge clear` clears it. While anot
 program has the link, stop there, or at the board's switch.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
-    let (uri, host) = task::go(args, "stop", Pace::Free, Stop::default())?;
+    let (uri, host) = task::go(args, "stop", Pace::Free, MotorsOff::new(Goal::Stop))?;
     let cause = host
         .session
         .status()

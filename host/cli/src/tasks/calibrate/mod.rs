@@ -18,9 +18,10 @@ mod motor;
 mod tests;
 
 pub use measure::Unusable;
+pub use motor::MotorError;
 
+use armbridge_client::interrupt;
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
-use armbridge_client::{fault_text, interrupt, refusal_text};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::message::{Command, Mode, Settings, Setup};
@@ -115,10 +116,7 @@ impl<G: Guide> Calibrate<G> {
     fn wait(&mut self, view: &View<'_>) -> Result<(), TaskError> {
         let status = view.session.status();
         if let Some(tripped) = status.trip {
-            return Err(TaskError(format!(
-                "a fault is latched: {}; look after it, then `armbridge clear`",
-                fault_text::in_words(&tripped).cause
-            )));
+            return Err(TaskError::Latched(tripped));
         }
         if let (Some(Mode::Idle), Some(settings)) = (status.mode(), status.settings) {
             self.before = Some(settings);
@@ -127,9 +125,7 @@ impl<G: Guide> Calibrate<G> {
                 .say("The motors are off; the arm can be moved by hand.");
             self.next_joint(0);
         } else if view.now_us > 2 * SERVO_TIMEOUT_US {
-            let none = || "the servos are not found: check their power and wiring".to_owned();
-            let why = status.obstacle.map_or_else(none, |why| why.to_string());
-            return Err(TaskError(why));
+            return Err(TaskError::NoServos(status.obstacle));
         }
         Ok(())
     }
@@ -183,10 +179,10 @@ impl<G: Guide> Calibrate<G> {
     }
 
     /// A measurement was no use: again, but not for ever.
-    fn again(&mut self, why: &Unusable) -> Result<(), TaskError> {
+    fn again(&mut self, why: Unusable) -> Result<(), TaskError> {
         self.attempts += 1;
         if self.attempts >= ATTEMPTS {
-            return Err(TaskError(format!("{why}; nothing was changed")));
+            return Err(TaskError::Unusable(why));
         }
         self.guide.say(&format!("Not usable: {why}."));
         Ok(())
@@ -199,7 +195,7 @@ impl<G: Guide> Calibrate<G> {
                 self.ask_for_turn(joint, zero);
             }
             Err(why) => {
-                self.again(&why)?;
+                self.again(why)?;
                 self.ask_for_zero(joint);
             }
         }
@@ -216,7 +212,7 @@ impl<G: Guide> Calibrate<G> {
                 self.next_joint(joint + 1);
             }
             Err(why) => {
-                self.again(&why)?;
+                self.again(why)?;
                 self.ask_for_turn(joint, zero);
             }
         }
@@ -267,7 +263,7 @@ impl<G: Guide> Calibrate<G> {
 impl<G: Guide> Task for Calibrate<G> {
     fn look(&mut self, mut view: View<'_>) -> Result<(), TaskError> {
         if interrupt::is_raised() && !matches!(self.step, Step::Over) {
-            return Err(TaskError("ctrl-c was pressed: nothing was saved".into()));
+            return Err(TaskError::Interrupted);
         }
         let record = view.session.status().record;
         match std::mem::replace(&mut self.step, Step::Waiting) {
@@ -304,10 +300,10 @@ impl<G: Guide> Task for Calibrate<G> {
             Step::Confirm => match self.guide.answer()?.as_deref().map(str::trim) {
                 None => self.step = Step::Confirm,
                 Some("y" | "Y" | "yes") => self.configure(&mut view),
-                Some(_) => return Err(TaskError("not confirmed: nothing was changed".into())),
+                Some(_) => return Err(TaskError::NotConfirmed),
             },
             Step::Configuring(since_us) => {
-                if answer(&mut view, since_us, "set-up")? {
+                if answer(&mut view, since_us, "the board refused the set-up")? {
                     self.after_motor(&mut view, 0);
                 } else {
                     self.step = Step::Configuring(since_us);
@@ -321,7 +317,7 @@ impl<G: Guide> Task for Calibrate<G> {
                 }
             }
             Step::Saving(since_us) => {
-                if answer(&mut view, since_us, "save")? {
+                if answer(&mut view, since_us, "the board refused to save")? {
                     self.step = Step::Over;
                     view.session.request(view.now_us, Request::Leave);
                 } else {
@@ -341,17 +337,17 @@ impl<G: Guide> Task for Calibrate<G> {
     }
 }
 
-/// Whether the board has done what it was asked to.
-fn answer(view: &mut View<'_>, since_us: u64, what: &str) -> Result<bool, TaskError> {
+/// Whether the board has acknowledged the request made at `since_us`.
+fn answer(view: &mut View<'_>, since_us: u64, refused: &'static str) -> Result<bool, TaskError> {
     match view.session.take_answer() {
         Some(Ok(())) => Ok(true),
-        Some(Err(refusal)) => {
-            let why = refusal_text::in_words(refusal);
-            Err(TaskError(format!("the board refused the {what}: {why}")))
+        Some(Err(refusal)) => Err(TaskError::Refused {
+            result: refused,
+            refusal,
+        }),
+        None if view.now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => {
+            Err(TaskError::NoAnswer)
         }
-        None if view.now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => Err(TaskError(
-            "the board does not answer: was it reset or unplugged?".into(),
-        )),
         None => Ok(false),
     }
 }
