@@ -1,13 +1,10 @@
 //! What is known of the board, for whoever has to answer a viewer.
 
-use std::collections::VecDeque;
-
 use armbridge_client::event::{Event, EventKind};
 use armbridge_client::status::BoardStatus;
 use armbridge_shared::link::message::{Command, Refusal, ToBoard, ToHost};
 
-/// Commands that are remembered until they are answered.
-const OPEN: usize = 64;
+use crate::open_commands::OpenCommands;
 
 /// Made of what was said on the link.
 #[derive(Clone, Debug, Default)]
@@ -18,7 +15,7 @@ pub struct Board {
     pub refused: Option<(Asked, Refusal)>,
     /// How many there were.
     pub refusals: u64,
-    open: VecDeque<(u16, Asked)>,
+    open: OpenCommands<Asked>,
 }
 
 /// A command, as far as somebody waits for what becomes of it.
@@ -58,10 +55,7 @@ impl Board {
     pub fn take(&mut self, event: &Event) {
         match event.kind {
             EventKind::Sent(sequence, ToBoard::Command(command)) => {
-                if self.open.len() == OPEN {
-                    self.open.pop_front();
-                }
-                self.open.push_back((sequence, Asked::of(&command)));
+                self.open.sent(sequence, Asked::of(&command));
             }
             EventKind::Received(
                 _,
@@ -79,14 +73,8 @@ impl Board {
     }
 
     fn answered(&mut self, sequence: u16, result: Result<(), Refusal>) {
-        let is_it = |(asked, _): &(u16, Asked)| *asked == sequence;
-        let Some(at) = self.open.iter().position(is_it) else {
-            return;
-        };
-        let asked = self.open.remove(at);
-        self.open.drain(..at);
         // Busy is asked again.
-        if let (Some((_, asked)), Err(refusal)) = (asked, result)
+        if let (Some(asked), Err(refusal)) = (self.open.acknowledged(sequence), result)
             && refusal != Refusal::Busy
         {
             self.refused = Some((asked, refusal));

@@ -1,7 +1,5 @@
 //! How the link does.
 
-use std::collections::VecDeque;
-
 use armbridge_client::enum_names;
 use armbridge_client::event::Direction;
 use armbridge_client::refusal_text;
@@ -9,13 +7,11 @@ use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{Command, Refusal, ToBoard};
 
 use super::rate::Rate;
+use crate::open_commands::OpenCommands;
 
 /// Without a frame for so long, the link is quiet: at the longest period a board
 /// speaks ten times a second.
 const QUIET_NS: u64 = 500_000_000;
-
-/// Commands that are remembered until they are acknowledged.
-const OPEN: usize = 64;
 
 /// Whether somebody is at the other end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +33,8 @@ pub struct Link {
     heard: Rate,
     heard_ns: Option<u64>,
     parted_ns: Option<u64>,
-    open: VecDeque<(u16, &'static str, u64)>,
+    /// Each command's title, and when it was sent in ns.
+    open: OpenCommands<(&'static str, u64)>,
     /// Frames that went missing on their way.
     pub lost: u64,
     /// Frames that came damaged.
@@ -72,23 +69,14 @@ impl Link {
     /// The host said something.
     pub fn asked(&mut self, now_ns: u64, sequence: u16, message: &ToBoard) {
         if let ToBoard::Command(command) = message {
-            if self.open.len() == OPEN {
-                self.open.pop_front();
-            }
-            self.open.push_back((sequence, title(command), now_ns));
+            self.open.sent(sequence, (title(command), now_ns));
         }
     }
 
     /// The board answered it.
     pub fn acknowledged(&mut self, now_ns: u64, sequence: u16, result: Result<(), Refusal>) {
-        let is_it = |(asked, ..): &(u16, &str, u64)| *asked == sequence;
-        let Some(at) = self.open.iter().position(is_it) else {
-            return;
-        };
-        if let Some((_, title, asked_ns)) = self.open.remove(at) {
-            self.round_trip_ns = Some(now_ns.saturating_sub(asked_ns));
-            // What was said before it is settled by it.
-            self.open.drain(..at);
+        if let Some((title, sent_ns)) = self.open.acknowledged(sequence) {
+            self.round_trip_ns = Some(now_ns.saturating_sub(sent_ns));
             self.answer = match result {
                 Ok(()) => Some(format!("{title}: done")),
                 // The client says it again by itself.
