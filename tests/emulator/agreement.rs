@@ -177,7 +177,7 @@ fn the_stop_switch_is_heeded() {
     assert_ne!(pwm(&run), [Pwm::OFF.counts(); 2], "the arm is held");
     run.is_stop_pressed = true;
     let pressed_us = run.now_us();
-    // A runner gives up when it hears of the fault.
+    // A runner gives up when the fault is reported.
     while run.now_us() < pressed_us + 20_000 && run.step().is_ok() {}
     assert_eq!(pwm(&run), [Pwm::OFF.counts(); 2]);
     let fault = Fault::EmergencyStop(StopSource::Pin);
@@ -203,7 +203,7 @@ fn another_program_can_have_the_link() {
         while is_done.try_recv().is_err() {
             run.step().unwrap();
         }
-        // The acknowledgement is sent a tick before the servos are told.
+        // The acknowledgement is sent a tick before the servos' packet.
         let later_us = run.now_us() + 20_000;
         while run.now_us() < later_us {
             run.step().unwrap();

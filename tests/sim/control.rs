@@ -155,9 +155,9 @@ fn slower_loops_stand() {
 }
 
 /// No fault, and no error at rest to speak of.
-fn stands(config: &PlantConfig, setup: Setup, what: &impl Debug) {
+fn stands(config: &PlantConfig, setup: Setup, case: &impl Debug) {
     for outcome in outcomes(&trial(config, setup, "upright", 8.0), 1..=4) {
-        at_most(2.5, outcome.mean_error_mrad, &(what, &outcome));
+        at_most(2.5, outcome.mean_error_mrad, &(case, &outcome));
     }
 }
 
@@ -232,7 +232,7 @@ fn at_45_ms_no_worse_than_the_best_reference() {
         period_us: 45_000,
         controller: Controller::StateFeedback(Gains::Paper),
         estimator: Config::Kalman(filter),
-        // What holds the arm at rest, not what brakes it: it moves by whole periods.
+        // Static friction, not sliding friction: the arm moves by whole periods.
         friction_nm: [0.06; JOINTS],
         ..Setup::best()
     };

@@ -3,7 +3,7 @@
 //!
 //! The bench repeats to the bit, so the table changes when the code's behaviour
 //! does, and a change is either meant or a mistake. `UPDATE_SNAPSHOT=1` rewrites
-//! it; what it then says belongs into the commit.
+//! it; the difference belongs into the commit.
 
 use std::fmt::Write;
 use std::path::Path;

@@ -22,7 +22,7 @@ pub fn campaign(seeds: u64, servos: Firmware) -> (Vec<Outcome>, Report) {
 
 /// Replays the case of this seed; how many ticks were compared, of how many.
 pub fn replay(seed: u64) -> (u64, u64) {
-    // What changes in the board's memory is no input that a log has.
+    // A log has no changes of the board's memory.
     let case = Case::new(seed, Firmware::Morpheus);
     if case.injections.iter().any(|it| it.kind == Kind::Corrupt) {
         return (0, 0);

@@ -1,4 +1,4 @@
-//! Whoever records is killed, at any moment: the file has all but the last second.
+//! A recorder that is killed at any moment: the file has all but the last second.
 //!
 //! The one that is killed is this test program itself, started again to run
 //! the test that calls [`record_until_killed`].
@@ -17,7 +17,7 @@ use serde_json::Value;
 
 use crate::paths;
 
-/// Tells the one that is to be killed where to record.
+/// Path of the log, for the process that is to be killed.
 const LOG: &str = "ARMBRIDGE_TEST_LOG";
 
 fn now_ns() -> u64 {
@@ -52,7 +52,7 @@ pub fn record_until_killed() {
     let recorder = Recorder::create(&path, &facts).unwrap();
     let (mut tap, mut board) = (recorder.tap(), Encoder::default());
     let (start, mut count) = (Instant::now(), 0);
-    // Nobody waits for longer, even if it is not killed.
+    // It ends after this time if it is not killed.
     while start.elapsed() < Duration::from_secs(30) {
         let due = start.elapsed().as_millis() as u32;
         while count < due {
@@ -135,10 +135,10 @@ pub fn look(path: &Path, killed_ns: u64) -> Looked {
     }
 }
 
-/// What `tests/python/log.py` prints of these logs, line by line.
-pub fn python(what: &str, logs: &[&Path]) -> Vec<Value> {
+/// Output of `tests/python/log.py` for these logs, line by line.
+pub fn python(mode: &str, logs: &[&Path]) -> Vec<Value> {
     let output = paths::script("log.py")
-        .arg(what)
+        .arg(mode)
         .args(logs)
         .output()
         .unwrap();

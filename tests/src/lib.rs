@@ -1,4 +1,4 @@
-//! What the tests share: a run of the bench and what to read off its records, hosts and
+//! Shared by the tests: a run of the bench and measures of its records, hosts and
 //! clients of all kinds, boards and servos that are served, scenarios for bench and
 //! emulator, and cases of which the campaign has many more.
 

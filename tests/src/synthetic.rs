@@ -61,7 +61,7 @@ impl Noise {
     }
 }
 
-/// What one joint of the synthetic arm remembers.
+/// State of one joint of the synthetic arm.
 struct Joint {
     q: f64,
     dq: f64,

@@ -118,9 +118,8 @@ fn a_killed_host_is_a_silent_host() {
     );
 }
 
-/// The wire between board and servos breaks, for the board to hear nothing and for
-/// the servos to obey what they heard last. When it is whole again they are told
-/// off with the next tick.
+/// The wire between board and servos breaks: the board receives nothing, and the servos
+/// keep their last command. Once it is whole again, the next tick switches them off.
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn a_bus_that_stops_is_told_to_stop() {

@@ -1,4 +1,4 @@
-//! Packets of Morpheus servos, and what the bridge makes of replies.
+//! Packets of Morpheus servos, and the bridge's decoding of replies.
 
 use armbridge_shared::servo::morpheus::frame::{FRAME_MAX, LENGTH_MAX, Parser};
 use armbridge_shared::servo::morpheus::{Damage, HEADER, MASTER, Morpheus, checksum};
@@ -6,10 +6,10 @@ use armbridge_shared::servo::protocol::Protocol;
 
 use super::packets::{Found, Packets, feed};
 
-/// What servo 1 answers to PING, as recorded.
+/// Reply of servo 1 to PING, as recorded.
 const ANSWER: [u8; 6] = [HEADER, 3, MASTER, 1, 1, 0xF9];
-/// Begins no packet, and completes any that has begun. What the firmware's own
-/// receiver is flushed with.
+/// Begins no packet, and completes any that has begun. It also flushes the firmware's own
+/// receiver.
 const NEUTRAL: u8 = 0xFF;
 /// Bytes of the longest reply that the bridge asks for.
 const REPLY: usize = 7;
