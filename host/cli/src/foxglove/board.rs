@@ -1,4 +1,4 @@
-//! What is known of the board, for whoever has to answer a viewer.
+//! The board as viewers' requests need it: its status, and its latest refusal.
 
 use armbridge_client::event::{Event, EventKind};
 use armbridge_client::status::BoardStatus;
@@ -6,21 +6,21 @@ use armbridge_shared::link::message::{Command, Refusal, ToBoard, ToHost};
 
 use crate::open_commands::OpenCommands;
 
-/// Made of what was said on the link.
+/// Built from the link's events.
 #[derive(Clone, Debug, Default)]
 pub struct Board {
-    /// What it has told.
+    /// Latest of each of its messages.
     pub status: BoardStatus,
-    /// What was refused last, and how many refusals there were before.
-    pub refused: Option<(Asked, Refusal)>,
-    /// How many there were.
+    /// The latest refusal.
+    pub refused: Option<(CommandKind, Refusal)>,
+    /// Refusals so far.
     pub refusals: u64,
-    open: OpenCommands<Asked>,
+    open: OpenCommands<CommandKind>,
 }
 
-/// A command, as far as somebody waits for what becomes of it.
+/// Kind of command, as far as a viewer's request waits for its result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Asked {
+pub enum CommandKind {
     /// Settings.
     Change,
     /// To arm, or to drive.
@@ -33,7 +33,7 @@ pub enum Asked {
     Other,
 }
 
-impl Asked {
+impl CommandKind {
     fn of(command: &Command) -> Self {
         match command {
             Command::Configure(_) | Command::Limit(_) => Self::Change,
@@ -51,11 +51,11 @@ impl Asked {
 }
 
 impl Board {
-    /// Takes what happened.
+    /// Applies an event.
     pub fn take(&mut self, event: &Event) {
         match event.kind {
             EventKind::Sent(sequence, ToBoard::Command(command)) => {
-                self.open.sent(sequence, Asked::of(&command));
+                self.open.sent(sequence, CommandKind::of(&command));
             }
             EventKind::Received(
                 _,
@@ -73,11 +73,11 @@ impl Board {
     }
 
     fn answered(&mut self, sequence: u16, result: Result<(), Refusal>) {
-        // Busy is asked again.
-        if let (Some(asked), Err(refusal)) = (self.open.acknowledged(sequence), result)
+        // Busy is no answer: the link repeats the command.
+        if let (Some(kind), Err(refusal)) = (self.open.acknowledged(sequence), result)
             && refusal != Refusal::Busy
         {
-            self.refused = Some((asked, refusal));
+            self.refused = Some((kind, refusal));
             self.refusals += 1;
         }
     }
