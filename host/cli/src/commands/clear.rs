@@ -11,7 +11,7 @@ Examples:
   armbridge clear --link serial:
   armbridge clear --link tcp://127.0.0.1:7001 --json
 
-Look after the cause first: `armbridge status` tells what it was.";
+Remove the cause first: `armbridge status` shows it.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
     let (uri, host) = task::go(args, "clear", Pace::Free, MotorsOff::new(Goal::Clear))?;

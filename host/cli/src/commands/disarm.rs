@@ -16,7 +16,7 @@ Examples:
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
     let (uri, host) = task::go(args, "disarm", Pace::Free, MotorsOff::new(Goal::Disarm))?;
     let is_fault = matches!(host.session.status().mode(), Some(Mode::Fault(_)));
-    let said = host.session.status().trip.filter(|_| is_fault).map_or_else(
+    let message = host.session.status().trip.filter(|_| is_fault).map_or_else(
         || "disarmed: motors are off".to_owned(),
         |tripped| {
             let account = fault_text::in_words(&tripped);
@@ -26,5 +26,5 @@ pub(crate) fn run(args: &TaskArgs) -> Outcome {
             )
         },
     );
-    task::print(args, &uri, &host, &said)
+    task::print(args, &uri, &host, &message)
 }

@@ -1,4 +1,4 @@
-//! Armed with zero torque, and held so until somebody wants it to end.
+//! Armed with zero torque, until ctrl-c, after a time, or until a fault.
 
 use std::time::Duration;
 
@@ -11,16 +11,16 @@ use armbridge_shared::link::message::{BoardReport, Command, LastEnd, Mode, Refus
 
 use super::{Task, TaskError, View};
 
-/// How it ended.
+/// End of an arming.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// As asked: by ctrl-c, or after its time.
+    /// By ctrl-c, or after its time.
     Disarmed,
     /// The board switched torque off.
     Tripped(Trip),
     /// The board was reset.
     Reset(LastEnd),
-    /// The link broke. The board is heard again, disarmed.
+    /// The link broke, and is back; the board is disarmed.
     Parted,
 }
 
@@ -36,13 +36,13 @@ enum Step {
     Over,
 }
 
-/// Time between two lines that report how it is.
+/// Time between two status lines.
 const REPORT_US: u64 = 1_000_000;
 
 /// Arms and holds.
 pub struct Arm {
     step: Step,
-    /// Set stock servos to what torque needs.
+    /// Sets stock servos to wheel mode, which torque needs.
     prepares: bool,
     /// Ends by itself.
     lasts: Option<Duration>,
@@ -68,7 +68,7 @@ impl Arm {
         }
     }
 
-    /// The same, which reports every second how the arm is.
+    /// The same, with a status line every second.
     #[must_use]
     pub fn reporting(self, report_line: impl FnMut(&str) + 'static) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl Arm {
         self.held
     }
 
-    /// How it ended, once it has.
+    /// Its end, once it has ended.
     pub fn outcome(&self) -> Option<&Outcome> {
         self.outcome.as_ref()
     }
@@ -145,7 +145,7 @@ impl Arm {
         }
     }
 
-    /// What ends it whatever it does.
+    /// Events that end it in any step.
     fn misfortune(&self, view: &View<'_>) -> Option<Outcome> {
         let status = view.session.status();
         let (before, report) = (self.report?, status.report?);
@@ -228,7 +228,7 @@ fn line(status: &BoardStatus, held: Duration) -> String {
 }
 
 impl Outcome {
-    /// One word for it.
+    /// Its name in JSON.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Disarmed => "disarmed",
@@ -238,7 +238,7 @@ impl Outcome {
         }
     }
 
-    /// What happened, in one line.
+    /// Its description, in one line.
     pub fn in_words(&self) -> String {
         match self {
             Self::Disarmed => "disarmed".into(),

@@ -23,7 +23,7 @@ pub enum TaskError {
     /// The board refused a request.
     #[error("{result}: {}", refusal_text::in_words(*.refusal))]
     Refused {
-        /// What follows from it.
+        /// The consequence.
         result: &'static str,
         /// The board's reason.
         refusal: Refusal,

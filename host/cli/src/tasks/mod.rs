@@ -25,7 +25,7 @@ use armbridge_client::session::Session;
 /// Longest that a task waits for its time, in µs.
 const LOOK_US: u64 = 10_000;
 
-/// What a task looks at, and where it makes its requests.
+/// A task's view of the session: status, and requests.
 #[derive(Debug)]
 pub struct View<'a> {
     /// The host's time in µs.

@@ -1,11 +1,10 @@
-//! Where each joint's zero is, and which way it counts: found by hand, with the motors
-//! off, and kept by the board.
+//! Calibration of each joint's zero and sign: by hand, with the motors off, and saved on
+//! the board.
 //!
-//! Joint by joint, a person moves the arm to its zero and then to a positive angle,
-//! and says so each time. The counts tell the rest. What is not calibrated here (the
-//! angle of a count, torque against PWM) stays as the board has it. On request, each
-//! motor pushes once, gently, to show that it turns the way its encoder counts; that
-//! is asked for before it happens.
+//! Joint by joint, a person moves the arm to its zero and then to a positive angle, and
+//! confirms each position; zero and sign follow from the counts. The angle of a count and
+//! torque against PWM stay as the board has them. On request, and after a question, each
+//! motor pushes once, gently, to show that it turns the way its encoder counts.
 //!
 //! | module    | what                                          |
 //! |-----------|-----------------------------------------------|
@@ -32,33 +31,32 @@ use motor::Motor;
 
 /// How often the counts are shown while a person moves the arm.
 const SHOW_US: u64 = 100_000;
-/// How often a measurement may fail before it is no use to go on.
+/// How often a measurement may fail before the calibration ends.
 const ATTEMPTS: u32 = 3;
 
-/// The person.
+/// The dialogue with the person.
 pub trait Guide {
-    /// Tells or asks something.
+    /// Prints a line: an instruction or a question.
     fn say(&mut self, line: &str);
 
     /// Shows where the arm is; replaces what was shown before.
     fn show(&mut self, line: &str);
 
-    /// What was answered, once; an error if nobody is there any more.
+    /// The next answer, if there is one.
     ///
     /// # Errors
     /// If no answer can come.
     fn answer(&mut self) -> Result<Option<String>, TaskError>;
 }
 
-/// What is to be done.
+/// Extent of a calibration.
 #[derive(Clone, Copy, Debug)]
-pub struct Wish {
+pub struct CalibrationOptions {
     /// Which joints, counting from 0.
     pub joints: [bool; JOINTS],
-    /// Have each motor push once.
+    /// Let each motor push once.
     pub checks_motors: bool,
-    /// Do not ask before the board is changed; where a motor is to push, it is asked
-    /// all the same.
+    /// Do not ask before the board is changed; a motor's push is still asked for.
     pub is_sure: bool,
 }
 
@@ -82,10 +80,10 @@ enum Step {
     Over,
 }
 
-/// Guides somebody through it.
+/// Guides a person through the calibration.
 pub struct Calibrate<G> {
     guide: G,
-    wish: Wish,
+    options: CalibrationOptions,
     step: Step,
     attempts: u32,
     show_us: u64,
@@ -95,10 +93,10 @@ pub struct Calibrate<G> {
 
 impl<G: Guide> Calibrate<G> {
     /// Not begun yet.
-    pub fn new(guide: G, wish: Wish) -> Self {
+    pub fn new(guide: G, options: CalibrationOptions) -> Self {
         Self {
             guide,
-            wish,
+            options,
             step: Step::Waiting,
             attempts: 0,
             show_us: 0,
@@ -130,16 +128,16 @@ impl<G: Guide> Calibrate<G> {
         Ok(())
     }
 
-    /// Goes on with the first joint from this one on that is wished for.
+    /// Goes on with the first joint to calibrate from this one on.
     fn next_joint(&mut self, from: usize) {
         self.attempts = 0;
-        if let Some(joint) = (from..JOINTS).find(|joint| self.wish.joints[*joint]) {
+        if let Some(joint) = (from..JOINTS).find(|joint| self.options.joints[*joint]) {
             self.ask_for_zero(joint);
             return;
         }
         self.report_change();
         self.step = Step::Confirm;
-        if !self.wish.is_sure {
+        if !self.options.is_sure {
             self.guide.say("Save this on the board? [y/N]");
         }
     }
@@ -178,7 +176,7 @@ impl<G: Guide> Calibrate<G> {
         }
     }
 
-    /// A measurement was no use: again, but not for ever.
+    /// A measurement failed: repeats it, a limited number of times.
     fn again(&mut self, why: Unusable) -> Result<(), TaskError> {
         self.attempts += 1;
         if self.attempts >= ATTEMPTS {
@@ -248,8 +246,8 @@ impl<G: Guide> Calibrate<G> {
     }
 
     fn after_motor(&mut self, view: &mut View<'_>, from: usize) {
-        let next = (from..JOINTS).find(|joint| self.wish.joints[*joint]);
-        if let Some(joint) = next.filter(|_| self.wish.checks_motors) {
+        let next = (from..JOINTS).find(|joint| self.options.joints[*joint]);
+        if let Some(joint) = next.filter(|_| self.options.checks_motors) {
             let sign = self.joints[joint].direction;
             self.step = Step::Motor(Motor::ask(joint, sign, &mut self.guide));
         } else {
@@ -296,7 +294,7 @@ impl<G: Guide> Task for Calibrate<G> {
                     self.step = Step::Turned(joint, zero, sampler);
                 }
             }
-            Step::Confirm if self.wish.is_sure => self.configure(&mut view),
+            Step::Confirm if self.options.is_sure => self.configure(&mut view),
             Step::Confirm => match self.guide.answer()?.as_deref().map(str::trim) {
                 None => self.step = Step::Confirm,
                 Some("y" | "Y" | "yes") => self.configure(&mut view),
@@ -331,7 +329,8 @@ impl<G: Guide> Task for Calibrate<G> {
 
     fn disconnected(&mut self, _now_us: u64) {
         if !matches!(self.step, Step::Over) {
-            self.guide.say("The link broke: all begins anew.");
+            self.guide
+                .say("The link broke: the calibration starts again.");
             self.step = Step::Waiting;
         }
     }

@@ -9,9 +9,9 @@ use armbridge_shared::link::message::{Command, Mode, Trip};
 use super::{Guide, answer};
 use crate::tasks::{TaskError, View};
 
-/// In N m: twice what friction holds, a tenth of what the servo gives.
+/// Torque of the push in N m: twice the static friction, a tenth of the stall torque.
 const PUSH_NM: f32 = 0.12;
-/// How long, in µs.
+/// Duration of the push in µs.
 const PUSH_US: u64 = 300_000;
 /// Counts that it must have moved by.
 const MOVED_MIN: i32 = 8;
@@ -78,12 +78,12 @@ impl Motor {
         }
     }
 
-    /// Which.
+    /// Its joint, counting from 0.
     pub(super) fn joint(&self) -> usize {
         self.joint
     }
 
-    /// True when it has been found to be right.
+    /// True once the check has passed.
     pub(super) fn look(
         &mut self,
         view: &mut View<'_>,
