@@ -122,7 +122,7 @@ impl<'a> Table<'a> {
             BoardMessage::Told(ToHost::Board(report)) => Some(report.session),
             _ => None,
         });
-        sessions.next().expect("the board has told")
+        sessions.next().expect("the board has reported")
     }
 
     fn arm(&mut self) {
@@ -147,7 +147,7 @@ impl<'a> Table<'a> {
                 BoardMessage::Told(ToHost::Tripped(trip)) => Some(*trip),
                 _ => None,
             })
-            .expect("the board has told why")
+            .expect("the board has reported why")
     }
 
     fn motors(&self) -> [u16; 2] {

@@ -95,7 +95,7 @@ fn a_host_that_gives_up_or_panics_says_goodbye() {
         end.send(panics).unwrap();
         assert_eq!(thread.join().is_err(), panics);
         board.until_off();
-        assert_eq!(board.seen().mode, Mode::Idle, "no fault: it was told");
+        assert_eq!(board.seen().mode, Mode::Idle, "no fault: it was disarmed");
     }
 }
 

@@ -212,7 +212,7 @@ pub fn judge_forecasts(arms: &[Arm]) {
         }
     }
     let [free, truth] = all.map(|runs| Summary::of(&runs));
-    println!("sliding joints are told to {worst:.2} counts");
+    println!("sliding joints are predicted to {worst:.2} counts");
     println!("{free}");
     println!("with what is true: {truth}");
     assert!(worst <= 1.0, "{worst:.2} counts");

@@ -11,6 +11,7 @@ use serde_json::json;
 
 use super::{Outcome, task};
 use crate::args::TaskArgs;
+use crate::args::values::duration;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -40,10 +41,7 @@ pub(crate) struct ArmedArgs {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    match text.parse() {
-        Ok(seconds) if (0.1..=86_400.0).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
-        _ => Err("expected seconds from 0.1 to 86400".into()),
-    }
+    duration(text).map(Duration::from_secs_f64)
 }
 
 pub(crate) fn run(args: &ArmedArgs) -> Outcome {

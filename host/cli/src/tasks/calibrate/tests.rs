@@ -97,7 +97,7 @@ impl Host for Person {
     }
 }
 
-/// An arm that lies on a table: no gravity, much friction, nobody holds it.
+/// An arm that lies on a table: no gravity, much friction, not held.
 fn calibrated(
     true_joints: [Joint<f64>; JOINTS],
     turns: [usize; JOINTS],

@@ -54,7 +54,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, is_simulated: bool) {
         " late: how late ticks start · bars: counts, logarithmic, last 10 000 ticks",
     ));
     lines.push(Line::from(
-        " dropped: records nobody fetched · foreign: frames of another version",
+        " dropped: records not fetched in time · foreign: frames of another version",
     ));
     lines.push(Line::from(
         " unseen: events that this screen had no time for",

@@ -1,6 +1,6 @@
 //! One joint's angle and setpoint over the last ten seconds, in braille dots: two by
 //! four to a character. The angle is a line, the setpoint a dashed one, so that they
-//! are told apart without colour.
+//! are distinct without colour.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
