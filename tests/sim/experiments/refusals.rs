@@ -8,12 +8,14 @@ use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Command, Drive, Refusal, Settings, Setup};
 use armbridge_tests::world::{Act, records};
 
-use super::{BEGIN_US, ENVELOPE, during, experiment, heard_at, heard_of, refusals};
+use super::{BEGIN_US, ENVELOPE, during, experiment, heard_at, refusals};
 
 /// Refused for this; the arm goes on with what it did.
 #[track_caller]
 fn objection(angle_rad: [f32; 2], plan: Experiment) -> Objection {
-    let events = heard_of(angle_rad, plan);
+    // Long enough to see that it does not begin: one of the plans would take ten minutes.
+    let acts = [(BEGIN_US, Act::Command(Command::Experiment(plan)))];
+    let events = heard_at(angle_rad, &acts, BEGIN_US + 1_500_000);
     assert!(during(&events).is_empty());
     let last = records(&events).last().unwrap();
     assert_eq!(last.mode.drive(), Some(Drive::Regulate));
