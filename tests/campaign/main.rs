@@ -1,4 +1,4 @@
-//! What takes minutes: the tests of `sim` and `program` with many more seeds.
+//! Tests that take minutes: those of `sim` and `program` with many more seeds.
 //!
 //! A plain `cargo test` leaves it out; `cargo verify --campaign` runs it, as does
 //! `cargo test -p armbridge-tests --test campaign`, after `cargo build` for [`paper`].

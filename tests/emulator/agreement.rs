@@ -8,16 +8,14 @@ use armbridge_client::endpoint::Endpoint;
 use armbridge_client::tcp_pump;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::estimate::Config;
-use armbridge_shared::link::message::{
-    Command, Controller, Drive, Fault, Mode, Record, Setup, StopSource,
-};
+use armbridge_shared::link::message::{Command, Drive, Fault, Mode, Record, Setup, StopSource};
 use armbridge_shared::link::motion::Motion;
 use armbridge_sim::Bench;
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
 use armbridge_sim::link_server::LinkServer;
 use armbridge_sim::plant::Plant;
-use armbridge_tests::{plant, records, settling_s};
+use armbridge_tests::{computed_torque, plant, records, settling_s, sinusoid};
 
 fn script() -> Script {
     let duration_us = 2_000_000;
@@ -35,14 +33,7 @@ fn script() -> Script {
 /// motion, computed torque and an observer taken over in mid run, a wave, a
 /// stream.
 fn tour() -> Script {
-    let best = Setup::best();
-    let computed_torque = Setup {
-        controller: Controller::ComputedTorque {
-            natural_rad_s: [15.0; 2],
-            damping: [1.0; 2],
-        },
-        ..best
-    };
+    let computed_torque = computed_torque(15.0);
     let observer = Setup {
         estimator: Config::standing(),
         ..computed_torque
@@ -51,19 +42,11 @@ fn tour() -> Script {
         to_rad: [0.3, -0.3],
         duration_s: Some(0.6),
     };
-    let wave = Motion::Sinusoid {
-        centre_rad: [0.0; 2],
-        amplitude_rad: [0.2, 0.1],
-        frequency_hz: [1.0, 0.7],
-        phase_rad: [0.0; 2],
-        ramp_s: 0.7,
-        duration_s: 1.6,
-    };
     let mut commands = vec![
         (0, Command::Regulate([0.0, 0.0])),
         (800_000, Command::Follow(there)),
         (1_600_000, Command::Configure(computed_torque)),
-        (1_700_000, Command::Follow(wave)),
+        (1_700_000, Command::Follow(sinusoid(1.6))),
         (2_600_000, Command::Configure(observer)),
     ];
     for point in 0..10_u64 {
@@ -77,7 +60,7 @@ fn tour() -> Script {
         commands.push((at_us, stream));
     }
     Script {
-        setup: best,
+        setup: Setup::best(),
         commands,
         duration_us: 4_200_000,
     }
@@ -194,7 +177,7 @@ fn the_stop_switch_is_heeded() {
     assert_ne!(pwm(&run), [Pwm::OFF.counts(); 2], "the arm is held");
     run.is_stop_pressed = true;
     let pressed_us = run.now_us();
-    // A runner gives up when it hears of the fault.
+    // A runner gives up when the fault is reported.
     while run.now_us() < pressed_us + 20_000 && run.step().is_ok() {}
     assert_eq!(pwm(&run), [Pwm::OFF.counts(); 2]);
     let fault = Fault::EmergencyStop(StopSource::Pin);
@@ -220,7 +203,7 @@ fn another_program_can_have_the_link() {
         while is_done.try_recv().is_err() {
             run.step().unwrap();
         }
-        // The acknowledgement is sent a tick before the servos are told.
+        // The acknowledgement is sent a tick before the servos' packet.
         let later_us = run.now_us() + 20_000;
         while run.now_us() < later_us {
             run.step().unwrap();

@@ -11,8 +11,8 @@ fn the_emulated_board_does_not_notice_a_client() {
     }
 }
 
-/// The same code on the same servos: whatever the firmware, and whoever asks
-/// beside, emulator and bench agree in every tick.
+/// The same code on the same servos: with either firmware, with a client or without,
+/// emulator and bench agree in every tick.
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn emulator_and_bench_agree_with_a_client_too() {

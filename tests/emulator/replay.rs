@@ -10,8 +10,8 @@ use armbridge_sim::Bench;
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
 use armbridge_sim::plant::Plant;
-use armbridge_tests::plant;
 use armbridge_tests::world::{Overheard, assert_all_equal, records, replay};
+use armbridge_tests::{plant, sinusoid};
 
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
@@ -23,14 +23,6 @@ fn what_the_processor_computed_is_the_same_here() {
         provoke: None,
     });
     let board = EmulatedBoard::new(board.unwrap()).unwrap();
-    let wave = Motion::Sinusoid {
-        centre_rad: [0.0; 2],
-        amplitude_rad: [0.2, 0.1],
-        frequency_hz: [1.0, 0.7],
-        phase_rad: [0.0; 2],
-        ramp_s: 0.7,
-        duration_s: 1.6,
-    };
     let there = Motion::MinimumJerk {
         to_rad: [0.2, -0.2],
         duration_s: None,
@@ -38,7 +30,7 @@ fn what_the_processor_computed_is_the_same_here() {
     let mut commands = vec![
         (0, Command::Regulate([0.0; 2])),
         (400_000, Command::Follow(there)),
-        (900_000, Command::Follow(wave)),
+        (900_000, Command::Follow(sinusoid(1.6))),
         (1_900_000, Command::Configure(Setup::default())),
         (2_500_000, Command::Torque([0.02, 0.0])),
         (2_600_000, Command::Regulate([0.0, 0.0])),

@@ -32,8 +32,8 @@ fn firmware_keeps_settings_across_a_reset() {
 
     let mut first = caller([configure(2_000), SAVE]);
     tcp_pump::run(&mut qemu.link, &mut first, SLOW).unwrap();
-    assert_eq!(first.heard.settings, Some(SettingsFrom::Default));
-    assert_eq!(first.heard.answers, [Ok(()); 2]);
+    assert_eq!(first.received.settings, Some(SettingsFrom::Default));
+    assert_eq!(first.received.answers, [Ok(()); 2]);
     let fails_at = Duration::from_millis(u64::from(FAILS_MS * SLOW));
     assert!(
         begun.elapsed() < fails_at,
@@ -42,16 +42,16 @@ fn firmware_keeps_settings_across_a_reset() {
 
     let over = fails_at + Duration::from_secs(2);
     std::thread::sleep(over.saturating_sub(begun.elapsed()));
-    // What the first life said last is nobody's any more.
+    // The last messages of the first boot are discarded.
     let link = &mut qemu.link;
     link.set_read_timeout(Some(Duration::from_millis(100)))
         .unwrap();
     while matches!(link.read(&mut [0; 4096]), Ok(count) if count > 0) {}
     let mut second = caller([]);
     tcp_pump::run(&mut qemu.link, &mut second, SLOW).unwrap();
-    assert_ne!(second.heard.session, first.heard.session);
-    assert_eq!(second.heard.settings, Some(SettingsFrom::Saved));
-    let spans = second.heard.records.windows(2);
+    assert_ne!(second.received.session, first.received.session);
+    assert_eq!(second.received.settings, Some(SettingsFrom::Saved));
+    let spans = second.received.records.windows(2);
     let spans = spans.map(|pair| {
         (
             pair[1].tick - pair[0].tick,

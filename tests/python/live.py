@@ -24,19 +24,10 @@ from urllib.parse import urlparse
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from websockets.sync.client import connect
 
+from topics import TOPICS
+
 PROTOCOL = "foxglove.sdk.v1"
 PATIENCE_S = 20.0
-TOPICS = {
-    "/telemetry": "armbridge.Telemetry",
-    "/commands": "armbridge.Command",
-    "/events": "armbridge.Event",
-    "/parameters": "armbridge.Parameters",
-    "/statistics": "armbridge.Statistics",
-    "/log": "foxglove.Log",
-    "/joint_states": "foxglove.JointStates",
-    "/tf": "foxglove.FrameTransforms",
-    "/scene": "foxglove.SceneUpdate",
-}
 MODE_IDLE, MODE_REGULATE, MODE_FAULT = 1, 4, 12
 
 
@@ -55,10 +46,10 @@ class Viewer:
         self.ticks, self.complaints = [], []
         self.telemetry, self.calls = None, 0
 
-    def say(self, **message):
+    def send(self, **message):
         self.socket.send(json.dumps(message))
 
-    def hear(self, wanted, seconds=PATIENCE_S):
+    def wait_for(self, wanted, seconds=PATIENCE_S):
         """Takes what comes until something is `wanted`, and returns that."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
@@ -100,7 +91,7 @@ class Viewer:
 
     def meet(self):
         """Waits for what the server has to offer."""
-        self.hear(lambda _: len(self.channels) >= len(TOPICS) and len(self.services) >= 3)
+        self.wait_for(lambda _: len(self.channels) >= len(TOPICS) and len(self.services) >= 3)
         check(self.info, "no server info came")
 
     def subscribe(self, topic):
@@ -108,25 +99,25 @@ class Viewer:
         if topic == "/telemetry":
             self.telemetry = message_type(channel)
         subscription = {"id": channel["id"], "channelId": channel["id"]}
-        self.say(op="subscribe", subscriptions=[subscription])
+        self.send(op="subscribe", subscriptions=[subscription])
 
     def until_mode(self, mode):
-        found = self.hear(lambda message: "tick" in message and message["tick"].mode == mode)
+        found = self.wait_for(lambda message: "tick" in message and message["tick"].mode == mode)
         check(found, f"no tick in mode {mode} within {PATIENCE_S} s")
 
     def call(self, name):
         self.calls += 1
         head = struct.pack("<BIII", 2, self.services[name]["id"], self.calls, 4)
         self.socket.send(head + b"json" + b"{}")
-        answer = self.hear(
+        answer = self.wait_for(
             lambda message: message["op"] in ("answer", "serviceCallFailure")
             and message["callId"] == self.calls
         )
         check(answer and answer.get("answer", {}).get("success"), f"{name}: {answer}")
 
     def parameters(self, name, **message):
-        self.say(id=name, **message)
-        answer = self.hear(
+        self.send(id=name, **message)
+        answer = self.wait_for(
             lambda message: message["op"] == "parameterValues" and message.get("id") == name
         )
         check(answer, f"{message}: no answer")
@@ -156,7 +147,7 @@ def advertised(viewer, may_arm):
 def every_tick(viewer):
     """Ticks come one after the other, at the rate of the board's clock."""
     viewer.ticks.clear()
-    viewer.hear(lambda _: len(viewer.ticks) >= 2000)
+    viewer.wait_for(lambda _: len(viewer.ticks) >= 2000)
     check(len(viewer.ticks) >= 2000, f"{len(viewer.ticks)} ticks in {PATIENCE_S} s")
     numbers = [tick.tick for _, tick in viewer.ticks]
     gaps = [b - a for a, b in zip(numbers, numbers[1:]) if b - a != 1]
@@ -174,17 +165,17 @@ def parameters(viewer):
     check(len(everything) > 40, f"parameters: {sorted(everything)}")
     key, before = "limits.hold_ms", everything["limits.hold_ms"]
     wanted = [{"name": key, "value": before - 20}]
-    told = viewer.parameters("set", op="setParameters", parameters=wanted)
-    check(told == {key: before - 20}, f"set: {told}")
-    # By another way: what the board itself said.
+    reported = viewer.parameters("set", op="setParameters", parameters=wanted)
+    check(reported == {key: before - 20}, f"set: {reported}")
+    # By another way: what the board itself reported.
     again = viewer.parameters("again", op="getParameters", parameterNames=[key, "arm.l1_m"])
     check(again == {key: before - 20, "arm.l1_m": everything["arm.l1_m"]}, f"get: {again}")
     for value in (100_000, "long"):
         viewer.complaints.clear()
         wanted = [{"name": key, "value": value}]
-        told = viewer.parameters(f"bad {value}", op="setParameters", parameters=wanted)
-        check(told == {key: before - 20}, f"{value} was taken: {told}")
-        viewer.hear(lambda _: viewer.complaints, 2)
+        reported = viewer.parameters(f"bad {value}", op="setParameters", parameters=wanted)
+        check(reported == {key: before - 20}, f"{value} was taken: {reported}")
+        viewer.wait_for(lambda _: viewer.complaints, 2)
         check(any(key in complaint for complaint in viewer.complaints), viewer.complaints)
     print(f"{len(everything)} parameters; {key} {before} -> {before - 20}; {viewer.complaints[0]}")
 

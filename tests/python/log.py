@@ -1,4 +1,4 @@
-"""Reads logs of Armbridge as anybody would: with the packages `mcap` and
+"""Reads logs of Armbridge with the packages `mcap` and
 `mcap-protobuf-support`, and no code of Armbridge.
 
     log.py all LOG          every topic, message by message; a summary as JSON
@@ -16,17 +16,7 @@ from mcap.stream_reader import StreamReader
 from mcap.records import Attachment, Metadata
 from mcap_protobuf.decoder import DecoderFactory
 
-TOPICS = {
-    "/telemetry": "armbridge.Telemetry",
-    "/commands": "armbridge.Command",
-    "/events": "armbridge.Event",
-    "/parameters": "armbridge.Parameters",
-    "/statistics": "armbridge.Statistics",
-    "/log": "foxglove.Log",
-    "/joint_states": "foxglove.JointStates",
-    "/tf": "foxglove.FrameTransforms",
-    "/scene": "foxglove.SceneUpdate",
-}
+from topics import TOPICS
 
 
 def everything(path):
@@ -42,22 +32,22 @@ def everything(path):
         counts = dict.fromkeys(TOPICS, 0)
         latest = dict.fromkeys(TOPICS, 0)
         ticks, kinds, keys, frames = [], set(), {}, set()
-        for _, channel, message, said in reader.iter_decoded_messages():
+        for _, channel, message, decoded in reader.iter_decoded_messages():
             counts[channel.topic] += 1
             assert message.log_time >= latest[channel.topic], "time goes back"
             latest[channel.topic] = message.log_time
             if channel.topic == "/telemetry":
-                ticks.append(said.tick)
-                for joint in (said.joint1, said.joint2):
+                ticks.append(decoded.tick)
+                for joint in (decoded.joint1, decoded.joint2):
                     assert joint.HasField("angle_rad") and joint.HasField("torque_nm")
             elif channel.topic in ("/events", "/commands"):
-                kinds.add(said.kind)
-                if said.HasField("exact"):
-                    json.loads(said.exact.json)
+                kinds.add(decoded.kind)
+                if decoded.HasField("exact"):
+                    json.loads(decoded.exact.json)
             elif channel.topic == "/parameters":
-                keys = {p.key: (list(p.numbers), p.unit) for p in said.parameters}
+                keys = {p.key: (list(p.numbers), p.unit) for p in decoded.parameters}
             elif channel.topic == "/tf":
-                frames |= {(t.parent_frame_id, t.child_frame_id) for t in said.transforms}
+                frames |= {(t.parent_frame_id, t.child_frame_id) for t in decoded.transforms}
         assert sum(counts.values()) == summary.statistics.message_count
         metadata = {m.name: m.metadata for m in reader.iter_metadata()}
         attachments = [a for a in reader.iter_attachments()]
@@ -91,9 +81,9 @@ def killed(paths):
             reader = NonSeekingReader(file, decoder_factories=[DecoderFactory()])
             messages = reader.iter_decoded_messages(log_time_order=False)
             try:
-                for _, channel, message, said in messages:
+                for _, channel, message, decoded in messages:
                     if channel.topic == "/telemetry":
-                        last_ns, count = said.host_ns, count + 1
+                        last_ns, count = decoded.host_ns, count + 1
             except (McapError, EOFError, struct.error):
                 # Its end: what stands before has been read.
                 pass
@@ -107,16 +97,16 @@ def sdk(path):
     checked = 0
     with open(path, "rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
-        for schema, _, message, said in reader.iter_decoded_messages(topics=["/tf", "/joint_states"]):
+        for schema, _, message, decoded in reader.iter_decoded_messages(topics=["/tf", "/joint_states"]):
             stamp = messages.Timestamp
             if schema.name == "foxglove.JointStates":
                 made = messages.JointStates(
-                    timestamp=stamp(said.timestamp.seconds, said.timestamp.nanos),
+                    timestamp=stamp(decoded.timestamp.seconds, decoded.timestamp.nanos),
                     joints=[
                         messages.JointState(
                             name=j.name, position=j.position, velocity=j.velocity, effort=j.effort
                         )
-                        for j in said.joints
+                        for j in decoded.joints
                     ],
                 )
             else:
@@ -133,7 +123,7 @@ def sdk(path):
                                 x=t.rotation.x, y=t.rotation.y, z=t.rotation.z, w=t.rotation.w
                             ),
                         )
-                        for t in said.transforms
+                        for t in decoded.transforms
                     ]
                 )
             assert made.encode() == message.data, schema.name

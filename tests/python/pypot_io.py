@@ -10,7 +10,7 @@ What pypot (5.0.2) does with a port, by its source:
 - It opens with pyserial, as the SDK does: 8N1 raw, DTR and RTS raised (a
   pseudo-terminal's ENOTTY is ignored), not exclusive; that nobody else of the
   same process uses the port is all it looks at.
-- It reads with a time limit, 50 ms unless told, first four bytes, then as many
+- It reads with a time limit, 50 ms by default, first four bytes, then as many
   as the length says. It compares the checksum, but not the id: an answer that
   is late, as a busy computer's are sometimes, is taken for the next one. So
   this asks for more time, and after a failure waits and asks again.
@@ -88,7 +88,7 @@ def near(what, found, wanted, within):
 
 
 def look(io, ids):
-    """Finds the servos, and nobody else."""
+    """Finds the servos, and nothing else."""
     # A ping whose answer is late is not repeated.
     for _ in range(ATTEMPTS):
         found = io.scan(range(max(ids) + 3))

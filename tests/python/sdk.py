@@ -45,7 +45,7 @@ MODEL = 12
 ATTEMPTS = 5
 # After a failure, and longer than any answer takes to come.
 PAUSE_S = 0.5
-# A servo that writes to its EEPROM hears nothing.
+# A servo that writes to its EEPROM receives nothing.
 EEPROM_S = 0.05
 ERROR_RANGE = 1 << 3
 
@@ -192,7 +192,7 @@ def writes(bus, servo):
     bus.write_and_compare(servo, "torque_limit", 600 + servo)
     bus.write_and_compare(servo, "punch", 40)
     bus.write_and_compare(servo, "punch", 32)
-    # Refused by the servo, and said so in its error byte.
+    # Refused by the servo, by its error byte.
     error = bus.write(servo, "moving_speed", 2048)
     expect("error byte on moving_speed = 2048", error, ERROR_RANGE)
 
@@ -229,7 +229,7 @@ def sync_write(bus, servos):
 
 
 def to_all(bus, servos):
-    """A WRITE that nobody answers."""
+    """A WRITE that no servo answers."""
     for name in ("led", "torque_enable"):
         address, _ = PLACE[name]
         result = bus.handler.write1ByteTxOnly(bus.port, BROADCAST, address, 0)
@@ -280,7 +280,7 @@ def main():
     parser.add_argument(
         "--rate-counts",
         action="store_true",
-        help="the port's rate is the bus's, so that at another nobody answers",
+        help="the port's rate is the bus's, so that at another no servo answers",
     )
     parser.add_argument("--latency-ms", type=int, help="LATENCY_TIMER of the SDK")
     try:

@@ -56,7 +56,7 @@ fn frictionless_arm_settles_and_rests_within_a_count() {
     }
 }
 
-/// The board is told that it hangs, and designs for that.
+/// The board's model hangs too, and its gains are designed for that.
 #[test]
 fn an_arm_that_hangs_is_regulated_as_well() {
     let hanging = |mut config: PlantConfig| {
@@ -131,7 +131,7 @@ fn paper_gain_at_45_ms_stands() {
         let mut channels = Channels::new();
         let script = upright(Setup { estimator, ..setup }, 4.0);
         let mut run = bench_run(&mut channels, config, 1, script);
-        // The true arm: samples 45 ms apart say little about it.
+        // The true arm: samples 45 ms apart contain little about it.
         let (mut begun_us, mut outside_us) = (None, 0);
         while run.now_us() < 4_000_000 {
             run.step().unwrap();

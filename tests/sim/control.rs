@@ -14,7 +14,7 @@ use armbridge_shared::actuator::Joint;
 use armbridge_shared::estimate::{Config, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Setup};
 use armbridge_sim::plant::{PlantConfig, Push};
-use armbridge_tests::plant;
+use armbridge_tests::{computed_torque, plant};
 
 /// Where the arm is let go: 28 degrees off, three fifths of what torque can hold.
 const INITIAL_RAD: [f64; JOINTS] = [0.49, -0.3];
@@ -22,17 +22,6 @@ const INITIAL_RAD: [f64; JOINTS] = [0.49, -0.3];
 /// The default arm.
 fn arm() -> PlantConfig {
     plant(INITIAL_RAD, true)
-}
-
-/// To track motions: the error of each joint critically damped at 20 rad/s.
-fn tracking() -> Setup {
-    Setup {
-        controller: Controller::ComputedTorque {
-            natural_rad_s: [20.0; JOINTS],
-            damping: [1.0; JOINTS],
-        },
-        ..Setup::best()
-    }
 }
 
 fn trial(config: &PlantConfig, setup: Setup, task: &str, duration_s: f64) -> Trial {
@@ -166,21 +155,24 @@ fn slower_loops_stand() {
 }
 
 /// No fault, and no error at rest to speak of.
-fn stands(config: &PlantConfig, setup: Setup, what: &impl Debug) {
+fn stands(config: &PlantConfig, setup: Setup, case: &impl Debug) {
     for outcome in outcomes(&trial(config, setup, "upright", 8.0), 1..=4) {
-        at_most(2.5, outcome.mean_error_mrad, &(what, &outcome));
+        at_most(2.5, outcome.mean_error_mrad, &(case, &outcome));
     }
 }
 
 #[test]
 fn tracks_within_two_milliradians() {
     for outcome in outcomes(
-        &trial(&arm(), tracking(), "min-jerk:0.3,0.3,1", 6.0),
+        &trial(&arm(), computed_torque(20.0), "min-jerk:0.3,0.3,1", 6.0),
         1..=20,
     ) {
         at_most(2.0, outcome.tracking_rms_mrad.unwrap(), &outcome);
     }
-    for outcome in outcomes(&trial(&arm(), tracking(), "sine:0.3,0.3,1", 9.0), 1..=20) {
+    for outcome in outcomes(
+        &trial(&arm(), computed_torque(20.0), "sine:0.3,0.3,1", 9.0),
+        1..=20,
+    ) {
         at_most(3.0, outcome.tracking_rms_mrad.unwrap(), &outcome);
     }
 }
@@ -240,7 +232,7 @@ fn at_45_ms_no_worse_than_the_best_reference() {
         period_us: 45_000,
         controller: Controller::StateFeedback(Gains::Paper),
         estimator: Config::Kalman(filter),
-        // What holds the arm at rest, not what brakes it: it moves by whole periods.
+        // Static friction, not sliding friction: the arm moves by whole periods.
         friction_nm: [0.06; JOINTS],
         ..Setup::best()
     };

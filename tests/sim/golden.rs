@@ -42,7 +42,7 @@ mod tolerance_us {
 const SHOWN: usize = 12;
 
 /// Where the sensor stood before a scenario's first event, which the record
-/// does not tell; it follows from the speed that the reply shows.
+/// does not have; it follows from the speed that the reply shows.
 const FIRST_POSITION: [(&str, u16); 2] = [
     ("read/position_follows_sensor", 777),
     ("read/speed_after_step", 643),
@@ -57,8 +57,8 @@ const OVERLAP: &str = "the replies of two servos just meet, or just do not";
 /// Of several packets in a row, the one that is obeyed is the newest when the
 /// main loop looks.
 const MISSED: &str = "a turn of the main loop decides which packet is seen";
-/// A servo hears nothing until its bus driver is off.
-const RELEASE: &str = "a turn of the main loop decides how much of a request is heard";
+/// A servo receives nothing until its bus driver is off.
+const RELEASE: &str = "a turn of the main loop decides how much of a request is received";
 
 /// Exchanges that differ, and why: none of the 746 of named scenarios, and 12
 /// of the 967 random ones.
@@ -84,17 +84,17 @@ struct Comparison<'a> {
 
 impl Comparison<'_> {
     #[allow(clippy::needless_pass_by_value)] // The calls read better so.
-    fn same<T: PartialEq + Debug>(&mut self, what: &str, recorded: T, got: T) {
+    fn same<T: PartialEq + Debug>(&mut self, field: &str, recorded: T, got: T) {
         if recorded != got {
             self.differences
-                .push(format!("{what}: recorded {recorded:?}, got {got:?}"));
+                .push(format!("{field}: recorded {recorded:?}, got {got:?}"));
         }
     }
 
-    fn near(&mut self, what: &str, recorded: f64, got: f64, tolerance: f64) {
+    fn near(&mut self, field: &str, recorded: f64, got: f64, tolerance: f64) {
         if (recorded - got).abs() > tolerance {
             self.differences.push(format!(
-                "{what}: recorded {recorded:.1} us, got {got:.1} us"
+                "{field}: recorded {recorded:.1} us, got {got:.1} us"
             ));
         }
     }
@@ -137,8 +137,8 @@ impl Comparison<'_> {
         if recorded.varies_for("pwm", i) {
             return;
         }
-        let what = format!("pwm[{i}]");
-        self.same(&what, after.pwm, got.servos[i].state().pwm);
+        let field = format!("pwm[{i}]");
+        self.same(&field, after.pwm, got.servos[i].state().pwm);
         let all: Vec<_> = recorded
             .pwm_changes
             .iter()
@@ -162,10 +162,10 @@ impl Comparison<'_> {
             mine.len()
         };
         let changes: Vec<_> = want.iter().map(|c| c.pwm).collect();
-        self.same(&format!("{what} changes"), changes, values(shown));
+        self.same(&format!("{field} changes"), changes, values(shown));
         for (want, got) in want.iter().zip(mine) {
             self.near(
-                &format!("{what} change"),
+                &format!("{field} change"),
                 want.t_us,
                 got.1,
                 tolerance_us::PWM,
@@ -190,23 +190,23 @@ impl Comparison<'_> {
         self.same(&format!("deaf_cause[{i}]"), recorded, cause);
     }
 
-    fn receiver(&mut self, i: usize, after: &After, got: &Outcome, heard: &mut [bool]) {
+    fn receiver(&mut self, i: usize, after: &After, got: &Outcome, is_comparable: &mut [bool]) {
         let recorded = self.recorded;
         let state = got.servos[i].state();
-        // The fail-safe counts every byte heard. Where replies vary, so does
+        // The fail-safe counts every byte received. Where replies vary, so does
         // the count, until the next header sets it back.
         let varies = ["replies", "collision"].iter().any(|w| recorded.varies(w))
             || ["deaf", "rx_state"]
                 .iter()
                 .any(|w| recorded.varies_for(w, i));
-        heard[i] = !varies && (heard[i] || after.rx_failsafe == state.failsafe);
-        if heard[i] {
-            let what = format!("rx_failsafe[{i}]");
-            self.same(&what, after.rx_failsafe, state.failsafe);
+        is_comparable[i] = !varies && (is_comparable[i] || after.rx_failsafe == state.failsafe);
+        if is_comparable[i] {
+            let field = format!("rx_failsafe[{i}]");
+            self.same(&field, after.rx_failsafe, state.failsafe);
         }
         if !varies {
-            let what = format!("rx_overruns[{i}]");
-            self.same(&what, recorded.rx_overruns[i], got.overruns[i]);
+            let field = format!("rx_overruns[{i}]");
+            self.same(&field, recorded.rx_overruns[i], got.overruns[i]);
         }
         if !recorded.varies_for("rx_state", i) {
             let waits_for = match state.receiving {
@@ -270,7 +270,7 @@ impl Comparison<'_> {
     }
 }
 
-fn differences(recorded: &Exchange, got: &Outcome, heard: &mut [bool]) -> Vec<String> {
+fn differences(recorded: &Exchange, got: &Outcome, is_comparable: &mut [bool]) -> Vec<String> {
     let mut comparison = Comparison {
         recorded,
         differences: Vec::new(),
@@ -280,7 +280,7 @@ fn differences(recorded: &Exchange, got: &Outcome, heard: &mut [bool]) -> Vec<St
     for (i, after) in recorded.after.iter().enumerate() {
         comparison.pwm(i, after, got);
         comparison.deafness(i, after, &got.servos[i]);
-        comparison.receiver(i, after, got, heard);
+        comparison.receiver(i, after, got, is_comparable);
         comparison.registers(i, after, &got.servos[i]);
     }
     comparison.differences
@@ -297,10 +297,10 @@ fn replay(exchanges: &[Exchange]) -> Vec<(&str, u32)> {
             .iter()
             .find(|(name, _)| *name == first.scenario);
         let mut replay = Replay::new(first, position.map(|&(_, counts)| counts));
-        let mut heard = vec![true; first.bus.len()];
+        let mut is_comparable = vec![true; first.bus.len()];
         for recorded in scenario {
             let got = replay.exchange(recorded);
-            let differences = differences(recorded, &got, &mut heard);
+            let differences = differences(recorded, &got, &mut is_comparable);
             let (agree, all) = table.entry(recorded.family()).or_default();
             *all += 1;
             if differences.is_empty() {

@@ -3,14 +3,13 @@
 #![allow(clippy::float_cmp, reason = "cut numbers and grid points are exact")]
 
 use std::collections::HashSet;
-use std::sync::LazyLock;
 
 use armbridge_analysis::paper;
-use armbridge_analysis::paper::{Claim, Findings, Verdict};
+use armbridge_analysis::paper::{
+    Claim, Fall, Findings, Gains, Hanging, Linear, Model, Push, PwmLaw, Standing, Track, Verdict,
+};
 
 use crate::folder;
-
-static FINDINGS: LazyLock<Findings> = LazyLock::new(|| Findings::find().expect("designs"));
 
 fn cut(value: f64) -> f64 {
     (value * 100.0).trunc() / 100.0
@@ -21,26 +20,30 @@ fn assert_near(what: &str, found: f64, expected: f64, tolerance: f64) {
     assert!(error <= tolerance, "{what}: {found}, not {expected}");
 }
 
-fn verdict(id: &str) -> Verdict {
-    let claims = FINDINGS.claims();
-    let claim = claims.iter().find(|claim| claim.id == id);
-    claim.unwrap_or_else(|| panic!("no claim {id}")).verdict()
+/// Compares the claims, in their order, by name and verdict.
+fn assert_verdicts<const N: usize>(claims: &[Claim], expected: [(&str, Verdict); N]) {
+    let found: Vec<_> = claims.iter().map(|c| (c.id, c.verdict())).collect();
+    assert_eq!(found, expected);
 }
 
 #[test]
 fn energy_tells_the_printed_coriolis_matrix_from_the_right_one() {
-    let [printed, sign, dimension, both] = FINDINGS.model.drift_j;
+    let model = Model::find();
+    let [printed, sign, dimension, both] = model.drift_j;
     assert_near("as printed", printed, 0.5136, 1e-4);
     assert_near("sign mended", sign, 0.3175, 1e-4);
     assert_near("dimension mended", dimension, 0.2107, 1e-4);
     assert!(both < 1e-11, "{both:e} J");
-    assert_eq!(verdict("coriolis"), Verdict::Explained);
-    assert_eq!(verdict("equilibria"), Verdict::Reproduced);
+    let expected = [
+        ("coriolis", Verdict::Explained),
+        ("equilibria", Verdict::Reproduced),
+    ];
+    assert_verdicts(&model.claims(), expected);
 }
 
 #[test]
 fn the_digits_of_7_leave_one_inertia() {
-    let linear = &FINDINGS.linear;
+    let linear = Linear::find();
     let intervals = [
         (linear.i1x_reading, [0.02265346443, 0.02265556314]),
         (linear.i1x_printed, [0.02286780818, 0.02286990689]),
@@ -52,12 +55,12 @@ fn the_digits_of_7_leave_one_inertia() {
     }
     assert_near("Euler's A", linear.euler_error[0], 0.127, 5e-4);
     assert_near("Euler's B", linear.euler_error[1], 0.260, 5e-4);
-    assert_eq!(verdict("model"), Verdict::Explained);
+    assert_verdicts(&linear.claims(), [("model", Verdict::Explained)]);
 }
 
 #[test]
 fn gains_are_those_printed_cut_to_two_decimals() {
-    let gains = &FINDINGS.gains;
+    let gains = Gains::find().expect("designs");
     let k = [(0, 0), (0, 2), (1, 1), (1, 3)].map(|at| cut(gains.k[at]));
     assert_eq!(k, [1.65, 0.22, 1.10, 0.20]);
     assert_eq!(gains.slow_poles[0], [[0.60, 0.75]]);
@@ -69,13 +72,16 @@ fn gains_are_those_printed_cut_to_two_decimals() {
         assert_near("larger pole of (12)", found[0], expected[0], 1e-6);
         assert_near("smaller pole of (12)", found[1], expected[1], 1e-6);
     }
-    assert_eq!(verdict("lqr"), Verdict::Reproduced);
-    assert_eq!(verdict("observer-gain"), Verdict::Explained);
+    let expected = [
+        ("lqr", Verdict::Reproduced),
+        ("observer-gain", Verdict::Explained),
+    ];
+    assert_verdicts(&gains.claims(), expected);
 }
 
 #[test]
 fn dry_friction_makes_one_arm_of_both_identifications() {
-    let (fall, push) = (&FINDINGS.fall, &FINDINGS.push);
+    let (fall, push, pwm) = (Fall::find(), Push::find(), PwmLaw::find());
     assert_near("fit without friction", fall.b1_without, 0.24, 1e-4);
     assert_near("fit with friction", fall.b1_with, 0.421, 1e-4);
     // What it takes depends on where the fall starts and how long it is seen.
@@ -92,16 +98,22 @@ fn dry_friction_makes_one_arm_of_both_identifications() {
     assert_near("torque", push.without[1], -0.3924, 5e-4);
     assert_near("torque with friction", push.with[1], -0.3524, 5e-4);
     assert_near("upright", push.upright_s, 0.73, 0.01);
-    assert_near("zero torque", FINDINGS.pwm.zero_counts, 1015.0, 1e-9);
-    assert_eq!(verdict("fall"), Verdict::Explained);
-    assert_eq!(verdict("push"), Verdict::Reproduced);
-    assert_eq!(verdict("inertia"), Verdict::Reproduced);
-    assert_eq!(verdict("pwm"), Verdict::NotReproduced);
+    assert_near("zero torque", pwm.zero_counts, 1015.0, 1e-9);
+    let expected = [
+        ("fall", Verdict::Explained),
+        ("inertia", Verdict::Reproduced),
+        ("push", Verdict::Reproduced),
+        ("pwm", Verdict::NotReproduced),
+    ];
+    assert_verdicts(
+        &[fall.claims(), push.claims(), pwm.claims()].concat(),
+        expected,
+    );
 }
 
 #[test]
-fn the_printed_observer_is_stable_and_soft() {
-    let hanging = &FINDINGS.hanging;
+fn the_printed_observer_is_stable_and_soft_and_hangs_where_differences_stand() {
+    let hanging = Hanging::find().expect("designs");
     assert_near("radius", hanging.radius[0], 0.8648, 1e-3);
     assert_near("radius, delayed", hanging.radius[1], 0.9105, 1e-3);
     assert_near(
@@ -116,11 +128,7 @@ fn the_printed_observer_is_stable_and_soft() {
     assert_near("stiffness, printed L", printed[1], 0.2902, 1e-4);
     assert_near("softening", hanging.softening(), 3.09, 0.0309);
     assert_near("least gain", hanging.least_gain[1], 0.6203, 1e-4);
-}
-
-#[test]
-fn with_weak_motors_it_hangs_where_differences_stand() {
-    let hanging = &FINDINGS.hanging;
+    // With weak motors.
     assert!((paper::WEAK - 0.7).abs() < 1e-12);
     let [difference, printed, ..] = hanging.weak_rest_rad;
     assert_near("printed L", printed, 0.44, 0.03);
@@ -144,12 +152,12 @@ fn with_weak_motors_it_hangs_where_differences_stand() {
     assert!(filter < 0.01, "{filter} rad");
     let filter_when_weak = hanging.weak_rest_rad[6];
     assert!(filter_when_weak < 0.02, "{filter_when_weak} rad");
-    assert_eq!(verdict("instability"), Verdict::Explained);
+    assert_verdicts(&hanging.claims(), [("instability", Verdict::Explained)]);
 }
 
 #[test]
 fn with_a_delay_differences_oscillate_and_the_slow_observer_tracks() {
-    let track = &FINDINGS.track;
+    let track = Track::find().expect("designs");
     let [difference, printed, ..] = track.delayed_rad;
     assert!((0.11..0.21).contains(&difference), "{difference} rad");
     assert!((0.018..0.029).contains(&printed), "{printed} rad");
@@ -158,23 +166,30 @@ fn with_a_delay_differences_oscillate_and_the_slow_observer_tracks() {
     assert!(track.prompt_rad[2].is_infinite());
     assert!(track.prompt_rad[3] < 0.002);
     assert_eq!(track.last_omega, [14.0, 24.0]);
-    assert!(track.told_sent.1 < 0.01, "{:?}", track.told_sent);
+    assert!(
+        track.with_sent_torque.1 < 0.01,
+        "{:?}",
+        track.with_sent_torque
+    );
     let [slow, fast] = track.mended_rad;
     assert!(slow < 0.002 && fast < 2e-4, "{slow} and {fast} rad");
-    assert_eq!(verdict("tracking"), Verdict::Explained);
-    assert_eq!(verdict("aggressive"), Verdict::Reproduced);
+    let expected = [
+        ("tracking", Verdict::Explained),
+        ("aggressive", Verdict::Reproduced),
+    ];
+    assert_verdicts(&track.claims(), expected);
 }
 
 #[test]
 fn model_and_arm_stay_together_under_lqr() {
-    let standing = &FINDINGS.standing;
+    let standing = Standing::find().expect("designs");
     assert!(standing.rest_rad < standing.explained_rad);
     assert!(standing.settled_s < 1.3, "{} s", standing.settled_s);
     assert_near("peak torque", standing.torque_nm[0], 0.8085, 0.005);
     // Faster sampling leaves what is static where it is.
     assert!(standing.fast_rest_rad > 0.8 * standing.rest_rad);
     assert!(standing.fast_rest_rad < standing.explained_rad);
-    assert_eq!(verdict("standing"), Verdict::Reproduced);
+    assert_verdicts(&standing.claims(), [("standing", Verdict::Reproduced)]);
 }
 
 fn figures(claims: &[Claim]) -> impl Iterator<Item = &paper::Figure> {
@@ -182,11 +197,14 @@ fn figures(claims: &[Claim]) -> impl Iterator<Item = &paper::Figure> {
 }
 
 #[test]
-fn the_page_stands_alone_and_shows_everything() {
-    let folder = folder("paper-report");
-    let claims = FINDINGS.claims();
-    let path = paper::write(&folder, &claims).expect("a report");
-    let page = std::fs::read_to_string(path).expect("text");
+fn the_page_stands_alone_shows_everything_and_is_the_same_every_time() {
+    let [(folder, claims, page), (_, _, again)] = ["paper-once", "paper-twice"].map(|name| {
+        let (folder, claims) = (folder(name), Findings::find().expect("designs").claims());
+        let path = paper::write(&folder, &claims).expect("a report");
+        let page = std::fs::read_to_string(path).expect("text");
+        (folder, claims, page)
+    });
+    assert!(page == again);
 
     for outside in [
         "http:", "https:", "src=", "<script", "<link", "@import", "file:",
@@ -244,16 +262,6 @@ fn assert_well_formed(page: &str) {
 #[test]
 fn a_folder_that_is_not_there_is_named() {
     let folder = folder("paper-nowhere").join("no-such-folder");
-    let error = paper::write(&folder, &FINDINGS.claims()).unwrap_err();
+    let error = paper::write(&folder, &Model::find().claims()).unwrap_err();
     assert!(error.to_string().contains("no-such-folder"), "{error}");
-}
-
-#[test]
-fn the_same_page_every_time() {
-    let pages = ["paper-once", "paper-twice"].map(|name| {
-        let claims = Findings::find().expect("designs").claims();
-        let path = paper::write(&folder(name), &claims).expect("a report");
-        std::fs::read(path).expect("a page")
-    });
-    assert!(pages[0] == pages[1]);
 }

@@ -7,13 +7,13 @@ use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{Hello, Setup, ToHost};
 use armbridge_shared::link::schema;
 
-/// Listens to a peer that says the same every 100 ms, until it gives up.
-fn verdict(said: &[u8]) -> SessionError {
+/// Runs against a peer that sends the same every 100 ms, until it gives up.
+fn verdict(bytes: &[u8]) -> SessionError {
     let mut runner = PlanRunner::new(Script::demo(Setup::default(), 1_000_000));
     for now_us in (0..10_000_000).step_by(100_000) {
         let spoken = runner.transmit(now_us).map(<[u8]>::len);
-        let heard = spoken.and_then(|_| runner.receive(now_us, said));
-        if let Err(error) = heard {
+        let result = spoken.and_then(|_| runner.receive(now_us, bytes));
+        if let Err(error) = result {
             let PlanError::Session(error) = error else {
                 panic!("{error}");
             };

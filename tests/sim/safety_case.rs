@@ -1,4 +1,4 @@
-//! The safety case names the tests and steps that show what it says: the gate runs them.
+//! The safety case names tests and steps as evidence: each exists, and the gate runs it.
 
 use std::collections::HashSet;
 use std::fs;
@@ -24,7 +24,7 @@ fn every_test_that_the_safety_case_names_exists() {
     for folder in ["firmware", "host", "shared", "tests"] {
         sources(&root.join(folder), &mut files);
     }
-    // What runs with each change: neither campaigns nor what merely has the name.
+    // Tests that run with each change: no campaigns, and no other functions of that name.
     files.retain(|file| !file.starts_with(root.join("tests/campaign")));
     let code: Vec<String> = files
         .iter()

@@ -51,9 +51,9 @@ fn run(step_ns: u64) -> (Rig, Vec<ReceivedByte>, Vec<Record>, Vec<State>) {
     while wire.now_ns() < END_NS {
         wire.advance((wire.now_ns() + step_ns).min(END_NS), &mut rig);
     }
-    let heard = std::iter::from_fn(|| wire.take_received()).collect();
+    let received = std::iter::from_fn(|| wire.take_received()).collect();
     let states = wire.morpheus().map(Servo::state).collect();
-    (rig, heard, wire.take_records(), states)
+    (rig, received, wire.take_records(), states)
 }
 
 #[test]

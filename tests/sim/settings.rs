@@ -5,22 +5,22 @@ use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Guards, Limits, Record, Refusal, SettingsFrom};
 use armbridge_sim::board::{Flash, VirtualBoard, blank_flash};
 use armbridge_sim::cosim::Cosim;
-use armbridge_tests::caller::{Heard, SAVE, Say, bench, caller, configure, period_us};
+use armbridge_tests::caller::{Received, Request, SAVE, bench, caller, configure, period_us};
 
-/// A board is switched on with this flash, hears all this, and is switched off.
-fn live(flash: &mut Flash, to_say: impl IntoIterator<Item = Say>) -> Heard {
+/// Switches a board on with this flash, sends these commands, and switches it off.
+fn live(flash: &mut Flash, requests: impl IntoIterator<Item = Request>) -> Received {
     let mut channels = Channels::new();
     let board = VirtualBoard::with_flash(channels.split(), flash.clone()).unwrap();
-    let mut cosim = Cosim::new(board, bench(), caller(to_say));
+    let mut cosim = Cosim::new(board, bench(), caller(requests));
     while !cosim.host.is_done() {
         cosim.step().unwrap();
     }
     flash.clone_from(cosim.board.flash());
-    cosim.host.heard
+    cosim.host.received
 }
 
-fn limit(torque_nm: f32) -> Say {
-    Say::Command(Command::Limit(Limits {
+fn limit(torque_nm: f32) -> Request {
+    Request::Command(Command::Limit(Limits {
         torque_nm: [torque_nm; 2],
         ..Limits::default()
     }))
@@ -28,11 +28,14 @@ fn limit(torque_nm: f32) -> Say {
 
 const TORQUE_NM: f32 = 0.2;
 /// Arm, and ask for [`TORQUE_NM`].
-const PUSH: [Say; 2] = [Say::Arm, Say::Command(Command::Torque([TORQUE_NM, 0.0]))];
+const PUSH: [Request; 2] = [
+    Request::Arm,
+    Request::Command(Command::Torque([TORQUE_NM, 0.0])),
+];
 
 /// The greatest torque of joint 0, and whether it was limited.
-fn pushed(heard: &Heard) -> (f32, bool) {
-    let driven = heard.records.iter().filter(|r| r.mode.drive().is_some());
+fn pushed(received: &Received) -> (f32, bool) {
+    let driven = received.records.iter().filter(|r| r.mode.drive().is_some());
     let torque = |record: &Record| record.torque_nm[0].abs();
     let greatest_nm = driven.clone().map(torque).fold(0.0, f32::max);
     let is_limited = driven.clone().any(|r| r.guards.contains(Guards::TORQUE));
@@ -42,24 +45,24 @@ fn pushed(heard: &Heard) -> (f32, bool) {
 #[test]
 fn what_is_saved_is_in_force_after_a_reset() {
     let mut flash = blank_flash();
-    let heard = live(&mut flash, [configure(2_000), limit(0.1), SAVE]);
-    assert_eq!(heard.settings, Some(SettingsFrom::Default));
-    assert_eq!(heard.answers, [Ok(()); 3]);
+    let received = live(&mut flash, [configure(2_000), limit(0.1), SAVE]);
+    assert_eq!(received.settings, Some(SettingsFrom::Default));
+    assert_eq!(received.answers, [Ok(()); 3]);
 
-    let heard = live(&mut flash, PUSH);
-    assert_eq!(heard.settings, Some(SettingsFrom::Saved));
-    assert_eq!(heard.answers, [Ok(()); 2]);
-    assert_eq!(period_us(&heard), 2_000);
-    let (greatest_nm, is_limited) = pushed(&heard);
+    let received = live(&mut flash, PUSH);
+    assert_eq!(received.settings, Some(SettingsFrom::Saved));
+    assert_eq!(received.answers, [Ok(()); 2]);
+    assert_eq!(period_us(&received), 2_000);
+    let (greatest_nm, is_limited) = pushed(&received);
     assert!(
         is_limited && (0.05..0.11).contains(&greatest_nm),
         "{greatest_nm}"
     );
 
     // Changed, but not saved: the next life knows nothing of it.
-    let heard = live(&mut flash, [configure(1_000), limit(1.0)]);
+    let received = live(&mut flash, [configure(1_000), limit(1.0)]);
     assert_eq!(
-        (heard.settings, period_us(&heard)),
+        (received.settings, period_us(&received)),
         (Some(SettingsFrom::Saved), 1_000)
     );
     assert_eq!(period_us(&live(&mut flash, [])), 2_000);
@@ -68,8 +71,8 @@ fn what_is_saved_is_in_force_after_a_reset() {
 #[test]
 fn nothing_is_written_while_armed() {
     let mut flash = blank_flash();
-    let heard = live(&mut flash, [limit(0.1), Say::Arm, SAVE]);
-    assert_eq!(heard.answers, [Ok(()), Ok(()), Err(Refusal::NotIdle)]);
+    let received = live(&mut flash, [limit(0.1), Request::Arm, SAVE]);
+    assert_eq!(received.answers, [Ok(()), Ok(()), Err(Refusal::NotIdle)]);
     assert_eq!(flash.0, blank_flash().0);
 }
 
@@ -83,16 +86,16 @@ fn damaged_settings_are_reported_and_not_used() {
     for at in (0..=written).step_by(29) {
         flash.clone_from(&sound);
         flash.0[at] ^= 0x11;
-        let heard = live(&mut flash, PUSH);
+        let received = live(&mut flash, PUSH);
         // A few bits belong to nothing that counts: of the marks of page and
         // receipt.
-        if heard.settings == Some(SettingsFrom::Saved) {
-            assert_eq!(period_us(&heard), 2_000, "byte {at}");
+        if received.settings == Some(SettingsFrom::Saved) {
+            assert_eq!(period_us(&received), 2_000, "byte {at}");
             continue;
         }
-        assert_eq!(heard.settings, Some(SettingsFrom::Damaged), "byte {at}");
-        assert_eq!(period_us(&heard), 1_000, "byte {at}");
-        let (greatest_nm, is_limited) = pushed(&heard);
+        assert_eq!(received.settings, Some(SettingsFrom::Damaged), "byte {at}");
+        assert_eq!(period_us(&received), 1_000, "byte {at}");
+        let (greatest_nm, is_limited) = pushed(&received);
         assert!(
             !is_limited && (greatest_nm - TORQUE_NM).abs() < 0.01,
             "{greatest_nm}"
@@ -109,8 +112,8 @@ fn damaged_settings_are_reported_and_not_used() {
 fn a_full_flash_says_so_until_a_reset() {
     let mut flash = blank_flash();
     let many = (0..100).flat_map(|number| [limit(0.1 + number as f32 * 0.01), SAVE]);
-    let heard = live(&mut flash, many);
-    let refused = heard.answers.iter().filter(|answer| answer.is_err());
+    let received = live(&mut flash, many);
+    let refused = received.answers.iter().filter(|answer| answer.is_err());
     assert!(
         refused
             .clone()
@@ -118,7 +121,7 @@ fn a_full_flash_says_so_until_a_reset() {
     );
     let refused = refused.count();
     assert!((1..=100 - 16).contains(&refused), "{refused}");
-    let heard = live(&mut flash, [limit(0.15), SAVE]);
-    assert_eq!(heard.settings, Some(SettingsFrom::Saved));
-    assert_eq!(heard.answers, [Ok(()); 2]);
+    let received = live(&mut flash, [limit(0.15), SAVE]);
+    assert_eq!(received.settings, Some(SettingsFrom::Saved));
+    assert_eq!(received.answers, [Ok(()); 2]);
 }

@@ -1,5 +1,5 @@
-//! What the supervisor does on the whole bench, one doubt at a time: who may arm,
-//! what stops the arm, what the host is told, and what brings it back.
+//! The supervisor on the whole bench, one fault at a time: who may arm, what stops the arm,
+//! what is reported to the host, and what brings it back.
 
 use std::convert::Infallible;
 
@@ -19,7 +19,7 @@ use armbridge_sim::plant::Plant;
 use armbridge_sim::servo_kind::ServoKind;
 use armbridge_tests::plant;
 
-/// One who says what a test wants said, and hears everything.
+/// A host that sends what a test requests, and keeps every message.
 #[derive(Default)]
 struct Talker {
     client: CommandLink,
@@ -27,7 +27,7 @@ struct Talker {
     /// Sent before anything else, once.
     noise: Vec<u8>,
     out: Vec<u8>,
-    said: Vec<(u64, BoardMessage)>,
+    messages: Vec<(u64, BoardMessage)>,
 }
 
 impl Host for Talker {
@@ -44,7 +44,7 @@ impl Host for Talker {
 
     fn receive(&mut self, now_us: u64, mut bytes: &[u8]) -> Result<(), Infallible> {
         while let Some(message) = self.client.receive(&mut bytes) {
-            self.said.push((now_us, message));
+            self.messages.push((now_us, message));
         }
         Ok(())
     }
@@ -96,15 +96,15 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// What became of a command.
+    /// Result of a command.
     fn order(&mut self, command: Command) -> Result<(), Refusal> {
         self.run.host.client.command(command);
-        let heard = self.run.host.said.len();
+        let before = self.run.host.messages.len();
         for _ in 0..100_000 {
             self.run.step().unwrap();
-            let answer = self.run.host.said[heard..]
+            let answer = self.run.host.messages[before..]
                 .iter()
-                .find_map(|(_, said)| match said {
+                .find_map(|(_, message)| match message {
                     BoardMessage::Done => Some(Ok(())),
                     BoardMessage::Refused(refusal) => Some(Err(*refusal)),
                     _ => None,
@@ -117,12 +117,12 @@ impl<'a> Table<'a> {
     }
 
     fn session(&self) -> u32 {
-        let reports = self.run.host.said.iter().rev();
-        let mut sessions = reports.filter_map(|(_, said)| match said {
+        let reports = self.run.host.messages.iter().rev();
+        let mut sessions = reports.filter_map(|(_, message)| match message {
             BoardMessage::Other(ToHost::Board(report)) => Some(report.session),
             _ => None,
         });
-        sessions.next().expect("the board has told")
+        sessions.next().expect("the board has reported")
     }
 
     fn arm(&mut self) {
@@ -141,12 +141,13 @@ impl<'a> Table<'a> {
     }
 
     fn trip(&self) -> Trip {
-        let mut said = self.run.host.said.iter().rev();
-        said.find_map(|(_, said)| match said {
-            BoardMessage::Other(ToHost::Tripped(trip)) => Some(*trip),
-            _ => None,
-        })
-        .expect("the board has told why")
+        let mut messages = self.run.host.messages.iter().rev();
+        messages
+            .find_map(|(_, message)| match message {
+                BoardMessage::Other(ToHost::Tripped(trip)) => Some(*trip),
+                _ => None,
+            })
+            .expect("the board has reported why")
     }
 
     fn motors(&self) -> [u16; 2] {
@@ -176,8 +177,7 @@ impl<'a> Table<'a> {
         self.arm();
     }
 
-    /// The fault is cleared, as soon as motors are seen to be off or that they are not has
-    /// been told.
+    /// Clears the fault, as soon as motors are seen to be off, or reported not to be.
     fn clear(&mut self) {
         for _ in 0..400 {
             match self.order(Command::ClearFault) {
@@ -333,12 +333,13 @@ fn the_host_is_told_when_the_motors_are_seen_to_be_off() {
     table.run.host.client.send(ToBoard::Stop);
     table.pass_ms(50);
     let reports = |table: &Table<'_>| -> Vec<OffReport> {
-        let said = table.run.host.said.iter();
-        said.filter_map(|(_, said)| match said {
-            BoardMessage::Other(ToHost::Off(report)) => Some(*report),
-            _ => None,
-        })
-        .collect()
+        let messages = table.run.host.messages.iter();
+        messages
+            .filter_map(|(_, message)| match message {
+                BoardMessage::Other(ToHost::Off(report)) => Some(*report),
+                _ => None,
+            })
+            .collect()
     };
     let report = OffReport {
         stops: 1,

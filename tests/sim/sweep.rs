@@ -3,7 +3,7 @@
 //!
 //! The bench repeats to the bit, so the table changes when the code's behaviour
 //! does, and a change is either meant or a mistake. `UPDATE_SNAPSHOT=1` rewrites
-//! it; what it then says belongs into the commit.
+//! it; the difference belongs into the commit.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -13,7 +13,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{Controller, Setup};
 use armbridge_sim::plant::PlantConfig;
-use armbridge_tests::plant;
+use armbridge_tests::{computed_torque, plant};
 
 const INITIAL_RAD: [f64; JOINTS] = [0.49, -0.3];
 const DURATION_S: f64 = 4.0;
@@ -27,13 +27,9 @@ controller      estimator   period ms  arm         settled     mean       pp  to
 ";
 
 fn controllers() -> [(&'static str, Controller); 2] {
-    let computed_torque = Controller::ComputedTorque {
-        natural_rad_s: [20.0; JOINTS],
-        damping: [1.0; JOINTS],
-    };
     [
         ("lqr", Setup::best().controller),
-        ("computed-torque", computed_torque),
+        ("computed-torque", computed_torque(20.0).controller),
     ]
 }
 

@@ -1,4 +1,4 @@
-//! A host that says what it has to say once the board is idle.
+//! A host that sends commands, one after the other, once the board is idle.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -14,32 +14,32 @@ use armbridge_sim::plant::Plant;
 use crate::plant;
 
 /// Saves the settings in force.
-pub const SAVE: Say = Say::Command(Command::Save);
+pub const SAVE: Request = Request::Command(Command::Save);
 
-/// What is said to the board, one after the other.
+/// A command to the board.
 #[derive(Clone, Copy, Debug)]
-pub enum Say {
+pub enum Request {
     /// A command.
     Command(Command),
-    /// With the session that the board has told.
+    /// Arm, with the session that the board has reported.
     Arm,
 }
 
-/// Somebody who says what they have to say once the board is idle, and listens to
-/// some ticks after the last answer.
+/// A host that sends its commands once the board is idle, and waits for some ticks after
+/// the last answer.
 pub struct Caller {
     client: CommandLink,
-    to_say: VecDeque<Say>,
-    /// What the board said.
-    pub heard: Heard,
+    requests: VecDeque<Request>,
+    /// Messages of the board.
+    pub received: Received,
     is_idle: bool,
     ticks_left: usize,
 }
 
-/// What the board said.
+/// Messages of the board.
 #[derive(Default)]
-pub struct Heard {
-    /// Session that the board told last.
+pub struct Received {
+    /// Session last reported by the board.
     pub session: u32,
     /// Settings in force.
     pub settings: Option<SettingsFrom>,
@@ -50,27 +50,27 @@ pub struct Heard {
 }
 
 impl Caller {
-    fn take(&mut self, said: BoardMessage) {
-        match said {
+    fn take(&mut self, message: BoardMessage) {
+        match message {
             BoardMessage::Other(ToHost::Board(report)) => {
-                self.heard.session = report.session;
-                self.heard.settings = Some(report.settings);
+                self.received.session = report.session;
+                self.received.settings = Some(report.settings);
             }
-            BoardMessage::Done => self.heard.answers.push(Ok(())),
-            BoardMessage::Refused(refusal) => self.heard.answers.push(Err(refusal)),
+            BoardMessage::Done => self.received.answers.push(Ok(())),
+            BoardMessage::Refused(refusal) => self.received.answers.push(Err(refusal)),
             BoardMessage::Other(ToHost::Record(record)) => {
                 self.is_idle |= record.mode == Mode::Idle;
-                if self.has_said_all() {
+                if self.has_sent_all() {
                     self.ticks_left = self.ticks_left.saturating_sub(1);
                 }
-                self.heard.records.push(record);
+                self.received.records.push(record);
             }
             _ => {}
         }
     }
 
-    fn has_said_all(&self) -> bool {
-        self.to_say.is_empty() && self.client.is_settled() && self.is_idle
+    fn has_sent_all(&self) -> bool {
+        self.requests.is_empty() && self.client.is_settled() && self.is_idle
     }
 }
 
@@ -81,12 +81,12 @@ impl Host for Caller {
         assert!(now_us < 10_000_000, "no end");
         if self.is_idle
             && self.client.is_settled()
-            && let Some(next) = self.to_say.pop_front()
+            && let Some(next) = self.requests.pop_front()
         {
             self.client.command(match next {
-                Say::Command(command) => command,
-                Say::Arm => Command::Arm {
-                    session: self.heard.session,
+                Request::Command(command) => command,
+                Request::Arm => Command::Arm {
+                    session: self.received.session,
                 },
             });
         }
@@ -109,12 +109,12 @@ impl Host for Caller {
     }
 }
 
-/// Somebody with this to say.
-pub fn caller(to_say: impl IntoIterator<Item = Say>) -> Caller {
+/// A host with these commands.
+pub fn caller(requests: impl IntoIterator<Item = Request>) -> Caller {
     Caller {
         client: CommandLink::default(),
-        to_say: to_say.into_iter().collect(),
-        heard: Heard::default(),
+        requests: requests.into_iter().collect(),
+        received: Received::default(),
         is_idle: false,
         ticks_left: 20,
     }
@@ -126,16 +126,16 @@ pub fn bench() -> Bench {
 }
 
 /// Period of the last ticks in µs.
-pub fn period_us(heard: &Heard) -> u64 {
-    let [.., a, b] = &heard.records[..] else {
+pub fn period_us(received: &Received) -> u64 {
+    let [.., a, b] = &received.records[..] else {
         panic!("no ticks");
     };
     b.start_us - a.start_us
 }
 
 /// Another period.
-pub fn configure(period_us: u32) -> Say {
-    Say::Command(Command::Configure(Setup {
+pub fn configure(period_us: u32) -> Request {
+    Request::Command(Command::Configure(Setup {
         period_us,
         ..Setup::default()
     }))

@@ -1,4 +1,4 @@
-//! A station on a link in a thread of its own, with somebody who watches what it hears.
+//! A session on a link in a thread of its own, with a tap on what it receives.
 
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -13,9 +13,9 @@ use armbridge_shared::link::message::{Command, Mode, ToHost};
 
 use crate::served_board::{OFF, Served, until};
 
-/// What was heard on the link.
+/// Received on the link.
 #[derive(Clone, Debug, Default)]
-pub struct Heard {
+pub struct Received {
     /// Records.
     pub records: u64,
     /// Mode of the last record.
@@ -29,19 +29,19 @@ pub struct Heard {
 }
 
 #[derive(Default)]
-struct Watcher(LinkDecoder, Arc<Mutex<Heard>>);
+struct Watcher(LinkDecoder, Arc<Mutex<Received>>);
 
 impl Tap for Watcher {
     fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]) {
-        let heard = &mut *self.1.lock().unwrap();
+        let received = &mut *self.1.lock().unwrap();
         self.0
             .take(direction, host_ns, bytes, |event| match event.kind {
                 EventKind::Received(_, ToHost::Record(record)) => {
-                    heard.records += 1;
-                    heard.mode = Some(record.mode);
-                    heard.was_armed_after |= heard.partings > 0 && record.mode.is_armed();
+                    received.records += 1;
+                    received.mode = Some(record.mode);
+                    received.was_armed_after |= received.partings > 0 && record.mode.is_armed();
                 }
-                EventKind::Lost(_, frames) => heard.lost += u64::from(frames),
+                EventKind::Lost(_, frames) => received.lost += u64::from(frames),
                 EventKind::Sent(..)
                 | EventKind::Received(..)
                 | EventKind::Damaged(..)
@@ -62,7 +62,7 @@ pub type Ended = Result<(), LinkError<SessionError>>;
 pub struct Manned {
     /// Requests to the station.
     pub controls: SessionHandle,
-    heard: Arc<Mutex<Heard>>,
+    received: Arc<Mutex<Received>>,
     /// Ends with the link.
     pub thread: JoinHandle<Ended>,
 }
@@ -79,20 +79,20 @@ impl Manned {
     /// On a link that is tried again for so long.
     pub fn on(link: &LinkUri, patience: Duration) -> Self {
         let (station, controls) = ChannelHost::new();
-        let heard = Arc::new(Mutex::new(Heard::default()));
+        let received = Arc::new(Mutex::new(Received::default()));
         let thread = {
-            let (link, heard) = (link.clone(), Arc::clone(&heard));
+            let (link, received) = (link.clone(), Arc::clone(&received));
             std::thread::spawn(move || {
                 let mut options = options(patience);
                 options
                     .taps
-                    .push(Box::new(Watcher(LinkDecoder::default(), heard)));
+                    .push(Box::new(Watcher(LinkDecoder::default(), received)));
                 drive(&link, options, station).1
             })
         };
         Self {
             controls,
-            heard,
+            received,
             thread,
         }
     }
@@ -102,14 +102,14 @@ impl Manned {
         self.controls.request(request).unwrap();
     }
 
-    /// Everything heard so far.
-    pub fn heard(&self) -> Heard {
-        self.heard.lock().unwrap().clone()
+    /// Everything received so far.
+    pub fn received(&self) -> Received {
+        self.received.lock().unwrap().clone()
     }
 
     /// Has the arm held, with motors on.
     pub fn hold(&self, board: &Served) {
-        until("idle", || self.heard().mode == Some(Mode::Idle));
+        until("idle", || self.received().mode == Some(Mode::Idle));
         self.ask(Request::Arm);
         self.ask(Request::Command(Command::Regulate([0.0; 2])));
         board.until("motors are on", |seen| {

@@ -57,7 +57,7 @@ fn act(random: &mut Random, now_us: u64) -> Act {
         14 | 15 => Command::Experiment(experiment(random, number)),
         16 => return Act::Silence(random.below(700_000)),
         _ => {
-            return Act::Say(random.one_of(&[
+            return Act::Message(random.one_of(&[
                 ToBoard::Stop,
                 ToBoard::Goodbye,
                 ToBoard::Heartbeat,

@@ -1,4 +1,4 @@
-//! Whoever records is killed, at any moment: the file has all but the last second.
+//! A recorder that is killed at any moment: the file has all but the last second.
 //!
 //! The one that is killed is this test program itself, started again to run
 //! the test that calls [`record_until_killed`].
@@ -12,12 +12,12 @@ use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Recording;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::frame::Encoder;
-use armbridge_shared::link::message::{Guards, Mode, Record, Sample, Settings, Timing, ToHost};
+use armbridge_shared::link::message::{Mode, Record, Sample, Settings, ToHost};
 use serde_json::Value;
 
 use crate::paths;
 
-/// Tells the one that is to be killed where to record.
+/// Path of the log, for the process that is to be killed.
 const LOG: &str = "ARMBRIDGE_TEST_LOG";
 
 fn now_ns() -> u64 {
@@ -31,19 +31,14 @@ fn tick(tick: u32) -> Record {
         tick,
         start_us: u64::from(tick) * 1_000,
         mode: Mode::Idle,
-        guards: Guards::NONE,
         samples: [Sample::Counts(512); 2],
-        alarms: [0; 2],
-        pwm_in_force: [1_000; 2],
-        pwm_next: [1_000; 2],
         reference_rad: [0.1; 2],
         reference_speed_rad_s: [0.1; 2],
         angle_rad: [0.1; 2],
         speed_rad_s: [0.1; 2],
         torque_nm: [0.1; 2],
         disturbance_nm: [0.1; 2],
-        timing: Timing::default(),
-        dropped: 0,
+        ..Record::NONE
     }
 }
 
@@ -57,7 +52,7 @@ pub fn record_until_killed() {
     let recorder = Recorder::create(&path, &facts).unwrap();
     let (mut tap, mut board) = (recorder.tap(), Encoder::default());
     let (start, mut count) = (Instant::now(), 0);
-    // Nobody waits for longer, even if it is not killed.
+    // It ends after this time if it is not killed.
     while start.elapsed() < Duration::from_secs(30) {
         let due = start.elapsed().as_millis() as u32;
         while count < due {
@@ -140,10 +135,10 @@ pub fn look(path: &Path, killed_ns: u64) -> Looked {
     }
 }
 
-/// What `tests/python/log.py` prints of these logs, line by line.
-pub fn python(what: &str, logs: &[&Path]) -> Vec<Value> {
+/// Output of `tests/python/log.py` for these logs, line by line.
+pub fn python(mode: &str, logs: &[&Path]) -> Vec<Value> {
     let output = paths::script("log.py")
-        .arg(what)
+        .arg(mode)
         .args(logs)
         .output()
         .unwrap();

@@ -1,4 +1,4 @@
-//! What the tests share: a run of the bench and what to read off its records, hosts and
+//! Shared by the tests: a run of the bench and measures of its records, hosts and
 //! clients of all kinds, boards and servos that are served, scenarios for bench and
 //! emulator, and cases of which the campaign has many more.
 
@@ -13,7 +13,7 @@ pub mod cable;
 pub mod caller;
 pub mod channel_host;
 pub mod experiments;
-pub mod fault_replay;
+pub mod fault_campaign;
 pub mod free_host;
 pub mod gateway;
 pub mod kill;
@@ -33,7 +33,8 @@ use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Drive, Record};
+use armbridge_shared::link::message::{Controller, Drive, Record, Setup};
+use armbridge_shared::link::motion::Motion;
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
@@ -46,6 +47,30 @@ pub fn plant(initial_rad: [f64; JOINTS], friction_on: bool) -> PlantConfig {
         initial: State::at_rest(Vector2::from(initial_rad)),
         friction_on,
         ..PlantConfig::default()
+    }
+}
+
+/// The best set-up with computed torque: each joint's error critically damped at
+/// `natural_rad_s`.
+pub fn computed_torque(natural_rad_s: f32) -> Setup {
+    Setup {
+        controller: Controller::ComputedTorque {
+            natural_rad_s: [natural_rad_s; JOINTS],
+            damping: [1.0; JOINTS],
+        },
+        ..Setup::best()
+    }
+}
+
+/// A sinusoid of both joints about upright, at different rates.
+pub fn sinusoid(duration_s: f32) -> Motion {
+    Motion::Sinusoid {
+        centre_rad: [0.0; JOINTS],
+        amplitude_rad: [0.2, 0.1],
+        frequency_hz: [1.0, 0.7],
+        phase_rad: [0.0; JOINTS],
+        ramp_s: 0.7,
+        duration_s,
     }
 }
 

@@ -43,11 +43,11 @@ impl Place {
         command.env_remove("ARMBRIDGE_LINK").output().unwrap()
     }
 
-    /// What it prints.
+    /// Its standard output.
     pub fn printed(&self, args: &[&str]) -> String {
         let output = self.run(args);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{args:?}: {said}");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{args:?}: {stderr}");
         String::from_utf8(output.stdout).unwrap()
     }
 

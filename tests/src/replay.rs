@@ -15,7 +15,7 @@ fn us(ns: i64) -> f64 {
     ns as f64 / 1e3
 }
 
-/// What the servos' sensors see, and the PWM changes since last asked.
+/// Sensor angles of the servos, and their PWM changes since the last call.
 #[derive(Debug, Default)]
 struct Sensors {
     readings: Vec<Reading>,
@@ -51,14 +51,14 @@ pub struct Packet {
     end_ns: u64,
 }
 
-/// What happened in one exchange.
+/// Result of one exchange.
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// Packets, in order of their first bit.
     pub packets: Vec<Packet>,
     /// Two senders were on the wire at the same time.
     pub collision: bool,
-    /// What a receiver that is always on decoded.
+    /// Bytes decoded by a receiver that is always on.
     pub wire: Vec<u8>,
     /// PWM changes: servo, time after the master's last bit, PWM.
     pub pwm_changes: Vec<(usize, f64, u16)>,
@@ -78,10 +78,10 @@ pub struct Replay {
 
 impl Replay {
     /// Powers up the servos of a scenario's first exchange. `position` is
-    /// where the first servo's sensor stands if the record does not tell.
+    /// where the first servo's sensor stands if the record does not have it.
     ///
     /// # Panics
-    /// If the exchange does not say what the servos' EEPROMs hold.
+    /// If the exchange lacks the contents of the servos' EEPROMs.
     pub fn new(first: &Exchange, position: Option<u16>) -> Self {
         let roms = first.power_up.as_ref().expect("a first exchange");
         let servos = roms
@@ -199,7 +199,7 @@ impl Replay {
         outcome
     }
 
-    /// What was sent between two exchanges belongs to none.
+    /// Bytes sent between two exchanges belong to none.
     fn skip_records(&mut self) {
         let records = self.wire.take_records();
         let mut nobody = Outcome {

@@ -19,7 +19,7 @@ pub const OFF: [u16; 2] = [1_000; 2];
 /// A busy machine may take this long for anything.
 const LONG: Duration = Duration::from_secs(30);
 
-/// What can be seen of it from outside.
+/// State of a served board, as seen on its link.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     /// The mode.
@@ -78,8 +78,8 @@ impl Served {
     }
 
     /// Waits until it is so.
-    pub fn until(&self, what: &str, is_so: impl Fn(&Seen) -> bool) {
-        until(what, || is_so(&self.seen()));
+    pub fn until(&self, condition: &str, is_so: impl Fn(&Seen) -> bool) {
+        until(condition, || is_so(&self.seen()));
     }
 
     /// Waits until the motors are off.
@@ -91,10 +91,10 @@ impl Served {
 }
 
 /// Waits until it is so.
-pub fn until(what: &str, mut is_so: impl FnMut() -> bool) {
+pub fn until(condition: &str, mut is_so: impl FnMut() -> bool) {
     let begun = Instant::now();
     while !is_so() {
-        assert!(begun.elapsed() < LONG, "never: {what}");
+        assert!(begun.elapsed() < LONG, "never: {condition}");
         std::thread::sleep(Duration::from_millis(2));
     }
 }

@@ -43,7 +43,7 @@ impl Served {
 
 impl Drop for Served {
     fn drop(&mut self) {
-        // Who says nothing ends it, after all who have connected before.
+        // A connection without a byte ends it, after all earlier connections.
         let _ = TcpStream::connect(self.0);
     }
 }
@@ -63,7 +63,7 @@ pub fn serve(servos: &[(Kind, u8)], echo: bool) -> Served {
             if matches!(stream.peek(&mut [0]), Ok(0)) {
                 return;
             }
-            // Who hangs up early is gone, and the next one comes.
+            // A connection that is closed early is skipped.
             let _ = bench.serve(stream.try_clone().unwrap(), stream, || None, echo);
         }
     });

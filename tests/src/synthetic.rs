@@ -7,7 +7,7 @@
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::estimate::Config;
 use armbridge_shared::link::message::{
-    Controller, Drive, Gains, Guards, Missing, Mode, Record, Sample, Setup, Timing,
+    Controller, Drive, Gains, Missing, Mode, Record, Sample, Setup, Timing,
 };
 
 /// Angle of one encoder count: 300 degrees over 1023 counts.
@@ -61,7 +61,7 @@ impl Noise {
     }
 }
 
-/// What one joint of the synthetic arm remembers.
+/// State of one joint of the synthetic arm.
 struct Joint {
     q: f64,
     dq: f64,
@@ -136,24 +136,20 @@ pub fn run(friction_nm: f64) -> Vec<Record> {
             } else {
                 Mode::Boot
             },
-            guards: Guards::NONE,
             samples,
-            alarms: [0, 0],
             pwm_in_force,
             pwm_next: [joints[0].pwm, joints[1].pwm],
             reference_rad: if up { reference } else { [0.0; 2] },
-            reference_speed_rad_s: [0.0; 2],
             angle_rad: [joints[0].angle as f32, joints[1].angle as f32],
             speed_rad_s: [joints[0].speed as f32, joints[1].speed as f32],
             torque_nm: [joints[0].torque as f32, joints[1].torque as f32],
-            disturbance_nm: [0.0; 2],
             timing: Timing {
                 start_error_us,
                 bus_us: 470 + (noise.next() * 25.0) as u32,
                 compute_ns: 1500 + (noise.next().powi(20) * 20_000.0) as u32,
                 missed: 0,
             },
-            dropped: 0,
+            ..Record::NONE
         }
     };
     (0..10_020).map(tick).collect()

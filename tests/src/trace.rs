@@ -40,13 +40,13 @@ impl Exchange {
     }
 
     /// Did this result differ with the phase of the servo's main loop?
-    pub fn varies(&self, what: &str) -> bool {
-        self.phase_dependent.iter().any(|name| name == what)
+    pub fn varies(&self, field: &str) -> bool {
+        self.phase_dependent.iter().any(|name| name == field)
     }
 
     /// The same for a result that each servo has.
-    pub fn varies_for(&self, what: &str, servo: usize) -> bool {
-        self.varies(&format!("{what}[{servo}]"))
+    pub fn varies_for(&self, field: &str, servo: usize) -> bool {
+        self.varies(&format!("{field}[{servo}]"))
     }
 }
 
@@ -58,7 +58,7 @@ pub struct OnBus {
     pub temperature: u16,
 }
 
-/// What was done to a servo between two exchanges.
+/// A change of a servo between two exchanges.
 #[derive(Debug, Clone, Deserialize)]
 #[allow(missing_docs)]
 pub struct Event {

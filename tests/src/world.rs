@@ -14,24 +14,24 @@ use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::plant::{Plant, PlantConfig};
 
-/// A host, and everything that is said between it and the board.
+/// A host, and every message between it and the board.
 pub struct Overheard<H> {
     /// The host.
     pub host: H,
     decoder: LinkDecoder,
-    /// What was said, in order.
+    /// Events of the link, in order.
     pub events: Vec<Event>,
-    said: Vec<u8>,
+    outgoing: Vec<u8>,
 }
 
 impl<H> Overheard<H> {
-    /// Nothing has been said yet.
+    /// No events yet.
     pub fn new(host: H) -> Self {
         Self {
             host,
             decoder: LinkDecoder::default(),
             events: Vec::new(),
-            said: Vec::new(),
+            outgoing: Vec::new(),
         }
     }
 }
@@ -40,13 +40,13 @@ impl<H: Host> Host for Overheard<H> {
     type Error = H::Error;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
-        self.said.clear();
-        self.said.extend_from_slice(self.host.transmit(now_us)?);
+        self.outgoing.clear();
+        self.outgoing.extend_from_slice(self.host.transmit(now_us)?);
         let events = &mut self.events;
         let hear = |event| events.push(event);
         self.decoder
-            .take(Direction::ToBoard, now_us * 1_000, &self.said, hear);
-        Ok(&self.said)
+            .take(Direction::ToBoard, now_us * 1_000, &self.outgoing, hear);
+        Ok(&self.outgoing)
     }
 
     fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
@@ -99,18 +99,18 @@ pub fn replay(events: &[Event]) -> Report {
     replay_with(events, Changes::default())
 }
 
-/// What a free host does.
+/// An action of a free host.
 #[derive(Clone, Copy, Debug)]
 pub enum Act {
-    /// Commands this; arming quotes the session that the board told last.
+    /// A command; arming quotes the session last reported by the board.
     Command(Command),
-    /// Says this once.
-    Say(ToBoard),
-    /// Says nothing for so long, in µs.
+    /// A message, sent once.
+    Message(ToBoard),
+    /// Silence for this time in µs.
     Silence(u64),
 }
 
-/// A host that does one thing after the other, whatever the board says.
+/// A host that acts by a script, whatever the board sends.
 #[derive(Debug)]
 pub struct Free {
     client: CommandLink,
@@ -152,7 +152,7 @@ impl Host for Free {
                     session: self.session,
                 }),
                 Act::Command(command) => self.client.command(command),
-                Act::Say(message) => self.client.send(message),
+                Act::Message(message) => self.client.send(message),
                 Act::Silence(lasts_us) => self.silent_us = now_us + lasts_us,
             }
         }
@@ -182,8 +182,8 @@ impl Host for Free {
     }
 }
 
-/// A free host's time on the bench, as it was heard on the link; `meddle` may do
-/// something to the bench each ms.
+/// A free host's run on the bench, as events of the link; `meddle` may change the bench
+/// each ms.
 ///
 /// # Panics
 /// If there is no default set-up.
@@ -208,7 +208,7 @@ pub fn overheard(
     run.host.events
 }
 
-/// The ticks among what was heard.
+/// The records among the events.
 pub fn records(events: &[Event]) -> impl Iterator<Item = Record> {
     events.iter().filter_map(|event| match event.kind {
         EventKind::Received(_, ToHost::Record(record)) => Some(record),

@@ -66,21 +66,21 @@ pub struct PlanRunner<K = AllRecords> {
     late_points: u64,
     watch: Watch,
     offset: Offset,
-    /// What is still to be told in this phase, one after the other.
+    /// Commands still to be sent in this phase, in order.
     queue: VecDeque<Command>,
-    /// As the board said first, and as it said last.
+    /// As first and as last reported by the board.
     settings: Option<[Settings; 2]>,
     begun_with: Option<Settings>,
     /// Name of the last command.
-    asked: &'static str,
+    last_command: &'static str,
     /// Torque is on, or may be: what an idle board is a surprise to.
     is_armed: bool,
     /// Since when the board is idle all the same.
     idle_since_us: Option<u64>,
-    heard_us: u64,
+    received_us: u64,
     begun_us: Option<u64>,
     mode: Mode,
-    hands: Option<Sender<Interaction>>,
+    pushes: Option<Sender<Interaction>>,
     ending: Option<Ending>,
     /// Why to give up once the motors are off.
     trouble: Option<PlanError>,
@@ -123,13 +123,13 @@ impl<K: RecordSink> PlanRunner<K> {
             queue: VecDeque::new(),
             settings: None,
             begun_with: None,
-            asked: "idle",
+            last_command: "idle",
             is_armed: false,
             idle_since_us: None,
-            heard_us: 0,
+            received_us: 0,
             begun_us: None,
             mode: Mode::Boot,
-            hands: None,
+            pushes: None,
             ending: None,
             trouble: None,
             interrupt: || false,
@@ -147,13 +147,13 @@ impl<K: RecordSink> PlanRunner<K> {
     /// The plan's pushes as they fall due, for a simulation of the arm. Without a
     /// receiver there are none, as on a real arm.
     pub fn interactions(&mut self) -> Receiver<Interaction> {
-        let (hands, interactions) = channel();
-        self.hands = Some(hands);
+        let (pushes, interactions) = channel();
+        self.pushes = Some(pushes);
         interactions
     }
 
     fn command(&mut self, now_us: u64, command: Command) {
-        self.asked = enum_names::command(&command);
+        self.last_command = enum_names::command(&command);
         self.keep.command(now_us, &command);
         self.session.request(now_us, Request::Command(command));
     }
@@ -162,7 +162,7 @@ impl<K: RecordSink> PlanRunner<K> {
         let report = self.session.status().report;
         let session = report.map_or(0, |report| report.session);
         let command = Command::Arm { session };
-        self.asked = enum_names::command(&command);
+        self.last_command = enum_names::command(&command);
         self.keep.command(now_us, &command);
         self.session.request(now_us, Request::Arm);
     }
@@ -175,7 +175,7 @@ impl<K: RecordSink> PlanRunner<K> {
         let elapsed_us = now_us.saturating_sub(since_us);
         if elapsed_us >= self.plan.stop.after_us {
             self.end(now_us, Ending::Time);
-        } else if now_us.saturating_sub(self.heard_us) > ANSWER_TIMEOUT_US {
+        } else if now_us.saturating_sub(self.received_us) > ANSWER_TIMEOUT_US {
             self.give_up(now_us, SessionError::Silent.into());
         } else if self.session.is_settled() {
             match timeline.take(elapsed_us, &self.plan.steps) {

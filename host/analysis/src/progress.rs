@@ -1,7 +1,7 @@
 //! How far a run has come, on a terminal only.
 //!
 //! Drawn on standard error, so that standard output stays clean for the
-//! summary. Silent when standard error is not a terminal, or when told so.
+//! summary. Silent when standard error is not a terminal, or when so requested.
 
 use std::io::IsTerminal;
 

@@ -9,7 +9,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Folder that run folders go into unless told otherwise.
+/// Default folder for run folders.
 pub const DEFAULT_BASE: &str = "runs";
 
 /// Folders of the same second before something else must be wrong.
@@ -30,7 +30,7 @@ pub struct RunFolder {
 pub struct RunFolderError {
     /// Folder that was tried.
     pub path: PathBuf,
-    /// What the system said.
+    /// The system's error.
     pub source: std::io::Error,
 }
 

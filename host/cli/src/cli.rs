@@ -20,7 +20,7 @@ pub(crate) struct Cli {
     pub(crate) command: Option<Command>,
 }
 
-/// What to do.
+/// Commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Run a scenario: setpoints, motions, gains and pushes on a timeline.
@@ -29,13 +29,13 @@ pub(crate) enum Command {
     /// Watch and steer a board on a dashboard in the terminal.
     #[command(after_help = watch::EXAMPLES)]
     Watch(watch::WatchArgs),
-    /// Serve the topics of a log to viewers such as Foxglove, as they happen.
+    /// Serve the topics of a log live to viewers such as Foxglove.
     #[command(after_help = foxglove::EXAMPLES)]
     Foxglove(foxglove::FoxgloveArgs),
     /// Show board, servo and link status.
     #[command(after_help = status::EXAMPLES)]
     Status(TaskArgs),
-    /// Make the arm ready to move, with zero torque, and stay until ctrl-c.
+    /// Make the arm ready to move, with zero torque, until ctrl-c.
     #[command(after_help = arm::EXAMPLES)]
     Arm(arm::ArmedArgs),
     /// Switch the motors off.
@@ -47,7 +47,7 @@ pub(crate) enum Command {
     /// Clear a latched fault.
     #[command(after_help = clear::EXAMPLES)]
     Clear(TaskArgs),
-    /// Find each joint's zero and sign, guided, and save them on the board.
+    /// Find each joint's zero and direction by hand, and save them on the board.
     #[command(after_help = calibrate::EXAMPLES)]
     Calibrate(calibrate::CalibrateArgs),
     /// Find the servos on a bus.
@@ -59,19 +59,19 @@ pub(crate) enum Command {
     /// Show or change the board's parameters: gains, limits, calibration, model.
     #[command(after_help = params::EXAMPLES)]
     Params(params::ParamsArgs),
-    /// Design gains; show poles, margins and the answer to a step.
+    /// Design gains; show poles, margins and the step response.
     #[command(after_help = design::EXAMPLES)]
     Design(Box<design::DesignArgs>),
-    /// Identify an arm from its logs.
+    /// Identify an arm's parameters from its logs.
     #[command(after_help = identify::EXAMPLES)]
     Identify(identify::IdentifyArgs),
-    /// Show what armbridge.toml and the environment set, and what they could.
+    /// Show the configuration of armbridge.toml and the environment, or every key.
     #[command(after_help = config::EXAMPLES)]
     Config(config::ConfigArgs),
     /// Summarise a log: run, gaps, faults, commands, settings, clocks.
     #[command(after_help = info::EXAMPLES)]
     Info(info::InfoArgs),
-    /// Draw a log, or two logs on top of each other.
+    /// Draw a log, or two logs over each other.
     #[command(after_help = plot::EXAMPLES)]
     Plot(plot::PlotArgs),
     /// Write a log as CSV, Parquet or .mat.
@@ -80,22 +80,22 @@ pub(crate) enum Command {
     /// Show where two logs differ: settings, commands, outputs.
     #[command(after_help = diff::EXAMPLES)]
     Diff(diff::DiffArgs),
-    /// Put a log's inputs through the board's code again, and compare bit for bit.
+    /// Run a log's inputs through the board's code again, and compare bit for bit.
     #[command(after_help = replay::EXAMPLES)]
     Replay(replay::ReplayArgs),
     /// Run any controller and estimator on any simulated arm, for many seeds.
     #[command(after_help = bench::EXAMPLES)]
     Bench(bench::BenchArgs),
-    /// Inject every kind of fault on the bench, and judge the board by its reaction.
+    /// Inject every kind of fault in simulation, and check the board's reaction.
     #[command(after_help = fault_campaign::EXAMPLES)]
     FaultCampaign(fault_campaign::FaultCampaignArgs),
-    /// Compute the paper's numbers and figures again, as a page with verdicts.
+    /// Recompute the paper's numbers and figures, as a page with verdicts.
     #[command(after_help = paper::EXAMPLES)]
     Paper(OutputArgs),
     /// Serve a simulated board or virtual servos to other programs.
     #[command(after_help = serve::EXAMPLES)]
     Serve(serve::ServeArgs),
-    /// Print the completions of a shell.
+    /// Print completions for a shell.
     #[command(after_help = completions::EXAMPLES)]
     Completions(completions::CompletionsArgs),
     /// Print the manual page, or write those of all commands.
@@ -104,7 +104,7 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// Does it.
+    /// Runs the command.
     pub(crate) fn run(&self) -> Outcome {
         match self {
             Self::Run(args) => run::run(args),

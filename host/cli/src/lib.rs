@@ -6,5 +6,6 @@ pub mod config;
 #[cfg(feature = "foxglove")]
 pub mod foxglove;
 pub mod link_thread;
+mod open_commands;
 pub mod tasks;
 pub mod watch;

@@ -1,9 +1,9 @@
 //! Link thread: drives a board's link while the program's other threads show and steer it.
 //!
-//! On a simulated arm it also passes on what hands do: bring the arm back to where it
-//! began, hold it until a motor drives it, and push it.
+//! On a simulated arm it also passes on what hands do: lift the arm to its start, hold it
+//! until a motor drives it, and push it.
 //!
-//! However it ends, by a key, an error or a panic, the board is disarmed and the thread is
+//! At any end, by a key, an error or a panic, the board is disarmed and the thread is
 //! joined.
 
 use std::sync::mpsc::{Sender, channel};
@@ -17,16 +17,16 @@ use armbridge_sim::cosim::Interaction;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::Push;
 
-/// How long the board may take to say that it is disarmed.
+/// How long the board may take to acknowledge that it is disarmed.
 const LEAVE: Duration = Duration::from_secs(3);
-/// Between two looks at whether it has.
+/// Period at which that is checked.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// What a push by a key is: one that a standing arm takes without falling.
+/// A push by a key, which a standing arm takes without falling.
 const PUSH_NM: f64 = 0.3;
 const PUSH_NS: u64 = 200_000_000;
 
-/// What a hand does to a simulated arm.
+/// A hand on a simulated arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hand {
     /// Brings it back to where it began, and holds it until a motor drives it.
@@ -46,12 +46,12 @@ pub enum LinkThreadError {
     Link(#[from] LinkError<SessionError>),
     /// The board does not acknowledge that it has disarmed.
     #[error(
-        "the link does not end; the board switches torque off when its host is silent: look \
-         whether the arm is limp"
+        "the link does not end; the board switches torque off when its host is silent: check \
+         that the arm is limp"
     )]
     Stuck,
     /// The thread panicked.
-    #[error("the link's thread ended by a mistake of this program")]
+    #[error("the link's thread panicked: an error of this program")]
     Panicked,
 }
 
@@ -64,7 +64,7 @@ pub struct LinkThread {
 }
 
 impl LinkThread {
-    /// Begins to serve the link. `options` say how, and who listens.
+    /// Begins to serve the link, with these options and taps.
     ///
     /// # Errors
     /// If the system has no thread left.
@@ -79,7 +79,7 @@ impl LinkThread {
             hands,
             thread: None,
         };
-        thread.handle(Hand::Lift);
+        thread.apply_hand(Hand::Lift);
         let served = std::thread::Builder::new()
             .name("link".into())
             .spawn(move || {
@@ -93,14 +93,14 @@ impl LinkThread {
         Ok(thread)
     }
 
-    /// Asks something of the board.
-    pub fn ask(&self, request: Request) {
+    /// Makes a request of the board.
+    pub fn request(&self, request: Request) {
         // A link that has ended is noticed by `is_over`.
         let _ = self.session.request(request);
     }
 
-    /// Does something to the simulated arm; nothing to a real one.
-    pub fn handle(&self, hand: Hand) {
+    /// Applies a hand to the simulated arm; without effect on a real one.
+    pub fn apply_hand(&self, hand: Hand) {
         let interaction = match hand {
             Hand::Lift => Interaction::Lift,
             Hand::Push(joint) => Interaction::Push(Push {
@@ -119,7 +119,7 @@ impl LinkThread {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Disarms the board and waits until it has said so.
+    /// Disarms the board and waits until it has acknowledged that.
     ///
     /// # Errors
     /// If the link could not be served, or ended by itself.
@@ -128,7 +128,7 @@ impl LinkThread {
     }
 
     fn leave(&mut self) -> Result<(), LinkThreadError> {
-        self.ask(Request::Leave);
+        self.request(Request::Leave);
         let begun = Instant::now();
         while !self.is_over() {
             if begun.elapsed() > LEAVE {
@@ -146,7 +146,7 @@ impl LinkThread {
 
 impl Drop for LinkThread {
     fn drop(&mut self) {
-        // Nobody is left to be told.
+        // An error cannot be returned here.
         let _ = self.leave();
     }
 }

@@ -1,7 +1,7 @@
 //! The `armbridge` program.
 //!
-//! Exit codes: 0 done, 1 a fault ended the run or no servo did as asked, 2 it
-//! could not be done as asked.
+//! Exit codes: 0 done; 1 it failed on the board, on a servo or by its result; 2 it could not
+//! be done at all.
 #![forbid(unsafe_code)]
 
 mod args;
@@ -31,17 +31,17 @@ fn main() -> ExitCode {
     }
 }
 
-/// What clap says of wrong arguments, in one line: its paragraphs but the usage.
+/// clap's message on wrong arguments, in one line without the usage.
 fn without_usage(message: &str) -> String {
     let paragraphs = message.split("\n\n").map(|paragraph| {
         let words: Vec<&str> = paragraph.split_whitespace().collect();
         words.join(" ")
     });
-    let said: Vec<String> = paragraphs
+    let text: Vec<String> = paragraphs
         .filter(|paragraph| !paragraph.starts_with("Usage:"))
         .collect();
-    let said = said.join(". ");
-    said.strip_prefix("error: ").unwrap_or(&said).to_owned()
+    let text = text.join(". ");
+    text.strip_prefix("error: ").unwrap_or(&text).to_owned()
 }
 
 /// An error and its causes.

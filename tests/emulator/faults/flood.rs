@@ -33,9 +33,9 @@ fn garbage_does_not_keep_the_tick_waiting() {
     let mut random = Random::new(1);
     let garbage = rig.flood((0..GARBAGE).map(|_| random.byte()).collect());
     rig.until("the end of the garbage", |_| garbage.is_finished());
-    // What comes after it is answered after it.
+    // A command after it is answered after it.
     rig.pilot.client.command(Command::Idle);
-    rig.until_said("an answer", |said| matches!(said, BoardMessage::Done));
+    rig.until_message("an answer", |message| matches!(message, BoardMessage::Done));
 
     let fault = Fault::EmergencyStop(StopSource::Flood);
     let trip = rig.pilot.trip().unwrap();

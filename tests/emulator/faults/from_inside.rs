@@ -2,9 +2,9 @@
 //! tick that hangs.
 //!
 //! Each is provoked while the arm is driven. What is on the bus then is what
-//! `firmware::end` says: the handler's stop sequence, the one at boot, the one of
+//! `firmware::end` documents: the handler's stop sequence, the one at boot, the one of
 //! bring-up, with nothing in between. The handler writes a line to the log when it
-//! has sent its own, and the board's clock at its head tells how long that took.
+//! has sent its own, and the board's clock at its head shows how long that took.
 
 use armbridge_client::session::BoardMessage;
 use armbridge_shared::link::message::{Command, End, LastEnd, Mode, Refusal, ToHost};
@@ -32,7 +32,7 @@ const HANG_MS: f64 = 170.0;
 const TICKS: u32 = 5;
 
 /// Makes the firmware fail while the arm is driven, sees the motors stop within
-/// `bound_ms` by the line that says `logged`, and returns what the next life tells.
+/// `bound_ms` by the log line with `logged`, and returns the report of the next boot.
 fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
     let provocation = Provocation {
         failure,
@@ -42,8 +42,8 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
     let driven_until = rig.until_driven();
     let first = rig.pilot.report().unwrap();
     assert_eq!(first.last_end.cause, End::PowerUp, "not driven in time");
-    let is_reset = |said: &BoardMessage| matches!(said, BoardMessage::Other(ToHost::Board(report)) if first.is_before_reset(report));
-    rig.until_said("a reset", is_reset);
+    let is_reset = |message: &BoardMessage| matches!(message, BoardMessage::Other(ToHost::Board(report)) if first.is_before_reset(report));
+    rig.until_message("a reset", is_reset);
     let end = rig.pilot.report().unwrap().last_end;
 
     // Driven until the end.
@@ -71,8 +71,8 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
         (Command::Regulate([0.0; 2]), Refusal::Disarmed),
     ] {
         rig.pilot.client.command(command);
-        let answer = rig.until_said("an answer", |said| {
-            matches!(said, BoardMessage::Done | BoardMessage::Refused(_))
+        let answer = rig.until_message("an answer", |message| {
+            matches!(message, BoardMessage::Done | BoardMessage::Refused(_))
         });
         assert_eq!(answer, BoardMessage::Refused(refusal));
     }
@@ -100,7 +100,7 @@ fn function(pc: u32) -> String {
     let image = object::File::parse(&*image).unwrap();
     let is_it = |begin: u64, size: u64| (begin..begin + size).contains(&u64::from(pc));
     let mut symbols = image.symbols();
-    // The lowest bit of a function's address says that it is Thumb code.
+    // The lowest bit of a function's address marks Thumb code.
     let symbol = symbols.find(|symbol| is_it(symbol.address() & !1, symbol.size()));
     symbol
         .and_then(|symbol| symbol.name().ok())

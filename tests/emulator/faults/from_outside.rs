@@ -15,8 +15,8 @@ use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_client::endpoint::Endpoint;
 use armbridge_client::tcp_pump;
 use armbridge_shared::link::message::{Command, Drive, Fault, Setup, StopSource};
-use armbridge_shared::link::motion::Motion;
 use armbridge_sim::link_server::LinkServer;
+use armbridge_tests::sinusoid;
 
 use super::pilot::Pilot;
 use super::tap::{OFF, pwm, run, until};
@@ -51,17 +51,9 @@ impl Drop for Doomed {
 
 /// The other process: lets the arm follow a wave until it is killed.
 fn be_the_host(link: &str) {
-    let wave = Motion::Sinusoid {
-        centre_rad: [0.0; 2],
-        amplitude_rad: [0.2, 0.1],
-        frequency_hz: [1.0, 0.7],
-        phase_rad: [0.0; 2],
-        ramp_s: 0.7,
-        duration_s: 60.0,
-    };
     let script = Script {
         setup: Setup::default(),
-        commands: vec![(0, Command::Follow(wave))],
+        commands: vec![(0, Command::Follow(sinusoid(60.0)))],
         duration_us: 60_000_000,
     };
     let at: Endpoint = link.parse().unwrap();
@@ -126,9 +118,8 @@ fn a_killed_host_is_a_silent_host() {
     );
 }
 
-/// The wire between board and servos breaks, for the board to hear nothing and for
-/// the servos to obey what they heard last. When it is whole again they are told
-/// off with the next tick.
+/// The wire between board and servos breaks: the board receives nothing, and the servos
+/// keep their last command. Once it is whole again, the next tick switches them off.
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn a_bus_that_stops_is_told_to_stop() {

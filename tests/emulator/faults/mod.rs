@@ -1,4 +1,4 @@
-//! Whatever fails around the emulated firmware, or in it, the stop sequence is on
+//! For any failure around the emulated firmware, or in it, the stop sequence is on
 //! the bus within its bound.
 //!
 //! | what fails              | time         | bound                               |

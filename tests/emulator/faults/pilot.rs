@@ -1,4 +1,4 @@
-//! A host that greets the board, arms it, drives the arm, and hears all there is.
+//! A host that greets the board, arms it, drives the arm, and keeps every message.
 
 use std::convert::Infallible;
 
@@ -20,15 +20,15 @@ enum Stage {
     Driving,
 }
 
-/// Whoever drives the arm.
+/// The host that drives the arm.
 #[derive(Debug)]
 pub(crate) struct Pilot {
     /// For what else is to be commanded.
     pub(crate) client: CommandLink,
     drive: Command,
     stage: Stage,
-    /// All that the board said, in order.
-    pub(crate) heard: Vec<BoardMessage>,
+    /// The board's messages, in order.
+    pub(crate) messages: Vec<BoardMessage>,
     /// Speaks garbage and nothing else from now on.
     pub(crate) is_flooding: bool,
     random: Random,
@@ -43,7 +43,7 @@ impl Pilot {
             client: CommandLink::default(),
             drive,
             stage: Stage::Waiting,
-            heard: Vec::new(),
+            messages: Vec::new(),
             is_flooding: false,
             random: Random::new(1),
             garbage: Vec::new(),
@@ -58,23 +58,26 @@ impl Pilot {
 
     /// All records.
     pub(crate) fn records(&self) -> impl Iterator<Item = Record> {
-        self.heard.iter().filter_map(|said| match said {
+        self.messages.iter().filter_map(|message| match message {
             BoardMessage::Other(ToHost::Record(record)) => Some(*record),
             _ => None,
         })
     }
 
-    /// What the board said of itself last.
+    /// The board's latest report.
     pub(crate) fn report(&self) -> Option<BoardReport> {
-        self.heard.iter().rev().find_map(|said| match said {
-            BoardMessage::Other(ToHost::Board(report)) => Some(*report),
-            _ => None,
-        })
+        self.messages
+            .iter()
+            .rev()
+            .find_map(|message| match message {
+                BoardMessage::Other(ToHost::Board(report)) => Some(*report),
+                _ => None,
+            })
     }
 
     /// Why the board switched torque off.
     pub(crate) fn trip(&self) -> Option<Trip> {
-        self.heard.iter().find_map(|said| match said {
+        self.messages.iter().find_map(|message| match message {
             BoardMessage::Other(ToHost::Tripped(trip)) => Some(*trip),
             _ => None,
         })
@@ -86,9 +89,9 @@ impl Pilot {
         self.stage = Stage::Arming;
     }
 
-    fn take(&mut self, said: BoardMessage) {
-        self.heard.push(said);
-        match (said, self.stage) {
+    fn take(&mut self, message: BoardMessage) {
+        self.messages.push(message);
+        match (message, self.stage) {
             (BoardMessage::Other(ToHost::Record(record)), Stage::Waiting)
                 if record.mode == Mode::Idle =>
             {

@@ -31,10 +31,10 @@ const STEP: Duration = Duration::from_micros(200);
 /// When the servos can be asked first, in µs of theirs.
 const STARTED_US: u64 = 5_000;
 
-/// What was seen on the bus.
+/// Bytes on the bus.
 #[derive(Debug, Default)]
 pub(crate) struct Bus {
-    /// What the board sent.
+    /// Bytes of the board.
     pub(crate) sent: Vec<u8>,
     /// PWM of the motors whenever it changed.
     pub(crate) pwm: Vec<[u16; JOINTS]>,
@@ -82,16 +82,16 @@ impl Rig {
     }
 
     /// Lets the pilot talk to the board until `is_it`.
-    pub(crate) fn until(&mut self, what: &str, mut is_it: impl FnMut(&Pilot) -> bool) {
+    pub(crate) fn until(&mut self, condition: &str, mut is_it: impl FnMut(&Pilot) -> bool) {
         let begun = Instant::now();
         let mut bytes = [0; 4_096];
         self.qemu.link.set_read_timeout(Some(STEP)).unwrap();
         while !is_it(&self.pilot) {
             assert!(
                 begun.elapsed() < PATIENCE,
-                "waited for {what} in vain; log {:#?}, heard last {:?}",
+                "waited for {condition} in vain; log {:#?}, last message {:?}",
                 self.log.lock().unwrap(),
-                self.pilot.heard.last()
+                self.pilot.messages.last()
             );
             let now_us = self.begun.elapsed().as_micros() as u64 / u64::from(self.slow);
             let Ok(say) = self.pilot.transmit(now_us);
@@ -106,16 +106,18 @@ impl Rig {
         }
     }
 
-    /// The same, until it has said something that it had not before.
-    pub(crate) fn until_said(
+    /// The same, until the board sends such a message.
+    pub(crate) fn until_message(
         &mut self,
-        what: &str,
+        condition: &str,
         mut is_it: impl FnMut(&BoardMessage) -> bool,
     ) -> BoardMessage {
-        let before = self.pilot.heard.len();
-        self.until(what, |pilot| pilot.heard[before..].iter().any(&mut is_it));
-        let mut said = self.pilot.heard[before..].iter();
-        *said.find(|said| is_it(said)).unwrap()
+        let before = self.pilot.messages.len();
+        self.until(condition, |pilot| {
+            pilot.messages[before..].iter().any(&mut is_it)
+        });
+        let mut messages = self.pilot.messages[before..].iter();
+        *messages.find(|message| is_it(message)).unwrap()
     }
 
     /// Until the arm is driven. Returns how much had been on the bus before.
@@ -127,7 +129,7 @@ impl Rig {
         self.bus.lock().unwrap().sent.len()
     }
 
-    /// Lets somebody else say this on the pilot's link, as fast as the board takes it.
+    /// Writes these bytes to the pilot's link, as fast as the board takes them.
     pub(crate) fn flood(&self, bytes: Vec<u8>) -> JoinHandle<()> {
         let mut link = self.qemu.link.try_clone().unwrap();
         std::thread::spawn(move || {
@@ -136,11 +138,11 @@ impl Rig {
         })
     }
 
-    /// Of the lines of the log that say this, the first: and when it was written,
-    /// in µs of the board's time.
-    pub(crate) fn logged(&self, what: &str) -> Option<(f64, String)> {
+    /// The first line of the log that contains this, and when it was written, in µs of the
+    /// board's time.
+    pub(crate) fn logged(&self, text: &str) -> Option<(f64, String)> {
         let log = self.log.lock().unwrap();
-        let line = log.iter().find(|line| line.contains(what))?;
+        let line = log.iter().find(|line| line.contains(text))?;
         let at_s: f64 = line.split(' ').next()?.parse().ok()?;
         Some((at_s * 1e6, line.clone()))
     }
@@ -161,7 +163,7 @@ impl Drop for Rig {
 fn serve(mut stream: TcpStream, slow: u32, seen: &Mutex<Bus>) {
     let mut bench = Bench::new(Plant::new(plant([0.2, -0.2], true), 1));
     let begun = Instant::now();
-    let (mut bytes, mut heard) = ([0; 1_024], Vec::new());
+    let (mut bytes, mut from_bench) = ([0; 1_024], Vec::new());
     stream.set_read_timeout(Some(STEP)).unwrap();
     loop {
         let count = match stream.read(&mut bytes) {
@@ -171,12 +173,12 @@ fn serve(mut stream: TcpStream, slow: u32, seen: &Mutex<Bus>) {
             Err(_) => return,
         };
         let now_us = STARTED_US + begun.elapsed().as_micros() as u64 / u64::from(slow);
-        bench.advance(now_us, None, &mut heard);
+        bench.advance(now_us, None, &mut from_bench);
         bench.send(now_us, &bytes[..count]);
-        if stream.write_all(&heard).is_err() {
+        if stream.write_all(&from_bench).is_err() {
             return;
         }
-        heard.clear();
+        from_bench.clear();
         let pwm = [0, 1].map(|joint| bench.applied_pwm(joint));
         let mut seen = seen.lock().unwrap();
         seen.sent.extend_from_slice(&bytes[..count]);

@@ -1,4 +1,4 @@
-//! What passes the emulated board in lockstep, and when.
+//! Bytes to and from the emulated board in lockstep, with their times.
 
 use armbridge_client::Host;
 use armbridge_shared::JOINTS;
@@ -18,18 +18,18 @@ use super::stop;
 /// The bus's speed, in bits per second.
 const BAUD: u32 = 1_000_000;
 
-/// A board, and somebody who listens at its wires and can cut one.
+/// A board, with a tap on its wires that can cut one.
 #[derive(Debug)]
 pub(crate) struct Tap {
     board: EmulatedBoard,
     /// The servo bus is cut between board and servos.
     pub(crate) is_cut: bool,
-    /// What the board put on the bus, and when each byte had left, in µs.
+    /// Bytes of the board on the bus, and when each had left, in µs.
     sent: Vec<(u8, u64)>,
-    /// When the host last said something.
+    /// When the host last sent bytes.
     pub(crate) host_spoke_us: u64,
     decoder: Decoder,
-    /// What the board told the host.
+    /// The board's records.
     pub(crate) records: Vec<Record>,
     pub(crate) trips: Vec<Trip>,
 }

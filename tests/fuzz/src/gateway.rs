@@ -75,7 +75,7 @@ type Packets = Vec<(Firmware, Vec<u8>)>;
 struct Stream<'a> {
     framer: Framer,
     now_us: u64,
-    /// What the framer was not yet seen to hand out.
+    /// Bytes that the framer has not returned yet.
     rest: &'a [u8],
     input: &'a [u8],
     packets: Packets,
@@ -103,7 +103,7 @@ impl<'a> Stream<'a> {
                 let kind = self.framer.expire(self.now_us);
                 self.take(kind);
             }
-            // Nothing is held: what begins here ends where its length says.
+            // Nothing is held: a packet that begins here ends by its length field.
             due = due.filter(|(last, _)| *last >= at);
             if due.is_none() && self.framer.wake_at_us().is_none() {
                 let (begun, len) = (&self.input[at..], header(&self.input[at..]));
@@ -181,7 +181,7 @@ fn whole(bytes: &[u8]) -> Option<(usize, Firmware)> {
     header(bytes).filter(|(len, _)| bytes.len() >= *len)
 }
 
-/// Length of the packet that these bytes begin with, by what its header says.
+/// Length of the packet that these bytes begin with, by its header.
 fn header(bytes: &[u8]) -> Option<(usize, Firmware)> {
     Some(match *bytes {
         [MORPHEUS, length @ 3..=200, ..] => (usize::from(length) + 3, Firmware::Morpheus),

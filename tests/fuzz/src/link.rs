@@ -75,7 +75,7 @@ fn body<M: Message + Debug>(input: &[u8]) -> usize {
     0
 }
 
-/// Pushes a frame, whose last byte says what is in it.
+/// Pushes a frame, whose last byte selects its contents.
 fn push<M: Message + Debug>(decoder: &mut Decoder, frame: &[u8]) -> Result<(u16, M), FrameError> {
     let (end, before) = frame.split_last().expect("a frame has bytes");
     for byte in before {
@@ -85,8 +85,8 @@ fn push<M: Message + Debug>(decoder: &mut Decoder, frame: &[u8]) -> Result<(u16,
     result.map(|received| (received.sequence, received.message))
 }
 
-/// A message that was understood arrives in the same bytes when it is said
-/// again. Compared as bytes, since no NaN equals itself.
+/// A decoded message encodes to the same bytes. Compared as bytes, since no NaN equals
+/// itself.
 fn can_be_said_again<M: Message + Debug>(message: &M) {
     let (mut first, mut second) = (Encoder::default(), Encoder::default());
     let (_, bytes) = first.encode(message);

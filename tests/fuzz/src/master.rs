@@ -1,14 +1,14 @@
 //! The bus master, between whose polls anything may happen.
 //!
-//! The input is a script: what is asked of the master, and before each poll,
-//! what the port hears, how much it takes and how late it is.
+//! The input is a script: the master's requests, and before each poll, the port's input,
+//! its free room and the time.
 //!
 //! | first byte, modulo 8 | then            | what happens                         |
 //! |----------------------|-----------------|--------------------------------------|
 //! | 0, 1                 | n               | n µs pass, or n times 64 µs          |
 //! | 2                    |                 | time passes until the master wants it |
-//! | 3, 4                 | n, n % 32 bytes | these are heard                      |
-//! | 5                    |                 | all that was sent and not yet heard is |
+//! | 3, 4                 | n, n % 32 bytes | the port receives these              |
+//! | 5                    |                 | the port receives its pending echo   |
 //! | 6                    | n               | framing, noise or overrun is reported |
 //! | 7                    | n               | the transmitter takes n % 32 bytes and no more; it has sent the last bit if n is even; it fails if n is 224 or more |
 //!
@@ -36,7 +36,7 @@ use embedded_hal_nb::serial::ErrorKind;
 use line::{Line, Port, Transmitter};
 
 const ERRORS: [ErrorKind; 3] = [ErrorKind::FrameFormat, ErrorKind::Noise, ErrorKind::Overrun];
-/// How long a servo may take to answer somebody else, in µs.
+/// How long a servo may take to answer a request of the gateway's client, in µs.
 const LATENCY_US: u32 = 100;
 /// A poll for each step, for each transmission's end, and some to spare: once
 /// nothing happens any more, no transaction takes longer.
@@ -47,14 +47,14 @@ const POLLS_MAX: usize = 40;
 ///
 /// # Panics
 /// If a transaction does not end, if something else is sent than it stands for
-/// or without the line driver on, or if an answer is believed that nobody gave.
+/// or without the line driver on, or if a reply is accepted that no servo sent.
 pub fn check(input: &[u8]) -> usize {
     let port = Port::default();
     let mut run = Run {
         master: Master::new(port.clone(), port.clone(), ids()),
         port,
         now_us: 0,
-        asked: None,
+        request: None,
         believed: 0,
     };
     let mut script = input.iter().copied();
@@ -68,7 +68,7 @@ pub fn check(input: &[u8]) -> usize {
         run.now_us = run.now_us.max(run.master.wake_at_us());
         run.poll();
     }
-    panic!("{:?} does not end", run.asked);
+    panic!("{:?} does not end", run.request);
 }
 
 fn ids() -> [ServoId; 2] {
@@ -80,14 +80,14 @@ struct Run {
     port: Port,
     master: Master<Port, Port>,
     now_us: u64,
-    /// What is under way, what it sends, and when it was asked for.
-    asked: Option<(Transaction, Vec<u8>, u64)>,
+    /// The transaction under way, its bytes, and the time of its request.
+    request: Option<(Transaction, Vec<u8>, u64)>,
     /// Answers so far.
     believed: usize,
 }
 
 impl Run {
-    /// Does what the script says next; `None` at its end.
+    /// Performs the script's next step; `None` at its end.
     fn step(&mut self, script: &mut impl Iterator<Item = u8>) -> Option<()> {
         if self.master.is_idle() {
             self.ask(script)?;
@@ -100,8 +100,8 @@ impl Run {
             2 => self.now_us = self.now_us.max(self.master.wake_at_us()),
             3 | 4 => {
                 let count = usize::from(script.next()? % 32);
-                let heard = script.take(count).map(Ok);
-                self.port.edit(|line| line.coming.extend(heard));
+                let bytes = script.take(count).map(Ok);
+                self.port.edit(|line| line.coming.extend(bytes));
             }
             5 => self.port.edit(Line::echo),
             6 => {
@@ -123,7 +123,7 @@ impl Run {
         Some(())
     }
 
-    /// Asks the master for what the script says.
+    /// Makes the script's next request to the master.
     fn ask(&mut self, script: &mut impl Iterator<Item = u8>) -> Option<()> {
         self.port.edit(Line::forget);
         let kind = script.next()?;
@@ -141,15 +141,15 @@ impl Run {
                 aside: script.next()? % 2 == 0,
             },
             5 => {
-                let asked = Asked {
+                let request = Asked {
                     id: script.next()?,
                     reply_bytes: script.next()?,
                     latency_us: LATENCY_US,
                 };
                 let count = usize::from(script.next()? % 32);
                 let packet: Vec<u8> = script.take(count).collect();
-                assert_eq!(self.master.ask(&packet, asked, self.now_us), Ok(()));
-                self.asked = Some((Transaction::Ask(asked), packet, self.now_us));
+                assert_eq!(self.master.ask(&packet, request, self.now_us), Ok(()));
+                self.request = Some((Transaction::Ask(request), packet, self.now_us));
                 return Some(());
             }
             kind => {
@@ -164,14 +164,14 @@ impl Run {
         assert_eq!(self.master.begin(transaction, self.now_us), Ok(()));
         let (firmware, is_prepared) = (self.master.firmware(), self.master.is_prepared());
         let sent = expected(transaction, firmware, is_prepared);
-        self.asked = Some((transaction, sent, self.now_us));
+        self.request = Some((transaction, sent, self.now_us));
         Some(())
     }
 
     fn poll(&mut self) {
         let result = self.master.poll(self.now_us);
         assert_eq!(result.is_ok(), self.master.is_idle());
-        if let (Ok(outcome), Some((transaction, sent, begun_us))) = (result, &self.asked) {
+        if let (Ok(outcome), Some((transaction, sent, begun_us))) = (result, &self.request) {
             assert_eq!(outcome.transaction, *transaction);
             assert!(u64::from(outcome.bus_us) <= self.now_us - begun_us);
             let (firmware, reply) = (self.master.firmware(), self.master.reply());
@@ -187,7 +187,7 @@ fn pwm(script: &mut impl Iterator<Item = u8>) -> Option<Pwm> {
     Some(Pwm::saturating(counts))
 }
 
-/// What goes out for a transaction.
+/// Bytes of a transaction.
 fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> Vec<u8> {
     let packets: Vec<Packet> = match (transaction, firmware) {
         (Transaction::Stop, _) => {
@@ -259,7 +259,7 @@ fn positions() -> [Packet; 2] {
     [1, 2].map(|id| stock(position, id))
 }
 
-/// What a step of the stop sequence sends.
+/// Bytes of a step of the stop sequence.
 fn bytes(step: StopStep) -> Vec<u8> {
     match step {
         StopStep::Send(packet) => packet.to_vec(),

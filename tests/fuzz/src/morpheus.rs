@@ -1,4 +1,4 @@
-//! Packets of Morpheus servos, and what the bridge makes of replies.
+//! Packets of Morpheus servos, and the bridge's decoding of replies.
 
 use armbridge_shared::servo::morpheus::frame::{FRAME_MAX, LENGTH_MAX, Parser};
 use armbridge_shared::servo::morpheus::{Damage, HEADER, MASTER, Morpheus, checksum};
@@ -6,10 +6,10 @@ use armbridge_shared::servo::protocol::Protocol;
 
 use super::packets::{Found, Packets, feed};
 
-/// What servo 1 answers to PING, as recorded.
+/// Reply of servo 1 to PING, as recorded.
 const ANSWER: [u8; 6] = [HEADER, 3, MASTER, 1, 1, 0xF9];
-/// Begins no packet, and completes any that has begun. What the firmware's own
-/// receiver is flushed with.
+/// Begins no packet, and completes any that has begun. It also flushes the firmware's own
+/// receiver.
 const NEUTRAL: u8 = 0xFF;
 /// Bytes of the longest reply that the bridge asks for.
 const REPLY: usize = 7;
@@ -20,30 +20,41 @@ const REPLY: usize = 7;
 /// # Panics
 /// If one of them does what it must not.
 pub fn check(input: &[u8]) -> usize {
-    feed(Any::<REPLY>(Parser::new()), input, NEUTRAL, &ANSWER)
-        + feed(Any::<16>(Parser::new()), input, NEUTRAL, &ANSWER)
-        + feed(Any::<FRAME_MAX>(Parser::new()), input, NEUTRAL, &ANSWER)
-        + feed(
-            ToMaster::<REPLY>(Parser::to(MASTER)),
-            input,
-            NEUTRAL,
-            &ANSWER,
-        )
+    feed(Addressed::<REPLY>::any(), input, NEUTRAL, &ANSWER)
+        + feed(Addressed::<16>::any(), input, NEUTRAL, &ANSWER)
+        + feed(Addressed::<FRAME_MAX>::any(), input, NEUTRAL, &ANSWER)
+        + feed(Addressed::<REPLY>::to_master(), input, NEUTRAL, &ANSWER)
 }
 
-/// Takes packets to anybody.
-struct Any<const N: usize>(Parser<N>);
+/// A parser of packets of up to `N` bytes, to one address or to any.
+struct Addressed<const N: usize> {
+    parser: Parser<N>,
+    address: Option<u8>,
+}
 
-/// Takes packets to the master.
-struct ToMaster<const N: usize>(Parser<N>);
+impl<const N: usize> Addressed<N> {
+    fn any() -> Self {
+        Self {
+            parser: Parser::new(),
+            address: None,
+        }
+    }
 
-impl<const N: usize> Packets for Any<N> {
+    fn to_master() -> Self {
+        Self {
+            parser: Parser::to(MASTER),
+            address: Some(MASTER),
+        }
+    }
+}
+
+impl<const N: usize> Packets for Addressed<N> {
     fn push(&mut self, byte: u8) -> Option<Found> {
-        push(&mut self.0, byte)
+        push(&mut self.parser, byte)
     }
 
     fn bytes_held(&self) -> usize {
-        self.0.bytes_held()
+        self.parser.bytes_held()
     }
 
     fn longest(&self) -> usize {
@@ -51,25 +62,8 @@ impl<const N: usize> Packets for Any<N> {
     }
 
     fn intact(&self, bytes: &[u8]) -> Option<usize> {
-        intact(bytes).filter(|len| *len <= N)
-    }
-}
-
-impl<const N: usize> Packets for ToMaster<N> {
-    fn push(&mut self, byte: u8) -> Option<Found> {
-        push(&mut self.0, byte)
-    }
-
-    fn bytes_held(&self) -> usize {
-        self.0.bytes_held()
-    }
-
-    fn longest(&self) -> usize {
-        N
-    }
-
-    fn intact(&self, bytes: &[u8]) -> Option<usize> {
-        intact(bytes).filter(|len| *len <= N && bytes[2] == MASTER)
+        let is_addressed = |address| bytes[2] == address;
+        intact(bytes).filter(|len| *len <= N && self.address.is_none_or(is_addressed))
     }
 }
 

@@ -1,6 +1,6 @@
-//! What any parser of packets must do.
+//! Properties of every parser of packets.
 
-/// What a parser made of a byte.
+/// Result of a byte.
 pub(crate) enum Found {
     /// The last of an intact packet: these bytes, encoded again.
     Intact(Vec<u8>),
@@ -24,8 +24,8 @@ pub(crate) trait Packets {
     fn intact(&self, bytes: &[u8]) -> Option<usize>;
 }
 
-/// Feeds any bytes, and counts the packets in them; then so many of `neutral`, which begins no packet, as the
-/// longest packet has; then `packet`, which must be found.
+/// Feeds any bytes, and counts the packets in them; then as many of `neutral`, which begins
+/// no packet, as the longest packet has; then `packet`, which must be found.
 ///
 /// # Panics
 /// If a packet is found in other bytes than its own, if one is overlooked that
@@ -58,7 +58,7 @@ pub(crate) fn feed<P: Packets>(mut parser: P, input: &[u8], neutral: u8, packet:
                 packets += 1;
             }
             Some(Found::Damaged) => begin = at + 1,
-            // What no packet has there may begin the next one.
+            // The refused byte may begin the next packet.
             Some(Found::Refused) => due = intact_from(&parser, input, at),
             None => {}
         }

@@ -7,7 +7,7 @@ use armbridge_shared::servo::protocol1::{
 
 use super::packets::{Found, Packets, feed};
 
-/// What servo 1 answers to PING (e-Manual).
+/// Reply of servo 1 to PING (e-Manual).
 const ANSWER: [u8; 6] = [HEADER, HEADER, 1, 2, 0, 0xFC];
 /// Begins no packet, and completes any that has begun.
 const NEUTRAL: u8 = 0;
@@ -67,7 +67,7 @@ impl<const N: usize> Packets for Parser<N> {
     }
 }
 
-/// What an intact packet means can be said again in the same bytes.
+/// The meaning of an intact packet encodes to the same bytes.
 fn understand<const N: usize>(frame: &Frame, bytes: &[u8]) {
     if let Ok(instruction) = Instruction::decode(frame) {
         let again = instruction.encode::<N>(frame.id).expect("it fitted");

@@ -10,7 +10,7 @@
 //! | 5              | at u16, length, bytes | bytes are replaced                  |
 //!
 //! A step is a word programmed or a page erased. In the one in which power goes,
-//! the mask says which bits stay unprogrammed, or are erased already.
+//! the mask has the bits that stay unprogrammed, or are erased already.
 
 use armbridge_shared::link::message::{Settings, SettingsFrom};
 use armbridge_shared::store::memory::Memory;
@@ -23,8 +23,8 @@ const PAGE: usize = 1_024;
 /// Runs the script, and counts how often saved settings are in force.
 ///
 /// # Panics
-/// If settings change or are lost without damage, or are in force though nobody
-/// has saved them; if a save erases, or there is no room for one that a boot has
+/// If settings change or are lost without damage, or are in force without having
+/// been saved; if a save erases, or there is no room for one that a boot has
 /// made room for.
 pub fn check(input: &[u8]) -> usize {
     let mut board = Board {
@@ -41,7 +41,7 @@ pub fn check(input: &[u8]) -> usize {
     found
 }
 
-/// Settings that can be told apart.
+/// Settings that differ by this number.
 fn settings(number: u8) -> Settings {
     let mut settings = Settings::default();
     settings.setup.period_us = 1_000 + u32::from(number);
@@ -58,7 +58,7 @@ struct Board {
 }
 
 impl Board {
-    /// What happens next; `None` at the end of the script.
+    /// Next step; `None` at the end of the script.
     fn step(&mut self, script: &mut impl Iterator<Item = u8>) -> Option<()> {
         let kind = script.next()? % 6;
         match kind {
@@ -97,7 +97,7 @@ impl Board {
             Ok(()) => assert_eq!(found, new),
             Err(SaveError::Full) => assert_eq!(found, before),
             Err(error) => {
-                // What damage left may look like the beginning of a record.
+                // Damage may look like the beginning of a record.
                 assert!(cut.is_some() || self.is_damaged, "{error:?}");
                 let is_first = before.1 == SettingsFrom::Default;
                 let is_begun = is_first && found == (before.0, SettingsFrom::Damaged);
@@ -123,7 +123,7 @@ impl Board {
         }
     }
 
-    /// So many saves would work.
+    /// Number of saves that would work.
     fn has_room(&mut self, saves: u32) {
         let mut store = Store::new(self.store.flash().clone());
         for _ in 0..saves {
@@ -139,7 +139,7 @@ impl Board {
         self.look();
     }
 
-    /// Does this, with power until the cut.
+    /// Performs this with power until the cut.
     fn powered<T>(&mut self, cut: Option<PowerCut>, run: impl FnOnce(&mut Store<Flash>) -> T) -> T {
         self.store.flash().cut = cut;
         self.store.flash().is_erasing = false;
@@ -148,7 +148,7 @@ impl Board {
         result
     }
 
-    /// What a boot now would find.
+    /// Result of a boot now.
     fn look(&mut self) -> (Settings, SettingsFrom) {
         let found = self.store.load(|_| true);
         match found.1 {

@@ -1,10 +1,9 @@
-//! Builds the fuzz targets of `tests/fuzz` and runs each for a while.
+//! Builds the fuzz targets of `tests/fuzz` and runs each for a given time.
 //!
-//! Without cargo-fuzz and without a nightly toolchain: the toolchain at hand
-//! puts libFuzzer's counters in just as well (`tests/fuzz/.cargo/config.toml`),
-//! so that there is nothing to install but a C++ compiler. What libFuzzer says
-//! goes to `target/fuzz/TARGET.log`; inputs that reached something new are kept
-//! in `target/fuzz/corpus`, and those that broke something next to the log.
+//! Neither cargo-fuzz nor a nightly toolchain is needed: the stable toolchain inserts
+//! libFuzzer's counters too (`tests/fuzz/.cargo/config.toml`), and only a C++ compiler
+//! has to be installed. libFuzzer's output goes to `target/fuzz/TARGET.log`; inputs with
+//! new coverage are kept in `target/fuzz/corpus`, and failing inputs beside the log.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -17,15 +16,15 @@ use crate::paths;
 const SHORT_S: u32 = 5;
 /// How long each target runs in the campaign, in s.
 const LONG_S: u32 = 600;
-/// Targets that run at the same time: what the smallest machine has processors.
+/// Targets that run at the same time: processors of the smallest machine.
 const AT_ONCE: usize = 2;
 
-/// Builds all targets and runs each for as long as a gate may.
+/// Builds all targets and runs each for [`SHORT_S`].
 pub(crate) fn short(out: &Output) -> Result<(), String> {
     run(out, SHORT_S)
 }
 
-/// Builds all targets and runs each for long.
+/// Builds all targets and runs each for [`LONG_S`].
 pub(crate) fn long(out: &Output) -> Result<(), String> {
     run(out, LONG_S)
 }
@@ -59,7 +58,7 @@ fn build(out: &Output, project: &Path, host: &str, target: &Path) -> Result<(), 
     out.run(&mut build)
 }
 
-/// Names of the targets: there is a file for each.
+/// Names of the targets: a file each.
 fn names(project: &Path) -> Result<Vec<String>, String> {
     let files = fs::read_dir(project.join("fuzz_targets"))
         .map_err(|e| format!("cannot list the fuzz targets: {e}"))?;
@@ -70,7 +69,7 @@ fn names(project: &Path) -> Result<Vec<String>, String> {
     Ok(names)
 }
 
-/// A target at work.
+/// A target that runs.
 struct Running {
     name: String,
     binary: PathBuf,
@@ -112,26 +111,26 @@ impl Running {
         })
     }
 
-    /// Waits for its end and says how it went.
+    /// Waits for its end.
     fn finish(mut self, out: &Output) -> Result<(), String> {
         let status = self.child.wait();
         let Self { name, log, .. } = &self;
         let status = status.map_err(|e| format!("{name}: {e}"))?;
-        let said = fs::read(log).map_err(|e| format!("{}: {e}", log.display()))?;
-        let said = String::from_utf8_lossy(&said);
-        let done = said.lines().rfind(|line| line.starts_with("Done "));
+        let text = fs::read(log).map_err(|e| format!("{}: {e}", log.display()))?;
+        let text = String::from_utf8_lossy(&text);
+        let done = text.lines().rfind(|line| line.starts_with("Done "));
         if let (true, Some(done)) = (status.success(), done) {
-            out.say(&format!("    {name:<12}{done}"));
+            out.line(&format!("    {name:<12}{done}"));
             return Ok(());
         }
-        let input = said
+        let input = text
             .lines()
             .find_map(|line| line.split_once("Test unit written to "))
             .map_or("INPUT", |(_, path)| path);
-        let why = said.lines().find(|line| line.contains("panicked at"));
+        let why = text.lines().find(|line| line.contains("panicked at"));
         Err(format!(
             "fuzz target `{name}`: {}; see {}\n  one input again:   {} {input}",
-            why.unwrap_or("it did not end well"),
+            why.unwrap_or("it failed"),
             log.display(),
             self.binary.display(),
         ))
@@ -139,7 +138,7 @@ impl Running {
 }
 
 impl Drop for Running {
-    /// If another target has failed, this one is of no use any more.
+    /// Another target has failed: this one is not needed any more.
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();

@@ -11,7 +11,7 @@ use crate::steps::{Lane, Step, named};
 /// Lines shown of a step that failed.
 const SHOWN: usize = 80;
 
-/// How far all steps are.
+/// Steps that have ended.
 #[derive(Default)]
 struct Progress {
     /// Steps that passed, with the time they took.
@@ -32,7 +32,7 @@ pub(crate) fn run(steps: &[Step]) -> ExitCode {
     let begin = Instant::now();
     let logs = paths::target().join("verify");
     println!(
-        "{} steps in two lanes; what each says goes to {}",
+        "{} steps in two lanes; logs in {}",
         steps.len(),
         logs.display()
     );
@@ -109,24 +109,24 @@ impl Lanes<'_> {
     }
 }
 
-/// A step, its words in a file. The error has the end of them.
+/// Performs a step, its output in a log file. The error has the end of the log.
 fn perform(step: &Step) -> Result<(), String> {
     let log = paths::target().join(format!("verify/{}.log", step.name));
     let out = Output::file(&log).map_err(|e| format!("cannot write {}: {e}", log.display()))?;
     step.work.perform(&out).map_err(|why| {
-        let said = std::fs::read(&log).unwrap_or_default();
-        let said = String::from_utf8_lossy(&said);
-        let lines: Vec<&str> = said.lines().collect();
+        let text = std::fs::read(&log).unwrap_or_default();
+        let text = String::from_utf8_lossy(&text);
+        let lines: Vec<&str> = text.lines().collect();
         let end = &lines[lines.len().saturating_sub(SHOWN)..];
         format!(
-            "\n{}\n\n{why}; all of it is in {}",
+            "\n{}\n\n{why}; the whole log is {}",
             end.join("\n"),
             log.display()
         )
     })
 }
 
-/// Runs the steps with these names, their words in the terminal.
+/// Runs the steps with these names, their output in the terminal.
 pub(crate) fn run_only(names: &[String]) -> ExitCode {
     for step in names.iter().filter_map(|name| named(name)) {
         println!("{}: {}", step.name, step.what);

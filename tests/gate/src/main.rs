@@ -2,8 +2,8 @@
 //!
 //! Two lanes of steps run side by side, one for the host and one for the board: cargo
 //! has a lock for each of their folders, and one lane compiles while the other waits for
-//! a linker or a clock. What a step says goes to a file; of a step that fails the end is
-//! shown. Exit code 0: all passed; 1: a step failed; 2: wrong arguments.
+//! a linker or a clock. Each step has a log file; the end of it is shown if the step
+//! fails. Exit code 0: all passed; 1: a step failed; 2: wrong arguments.
 //!
 //! Host code is checked and tested in the dev profile, firmware in the profile of its
 //! images, and cargo is always asked for the whole workspace: so no dependency is built
@@ -29,12 +29,12 @@ Set up what the tests need, then check, build and test everything.
 
 usage: cargo verify [--campaign] [--only STEP.. | --list | --help]
 
-  --campaign   what takes long instead: many more seeds, streams, faults and fuzzing
+  --campaign   the long tests instead: many more seeds, streams, faults and fuzzing
   --only STEP  these steps alone, one after the other, in the terminal
-  --list       say what the steps are and do nothing
-  --help       say this and do nothing";
+  --list       list the steps
+  --help       print this help";
 
-/// What the campaign takes on two cores.
+/// Time of the campaign.
 const CAMPAIGN_TIME: &str = "about an hour and a half on two cores";
 
 /// What the arguments ask for.
@@ -82,17 +82,17 @@ fn task(arguments: &[&str]) -> Result<Task, String> {
         ["--campaign"] => Ok(Task::Campaign),
         ["--help" | "-h"] => Ok(Task::Help),
         ["--list"] => Ok(Task::List),
-        ["--only"] => Err("--only wants the name of a step".to_owned()),
+        ["--only"] => Err("--only needs the name of a step".to_owned()),
         ["--only", names @ ..] => {
             let unknown = names.iter().find(|name| steps::named(name).is_none());
             match unknown {
                 Some(name) => Err(format!(
-                    "there is no step `{name}`; see cargo verify --list"
+                    "unknown step `{name}`; `cargo verify --list` names all"
                 )),
                 None => Ok(Task::Only(names.iter().map(ToString::to_string).collect())),
             }
         }
-        _ => Err(format!("cannot make sense of `{}`", arguments.join(" "))),
+        _ => Err(format!("unknown arguments `{}`", arguments.join(" "))),
     }
 }
 

@@ -1,38 +1,47 @@
-//! Interprets what handles bytes, with Miri, which sees every access to memory
-//! that the language does not allow.
+//! Interprets tests with Miri, which detects every access to memory that the language
+//! does not allow.
 //!
-//! The code here forbids unsafe code, or has next to none; the libraries below it
-//! (queues, vectors, messages, the log in flash) do not. An interpreter is
-//! ten thousand times slower than a processor: so the seeds of the fuzz targets
-//! are run and not the random tests, and loops between threads are shorter. Nor can
-//! it do what takes a root: that is inline assembly in `libm`.
+//! `shared` forbids unsafe code and `firmware` has little; the libraries below them
+//! (queues, vectors, messages, the log in flash) have more. Miri is ten thousand times
+//! slower than a processor: loops between threads are shorter in it, random tests are
+//! left out, and the seeds of the fuzz targets, which take minutes, belong to the
+//! campaign. It cannot take a square root: that is inline assembly in `libm`.
 //!
-//! Miri comes with nightly toolchains only, so one is installed beside the one in
-//! use, if it is not there: the same on every machine.
+//! Miri comes with nightly toolchains only; one of a fixed date is installed beside the
+//! toolchain in use where it is missing.
 
 use std::process::Command;
 
 use crate::output::{Output, succeeds};
 
-/// One of the days of which all components exist.
+/// A date for which all components exist.
 const TOOLCHAIN: &str = "nightly-2026-10-30";
 
-/// What is interpreted.
-const TESTS: [&str; 3] = [
-    "--package armbridge-shared --test seeds",
-    // Between threads.
+/// What the gate interprets: what is shared between threads or interrupts.
+const THREADS: &[&str] = &[
     "--package armbridge-shared --lib queue::",
     "--package armbridge-firmware --lib -- ring:: port:: memory::",
 ];
+/// What the campaign interprets: the seeds of every fuzz target.
+const SEEDS: &[&str] = &["--package armbridge-shared --test seeds"];
 
-/// Installs Miri where it is missing, and runs the tests.
-pub(crate) fn run(out: &Output) -> Result<(), String> {
+/// Installs Miri where it is missing, and interprets the queues between threads.
+pub(crate) fn threads(out: &Output) -> Result<(), String> {
+    run(out, THREADS)
+}
+
+/// Installs Miri where it is missing, and interprets the seeds.
+pub(crate) fn seeds(out: &Output) -> Result<(), String> {
+    run(out, SEEDS)
+}
+
+fn run(out: &Output, tests: &[&str]) -> Result<(), String> {
     if !succeeds(&format!("rustup run {TOOLCHAIN} cargo miri --version")) {
-        out.words(&format!(
+        out.command(&format!(
             "rustup toolchain install {TOOLCHAIN} --profile minimal --component miri,rust-src"
         ))?;
     }
-    TESTS.iter().try_for_each(|tests| interpret(out, tests))
+    tests.iter().try_for_each(|tests| interpret(out, tests))
 }
 
 fn interpret(out: &Output, tests: &str) -> Result<(), String> {

@@ -1,26 +1,26 @@
 //! Links the image in which no panic may be left, `firmware/src/bin/no-panic.rs`.
 //!
-//! When it does not link, the same image with a panic handler is searched for
-//! the calls that lead there (`tests/panic-calls`). A check that has never failed
-//! proves nothing, so panics are planted too: they must keep it from linking, and be
-//! found in each of the three loops.
+//! If it does not link, the same image with a panic handler is searched for the calls
+//! that lead to it (`tests/panic-calls`). To show that the check can fail, panics are
+//! planted: they must keep the image from linking, and be found in each of the three
+//! loops.
 
 use std::process::Command;
 
 use crate::output::{Output, cargo};
 use crate::paths;
 
-/// What the panic handler calls, and nobody has.
+/// Symbol that the panic handler calls and that is defined nowhere.
 const MISSING: &str = "a_panic_can_be_reached";
 
-/// Where panics are planted, if they are: what each of the loops waits for.
+/// Functions with a planted panic: one that each loop waits for.
 const PLANTED: [&str; 3] = [
     "tasks::tick::real_time",
     "tasks::host_link::link",
     "tasks::client::client",
 ];
 
-/// Both halves of the check.
+/// Links the image without and with planted panics.
 pub(crate) fn run(out: &Output) -> Result<(), String> {
     // With the features of the whole workspace, so that nothing is built twice.
     out.cargo("build --workspace --bin panic-calls")?;
@@ -37,13 +37,13 @@ pub(crate) fn run(out: &Output) -> Result<(), String> {
         return Err("planted panics do not keep the image from linking".to_owned());
     }
     search(out, "no-panic-locate,no-panic-planted", &PLANTED)?;
-    out.say("    none can be reached; planted ones are found in each loop");
+    out.line("    none can be reached; planted ones are found in each loop");
     Ok(())
 }
 
 /// Builds the image with these features. False if a panic keeps it from linking.
 fn links(out: &Output, features: &str) -> Result<bool, String> {
-    out.say(&format!("    no-panic, with {features}"));
+    out.line(&format!("    no-panic, with {features}"));
     let output = cargo(
         "build --quiet --profile firmware --package armbridge-firmware \
          --target thumbv7em-none-eabihf --bin no-panic --features",
@@ -51,13 +51,13 @@ fn links(out: &Output, features: &str) -> Result<bool, String> {
     .arg(features)
     .output()
     .map_err(|e| format!("cannot start cargo: {e}"))?;
-    let said = String::from_utf8_lossy(&output.stderr);
+    let errors = String::from_utf8_lossy(&output.stderr);
     if output.status.success() {
         Ok(true)
-    } else if said.contains(&format!("undefined symbol: {MISSING}")) {
+    } else if errors.contains(&format!("undefined symbol: {MISSING}")) {
         Ok(false)
     } else {
-        Err(format!("the image does not build:\n{said}"))
+        Err(format!("the image does not build:\n{errors}"))
     }
 }
 

@@ -38,11 +38,11 @@ const MANAGERS: [Manager; 4] = [
     },
 ];
 
-/// A program that has to be there.
+/// A program that a step needs.
 pub(crate) struct Program {
-    /// What it is called.
+    /// Its name, for messages.
     pub(crate) name: &'static str,
-    /// Succeeds if it is there, and says which version.
+    /// Command that succeeds if it is present, and prints its version.
     pub(crate) check: String,
     /// Its packages for each of apt, dnf, pacman and brew.
     pub(crate) packages: [&'static str; MANAGERS.len()],
@@ -52,7 +52,7 @@ impl Program {
     /// Installs the program unless it is there.
     pub(crate) fn ensure(&self, out: &Output) -> Result<(), String> {
         if let Some(version) = printed(&self.check) {
-            out.say(version.lines().next().unwrap_or_default());
+            out.line(version.lines().next().unwrap_or_default());
             return Ok(());
         }
         let name = self.name;
@@ -71,12 +71,12 @@ impl Program {
             return Err(format!("{name} is missing; run: {install}"));
         }
         if let Some(refresh) = manager.refresh {
-            // A source that cannot be reached need not be the one it is in.
-            if let Err(why) = out.words(&format!("{prefix}{refresh}")) {
-                out.say(&format!("{why}; trying all the same"));
+            // The source that cannot be reached may not be the one needed.
+            if let Err(why) = out.command(&format!("{prefix}{refresh}")) {
+                out.line(&format!("{why}; going on"));
             }
         }
-        out.words(&install)
+        out.command(&install)
             .map_err(|why| format!("{why}; {name} is missing and has to be installed"))?;
         if succeeds(&self.check) {
             Ok(())

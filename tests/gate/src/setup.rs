@@ -1,8 +1,7 @@
-//! What must be on the machine beside Rust itself, and how it gets there.
+//! Set-up: the programs that the steps need beside Rust itself.
 //!
-//! What is there already is never touched. What is missing is installed where
-//! that needs no question answered; otherwise the error says which command to
-//! run.
+//! A program that is present is never touched. A missing one is installed where that
+//! needs no answer from the user; otherwise the error names the command to run.
 
 use std::path::Path;
 use std::process::Command;
@@ -34,7 +33,7 @@ pub(crate) fn rust(out: &Output) -> Result<(), String> {
     if succeeds("cargo nextest --version") {
         return Ok(());
     }
-    // It takes minutes: said in the terminal, wherever the rest goes.
+    // It takes minutes, hence the line in the terminal, not in the log.
     println!("      cargo-nextest, which runs the tests, is missing and is built once");
     out.cargo("install --locked cargo-nextest")
 }
@@ -45,10 +44,10 @@ fn rustup(out: &Output, command: &str) -> Result<(), String> {
             "rustup is not there to run `{command}`; install the same by hand"
         ));
     }
-    out.words(command)
+    out.command(command)
 }
 
-/// What the campaign uses.
+/// Everything that the campaign needs.
 pub(crate) fn campaign(out: &Output) -> Result<(), String> {
     rust(out)?;
     python(out)?;
@@ -70,7 +69,7 @@ pub(crate) fn qemu(out: &Output) -> Result<(), String> {
     qemu.ensure(out)
 }
 
-/// The C++ compiler that libFuzzer is built with: `c++`, or what `CXX` says.
+/// The C++ compiler that libFuzzer is built with: `CXX`, else `c++`.
 pub(crate) fn compiler(out: &Output) -> Result<(), String> {
     let compiler = std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned());
     let compiler = Program {
@@ -85,7 +84,7 @@ pub(crate) fn compiler(out: &Output) -> Result<(), String> {
 pub(crate) fn python(out: &Output) -> Result<(), String> {
     let python = Program {
         name: "Python 3 with venv and pip",
-        // What Debian leaves out of its plain python3.
+        // Debian's plain python3 lacks it.
         check: "python3 -m ensurepip --version".to_owned(),
         packages: ["python3 python3-venv", "python3", "python", "python"],
     };

@@ -1,20 +1,20 @@
-//! The steps of the gate and of the campaign, each lane's cheapest first.
+//! Steps of the gate and of the campaign, in order of their cost within each lane.
 
 use crate::output::Output;
 use crate::{fuzz, host, miri, no_panic, setup};
 
-/// Something that must pass.
+/// A step that must pass.
 #[derive(Clone, Copy)]
 pub(crate) struct Step {
-    /// What `--only` calls it.
+    /// Its name for `--only`.
     pub(crate) name: &'static str,
-    /// What it is for.
+    /// Its purpose, in a line.
     pub(crate) what: &'static str,
     /// Steps beside which it runs.
     pub(crate) lane: Lane,
     /// Steps of the other lane that have to be done before.
     pub(crate) needs: &'static [&'static str],
-    /// What it does.
+    /// The work itself.
     pub(crate) work: Work,
 }
 
@@ -27,17 +27,17 @@ pub(crate) enum Lane {
     Board,
 }
 
-/// What a step does.
+/// Work of a step.
 #[derive(Clone, Copy)]
 pub(crate) enum Work {
-    /// Does this.
+    /// A function.
     Do(fn(&Output) -> Result<(), String>),
-    /// Runs cargo with each of these lines, single spaces between the words.
+    /// Runs of cargo, a line of arguments each.
     Cargo(&'static [&'static str]),
 }
 
 impl Work {
-    /// Does it, all words to `out`.
+    /// Performs it, with all output to `out`.
     pub(crate) fn perform(self, out: &Output) -> Result<(), String> {
         match self {
             Self::Do(work) => work(out),
@@ -79,7 +79,7 @@ const fn after(needs: &'static [&'static str], step: Step) -> Step {
     Step { needs, ..step }
 }
 
-/// What each change must pass.
+/// Steps that each change must pass.
 pub(crate) const GATE: &[Step] = &[
     step(
         Lane::Host,
@@ -182,8 +182,8 @@ pub(crate) const GATE: &[Step] = &[
     step(
         Lane::Board,
         "miri",
-        "what handles bytes does with memory only what it may",
-        Work::Do(miri::run),
+        "queues between threads and interrupts do with memory only what they may",
+        Work::Do(miri::threads),
     ),
     after(
         &["build"],
@@ -196,7 +196,7 @@ pub(crate) const GATE: &[Step] = &[
     ),
 ];
 
-/// What takes long: the gate has a shorter form of each.
+/// Long steps: the gate has a shorter form of each.
 pub(crate) const CAMPAIGN: &[Step] = &[
     step(
         Lane::Host,
@@ -217,6 +217,12 @@ pub(crate) const CAMPAIGN: &[Step] = &[
         "fuzz-long",
         "each fuzz target finds nothing in ten minutes",
         Work::Do(fuzz::long),
+    ),
+    step(
+        Lane::Board,
+        "miri-long",
+        "the seeds of the fuzz targets do with memory only what they may",
+        Work::Do(miri::seeds),
     ),
 ];
 

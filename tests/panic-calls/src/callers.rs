@@ -1,9 +1,9 @@
-//! Who calls a panic in an image for the Cortex-M4F.
+//! Callers of panics in an image for the Cortex-M4F.
 //!
 //! Every branch with link, and every far jump, is decoded. Those into
 //! `core::panicking` are the panics; where the caller is itself one of the core
-//! library's functions, such as the one that complains of an index, its callers
-//! are. The debug information says which source lines each stands for, with
+//! library's functions, such as the one that reports a bad index, its callers
+//! are. The debug information has the source lines of each, with
 //! everything that was inlined.
 
 use std::collections::{BTreeSet, HashSet};
@@ -78,7 +78,7 @@ pub(crate) fn of_panics(image: &Path) -> Result<Vec<Call>, Box<dyn Error>> {
         .map(|section| Ok::<_, object::Error>(branches(section.data()?, section.address())))
         .ok_or("there is no code in it")??;
     let loader = Loader::new(image)?;
-    // An odd address is how symbols say that the code is Thumb.
+    // An odd address marks Thumb code in symbols.
     let function = |address: u64| loader.find_symbol_info(address | 1);
     let mut panicking: HashSet<u64> = text
         .iter()

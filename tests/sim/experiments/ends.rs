@@ -116,7 +116,7 @@ fn when_the_host_wants_something_else() {
     ] {
         let acts = [
             (BEGIN_US, Act::Command(Command::Experiment(plan))),
-            // Said again: nothing changes.
+            // Sent again: nothing changes.
             (BEGIN_US + 50_000, Act::Command(Command::Experiment(plan))),
             (BEGIN_US + 100_000, Act::Command(command)),
         ];
@@ -145,7 +145,7 @@ fn when_torque_goes_off() {
     for message in [ToBoard::Stop, ToBoard::Goodbye] {
         let acts = [
             (BEGIN_US, Act::Command(Command::Experiment(plan))),
-            (BEGIN_US + 100_000, Act::Say(message)),
+            (BEGIN_US + 100_000, Act::Message(message)),
         ];
         let events = heard_at([0.0, 0.0], &acts, BEGIN_US + 500_000);
         assert_eq!(conclusions(&events), []);

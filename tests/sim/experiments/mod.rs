@@ -37,7 +37,7 @@ fn experiment(roles: [Role; 2], duration_s: f32) -> Experiment {
     }
 }
 
-/// What is heard of a host that holds the arm at these angles, and then does this.
+/// Events of a host that holds the arm at these angles, and then acts.
 fn heard_at(angle_rad: [f32; 2], acts: &[(u64, Act)], until_us: u64) -> Vec<Event> {
     let begin = [
         (150_000, Act::Command(Command::Arm { session: 0 })),
@@ -57,7 +57,7 @@ fn arm_at(angle_rad: [f32; 2]) -> PlantConfig {
     plant(angle_rad.map(f64::from), true)
 }
 
-/// What is heard of one experiment from these angles.
+/// Events of one experiment from these angles.
 fn heard_of(angle_rad: [f32; 2], plan: Experiment) -> Vec<Event> {
     let acts = [(BEGIN_US, Act::Command(Command::Experiment(plan)))];
     let until_us = BEGIN_US + (plan.duration_s * 1e6) as u64 + 1_500_000;
@@ -79,22 +79,22 @@ fn after(events: &[Event]) -> Vec<Record> {
 }
 
 fn conclusions(events: &[Event]) -> Vec<Conclusion> {
-    let told = events.iter().filter_map(|event| match event.kind {
+    let messages = events.iter().filter_map(|event| match event.kind {
         EventKind::Received(_, ToHost::Concluded(conclusion)) => Some(conclusion),
         _ => None,
     });
-    told.collect()
+    messages.collect()
 }
 
 fn refusals(events: &[Event]) -> Vec<Refusal> {
-    let told = events.iter().filter_map(|event| match event.kind {
+    let messages = events.iter().filter_map(|event| match event.kind {
         EventKind::Received(_, ToHost::Ack { result, .. }) => result.err(),
         _ => None,
     });
-    told.collect()
+    messages.collect()
 }
 
-/// What the signal is in the n-th tick of an experiment.
+/// Value of the signal in the n-th tick of an experiment.
 fn expected(signal: &Signal<f32>, tick: usize, duration_s: f32) -> f32 {
     let elapsed_us = tick as u32 * PERIOD_US;
     signal.at(elapsed_us as f32 * 1e-6, duration_s).value

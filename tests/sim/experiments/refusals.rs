@@ -8,12 +8,14 @@ use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Command, Drive, Refusal, Settings, Setup};
 use armbridge_tests::world::{Act, records};
 
-use super::{BEGIN_US, ENVELOPE, during, experiment, heard_at, heard_of, refusals};
+use super::{BEGIN_US, ENVELOPE, during, experiment, heard_at, refusals};
 
 /// Refused for this; the arm goes on with what it did.
 #[track_caller]
 fn objection(angle_rad: [f32; 2], plan: Experiment) -> Objection {
-    let events = heard_of(angle_rad, plan);
+    // Long enough to see that it does not begin: one of the plans would take ten minutes.
+    let acts = [(BEGIN_US, Act::Command(Command::Experiment(plan)))];
+    let events = heard_at(angle_rad, &acts, BEGIN_US + 1_500_000);
     assert!(during(&events).is_empty());
     let last = records(&events).last().unwrap();
     assert_eq!(last.mode.drive(), Some(Drive::Regulate));
@@ -99,8 +101,8 @@ fn numbers_that_make_no_experiment() {
         ),
     ];
     for (plan, expected) in plans {
-        let told = objection([0.0, 0.0], plan);
-        assert_eq!(told, expected, "{plan:?}");
+        let objection_found = objection([0.0, 0.0], plan);
+        assert_eq!(objection_found, expected, "{plan:?}");
     }
 }
 
@@ -200,10 +202,10 @@ fn more_than_the_limits_in_force() {
         (slow(Role::Pwm(Signal::Constant(401.0))), Measure::Pwm),
         (ENVELOPE, Measure::Speed),
     ] {
-        let told = permits(&settings, &plan, [0.0; 2]);
+        let permit = permits(&settings, &plan, [0.0; 2]);
         assert!(
-            matches!(told, Err(Objection::Beyond { measure: of, .. }) if of == measure),
-            "{told:?}"
+            matches!(permit, Err(Objection::Beyond { measure: found, .. }) if found == measure),
+            "{permit:?}"
         );
         let is_due_to_limits = permits(&Settings::default(), &plan, [0.0; 2]).is_ok();
         assert!(is_due_to_limits);
@@ -224,34 +226,34 @@ fn an_arm_that_moves_faster_than_the_experiment_allows() {
         ],
         BEGIN_US + 200_000,
     );
-    let told = refusals(&events);
+    let refused = refusals(&events);
     assert!(
         matches!(
-            told[..],
+            refused[..],
             [Refusal::Experiment(Objection::Moving {
                 joint: 1,
                 limit_rad_s: 0.2,
                 ..
             })]
         ),
-        "{told:?}"
+        "{refused:?}"
     );
 }
 
 /// Not armed, and a set-up that is replaced meanwhile.
 #[test]
 fn what_the_supervisor_refuses() {
-    let told = |acts: &[(u64, Act)]| -> (Vec<Refusal>, Vec<Event>) {
+    let outcome = |acts: &[(u64, Act)]| -> (Vec<Refusal>, Vec<Event>) {
         let events = heard_at([0.0, 0.0], acts, BEGIN_US + 400_000);
         (refusals(&events), events)
     };
     let plan = experiment([Role::Hold; 2], 5.0);
-    let (disarmed, _) = told(&[
+    let (disarmed, _) = outcome(&[
         (BEGIN_US, Act::Command(Command::Idle)),
         (BEGIN_US + 100_000, Act::Command(Command::Experiment(plan))),
     ]);
     assert_eq!(disarmed, [Refusal::Disarmed]);
-    let (replaced, events) = told(&[
+    let (replaced, events) = outcome(&[
         (BEGIN_US, Act::Command(Command::Experiment(plan))),
         (
             BEGIN_US + 100_000,

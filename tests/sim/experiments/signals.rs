@@ -1,4 +1,4 @@
-//! What the motors are given, tick by tick.
+//! Torques of an experiment, tick by tick.
 
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{ExperimentEnd, HELD_S, Role};
@@ -49,7 +49,7 @@ fn a_pwm_is_what_the_signal_says_in_every_tick() {
             let counts = (1_000.0 + expected(&signal, tick, duration_s)).round() as u16;
             assert_eq!(record.guards, Guards::NONE, "{signal:?} {tick}");
             assert_eq!(record.pwm_next[1], counts, "{signal:?} {tick}");
-            // The estimator is told what that stands for; 1000 is off.
+            // The estimator gets the torque that it stands for; 1000 is off.
             let torque_nm = if counts == 1_000 {
                 0.0
             } else {
@@ -57,7 +57,7 @@ fn a_pwm_is_what_the_signal_says_in_every_tick() {
             };
             assert!((record.torque_nm[1] - torque_nm).abs() < 1e-6);
         }
-        // What was decided was sent.
+        // The decided PWM was sent.
         let is_sent = ticks
             .windows(2)
             .all(|two| two[1].pwm_in_force == two[0].pwm_next);

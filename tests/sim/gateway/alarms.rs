@@ -1,4 +1,4 @@
-//! A stock servo that lets go of its shaft says why, and the board believes it.
+//! A stock servo that releases its shaft reports an alarm, and the board acts on it.
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_shared::bridge::Channels;

@@ -115,7 +115,7 @@ fn what_cannot_work_is_refused_with_its_reason() {
         missing: Missing::Silence,
     };
     assert_eq!(absent, PlanError::Servos(Some(obstacle)));
-    // 1 kHz at 57600 baud: the answer says what would do.
+    // 1 kHz at 57600 baud: the answer has a period that works.
     let slow = operate(
         bench(&arm, [Firmware::Morpheus; 2], 57_600),
         Setup::default(),

@@ -1,4 +1,4 @@
-//! The bus while nobody else uses it: the client's, through a plain gateway.
+//! The bus while only the client uses it, through a plain gateway.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -18,7 +18,7 @@ use armbridge_tests::plant;
 /// When servos of either kind have been brought up, in µs.
 const UP_US: u64 = 400_000;
 
-/// Nobody at the control link.
+/// A control link without a host.
 struct Nobody {
     ends_us: u64,
     now_us: u64,
@@ -135,11 +135,11 @@ fn a_disarmed_board_adds_less_than_100_us() {
         let sent = sent.filter(|(at_us, bytes)| *at_us >= UP_US && ours.contains(bytes));
         let ways = seen.from_client.iter().zip(sent.map(|(at_us, _)| at_us));
         let in_us = ways.skip(1).map(|(came, went)| went - came).max();
-        let heard = seen
+        let received = seen
             .from_bus
             .iter()
             .filter(|at_us| **at_us >= seen.to_client[0]);
-        let ways = heard.zip(&seen.to_client);
+        let ways = received.zip(&seen.to_client);
         let out_us = ways.map(|(came, went)| went - came).max();
         println!("{firmware}: {in_us:?} us in, {out_us:?} us out");
         assert!(
@@ -150,7 +150,7 @@ fn a_disarmed_board_adds_less_than_100_us() {
     }
 }
 
-/// Says these at these times, and closes its port in the end.
+/// Sends these bytes at these times, then closes its port.
 #[derive(Debug)]
 struct Speaker {
     words: Vec<(u64, Vec<u8>)>,

@@ -10,7 +10,7 @@ use armbridge_analysis::identify::{
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::Mounting;
 use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Drive, Guards, Missing, Mode, Record, Sample, Timing};
+use armbridge_shared::link::message::{Drive, Missing, Mode, Record, Sample};
 use armbridge_sim::plant::PlantConfig;
 
 use super::hands::{Hands, LEAD_S};
@@ -83,20 +83,11 @@ fn records(trace: &Trace, is_recorded: impl Fn(usize) -> bool) -> Vec<Record> {
             tick: tick as u32,
             start_us: tick as u64 * 1_000,
             mode: Mode::Running(Drive::Experiment),
-            guards: Guards::default(),
             samples: counts
                 .map(|counts| counts.map_or(Sample::Missing(Missing::Silence), Sample::Counts)),
-            alarms: [0; JOINTS],
             pwm_in_force: *pwm,
             pwm_next: *pwm,
-            reference_rad: [0.0; JOINTS],
-            reference_speed_rad_s: [0.0; JOINTS],
-            angle_rad: [0.0; JOINTS],
-            speed_rad_s: [0.0; JOINTS],
-            torque_nm: [0.0; JOINTS],
-            disturbance_nm: [0.0; JOINTS],
-            timing: Timing::default(),
-            dropped: 0,
+            ..Record::NONE
         };
     ticks
         .filter(|(tick, _)| is_recorded(*tick))

@@ -67,7 +67,7 @@ fn the_right_model_leaves_noise_and_says_what_is_not_told() {
     let scale = checks
         .untold
         .iter()
-        .find(|untold| untold.what.starts_with("the scale of all torques"));
+        .find(|untold| untold.what.starts_with("scale of all torques"));
     let settled = &scale.expect("the scale is not told").settled_by;
     assert_eq!(settled, "the arm's weight, known to 1.0 %");
     let again = without_the_last(&fitted.found, &checks, &fitted.known, &fitted.prior);
@@ -167,6 +167,6 @@ fn friction_that_falls_with_speed_is_found() {
     let warnings = fitted.checks().warnings;
     let lacks = warnings
         .iter()
-        .find(|warning| warning.contains("would explain"));
+        .find(|warning| warning.contains("the model lacks"));
     assert_eq!(lacks, None);
 }

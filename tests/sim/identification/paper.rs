@@ -9,8 +9,8 @@
     reason = "where numbers are compared exactly, exactness is the claim"
 )]
 
-use armbridge_analysis::identify::paper::{
-    Fit, FitError, Numbers, PUSHED_FROM_RAD, Sampled, Start, Unknown, VISCOUS, VISCOUS_COULOMB,
+use armbridge_analysis::paper::identification::{
+    Fit, FitError, Numbers, PUSH_FROM_RAD, Sampled, Start, Unknown, VISCOUS, VISCOUS_COULOMB,
     VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB, VISCOUS_TORQUE_INERTIA, VirtualArm, fit,
 };
 use armbridge_shared::JOINTS;
@@ -171,7 +171,7 @@ fn condition_by_differences(duration_s: f64) -> f64 {
             g: paper.g * weight,
             ..paper
         };
-        let initial = State::at_rest(Vector2::new(PUSHED_FROM_RAD, 0.0));
+        let initial = State::at_rest(Vector2::new(PUSH_FROM_RAD, 0.0));
         let stops = [[-9.0, 9.0]; JOINTS];
         let mut body = Body::new(arm, [Friction::NONE; JOINTS], stops, initial);
         body.set_torque(0, Vector2::new(PUSH_NM * torque_nm, 0.0));

@@ -1,5 +1,5 @@
-//! Hosts on links: a station with somebody who watches, one that gives up, one that
-//! panics, one that does not read.
+//! Hosts on links: one with an observer, one that gives up, one that panics, one that does
+//! not read.
 
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
@@ -39,7 +39,7 @@ fn when_the_controls_are_dropped_the_arm_is_disarmed() {
     assert_eq!(board.seen().mode, Mode::Idle, "no fault");
 }
 
-/// A station that comes to a bad end when it is told to.
+/// A host that fails or panics on request.
 struct Mortal {
     station: ChannelHost,
     end: Receiver<bool>,
@@ -50,8 +50,8 @@ impl Host for Mortal {
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], String> {
         match self.end.try_recv() {
-            Ok(true) => panic!("as told"),
-            Ok(false) => Err("as told".into()),
+            Ok(true) => panic!("as requested"),
+            Ok(false) => Err("as requested".into()),
             Err(_) => self
                 .station
                 .transmit(now_us)
@@ -60,8 +60,8 @@ impl Host for Mortal {
     }
 
     fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), String> {
-        let heard = self.station.receive(now_us, bytes);
-        heard.map_err(|error| error.to_string())
+        let result = self.station.receive(now_us, bytes);
+        result.map_err(|error| error.to_string())
     }
 
     fn wake_at_us(&self) -> u64 {
@@ -95,11 +95,11 @@ fn a_host_that_gives_up_or_panics_says_goodbye() {
         end.send(panics).unwrap();
         assert_eq!(thread.join().is_err(), panics);
         board.until_off();
-        assert_eq!(board.seen().mode, Mode::Idle, "no fault: it was told");
+        assert_eq!(board.seen().mode, Mode::Idle, "no fault: it was disarmed");
     }
 }
 
-/// Over a pseudo-terminal, which takes little that nobody reads.
+/// Over a pseudo-terminal, which buffers little.
 #[cfg(unix)]
 #[test]
 fn a_host_that_does_not_read_holds_up_nothing() {
@@ -114,7 +114,7 @@ fn a_host_that_does_not_read_holds_up_nothing() {
     let begun = Instant::now();
     let now_us = || begun.elapsed().as_micros() as u64;
     let (mut session, mut is_armed) = (None, false);
-    // Says hello, arms, holds the arm.
+    // Sends hello, arms, holds the arm.
     until("armed", || {
         line.send(client.transmit(now_us())).unwrap();
         let bytes = line.receive(Instant::now() + Duration::from_millis(10));
@@ -142,7 +142,7 @@ fn a_host_that_does_not_read_holds_up_nothing() {
     let silent = Mode::Fault(Fault::HostSilent);
     board.until("the host is found silent", |seen| seen.mode == silent);
     board.until_off();
-    // The board goes on all the time; what nobody reads is lost in whole frames.
+    // The board goes on sending; what is not read is lost in whole frames.
     std::thread::sleep(Duration::from_secs(2));
     let (mut mode, mut damaged) = (None, 0);
     until("the board is heard again", || {

@@ -11,7 +11,7 @@ use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::{Plant, PlantConfig};
 
-/// Hears the modes one after the other, and asks for the next thing on each.
+/// Observes the modes one after the other, and makes the next request on each.
 struct Listener<F> {
     ear: LinkDecoder,
     modes: Arc<Mutex<Vec<Mode>>>,
@@ -40,7 +40,7 @@ impl<F: FnMut(Mode) + Send> Tap for Listener<F> {
     fn disconnected(&mut self, _host_ns: u64) {}
 }
 
-/// The modes that a board on the bench goes through, told what to ask on each.
+/// The modes that a board on the bench goes through, with a request on each.
 fn modes(mut on_mode: impl FnMut(Mode) -> Vec<Request> + Send + 'static) -> Vec<Mode> {
     let (station, controls) = ChannelHost::new();
     let modes = Arc::new(Mutex::new(Vec::new()));
@@ -63,7 +63,7 @@ fn modes(mut on_mode: impl FnMut(Mode) -> Vec<Request> + Send + 'static) -> Vec<
 
 #[test]
 fn requests_are_done_in_order_and_leaving_disarms() {
-    let heard = modes(|mode| match mode {
+    let observed = modes(|mode| match mode {
         Mode::Idle => vec![
             Request::Arm,
             Request::Command(Command::Regulate([0.0, 0.0])),
@@ -72,23 +72,23 @@ fn requests_are_done_in_order_and_leaving_disarms() {
         _ => vec![],
     });
     // Both are heeded before the next tick.
-    assert_eq!(heard, [Mode::Idle, Mode::Running(Drive::Regulate)]);
+    assert_eq!(observed, [Mode::Idle, Mode::Running(Drive::Regulate)]);
 }
 
 #[test]
 fn a_stop_needs_no_session_and_comes_before_what_waits() {
     let fault = Mode::Fault(Fault::EmergencyStop(StopSource::Host));
-    let heard = modes(move |mode| match mode {
+    let observed = modes(move |mode| match mode {
         Mode::Idle => vec![Request::Stop, Request::Leave],
         _ => vec![],
     });
-    assert_eq!(heard.first(), Some(&Mode::Idle));
-    let heard = modes(move |mode| match mode {
+    assert_eq!(observed.first(), Some(&Mode::Idle));
+    let observed = modes(move |mode| match mode {
         Mode::Idle => vec![Request::Arm, Request::Stop],
         mode if mode == fault => vec![Request::Leave],
         _ => vec![],
     });
-    assert_eq!(heard, [Mode::Idle, fault]);
+    assert_eq!(observed, [Mode::Idle, fault]);
 }
 
 #[test]

@@ -19,15 +19,15 @@ fn plugged_in_again_the_host_is_back_and_nothing_is_armed() {
     let silent = Mode::Fault(Fault::HostSilent);
     board.until("the host is found silent", |seen| seen.mode == silent);
     board.until_off();
-    until("parted", || station.heard().partings > 0);
-    let before = station.heard().records;
+    until("parted", || station.received().partings > 0);
+    let before = station.received().records;
     cable.plug_in();
     until("records come again", || {
-        station.heard().records > before + 100
+        station.received().records > before + 100
     });
-    let heard = station.heard();
-    assert_eq!(heard.mode, Some(silent), "the fault is told");
-    assert!(!heard.was_armed_after);
+    let received = station.received();
+    assert_eq!(received.mode, Some(silent), "the fault is reported");
+    assert!(!received.was_armed_after);
     station.ask(Request::Leave);
     station.end().unwrap();
     board.until_off();

@@ -1,4 +1,4 @@
-//! Whatever a record holds, the table gives it back.
+//! Any record is read back from the table.
 
 use armbridge_client::enum_names;
 use armbridge_log::CsvWriter;

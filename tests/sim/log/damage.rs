@@ -44,7 +44,7 @@ fn a_log_that_is_cut_is_read_as_far_as_it_goes() {
     cuts.sort_unstable();
     for cut in cuts {
         let Ok(recording) = load(&path, &whole[..cut]) else {
-            // Topics are told in the first few kilobytes.
+            // Topics are defined in the first few kilobytes.
             assert!(cut < 40_000, "nothing of {cut} bytes");
             continue;
         };
@@ -53,7 +53,7 @@ fn a_log_that_is_cut_is_read_as_far_as_it_goes() {
         assert!(ticks.iter().copied().eq(0..ticks.len() as u32));
         assert!(ticks.len() >= before, "less of more");
         before = ticks.len();
-        // What was flushed is there: chunks are closed each megabyte.
+        // Flushed chunks are complete: one is closed each megabyte.
         let least = (cut as f64 / whole.len() as f64 - 0.3) * f64::from(TICKS);
         assert!(ticks.len() as f64 > least, "{} of {cut} bytes", ticks.len());
         let is_whole_data = ticks.len() as u32 == TICKS;

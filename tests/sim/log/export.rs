@@ -1,7 +1,7 @@
 //! Exported logs as other programs read them: every column of every tick, bit for
 //! bit.
 //!
-//! What is expected is written beside the exported files, column by column, straight
+//! The expected values are written beside the exported files, column by column, straight
 //! from the records; `tests/python/columns.py` reads both with pyarrow, polars, `SciPy` and
 //! Python's own csv, and compares.
 
@@ -174,9 +174,9 @@ fn pyarrow_polars_and_scipy_read_every_column_bit_for_bit() {
     export_all(&folder, &records, &settings);
 
     let output = paths::script("columns.py").arg(&folder).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
+    let stdout = String::from_utf8_lossy(&output.stdout);
     let failed = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}{failed}");
-    assert!(said.contains("32 columns"), "{said}");
-    print!("{said}");
+    assert!(output.status.success(), "{stdout}{failed}");
+    assert!(stdout.contains("32 columns"), "{stdout}");
+    print!("{stdout}");
 }

@@ -1,5 +1,4 @@
-//! Logs: what is written comes back, whatever was said, and whatever happened to the
-//! file.
+//! Logs: what is written is read back, for any messages and after any damage to the file.
 
 mod csv;
 mod damage;

@@ -18,8 +18,14 @@ fn the_raw_bytes_say_the_same_again() {
     for tick in 0..12_000 {
         talk.tell(&ToHost::Record(random.record(tick)));
         match tick % 1_000 {
-            300 => random.asked().iter().for_each(|said| talk.ask(said)),
-            600 => random.told().iter().for_each(|said| talk.tell(said)),
+            300 => random
+                .host_messages()
+                .iter()
+                .for_each(|message| talk.ask(message)),
+            600 => random
+                .board_messages()
+                .iter()
+                .for_each(|message| talk.tell(message)),
             // A byte that came alone: its frame begins in another piece.
             700 => talk.travel(Direction::ToHost, &[9]),
             800 => talk.miss(),
@@ -28,14 +34,14 @@ fn the_raw_bytes_say_the_same_again() {
         }
     }
     recorder.finish().unwrap();
-    let heard = Recording::load(&path).unwrap().events;
+    let written = Recording::load(&path).unwrap().events;
     let again: Vec<Event> = Reader::open(&path)
         .unwrap()
         .raw()
         .unwrap()
         .map(Result::unwrap)
         .collect();
-    assert_eq!(again.len(), heard.len());
+    assert_eq!(again.len(), written.len());
     // NaN is not equal to itself, but is written the same.
-    assert_eq!(format!("{again:?}"), format!("{heard:?}"));
+    assert_eq!(format!("{again:?}"), format!("{written:?}"));
 }

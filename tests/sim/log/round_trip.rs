@@ -1,4 +1,4 @@
-//! Whatever is said on a link, the log gives it back, bit by bit.
+//! Any message on a link is read back from the log, bit by bit.
 
 use armbridge_client::event::{Direction, Event, EventKind};
 use armbridge_log::recorder::Recorder;
@@ -11,13 +11,13 @@ use super::{facts, folder};
 /// An event as bytes: NaN is equal to itself in them.
 fn bits(event: &Event) -> (u64, String, Vec<u8>) {
     let (kind, bytes) = match &event.kind {
-        EventKind::Sent(sequence, said) => (
-            format!("asked {sequence}"),
-            postcard::to_stdvec(said).unwrap(),
+        EventKind::Sent(sequence, message) => (
+            format!("sent {sequence}"),
+            postcard::to_stdvec(message).unwrap(),
         ),
-        EventKind::Received(sequence, said) => (
-            format!("told {sequence}"),
-            postcard::to_stdvec(said).unwrap(),
+        EventKind::Received(sequence, message) => (
+            format!("received {sequence}"),
+            postcard::to_stdvec(message).unwrap(),
         ),
         other @ (EventKind::Lost(..) | EventKind::Damaged(..) | EventKind::Disconnected) => {
             (format!("{other:?}"), Vec::new())
@@ -35,10 +35,10 @@ fn every_event_comes_back_bit_by_bit() {
     let mut tick = 0;
     for seed in 0..40 {
         let mut random = Random(seed);
-        for message in random.asked() {
+        for message in random.host_messages() {
             talk.ask(&message);
         }
-        for message in random.told() {
+        for message in random.board_messages() {
             talk.tell(&message);
             tick += 1;
             talk.tell(&ToHost::Record(random.record(tick)));
@@ -50,7 +50,7 @@ fn every_event_comes_back_bit_by_bit() {
             talk.part();
         }
     }
-    let heard = std::mem::take(&mut talk.heard);
+    let written = std::mem::take(&mut talk.events);
     let report = recorder.finish().unwrap();
     assert_eq!((report.records, report.unwritten), (tick.into(), 0));
     assert_eq!(report.size, path.metadata().unwrap().len());
@@ -58,9 +58,9 @@ fn every_event_comes_back_bit_by_bit() {
 
     let recording = Recording::load(&path).unwrap();
     assert_eq!(recording.damage, [""; 0]);
-    assert_eq!(recording.events.len(), heard.len());
-    for (read, heard) in recording.events.iter().zip(&heard) {
-        assert_eq!(bits(read), bits(heard), "{read:?}, {heard:?}");
+    assert_eq!(recording.events.len(), written.len());
+    for (read, written) in recording.events.iter().zip(&written) {
+        assert_eq!(bits(read), bits(written), "{read:?}, {written:?}");
     }
     assert_eq!(recording.records().len(), tick as usize);
 }

@@ -1,4 +1,4 @@
-//! A link on which everything is said that can be said, with random numbers in it.
+//! A link with every message there is, with random numbers in it.
 
 use armbridge_client::Tap;
 use armbridge_client::enum_names::{FAULTS, MISSING, MODES};
@@ -46,8 +46,8 @@ impl Random {
         std::array::from_fn(|_| self.real())
     }
 
-    fn one_of<T: Copy>(&mut self, of: &[T]) -> T {
-        of[self.bits() as usize % of.len()]
+    fn one_of<T: Copy>(&mut self, values: &[T]) -> T {
+        values[self.bits() as usize % values.len()]
     }
 
     fn sample(&mut self) -> Sample {
@@ -167,8 +167,8 @@ impl Random {
         all
     }
 
-    /// Everything that a host can say.
-    pub(crate) fn asked(&mut self) -> Vec<ToBoard> {
+    /// Every message of a host.
+    pub(crate) fn host_messages(&mut self) -> Vec<ToBoard> {
         let mut all = vec![
             ToBoard::Hello(schema::HELLO),
             ToBoard::Heartbeat,
@@ -179,8 +179,8 @@ impl Random {
         all
     }
 
-    /// Everything that a board can say, but records.
-    pub(crate) fn told(&mut self) -> Vec<ToHost> {
+    /// Every message of a board but records.
+    pub(crate) fn board_messages(&mut self) -> Vec<ToHost> {
         let moment = Moment {
             tick: self.bits() as u32,
             is_decided: false,
@@ -256,14 +256,14 @@ impl Random {
 /// Between two frames.
 const STEP_NS: u64 = 123_457;
 
-/// Both ends of a link that somebody listens to.
+/// Both ends of a link, with a tap.
 pub(crate) struct Talk<'a> {
     host: Encoder,
     board: Encoder,
     now_ns: u64,
     ear: LinkDecoder,
-    /// What an ear that misses nothing has heard.
-    pub(crate) heard: Vec<Event>,
+    /// All events of the link.
+    pub(crate) events: Vec<Event>,
     tap: &'a mut dyn Tap,
 }
 
@@ -274,7 +274,7 @@ impl<'a> Talk<'a> {
             board: Encoder::default(),
             now_ns: 1_795_000_000_000_000_000,
             ear: LinkDecoder::default(),
-            heard: Vec::new(),
+            events: Vec::new(),
             tap,
         }
     }
@@ -296,16 +296,16 @@ impl<'a> Talk<'a> {
 
     pub(crate) fn travel(&mut self, direction: Direction, bytes: &[u8]) {
         self.now_ns += STEP_NS;
-        let heard = &mut self.heard;
+        let events = &mut self.events;
         self.ear
-            .take(direction, self.now_ns, bytes, |event| heard.push(event));
+            .take(direction, self.now_ns, bytes, |event| events.push(event));
         self.tap.bytes(direction, self.now_ns, bytes);
     }
 
     pub(crate) fn part(&mut self) {
         self.now_ns += 1;
         self.ear = LinkDecoder::default();
-        self.heard.push(Event {
+        self.events.push(Event {
             host_ns: self.now_ns,
             kind: armbridge_client::event::EventKind::Disconnected,
         });

@@ -1,4 +1,4 @@
-//! Logs that are not what the board said, or not all of it.
+//! Logs that differ from the board's messages, or lack some.
 
 use armbridge_analysis::plan_runner::Script;
 use armbridge_client::event::{Direction, Event, EventKind};
@@ -87,7 +87,7 @@ fn another_gain_names_the_first_torque() {
     );
 }
 
-/// What is lost costs what follows until the board begins anew, and no more.
+/// A loss costs the ticks up to the next start of the board, and no more.
 #[test]
 fn a_gap_is_left_out_and_said() {
     let acts = [
@@ -108,7 +108,7 @@ fn a_gap_is_left_out_and_said() {
     };
     let at = events.iter().position(is_lost).unwrap();
     let mut left: Vec<Event> = events.iter().filter(|e| !is_lost(e)).copied().collect();
-    // Dropped by the link, by the board, or by whoever kept the log.
+    // Dropped by the link, by the board, or by the recorder.
     let host_ns = left[at].host_ns;
     for lost in [Some(EventKind::Lost(Direction::ToHost, 10)), None] {
         if let Some(kind) = lost {
@@ -144,7 +144,7 @@ fn a_log_may_begin_in_the_middle() {
         (200_000, Act::Command(Command::Regulate([0.1, 0.0]))),
         (
             500_300,
-            Act::Say(ToBoard::Hello(armbridge_shared::link::schema::HELLO)),
+            Act::Message(ToBoard::Hello(armbridge_shared::link::schema::HELLO)),
         ),
         (700_000, Act::Command(Command::Arm { session: 0 })),
         (720_000, Act::Command(Command::Regulate([0.0, 0.0]))),

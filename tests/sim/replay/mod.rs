@@ -1,4 +1,4 @@
-//! What was heard on the link, through the board's code again.
+//! The link's events, through the board's code again.
 
 mod broken;
 mod campaigns;

@@ -1,4 +1,4 @@
-//! Runs in which all is well: every kind of order there is.
+//! Runs without errors: every kind of command.
 
 use armbridge_analysis::plan_runner::Script;
 use armbridge_client::event::EventKind;
@@ -6,11 +6,11 @@ use armbridge_shared::estimate::Config;
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, ExperimentEnd, Role};
 use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Command, Controller, Setup, ToBoard, ToHost};
+use armbridge_shared::link::message::{Command, Setup, ToBoard, ToHost};
 use armbridge_shared::link::motion::{Motion, Via};
-use armbridge_tests::plant;
 use armbridge_tests::world::assert_all_equal;
 use armbridge_tests::world::{Act, Free, overheard, recorded, replay};
+use armbridge_tests::{computed_torque, plant};
 
 #[test]
 fn the_demo_is_the_same_again() {
@@ -64,16 +64,9 @@ fn motions() -> Vec<Command> {
 }
 
 fn set_ups() -> [Setup; 4] {
-    let best = Setup::best();
-    let computed_torque = Setup {
-        controller: Controller::ComputedTorque {
-            natural_rad_s: [15.0; 2],
-            damping: [1.0; 2],
-        },
-        ..best
-    };
+    let computed_torque = computed_torque(15.0);
     [
-        best,
+        Setup::best(),
         computed_torque,
         Setup {
             estimator: Config::standing(),
@@ -177,7 +170,7 @@ fn guards_do_the_same_again() {
 }
 
 /// The host falls silent in a motion and under constant torque, comes back, falls
-/// silent for good; says goodbye, and hello again.
+/// silent for good; sends goodbye, and hello again.
 #[test]
 fn silence_is_taken_as_recorded() {
     let wave = motions()[3];
@@ -192,7 +185,7 @@ fn silence_is_taken_as_recorded() {
         (2_300_000, Act::Command(Command::ClearFault)),
         (2_500_000, Act::Command(Command::Arm { session: 0 })),
         (2_600_000, Act::Command(Command::Regulate([0.0; 2]))),
-        (2_700_000, Act::Say(ToBoard::Goodbye)),
+        (2_700_000, Act::Message(ToBoard::Goodbye)),
         (2_900_000, Act::Command(Command::Arm { session: 0 })),
         (3_000_000, Act::Command(Command::Regulate([0.0; 2]))),
     ];
@@ -272,7 +265,7 @@ fn experiments_begin_and_end_where_they_did() {
     assert_eq!(report.answers, 14, "{}", report.text());
     let adopted: Vec<_> = report.adopted.iter().map(|it| it.times).collect();
     assert_eq!(adopted, [1, 1], "{}", report.text());
-    // An end that was not this one is told.
+    // A different end is reported.
     let mut other = events;
     for event in &mut other {
         if let EventKind::Received(_, ToHost::Concluded(conclusion)) = &mut event.kind

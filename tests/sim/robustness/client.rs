@@ -1,5 +1,5 @@
-//! What somebody at the transparent port may say: questions, orders that must
-//! not reach the servos, and noise.
+//! Input of the transparent port: requests, commands that must not reach the servos, and
+//! noise.
 
 use armbridge_shared::servo::morpheus::Frame;
 use armbridge_tests::random::Random;

@@ -1,4 +1,4 @@
-//! What a host may come up with: mostly sense, with numbers in it that are none.
+//! Commands of a host: mostly valid, some with numbers that are not finite.
 
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::bridge::limits::{PERIOD_MAX_US, PERIOD_MIN_US, REFERENCE_MAX_RAD};

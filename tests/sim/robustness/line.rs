@@ -11,7 +11,7 @@ use armbridge_shared::servo::port::SetBaud;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_nb::serial::{self, ErrorKind};
 
-/// What a receiver hands over.
+/// A received byte, or an error.
 pub(crate) type Heard = Result<u8, ErrorKind>;
 
 #[derive(Default)]
@@ -20,13 +20,13 @@ pub(crate) struct Line {
     /// As last set.
     pub(crate) baud: u32,
     sent_until_us: u64,
-    /// What the master has sent.
+    /// Bytes that the master has sent.
     pub(crate) sent: Vec<u8>,
     /// Bytes sent without the line driver on.
     pub(crate) undriven: usize,
     /// On their way to the master, and when they are there.
     coming: VecDeque<(u64, Heard)>,
-    /// What the master has read.
+    /// Bytes and errors that the master has read.
     pub(crate) read: Vec<Heard>,
     pub(crate) is_driven: bool,
     pub(crate) echo: bool,
@@ -60,7 +60,9 @@ impl Line {
     /// These arrive so long after now.
     pub(crate) fn expect(&mut self, script: impl IntoIterator<Item = (u64, Heard)>) {
         let now_us = self.now_us;
-        let coming = script.into_iter().map(|(us, heard)| (now_us + us, heard));
+        let coming = script
+            .into_iter()
+            .map(|(us, received)| (now_us + us, received));
         self.coming.extend(coming);
         self.coming
             .make_contiguous()
@@ -91,11 +93,11 @@ impl serial::Read for Port {
                 return Err(nb::Error::Other(ErrorKind::Overrun));
             }
             match line.coming.front() {
-                Some((at_us, heard)) if *at_us <= line.now_us => {
-                    let heard = *heard;
+                Some((at_us, received)) if *at_us <= line.now_us => {
+                    let received = *received;
                     line.coming.pop_front();
-                    line.read.push(heard);
-                    heard.map_err(nb::Error::Other)
+                    line.read.push(received);
+                    received.map_err(nb::Error::Other)
                 }
                 _ => Err(nb::Error::WouldBlock),
             }

@@ -1,4 +1,4 @@
-//! The bus master on a line where anything may be heard.
+//! The bus master on a line with any input.
 
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::link::message::Sample;
@@ -19,7 +19,7 @@ const STREAMS_PER_MASTER: usize = 20;
 const FREQUENT: [u8; 9] = [0xAA, 3, 4, 0xFE, 1, 2, 0xFF, 0xF4, 0xF9];
 const ERRORS: [ErrorKind; 3] = [ErrorKind::FrameFormat, ErrorKind::Noise, ErrorKind::Overrun];
 
-/// Somebody else's: servo 2, four registers from 0x0C on.
+/// A client's request: servo 2, four registers from 0x0C on.
 const QUESTION: [u8; 8] = [0xAA, 5, 2, 0xFE, 2, 0x0C, 4, 0xE3];
 const ASKED: Asked = Asked {
     id: 2,
@@ -80,7 +80,7 @@ fn steps(steps: impl Iterator<Item = StopStep>) -> (Vec<u8>, u64) {
     (sent, limit_us)
 }
 
-/// What servos in their right minds answer.
+/// Replies of servos without errors.
 fn answers(random: &mut Random, transaction: Transaction) -> ([u16; 2], Vec<Vec<u8>>) {
     let ping = |id| reply(id, &[1]);
     match transaction {
@@ -138,12 +138,12 @@ impl Test {
         bytes
             .into_iter()
             .map(|byte| {
-                let heard = if random.once_in(20) {
+                let byte = if random.once_in(20) {
                     Err(random.one_of(&ERRORS))
                 } else {
                     Ok(byte)
                 };
-                (random.below(within_us), heard)
+                (random.below(within_us), byte)
             })
             .collect()
     }
@@ -178,7 +178,7 @@ impl Test {
         let begun_us = port.line().now_us;
         port.edit(|line| line.expect(early));
         match transaction {
-            Transaction::Ask(asked) => master.ask(&QUESTION, asked, begun_us).unwrap(),
+            Transaction::Ask(request) => master.ask(&QUESTION, request, begun_us).unwrap(),
             _ => master.begin(transaction, begun_us).unwrap(),
         }
         let (sent, limit_us) = expected(transaction);
@@ -222,7 +222,7 @@ impl Test {
     /// Nothing is believed but an intact answer to what was asked.
     fn check(&mut self, transaction: Transaction, outcome: &Outcome) {
         assert_eq!(outcome.transaction, transaction);
-        let heard: Vec<u8> = {
+        let read: Vec<u8> = {
             let line = self.port.line();
             // Line errors break a packet; 0 is in no place of an answer where
             // it could mend one.
@@ -246,8 +246,8 @@ impl Test {
             };
             assert!(counts <= 1023, "{outcome:?}");
             assert!(
-                heard.windows(answer.len()).any(|part| part == answer),
-                "{outcome:?} from {heard:02x?}"
+                read.windows(answer.len()).any(|part| part == answer),
+                "{outcome:?} from {read:02x?}"
             );
             self.believed += 1;
         }
@@ -272,7 +272,7 @@ fn the_master_ends_in_time_and_believes_only_answers() {
         });
         if stream % STREAMS_PER_MASTER == 0 {
             test.replace_master();
-            // What the bus is like is learnt from the first stop.
+            // The echo of the bus is learnt from the first stop.
             is_quiet = test.random.once_in(2);
             let early = if is_quiet {
                 Vec::new()
@@ -305,7 +305,7 @@ fn the_master_ends_in_time_and_believes_only_answers() {
                             Transaction::Stop | Transaction::BriefStop | Transaction::Ask(_) => {
                                 false
                             }
-                            Transaction::Ping { joint: asked } => asked == joint,
+                            Transaction::Ping { joint: pinged } => pinged == joint,
                             Transaction::Start
                             | Transaction::Drive(_)
                             | Transaction::HoldOff

@@ -1,5 +1,5 @@
-//! A million random byte streams into whatever listens: nothing panics,
-//! nothing hangs, nothing is believed that was not said.
+//! A million random byte streams into every receiver: nothing panics, nothing hangs,
+//! nothing is accepted that was not sent.
 //!
 //! | target                       | streams |
 //! |------------------------------|---------|

@@ -4,7 +4,7 @@ use armbridge_tests::random::Random;
 
 use super::line::{Heard, back_to_back, position, reply};
 
-/// Two servos that answer what they are asked, as well as they are told to.
+/// Two servos that answer requests, with or without errors.
 pub(super) struct Servos {
     /// Where they are.
     pub(super) counts: [u64; 2],

@@ -1,5 +1,5 @@
-//! A board with its bridge and servos that answer, and a host and a client that say
-//! whatever comes: every record is looked at, nothing unsafe may be in it.
+//! A board with its bridge and servos that answer, and a host and a client that send
+//! anything: every record is checked, nothing unsafe may be in it.
 
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::bridge::gateway::{ClientLine, PortEnd};
@@ -34,7 +34,7 @@ pub(crate) struct Seen {
     pub(crate) port: PortCounters,
 }
 
-/// A board whose host says whatever comes.
+/// A board whose host sends anything.
 pub(crate) struct Test<'a> {
     port: Port,
     bridge: Bridge<'a, Port, Port>,
@@ -43,13 +43,13 @@ pub(crate) struct Test<'a> {
     pub(crate) servos: Servos,
     pub(crate) random: Random,
     encoder: Encoder,
-    /// Hears what the board hears, to know what it was told.
+    /// Decodes what the board receives.
     overheard: Decoder,
-    /// Told since the last stream, with its number.
-    told: Vec<Received<ToBoard>>,
+    /// Received since the last stream, with its number.
+    received: Vec<Received<ToBoard>>,
     records: Decoder,
     pub(crate) seen: Seen,
-    /// As the board has told last.
+    /// As last reported by the board.
     session: u32,
 }
 
@@ -73,7 +73,7 @@ impl<'a> Test<'a> {
             random: Random::new(seed),
             encoder: Encoder::default(),
             overheard: Decoder::default(),
-            told: Vec::new(),
+            received: Vec::new(),
             records: Decoder::default(),
             seen: Seen::default(),
             session: 0,
@@ -113,14 +113,14 @@ impl<'a> Test<'a> {
     }
 
     pub(crate) fn receive(&mut self, stream: &[u8]) {
-        let told = stream
+        let received = stream
             .iter()
             .filter_map(|byte| self.overheard.push(*byte)?.ok());
-        self.told = told.collect();
+        self.received = received.collect();
         self.link.receive(stream);
     }
 
-    /// Somebody at the transparent port says something, or nothing.
+    /// The client at the transparent port sends something, or nothing.
     pub(crate) fn client_speaks(&mut self) {
         // With torque off it would be given the bus, and most commands refused.
         let random = &mut self.random;
@@ -159,7 +159,7 @@ impl<'a> Test<'a> {
         if mode.is_armed() && !before.is_armed() {
             // Only with the word of the session, which a hello changes.
             let is_arm = |command: &Command| matches!(command, Command::Arm { session } if *session == self.session);
-            assert!(self.was_told(is_arm), "{mode:?}: {:?}", self.told);
+            assert!(self.was_sent(is_arm), "{mode:?}: {:?}", self.received);
         }
         if drives(mode) && !drives(before) {
             let is_on = |command: &Command| {
@@ -172,7 +172,7 @@ impl<'a> Test<'a> {
                         | Command::Experiment(_)
                 )
             };
-            assert!(self.was_told(is_on), "{mode:?}: {:?}", self.told);
+            assert!(self.was_sent(is_on), "{mode:?}: {:?}", self.received);
         }
         self.check_wire(sent_before, before.is_armed() || mode.is_armed());
         if before.is_armed() && mode.is_armed() {
@@ -201,9 +201,9 @@ impl<'a> Test<'a> {
     }
 
     /// Whether such a command came that may be accepted.
-    fn was_told(&self, what: impl Fn(&Command) -> bool) -> bool {
-        self.told.iter().any(|told| match told.message {
-            ToBoard::Command(command) => what(&command) && is_acceptable(&command),
+    fn was_sent(&self, is_wanted: impl Fn(&Command) -> bool) -> bool {
+        self.received.iter().any(|received| match received.message {
+            ToBoard::Command(command) => is_wanted(&command) && is_acceptable(&command),
             ToBoard::Hello(_) | ToBoard::Heartbeat | ToBoard::Stop | ToBoard::Goodbye => false,
         })
     }
@@ -240,7 +240,7 @@ impl<'a> Test<'a> {
         }
     }
 
-    /// Fetches what the board says, and checks it.
+    /// Fetches the board's messages, and checks them.
     fn fetch(&mut self) {
         if let Some((sequence, _)) = self.link.take_save() {
             self.link.saved(sequence, true);
@@ -250,12 +250,12 @@ impl<'a> Test<'a> {
             let Some(frame) = self.link.transmit() else {
                 return;
             };
-            let said = frame
+            let received = frame
                 .iter()
                 .find_map(|byte| self.records.push::<ToHost>(*byte))
                 .expect("a whole frame")
                 .expect("an intact frame");
-            match said.message {
+            match received.message {
                 ToHost::Hello(hello) => assert_eq!(hello, schema::HELLO),
                 ToHost::Absent { joint, .. } | ToHost::Unprepared { joint } => assert!(joint < 2),
                 ToHost::Found {
@@ -290,8 +290,11 @@ impl<'a> Test<'a> {
             self.seen.refused += 1;
             return;
         }
-        let mut told = self.told.iter().filter(|told| told.sequence == sequence);
-        let is_possible = told.any(|told| match told.message {
+        let mut received = self
+            .received
+            .iter()
+            .filter(|received| received.sequence == sequence);
+        let is_possible = received.any(|received| match received.message {
             ToBoard::Command(command) => {
                 let is_setup = matches!(command, Command::Configure(_));
                 self.seen.installed += usize::from(is_setup);
@@ -299,7 +302,7 @@ impl<'a> Test<'a> {
             }
             ToBoard::Hello(_) | ToBoard::Heartbeat | ToBoard::Stop | ToBoard::Goodbye => false,
         });
-        assert!(is_possible, "{sequence} accepted of {:?}", self.told);
+        assert!(is_possible, "{sequence} accepted of {:?}", self.received);
     }
 
     fn check_record(&mut self, record: &Record) {

@@ -85,7 +85,7 @@ fn random_streams() {
         counts: 500,
         worst_pwm: 0,
     };
-    let mut heard = 0_usize;
+    let mut replied = 0_usize;
     for number in 0..STREAMS {
         if number % STREAMS_PER_POWER_CYCLE == 0 {
             for servo in 0..2 {
@@ -108,9 +108,9 @@ fn random_streams() {
         let bound = EVENTS_PER_BYTE * (end - start + gap_ns + BYTE_NS) / BYTE_NS;
         assert!(events <= bound, "{events} events in stream {number}");
         while wire.take_received().is_some() {
-            heard += 1;
+            replied += 1;
         }
     }
-    assert!(heard > STREAMS / 100, "only {heard} bytes heard");
+    assert!(replied > STREAMS / 100, "only {replied} reply bytes");
     assert!(sensors.worst_pwm <= 2000, "PWM {}", sensors.worst_pwm);
 }

@@ -1,4 +1,4 @@
-//! Each way in which an exchange can go wrong is told from the others.
+//! Each error of an exchange has a diagnosis of its own.
 
 use std::time::Duration;
 
@@ -22,15 +22,15 @@ fn ping(firmware: Firmware) -> Request {
     Request::ping(firmware, 1).unwrap()
 }
 
-/// What becomes of a request after which this is heard.
-fn outcome(request: &Request, heard: &[u8], echoes: bool) -> Result<Vec<u8>, Diagnosis> {
+/// Result of a request with this reply.
+fn outcome(request: &Request, reply: &[u8], echoes: bool) -> Result<Vec<u8>, Diagnosis> {
     let mut line = FakeLine::new(|sent: &[u8]| {
         let is_flush = sent == FLUSH;
-        if is_flush { Vec::new() } else { heard.to_vec() }
+        if is_flush { Vec::new() } else { reply.to_vec() }
     });
     line.echoes = echoes;
-    let asked = client(&mut line).ask(request);
-    match asked {
+    let result = client(&mut line).ask(request);
+    match result {
         Ok(packet) => Ok(packet.data),
         Err(BusError::Diagnosis(diagnosis)) => Err(diagnosis),
         Err(error) => panic!("{error}"),
@@ -60,15 +60,15 @@ fn each_has_its_name_and_its_advice() {
         (Firmware::Stock, [STATUS_1.to_vec(), damaged(STATUS_1)].concat(), Diagnosis::Several, "one id"),
         (Firmware::Morpheus, vec![0xAA, 3, 0xFE, 1, 8, 0xF2], Refusal::Nok.into(), "refused: NOK"),
     ];
-    for (firmware, heard, expected, words) in cases {
+    for (firmware, reply, expected, words) in cases {
         let request = ping(firmware);
         for echoes in [false, true] {
-            let found = outcome(&request, &heard, echoes).unwrap_err();
+            let found = outcome(&request, &reply, echoes).unwrap_err();
             let expected = match (&expected, echoes) {
                 (Diagnosis::Silence, true) => Diagnosis::EchoOnly,
                 (expected, _) => (*expected).clone(),
             };
-            assert_eq!(found, expected, "{firmware} {heard:02X?} echo {echoes}");
+            assert_eq!(found, expected, "{firmware} {reply:02X?} echo {echoes}");
             let words = if expected == Diagnosis::EchoOnly {
                 "only our own bytes"
             } else {
@@ -113,7 +113,7 @@ fn alarms_refuse_only_where_they_mean_the_instruction() {
 }
 
 /// The board answers in a servo's place when a loop leaves no time, also for
-/// ids that nobody has.
+/// ids that no servo has.
 #[test]
 fn a_ping_that_the_board_refuses_is_no_servo() {
     let mut line = FakeLine::new(|sent: &[u8]| match *sent {
@@ -138,7 +138,7 @@ fn an_answer_that_looks_like_the_request_is_not_taken_for_echo() {
     assert_eq!(outcome(&request, &[], true), Err(Diagnosis::EchoOnly));
 }
 
-/// Nor is a request that is heard late taken for an answer, or missed.
+/// Nor is a late echo taken for a reply, or missed.
 #[test]
 fn a_late_echo_is_waited_for() {
     let mut line = FakeLine::new(|sent: &[u8]| {
@@ -166,10 +166,10 @@ fn a_changed_echo_is_somebody_else_on_the_wire() {
         }
         echo
     });
-    let asked = client(&mut line).ask(&request);
+    let result = client(&mut line).ask(&request);
     assert!(
-        matches!(asked, Err(BusError::Diagnosis(Diagnosis::EchoDamaged))),
-        "{asked:?}"
+        matches!(result, Err(BusError::Diagnosis(Diagnosis::EchoDamaged))),
+        "{result:?}"
     );
 }
 

@@ -1,4 +1,4 @@
-//! A line that answers as it is told, at once, and a stock
+//! A line with a scripted reply, at once, and a stock
 //! servo on it that is just good enough to be read and written.
 
 use std::io;
@@ -8,10 +8,10 @@ use armbridge_client::servo_bus::{BusMaster, Line};
 use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
 use armbridge_shared::servo::protocol1::{Alarms, Frame, Instruction, Parser, Status};
 
-/// What 210 bytes to which nobody answers look like.
+/// 210 bytes that no servo answers.
 pub(crate) const FLUSH: [u8; 210] = [0xFF; 210];
 
-/// Whoever is on the bus: what is heard after these bytes at this rate.
+/// Servos on the bus: the reply to these bytes at this rate.
 pub(crate) trait Bus {
     fn answer(&mut self, sent: &[u8], baud: u32) -> Vec<u8>;
 }
@@ -27,7 +27,7 @@ pub(crate) struct FakeLine<B> {
     pub(crate) bus: B,
     pub(crate) echoes: bool,
     pub(crate) baud: u32,
-    /// How late everything after the first flush is heard.
+    /// Delay of everything after the first flush.
     pub(crate) delay: Duration,
     heard_from: Instant,
     /// Everything that was sent, packet by packet.

@@ -1,4 +1,4 @@
-//! The host's servo tools: against lines that misbehave as told, and against
+//! The host's servo tools: against lines with scripted errors, and against
 //! the virtual servos over TCP and a pseudo-terminal.
 
 mod changes;

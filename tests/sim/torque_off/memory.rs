@@ -1,5 +1,5 @@
-//! Memory faults: a turned bit in what says who may drive, or what with, switches the
-//! motors off, in every state.
+//! Memory faults: a flipped bit in the arming state or in the settings switches the motors
+//! off, in every state.
 
 use armbridge_shared::bridge::MemoryRegion;
 use armbridge_shared::link::message::{Command, Drive, Fault, Mode, Refusal};
@@ -18,7 +18,7 @@ const DRIVE_DRAWS: [std::ops::Range<u32>; 3] = [0..96, 96..128, 352..384];
 /// Longest time until a fault may be cleared, in ms.
 const CLEAR_MS: u64 = 400;
 
-/// What the board is doing when a bit turns.
+/// State of the board when a bit flips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Doing {
     Idle,

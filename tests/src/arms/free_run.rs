@@ -3,17 +3,17 @@
 //! A run begins with an experiment, where the board holds both joints. They do not rest
 //! there: noise makes the PWM tremble, and joints give way by parts of a count. So the model
 //! is at rest 0.3 s before, forgets in 0.1 s what it does not know of their speed, and the
-//! mean of what the encoders said in the other 0.2 s tells where it is. Noise of a count
+//! mean of the encoders in the other 0.2 s is its position. Noise of a count
 //! leaves 0.07 counts of doubt. From there on nothing of the log is used but its PWM.
 //!
 //! It lasts 5 s, or until it diverges, which is measured on that very run: four more begin a
 //! tenth of a count beside it, either joint, either way. When one of them is a count from it,
-//! in either joint, what the encoder cannot tell has grown tenfold, and the run is judged up
-//! to there. That is soon for an arm that falls away from upright, or where a joint is about
-//! to give way, and never for one that rests. It depends on the model's motion, not on what
+//! in either joint, an error below the encoder's resolution has grown tenfold, and the run is
+//! judged up to there. That is soon for an arm that falls away from upright, or where a joint
+//! is about to give way, and never for one that rests. It depends on the model's motion, not on what
 //! a fit thinks of its errors.
 //!
-//! What is judged is measured less computed, root mean square of both joints, less noise of a
+//! The error is measured less computed, root mean square of both joints, less noise of a
 //! count and rounding.
 
 use armbridge_shared::JOINTS;
@@ -23,7 +23,7 @@ use super::model::{Model, Moving};
 
 /// Most ticks of a run.
 const TICKS: usize = 5_000;
-/// Ticks that go before, and of these those whose mean tells where it begins.
+/// Ticks before a run, and those of them whose mean is its initial position.
 const BEFORE: usize = 300;
 const MEAN: usize = 200;
 /// Times that the beginning is mended; the first leaves hundredths of a count.
@@ -167,7 +167,7 @@ fn free_run(model: &Model, log: &[Record], begin: usize) -> Option<FreeRun> {
 }
 
 /// Where a model rests [`BEFORE`] a tick, in counts, so that its mean over the [`MEAN`] ticks
-/// before that tick is what the encoders said.
+/// before that tick is that of the encoders.
 fn start(model: &Model, log: &[Record], begin: usize) -> Option<[f64; JOINTS]> {
     let first = begin - BEFORE;
     let mut start = measured(log, first)?;

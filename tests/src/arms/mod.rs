@@ -1,10 +1,10 @@
 //! Arms drawn at random, through the whole of identification: the default plan performed
-//! by the board, its log fitted, the numbers compared with the true ones, and a board that
-//! is told them compared with one that knows the truth.
+//! by the board, its log fitted, the parameters compared with the true ones, and a board
+//! that has them compared with one that has the true ones.
 //!
-//! Simulated: the bench, with its bus and servos. Every number of an arm is up to 40 % off
-//! what is believed, each by itself; noise is a count; it has a dead zone, a delay, dry and
-//! static friction. Of link 1 nobody knows more than a factor of e: the weight of link 2
+//! Simulated: the bench, with its bus and servos. Every parameter of an arm is up to 40 %
+//! off the prior, each by itself; noise is a count; it has a dead zone, a delay, dry and
+//! static friction. Link 1 is known within a factor of e: the weight of link 2
 //! fixes the scale of all torques.
 
 pub mod free_run;
@@ -19,9 +19,10 @@ use armbridge_analysis::monte_carlo::{Maneuver, Outcome, Trial, for_seeds};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::limits::Limits;
-use armbridge_shared::link::message::{Controller, Settings, Setup};
+use armbridge_shared::link::message::{Settings, Setup};
 use armbridge_sim::plant::PlantConfig;
 
+use crate::computed_torque;
 use free_run::{FreeRun, Summary, free_runs};
 use model::Model;
 use truth::{believed, known, truth};
@@ -48,7 +49,7 @@ pub struct Arm {
 
 /// A number that was found.
 pub struct Judged {
-    what: String,
+    name: String,
     /// Standard errors from the truth.
     sigmas: f64,
     /// Of the truth; an offset or a zero, which may be none, of what is usual.
@@ -56,14 +57,14 @@ pub struct Judged {
 }
 
 impl Judged {
-    fn new(what: String, [value, error]: [f64; 2], truth: f64, usual: f64) -> Self {
+    fn new(name: String, [value, error]: [f64; 2], truth: f64, usual: f64) -> Self {
         let (sigmas, share) = ((value - truth) / error, (value - truth) / usual);
         println!(
-            "{what}: {value:.5} for {truth:.5}, {sigmas:.1} errors, {:.1} %",
+            "{name}: {value:.5} for {truth:.5}, {sigmas:.1} errors, {:.1} %",
             share * 100.0
         );
         Self {
-            what,
+            name,
             sigmas,
             share,
         }
@@ -106,7 +107,7 @@ impl Arm {
     pub fn numbers(&self) -> Vec<Judged> {
         let mut numbers = Vec::new();
         for joint in 0..JOINTS {
-            let what = |name: &str| format!("arm {}, joint {}, {name}", self.seed, joint + 1);
+            let label = |name: &str| format!("arm {}, joint {}, {name}", self.seed, joint + 1);
             for quantity in Quantity::ALL {
                 let true_value = truth(&self.config, joint, quantity);
                 let usual = match quantity {
@@ -122,7 +123,12 @@ impl Arm {
                     | Quantity::Delay => true_value,
                 };
                 let found = self.found.number(joint, quantity).into();
-                numbers.push(Judged::new(what(quantity.name()), found, true_value, usual));
+                numbers.push(Judged::new(
+                    label(quantity.name()),
+                    found,
+                    true_value,
+                    usual,
+                ));
             }
             let true_nm = self.config.friction[joint].static_nm;
             let found = self.found.friction[joint];
@@ -130,7 +136,7 @@ impl Arm {
                 [found.torque_nm, found.error_nm]
             });
             numbers.push(Judged::new(
-                what("static friction"),
+                label("static friction"),
                 found,
                 true_nm,
                 true_nm,
@@ -139,9 +145,9 @@ impl Arm {
         numbers
     }
 
-    /// How far off its motions are told when the plan is performed again with other noise, in
+    /// Prediction error of its motions when the plan is performed again with other noise, in
     /// counts beside the encoder's noise. As long as a joint slides, at most 3 s, by the PWM
-    /// alone, from a start that all of a window tells: the worse joint. And the [`free_run`]s
+    /// alone, from a start fitted to all of a window: the worse joint. And the [`free_run`]s
     /// of the whole arm, rests and all, with what was found and with what is true.
     fn forecast(&self) -> (f64, [Vec<FreeRun>; 2]) {
         let (plan, _) = plan::shipped();
@@ -152,7 +158,7 @@ impl Arm {
             "arm {}: sliding {first:.2} and {second:.2} counts off",
             self.seed
         );
-        let found = Model::found(&self.told(self.before), &self.found);
+        let found = Model::found(&self.with_found(self.before), &self.found);
         let runs = [found, Model::truth(&self.config)].map(|model| free_runs(&model, &again));
         let [found, truth] = [&runs[0], &runs[1]].map(|runs| Summary::of(runs));
         println!("arm {}: {found}", self.seed);
@@ -160,8 +166,8 @@ impl Arm {
         (first.max(second), runs)
     }
 
-    /// The set-up that a board is given that is told what was found.
-    fn told(&self, setup: Setup) -> Setup {
+    /// The set-up of a board with the identified parameters.
+    fn with_found(&self, setup: Setup) -> Setup {
         let before = Settings {
             setup: self.before,
             ..Settings::default()
@@ -188,8 +194,8 @@ pub fn judge(numbers: &[Judged]) {
         "of {all} numbers {within} within their 95 % interval, {close} within 5 %, {both} both"
     );
     assert!(both * 10 >= all * 9, "{both} of {all} within both");
-    for Judged { what, sigmas, .. } in numbers {
-        assert!(sigmas.abs() < 6.0, "{what}: {sigmas:.1}");
+    for Judged { name, sigmas, .. } in numbers {
+        assert!(sigmas.abs() < 6.0, "{name}: {sigmas:.1}");
     }
 }
 
@@ -206,7 +212,7 @@ pub fn judge_forecasts(arms: &[Arm]) {
         }
     }
     let [free, truth] = all.map(|runs| Summary::of(&runs));
-    println!("sliding joints are told to {worst:.2} counts");
+    println!("sliding joints are predicted to {worst:.2} counts");
     println!("{free}");
     println!("with what is true: {truth}");
     assert!(worst <= 1.0, "{worst:.2} counts");
@@ -260,37 +266,34 @@ fn error_mrad(config: &PlantConfig, setup: Setup, task: &str, from_s: f64, seed:
 /// Runs of each arm whose rests are averaged: where one comes to rest is chance.
 const RESTS: u64 = 8;
 
-/// How much farther off a board is that is told what was found than one that knows the arm:
+/// Tracking error of a board with the identified parameters over that with the true ones:
 /// at most, from where it is let go and on the way; and on average at rest, where it sticks
 /// by chance, over [`RESTS`] runs of each arm.
 pub fn compare_control(arms: &[Arm]) -> [f64; 2] {
-    let tracking = Setup {
-        controller: Controller::ComputedTorque {
-            natural_rad_s: [20.0; JOINTS],
-            damping: [1.0; JOINTS],
-        },
-        ..Setup::best()
-    };
+    let tracking = computed_torque(20.0);
     let (mut worst, mut at_rest) = (0.0_f64, [0.0; 2]);
     for arm in arms {
-        for (what, setup, task, from_s) in [
+        for (name, setup, task, from_s) in [
             ("upright", Setup::best(), "upright", 0.0),
             ("tracking", tracking, "sine:0.3,0.4,0.5", 2.0),
             ("at rest", Setup::best(), "upright", 6.0),
         ] {
-            let is_at_rest = what == "at rest";
+            let is_at_rest = name == "at rest";
             let runs = if is_at_rest { RESTS } else { 1 };
-            let of = |setup| {
+            let error = |setup| {
                 let seeds = (0..runs).map(|run| arm.seed + 100 * run);
                 let errors = seeds.map(|seed| error_mrad(&arm.config, setup, task, from_s, seed));
                 errors.sum::<f64>() / runs as f64
             };
-            let [told, truth] = [of(arm.told(setup)), of(known(&arm.config, setup))];
-            println!("arm {}, {what}: {told:.2} mrad for {truth:.2}", arm.seed);
+            let [found, truth] = [
+                error(arm.with_found(setup)),
+                error(known(&arm.config, setup)),
+            ];
+            println!("arm {}, {name}: {found:.2} mrad for {truth:.2}", arm.seed);
             if is_at_rest {
-                at_rest = [at_rest[0] + told, at_rest[1] + truth];
+                at_rest = [at_rest[0] + found, at_rest[1] + truth];
             } else {
-                worst = worst.max(told / truth);
+                worst = worst.max(found / truth);
             }
         }
     }

@@ -30,12 +30,12 @@ pub struct Model {
 }
 
 impl Model {
-    /// The arm that was found, as a board is told it, and with what a board is not told.
-    pub fn found(told: &Setup, found: &Found) -> Self {
+    /// The identified arm, as in a board's set-up, and with parameters that a board lacks.
+    pub fn found(setup: &Setup, found: &Found) -> Self {
         let number = |joint: usize, quantity: Quantity| found.number(joint, quantity).0;
         Self {
-            arm: told.arm.map(f64::from),
-            joints: told.joints.map(|joint| Joint {
+            arm: setup.arm.map(f64::from),
+            joints: setup.joints.map(|joint| Joint {
                 zero_count: joint.zero_count.into(),
                 rad_per_count: joint.rad_per_count.into(),
                 direction: joint.direction,
@@ -46,7 +46,8 @@ impl Model {
                 // None of these arms' dry friction falls with speed.
                 assert_eq!(found.stribeck[joint], None);
                 let coulomb_nm = number(joint, Quantity::Coulomb);
-                let static_nm = found.friction[joint].map_or(coulomb_nm, |of| of.torque_nm);
+                let static_nm =
+                    found.friction[joint].map_or(coulomb_nm, |friction| friction.torque_nm);
                 Friction {
                     coulomb_nm,
                     static_nm: static_nm.max(coulomb_nm),
@@ -114,7 +115,7 @@ pub struct Moving<'a> {
 }
 
 impl Moving<'_> {
-    /// What the encoders would say without noise, in counts.
+    /// The encoders' counts without noise.
     pub fn counts(&self) -> [f64; JOINTS] {
         let state = self.body.state(self.now_ns);
         core::array::from_fn(|joint| self.model.joints[joint].position(state.q[joint]))

@@ -1,4 +1,4 @@
-//! The default plan, performed by the board on a virtual arm nobody knows.
+//! The default plan, performed by the board on an unknown virtual arm.
 
 use armbridge_analysis::plan_runner::plan::Begin;
 use armbridge_analysis::plan_runner::{Plan, PlanRunner};
@@ -17,7 +17,7 @@ pub fn shipped() -> (Plan, Setup) {
     (scenario.plan, scenario.settings.setup)
 }
 
-/// What a board recorded that is set up so.
+/// Records of a board with this set-up.
 pub fn perform(plan: &Plan, setup: Setup, config: &PlantConfig, seed: u64) -> Vec<Record> {
     let mut plan = plan.clone();
     plan.begin = Begin::With(Box::new(setup));

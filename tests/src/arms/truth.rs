@@ -1,4 +1,4 @@
-//! What is known of an arm before, and what it truly is.
+//! The prior of an arm, and its true parameters.
 
 use armbridge_analysis::identify::Quantity;
 use armbridge_shared::JOINTS;
@@ -14,7 +14,7 @@ use armbridge_sim::plant::PlantConfig;
 /// be off by half of that.
 const BUS_S: [f64; JOINTS] = [0.756e-3, 0.679e-3];
 
-/// What is believed: the paper's arm, but for what a ruler and a scale tell, which are the
+/// The prior: the paper's arm, but for what a ruler and a scale measure, which are the
 /// lengths and the weight of link 2, and where its zeros are, which calibration has found
 /// to three counts.
 pub fn believed(config: &PlantConfig, setup: Setup) -> Setup {

@@ -17,14 +17,14 @@ const PATIENCE_US: u64 = 34_000;
 /// How long it waits where it expects none.
 const SILENCE_US: u64 = 2_000;
 
-/// What is to come back.
+/// Expected reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expected {
-    /// So many bytes of data from the servo of this id, without alarm.
+    /// This number of data bytes from the servo of this id, without alarm.
     Data(u8, usize),
     /// "I will not", in the name of the servo of this id.
     Refusal(u8),
-    /// So many bytes, whatever they say.
+    /// This number of bytes, with any contents.
     Bytes(usize),
     /// Nothing.
     Silence,
@@ -39,23 +39,23 @@ pub struct Question {
     pub expected: Expected,
 }
 
-/// What came of it all.
+/// Results of the client's requests.
 #[derive(Debug, Default)]
 pub struct Tally {
     /// Questions.
-    pub asked: usize,
+    pub requests: usize,
     /// Questions answered.
     pub answered: usize,
     /// Questions refused in words.
     pub refused: usize,
     /// Questions without an answer.
     pub silent: usize,
-    /// What came back otherwise than expected, in words.
+    /// Unexpected replies, in words.
     pub wrong: Vec<String>,
     /// Longest wait for an answer in µs.
     pub slowest_us: u64,
     /// All bytes that ever came.
-    pub heard: Vec<u8>,
+    pub received: Vec<u8>,
 }
 
 #[derive(Debug)]
@@ -88,7 +88,7 @@ impl Hammer {
         })))
     }
 
-    /// What came of it.
+    /// Results so far.
     pub fn tally(&self) -> Tally {
         std::mem::take(&mut self.0.borrow_mut().tally)
     }
@@ -137,7 +137,7 @@ impl State {
     }
 }
 
-/// Who answers, with which error byte, and what; `None` if it is no packet.
+/// Id, error byte and data of a reply; `None` if it is no packet.
 fn reply(bytes: &[u8]) -> Option<(u8, u8, Vec<u8>)> {
     let mut stock = frame::Parser::<{ frame::FRAME_MAX }>::new();
     let mut morpheus = morpheus::frame::Parser::<{ morpheus::frame::FRAME_MAX }>::new();
@@ -170,7 +170,7 @@ impl PortClient for Hammer {
             return Vec::new();
         }
         state.asked_us = Some(now_us);
-        state.tally.asked += 1;
+        state.tally.requests += 1;
         let question = state.question().clone();
         let wait_us = match question.expected {
             Expected::Silence => SILENCE_US,
@@ -182,7 +182,7 @@ impl PortClient for Hammer {
 
     fn receive(&mut self, now_us: u64, bytes: &[u8]) {
         let state = &mut *self.0.borrow_mut();
-        state.tally.heard.extend(bytes);
+        state.tally.received.extend(bytes);
         if state.asked_us.is_none() {
             if !bytes.is_empty() {
                 state.tally.wrong.push(format!("{bytes:02x?} unasked"));
@@ -210,8 +210,8 @@ impl PortClient for Hammer {
     }
 }
 
-/// Everything a curious client may ask of servos 1 and 2 and is told, and what
-/// it is refused, while a control loop runs.
+/// Every request of a client to servos 1 and 2 that is answered, and every one that is
+/// refused, while a control loop runs.
 pub fn curious(firmware: Firmware) -> Vec<Question> {
     let mut questions = Vec::new();
     for id in [1, 2] {

@@ -78,7 +78,7 @@ struct Control {
     bus_us: f32,
 }
 
-/// What holds of every loop on an arm without friction, whoever else is there.
+/// Properties of every loop on an arm without friction, with a client or without.
 #[track_caller]
 fn control(records: &[Record]) -> Control {
     assert!(records.len() > 990, "{} records", records.len());
@@ -109,7 +109,7 @@ fn control(records: &[Record]) -> Control {
 fn answered(tally: &Tally, port: PortCounters, firmware: Firmware) {
     assert_eq!(tally.wrong, [""; 0], "{firmware}");
     let settled = tally.answered + tally.refused + tally.silent;
-    assert!(tally.asked - settled <= 1, "{tally:?}");
+    assert!(tally.requests - settled <= 1, "{tally:?}");
     assert!(tally.answered > 200 && tally.refused > 20, "{tally:?}");
     // The last report is up to 0.1 s old.
     assert!(port.passed > 150 && port.refused > 20, "{port:?}");
@@ -130,7 +130,7 @@ pub fn hammered(
     println!(
         "{firmware}: alone {alone:?}, with a client {shared:?}; asked {}, answered {}, refused {}, \
          silent {}, slowest {} us, {port:?}",
-        tally.asked, tally.answered, tally.refused, tally.silent, tally.slowest_us
+        tally.requests, tally.answered, tally.refused, tally.silent, tally.slowest_us
     );
     // As well as ever: upright within a count and a half of the encoder, in the
     // same time but for the noise of the encoders.
@@ -144,7 +144,7 @@ pub fn hammered(
         (alone.settled_s - shared.settled_s).abs() < 0.05,
         "{alone:?} {shared:?}"
     );
-    // Less margin in it, while somebody waits.
+    // Less margin, while a client waits.
     assert!(shared.bus_us < alone.bus_us + 5.0, "{alone:?} {shared:?}");
 }
 

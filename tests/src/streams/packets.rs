@@ -1,7 +1,7 @@
 //! Seeds that are packets, and scripts with packets in them, in hexadecimal.
 
-/// What clients say at the transparent port: to servos under control, 1 and 2,
-/// and to others.
+/// Packets of clients at the transparent port: to servos under control, 1 and 2, and to
+/// others.
 pub(crate) const GATEWAY: [(&str, &str); 26] = [
     ("stock-led-and-more", "FF FF 01 05 03 19 01 01 DB"),
     ("morpheus-read-speed", "AA 05 01 21 02 0D 01 C3"),
@@ -95,7 +95,7 @@ pub(crate) const MORPHEUS: [(&str, &str); 15] = [
 ];
 
 /// Scripts: see the target. Each begins with a stop, from which the master
-/// learns whether it hears itself.
+/// learns whether the bus echoes.
 pub(crate) const MASTER: [(&str, &str); 9] = [
     ("stop", "00 02 02 02 02 02 02 02 02 02"),
     (

@@ -1,5 +1,5 @@
 //! A client of the transparent port: it repeats packets, sends others once, changes
-//! its rate, hangs and closes its port, as a test tells it.
+//! its rate, hangs and closes its port, as a test requests.
 
 use std::cell::RefCell;
 use std::rc::Rc;

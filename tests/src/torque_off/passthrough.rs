@@ -53,7 +53,7 @@ pub enum Stop {
 pub enum After {
     /// Goes on.
     Streams,
-    /// Says nothing more.
+    /// Sends nothing more.
     Hangs,
     /// Closes the port.
     Closes,

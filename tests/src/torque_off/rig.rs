@@ -191,13 +191,13 @@ impl Rig<'_> {
 
     /// Runs until the condition holds.
     #[track_caller]
-    pub fn until(&mut self, what: &str, most_us: u64, is_so: impl Fn(&Self) -> bool) {
+    pub fn until(&mut self, condition: &str, most_us: u64, is_so: impl Fn(&Self) -> bool) {
         let latest_us = self.now_us() + most_us;
         while !is_so(self) {
             let (mode, last) = (self.mode(), self.cosim.host.messages.last());
             assert!(
                 self.now_us() < latest_us,
-                "not {what} within {most_us} µs: {mode:?}, last message {last:?}"
+                "not {condition} within {most_us} µs: {mode:?}, last message {last:?}"
             );
             self.step(latest_us);
         }

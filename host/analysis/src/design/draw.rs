@@ -5,7 +5,7 @@ use armbridge_shared::link::message::Setup;
 
 use super::step::{Answers, Point, SHOWN_S, STEP_RAD};
 use crate::plot::WIDTH;
-use crate::plot::axis::{Axis, Scale};
+use crate::plot::axis::Axis;
 use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use crate::plot::panel::{ALARM, INK, JOINT, Key, MUTED, Panel, SETPOINT};
 
@@ -88,11 +88,7 @@ fn draw(
             w: 440.0,
             h: 212.0,
         },
-        x: Axis {
-            scale: Scale::Linear,
-            low: -BEFORE_S,
-            high: SHOWN_S,
-        },
+        x: Axis::linear(-BEFORE_S, SHOWN_S),
         y: Axis::around(values.chain([0.0]), 0.08),
     };
     let last = row == 1;

@@ -1,8 +1,8 @@
 //! How much can be wrong with the torque before the loop is unstable.
 //!
 //! The loop is broken where the torque acts, L being what comes back (2 x 2, at
-//! `z = exp(i w T)`, w up to half the sampling frequency). What the estimator is told is
-//! what was asked for, not what is wrong with it.
+//! `z = exp(i w T)`, w up to half the sampling frequency). The estimator is
+//! given the torque that was asked for, without the error.
 //!
 //! * **gain**: factors on a joint's torque, the other joint's being right, between which
 //!   the loop is stable, found by its eigenvalues. An arm that falls by itself has a lower
@@ -32,7 +32,7 @@ type Response = Matrix2<Complex<f64>>;
 const LOWEST_RAD_S: f64 = 0.05;
 /// Frequencies looked at, evenly on a logarithmic scale.
 const FREQUENCIES: usize = 1_500;
-/// Factors beyond which nobody asks.
+/// Largest factor that is looked for.
 const MOST_GAIN: f64 = 1e3;
 
 /// What can be wrong.
@@ -300,7 +300,7 @@ fn edge_delay_s(parts: &Loop, joint: usize, near_rad_s: f64, near_s: f64) -> f64
     near_s
 }
 
-/// The input matrix at this frequency when one joint's torque acts so much later.
+/// The input matrix at this frequency when one joint's torque acts later.
 fn delayed(
     parts: &Loop,
     joint: usize,

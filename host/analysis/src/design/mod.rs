@@ -6,7 +6,7 @@
 //! The gain is the board's own, designed by the same code in single precision. The loop is
 //! the linear one about upright: the arm that the set-up believes in, exactly discretised
 //! with the torque held for a period; the torque decided in one tick and acting from the
-//! next; the estimator as it is, and told the torque that was asked for. A Kalman filter is
+//! next; the estimator as it is, given the torque that was asked for. A Kalman filter is
 //! taken where its gain has settled.
 //!
 //! Left out is what is not linear: rounding to counts and PWM, limits, and dry friction

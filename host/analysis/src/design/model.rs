@@ -8,7 +8,7 @@
 //! ```
 //!
 //! u(k) is decided in tick k-1 from what the estimator then expects of tick k, which is
-//! the first half of its numbers. The estimator is told u; so `open` contains it, and the
+//! the first half of its numbers. The estimator is given u; so `open` contains it, and the
 //! loop is broken at the torque alone. Closed, v = u.
 
 use armbridge_shared::JOINTS;
@@ -102,9 +102,9 @@ impl Loop {
                 .copy_from(&observer.memory);
             open.fixed_view_mut::<4, 1>(at, joint)
                 .copy_from(&observer.sample);
-            let told = observer.torque * output.row(joint);
+            let torque = observer.torque * output.row(joint);
             let mut rows = open.fixed_view_mut::<4, STATES>(at, 0);
-            rows -= told;
+            rows -= torque;
         }
         Ok(Self {
             period_s,

@@ -31,7 +31,7 @@ pub struct Poles {
     /// Of the estimation error, joint by joint; none for an estimator whose error depends
     /// on the controller.
     pub estimator: Vec<Pole>,
-    /// Of both together, where they cannot be told apart.
+    /// Of both together, where they cannot be separated.
     pub together: Vec<Pole>,
 }
 

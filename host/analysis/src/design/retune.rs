@@ -20,7 +20,7 @@ pub enum Redesign {
     OnBoard,
     /// Placed where the poles were.
     Placed,
-    /// They are as before, because they are nobody's design.
+    /// They are as before, because they were set by hand.
     Kept,
 }
 

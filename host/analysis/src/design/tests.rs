@@ -1,4 +1,4 @@
-//! What is said of a loop, against loops that are made wrong by that much and run: the
+//! The margins of a loop, against loops that are perturbed by as much and run: the
 //! shared estimator and the exact linear arm, tick by tick.
 
 use armbridge_shared::JOINTS;

@@ -155,10 +155,10 @@ mod tests {
         let vague = report.too_vague();
         let names: Vec<&str> = vague.iter().map(|vague| vague.name).collect();
         assert_eq!(names, ["inertia", "gravity", "encoder zero"]);
-        let said = vague[0].to_string();
+        let text = vague[0].to_string();
         assert!(
-            said.starts_with("joint 2's inertia is known to ±30 % only, and control needs ±20 %"),
-            "{said}"
+            text.starts_with("joint 2's inertia is known to ±30 % only, and control needs ±20 %"),
+            "{text}"
         );
         assert!(report.may_lean()[0].starts_with("joint 2's zero is known to ±56 counts only"));
         assert!(vague[2].to_string().contains("±56.0 counts"));

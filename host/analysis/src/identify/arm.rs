@@ -2,7 +2,7 @@
 //!
 //! Equations (1) to (4) of the paper, as in [`armbridge_shared::arm`], in base
 //! parameters: those combinations of masses, lengths and inertias that the motion
-//! depends on. With `J`, `g` of each joint, and of the geometry, which a ruler tells,
+//! depends on. With `J`, `g` of each joint, and of the geometry, measured by ruler,
 //! only what is small beside them:
 //!
 //! ```text
@@ -24,7 +24,7 @@ use num_dual::DualNum;
 use super::quantity::{COUNT, PER_JOINT, Quantity};
 use super::stribeck::Falling;
 
-/// What is not looked for: a ruler tells it, or the way the servos are wired and asked.
+/// What is not sought: geometry, measured by ruler, and how the servos are wired and read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
     /// Length from joint 1 to joint 2 in m.

@@ -1,7 +1,7 @@
 //! How far the arm of given numbers is from what was measured, and which way is down.
 //!
 //! Each window begins with two numbers of its own, the angle and the speed of its first
-//! tick, which nobody wants to know. They are eliminated: of the window's normal
+//! tick: nuisance parameters. They are eliminated: of the window's normal
 //! equations only what is left when they are at their best goes into the sum.
 
 use armbridge_shared::JOINTS;
@@ -69,7 +69,7 @@ impl Stretch {
     }
 }
 
-/// What a window says.
+/// The normal equations of a window.
 struct Look {
     squares: f64,
     count: usize,
@@ -185,7 +185,14 @@ pub(super) fn cost(
     std::thread::scope(|scope| {
         let parts: Vec<_> = stretches
             .chunks_mut(share)
-            .map(|part| scope.spawn(move || serial(part, traces, known, at, most)))
+            .map(|part| {
+                scope.spawn(move || {
+                    part.iter_mut().fold(Cost::zero(), |total, stretch| {
+                        let trace = &traces[stretch.window.trace];
+                        total.plus(&of_window(stretch, trace, known, at, most))
+                    })
+                })
+            })
             .collect();
         let parts = parts.into_iter().map(|part| match part.join() {
             Ok(cost) => cost,
@@ -195,47 +202,43 @@ pub(super) fn cost(
     })
 }
 
-fn serial(
-    stretches: &mut [Stretch],
-    traces: &[Trace],
+/// A window's part of it.
+fn of_window(
+    stretch: &mut Stretch,
+    trace: &Trace,
     known: &Known,
     at: &[f64; COUNT],
     most: f64,
 ) -> Cost {
-    let mut total = Cost::zero();
-    for stretch in stretches {
-        let trace = &traces[stretch.window.trace];
-        if let Some((before, back)) = &stretch.seen {
-            let moved = back * Slope::from_fn(|i, _| at[i] - before[i]);
-            stretch.x = core::array::from_fn(|i| stretch.x[i] - moved[i]);
-        }
-        let mut found = look(stretch, trace, known, at);
-        if found.gain > 1.0 {
-            stretch.x = core::array::from_fn(|i| stretch.x[i] + found.step[i]);
-            found = look(stretch, trace, known, at);
-        }
-        stretch.x = core::array::from_fn(|i| stretch.x[i] + found.step[i]);
-        stretch.seen = Some((*at, found.back));
-        (stretch.squares, stretch.count) = (found.squares, found.count);
-        let most = most * found.count as f64;
-        let (loss, weight) = if found.squares > most {
-            (
-                most * (1.0 + (found.squares / most).ln()),
-                most / found.squares,
-            )
-        } else {
-            (found.squares, 1.0)
-        };
-        let gradient = found.gradient * weight;
-        total = total.plus(&Cost {
-            squares: loss,
-            count: found.count,
-            gradient,
-            hessian: found.hessian * weight,
-            scatter: gradient * gradient.transpose(),
-        });
+    if let Some((before, back)) = &stretch.seen {
+        let moved = back * Slope::from_fn(|i, _| at[i] - before[i]);
+        stretch.x = core::array::from_fn(|i| stretch.x[i] - moved[i]);
     }
-    total
+    let mut found = look(stretch, trace, known, at);
+    if found.gain > 1.0 {
+        stretch.x = core::array::from_fn(|i| stretch.x[i] + found.step[i]);
+        found = look(stretch, trace, known, at);
+    }
+    stretch.x = core::array::from_fn(|i| stretch.x[i] + found.step[i]);
+    stretch.seen = Some((*at, found.back));
+    (stretch.squares, stretch.count) = (found.squares, found.count);
+    let most = most * found.count as f64;
+    let (squares, weight) = if found.squares > most {
+        (
+            most * (1.0 + (found.squares / most).ln()),
+            most / found.squares,
+        )
+    } else {
+        (found.squares, 1.0)
+    };
+    let gradient = found.gradient * weight;
+    Cost {
+        squares,
+        count: found.count,
+        gradient,
+        hessian: found.hessian * weight,
+        scatter: gradient * gradient.transpose(),
+    }
 }
 
 impl Cost {

@@ -1,4 +1,4 @@
-//! What is fitted: what was sent to the servos and what their encoders said.
+//! What is fitted: PWM sent to the servos, and counts of their encoders.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
@@ -16,8 +16,8 @@ pub struct Trace {
     pub pwm: Vec<[u16; JOINTS]>,
     /// Encoder counts in each tick, where they came and are on the track.
     pub counts: Vec<[Option<u16>; JOINTS]>,
-    /// Angle in rad and speed in rad/s of each joint, by a line through what its encoder
-    /// said around each tick.
+    /// Angle in rad and speed in rad/s of each joint, by a line through its encoder's
+    /// counts around each tick.
     pub smooth: Vec<[[f64; 2]; JOINTS]>,
 }
 
@@ -47,7 +47,7 @@ pub(super) const FAIR_COUNTS: u16 = 700;
 /// Ticks in which a joint that turns round without resting is slower than
 /// [`SLIDES_RAD_S`].
 const TURN: usize = 30;
-/// Shortest window in ticks that says anything.
+/// Shortest window in ticks that is of use.
 const SHORTEST: usize = 120;
 
 impl Trace {
@@ -136,7 +136,7 @@ impl Trace {
         windows
     }
 
-    /// Whether a joint surely slides in a tick, and its motor makes what its PWM says.
+    /// Whether a joint surely slides in a tick, and its motor makes the torque of its PWM.
     fn slides(&self, tick: usize, joint: usize) -> bool {
         self.smooth[tick][joint][1].abs() > SLIDES_RAD_S && self.is_fair(tick, joint)
     }

@@ -30,7 +30,7 @@ pub struct Found {
     pub at: [f64; COUNT],
     /// Their covariance.
     pub covariance: SMatrix<f64, COUNT, COUNT>,
-    /// Standard deviation of each coordinate if nobody had weighed the arm.
+    /// Standard deviation of each coordinate without the weight's prior.
     pub unweighed: [f64; COUNT],
     /// Standard deviation of an encoder's noise in counts, rounding included.
     pub noise_counts: f64,

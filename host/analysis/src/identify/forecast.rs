@@ -1,9 +1,9 @@
-//! How well the numbers that were found tell what a joint will do in logs that they were
-//! not found in.
+//! How well the numbers that were found predict a joint's motion in logs that were not
+//! part of the fit.
 //!
 //! As long as a joint slides, at most 3 s, its motion is computed from the PWM that was
 //! sent. Only where it starts, angle and speed, is taken from the log: once by all of the
-//! window, which tells how far the numbers are off; and once by its first quarter of a
+//! window, which shows how far the numbers are off; and once by its first quarter of a
 //! second alone, which is a forecast. An arm that stands falls away from where it is thought
 //! to be as fast as its pole is unstable; a forecast is judged until what is not known of
 //! its start, because of the encoder's noise, comes to a count.
@@ -20,10 +20,10 @@ use super::quantity::{COUNT, Quantity};
 /// Longest window, in s: in a few time constants of an unstable pole, what is not known of a
 /// start outgrows all else.
 const LONGEST_S: f64 = 3.0;
-/// By so much of a window its start is found for a forecast, in s.
+/// Length of the part of a window by which its start is found for a forecast, in s.
 const START_S: f64 = 0.25;
 
-/// How well a joint's motion is told.
+/// How well a joint's motion is predicted.
 #[derive(Clone, Debug, Serialize)]
 pub struct Forecast {
     /// From 1.
@@ -62,11 +62,10 @@ pub fn forecast(found: &Found, traces: &[Trace], known: &Known) -> Vec<Forecast>
         .collect();
     let most = (LONGEST_S / known.period_s) as usize;
     let windows = |joint: usize| {
-        let of = |(index, trace): (usize, &Trace)| trace.windows(index, joint, most);
         traces
             .iter()
             .enumerate()
-            .flat_map(of)
+            .flat_map(|(index, trace)| trace.windows(index, joint, most))
             .collect::<Vec<Window>>()
     };
     let of_joint = |joint| of_windows(joint, &windows(joint), &traces, known, &found.at);
@@ -76,7 +75,7 @@ pub fn forecast(found: &Found, traces: &[Trace], known: &Known) -> Vec<Forecast>
         .collect()
 }
 
-/// How well these windows of a joint are told; traces are smoothed.
+/// How well these windows of a joint are predicted; traces are smoothed.
 pub(super) fn of_windows(
     joint: usize,
     windows: &[Window],
@@ -90,15 +89,15 @@ pub(super) fn of_windows(
         let trace = &traces[window.trace];
         let fitted = ((START_S / known.period_s) as usize).min(window.len / 2);
         all.add(&follow(window, trace, known, at, window.len), 0..window.len);
-        let told = follow(window, trace, known, at, fitted);
-        let beyond = told
+        let followed = follow(window, trace, known, at, fitted);
+        let beyond = followed
             .spread
             .iter()
             .skip(fitted)
             .position(|spread| *spread > 1.0);
         let end = beyond.map_or(window.len, |beyond| fitted + beyond);
         diverges.extend(beyond.map(|_| end as f64 * known.period_s));
-        ahead.add(&told, fitted..end);
+        ahead.add(&followed, fitted..end);
     }
     diverges.sort_by(f64::total_cmp);
     let longest = windows.iter().map(|window| window.len).max().unwrap_or(0);

@@ -201,7 +201,7 @@ pub(super) fn start(
         }
         set(Quantity::Gain, gain, 100.0, 10_000.0);
         set(Quantity::Offset, found(6) * gain * turn, -100.0, 100.0);
-        // The zero is off by what gravity says at the middle.
+        // The zero is off by what gravity gives at the middle.
         let gravity = if joint == 0 {
             found(3) + Quantity::Gravity.value(mean[Quantity::Gravity.at(1)])
         } else {

@@ -10,44 +10,43 @@
 //! are sought as those whose motions explain the encoders best: each window's motion is
 //! computed from a start of its own, with its derivatives, and compared with the counts,
 //! tick by tick. Where joints stick, motion does not depend smoothly on the numbers, and one
-//! wrong number there would drown all that the rest tells; such moments are left out. Where
-//! they turn round at once it does, and such windows tell most of inertia and delay. Static friction is sought when all else is found, from the moments at
-//! which a joint gave way.
+//! wrong number there would outweigh all other data; such moments are left out. Where
+//! they turn round at once it does, and such windows show inertia and delay best. Static
+//! friction is sought when all else is found, from the moments at which a joint gave way.
 //!
 //! Noise of a count and rounding make an error of 1.04 counts, white; so the sum of
 //! squares is the likelihood, and its curvature the covariance. Where windows disagree
-//! more than that, the model is not the arm, and the errors told grow by as much.
+//! more than that, the model is not the arm, and the stated errors grow by as much.
 //!
-//! What these logs cannot tell apart is said: a dead zone from none at all, where it ends
-//! no farther beyond the motor's true zero than it begins before it.
+//! What is not identifiable is reported: a dead zone, for one, that ends no farther beyond
+//! the motor's true zero than it begins before it.
 //!
-//! What motion cannot tell is taken from what is known before ([`Prior`]): all torques
+//! What motion does not determine is taken from what is known before ([`Prior`]): all torques
 //! are multiples of one, and that one is the weight.
 //!
-//! | file        | what lives there                                              |
+//! | file        | contents                                                      |
 //! |-------------|---------------------------------------------------------------|
 //! | `quantity`  | the numbers, and the coordinates in which they are sought     |
 //! | `arm`       | the equations of a joint in these numbers, over dual numbers  |
 //! | `motion`    | a joint that slides, from tick to tick                        |
 //! | `record`    | what of a log is of use                                       |
-//! | `dataset`     | what was sent and measured; where joints slide                |
+//! | `dataset`   | what was sent and measured; where joints slide                |
 //! | `prior`     | what is believed before                                       |
-//! | `initial_guess`     | where to begin, by linear least squares                       |
+//! | `initial_guess` | where to begin, by linear least squares                   |
 //! | `cost`      | the sum of squares, its slope and curvature                   |
 //! | `search`    | the way down                                                  |
 //! | `stiction`  | static friction, by what a joint at rest withstood            |
 //! | `stribeck`  | dry friction that falls with speed, where it does             |
 //! | `stage`     | windows of one length, and dead zones tried in them           |
 //! | `fit`      | all of it, round by round                                     |
-//! | `diagnose`  | whether the logs can tell an arm at all                       |
-//! | `checks`    | what a fit says of itself                                     |
-//! | `forecast`  | how well the numbers tell logs that they were not found in    |
-//! | `holdout`     | the same, where there is no other log                         |
+//! | `diagnose`  | whether an arm is identifiable from the logs at all           |
+//! | `checks`    | identifiability, residuals, form of the model                 |
+//! | `forecast`  | how well the numbers predict logs that were not fitted        |
+//! | `holdout`   | the same, where there is no other log                         |
 //! | `outcome`   | settings of a board that has this arm                         |
 //! | `report`    | the numbers as a table                                        |
-//! | `acceptance`    | whether they are known well enough for control                |
+//! | `acceptance` | whether they are known well enough for control               |
 //! | `page`      | all of it as a page with pictures                             |
-//! | `paper`     | the paper's own procedure, beside all of this                 |
 
 mod acceptance;
 mod arm;
@@ -62,7 +61,6 @@ mod initial_guess;
 mod motion;
 mod outcome;
 mod page;
-pub mod paper;
 mod prior;
 mod quantity;
 mod record;

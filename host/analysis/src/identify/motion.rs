@@ -67,16 +67,16 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
     fn torque(&mut self, k: usize) -> D {
         let later = k as i64 - self.whole;
         let [before, after] = [later - 1, later].map(|tick| self.trace.pwm_at(tick, self.index));
-        let of = |pwm: u16| match self.last {
+        let torque = |pwm: u16| match self.last {
             Some((last, torque)) if last == pwm => torque,
             Some(_) | None => self.joint.torque(pwm),
         };
-        let first = of(before);
+        let first = torque(before);
         if before == after {
             self.last = Some((after, first));
             return first;
         }
-        let second = of(after);
+        let second = torque(after);
         self.last = Some((after, second));
         second + (first - second) * self.share
     }

@@ -22,7 +22,7 @@ pub struct NoArm {
 
 /// The same settings with the arm that was found: masses by their weight, the inertias of
 /// the geared rotors by what is left, friction, and the servos' calibration. A board has one
-/// number for a joint's dry friction, that at speed: how it falls up to there is not told.
+/// number for a joint's dry friction, that at speed: how it falls up to there is left out.
 ///
 /// # Errors
 /// If there is no such arm.

@@ -1,9 +1,9 @@
-//! What is believed of an arm before anything was measured.
+//! The prior: what is known of an arm before anything is measured.
 //!
-//! The motion of an arm tells all its torques as multiples of one another: the same
+//! The motion of an arm determines all its torques as multiples of one another: the same
 //! motion comes of an arm of twice the inertia, friction and weight whose motors are
 //! twice as strong. One number must come from elsewhere. As in the paper it is the
-//! weight: masses and lengths, which a scale and a ruler tell, make the gravity torques.
+//! weight: masses and lengths, measured by scale and ruler, make the gravity torques.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Setup;
@@ -11,17 +11,17 @@ use armbridge_shared::link::message::Setup;
 use super::quantity::{COUNT, Quantity};
 use super::search::Prior;
 
-/// Coulomb friction in N m of an AX-12A that nobody has measured, see
+/// Coulomb friction in N m of an AX-12A before any measurement, see
 /// [`PlantConfig`](armbridge_sim::plant::PlantConfig).
 const COULOMB_NM: f64 = 0.04;
-/// A dead zone that nobody has measured, in counts: half of the paper's.
+/// Dead zone before any measurement, in counts: half of the paper's.
 const DEAD_COUNTS: f64 = 25.0;
-/// A delay that nobody has measured, in s.
+/// Delay before any measurement, in s.
 const DELAY_S: f64 = 2e-3;
 
 impl Prior {
-    /// What a set-up says, its masses and lengths being measured to `weighed`, a share of
-    /// the gravity torques; nothing else is believed to better than a factor of three.
+    /// The prior of a set-up whose gravity torques are known to within the share `weighed`,
+    /// by its masses and lengths; all else is known to a factor of three at best.
     pub fn of(setup: &Setup, weighed: f64) -> Self {
         let mut mean = [0.0; COUNT];
         let mut deviation = [0.0; COUNT];

@@ -1,12 +1,12 @@
 //! What a log has of use: stretches of ticks without a gap in which the motors are driven.
 //!
-//! While they are not, somebody may hold the arm in hand; what moves it then is not known.
+//! While they are not, the arm may be held by hand; what moves it then is not known.
 
 use armbridge_shared::link::message::{Record, Sample};
 
 use super::dataset::Trace;
 
-/// Counts from either end of an encoder's track in which it tells nothing.
+/// Counts from either end of an encoder's track in which its reading is invalid.
 pub(super) const END_COUNTS: u16 = 3;
 /// Shortest stretch that is of use, in ticks.
 const SHORTEST: usize = 200;

@@ -119,9 +119,9 @@ impl Report {
         let mut rows = vec![
             [
                 "joint",
-                "number",
-                "found",
-                "within (95 %)",
+                "parameter",
+                "estimate",
+                "95 % interval",
                 "unit",
                 "before",
                 "",
@@ -136,7 +136,7 @@ impl Report {
             format!("static friction of joint {joint} not identified: too few breakaways\n")
         });
         format!(
-            "{}{}\n{:.1} s of sliding in {} windows, {} of them not explained; noise {:.2} counts\n",
+            "{}{}\n{:.1} s of sliding in {} windows, {} of them rejected; residual {:.2} counts\n",
             text_table::columns(&rows),
             silent.collect::<String>(),
             self.sliding_s,
@@ -166,10 +166,10 @@ impl Number {
 /// What is to be kept in mind of a number; nothing of most.
 fn remark(found: &Found, prior: &Prior, joint: usize, quantity: Quantity) -> &'static str {
     if found.is_unseen(prior, joint, quantity) {
-        return "not seen in these logs";
+        return "not identifiable from these logs";
     }
     if found.rests_on_weight(joint, quantity) {
-        return "by the arm's weight";
+        return "scale fixed by the arm's weight";
     }
     // What a dead zone about the motor's true zero takes away is none on average.
     let (offset, _) = found.number(joint, Quantity::Offset);
@@ -189,11 +189,7 @@ fn remark(found: &Found, prior: &Prior, joint: usize, quantity: Quantity) -> &'s
         | Quantity::Zero
         | Quantity::Delay => false,
     };
-    if is_alike {
-        "none looks much like it"
-    } else {
-        ""
-    }
+    if is_alike { "may be zero" } else { "" }
 }
 
 /// A number to two digits of how far it may be off.

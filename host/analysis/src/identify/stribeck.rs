@@ -5,11 +5,11 @@
 //! ```
 //!
 //! Two numbers of a joint more, which most arms do without: of a dry friction that does not
-//! fall nothing would tell the speed at which it does. So they are sought after all others,
+//! fall, the speed at which it does is not identifiable. So they are sought after all others,
 //! and only where [`Checks`](super::Checks)' linear test of such a torque is sure. For a drop
 //! and a speed the search goes down once more, in the joint's own windows; what it comes to
 //! is, near the bottom, a quadratic form in their logarithms, whose least is found in a few
-//! steps of Newton's and whose curvature tells how well they are known.
+//! steps of Newton's and whose curvature gives their covariance.
 
 use armbridge_shared::JOINTS;
 use nalgebra::{Matrix2, SMatrix, Vector2};
@@ -111,7 +111,7 @@ impl About<'_> {
     }
 }
 
-/// Seeks how a joint's dry friction falls; `None` if that is not told after all.
+/// Seeks how a joint's dry friction falls; `None` if that is not identifiable after all.
 pub(super) fn sought(
     round: &Round<'_>,
     at: [f64; COUNT],

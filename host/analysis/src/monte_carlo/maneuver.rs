@@ -12,7 +12,7 @@ use crate::plan_runner::Script;
 
 /// Upright first, for so long; motions begin from there.
 const STAND_S: f32 = 2.0;
-/// Rest after a motion, so that what is said of rest is said of rest.
+/// Rest after a motion, so that the end of a run is rest.
 const REST_S: f32 = 2.0;
 /// For a wave to grow, and to die away.
 const RAMP_S: f32 = 1.0;

@@ -81,7 +81,7 @@ pub enum TrialError {
 }
 
 impl Trial {
-    /// The arm does what the script says, undisturbed.
+    /// The arm follows the script, undisturbed.
     pub fn new(plant: PlantConfig, script: Script) -> Self {
         Self {
             plant,
@@ -95,16 +95,16 @@ impl Trial {
     ///
     /// # Errors
     ///
-    /// If the board refuses what the script says, or `loss` is no share.
+    /// If the board refuses a command of the script, or `loss` is no share.
     pub fn run(&self, seed: u64) -> Result<Run, TrialError> {
         self.run_heard(seed, None)
     }
 
-    /// Runs it; somebody listens to the link.
+    /// Runs it, with a tap on the link.
     ///
     /// # Errors
     ///
-    /// If the board refuses what the script says, or `loss` is no share.
+    /// If the board refuses a command of the script, or `loss` is no share.
     pub fn run_heard(&self, seed: u64, tap: Option<Box<dyn Tap>>) -> Result<Run, TrialError> {
         let mut disturbance = match self.loss {
             0.0 => None,

@@ -11,7 +11,7 @@ use super::{Run, Trial, Truth};
 /// An arm this near its reference for good has settled.
 pub const SETTLED_RAD: f64 = 0.015;
 
-/// What is said of rest is said of the last seconds, so many.
+/// Length in s of the end of a run that counts as rest.
 pub const REST_S: f64 = 2.0;
 
 /// A number for each joint.
@@ -23,7 +23,7 @@ pub struct Outcome {
     /// Seed of everything random.
     pub seed: u64,
     /// From torque on until both errors are below [`SETTLED_RAD`] for good, or
-    /// until somebody pushes, in s; `None` for never.
+    /// until the first push, in s; `None` for never.
     pub settling_s: Option<f64>,
     /// The same from the beginning of the last push on.
     pub recovery_s: Option<f64>,
@@ -113,7 +113,7 @@ impl Outcome {
     }
 }
 
-/// Ticks with torque on, but the first, before which nobody looked.
+/// Ticks with torque on, but the first, which has no truth before it.
 fn ticks(run: &Run) -> Vec<Tick<'_>> {
     let pairs = run.records.iter().zip(&run.truth);
     let befores = run.truth.iter();

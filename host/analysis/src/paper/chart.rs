@@ -1,11 +1,11 @@
 //! A figure of the report: panels with curves, drawn with the plots' own parts.
 
-use crate::plot::WIDTH;
 use crate::plot::axis::{Axis, Scale};
 use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
-use crate::plot::panel::{ALARM, GOOD, INK, JOINT, Key, MUTED, Panel};
+use crate::plot::panel::{ALARM, FOURTH, GOOD, INK, JOINT, Key, Panel};
+use crate::plot::titled;
 
-/// What the paper or its model says.
+/// The paper's values or its model.
 pub(crate) const MODEL: Stroke = Stroke {
     colour: INK,
     width: 1.5,
@@ -16,7 +16,7 @@ pub(crate) const DIFFERENCE: Stroke = Stroke::solid(JOINT[1], 1.8);
 /// The simulated arm, with the printed observer.
 pub(crate) const PRINTED: Stroke = Stroke::solid(JOINT[0], 1.8);
 /// The simulated arm, with the observer that the printed poles give.
-pub(crate) const PLACED: Stroke = Stroke::solid("#8250a8", 1.8);
+pub(crate) const PLACED: Stroke = Stroke::solid(FOURTH, 1.8);
 /// The simulated arm, mended.
 pub(crate) const MENDED: Stroke = Stroke::solid(GOOD, 1.8);
 /// What is wrong, or a limit.
@@ -27,8 +27,6 @@ pub(crate) const WRONG: Stroke = Stroke {
 };
 
 const TOP: f64 = 78.0;
-const LEFT: f64 = 84.0;
-const RIGHT: f64 = 24.0;
 /// From the bottom of a panel to the top of the next, and to the figure's end.
 const GAP: f64 = 46.0;
 const BOTTOM: f64 = 52.0;
@@ -122,6 +120,13 @@ impl Curve {
             points,
         }
     }
+
+    /// Of values in rad, drawn in mrad; a gap where one is infinite.
+    pub(crate) fn in_mrad(name: &'static str, stroke: Stroke, points: &[(f64, f64)]) -> Self {
+        let mrad = |rad: f64| if rad.is_finite() { rad * 1e3 } else { f64::NAN };
+        let points = points.iter().map(|(x, rad)| (*x, mrad(*rad)));
+        Self::new(name, stroke, points.collect())
+    }
 }
 
 impl Chart {
@@ -131,40 +136,16 @@ impl Chart {
     }
 
     fn draw(&self, of_paper: Option<&str>) -> Drawing {
-        let mut drawing = Drawing::new(WIDTH, self.height());
-        let bold = Font {
-            size: 17.0,
-            bold: true,
-            colour: INK,
-            anchor: Anchor::Start,
-        };
-        drawing.text((24.0, 32.0), self.title, bold, false);
-        let light = Font {
-            size: 12.5,
-            bold: false,
-            colour: MUTED,
-            anchor: Anchor::End,
-        };
         let source = of_paper.map_or_else(
             || "simulated · no such figure in the paper".to_owned(),
             |figure| format!("simulated · {figure} of the paper"),
         );
-        drawing.text((WIDTH - RIGHT, 32.0), &source, light, false);
-
+        let mut drawing = titled(self.height(), self.title, &source);
         let mut top = TOP;
         for (i, part) in self.panels.iter().enumerate() {
             let panel = Panel {
-                frame: Rect {
-                    x: LEFT,
-                    y: top,
-                    w: WIDTH - LEFT - RIGHT,
-                    h: part.height,
-                },
-                x: Axis {
-                    scale: Scale::Linear,
-                    low: self.x[0],
-                    high: self.x[1],
-                },
+                frame: Rect::row(top, part.height),
+                x: Axis::linear(self.x[0], self.x[1]),
                 y: part.axis(),
             };
             let last = i + 1 == self.panels.len();

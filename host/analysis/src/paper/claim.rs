@@ -152,7 +152,7 @@ pub struct Claim {
     pub id: &'static str,
     /// What it is about.
     pub title: &'static str,
-    /// What the paper says.
+    /// The claim, in the paper's terms.
     pub paper: String,
     /// What the run finds.
     pub find: String,

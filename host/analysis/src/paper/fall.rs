@@ -6,11 +6,10 @@ use armbridge_shared::arm::Parameters;
 
 use super::chart::{Chart, Curve, DIFFERENCE, Figure, Level, MENDED, MODEL, Part};
 use super::claim::{Claim, Number, Rule};
-use super::integrate;
+use super::identification::{Numbers, Sampled, VISCOUS, VirtualArm, fit};
 use super::printed::{B1_FALL, B1_PUSH, PERIOD_S};
 use super::pwm::PwmLaw;
 use super::text::number;
-use crate::identify::paper::{Numbers, Sampled, VISCOUS, VirtualArm, fit};
 
 /// Where falls without dry friction start, in rad.
 const NEAR_UPRIGHT_RAD: f64 = 0.1;
@@ -173,11 +172,12 @@ impl Fall {
         let degrees = self.dropped.points().map(|(t, q)| (t, q.to_degrees()));
         let from_rad = self.dropped.start_rad;
         let with = |b1| {
-            let arm = Parameters { b1, ..arm };
-            let samples = self.dropped.angles_rad.len();
-            let angles = integrate::first_joint(&arm, from_rad, 0.0, PERIOD_S, samples);
-            let degrees = angles.iter().map(|q| q.to_degrees()).enumerate();
-            degrees.map(|(k, q)| (k as f64 * PERIOD_S, q)).collect()
+            let numbers = Numbers {
+                b1,
+                ..Numbers::of(&arm)
+            };
+            let motion = numbers.motion(from_rad, PERIOD_S, self.dropped.angles_rad.len());
+            motion.map(|(t, q)| (t, q.to_degrees())).collect()
         };
         let mut part = Part::new(
             "Joint 1",
@@ -231,8 +231,7 @@ fn fit_b1(fall: &Sampled) -> f64 {
 
 /// Time in s of a fall from near upright to a quarter turn.
 fn quarter_turn_s(arm: &Parameters<f64>) -> f64 {
-    const STEP_S: f64 = 0.005;
-    let angles = integrate::first_joint(arm, NEAR_UPRIGHT_RAD, 0.0, STEP_S, 2000);
-    let before = angles.iter().take_while(|q| **q < FRAC_PI_2).count();
-    before as f64 * STEP_S
+    let motion = Numbers::of(arm).motion(NEAR_UPRIGHT_RAD, 0.005, 2000);
+    let mut beyond = motion.filter(|(_, q)| *q >= FRAC_PI_2);
+    beyond.next().map_or(f64::NAN, |(time_s, _)| time_s)
 }

@@ -9,8 +9,7 @@ use armbridge_sim::plant::{Friction, PlantConfig};
 use super::chart::{Chart, Curve, DIFFERENCE, Figure, MENDED, PLACED, PRINTED, Part};
 use super::claim::{Claim, Number, Rule};
 use super::printed::{OBSERVER, PERIOD_S, PERIOD_US, PUSH_FROM_RAD};
-use super::sim::{Delay, Loop, Run, Start, Told, arm_at};
-use super::standing::upright;
+use super::sim::{Delay, EstimatorInput, Loop, Run, Start, arm_at};
 use super::text::number;
 use super::{FindError, observers, stability};
 
@@ -19,7 +18,7 @@ pub const WEAK: f64 = 0.7;
 const DURATION_S: f64 = 10.0;
 /// At the end of a run, what counts as rest.
 const LAST_S: f64 = 2.0;
-/// An arm that hangs this far off is not stabilised, whatever theory says.
+/// An arm that hangs this far off is not stabilised, whatever its poles.
 const HANGS_RAD: f64 = 0.3;
 /// An arm that is this near upright is.
 const STANDS_RAD: f64 = 0.1;
@@ -43,7 +42,7 @@ pub struct Hanging {
     /// Largest angle at rest in rad at nominal torque, with dry friction: by
     /// differences, printed observer, printed poles, printed poles in current
     /// form, the board's observer, the same with compensation, the Kalman filter
-    /// that takes off what nobody commanded.
+    /// that takes off the disturbance torque.
     pub rest_rad: [f64; 7],
     /// The same with weak motors.
     pub weak_rest_rad: [f64; 7],
@@ -250,11 +249,7 @@ impl Hanging {
 
     fn over_gain(&self) -> Figure {
         let looks = [DIFFERENCE, PRINTED, PLACED, MENDED];
-        let milli = |points: &Vec<(f64, f64)>| {
-            let finite = |(x, y): &(f64, f64)| (*x, if y.is_finite() { y * 1e3 } else { f64::NAN });
-            points.iter().map(finite).collect()
-        };
-        let curves = (0..4).map(|i| Curve::new(NAMES[DRAWN[i]], looks[i], milli(&self.sweep[i])));
+        let curves = (0..4).map(|i| Curve::in_mrad(NAMES[DRAWN[i]], looks[i], &self.sweep[i]));
         let part = Part::new("Worse joint", "angle at rest (mrad)", curves.collect());
         Figure {
             name: "weak-motors",
@@ -276,9 +271,8 @@ impl Hanging {
 }
 
 /// A run of the `i`th candidate. The paper's observers start upright and are
-/// told what was asked for, as (11) has it; the board's know better.
+/// given what was asked for, as (11) has it; the board's what was sent.
 fn run(i: usize, estimator: &Estimator<f64>, friction: Friction, gain: f64) -> Run {
-    let (lqr, upright) = (Lqr::paper(), upright());
     let of_board = i >= BOARD;
     let observes = matches!(estimator, Estimator::Luenberger(_));
     let control = Loop {
@@ -289,7 +283,11 @@ fn run(i: usize, estimator: &Estimator<f64>, friction: Friction, gain: f64) -> R
             ..arm_at([PUSH_FROM_RAD, 0.0], friction)
         },
         delay: Delay::None,
-        told: if of_board { Told::Sent } else { Told::Asked },
+        input: if of_board {
+            EstimatorInput::Sent
+        } else {
+            EstimatorInput::Requested
+        },
         start: if observes && !of_board {
             Start::Upright
         } else {
@@ -297,5 +295,5 @@ fn run(i: usize, estimator: &Estimator<f64>, friction: Friction, gain: f64) -> R
         },
         compensate: i == COMPENSATED || i == FILTER,
     };
-    control.run(estimator, |_, state| lqr.torque(state, &upright))
+    control.regulate(estimator)
 }

@@ -1,13 +1,13 @@
 //! Every number and figure of the paper that simulation can give, found by the
-//! code that the board runs, and a page that says how each claim fares.
+//! code that the board runs, and a page with each claim's verdict.
 //!
 //! The paper describes the arm, its model and its controllers, and states
-//! numbers that do not all follow from one another. Each room finds the numbers
+//! numbers that do not all follow from one another. Each module finds the numbers
 //! of one part of it with the library and makes [`Claim`]s of them; a claim's
-//! verdict is computed from those numbers and stated thresholds. What a person
-//! reads is written around them, so nothing on the page is older than its run.
+//! verdict is computed from those numbers and stated thresholds. The page's text is
+//! written around them, so that nothing on it is older than its run.
 //!
-//! | room        | of the paper                                              |
+//! | module      | of the paper                                              |
 //! |-------------|-----------------------------------------------------------|
 //! | `model`     | (1) to (4): energy, equilibria                            |
 //! | `linear`    | (7)                                                       |
@@ -20,17 +20,18 @@
 //! | `track`     | Figs. 9 and 10                                            |
 //! | `report`    | the page; `outline` is the same for programs              |
 //!
-//! They share `sim` (the sampled loop on the bench's arm), `stability` (its
-//! linear theory), `observers`, `tracking` (the law), `integrate`, and `printed`
-//! (what the paper prints). Its measured curves exist on paper only: where the
-//! paper compares with its arm, the bench's arm stands in, with dry friction.
+//! They share [`identification`] (section 3: its procedure, for logs of a board as
+//! well), `sim` (the sampled loop on the bench's arm), `stability` (its linear
+//! theory), `observers`, `tracking` (the law), and `printed` (what the paper prints).
+//! Its measured curves exist on paper only: where the paper compares with its arm,
+//! the bench's arm stands in, with dry friction.
 
 pub(crate) mod chart;
 mod claim;
 mod fall;
 mod gains;
 mod hanging;
-mod integrate;
+pub mod identification;
 mod linear;
 mod model;
 mod observers;
@@ -56,7 +57,7 @@ pub use model::Model;
 pub use outline::Outline;
 pub use push::Push;
 pub use pwm::PwmLaw;
-pub use report::{ReportError, table, write};
+pub use report::{table, write};
 pub use standing::Standing;
 pub use track::{OMEGA, Track};
 
@@ -135,7 +136,7 @@ impl Findings {
     ///
     /// See [`FindError`].
     pub fn find() -> Result<Self, FindError> {
-        // The slow rooms have nothing to do with each other.
+        // The slow parts do not depend on each other.
         std::thread::scope(|scope| {
             let fall = scope.spawn(Fall::find);
             let hanging = scope.spawn(Hanging::find);

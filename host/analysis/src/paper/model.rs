@@ -2,7 +2,7 @@
 //! where the arm can rest.
 //!
 //! Without friction and torque, energy must not change. The drift over a fast
-//! motion of both joints tells a wrong Coriolis term from a right one without
+//! motion of both joints distinguishes a wrong Coriolis term from a right one without
 //! any derivation.
 
 use core::f64::consts::PI;
@@ -12,7 +12,6 @@ use nalgebra::{Vector2, Vector4};
 
 use super::chart::{Chart, Curve, Figure, MENDED, MODEL, PLACED, Part, WRONG};
 use super::claim::{Claim, Number, Rule};
-use super::integrate;
 use super::text::{digits, number};
 
 /// Start of the motion: angles in rad, speeds in rad/s.
@@ -220,10 +219,32 @@ fn drift(arm: &Parameters<f64>, reading: Reading) -> Vec<(f64, f64)> {
     (0..=STEPS)
         .map(|i| {
             let point = (f64::from(i) * STEP_S, arm.energy(&state) - start_j);
-            state = integrate::step(&state, STEP_S, |x| acceleration(arm, x, reading));
+            state = runge_kutta(&state, |x| acceleration(arm, x, reading));
             point
         })
         .collect()
+}
+
+/// A step of `ddq = acceleration(state)`, of fourth order.
+fn runge_kutta(
+    state: &State<f64>,
+    acceleration: impl Fn(&State<f64>) -> Vector2<f64>,
+) -> State<f64> {
+    let slope = |x| {
+        let state = State::from_vector(x);
+        let ddq = acceleration(&state);
+        State {
+            q: state.dq,
+            dq: ddq,
+        }
+        .to_vector()
+    };
+    let x = state.to_vector();
+    let k1 = slope(x);
+    let k2 = slope(x + k1 * (STEP_S / 2.0));
+    let k3 = slope(x + k2 * (STEP_S / 2.0));
+    let k4 = slope(x + k3 * STEP_S);
+    State::from_vector(x + (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (STEP_S / 6.0))
 }
 
 /// (1) without friction and torque, Co from (4) by a reading.

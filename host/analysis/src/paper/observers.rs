@@ -2,11 +2,11 @@
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Discrete, Parameters};
-use armbridge_shared::design::placement::{Poles, current_gain};
+use armbridge_shared::design::placement::{self, Poles, current_gain, prediction_gain};
 use armbridge_shared::estimate::{
     Config, Estimator, FiniteDifference, Form, Luenberger, Model, Tuning,
 };
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use super::FindError;
 use super::printed::{PERIOD_S, POLES};
@@ -29,12 +29,7 @@ pub(crate) fn placed(exact: bool, form: Form) -> Result<Estimator<f64>, FindErro
     } else {
         Discrete::paper()
     };
-    let [first, second] = model.joints();
-    let [p1, p2, p3, p4] = POLES;
-    let gains = [
-        current_gain(&first, Poles::Real(p1, p2))?,
-        current_gain(&second, Poles::Real(p3, p4))?,
-    ];
+    let gains = gains_of_poles(&model, current_gain)?;
     let observer = Luenberger::new(Model::linear(&model), gains, form);
     Ok(Estimator::Luenberger(observer))
 }
@@ -44,7 +39,7 @@ pub(crate) fn standing(period_s: f64) -> Result<Estimator<f64>, FindError> {
     Ok(Config::standing().build(&Parameters::paper(), period_s)?)
 }
 
-/// The board's Kalman filter. It is to be told all of the torque, so friction is
+/// The board's Kalman filter. It is given all of the torque, so friction is
 /// left to its disturbance; samples 45 ms apart want a calmer one than at 1 ms.
 pub(crate) fn kalman(period_s: f64) -> Result<Estimator<f64>, FindError> {
     let tuning = Tuning {
@@ -67,12 +62,18 @@ pub(crate) fn exact_model() -> Discrete<f64> {
 /// Prediction-form gains of the printed poles on (7): angle and speed of each
 /// joint.
 pub(crate) fn placed_gain() -> Result<[[f64; 2]; JOINTS], FindError> {
-    let [first, second] = Discrete::paper().joints();
+    Ok(gains_of_poles(&Discrete::paper(), prediction_gain)?.map(Into::into))
+}
+
+/// The printed poles as they are printed: two for joint 1, two for joint 2.
+fn gains_of_poles<G>(model: &Discrete<f64>, gain: G) -> Result<[Vector2<f64>; JOINTS], FindError>
+where
+    G: Fn(&Matrix2<f64>, Poles<f64>) -> Result<Vector2<f64>, placement::Error>,
+{
+    let [first, second] = model.joints();
     let [p1, p2, p3, p4] = POLES;
-    let gain = |a, poles| armbridge_shared::design::placement::prediction_gain(a, poles);
-    let gains = [
+    Ok([
         gain(&first, Poles::Real(p1, p2))?,
         gain(&second, Poles::Real(p3, p4))?,
-    ];
-    Ok(gains.map(Into::into))
+    ])
 }

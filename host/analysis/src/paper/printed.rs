@@ -17,7 +17,7 @@ pub(crate) const PERIOD_US: u32 = 45_000;
 /// Observer gain (12): on angle and speed, for each joint.
 pub(crate) const OBSERVER: [[f64; 2]; JOINTS] = [[0.29, 0.72], [0.34, 0.34]];
 
-/// The poles for which (12) is said to be designed.
+/// The poles for which (12) is designed, by the text.
 pub(crate) const POLES: [f64; 4] = [0.05, 0.14, 0.1, 0.03];
 
 /// b1 of the free fall, Fig. 5, in N m s/rad.
@@ -30,7 +30,7 @@ pub(crate) const B1_PUSH: f64 = 0.239;
 pub(crate) const PUSH_NM: f64 = -0.3924;
 
 /// Where joint 1 starts in Fig. 6, in rad.
-pub(crate) const PUSH_FROM_RAD: f64 = 0.49;
+pub const PUSH_FROM_RAD: f64 = 0.49;
 
 /// The dead zone's edges in PWM counts.
 pub(crate) const DEAD_ZONE: [u16; 2] = [950, 1050];

@@ -1,22 +1,20 @@
 //! Fig. 6: a constant torque on joint 1, and b1 and that torque fitted to it.
 
-use core::f64::consts::{FRAC_PI_2, PI};
+use core::f64::consts::FRAC_PI_2;
 
-use armbridge_shared::JOINTS;
-use armbridge_shared::actuator::Joint;
-use armbridge_shared::arm::{Parameters, State};
-use armbridge_sim::plant::{Body, Friction, PlantConfig};
-use nalgebra::Vector2;
+use armbridge_shared::arm::Parameters;
+use armbridge_sim::plant::{Friction, PlantConfig};
 
 use super::chart::{Chart, Curve, DIFFERENCE, Figure, Level, MODEL, Part, WRONG};
 use super::claim::{Claim, Number, Rule};
-use super::integrate;
+use super::identification::{Numbers, Sampled, VISCOUS_TORQUE, VirtualArm, fit};
 use super::printed::{B1_FALL, B1_PUSH, PERIOD_S, PUSH_FROM_RAD, PUSH_NM};
 use super::text::number;
-use crate::identify::paper::{Kind, Numbers, Sampled, Start, VISCOUS_TORQUE, fit};
 
 /// Samples until just before the table stops the arm, 1.3 s.
-const SAMPLES: usize = 30;
+const SAMPLES: u32 = 30;
+/// As long as it takes for them: half a period beyond the last.
+const DURATION_S: f64 = (SAMPLES as f64 - 0.5) * PERIOD_S;
 
 /// What the run finds.
 #[derive(Clone, Debug)]
@@ -32,7 +30,7 @@ pub struct Push {
     /// The same with the b1 of the free fall.
     pub upright_with_b1_of_fall_s: f64,
     /// Angles of the arm with dry friction whose motor gives as much more.
-    dry: Vec<f64>,
+    dry: Sampled,
 }
 
 impl Push {
@@ -40,20 +38,19 @@ impl Push {
     pub fn find() -> Self {
         let friction = PlantConfig::default().friction[0];
         let upright_s = |b1| {
-            let arm = Parameters {
-                b1,
-                ..Parameters::paper()
-            };
-            let angles = integrate::first_joint(&arm, PUSH_FROM_RAD, PUSH_NM, 0.001, 3000);
-            angles.iter().take_while(|q| **q > 0.0).count() as f64 * 0.001
+            let mut beyond = viscous(b1).motion(PUSH_FROM_RAD, 0.001, 3000);
+            let first = beyond.find(|(_, q)| *q <= 0.0);
+            first.map_or(f64::NAN, |(time_s, _)| time_s)
         };
         Self {
-            without: fit_both(&counted(&pushed(PUSH_NM, Friction::NONE))),
-            with: fit_both(&counted(&pushed(PUSH_NM, friction))),
+            without: fit_both(Friction::NONE),
+            with: fit_both(friction),
             friction,
             upright_s: upright_s(B1_PUSH),
             upright_with_b1_of_fall_s: upright_s(B1_FALL),
-            dry: pushed(PUSH_NM - friction.coulomb_nm, friction),
+            dry: arm(friction)
+                .seen_exactly()
+                .constant_input(PUSH_NM - friction.coulomb_nm, DURATION_S),
         }
     }
 
@@ -111,18 +108,7 @@ impl Push {
     }
 
     fn figure(&self) -> Figure {
-        let over_time = |angles: &[f64]| {
-            let points = angles.iter().enumerate();
-            points.map(|(k, q)| (k as f64 * PERIOD_S, *q)).collect()
-        };
-        let model = |b1| {
-            let arm = Parameters {
-                b1,
-                ..Parameters::paper()
-            };
-            let angles = integrate::first_joint(&arm, PUSH_FROM_RAD, PUSH_NM, PERIOD_S, 60);
-            over_time(&angles)
-        };
+        let model = |b1| viscous(b1).motion(PUSH_FROM_RAD, PERIOD_S, 60).collect();
         let mut part = Part::new(
             "Joint 1",
             "angle (rad)",
@@ -131,7 +117,7 @@ impl Push {
                 Curve::new(
                     "dry friction, more torque",
                     DIFFERENCE,
-                    over_time(&self.dry),
+                    self.dry.points().collect(),
                 ),
                 Curve::new("b1 of this test", MODEL, model(B1_PUSH)),
             ],
@@ -162,37 +148,28 @@ impl Push {
     }
 }
 
-/// Angles of the arm that made (7) under a torque, with dry friction.
-fn pushed(torque_nm: f64, friction: Friction) -> Vec<f64> {
-    let initial = State::at_rest(Vector2::new(PUSH_FROM_RAD, 0.0));
-    let stops = [[-PI, PI]; JOINTS];
-    let mut body = Body::new(Parameters::paper(), [friction; JOINTS], stops, initial);
-    body.set_torque(0, Vector2::new(torque_nm, 0.0));
-    let period_ns = (PERIOD_S * 1e9) as u64;
-    let angles = (0..SAMPLES as u64).map(|k| {
-        body.advance(k * period_ns);
-        body.state(k * period_ns).q.x
-    });
-    angles.collect()
+/// The paper's model with this friction in N m s/rad, under its torque.
+fn viscous(b1: f64) -> Numbers {
+    Numbers {
+        b1,
+        torque_nm: PUSH_NM,
+        ..Numbers::of(&Parameters::paper())
+    }
 }
 
-/// What the encoder makes of them.
-fn counted(angles: &[f64]) -> Vec<f64> {
-    let joint = Joint::<f64>::paper();
-    let count = |q: &f64| joint.position(*q).round().clamp(0.0, 1023.0) as u16;
-    angles.iter().map(|q| joint.angle(count(q))).collect()
+/// The arm that made (7), with dry friction, and an encoder without noise.
+fn arm(friction: Friction) -> VirtualArm {
+    VirtualArm {
+        friction,
+        noise_rad: 0.0,
+        ..VirtualArm::paper(Parameters::<f64>::paper().b1, 0.0, 0)
+    }
 }
 
-/// b1 and torque with which the model without dry friction comes nearest.
-fn fit_both(angles: &[f64]) -> [f64; 2] {
-    let push = Sampled {
-        kind: Kind::ConstantInput,
-        period_s: PERIOD_S,
-        angles_rad: angles.iter().copied().map(Some).collect(),
-        start_rad: PUSH_FROM_RAD,
-        start: Start::Known,
-        told_nm: None,
-    };
+/// b1 and torque with which the model without dry friction comes nearest to that arm's
+/// motion under a torque.
+fn fit_both(friction: Friction) -> [f64; 2] {
+    let push = arm(friction).constant_input(PUSH_NM, DURATION_S);
     let begin = Numbers {
         b1: 0.3,
         torque_nm: -0.35,

@@ -13,7 +13,7 @@
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Command, Joint, Pwm};
 use armbridge_shared::arm::{Parameters, State};
-use armbridge_shared::control::DryFriction;
+use armbridge_shared::control::{DryFriction, Lqr, Setpoint};
 use armbridge_shared::estimate::Estimator;
 use armbridge_shared::link::limits::hard;
 use armbridge_sim::plant::{Friction, Plant, PlantConfig};
@@ -27,19 +27,19 @@ const DEAD_ZONE_NM: [f64; JOINTS] = [50.0 / 834.0; JOINTS];
 pub(crate) enum Delay {
     /// At once: the ideal that (6) and (11) suppose.
     None,
-    /// One period later, and nobody in the loop knows: USB and Matlab.
+    /// One period later, which no part of the loop models: USB and Matlab.
     Unmodelled,
     /// One period later, and the law acts on the state predicted for then, as
     /// the board does.
     Predicted,
 }
 
-/// Which torque the estimator is told of.
+/// Torque that the estimator computes with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Told {
+pub(crate) enum EstimatorInput {
     /// What the law asked for, u(k) of (11) to the letter: more than the servo
     /// can give where it is at its limit.
-    Asked,
+    Requested,
     /// What the PWM sent stands for, as the board does.
     Sent,
 }
@@ -60,7 +60,7 @@ pub(crate) struct Loop {
     pub(crate) duration_s: f64,
     pub(crate) plant: PlantConfig,
     pub(crate) delay: Delay,
-    pub(crate) told: Told,
+    pub(crate) input: EstimatorInput,
     pub(crate) start: Start,
     /// Whether dead-zone compensation is added to the torque.
     pub(crate) compensate: bool,
@@ -119,8 +119,8 @@ impl Loop {
             torque_nm: 0.0,
             is_limited: false,
         };
-        // The torque that the estimator is told acts from now on.
-        let mut told = Vector2::zeros();
+        // The estimator's torque, which acts from now on.
+        let mut input_nm = Vector2::zeros();
         let mut run = Run {
             samples: Vec::new(),
             fell: false,
@@ -133,15 +133,15 @@ impl Loop {
                 estimate = estimator.at_rest(Vector2::from(q));
             }
             if self.delay != Delay::Predicted && k > 0 {
-                estimator.advance(&arm, &mut estimate, told);
+                estimator.advance(&arm, &mut estimate, input_nm);
             }
             let mut state = estimator.correct(&mut estimate, q.map(Some));
             let mut acts_s = now_s;
             if self.delay == Delay::Predicted {
-                state = estimator.advance(&arm, &mut estimate, told);
+                state = estimator.advance(&arm, &mut estimate, input_nm);
                 acts_s += period_s;
             }
-            // What nobody commanded is taken off, by an estimator that sees it.
+            // The disturbance torque is taken off, by an estimator that has it.
             let torque = law(acts_s, &state) - estimate.disturbance();
             let truth = plant.state().q;
             run.samples.push(Sample {
@@ -158,17 +158,24 @@ impl Loop {
             for (servo, command) in commands.iter().enumerate() {
                 plant.drive(servo, now_ns, command.pwm.counts());
             }
-            let commanded = match self.told {
-                Told::Asked => torque,
-                Told::Sent => Vector2::from(commands.map(|command| command.torque_nm)) - added,
+            input_nm = match self.input {
+                EstimatorInput::Requested => torque,
+                EstimatorInput::Sent => {
+                    Vector2::from(commands.map(|command| command.torque_nm)) - added
+                }
             };
-            told = commanded;
             if truth.amax() > f64::from(hard::ANGLE_RAD) || !torque.iter().all(|t| t.is_finite()) {
                 run.fell = true;
                 break;
             }
         }
         run
+    }
+
+    /// The same under K of (10) about upright.
+    pub(crate) fn regulate(&self, estimator: &Estimator<f64>) -> Run {
+        let (lqr, upright) = (Lqr::paper(), upright());
+        self.run(estimator, |_, state| lqr.torque(state, &upright))
     }
 
     fn plant_config(&self, period_ns: u64) -> PlantConfig {
@@ -178,6 +185,11 @@ impl Loop {
             ..self.plant
         }
     }
+}
+
+/// Upright takes no torque.
+pub(crate) fn upright() -> Setpoint<f64> {
+    Setpoint::new(&Parameters::paper(), Vector2::zeros())
 }
 
 impl Run {

@@ -2,7 +2,7 @@
 //! stiffness with which it pulls the arm upright.
 //!
 //! The plant is the arm discretised exactly, the observer believes in (7). With
-//! a period of delay that nobody models, the torque in force is a state more:
+//! an unmodelled period of delay, the torque in force is a state more:
 //!
 //! ```text
 //! x   <- Ad x + Bd u          u = -K x^, or the one before
@@ -12,7 +12,7 @@
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Discrete, Parameters};
 use armbridge_shared::control::Lqr;
-use nalgebra::{Matrix2x4, Matrix4, Matrix4x2, SMatrix, Vector2};
+use nalgebra::{Complex, Matrix2x4, Matrix4, Matrix4x2, SMatrix, Vector2};
 
 use super::observers::exact_model;
 use super::printed::PERIOD_S;
@@ -36,7 +36,7 @@ pub(crate) fn radius(gain: &Gain, delayed: bool) -> f64 {
     } else {
         all.fixed_view_mut::<4, 4>(0, 4).copy_from(&(-plant.b * k));
     }
-    largest(&all)
+    largest(all.complex_eigenvalues().as_slice())
 }
 
 /// The same for speeds by differences; the state is x and the last angles.
@@ -54,11 +54,7 @@ pub(crate) fn radius_of_differences() -> f64 {
     all.fixed_view_mut::<4, 2>(0, 4)
         .copy_from(&(plant.b * on_speed));
     all.fixed_view_mut::<2, 2>(4, 0).fill_with_identity();
-    let poles = all.complex_eigenvalues();
-    poles
-        .iter()
-        .map(|pole| pole.re.hypot(pole.im))
-        .fold(0.0, f64::max)
+    largest(all.complex_eigenvalues().as_slice())
 }
 
 /// Torque per angle in N m/rad that the controller gives in the end when an
@@ -89,10 +85,7 @@ fn matrix(gain: &Gain) -> Matrix4x2<f64> {
     Matrix4x2::new(q1, 0.0, 0.0, q2, v1, 0.0, 0.0, v2)
 }
 
-fn largest(all: &SMatrix<f64, 10, 10>) -> f64 {
-    let poles = all.complex_eigenvalues();
-    poles
-        .iter()
-        .map(|pole| pole.re.hypot(pole.im))
-        .fold(0.0, f64::max)
+fn largest(poles: &[Complex<f64>]) -> f64 {
+    let sizes = poles.iter().map(|pole| pole.re.hypot(pole.im));
+    sizes.fold(0.0, f64::max)
 }

@@ -3,8 +3,8 @@
 use armbridge_log::summary::SETTLED_RAD;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Joint, Pwm};
-use armbridge_shared::arm::{Discrete, Parameters, State};
-use armbridge_shared::control::{Lqr, Setpoint};
+use armbridge_shared::arm::{Discrete, State};
+use armbridge_shared::control::Lqr;
 use armbridge_shared::estimate::Estimator;
 use armbridge_sim::plant::{Friction, PlantConfig};
 use nalgebra::{Vector2, Vector4};
@@ -12,12 +12,12 @@ use nalgebra::{Vector2, Vector4};
 use super::chart::{Chart, Curve, DIFFERENCE, Figure, MODEL, PLACED, Part};
 use super::claim::{Claim, Number, Rule};
 use super::printed::{PERIOD_S, PERIOD_US};
-use super::sim::{Delay, Loop, Run, Start, Told, arm_at};
+use super::sim::{Delay, EstimatorInput, Loop, Run, Start, arm_at, upright};
 use super::stability::gravity;
 use super::text::number;
 use super::{BOARD_US, FindError, JOINT_NAMES, observers};
 
-/// Where the arm is let go, in rad. The paper says "different from 0".
+/// Where the arm is let go, in rad. "Different from 0" in the paper.
 pub(crate) const FROM_RAD: [f64; JOINTS] = [0.49, 0.40];
 const DURATION_S: f64 = 6.0;
 /// Curves this close are "very close to each other": a tenth of the motion.
@@ -185,17 +185,16 @@ impl Standing {
 
 /// LQR on the arm.
 fn run(estimator: &Estimator<f64>, friction: Friction, period_us: u32) -> Run {
-    let (lqr, upright) = (Lqr::paper(), upright());
     let control = Loop {
         period_us,
         duration_s: DURATION_S,
         plant: arm_at(FROM_RAD, friction),
         delay: Delay::None,
-        told: Told::Asked,
+        input: EstimatorInput::Requested,
         start: Start::Sampled,
         compensate: false,
     };
-    control.run(estimator, |_, state| lqr.torque(state, &upright))
+    control.regulate(estimator)
 }
 
 /// (6), (7) and (9) alone.
@@ -211,9 +210,4 @@ fn linear_model() -> Vec<(f64, Vector2<f64>)> {
             (f64::from(k) * PERIOD_S, state.q)
         })
         .collect()
-}
-
-/// Upright takes no torque.
-pub(crate) fn upright() -> Setpoint<f64> {
-    Setpoint::new(&Parameters::paper(), Vector2::zeros())
 }

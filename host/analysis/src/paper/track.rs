@@ -8,7 +8,7 @@ use armbridge_shared::estimate::{Estimator, Form};
 use armbridge_sim::plant::Friction;
 
 use super::printed::{PERIOD_S, PERIOD_US};
-use super::sim::{Delay, Loop, Run, Start, Told, arm_at};
+use super::sim::{Delay, EstimatorInput, Loop, Run, Start, arm_at};
 use super::tracking::{computed_torque, goal};
 use super::{BOARD_US, FindError, observers};
 
@@ -43,8 +43,8 @@ pub struct Track {
     /// on (7), and on the exact model.
     pub last_omega: [f64; 2],
     /// The first gain beyond the former, and the error there when the observer
-    /// is told what was sent, in rad.
-    pub told_sent: (f64, f64),
+    /// is given what was sent, in rad.
+    pub with_sent_torque: (f64, f64),
     runs: [Run; 3],
     /// Error in mrad over gain with delay, in the order above.
     sweep: [Vec<(f64, f64)>; 4],
@@ -89,8 +89,8 @@ impl Track {
         let last_omega = [last(&prompt[2]), last(&prompt[3])];
         let beyond = SWEEP.into_iter().find(|omega| *omega > last_omega[0]);
         let beyond = beyond.unwrap_or(f64::NAN);
-        let told_sent = Loop {
-            told: Told::Sent,
+        let with_sent_torque = Loop {
+            input: EstimatorInput::Sent,
             ..control(Delay::None, PERIOD_US)
         };
         let mended_run = run(&mended, OMEGA, Delay::Predicted, PERIOD_US);
@@ -100,7 +100,10 @@ impl Track {
             prompt_rad: at_omega(&prompt),
             mended_rad: [worse(&mended_run), worse(&board_run)],
             last_omega,
-            told_sent: (beyond, worse(&track(&told_sent, &candidates[2], beyond))),
+            with_sent_torque: (
+                beyond,
+                worse(&track(&with_sent_torque, &candidates[2], beyond)),
+            ),
             runs: [
                 run(&candidates[0], OMEGA, Delay::Unmodelled, PERIOD_US),
                 run(&candidates[1], OMEGA, Delay::Unmodelled, PERIOD_US),
@@ -131,10 +134,10 @@ fn control(delay: Delay, period_us: u32) -> Loop {
         duration_s: DURATION_S,
         plant: arm_at([0.0; JOINTS], Friction::NONE),
         delay,
-        told: if delay == Delay::Predicted {
-            Told::Sent
+        input: if delay == Delay::Predicted {
+            EstimatorInput::Sent
         } else {
-            Told::Asked
+            EstimatorInput::Requested
         },
         start: Start::Sampled,
         compensate: false,

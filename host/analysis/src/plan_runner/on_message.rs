@@ -24,7 +24,7 @@ impl<K: RecordSink> PlanRunner<K> {
         message: BoardMessage,
         reported: Option<BoardReport>,
     ) -> Result<(), PlanError> {
-        self.heard_us = now_us;
+        self.received_us = now_us;
         self.note(&message);
         if let (BoardMessage::Other(ToHost::Board(report)), Some(before)) = (message, reported)
             && before.is_before_reset(&report)
@@ -58,7 +58,7 @@ impl<K: RecordSink> PlanRunner<K> {
             // Too late for this point of a stream; the next may come in time.
             (BoardMessage::Refused(Refusal::Late), Phase::Running(_)) => self.late_points += 1,
             (BoardMessage::Refused(refusal), Phase::Running(_)) => {
-                self.give_up(now_us, refused(self.asked, refusal));
+                self.give_up(now_us, refused(self.last_command, refusal));
             }
             (
                 BoardMessage::Other(ToHost::Found {
@@ -66,7 +66,7 @@ impl<K: RecordSink> PlanRunner<K> {
                 }),
                 Phase::WaitingForServos,
             ) => self.command(now_us, Command::Prepare),
-            // Back from whoever has the bus.
+            // Back from the host that has the bus.
             (BoardMessage::Other(ToHost::Passthrough), Phase::WaitingForServos) => {
                 self.command(now_us, Command::Idle);
             }
@@ -97,7 +97,7 @@ impl<K: RecordSink> PlanRunner<K> {
     /// The board cannot be worked with any more.
     pub(super) fn despair(&mut self, now_us: u64, error: PlanError) -> Result<(), PlanError> {
         match (&self.phase, &error) {
-            // Its motors are off; let it say so on the record.
+            // Its motors are off; let its record show that.
             (Phase::Running(_), PlanError::Reset(_)) => {
                 self.give_up(now_us, error);
                 Ok(())
@@ -155,17 +155,17 @@ impl<K: RecordSink> PlanRunner<K> {
         self.begun_us.get_or_insert(now_us);
         self.begun_with = self.settings.map(|[_, last]| last);
         for push in &self.plan.pushes {
-            if let Some(hands) = &self.hands {
+            if let Some(pushes) = &self.pushes {
                 let start_ns = push.start_ns + now_us * 1_000;
                 // A simulation that has ended needs no pushes.
-                let _ = hands.send(Interaction::Push(Push { start_ns, ..*push }));
+                let _ = pushes.send(Interaction::Push(Push { start_ns, ..*push }));
             }
         }
         self.enter(Phase::Running(Timeline::new(now_us)), now_us);
     }
 
     fn acted(&mut self) {
-        if self.asked == "arm" {
+        if self.last_command == "arm" {
             self.is_armed = true;
             self.idle_since_us = None;
         }

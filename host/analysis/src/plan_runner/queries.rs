@@ -60,17 +60,17 @@ impl<K: RecordSink> PlanRunner<K> {
         self.mode
     }
 
-    /// How the board worked when the run began, if it said so.
+    /// Settings in force when the run began, if the board reported them.
     pub fn begun_with(&self) -> Option<&Settings> {
         self.begun_with.as_ref()
     }
 
-    /// How the board works, as it said last; `None` if it never did.
+    /// Settings as last reported by the board; `None` before the first report.
     pub fn settings(&self) -> Option<&Settings> {
         self.settings.as_ref().map(|[_, last]| last)
     }
 
-    /// What the board has told.
+    /// Status reports of the board.
     pub fn status(&self) -> &BoardStatus {
         self.session.status()
     }

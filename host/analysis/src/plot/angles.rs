@@ -1,4 +1,4 @@
-//! `angles`: did each joint go where it was told to?
+//! `angles`: samples, estimate and setpoint of both joints.
 
 use armbridge_client::enum_names;
 use armbridge_log::summary::{JointSummary, SETTLED_RAD};
@@ -7,7 +7,7 @@ use armbridge_shared::link::message::{Drive, Record, Sample};
 
 use super::axis::Axis;
 use super::decimate::distinct;
-use super::drawing::{Drawing, Rect, Stroke};
+use super::drawing::{Drawing, Stroke};
 use super::figure;
 use super::panel::{ALARM, GAP, GOOD, JOINT, JOINT_TINT, Key, MUTED, Panel, SETPOINT};
 use super::run::{NOTE, Part, Run};
@@ -22,17 +22,7 @@ pub(super) fn draw(run: &Run) -> Drawing {
     let mut drawing = figure(640.0, "Joint angles", run.facts);
     let parts = run.parts();
     for joint in 0..JOINTS {
-        let frame = Rect {
-            x: 84.0,
-            y: 78.0 + 270.0 * joint as f64,
-            w: 932.0,
-            h: 224.0,
-        };
-        let panel = Panel {
-            frame,
-            x: run.time_axis(),
-            y: angle_axis(run, joint),
-        };
+        let panel = Panel::angle(&mut drawing, joint, run.time_axis(), angle_axis(run, joint));
         draw_joint(&mut drawing, &panel, run, joint);
         draw_setpoints(&mut drawing, &panel, &parts, joint);
         draw_motion(&mut drawing, &panel, run, joint);
@@ -61,14 +51,6 @@ fn angle_axis(run: &Run, joint: usize) -> Axis {
 }
 
 fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
-    let last = joint + 1 == JOINTS;
-    let title = format!("Joint {}", joint + 1);
-    panel.draw(
-        drawing,
-        &title,
-        last.then_some("time (s)"),
-        Some("angle (rad)"),
-    );
     run.draw_gaps(drawing, panel);
     let samples = run.over_time(|r| run.measured_rad(r, joint));
     panel.dots(

@@ -32,6 +32,15 @@ impl Scale {
 }
 
 impl Axis {
+    /// A linear axis between these ends.
+    pub(crate) fn linear(low: f64, high: f64) -> Self {
+        Self {
+            scale: Scale::Linear,
+            low,
+            high,
+        }
+    }
+
     /// A linear axis over these values, with some room at both ends.
     pub(crate) fn around(values: impl Iterator<Item = f64>, room: f64) -> Self {
         let (low, high) = values
@@ -40,18 +49,10 @@ impl Axis {
                 (low.min(v), high.max(v))
             });
         if low > high {
-            return Self {
-                scale: Scale::Linear,
-                low: 0.0,
-                high: 1.0,
-            };
+            return Self::linear(0.0, 1.0);
         }
         let room = ((high - low) * room).max(1e-3);
-        Self {
-            scale: Scale::Linear,
-            low: low - room,
-            high: high + room,
-        }
+        Self::linear(low - room, high + room)
     }
 
     /// Where a value is: 0 at the low end, 1 at the high end.

@@ -10,7 +10,7 @@ use armbridge_log::inspect::diff::{driven, pairs};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Record;
 
-use super::axis::{Axis, Scale};
+use super::axis::Axis;
 use super::drawing::{Drawing, Rect, Stroke};
 use super::panel::{JOINT, Key, Panel};
 use super::{Formats, PlotError, titled, write_as};
@@ -78,19 +78,10 @@ fn draw(quantity: &Quantity, a: &Log, b: &Log, pairs: &[[&Record; 2]]) -> Drawin
     let mut drawing = titled(820.0, &title, &about.join(" — "));
     let [left, right] = [driven(a), driven(b)];
     let end_s = [left, right].map(|ticks| ticks.last().map_or(0.0, |last| since_s(ticks, last)));
-    let x = Axis {
-        scale: Scale::Linear,
-        low: 0.0,
-        high: end_s[0].max(end_s[1]).max(1e-3),
-    };
+    let x = Axis::linear(0.0, end_s[0].max(end_s[1]).max(1e-3));
     for joint in 0..JOINTS {
         let y = 78.0 + 364.0 * joint as f64;
-        let frame = Rect {
-            x: 84.0,
-            y,
-            w: 932.0,
-            h: 180.0,
-        };
+        let frame = Rect::row(y, 180.0);
         let value = |record: &Record| (quantity.of)(record, joint);
         let both = left.iter().chain(right).map(value);
         let panel = Panel {

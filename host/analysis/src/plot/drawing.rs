@@ -16,6 +16,16 @@ pub(crate) struct Rect {
 }
 
 impl Rect {
+    /// As wide as a figure has room for, between its y axis and its right edge.
+    pub(crate) fn row(y: f64, h: f64) -> Self {
+        Self {
+            x: 84.0,
+            y,
+            w: 932.0,
+            h,
+        }
+    }
+
     pub(crate) fn right(&self) -> f64 {
         self.x + self.w
     }
@@ -111,9 +121,9 @@ pub(super) enum Shape {
 #[derive(Clone, Debug)]
 pub(crate) struct Drawing {
     /// In px.
-    pub(super) width: f64,
+    pub(crate) width: f64,
     /// In px.
-    pub(super) height: f64,
+    pub(crate) height: f64,
     pub(super) shapes: Vec<Shape>,
 }
 
@@ -138,6 +148,11 @@ impl Drawing {
     /// As an SVG file.
     pub(crate) fn svg(&self) -> String {
         super::svg::svg(self)
+    }
+
+    /// What is inside an SVG file's element; names in it begin with `name`.
+    pub(crate) fn svg_elements(&self, name: &str) -> String {
+        super::svg::elements(self, name)
     }
 
     /// A filled rectangle.

@@ -10,8 +10,9 @@
 //! | `timing`   | start error, bus time and compute time of every tick, counted |
 //! | `spectrum` | power of error, torque and innovation over frequency          |
 //!
-//! [`draw_outlook`] draws what is to come, `preview`; [`compare()`] lays two runs on top of each other. Time is in s after the first
-//! record, as in the summary. Where records are missing, there is a gap.
+//! [`draw_outlook`] draws what is to come, `preview`; [`compare()`] lays two runs on top of
+//! each other. Time is in s after the first record, as in the summary. Where records are
+//! missing, there is a gap.
 
 mod angles;
 pub(crate) mod axis;
@@ -33,6 +34,7 @@ mod welch;
 
 pub use compare::compare;
 pub use outlook::draw_outlook;
+pub use png::RasterError;
 
 use std::path::{Path, PathBuf};
 
@@ -49,38 +51,38 @@ pub(crate) const WIDTH: f64 = 1040.0;
 /// Why the plots could not be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum PlotError {
-    /// The file system said no.
+    /// A file cannot be written.
     #[error("cannot write {path}: {source}", path = path.display())]
     Write {
         /// File being written.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The drawing could not be turned into pixels.
-    #[error("cannot draw {path}: {reason}", path = path.display())]
+    #[error("cannot draw {path}: {source}", path = path.display())]
     Raster {
         /// File being drawn.
         path: PathBuf,
-        /// What the library said.
-        reason: String,
+        /// Why.
+        source: RasterError,
     },
 }
 
 /// Figures to choose from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Figure {
-    /// Did each joint go where it was told to?
+    /// Samples, estimate and setpoint.
     Angles,
-    /// By how much did it miss?
+    /// Estimate minus reference.
     Tracking,
-    /// What were the servos told?
+    /// Torque and PWM.
     Torque,
-    /// How did it move?
+    /// Speed over angle.
     Phase,
-    /// Was there time enough?
+    /// Start error, bus time and compute time of each tick.
     Timing,
-    /// At which frequencies does it tremble?
+    /// Power of error, torque and innovation over frequency.
     Spectrum,
 }
 
@@ -209,9 +211,9 @@ fn write_as<'a>(
                     files.push(svg_path);
                 }
                 if formats.png {
-                    let pixels = png::png(&drawing).map_err(|reason| PlotError::Raster {
+                    let pixels = png::png(&drawing).map_err(|source| PlotError::Raster {
                         path: png_path.clone(),
-                        reason,
+                        source,
                     })?;
                     write(&png_path, &pixels)?;
                     files.push(png_path);

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use armbridge_shared::JOINTS;
 
-use super::axis::{Axis, Scale};
-use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
+use super::axis::Axis;
+use super::drawing::{Anchor, Drawing, Font, Stroke};
 use super::panel::{INK, JOINT, JOINT_TINT, Key, LIMIT, MUTED, Panel};
 use super::{PlotError, titled, write_all};
 use crate::scenario::{Outlook, Swept};
@@ -23,7 +23,7 @@ const STEP: Stroke = Stroke {
     dash: &[1.0, 3.0],
 };
 
-/// Draws it into a folder, as SVG and PNG; `about` says on which board. Returns the files.
+/// Draws it into a folder, as SVG and PNG; `about` names the board. Returns the files.
 ///
 /// # Errors
 /// When a file cannot be written or a drawing not be turned into pixels.
@@ -40,34 +40,15 @@ fn figure(outlook: &Outlook, about: &str) -> Drawing {
     let mut drawing = titled(640.0, &title, about);
     for joint in 0..JOINTS {
         let limit = f64::from(outlook.limit_rad[joint]);
-        let panel = Panel {
-            frame: Rect {
-                x: 84.0,
-                y: 78.0 + 270.0 * joint as f64,
-                w: 932.0,
-                h: 224.0,
-            },
-            x: Axis {
-                scale: Scale::Linear,
-                low: 0.0,
-                high: outlook.end_s,
-            },
-            y: Axis::around([-limit, limit].into_iter(), 0.14),
-        };
+        let x = Axis::linear(0.0, outlook.end_s);
+        let y = Axis::around([-limit, limit].into_iter(), 0.14);
+        let panel = Panel::angle(&mut drawing, joint, x, y);
         draw_joint(&mut drawing, &panel, outlook, joint);
     }
     drawing
 }
 
 fn draw_joint(drawing: &mut Drawing, panel: &Panel, outlook: &Outlook, joint: usize) {
-    let last = joint + 1 == JOINTS;
-    let title = format!("Joint {}", joint + 1);
-    panel.draw(
-        drawing,
-        &title,
-        last.then_some("time (s)"),
-        Some("angle (rad)"),
-    );
     let swept = || {
         let stages = outlook.stages.iter();
         stages.map(|stage| (stage, &stage.joints[joint]))

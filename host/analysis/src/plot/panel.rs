@@ -1,5 +1,7 @@
 //! A panel: a framed area with two axes, a title, a legend, and things in it.
 
+use armbridge_shared::JOINTS;
+
 use super::axis::Axis;
 use super::decimate::{decimate, distinct, unvisited};
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
@@ -18,6 +20,9 @@ pub(crate) const ALARM: &str = "#b4232f";
 pub(crate) const GAP: &str = "#dfe4e9";
 /// Where things are as they should be.
 pub(crate) const GOOD: &str = "#2a9d6a";
+
+/// A fourth curve.
+pub(crate) const FOURTH: &str = "#8250a8";
 
 /// Axis titles, tick labels and legends.
 pub(crate) const LABEL: Font = Font {
@@ -63,6 +68,19 @@ pub(crate) enum Key {
 }
 
 impl Panel {
+    /// Draws the frame of a joint's angle over time, above or below the other joint's.
+    pub(crate) fn angle(drawing: &mut Drawing, joint: usize, x: Axis, y: Axis) -> Self {
+        let panel = Self {
+            frame: Rect::row(78.0 + 270.0 * joint as f64, 224.0),
+            x,
+            y,
+        };
+        let x_title = (joint + 1 == JOINTS).then_some("time (s)");
+        let title = format!("Joint {}", joint + 1);
+        panel.draw(drawing, &title, x_title, Some("angle (rad)"));
+        panel
+    }
+
     /// Px of a point.
     pub(crate) fn at(&self, x: f64, y: f64) -> (f64, f64) {
         let Rect { x: left, w, h, .. } = self.frame;

@@ -1,9 +1,12 @@
 //! Drawings as PNG: each shape as a browser would draw the SVG's element.
 
+use std::error::Error;
+
 use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash,
     Transform,
 };
+use ttf_parser::FaceParsingError;
 
 use super::drawing::{Drawing, Rect, Shape};
 use super::text::Fonts;
@@ -11,11 +14,25 @@ use super::text::Fonts;
 /// Pixels of the PNG per px of the drawing, for sharp screens and print.
 const SCALE: f32 = 2.0;
 
-/// The file; the error says what is wrong with the drawing.
-pub(super) fn png(drawing: &Drawing) -> Result<Vec<u8>, String> {
+/// Why a drawing has no pixels.
+#[derive(Debug, thiserror::Error)]
+pub enum RasterError {
+    /// Its width or height is zero, or too large.
+    #[error("no size")]
+    Size,
+    /// A font cannot be read.
+    #[error(transparent)]
+    Font(#[from] FaceParsingError),
+    /// The pixels cannot be compressed.
+    #[error(transparent)]
+    Encode(Box<dyn Error + Send + Sync>),
+}
+
+/// The file.
+pub(super) fn png(drawing: &Drawing) -> Result<Vec<u8>, RasterError> {
     let size = [drawing.width, drawing.height].map(|px| (px as f32 * SCALE).ceil() as u32);
     let mut page = Page {
-        pixels: Pixmap::new(size[0], size[1]).ok_or("no size")?,
+        pixels: Pixmap::new(size[0], size[1]).ok_or(RasterError::Size)?,
         fonts: Fonts::load()?,
         clip: None,
     };
@@ -23,7 +40,8 @@ pub(super) fn png(drawing: &Drawing) -> Result<Vec<u8>, String> {
         // What has no extent, such as a path without points, leaves no trace.
         let _ = page.draw(shape);
     }
-    page.pixels.encode_png().map_err(|error| error.to_string())
+    let file = page.pixels.encode_png();
+    file.map_err(|error| RasterError::Encode(error.into()))
 }
 
 /// Pixels being drawn.

@@ -6,7 +6,7 @@ use armbridge_log::summary::{JointSummary, SegmentSummary, segments};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Record, Sample};
 
-use super::axis::{Axis, Scale};
+use super::axis::Axis;
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::panel::{ALARM, GAP, MUTED, Panel};
 
@@ -69,11 +69,7 @@ impl<'a> Run<'a> {
     /// The time axis.
     pub(super) fn time_axis(&self) -> Axis {
         let [low, high] = self.window;
-        Axis {
-            scale: Scale::Linear,
-            low,
-            high,
-        }
+        Axis::linear(low, high)
     }
 
     /// The records that are shown.
@@ -120,7 +116,7 @@ impl<'a> Run<'a> {
         parts.collect()
     }
 
-    /// What the encoder says in rad; not a number where it said nothing.
+    /// Angle by the encoder in rad; NaN where its sample is missing.
     pub(super) fn measured_rad(&self, record: &Record, joint: usize) -> f64 {
         match record.samples[joint] {
             Sample::Counts(count) => self.facts.angle_rad(joint, count),

@@ -17,7 +17,7 @@ use super::welch::{self, Spectrum};
 /// Decades that are shown below the largest power.
 const DECADES: f64 = 8.0;
 
-/// A signal of each joint; it is told the tick before, too.
+/// A signal of each joint, from a tick and the one before.
 struct Signal {
     title: &'static str,
     axis_title: &'static str,
@@ -53,12 +53,7 @@ pub(super) fn draw(run: &Run) -> Drawing {
     let mut drawing = figure(860.0, "Power spectral density", run.facts);
     let rate_hz = 1e6 / f64::from(run.facts.period_us);
     for (row, signal) in SIGNALS.iter().enumerate() {
-        let frame = Rect {
-            x: 84.0,
-            y: 78.0 + 252.0 * row as f64,
-            w: 932.0,
-            h: 206.0,
-        };
+        let frame = Rect::row(78.0 + 252.0 * row as f64, 206.0);
         let spectra: Vec<_> = (0..JOINTS)
             .map(|joint| welch::spectrum(&pieces(run, signal, joint), rate_hz))
             .collect();

@@ -11,31 +11,30 @@ const FONTS: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
 /// The file.
 pub(super) fn svg(drawing: &Drawing) -> String {
-    let mut file = String::with_capacity(1 << 17);
-    // Writing to a string cannot fail.
-    let _ = write(&mut file, drawing);
-    file
+    let (width, height) = (drawing.width, drawing.height);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {width} {height}\" font-family=\"{FONTS}\">\n{}</svg>\n",
+        elements(drawing, "")
+    )
 }
 
-fn write(file: &mut String, drawing: &Drawing) -> Result {
-    let (width, height) = (drawing.width, drawing.height);
-    writeln!(
-        file,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {width} {height}\" font-family=\"{FONTS}\">"
-    )?;
+/// What is inside, a line each; names of clips begin with `name`.
+pub(super) fn elements(drawing: &Drawing, name: &str) -> String {
+    let mut lines = String::with_capacity(1 << 17);
     let mut clips = 0;
     for shape in &drawing.shapes {
         if matches!(shape, Shape::BeginClip(_)) {
             clips += 1;
         }
-        element(file, shape, clips)?;
+        // Writing to a string cannot fail.
+        let _ = element(&mut lines, shape, &format!("{name}c{clips}"));
     }
-    writeln!(file, "</svg>")
+    lines
 }
 
-/// A line of SVG; `clip` is the number of the latest clip.
-fn element(file: &mut String, shape: &Shape, clip: usize) -> Result {
+/// A line of SVG; `clip` is the name of the latest clip.
+fn element(file: &mut String, shape: &Shape, clip: &str) -> Result {
     match shape {
         Shape::Rect {
             area: Rect { x, y, w, h },
@@ -123,8 +122,8 @@ fn element(file: &mut String, shape: &Shape, clip: usize) -> Result {
         }
         Shape::BeginClip(Rect { x, y, w, h }) => writeln!(
             file,
-            "<clipPath id=\"c{clip}\"><rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" \
-             height=\"{h:.1}\"/></clipPath><g clip-path=\"url(#c{clip})\">"
+            "<clipPath id=\"{clip}\"><rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" \
+             height=\"{h:.1}\"/></clipPath><g clip-path=\"url(#{clip})\">"
         ),
         Shape::EndClip => writeln!(file, "</g>"),
     }

@@ -3,7 +3,7 @@
 
 use tiny_skia::{Path, PathBuilder, Transform};
 use ttf_parser::gpos::{PairAdjustment, PositioningSubtable};
-use ttf_parser::{Face, GlyphId, OutlineBuilder, Tag};
+use ttf_parser::{Face, FaceParsingError, GlyphId, OutlineBuilder, Tag};
 
 use super::drawing::{Anchor, Font};
 
@@ -14,11 +14,10 @@ pub(super) struct Fonts {
 }
 
 impl Fonts {
-    pub(super) fn load() -> Result<Self, String> {
-        let face = |file| Face::parse(file, 0).map_err(|error| error.to_string());
+    pub(super) fn load() -> Result<Self, FaceParsingError> {
         Ok(Self {
-            regular: face(notosans::REGULAR_TTF)?,
-            bold: face(notosans::BOLD_TTF)?,
+            regular: Face::parse(notosans::REGULAR_TTF, 0)?,
+            bold: Face::parse(notosans::BOLD_TTF, 0)?,
         })
     }
 

@@ -55,17 +55,13 @@ const QUANTITIES: [Quantity; 3] = [
         of: |r| enum_names::is_up(r.mode).then_some(r.timing.bus_us),
         us: 1.0,
         // The share of the period is what matters.
-        axis: |_, highest, period_us| Axis {
-            scale: Scale::Linear,
-            low: 0.0,
-            high: highest.max(period_us) * 1.06,
-        },
+        axis: |_, highest, period_us| Axis::linear(0.0, highest.max(period_us) * 1.06),
         within_period: true,
     },
     Quantity {
         title: "Estimator, controller and supervisor",
         axis_title: "compute time (µs)",
-        // Zero says that it was not measured.
+        // Zero: not measured.
         of: |r| Some(r.timing.compute_ns).filter(|&ns| ns > 0 && enum_names::is_up(r.mode)),
         us: 1e-3,
         axis: |lowest, highest, _| whole_decades(lowest, highest),

@@ -1,8 +1,8 @@
-//! `torque`: what the servos were told, and how near to their limits.
+//! `torque`: torque and PWM sent to the servos, and their limits.
 
 use armbridge_log::run_info::{PWM_MAX, PWM_OFF};
 
-use super::axis::{Axis, Scale};
+use super::axis::Axis;
 use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{JOINT, Key, LIMIT, Panel};
@@ -18,11 +18,7 @@ const OFF: Stroke = Stroke {
 pub(super) fn draw(run: &Run) -> Drawing {
     let facts = run.facts;
     let mut drawing = figure(640.0, "Joint torque and PWM", facts);
-    let pwm = Axis {
-        scale: Scale::Linear,
-        low: -0.05 * f64::from(PWM_MAX),
-        high: 1.05 * f64::from(PWM_MAX),
-    };
+    let pwm = Axis::linear(-0.05 * f64::from(PWM_MAX), 1.05 * f64::from(PWM_MAX));
     // Both joints on one scale, so that they can be compared.
     let torque = Axis::around(facts.torque_limits_nm.into_iter().flatten(), 0.05);
     let x = run.time_axis();

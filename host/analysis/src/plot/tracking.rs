@@ -7,7 +7,7 @@ use armbridge_log::summary::{JointSummary, SETTLED_RAD};
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Record;
 
-use super::axis::{Axis, Scale};
+use super::axis::Axis;
 use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{GAP, GOOD, JOINT, Key, Panel};
@@ -34,12 +34,7 @@ pub(super) fn draw(run: &Run) -> Drawing {
     let parts = run.parts();
     for joint in 0..JOINTS {
         let y = 78.0 + 384.0 * joint as f64;
-        let whole = Rect {
-            x: 84.0,
-            y,
-            w: 932.0,
-            h: 120.0,
-        };
+        let whole = Rect::row(y, 120.0);
         let enlarged = Rect {
             y: y + 158.0,
             h: 178.0,
@@ -63,12 +58,8 @@ pub(super) fn draw(run: &Run) -> Drawing {
         let panel = Panel {
             frame: enlarged,
             x,
-            y: Axis {
-                scale: Scale::Linear,
-                low: -most,
-                // Words are written above.
-                high: 1.3 * most,
-            },
+            // Words are written above.
+            y: Axis::linear(-most, 1.3 * most),
         };
         let last = joint + 1 == JOINTS;
         let x_title = last.then_some("time (s)");

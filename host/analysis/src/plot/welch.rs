@@ -3,7 +3,7 @@
 
 use realfft::RealFftPlanner;
 
-/// Longest stretch, in samples: 4 s at 1 kHz, which tells 0.24 Hz apart.
+/// Longest stretch, in samples: 4 s at 1 kHz, a resolution of 0.24 Hz.
 const LONGEST: usize = 4096;
 
 /// Shortest stretch, below which there is nothing to tell.

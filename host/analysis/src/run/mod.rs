@@ -64,7 +64,7 @@ pub struct Files {
 pub enum Verdict {
     /// As it should.
     Done,
-    /// Otherwise: the summary says how.
+    /// Otherwise: the summary has the reason.
     Failed,
     /// Ctrl-C ended it.
     Interrupted,
@@ -95,7 +95,7 @@ pub struct Finished {
 
 /// Why there is no run.
 #[derive(Debug, thiserror::Error)]
-pub enum PlayerError {
+pub enum RunError {
     /// No folder to write into.
     #[error(transparent)]
     Folder(#[from] RunFolderError),
@@ -105,12 +105,9 @@ pub enum PlayerError {
     /// No plots.
     #[error(transparent)]
     Plot(#[from] PlotError),
-    /// It never came to be.
-    #[error("{0}")]
-    Link(String),
-    /// Nor this way.
+    /// The link or the plan failed before the arm was armed.
     #[error(transparent)]
-    PlanRunner(#[from] PlanError),
+    Link(LinkError<PlanError>),
     /// Ctrl-C before the arm was armed.
     #[error("ended by ctrl-c before the arm was armed; nothing has moved")]
     Interrupted,
@@ -135,7 +132,7 @@ impl RunHost {
     ///
     /// # Errors
     /// If either cannot be.
-    pub fn new(task: RunSpec, base: Option<&Path>) -> Result<Self, PlayerError> {
+    pub fn new(task: RunSpec, base: Option<&Path>) -> Result<Self, RunError> {
         let folder = RunFolder::create(base, &task.facts.name)?;
         Self::in_folder(task, folder)
     }
@@ -144,7 +141,7 @@ impl RunHost {
     ///
     /// # Errors
     /// If there can be none.
-    pub fn in_folder(task: RunSpec, folder: RunFolder) -> Result<Self, PlayerError> {
+    pub fn in_folder(task: RunSpec, folder: RunFolder) -> Result<Self, RunError> {
         let RunSpec {
             plan,
             facts,
@@ -176,7 +173,7 @@ impl RunHost {
         })
     }
 
-    /// What hears the link for the log.
+    /// The tap by which the link is logged.
     pub fn tap(&self) -> Box<dyn Tap> {
         self.recorder.tap()
     }
@@ -186,7 +183,7 @@ impl RunHost {
         self.runner.interactions()
     }
 
-    /// What the progress bar says.
+    /// Text beside the progress bar.
     fn doing(&self, now_us: u64, now_s: f64) -> String {
         let left_s = (self.duration_s - now_s).max(0.0);
         match self.runner.doing(now_us) {
@@ -206,7 +203,7 @@ impl RunHost {
     ///
     /// # Errors
     /// If there was no run, or its plots cannot be written.
-    pub fn finish(self, result: Result<(), LinkError<PlanError>>) -> Result<Finished, PlayerError> {
+    pub fn finish(self, result: Result<(), LinkError<PlanError>>) -> Result<Finished, RunError> {
         let wall: Duration = self.begun.elapsed();
         let Self {
             runner,
@@ -225,11 +222,7 @@ impl RunHost {
                 drop(recorder);
                 // Nothing in it is worth keeping.
                 let _ = std::fs::remove_dir_all(folder.path());
-                return Err(match result {
-                    Ok(()) => PlayerError::Interrupted,
-                    Err(LinkError::Link(error)) => PlayerError::Link(error.to_string()),
-                    Err(LinkError::Host(error)) => error.into(),
-                });
+                return Err(result.err().map_or(RunError::Interrupted, RunError::Link));
             }
             Ok(()) => None,
             Err(error) => Some(error.to_string()),
@@ -243,7 +236,7 @@ impl RunHost {
         let is_success =
             failure.is_none() && ending.is_some_and(|end| success.iter().any(|s| s.is(end)));
         let ended = failure.or_else(|| match ending {
-            // Faults are told in more detail.
+            // Faults are described in more detail elsewhere.
             Some(Ending::Time | Ending::Fault(_)) | None => None,
             Some(end @ (Ending::Angle { .. } | Ending::Error { .. } | Ending::Interrupted)) => {
                 Some(end.in_words())

@@ -130,7 +130,7 @@ mod tests {
         assert!(even && thinned.records[0].tick == 0);
     }
 
-    /// Whatever the bench says first.
+    /// The bench's first record.
     fn one_record() -> Record {
         use armbridge_sim::link::{BoardUri, Options, drive};
         use armbridge_sim::plant::{Plant, PlantConfig};

@@ -19,7 +19,7 @@ use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, Success};
 use crate::plan_runner::plan::{Begin, Change, Plan, Stop};
 
-/// Where the arm is held at first, in rad, unless the scenario says otherwise.
+/// Where the arm is held at first, in rad, unless the scenario has another.
 pub(super) const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
 /// Largest initial angle: inside the board's angle limit.
 const INITIAL_MAX_RAD: f64 = 1.4;
@@ -103,11 +103,11 @@ fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), 
             let known = ends.chain(enum_names::FAULTS.map(enum_names::fault));
             let meant = params::nearest(name, known)
                 .map_or_else(String::new, |known| format!(" Is it `{known}`?"));
-            let what = format!(
+            let message = format!(
                 "no run ends by `{name}`.{meant} Expected time, angle, error, fault or a fault's \
                  own name"
             );
-            Wrong::new(place.nth(number), what)
+            Wrong::new(place.nth(number), message)
         })
     });
     Ok((stop, success.collect::<Result<_, _>>()?))
@@ -121,15 +121,16 @@ fn bench(
     let place = Place::top("bench");
     let initial_rad = keys.initial_rad.unwrap_or(INITIAL_RAD);
     if !initial_rad.iter().all(|q| q.abs() <= INITIAL_MAX_RAD) {
-        let what = format!("expected two angles from -{INITIAL_MAX_RAD} to {INITIAL_MAX_RAD} rad");
-        return Err(Wrong::new(place.at("initial_rad"), what));
+        let message =
+            format!("expected two angles from -{INITIAL_MAX_RAD} to {INITIAL_MAX_RAD} rad");
+        return Err(Wrong::new(place.at("initial_rad"), message));
     }
     let initial_rad = overrides.initial_rad.unwrap_or(initial_rad);
     let mut plant = match (overrides.plant, &keys.plant_file, &keys.plant) {
         (Some(file), ..) => file.config(initial_rad),
         (None, Some(_), Some(_)) => {
-            let what = "a scenario has one arm: `plant_file` or `[bench.plant]`";
-            return Err(Wrong::new(place.at("plant_file"), what));
+            let message = "a scenario has one arm: `plant_file` or `[bench.plant]`";
+            return Err(Wrong::new(place.at("plant_file"), message));
         }
         (None, Some(name), None) => {
             let path = folder.map_or_else(|| name.into(), |folder| folder.join(name));
@@ -179,8 +180,8 @@ fn pushes(keys: &BenchKeys, end_us: u64) -> Result<Vec<Push>, Wrong> {
             return Err(Wrong::new(place.at("joint"), "expected joint 1 or 2"));
         }
         if key.torque_nm.is_nan() || key.torque_nm.abs() > PUSH_MAX_NM {
-            let what = format!("expected a torque from -{PUSH_MAX_NM} to {PUSH_MAX_NM} N m");
-            return Err(Wrong::new(place.at("torque_nm"), what));
+            let message = format!("expected a torque from -{PUSH_MAX_NM} to {PUSH_MAX_NM} N m");
+            return Err(Wrong::new(place.at("torque_nm"), message));
         }
         let duration_us = microseconds(&place.at("duration_s"), key.duration_s)?;
         let at_us = microseconds(&place.at("at_s"), key.at_s)?;

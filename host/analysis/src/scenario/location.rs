@@ -50,14 +50,14 @@ impl Place {
 #[derive(Clone, Debug)]
 pub(super) struct Wrong {
     pub(super) place: Place,
-    pub(super) what: String,
+    pub(super) message: String,
 }
 
 impl Wrong {
-    pub(super) fn new(place: Place, what: impl fmt::Display) -> Self {
+    pub(super) fn new(place: Place, message: impl fmt::Display) -> Self {
         Self {
             place,
-            what: what.to_string(),
+            message: message.to_string(),
         }
     }
 }
@@ -79,14 +79,14 @@ impl Text<'_> {
     }
 
     /// The same mistake, with line and column.
-    pub(super) fn wrong(&self, Wrong { place, what }: Wrong) -> DocumentError {
-        self.mistake(self.find(&place).unwrap_or_default().start, what)
+    pub(super) fn wrong(&self, Wrong { place, message }: Wrong) -> DocumentError {
+        self.mistake(self.find(&place).unwrap_or_default().start, message)
     }
 
-    fn mistake(&self, byte: usize, what: String) -> DocumentError {
+    fn mistake(&self, byte: usize, message: String) -> DocumentError {
         DocumentError::Wrong {
             place: toml_file::Place::of(self.file, self.text, byte),
-            what,
+            what: message,
         }
     }
 
@@ -130,7 +130,7 @@ impl Text<'_> {
     }
 }
 
-/// What the parser says, in words of ours: an unknown key with the one that may have
+/// The parser's message, reworded: an unknown key with the one that may have
 /// been meant.
 fn in_words(message: &str) -> String {
     let message = message.replace('\n', ", ");

@@ -47,10 +47,10 @@
 //! ```
 //!
 //! Times count in s from when the arm is armed. Arm and calibration are the board's
-//! own, whatever `control` says; in the end its settings are as they were. `[bench]` is
+//! own, whatever `control` is; in the end its settings are as they were. `[bench]` is
 //! for the virtual arm; a real one is not pushed.
 //!
-//! Every mistake is told with file, line and column, and so is everything that a board
+//! Every mistake is reported with file, line and column, and so is everything that a board
 //! would refuse and can be known before: motions are planned by the board's planner,
 //! gains judged by the board's code.
 
@@ -98,7 +98,7 @@ pub struct Scenario {
     pub about: String,
     /// What is done.
     pub plan: Plan,
-    /// How a board works meanwhile that begins with what was said of it, or the defaults.
+    /// Settings in force meanwhile, on a board that begins with the given ones or the defaults.
     pub settings: Settings,
     /// The virtual arm.
     pub bench: BenchSpec,
@@ -126,7 +126,7 @@ impl BenchSpec {
     }
 }
 
-/// What the command line says otherwise.
+/// What the command line overrides.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
     /// Control that the board's settings start from.
@@ -139,7 +139,7 @@ pub struct Overrides {
     pub seed: Option<u64>,
     /// Where the bench's arm is at first.
     pub initial_rad: Option<[f64; JOINTS]>,
-    /// The bench's arm, whatever the scenario says of it.
+    /// The bench's arm, in place of the scenario's.
     pub plant: Option<PlantFile>,
     /// Whether the bench's arm has dry friction.
     pub friction: Option<bool>,

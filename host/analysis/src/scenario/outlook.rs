@@ -2,9 +2,9 @@
 //! to be, where it may be, and how fast.
 //!
 //! Where a controller follows a reference, that is computed by the board's own planner.
-//! Where a motor is driven blindly, in an experiment, nobody knows where the arm goes;
-//! but the board ends the experiment when it leaves the envelope. Before its first step
-//! the arm is wherever somebody holds it.
+//! Where a motor is driven open-loop, in an experiment, the arm's way is not known; but the
+//! board ends the experiment when it leaves the envelope. Before its first step the arm is
+//! wherever it is held.
 
 use std::ops::Range;
 
@@ -24,8 +24,8 @@ const POINTS: f64 = 4_000.0;
 /// No closer together than this, in s.
 const CLOSEST_S: f64 = 2e-3;
 
-/// Seconds since the run began, and what is asked of a joint then, in rad; not a number
-/// where nothing is, or nobody knows what.
+/// Seconds since the run began, and what is asked of a joint then, in rad; NaN where
+/// nothing is asked or known.
 pub type Asked = (f64, f64);
 
 /// What is to come.

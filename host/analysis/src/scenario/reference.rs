@@ -92,7 +92,7 @@ impl Course {
         (reference.dq == nalgebra::Vector2::zeros()).then(|| reference.q.into())
     }
 
-    /// Follows what a step says, if the board would.
+    /// Follows a step, if the board would.
     pub(super) fn take(
         &mut self,
         step: &Step,
@@ -163,9 +163,9 @@ impl Course {
             pushed.map_err(|error| wrong_point(&place.nth(number), &error))?;
             stream.advance(now_us);
             if stream.skipped() > 0 {
-                let what = "the first point comes too soon after the step: the arm cannot be \
+                let message = "the first point comes too soon after the step: the arm cannot be \
                             there by then; give it a larger `after_s`";
-                return Err(Wrong::new(place.nth(0).at("after_s"), what));
+                return Err(Wrong::new(place.nth(0).at("after_s"), message));
             }
         }
         self.way = Way::Streamed(end.angle_rad);
@@ -181,18 +181,18 @@ impl Course {
         };
         let beyond = (end.iter().zip(limits.angle_rad)).position(|(q, limit)| q.abs() >= limit);
         beyond.map_or(Ok(()), |joint| {
-            let what = format!(
+            let message = format!(
                 "joint {} would be at {} rad, beyond its `limits.angle_rad` of {} rad",
                 joint + 1,
                 end[joint],
                 limits.angle_rad[joint]
             );
-            Err(Wrong::new(place.clone(), what))
+            Err(Wrong::new(place.clone(), message))
         })
     }
 }
 
-/// Whether the board would begin this experiment. Where nobody knows where the arm rests
+/// Whether the board would begin this experiment. Where the arm's rest is not known
 /// then, it is asked for the middle of the envelope, and where joints may swing to is left
 /// to the board.
 fn permitted(settings: &Settings, plan: &Experiment, rest: Option<Pair>) -> Result<(), Objection> {
@@ -218,7 +218,7 @@ fn unit(quantity: Quantity) -> &'static str {
 }
 
 fn wrong(place: &Place, error: &Error<f32>) -> Wrong {
-    let (place, what) = match error {
+    let (place, message) = match error {
         Error::NotFinite(_) | Error::NoRoom(_) => {
             (place.clone(), "a number in it is not finite".into())
         }
@@ -256,7 +256,7 @@ fn wrong(place: &Place, error: &Error<f32>) -> Wrong {
             format!("no duration is long enough: {}", beyond(peak)),
         ),
     };
-    Wrong { place, what }
+    Wrong { place, message }
 }
 
 fn beyond(peak: &Peak<f32>) -> String {
@@ -271,7 +271,7 @@ fn beyond(peak: &Peak<f32>) -> String {
 }
 
 fn wrong_point(place: &Place, error: &stream::Error<f32>) -> Wrong {
-    let (place, what) = match error {
+    let (place, message) = match error {
         stream::Error::NotFinite => (place.clone(), "a number in it is not finite".into()),
         stream::Error::Late => (
             place.at("after_s"),
@@ -296,5 +296,5 @@ fn wrong_point(place: &Place, error: &stream::Error<f32>) -> Wrong {
             ),
         ),
     };
-    Wrong { place, what }
+    Wrong { place, message }
 }

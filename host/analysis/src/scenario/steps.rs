@@ -35,11 +35,11 @@ pub(super) fn microseconds(place: &Place, seconds: f64) -> Result<u64, Wrong> {
     if (0.0..=MOST_S).contains(&seconds) {
         return Ok((seconds * 1e6).round() as u64);
     }
-    let what = format!("expected a time from 0 to {MOST_S} s, not {seconds}");
-    Err(Wrong::new(place.clone(), what))
+    let message = format!("expected a time from 0 to {MOST_S} s, not {seconds}");
+    Err(Wrong::new(place.clone(), message))
 }
 
-/// All times from `at_us` on, `every_s` apart if that is said, until the run ends.
+/// All times from `at_us` on, `every_s` apart if given, until the run ends.
 pub(super) fn times(
     place: &Place,
     at_us: u64,
@@ -48,11 +48,11 @@ pub(super) fn times(
 ) -> Result<Vec<u64>, Wrong> {
     let at = place.at("at_s");
     if at_us >= end_us {
-        let what = format!(
+        let message = format!(
             "this is after the end: the run is over after {} s (`after_s` in `[stop]`)",
             end_us as f64 * 1e-6
         );
-        return Err(Wrong::new(at, what));
+        return Err(Wrong::new(at, message));
     }
     let Some(every_s) = every_s else {
         return Ok(vec![at_us]);
@@ -63,8 +63,8 @@ pub(super) fn times(
         return Err(Wrong::new(every, "expected 0.001 s or more"));
     }
     if (end_us - at_us) / every_us > STEPS_MAX as u64 {
-        let what = format!("so often is more than {STEPS_MAX} times");
-        return Err(Wrong::new(every, what));
+        let message = format!("so often is more than {STEPS_MAX} times");
+        return Err(Wrong::new(every, message));
     }
     Ok((at_us..end_us).step_by(every_us as usize).collect())
 }
@@ -83,8 +83,8 @@ pub(super) fn steps(
         let place = Place::top("step").nth(number);
         let at_us = microseconds(&place.at("at_s"), key.at_s)?;
         if at_us < before_us {
-            let what = "steps are in order of time, and this is before the one above it";
-            return Err(Wrong::new(place.at("at_s"), what));
+            let message = "steps are in order of time, and this is before the one above it";
+            return Err(Wrong::new(place.at("at_s"), message));
         }
         before_us = at_us;
         let (act, at) = key.act(&place)?;
@@ -101,8 +101,8 @@ pub(super) fn steps(
             });
         }
         if planned.len() > STEPS_MAX {
-            let what = format!("with all repetitions, these are more than {STEPS_MAX} steps");
-            return Err(Wrong::new(place, what));
+            let message = format!("with all repetitions, these are more than {STEPS_MAX} steps");
+            return Err(Wrong::new(place, message));
         }
     }
     planned.sort_by_key(|planned| planned.step.at_us);
@@ -118,10 +118,10 @@ fn rehearse(planned: &[Planned], settings: &Settings, initial_rad: Pair) -> Resu
         idle_since_s: None,
     };
     planned.iter().try_for_each(|planned| {
-        rehearsal.take(planned).map_err(|Wrong { place, what }| {
+        rehearsal.take(planned).map_err(|Wrong { place, message }| {
             let at_s = planned.step.at_us as f64 * 1e-6;
-            let what = format!("step {} at {at_s} s: {what}", planned.number);
-            Wrong { place, what }
+            let message = format!("step {} at {at_s} s: {message}", planned.number);
+            Wrong { place, message }
         })
     })
 }
@@ -152,11 +152,11 @@ impl Rehearsal {
             }
             Act::Tell(_) | Act::Stream(_) => {
                 if let Some(since_s) = self.idle_since_s {
-                    let what = format!(
+                    let message = format!(
                         "the arm is idle since the step at {since_s} s; put a step with \
                          `arm = true` before this one"
                     );
-                    return Err(Wrong::new(place.clone(), what));
+                    return Err(Wrong::new(place.clone(), message));
                 }
                 self.course.take(step, &self.settings, act)?;
                 self.course.check_limits(&self.settings.limits, act)?;
@@ -193,9 +193,9 @@ impl StepKeys {
             })?,
             given.next(),
         ) else {
-            let what = "a step does one thing; put the second into a step of its own, with the \
+            let message = "a step does one thing; put the second into a step of its own, with the \
                         same `at_s`";
-            return Err(Wrong::new(place.clone(), what));
+            return Err(Wrong::new(place.clone(), message));
         };
         let at = place.at(name);
         let act = self.command(&at)?;
@@ -268,25 +268,25 @@ fn within(at: &Place, values: [f32; JOINTS], most: f32, unit: &str) -> Result<()
         .iter()
         .position(|value| value.is_nan() || value.abs() > most);
     beyond.map_or(Ok(()), |joint| {
-        let what = format!(
+        let message = format!(
             "{} {unit} for joint {} is more than the board takes: from -{most} to {most}",
             values[joint],
             joint + 1
         );
-        Err(Wrong::new(at.nth(joint), what))
+        Err(Wrong::new(at.nth(joint), message))
     })
 }
 
 fn waypoints(at: &Place, keys: &[ViaKeys]) -> Result<Motion, Wrong> {
     let mut vias = [None; WAYPOINTS_MAX];
     if keys.len() > WAYPOINTS_MAX {
-        let what = format!("at most {WAYPOINTS_MAX} waypoints; go on in another step");
-        return Err(Wrong::new(at.nth(WAYPOINTS_MAX), what));
+        let message = format!("at most {WAYPOINTS_MAX} waypoints; go on in another step");
+        return Err(Wrong::new(at.nth(WAYPOINTS_MAX), message));
     }
     for (number, (via, key)) in vias.iter_mut().zip(keys).enumerate() {
         if key.speed_rad_s.is_some() {
-            let what = "waypoints are passed as smoothly as can be; speeds are for `stream`";
-            return Err(Wrong::new(at.nth(number).at("speed_rad_s"), what));
+            let message = "waypoints are passed as smoothly as can be; speeds are for `stream`";
+            return Err(Wrong::new(at.nth(number).at("speed_rad_s"), message));
         }
         *via = Some(Via {
             at_s: key.after_s as f32,
@@ -311,8 +311,8 @@ fn change_under_torque(at: &Place, table: &Table) -> Result<Change, Wrong> {
     let set = pairs(table);
     let is_fixed = |key: &str| key.starts_with("limits.") || key == "setup.period_us";
     if let Some((key, _)) = set.iter().find(|(key, _)| is_fixed(key)) {
-        let what = "this can only be set while the arm is idle: put it into `[set]`";
-        return Err(Wrong::new(at.key(key), what));
+        let message = "this can only be set while the arm is idle: put it into `[set]`";
+        return Err(Wrong::new(at.key(key), message));
     }
     Ok(Change {
         base: Base::Board,

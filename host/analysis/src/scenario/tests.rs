@@ -141,23 +141,23 @@ fn so_do_mistakes_in_experiments() {
     }
 }
 
-/// What is said of this end of a file: where, with these words, on one line.
+/// The mistake in this end of a file: its place and message, on one line.
 #[track_caller]
 fn assert_mistake(tail: &str, at: &str, words: &str) {
-    let said = mistake(&format!("{HEAD}{tail}"));
+    let text = mistake(&format!("{HEAD}{tail}"));
     let place = format!("mine.toml:{at}: ");
-    assert!(said.starts_with(&place), "{tail}\n{said}");
-    let is_said = said.to_lowercase().contains(&words.to_lowercase());
-    assert!(is_said, "{tail}\nno {words:?} in {said}");
-    assert!(!said.contains('\n'), "{said}");
+    assert!(text.starts_with(&place), "{tail}\n{text}");
+    let is_said = text.to_lowercase().contains(&words.to_lowercase());
+    assert!(is_said, "{tail}\nno {words:?} in {text}");
+    assert!(!text.contains('\n'), "{text}");
 }
 
 #[test]
 fn gains_that_let_the_arm_fall_are_found_before_it_does() {
     let weak =
         "[set]\ncontroller.kind = \"gain\"\ncontroller.gain = [0.3, 0, 0.1, 0, 0, 0.3, 0, 0.1]";
-    let said = mistake(&format!("{HEAD}{weak}"));
-    assert!(said.contains("eigenvalue"), "{said}");
+    let text = mistake(&format!("{HEAD}{weak}"));
+    assert!(text.contains("eigenvalue"), "{text}");
 }
 
 #[test]

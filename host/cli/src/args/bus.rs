@@ -12,7 +12,7 @@ pub(crate) struct BusArgs {
     /// serial device such as /dev/ttyUSB0, `tcp://HOST:PORT` or `pty:///dev/pts/3`.
     #[arg(long, global = true, visible_alias = "link", value_name = "URI")]
     pub(crate) port: Option<Port>,
-    /// How long an answer may take beyond its time on the wire, in ms.
+    /// Time-out of a reply beyond its time on the wire, in ms.
     #[arg(long, global = true, value_name = "MS", default_value = "20", value_parser = patience)]
     pub(crate) patience: Duration,
 }
@@ -27,7 +27,7 @@ fn patience(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// Rates from the slowest that a servo's register can say to the fastest.
+/// Rates from the slowest that a servo's register can hold to the fastest.
 pub(crate) fn baud(text: &str) -> Result<u32, String> {
     match text.trim().parse() {
         Ok(baud) if (7_843..=2_000_000).contains(&baud) => Ok(baud),

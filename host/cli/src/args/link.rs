@@ -7,22 +7,22 @@ use clap::{Args, ValueEnum};
 
 use super::{ArmArgs, VirtualServoArgs};
 
-/// Where the board is.
+/// The link to the board.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct LinkArgs {
     /// Link to the board: usb:, serial:, `serial:///dev/ttyACM0`, tcp://HOST:PORT, pty:,
-    /// sim: for the bench or emulate: for the emulator
+    /// sim: for the simulation or emulate: for the emulator
     /// [default: `ARMBRIDGE_LINK`, or link in armbridge.toml, or sim:].
     #[arg(long, value_name = "URI")]
     pub(crate) link: Option<BoardUri>,
 }
 
-/// Which board, and whether a log is written.
+/// The link to the board, its log, and the simulated arm.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct SessionArgs {
     #[command(flatten)]
     pub(crate) link: LinkArgs,
-    /// Write everything that is said on the link to this file, as MCAP.
+    /// Record the link's traffic in this file, as MCAP.
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// The arm of `sim:` and `emulate:`.
@@ -32,12 +32,12 @@ pub(crate) struct SessionArgs {
     pub(crate) servos: VirtualServoArgs,
 }
 
-/// How fast virtual time goes.
+/// Pace of virtual time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PaceName {
-    /// As fast as it can be computed.
+    /// As fast as possible.
     Free,
-    /// As the wall clock goes.
+    /// In step with the wall clock.
     Real,
 }
 

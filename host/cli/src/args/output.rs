@@ -1,13 +1,13 @@
-//! What is written and shown of a run.
+//! Output of a run: its folder, and what is printed.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-/// What is written and shown of a run.
+/// Output of a run: its folder, and what is printed.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct OutputArgs {
-    /// Folder in which the run folder is made.
+    /// Folder in which the run's own folder is created.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// No progress bar, no table.

@@ -13,17 +13,17 @@ use super::values::angles;
 /// The virtual arm.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ArmArgs {
-    /// Seed of the encoders' noise.
+    /// Seed of the encoder noise.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Joint angles in rad at which the arm is held until torque comes on
-    /// [default: 0.3,-0.25, unless the plant file says where].
+    /// [default: 0.3,-0.25, or as the plant file sets them].
     #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
     pub(crate) initial: Option<[f64; 2]>,
-    /// The virtual arm, as host/plants/default.toml describes it.
+    /// File that describes the virtual arm, such as host/plants/default.toml.
     #[arg(long, value_name = "FILE")]
     pub(crate) plant: Option<PathBuf>,
-    /// Take dry friction off the virtual arm.
+    /// Simulate the arm without dry friction.
     #[arg(long)]
     pub(crate) no_friction: bool,
 }
@@ -31,7 +31,7 @@ pub(crate) struct ArmArgs {
 /// The virtual servos that move the arm.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct VirtualServoArgs {
-    /// What runs on the two servos: morpheus or stock, or one each, as
+    /// Firmware of the two servos: morpheus, stock, or one for each, as in
     /// stock,morpheus [default: morpheus].
     #[arg(
         long,
@@ -40,7 +40,7 @@ pub(crate) struct VirtualServoArgs {
         value_parser = servo_kind::firmware,
     )]
     firmware: Vec<Firmware>,
-    /// Baud rate that is stored in the servos [default: 1000000].
+    /// Baud rate stored in the servos [default: 1000000].
     #[arg(long, value_name = "BAUD")]
     servo_baud: Option<u32>,
 }
@@ -59,8 +59,8 @@ impl VirtualServoArgs {
             .collect()
     }
 
-    /// The same if anything is asked for.
-    pub(crate) fn asked(&self) -> Result<Option<Vec<ServoKind>>, KindError> {
+    /// The servos, if one of the options is given.
+    pub(crate) fn requested(&self) -> Result<Option<Vec<ServoKind>>, KindError> {
         if self.firmware.is_empty() && self.servo_baud.is_none() {
             return Ok(None);
         }

@@ -1,4 +1,4 @@
-//! What commands have in common that do one thing on a link.
+//! Arguments of commands that do one thing on a link.
 
 use std::path::PathBuf;
 
@@ -6,16 +6,16 @@ use clap::Args;
 
 use super::LinkArgs;
 
-/// What does one thing on a link.
+/// The link of a command that does one thing on it.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct TaskArgs {
     #[command(flatten)]
     pub(crate) link: LinkArgs,
-    /// Write everything that is said on the link as MCAP: to this file if its name
-    /// ends in .mcap, otherwise to a folder of its own in this folder.
+    /// Record the link's traffic as MCAP: in this file if its name ends in .mcap,
+    /// otherwise in a new folder inside this one.
     #[arg(long, value_name = "FILE|DIR")]
     pub(crate) record: Option<PathBuf>,
-    /// Print one JSON object instead of words.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     pub(crate) json: bool,
 }

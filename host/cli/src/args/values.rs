@@ -33,7 +33,7 @@ pub(crate) fn angles(text: &str) -> Result<[f64; 2], String> {
         })
 }
 
-/// So many numbers with commas between.
+/// `N` numbers with commas between.
 pub(crate) fn numbers<T: std::str::FromStr + Copy, const N: usize>(text: &str) -> Option<[T; N]> {
     let numbers: Result<Vec<T>, _> = text.split(',').map(|x| x.trim().parse()).collect();
     numbers.ok()?.try_into().ok()

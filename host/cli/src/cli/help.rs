@@ -1,10 +1,10 @@
-//! The help of the program itself: its commands, by what one wants to do.
+//! The help of the program itself: its commands, grouped by purpose.
 
 use std::fmt::Write;
 
 use clap::Command;
 
-/// What one wants to do, and the commands for it.
+/// Purposes, each with its commands.
 const GROUPS: [(&str, &[&str]); 7] = [
     ("Run", &["run", "watch", "foxglove"]),
     (
@@ -65,10 +65,11 @@ fn write_help(out: &mut String, command: &Command) -> std::fmt::Result {
     )?;
     write!(
         out,
-        "\nOptions:\n  -h, --help      Print this, or after a command what it does, its options and \
-         examples\n  -V, --version   Print the version\n\n\
+        "\nOptions:\n  \
+         -h, --help      Print this, or after a command its purpose, options and examples\n  \
+         -V, --version   Print the version\n\n\
          Commands for a board take --link, such as serial:, tcp://HOST:PORT, sim: or\n\
-         emulate:; `armbridge config` says which one is taken otherwise.\n"
+         emulate:; `armbridge config` shows the default.\n"
     )
 }
 
@@ -128,12 +129,12 @@ mod tests {
     }
 
     #[test]
-    fn every_command_says_what_it_does_with_an_example() {
+    fn every_command_has_a_description_and_an_example() {
         walk(&built(), "armbridge", &mut |path, command| {
             let about = command.get_about().map(ToString::to_string);
             let about = about.unwrap_or_default();
-            assert!(about.len() > 10, "{path} says nothing of itself");
-            assert!(about.chars().count() <= 80, "{path} says too much: {about}");
+            assert!(about.len() > 10, "{path} has no description");
+            assert!(about.chars().count() <= 80, "{path} is too long: {about}");
             // A command of commands has its examples; they have their own or none.
             let top = path.split(' ').count() == 2;
             let after = command.get_after_long_help().or(command.get_after_help());
@@ -144,13 +145,13 @@ mod tests {
     }
 
     #[test]
-    fn every_option_says_what_it_is() {
+    fn every_option_has_a_description() {
         let check = |path: &str, command: &Command| {
             let ours = |arg: &&Arg| !["help", "version"].contains(&arg.get_id().as_str());
             for arg in command.get_arguments().filter(ours) {
-                let said = arg.get_long_help().or(arg.get_help());
-                let said = said.map(ToString::to_string).unwrap_or_default();
-                assert!(said.len() > 5, "{path} {arg} says nothing of itself");
+                let text = arg.get_long_help().or(arg.get_help());
+                let text = text.map(ToString::to_string).unwrap_or_default();
+                assert!(text.len() > 5, "{path} {arg} has no description");
             }
         };
         check("armbridge", &built());

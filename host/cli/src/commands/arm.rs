@@ -1,4 +1,4 @@
-//! `armbridge arm`: ready to move, and held so.
+//! `armbridge arm`: armed with zero torque, until ctrl-c.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -11,6 +11,7 @@ use serde_json::json;
 
 use super::{Outcome, task};
 use crate::args::TaskArgs;
+use crate::args::values::duration;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -18,20 +19,20 @@ Examples:
   armbridge arm --for 5                   the simulated board, for 5 s
   armbridge arm --link usb: --record run.mcap
 
-Armed means ready to move, with zero torque. The program stays: a board whose host
-falls silent switches off by itself. Ctrl-C disarms first, then ends. Exit code 1:
-the board switched torque off, was reset, or the link broke meanwhile.";
+Armed means ready to move, with zero torque. The program keeps running: a board whose
+host falls silent switches the motors off. Ctrl-C disarms, then ends. Exit code 1: the
+board switched torque off, was reset, or the link broke.";
 
 /// Arm and stay.
 #[derive(Args, Debug)]
 pub(crate) struct ArmedArgs {
     #[command(flatten)]
     pub(crate) task: TaskArgs,
-    /// Disarm and end after so many s, instead of on ctrl-c.
+    /// Disarm and end after this many seconds instead of on ctrl-c.
     #[arg(long = "for", value_name = "S", value_parser = seconds)]
     pub(crate) lasts: Option<Duration>,
-    /// Set stock servos to wheel mode and a short return delay, where they are not;
-    /// both are kept in their EEPROM.
+    /// Set stock servos to wheel mode and a short return delay if necessary; both are
+    /// kept in their EEPROM.
     #[arg(long)]
     pub(crate) prepare: bool,
     /// No status line.
@@ -40,10 +41,7 @@ pub(crate) struct ArmedArgs {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    match text.parse() {
-        Ok(seconds) if (0.1..=86_400.0).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
-        _ => Err("expected seconds from 0.1 to 86400".into()),
-    }
+    duration(text).map(Duration::from_secs_f64)
 }
 
 pub(crate) fn run(args: &ArmedArgs) -> Outcome {

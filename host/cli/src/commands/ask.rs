@@ -1,4 +1,4 @@
-//! A question to whoever is at the keyboard, or to the lines of a script.
+//! A question that the user, or a line of a script, answers with `yes`.
 
 use std::io::BufRead;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -19,7 +19,7 @@ pub(super) fn is_agreed(question: &str) -> bool {
     std::thread::spawn(move || {
         let mut line = String::new();
         let read = std::io::stdin().lock().read_line(&mut line);
-        // Nobody may be left to hear it.
+        // After ctrl-c nothing receives it.
         let _ = sender.send(read.map(|_| line));
     });
     loop {

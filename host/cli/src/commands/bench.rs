@@ -1,4 +1,4 @@
-//! `armbridge bench`: any set-up, on any virtual arm, for many seeds.
+//! `armbridge bench`: trials of any set-up on any virtual arm, for many seeds.
 
 mod setup;
 
@@ -34,43 +34,44 @@ Examples:
   armbridge bench --plant host/plants/dead-zone.toml --disturb 1,0.2,3,0.05 --loss 0.2
 
 Unspecified options use the recommended settings: the LQR, the Kalman filter, and
-0.04 N m against friction. Figures are the true arm's, of the worse joint.";
+0.04 N m against friction. Results are of the true arm's worse joint.";
 
 /// Trials on the bench.
 #[derive(Args, Debug)]
 pub(crate) struct BenchArgs {
-    /// The best set-up there is, which is what is taken anyway.
+    /// Use the recommended settings, which are the default.
     #[arg(long, conflicts_with_all = ["controller", "estimator", "friction"])]
     pub(crate) best: bool,
     #[command(flatten)]
     pub(crate) control: ControlArgs,
     #[command(flatten)]
     pub(crate) estimate: EstimateArgs,
-    /// Torque fed forward against dry friction, in N m [default: 0.04,0.04].
+    /// Feed-forward torque against dry friction, in N m [default: 0.04,0.04].
     #[arg(long, value_name = "NM,NM", value_parser = weights::<2>)]
     pub(crate) friction: Option<[f32; JOINTS]>,
     /// Tick period in µs.
     #[arg(long, value_name = "US", default_value_t = 1_000, value_parser = period)]
     pub(crate) period_us: u32,
-    /// The virtual arm, as host/plants/default.toml describes it.
+    /// File that describes the virtual arm, such as host/plants/default.toml.
     #[arg(long, value_name = "FILE")]
     pub(crate) plant: Option<PathBuf>,
-    /// upright, hold:Q1,Q2, step:Q1,Q2, min-jerk:Q1,Q2[,S], sine:A1,A2,HZ or
+    /// Reference: upright, hold:Q1,Q2, step:Q1,Q2, min-jerk:Q1,Q2[,S], sine:A1,A2,HZ or
     /// chirp:A1,A2,HZ,HZ; in rad. Motions begin upright, after 2 s.
     #[arg(long, value_name = "WHAT", default_value = "upright")]
     pub(crate) reference: Maneuver,
     /// Joint angles in rad at which the arm is held until torque comes on
-    /// [default: 0.49,-0.3, unless the plant file says where].
+    /// [default: 0.49,-0.3, or as the plant file sets them].
     #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
     pub(crate) initial: Option<[f64; JOINTS]>,
-    /// Push joint 1 or 2 by so much, from then on, for so long; may be repeated.
+    /// Push joint 1 or 2 with this torque, from this time on, for this duration; may be
+    /// repeated.
     #[arg(long, value_name = "JOINT,NM,START_S,DURATION_S", value_parser = push,
           allow_hyphen_values = true)]
     pub(crate) disturb: Vec<Push>,
-    /// Share of the servos' replies that is damaged at random, 0 to 1.
+    /// Fraction of the servos' replies that is damaged at random, 0 to 1.
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]
     pub(crate) loss: f64,
-    /// Seeds of everything random: 1..20, or 1,2,3.
+    /// Random seeds: 1..20, or 1,2,3.
     #[arg(long, default_value = "1..5", value_parser = seeds)]
     pub(crate) seeds: Seeds,
     /// Simulated time in s from the first setpoint on.
@@ -79,7 +80,7 @@ pub(crate) struct BenchArgs {
     /// Print one JSON object instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
-    /// Draw plots of the first seed and write its log, into this folder.
+    /// Write the first seed's plots and log to this folder.
     #[arg(long, value_name = "DIR")]
     pub(crate) plot: Option<PathBuf>,
     /// No progress bar, no table.
@@ -119,22 +120,22 @@ pub(crate) struct EstimateArgs {
     /// Poles of the Luenberger observer at 45 ms, two for each joint.
     #[arg(long, value_name = "P,P,P,P", value_parser = poles)]
     pub(crate) poles: Option<[f32; 4]>,
-    /// Let a sample show one period late in the observer, as printed.
+    /// Let the observer see each sample one period late, as the paper prints it.
     #[arg(long)]
     pub(crate) prediction: bool,
-    /// The Kalman filter's noise of an angle, in rad.
+    /// Angle noise of the Kalman filter, in rad.
     #[arg(long, value_name = "RAD", value_parser = positive)]
     pub(crate) angle_noise: Option<f32>,
-    /// Its noise of the acceleration, in rad/s² per root Hz.
+    /// Acceleration noise of the Kalman filter, in rad/s² per root Hz.
     #[arg(long, value_name = "X", value_parser = positive)]
     pub(crate) acceleration_noise: Option<f32>,
-    /// How fast its disturbance walks, in N m per root s.
+    /// Random walk of the Kalman filter's disturbance, in N m per root s.
     #[arg(long, value_name = "X", value_parser = not_negative)]
     pub(crate) walk: Option<f32>,
-    /// Coulomb friction in its model, in N m.
+    /// Coulomb friction in the Kalman filter's model, in N m.
     #[arg(long, value_name = "NM", value_parser = not_negative)]
     pub(crate) coulomb: Option<f32>,
-    /// Speed from which on that is fully there, in rad/s.
+    /// Speed above which that friction is fully developed, in rad/s.
     #[arg(long, value_name = "RAD/S", value_parser = positive)]
     pub(crate) slide: Option<f32>,
 }
@@ -155,9 +156,9 @@ pub(crate) enum ControllerName {
 pub(crate) enum EstimatorName {
     /// Plain backward difference.
     Difference,
-    /// The same through a low pass.
+    /// Backward difference through a low pass.
     Filtered,
-    /// Observer (11).
+    /// The paper's observer (11).
     Luenberger,
     /// Kalman filter with disturbance torques.
     Kalman,
@@ -172,7 +173,7 @@ fn poles(text: &str) -> Result<[f32; 4], String> {
 fn share(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
-        _ => Err("expected a share from 0 to 1".into()),
+        _ => Err("expected a fraction from 0 to 1".into()),
     }
 }
 
@@ -198,7 +199,7 @@ fn push(text: &str) -> Result<Push, String> {
         .ok_or_else(|| "expected joint 1 or 2, N m, and two times in s, as 1,0.2,3,0.05".to_owned())
 }
 
-/// Where the arm is held at first, in rad, unless asked otherwise.
+/// Default initial angles in rad.
 const INITIAL_RAD: [f64; JOINTS] = [0.49, -0.3];
 
 pub(crate) fn run(args: &BenchArgs) -> Outcome {
@@ -244,14 +245,14 @@ pub(crate) fn run(args: &BenchArgs) -> Outcome {
     Ok(ExitCode::from(u8::from(is_faulty)))
 }
 
-/// What is printed with `--json`.
+/// Output of `--json`.
 #[derive(Serialize)]
 struct Report<'a> {
     trial: Described,
     outcomes: &'a [Trialled],
 }
 
-/// What was tried.
+/// The trial.
 #[derive(Serialize)]
 struct Described {
     setup: Setup,
@@ -328,7 +329,7 @@ fn write(folder: &Path, facts: &RunFacts, run: &Run) -> Result<(), Box<dyn std::
     Ok(())
 }
 
-/// Who writes the log of the first seed, if it is asked for.
+/// The recorder of the first seed, if its log is requested.
 fn recorder(
     args: &BenchArgs,
     trial: &Trial,

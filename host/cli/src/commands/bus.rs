@@ -1,4 +1,4 @@
-//! What `scan` and `servo` have in common: the port, and a question.
+//! The servo bus for `scan` and `servo`: opening the port, and confirmation.
 
 use std::io::{IsTerminal, Write};
 
@@ -21,16 +21,19 @@ pub(super) fn open(args: &BusArgs, baud: u32) -> Result<BusMaster<Box<dyn Line>>
     client.map_err(|error| format!("{port} failed: {error}").into())
 }
 
-/// Asks on the terminal unless that is answered already.
-pub(super) fn confirm(what: &str, yes: bool) -> Result<(), Error> {
+/// Asks for confirmation on the terminal, unless `yes` is set.
+pub(super) fn confirm(action: &str, yes: bool) -> Result<(), Error> {
     if yes {
         return Ok(());
     }
     let input = std::io::stdin();
     if !input.is_terminal() {
-        return Err(format!("{what}: nobody is there to confirm it; add --yes to do it").into());
+        return Err(format!(
+            "{action}: not confirmed, as the input is no terminal; add --yes to do it"
+        )
+        .into());
     }
-    eprint!("{what}. Go on? [y/N] ");
+    eprint!("{action}. Go on? [y/N] ");
     std::io::stderr().flush()?;
     let mut answer = String::new();
     input.read_line(&mut answer)?;

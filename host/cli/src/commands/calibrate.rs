@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use armbridge::tasks::TaskError;
-use armbridge::tasks::calibrate::{Calibrate, Guide, Wish};
+use armbridge::tasks::calibrate::{Calibrate, CalibrationOptions, Guide};
 use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
@@ -20,11 +20,11 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge calibrate --link serial:                   both joints
   armbridge calibrate --link usb: --joint 2
-  armbridge calibrate --link serial: --check-motor     each motor pushes once, when told to
+  armbridge calibrate --link serial: --check-motor     each motor pushes once, after a question
   printf '\\n\\n\\n\\ny\\n' | armbridge calibrate --link tcp://127.0.0.1:7001
 
-The motors are off while the arm is moved by hand. Nothing is changed before you say
-yes; then zero and direction of each joint are set and saved on the board, and all
+The motors are off while the arm is moved by hand. Nothing is changed before you
+confirm; then zero and direction of each joint are set and saved on the board, and all
 its other settings stay. In a script, each line of the input is one answer.";
 
 /// Find zero and sign of each joint.
@@ -32,14 +32,14 @@ its other settings stay. In a script, each line of the input is one answer.";
 pub(crate) struct CalibrateArgs {
     #[command(flatten)]
     pub(crate) task: TaskArgs,
-    /// Only this joint.
+    /// Calibrate only this joint.
     #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))]
     joint: Option<u8>,
-    /// Have each motor push once, gently, to see that it turns the way its encoder
-    /// counts. Asks before each.
+    /// Let each motor push once, gently, to check that it turns the way its encoder
+    /// counts. Asks before each push.
     #[arg(long)]
     pub(crate) check_motor: bool,
-    /// Save without asking. Motors are asked for all the same.
+    /// Save without asking. Each motor's push is still asked for.
     #[arg(long)]
     pub(crate) yes: bool,
 }
@@ -52,17 +52,17 @@ impl CalibrateArgs {
 }
 
 pub(crate) fn run(args: &CalibrateArgs) -> Outcome {
-    let wish = Wish {
+    let options = CalibrationOptions {
         joints: args.joints(),
         checks_motors: args.check_motor,
         is_sure: args.yes,
     };
-    let job = Calibrate::new(Terminal::new(), wish);
+    let job = Calibrate::new(Terminal::new(), options);
     let (uri, host) = task::go(&args.task, "calibrate", Pace::WallClock, job)?;
     let [before, after] = host
         .task
         .result()
-        .ok_or("the calibration was not brought to its end")?;
+        .ok_or("the calibration was not completed")?;
     let mut out = std::io::stdout();
     if args.task.json {
         let report = json!({
@@ -148,9 +148,7 @@ impl Guide for Terminal {
         match self.answers.try_recv() {
             Ok(line) => Ok(Some(line)),
             Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => Err(TaskError(
-                "the input has ended and nobody is there to answer: nothing was saved".into(),
-            )),
+            Err(TryRecvError::Disconnected) => Err(TaskError::InputEnded),
         }
     }
 }

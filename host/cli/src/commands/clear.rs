@@ -1,6 +1,6 @@
 //! `armbridge clear`: a latched fault cleared.
 
-use armbridge::tasks::disarm::Clear;
+use armbridge::tasks::motors_off::{Goal, MotorsOff};
 use armbridge_sim::link::Pace;
 
 use super::{Outcome, task};
@@ -11,9 +11,9 @@ Examples:
   armbridge clear --link serial:
   armbridge clear --link tcp://127.0.0.1:7001 --json
 
-Look after the cause first: `armbridge status` tells what it was.";
+Remove the cause first: `armbridge status` shows it.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
-    let (uri, host) = task::go(args, "clear", Pace::Free, Clear::default())?;
+    let (uri, host) = task::go(args, "clear", Pace::Free, MotorsOff::new(Goal::Clear))?;
     task::print(args, &uri, &host, "no fault is latched; motors are off")
 }

@@ -1,4 +1,4 @@
-//! `armbridge completions`: from the definitions that command lines are read with.
+//! `armbridge completions`: a shell's completions, from the definitions of the command line.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -19,7 +19,7 @@ Examples:
 /// Completions.
 #[derive(Args, Debug)]
 pub(crate) struct CompletionsArgs {
-    /// Shell that is to complete the command lines of armbridge.
+    /// Shell that the completions are for.
     #[arg(value_enum)]
     pub(crate) shell: Shell,
 }

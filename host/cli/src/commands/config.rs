@@ -1,4 +1,4 @@
-//! `armbridge config`: what is in force, and what could be.
+//! `armbridge config`: the configuration in force, and every key there is.
 
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
@@ -17,18 +17,18 @@ Examples:
   armbridge config --init
   armbridge config --explain | less
 
-armbridge.toml is looked for in the working directory and in those above it. Options of a
-command go before the environment (ARMBRIDGE_LINK, ARMBRIDGE_OUT), that before the file,
-that before the defaults.";
+armbridge.toml is searched for in the working directory and its parents. Options of a
+command override the environment (ARMBRIDGE_LINK, ARMBRIDGE_OUT), which overrides the
+file, which overrides the defaults.";
 
-/// What is in force.
+/// The configuration in force.
 #[derive(Args, Debug)]
 pub(crate) struct ConfigArgs {
     /// Print every key with meaning, unit, default and range, as an armbridge.toml whose
     /// lines are all comments.
     #[arg(long, conflicts_with_all = ["init", "json"])]
     pub(crate) explain: bool,
-    /// Write that into the working directory, as armbridge.toml.
+    /// Write the same to armbridge.toml in the working directory.
     #[arg(long, conflicts_with = "json")]
     pub(crate) init: bool,
     /// Print one JSON array instead of the table.
@@ -69,7 +69,7 @@ pub(crate) fn run(args: &ConfigArgs) -> Outcome {
              it, and `design` counts with that.",
             file.display()
         ),
-        Some(_) => "The file says nothing for the board, which keeps its own settings.".to_owned(),
+        Some(_) => "The file sets nothing on the board, which keeps its own settings.".to_owned(),
         None => {
             "No armbridge.toml here or above: `armbridge config --init` writes one, all comments."
                 .to_owned()

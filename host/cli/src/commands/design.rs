@@ -1,4 +1,4 @@
-//! `armbridge design`: gains, poles, margins, an answer to a step; to the board or a file.
+//! `armbridge design`: gains, poles, margins and a step response; to the board or a file.
 
 mod text;
 
@@ -18,7 +18,7 @@ use clap::Args;
 use serde_json::json;
 use toml::Value;
 
-use super::params_exchange::{How, apply};
+use super::params_exchange::{ExchangeOptions, apply};
 use super::{Error, Outcome};
 use crate::args::LinkArgs;
 use crate::args::values::{numbers, period};
@@ -30,14 +30,14 @@ Examples:
   armbridge design --natural 20,20 --damping 1,1 --plot step.svg
   armbridge design --q 30,30,0.3,0.3 --estimator kalman --apply --link serial:
 
-Unspecified options are as armbridge.toml has them, or the board's default. Poles and margins are
-those of the linear loop about upright that the board closes: torque held for a period and
-acting a period after the sample, the estimator included; rounding and dry friction left
-out. Margins are of the torque: by which factor it may be wrong, by which turn, by which
-delay; the disc margin holds for both joints at once, each wrong in its own way. The figure
-shows the linear loop and the simulated bench, friction and noise included.";
+Unspecified options are taken from armbridge.toml, or the board's defaults. Poles and
+margins are those of the linear loop about upright that the board closes: torque held for
+a period and acting a period after the sample, the estimator included, rounding and dry
+friction left out. Margins are of the torque: the gain, phase and delay errors that it
+may have; the disc margin holds for both joints at once, with different errors. The
+figure shows the linear loop and the simulation, friction and noise included.";
 
-/// What is designed.
+/// A design.
 #[derive(Args, Debug)]
 pub(crate) struct DesignArgs {
     #[command(flatten)]
@@ -51,21 +51,21 @@ pub(crate) struct DesignArgs {
     /// Any other parameter, as `params --all` lists them; may be repeated.
     #[arg(long, value_name = "KEY=VALUE", value_parser = params::pair)]
     pub(crate) set: Vec<(String, Value)>,
-    /// The arm and all else that is not said, in a file as armbridge.toml
+    /// File with the arm and all unspecified options, in the format of armbridge.toml
     /// [default: armbridge.toml itself, if there is one].
     #[arg(long, value_name = "FILE")]
     pub(crate) arm: Option<PathBuf>,
-    /// Draw the answer to a step, as this file and its like that ends in .svg or .png.
+    /// Draw the step response to this file, as .svg and as .png.
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
     /// Write the controller, the estimator and the period to a file, for `params --from`,
     /// `replay --with` or armbridge.toml.
     #[arg(long, value_name = "FILE")]
     pub(crate) write: Option<PathBuf>,
-    /// Send it to the board, as one group.
+    /// Send the design to the board, as one group.
     #[arg(long)]
     pub(crate) apply: bool,
-    /// With --apply, have the board keep it across power-off.
+    /// With --apply, save it on the board, so that it survives power-off.
     #[arg(long, requires = "apply")]
     pub(crate) save: bool,
     #[command(flatten)]
@@ -75,7 +75,7 @@ pub(crate) struct DesignArgs {
     pub(crate) json: bool,
 }
 
-/// From state to torque: one of three ways.
+/// From state to torque: one of three methods.
 #[derive(Args, Debug)]
 pub(crate) struct DesignControlArgs {
     /// Diagonal of the LQR's Q: both angles, both speeds.
@@ -85,7 +85,7 @@ pub(crate) struct DesignControlArgs {
     #[arg(long, value_name = "A,B", value_parser = value)]
     pub(crate) r: Option<Value>,
     /// Poles of the closed loop in z, two for each joint: real ones, or a pair as
-    /// 0.98+0.01i,0.98-0.01i. The gain that has them goes to the board.
+    /// 0.98+0.01i,0.98-0.01i. The resulting gain goes to the board.
     #[arg(long, value_name = "P,P,P,P", value_parser = poles,
           conflicts_with_all = ["q", "r", "natural", "damping"], allow_hyphen_values = true)]
     pub(crate) poles: Option<[(f64, f64); 2]>,
@@ -169,14 +169,14 @@ pub(crate) fn run(args: &DesignArgs) -> Outcome {
         return Ok(ExitCode::from(1));
     }
     if args.apply {
-        let how = How {
+        let options = ExchangeOptions {
             link: &args.link,
             save: args.save,
             dry_run: false,
             json: false,
         };
         let names = designed(&settings);
-        return apply(&how, |before| {
+        return apply(&options, |before| {
             let mut after = *before;
             params::apply(&mut after, names.iter().map(|(p, value)| (p.key, value)))?;
             params::check(&after)?;
@@ -186,7 +186,7 @@ pub(crate) fn run(args: &DesignArgs) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Not into the one object that is asked for.
+/// Prints text; on standard error beside a JSON object.
 fn say(args: &DesignArgs, line: &str) -> Result<(), Error> {
     if !args.json {
         writeln!(std::io::stdout(), "{line}")?;
@@ -194,7 +194,7 @@ fn say(args: &DesignArgs, line: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// The board's defaults, what the file says, and what the command line says.
+/// The board's defaults, overridden by the file, then by the command line.
 fn settings(args: &DesignArgs) -> Result<Settings, Error> {
     let mut settings = match &args.arm {
         Some(path) => Config::of(Some(path), |_| None)?.settings(Settings::default())?,
@@ -212,7 +212,7 @@ fn settings(args: &DesignArgs) -> Result<Settings, Error> {
     Ok(settings)
 }
 
-/// What the command line says, as parameters.
+/// The command line's options, as parameters.
 fn overrides(args: &DesignArgs) -> Vec<(String, Value)> {
     let DesignControlArgs {
         q,
@@ -264,7 +264,7 @@ fn designed(settings: &Settings) -> Vec<(&'static params::Parameter, Value)> {
 fn write_file(path: &Path, settings: &Settings) -> Result<(), Error> {
     let table = params::to_table(designed(settings));
     let text = format!("# Made by `armbridge design`.\n{table}");
-    // What is written can be read again, or is not written.
+    // Checked before it is written: the file can be read again.
     Document::parse(path, text.clone())?;
     std::fs::write(path, text)
         .map_err(|error| format!("cannot write {}: {error}", path.display()).into())

@@ -16,15 +16,15 @@ Examples:
   armbridge diff runs/before runs/after
   armbridge diff a.mcap b.mcap --json
 
-Exit codes: 0 the same, 1 they differ.";
+Exit codes: 0 equal, 1 different.";
 
 /// Two logs to compare.
 #[derive(Args, Debug)]
 pub(crate) struct DiffArgs {
-    /// A log, or run folder with a run.mcap.
+    /// Log, or run folder with a run.mcap.
     #[arg(value_name = "A")]
     pub(crate) a: PathBuf,
-    /// Another.
+    /// Log to compare it with.
     #[arg(value_name = "B")]
     pub(crate) b: PathBuf,
     /// Print one JSON object instead of the table.

@@ -1,6 +1,6 @@
 //! `armbridge disarm`: motors off.
 
-use armbridge::tasks::disarm::Disarm;
+use armbridge::tasks::motors_off::{Goal, MotorsOff};
 use armbridge_client::fault_text;
 use armbridge_shared::link::message::Mode;
 use armbridge_sim::link::Pace;
@@ -14,9 +14,9 @@ Examples:
   armbridge disarm --link tcp://127.0.0.1:7001 --json";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
-    let (uri, host) = task::go(args, "disarm", Pace::Free, Disarm::default())?;
+    let (uri, host) = task::go(args, "disarm", Pace::Free, MotorsOff::new(Goal::Disarm))?;
     let is_fault = matches!(host.session.status().mode(), Some(Mode::Fault(_)));
-    let said = host.session.status().trip.filter(|_| is_fault).map_or_else(
+    let message = host.session.status().trip.filter(|_| is_fault).map_or_else(
         || "disarmed: motors are off".to_owned(),
         |tripped| {
             let account = fault_text::in_words(&tripped);
@@ -26,5 +26,5 @@ pub(crate) fn run(args: &TaskArgs) -> Outcome {
             )
         },
     );
-    task::print(args, &uri, &host, &said)
+    task::print(args, &uri, &host, &message)
 }

@@ -25,12 +25,12 @@ In MATLAB:   load run.mat; plot(log.time_s, log.angle_rad)";
 /// A log to convert.
 #[derive(Args, Debug)]
 pub(crate) struct ExportArgs {
-    /// Kind of file.
+    /// File format.
     pub(crate) format: FormatName,
     /// Log, or run folder with a run.mcap; by default the newest run.
     #[arg(value_name = "LOG")]
     pub(crate) log: Option<PathBuf>,
-    /// File to write; by default beside the log.
+    /// File to write [default: beside the log].
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
 }
@@ -54,7 +54,7 @@ pub(crate) fn run(args: &ExportArgs) -> Outcome {
     };
     let log = find(args.log.as_deref(), Path::new(DEFAULT_BASE))?;
     let out = out(args, &log, format)?;
-    // Read to its end first: what is missing of it is written, too.
+    // Read to its end first: its damage is exported, too.
     let head = Head::read(&log, |_| ())?;
     let records = || Ok(log::records(&log)?);
     let ticks = export::write(format, &out, &head.about(), records)?;
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &ExportArgs) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Where to write.
+/// Path to write to.
 fn out(args: &ExportArgs, log: &Path, format: Format) -> Result<PathBuf, String> {
     let beside = || log.with_extension(format.extension());
     let out = args.out.clone().unwrap_or_else(beside);

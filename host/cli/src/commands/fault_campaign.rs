@@ -22,13 +22,13 @@ Examples:
   armbridge fault-campaign --seed 17
   armbridge fault-campaign --servos stock
 
-An even seed is one fault, an odd one a pair. A motor counts as on for as long as
-it is driven in a mode that should not, while its servo can be reached.";
+An even seed is one fault, an odd one a pair. A motor counts as on while it is driven in
+a mode that must not drive it and its servo can be reached.";
 
 /// Faults of every kind.
 #[derive(Args, Debug)]
 pub(crate) struct FaultCampaignArgs {
-    /// How many seeds, from 0 on.
+    /// Number of seeds, from 0 on.
     #[arg(
         long,
         value_name = "N",
@@ -36,10 +36,10 @@ pub(crate) struct FaultCampaignArgs {
         conflicts_with = "seed"
     )]
     pub(crate) seeds: u64,
-    /// Replay this one, and tell what happens.
+    /// Run only this seed, and print its events.
     #[arg(long, value_name = "SEED")]
     pub(crate) seed: Option<u64>,
-    /// Of the seeds, only those with no other faults than these.
+    /// Run only seeds whose faults are all of these kinds.
     #[arg(
         long,
         value_name = "KIND,KIND",
@@ -47,7 +47,7 @@ pub(crate) struct FaultCampaignArgs {
         conflicts_with = "seed"
     )]
     pub(crate) kinds: Vec<Kind>,
-    /// Servos on the bench.
+    /// Firmware of the servos.
     #[arg(long, value_enum, default_value_t = ServosName::Morpheus)]
     pub(crate) servos: ServosName,
     /// Print one JSON object instead of the table.
@@ -61,9 +61,9 @@ pub(crate) struct FaultCampaignArgs {
 /// Servos by their firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ServosName {
-    /// With the open firmware Morpheus.
+    /// The open firmware Morpheus.
     Morpheus,
-    /// AX-12A as they come.
+    /// The vendor's, on an AX-12A as sold.
     Stock,
 }
 
@@ -96,7 +96,7 @@ pub(crate) fn run(args: &FaultCampaignArgs) -> Outcome {
     Ok(ExitCode::from(u8::from(!report.holds())))
 }
 
-/// Of the seeds from 0 on, those whose faults are all asked for.
+/// Runs the seeds whose faults are all of the requested kinds.
 fn campaign(args: &FaultCampaignArgs) -> Report {
     let servos = args.servos.into();
     let is_wanted = |seed: &u64| {

@@ -15,7 +15,7 @@ Examples:
 
 Open the address that it prints in Foxglove (Open connection, Foxglove WebSocket).
 Parameters are edited in its Parameters panel; /stop, /disarm and /clear_fault are called
-from its Service Call panel, with {} as the request. Ends with ctrl-c, disarmed.";
+from its Service Call panel, with {} as the request. Ctrl-C disarms the board and ends the server.";
 
 /// Port that viewers look for.
 const PORT: u16 = 8765;
@@ -25,14 +25,14 @@ const PORT: u16 = 8765;
 pub(crate) struct FoxgloveArgs {
     #[command(flatten)]
     pub(crate) session: SessionArgs,
-    /// Port of the server; 0 for any that is free.
+    /// Port of the server; 0 for any free one.
     #[arg(long, default_value_t = PORT)]
     pub(crate) port: u16,
-    /// Address to listen on. At any but a loopback address, every host of the network can
-    /// change settings and stop the arm.
+    /// Address to listen on. Beyond a loopback address, every host of the network can change
+    /// settings and stop the arm.
     #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     pub(crate) host: IpAddr,
-    /// Let viewers arm the board and have it hold the arm, or move it upright.
+    /// Let viewers arm the board, hold the arm, and move it upright.
     #[arg(long)]
     pub(crate) allow_arm: bool,
 }

@@ -1,4 +1,4 @@
-//! `armbridge identify`: what an arm is, from its logs.
+//! `armbridge identify`: an arm's parameters, from its logs.
 
 mod apply;
 mod output;
@@ -23,7 +23,7 @@ use clap::{Args, Subcommand};
 use toml::Value;
 
 use self::apply::Apply;
-use self::output::Wish;
+use self::output::OutputOptions;
 use super::{Error, Outcome};
 use crate::args::LinkArgs;
 
@@ -35,7 +35,7 @@ Examples:
   armbridge identify fit run.mcap --out arm.toml && armbridge params --from arm.toml --save
   armbridge identify paper";
 
-/// What an arm is, from its logs.
+/// An arm's parameters, from its logs.
 #[derive(Args, Debug)]
 pub(crate) struct IdentifyArgs {
     #[command(subcommand)]
@@ -44,13 +44,13 @@ pub(crate) struct IdentifyArgs {
 
 #[derive(Subcommand, Debug)]
 pub(crate) enum Identify {
-    /// Have the arm move as a plan says, and find the numbers that explain how it did.
+    /// Move the arm by a plan, then fit its parameters to the log.
     #[command(after_help = run::EXAMPLES)]
     Run(run::IdentifyRunArgs),
-    /// Find the numbers that explain these logs.
+    /// Fit the arm's parameters to these logs.
     #[command(after_help = FIT_EXAMPLES)]
     Fit(FitArgs),
-    /// Do as the paper did, and see why its two friction values differ.
+    /// Repeat the paper's identification, and explain its two friction values.
     #[command(after_help = paper::EXAMPLES)]
     Paper(paper::PaperArgs),
 }
@@ -62,29 +62,29 @@ Examples:
   armbridge identify fit runs/*-multisine --held-out runs/*-sweep --report page
   armbridge identify fit run.mcap --weighed 0.05 --json
 
-Only ticks in which the motors are driven count; only while a joint slides does it tell
-anything. Motion tells all torques as multiples of one another: that one is the arm's
-weight, by arm.m1_kg, arm.m2_kg and the lengths that the log has. Exit code 1 with what is
-wrong and no numbers if the logs cannot tell them: empty, too short, samples lost, clipped,
-wrong joint, wrong way, held by hand.";
+Only ticks in which the motors are driven count, and a joint is informative only while it
+slides. Motion determines torques up to a common factor, which the arm's weight fixes:
+arm.m1_kg, arm.m2_kg and the lengths in the log. Exit code 1, with a diagnosis and no
+numbers, if the logs do not identify the arm: empty, too short, samples lost, clipped,
+wrong joint, wrong direction, held by hand.";
 
 #[derive(Args, Debug)]
 pub(crate) struct FitArgs {
     /// Logs, or run folders with a run.mcap; by default the newest run.
     #[arg(value_name = "LOG")]
     pub(crate) logs: Vec<PathBuf>,
-    /// How well masses and lengths are known, as a share of the weight.
+    /// Relative standard error of the known weight.
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
     pub(crate) weighed: f64,
-    /// Validate on this log, excluded from the fit; may be
-    /// given several times. Without it, the last fifth of the windows is held out of a
-    /// second fit, if these have at most 360 000 ticks.
+    /// Validate on this log, excluded from the fit; may be repeated. Without it, the
+    /// last fifth of the windows is held out of a second fit, if the logs have at most
+    /// 360 000 ticks.
     #[arg(long, value_name = "LOG")]
     pub(crate) held_out: Vec<PathBuf>,
     /// Write the parameters to this file, for `armbridge params --from`.
     #[arg(long, value_name = "TOML")]
     pub(crate) out: Option<PathBuf>,
-    /// Send the arm that was found to the board, with gains for it, and save it there.
+    /// Send the identified arm to the board, with gains for it, and save it there.
     #[arg(long)]
     pub(crate) apply: bool,
     #[command(flatten)]
@@ -92,7 +92,7 @@ pub(crate) struct FitArgs {
     /// With --apply, change the board without asking.
     #[arg(long, requires = "apply")]
     pub(crate) yes: bool,
-    /// Write a page with pictures, report.html, into this folder.
+    /// Write report.html, a page with figures, into this folder.
     #[arg(long, value_name = "DIR")]
     pub(crate) report: Option<PathBuf>,
     /// Print one JSON object instead of the table.
@@ -120,17 +120,17 @@ pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
 
 fn fit(args: &FitArgs) -> Outcome {
     let fit = Fit::of(&paths(&args.logs), args.weighed)?;
-    let told = output::describe(
+    let description = output::describe(
         &fit,
-        &Wish {
+        &OutputOptions {
             held_out: &args.held_out,
             folder: args.report.as_deref(),
         },
     )?;
     let text = if args.json {
-        told.json.to_string() + "\n"
+        description.json.to_string() + "\n"
     } else {
-        told.text
+        description.text
     };
     write!(std::io::stdout(), "{text}").map_err(|error| format!("cannot print: {error}"))?;
     if let Some(path) = &args.out {
@@ -148,21 +148,21 @@ fn fit(args: &FitArgs) -> Outcome {
     Ok(applied.exit_code())
 }
 
-/// What logs have told of an arm.
+/// An arm fitted to logs.
 struct Fit {
-    /// What the board computed with meanwhile.
+    /// Settings of the board that recorded them.
     before: Settings,
     known: Known,
     prior: Prior,
     found: Found,
     report: Report,
     checks: Checks,
-    /// Where each log is, and what world it is of.
+    /// Each log's path, name and link.
     logs: Vec<String>,
 }
 
 impl Fit {
-    /// Of these logs; of the newest one where `None` is.
+    /// Fits these logs; `None` is the newest one.
     fn of(logs: &[Option<&Path>], weighed: f64) -> Result<Self, Error> {
         let Loaded {
             settings: before,
@@ -212,20 +212,20 @@ fn paths(logs: &[PathBuf]) -> Vec<Option<&Path>> {
     }
 }
 
-/// What logs have of use.
+/// Data of logs that a fit uses.
 struct Loaded {
     /// Of the first.
     settings: Settings,
     /// Of all.
     traces: Vec<Trace>,
     tally: Tally,
-    /// Where each is, and what world it is of.
+    /// Each log's path, name and link.
     logs: Vec<String>,
 }
 
 fn load(logs: &[Option<&Path>]) -> Result<Loaded, Error> {
     let mut first: Option<(PathBuf, Settings)> = None;
-    let (mut all, mut tally, mut told) = (Vec::new(), Tally::default(), Vec::new());
+    let (mut all, mut tally, mut names) = (Vec::new(), Tally::default(), Vec::new());
     for (index, log) in logs.iter().enumerate() {
         let path = find_log(*log, Path::new(DEFAULT_BASE))?;
         let recording = Recording::load(&path)?;
@@ -238,13 +238,13 @@ fn load(logs: &[Option<&Path>]) -> Result<Loaded, Error> {
         }
         let settings = recording.settings.ok_or_else(|| {
             let path = path.display();
-            format!("{path} does not say what the board computes with; record from the hello on")
+            format!("{path} has no settings of the board; record from the hello on")
         })?;
         let (named, before) = first.get_or_insert_with(|| (path.clone(), settings));
         is_same(before, &settings)
             .map_err(|error| format!("{} and {}: {error}", named.display(), path.display()))?;
         let facts = &recording.facts;
-        told.push(format!(
+        names.push(format!(
             "{} · {} · {}",
             path.display(),
             facts.name,
@@ -262,13 +262,13 @@ fn load(logs: &[Option<&Path>]) -> Result<Loaded, Error> {
             settings,
             traces: all,
             tally,
-            logs: told,
+            logs: names,
         }),
         None => Err("name a log".into()),
     }
 }
 
-/// Whether two boards believe in the same arm.
+/// Checks that two boards have the same model of the arm.
 fn is_same(one: &Settings, other: &Settings) -> Result<(), Error> {
     let of = |settings: &Settings| {
         let setup = settings.setup;
@@ -277,6 +277,6 @@ fn is_same(one: &Settings, other: &Settings) -> Result<(), Error> {
     if of(one) == of(other) {
         Ok(())
     } else {
-        Err("logs of boards that believe in different arms; fit them one by one".into())
+        Err("the boards of these logs have different models of the arm; fit them one by one".into())
     }
 }

@@ -18,7 +18,7 @@ Examples:
   armbridge info runs/2026-11-21T10-55-00Z-demo
   armbridge info run.mcap --json";
 
-/// A log to tell of.
+/// A log to summarise.
 #[derive(Args, Debug)]
 pub(crate) struct InfoArgs {
     /// Log, or run folder with a run.mcap; by default the newest run.

@@ -1,4 +1,4 @@
-//! The link that a command was told, or the one that is configured.
+//! The link of a command's `--link`, or the configured one.
 
 use armbridge::config::Config;
 use armbridge_client::Host;

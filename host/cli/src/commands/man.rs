@@ -1,4 +1,4 @@
-//! `armbridge man`: from the definitions that command lines are read with.
+//! `armbridge man`: manual pages, from the definitions of the command line.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ A page for the program and one for each command: armbridge(1), armbridge-run(1),
 /// Manual pages.
 #[derive(Args, Debug)]
 pub(crate) struct ManArgs {
-    /// Write the pages of all commands into this folder, instead of printing the first.
+    /// Write the pages of all commands to this folder instead of printing the first one.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }

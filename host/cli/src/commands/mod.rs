@@ -37,7 +37,7 @@ mod task;
 mod transparent_port;
 mod virtual_arm;
 
-/// How a command ends: with an exit code, or with a line for the user.
+/// Result of a command: an exit code, or a line for the user.
 pub(crate) type Outcome = Result<std::process::ExitCode, Error>;
 
 /// A line for the user.

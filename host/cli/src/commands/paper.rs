@@ -10,7 +10,6 @@ use armbridge_analysis::run_folder::RunFolder;
 use super::Outcome;
 use crate::args::OutputArgs;
 
-/// What the help ends with.
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge paper

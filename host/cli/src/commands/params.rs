@@ -17,11 +17,10 @@ use serde_json::{Value, json};
 use toml::Value as TomlValue;
 
 use super::Error;
-use super::params_exchange::{How, apply};
+use super::params_exchange::{ExchangeOptions, apply};
 use super::{Outcome, link};
 use crate::args::LinkArgs;
 
-/// What the help ends with.
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge params
@@ -30,31 +29,31 @@ Examples:
   armbridge params controller.kind=computed-torque controller.natural_rad_s=25,25
   armbridge params --from gains.toml --save
 
-A group such as limits stands for all of its parameters. All changes are made, or none:
-the limits as one group, only while the board is idle, and the set-up as another, without a
-step in the torque. Exit code 1 if the board refuses.";
+A group such as limits stands for all of its parameters. The board accepts all changes of
+a group or none: the limits, only while it is idle, and the set-up, without a step in the
+torque. Exit code 1 if it refuses.";
 
-/// What is shown or changed.
+/// Parameters to show or change.
 #[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
 #[derive(Args, Debug)]
 pub(crate) struct ParamsArgs {
-    /// Parameters or groups to show, or parameters to change and their values, lists with
-    /// commas between; without any, all are shown.
+    /// Parameters or groups to show, or parameters to change with their values, lists
+    /// separated by commas [default: show all].
     #[arg(value_name = "KEY|KEY=VALUE")]
     pub(crate) keys: Vec<String>,
     /// Take changes from a file with tables as in armbridge.toml, such as `design --write`
-    /// makes; what is named on the command line goes first.
+    /// writes; the command line overrides it.
     #[arg(long, value_name = "FILE")]
     pub(crate) from: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) link: LinkArgs,
-    /// Have the board keep all its settings across power-off.
+    /// Save all the board's settings, so that they survive power-off.
     #[arg(long)]
     pub(crate) save: bool,
-    /// Show what would be changed, and change nothing.
+    /// Show the changes without making them.
     #[arg(long)]
     pub(crate) dry_run: bool,
-    /// Show those of other kinds of controller and estimator as well.
+    /// Also show the parameters of controllers and estimators not in use.
     #[arg(long)]
     pub(crate) all: bool,
     /// Print JSON instead of the table.
@@ -80,18 +79,18 @@ pub(crate) fn run(args: &ParamsArgs) -> Outcome {
 
 fn change(args: &ParamsArgs, pairs: &[(String, TomlValue)]) -> Outcome {
     let file = args.from.as_deref().map(Document::read).transpose()?;
-    let how = How {
+    let options = ExchangeOptions {
         link: &args.link,
         save: args.save,
         dry_run: args.dry_run,
         json: args.json,
     };
-    apply(&how, |before: &Settings| {
+    apply(&options, |before: &Settings| {
         wanted(before, file.as_ref(), pairs)
     })
 }
 
-/// What the file, and then the command line, makes of the board's settings.
+/// The board's settings, changed by the file, then by the command line.
 fn wanted(
     before: &Settings,
     file: Option<&Document>,
@@ -115,18 +114,18 @@ fn wanted(
 }
 
 fn show(args: &ParamsArgs) -> Outcome {
-    let asked = asked(&args.keys)?;
+    let requested = requested(&args.keys)?;
     let host = link::run_host(
         &args.link,
         &Config::discover()?,
         Exchange::new(|_| Vec::new()),
     )?;
     let Some(settings) = host.exchanged.before else {
-        return Err("the board did not say what it computes with; ask again".into());
+        return Err("the board did not report its settings; try again".into());
     };
     // A parameter that is named is shown, of whatever kind.
     let all = args.all || args.keys.iter().any(|key| params::find(key).is_some());
-    let shown: Vec<_> = asked
+    let shown: Vec<_> = requested
         .into_iter()
         .filter(|parameter| all || parameter.value(&settings).is_some())
         .collect();
@@ -144,7 +143,7 @@ fn show(args: &ParamsArgs) -> Outcome {
 }
 
 /// Parameters by their names, or those of groups.
-fn asked(keys: &[String]) -> Result<Vec<&'static Parameter>, params::ParameterError> {
+fn requested(keys: &[String]) -> Result<Vec<&'static Parameter>, params::ParameterError> {
     let of_key = |key: &String| {
         let is_it = |parameter: &&Parameter| parameter.key == key || parameter.group() == key;
         let found: Vec<_> = params::all().iter().filter(is_it).collect();

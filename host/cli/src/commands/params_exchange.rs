@@ -1,5 +1,4 @@
-//! Settings of a board, changed as a group: what `params`, `design` and `identify` have in
-//! common.
+//! Settings of a board, changed as a group, for `params`, `design` and `identify`.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -16,32 +15,32 @@ use serde_json::json;
 use super::{Error, Outcome, link};
 use crate::args::LinkArgs;
 
-/// How settings are changed, and told.
-pub(super) struct How<'a> {
-    /// Where the board is.
+/// Options of an exchange of settings, and of its output.
+pub(super) struct ExchangeOptions<'a> {
+    /// Link to the board.
     pub(super) link: &'a LinkArgs,
     /// Across power-off.
     pub(super) save: bool,
-    /// Only say it.
+    /// Only show the changes.
     pub(super) dry_run: bool,
     /// As JSON.
     pub(super) json: bool,
 }
 
-/// Changes the settings of a board to those that are wanted, and says what became of it.
+/// Changes the settings of a board to those wanted, and prints the result.
 pub(super) fn apply(
-    how: &How<'_>,
+    options: &ExchangeOptions<'_>,
     wanted: impl FnOnce(&Settings) -> Result<Settings, Error>,
 ) -> Outcome {
     let orders = |before: &Settings, after: &Settings| {
-        if how.dry_run {
+        if options.dry_run {
             Vec::new()
         } else {
-            commands(before, after, how.save)
+            commands(before, after, options.save)
         }
     };
-    let sent = Sent::to(how.link, wanted, orders)?;
-    show(how, &sent)?;
+    let sent = Sent::to(options.link, wanted, orders)?;
+    show(options, &sent)?;
     Ok(match sent.refusal() {
         None => ExitCode::SUCCESS,
         Some(line) => {
@@ -51,7 +50,7 @@ pub(super) fn apply(
     })
 }
 
-/// Settings of a board, and what became of those that were wanted of it.
+/// Settings of a board before and after an exchange, and its result.
 pub(super) struct Sent {
     pub(super) before: Settings,
     pub(super) after: Settings,
@@ -59,8 +58,7 @@ pub(super) struct Sent {
 }
 
 impl Sent {
-    /// Asks a board what it computes with, and gives it the orders by which it comes to
-    /// what is wanted.
+    /// Reads a board's settings, and sends the commands that lead to those wanted.
     pub(super) fn to(
         link: &LinkArgs,
         wanted: impl FnOnce(&Settings) -> Result<Settings, Error>,
@@ -79,7 +77,7 @@ impl Sent {
         let host = link::run_host(link, &Config::discover()?, Exchange::new(decide))?;
         let exchanged = host.exchanged;
         let (Some(before), Some(after)) = (exchanged.before, decided) else {
-            return Err("the board did not say what it computes with; nothing was changed".into());
+            return Err("the board did not report its settings; nothing was changed".into());
         };
         Ok(Self {
             before,
@@ -88,7 +86,7 @@ impl Sent {
         })
     }
 
-    /// What the board refused, and why; `None` if nothing.
+    /// The board's refusal in words, if there is one.
     pub(super) fn refusal(&self) -> Option<String> {
         let (command, reason) = self.exchanged.refused?;
         let done = match (command, self.exchanged.taken.is_empty()) {
@@ -104,7 +102,7 @@ impl Sent {
     }
 }
 
-/// What differs, as a table.
+/// Differences, as a table.
 pub(super) fn differences(before: &Settings, after: &Settings) -> String {
     let changes = params::changed(before, after);
     let rows = changes.iter().map(|(parameter, value)| {
@@ -120,7 +118,7 @@ pub(super) fn differences(before: &Settings, after: &Settings) -> String {
     text_table::columns(&rows.collect::<Vec<_>>())
 }
 
-fn show(how: &How<'_>, sent: &Sent) -> Result<(), Error> {
+fn show(options: &ExchangeOptions<'_>, sent: &Sent) -> Result<(), Error> {
     let Sent {
         before,
         after,
@@ -130,7 +128,7 @@ fn show(how: &How<'_>, sent: &Sent) -> Result<(), Error> {
     let has = |is: fn(&Command) -> bool| exchanged.taken.iter().any(is);
     let is_saved = has(|command| *command == Command::Save);
     let mut out = std::io::stdout();
-    if how.json {
+    if options.json {
         let rows = changes.iter().map(|(parameter, value)| {
             json!({
                 "key": parameter.key,
@@ -141,7 +139,7 @@ fn show(how: &How<'_>, sent: &Sent) -> Result<(), Error> {
         });
         let report = json!({
             "changes": rows.collect::<Vec<_>>(),
-            "done": exchanged.refused.is_none() && !how.dry_run,
+            "done": exchanged.refused.is_none() && !options.dry_run,
             "saved": is_saved,
             "refused": exchanged.refused.map(|(command, reason)| json!({
                 "command": name(command),
@@ -152,7 +150,11 @@ fn show(how: &How<'_>, sent: &Sent) -> Result<(), Error> {
         return Ok(());
     }
     write!(out, "{}", differences(before, after))?;
-    let said = match (changes.is_empty(), how.dry_run, exchanged.refused.is_some()) {
+    let message = match (
+        changes.is_empty(),
+        options.dry_run,
+        exchanged.refused.is_some(),
+    ) {
         (_, _, true) => return Ok(()),
         (true, ..) => "nothing to change: the board has these values",
         (false, true, _) => "nothing was changed: this was a dry run",
@@ -163,7 +165,7 @@ fn show(how: &How<'_>, sent: &Sent) -> Result<(), Error> {
     } else {
         ""
     };
-    writeln!(out, "{said}{saved}")?;
+    writeln!(out, "{message}{saved}")?;
     Ok(())
 }
 

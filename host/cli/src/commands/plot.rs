@@ -1,4 +1,4 @@
-//! `armbridge plot`: figures of a log, or of two on top of each other.
+//! `armbridge plot`: figures of a log, or of two logs over each other.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -20,8 +20,8 @@ Examples:
   armbridge plot run.mcap --what tracking,spectrum --from 2 --to 6 --format svg
   armbridge plot --compare before.mcap after.mcap --out compared
 
-Times are in s after the first tick of the log; runs that are compared begin where
-the arm is first driven.";
+Times are in s after the first tick of the log; compared runs are aligned where the arm
+is first driven.";
 
 /// A log to draw.
 #[derive(Args, Debug)]
@@ -29,27 +29,27 @@ pub(crate) struct PlotArgs {
     /// Log, or run folder with a run.mcap; by default the newest run.
     #[arg(value_name = "LOG")]
     pub(crate) log: Option<PathBuf>,
-    /// Draw two logs on top of each other, and their difference.
+    /// Draw two logs over each other, and their difference.
     #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["log", "what", "from", "to"])]
     pub(crate) compare: Option<Vec<PathBuf>>,
-    /// What to draw.
+    /// Figures to draw.
     #[arg(
         long,
         value_name = "WHAT,WHAT",
         value_delimiter = ',',
         default_value = "all"
     )]
-    pub(crate) what: Vec<What>,
-    /// Folder to write to; by default that of the log.
+    pub(crate) what: Vec<FigureName>,
+    /// Folder to write to [default: that of the log].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Leave out what is before this time.
+    /// Leave out ticks before this time.
     #[arg(long, value_name = "S")]
     pub(crate) from: Option<f64>,
-    /// Leave out what is after this time.
+    /// Leave out ticks after this time.
     #[arg(long, value_name = "S")]
     pub(crate) to: Option<f64>,
-    /// Kinds of files.
+    /// File formats.
     #[arg(
         long,
         value_name = "svg,png",
@@ -59,7 +59,7 @@ pub(crate) struct PlotArgs {
     pub(crate) format: Vec<Picture>,
 }
 
-/// Kinds of picture files.
+/// File formats of figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Picture {
     /// For print and editing.
@@ -70,7 +70,7 @@ pub(crate) enum Picture {
 
 /// Figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum What {
+pub(crate) enum FigureName {
     /// Encoder, estimate and setpoint of both joints.
     Angles,
     /// Estimate minus reference.
@@ -79,9 +79,9 @@ pub(crate) enum What {
     Torque,
     /// Speed over angle.
     Phase,
-    /// How late ticks began, and what they took.
+    /// Start delay and duration of ticks.
     Timing,
-    /// Power of error, torque and innovation over frequency.
+    /// Power spectra of error, torque and innovation.
     Spectrum,
     /// Every figure.
     All,
@@ -129,23 +129,23 @@ fn load(path: Option<&Path>) -> Result<Log, ReadError> {
     Ok(log)
 }
 
-/// Makes sure that a run can be laid on another.
+/// Checks that a run can be compared with another.
 fn is_driven(log: &Log) -> Result<(), String> {
     log.driven_from().map(|_| ()).ok_or_else(|| {
         let path = log.head.path.display();
         format!(
-            "in {path} the arm is never driven, so it cannot be laid on another run; plot it by \
-             itself"
+            "in {path} the arm is never driven, so it cannot be compared with another run; plot it \
+             by itself"
         )
     })
 }
 
-/// Makes sure that there is something between the times that are asked for.
+/// Checks that there are ticks between the requested times.
 fn window(args: &PlotArgs, log: &Log) -> Result<(), String> {
     let path = log.head.path.display();
     let [first, .., last] = log.records.as_slice() else {
         return Err(format!(
-            "{path} has no ticks to draw; `armbridge info` tells what it has"
+            "{path} has no ticks to draw; `armbridge info` shows its contents"
         ));
     };
     let end_s = last.start_us.saturating_sub(first.start_us) as f64 * 1e-6;
@@ -159,23 +159,25 @@ fn window(args: &PlotArgs, log: &Log) -> Result<(), String> {
     ))
 }
 
-fn figures(what: &[What]) -> Vec<Figure> {
-    let figure = |what: &What| match what {
-        What::Angles => vec![Figure::Angles],
-        What::Tracking => vec![Figure::Tracking],
-        What::Torque => vec![Figure::Torque],
-        What::Phase => vec![Figure::Phase],
-        What::Timing => vec![Figure::Timing],
-        What::Spectrum => vec![Figure::Spectrum],
-        What::All => Figure::ALL.to_vec(),
+fn figures(names: &[FigureName]) -> Vec<Figure> {
+    let figure = |name: &FigureName| match name {
+        FigureName::Angles => vec![Figure::Angles],
+        FigureName::Tracking => vec![Figure::Tracking],
+        FigureName::Torque => vec![Figure::Torque],
+        FigureName::Phase => vec![Figure::Phase],
+        FigureName::Timing => vec![Figure::Timing],
+        FigureName::Spectrum => vec![Figure::Spectrum],
+        FigureName::All => Figure::ALL.to_vec(),
     };
-    let asked: Vec<Figure> = what.iter().flat_map(figure).collect();
+    let requested: Vec<Figure> = names.iter().flat_map(figure).collect();
     // Each once, in their order.
     let figures = Figure::ALL.into_iter();
-    figures.filter(|figure| asked.contains(figure)).collect()
+    figures
+        .filter(|figure| requested.contains(figure))
+        .collect()
 }
 
-/// Where to write.
+/// Folder to write to.
 fn folder(args: &PlotArgs, log: &Log) -> Result<PathBuf, String> {
     let beside = log.head.path.parent().map(Path::to_path_buf);
     let folder = args.out.clone().or(beside).unwrap_or_default();

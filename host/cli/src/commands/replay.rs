@@ -1,4 +1,4 @@
-//! `armbridge replay`: a log's inputs through the board's code.
+//! `armbridge replay`: a log's inputs, run through the board's code again.
 
 use std::io::Write;
 use std::path::Path;
@@ -25,21 +25,21 @@ Examples:
   armbridge replay --with gains.toml
   armbridge replay --set controller.q=[40,40,1,1] --set limits.torque_nm=[0.5,0.5]
 
-Raw counts, commands, parameters and timing of the log go through the code that ran
-on the board; every output of every tick must be the same, to the bit. Exit code: 0
-the same, 1 not, 2 it cannot be told. With other settings the log tells what the
-board would have done instead, open-loop: the arm's answers stay as recorded.";
+Raw counts, commands, parameters and timing of the log go through the code that ran on
+the board; every output of every tick must be equal, to the bit. Exit codes: 0 equal, 1
+different, 2 not comparable. With other settings the replay shows the torques that the
+board would have commanded, open-loop: the arm's motion stays as recorded.";
 
 /// The board's code on a log's inputs.
 #[derive(Args, Debug)]
 pub(crate) struct ReplayArgs {
-    /// Log file or run folder; by default the newest in `runs`.
+    /// Log, or run folder with a run.mcap; by default the newest run.
     pub(crate) log: Option<PathBuf>,
     /// Settings to replay with instead of the recorded ones: a TOML file with any of
     /// the parameters that `armbridge config --explain` lists.
     #[arg(long, value_name = "TOML")]
     pub(crate) with: Option<PathBuf>,
-    /// The same, one parameter at a time.
+    /// Set one parameter for the replay; may be repeated.
     #[arg(long, value_name = "KEY=VALUE", value_parser = params::pair)]
     pub(crate) set: Vec<(String, Value)>,
     /// Print one JSON object instead of the text.
@@ -47,13 +47,13 @@ pub(crate) struct ReplayArgs {
     pub(crate) json: bool,
 }
 
-/// What `--json` prints.
+/// Output of `--json`.
 #[derive(Serialize)]
 struct Printed<'a> {
     log: &'a Path,
     #[serde(flatten)]
     report: &'a Report,
-    /// What is missing of the file, each in one sentence.
+    /// The file's damage, each in one sentence.
     damage: &'a [String],
     /// Simulated seconds per second of the wall clock.
     times_real_time: f64,

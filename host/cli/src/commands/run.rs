@@ -1,4 +1,4 @@
-//! `armbridge run`: a scenario, on any board.
+//! `armbridge run`: runs a scenario on any board.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,57 +23,56 @@ use super::{Error, Outcome, transparent_port};
 use crate::args::values::{angles, duration};
 use crate::args::{LinkArgs, OutputArgs, PaceName, VirtualServoArgs};
 
-/// What the help ends with.
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge run --list                      the scenarios that ship
-  armbridge run                             the demo, on the bench, as fast as it goes
-  armbridge run demo --control compensated  the same with friction overcome
-  armbridge run push --link emulate:        by the firmware image under QEMU
+  armbridge run                             the demo, simulated, as fast as possible
+  armbridge run demo --control compensated  the same, friction compensated
+  armbridge run push --link emulate:        on the firmware image in QEMU
   armbridge run mine.toml --link serial:    a file of your own, on a board
-  armbridge run mine.toml --check           is it in order? Nothing moves
-  armbridge run hour --duration 600 --json  ten minutes, summed up as JSON
+  armbridge run mine.toml --check           check the file; nothing moves
+  armbridge run hour --duration 600 --json  ten minutes, with a summary as JSON
 
-A scenario is a TOML file; `armbridge run NAME --show` prints one that ships, to start
-from. Ctrl-C switches the motors off, then ends the run. The log and the plots of the run
-are in a new folder in runs/.
+A scenario is a TOML file; `armbridge run NAME --show` prints one that ships, as a
+starting point. Ctrl-C switches the motors off, then ends the run. The log and the plots
+of the run are in a new folder in runs/.
 
-Exit codes: 0 the run ended as the scenario wants it, 1 otherwise (a fault, something
-expected that was missed, records lost), 2 there was no run, 130 ended by ctrl-c.";
+Exit codes: 0 the run met the scenario's expectations, 1 it did not (a fault, a missed
+expectation, records lost), 2 there was no run, 130 ended by ctrl-c.";
 
-/// A scenario, and what is otherwise than it says.
+/// A scenario, and what overrides it.
 #[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
 #[derive(Args, Clone, Debug)]
 pub(crate) struct RunArgs {
-    /// A file, or the name of a scenario that ships.
+    /// Scenario: a file, or the name of one that ships.
     #[arg(default_value = "demo")]
     pub(crate) scenario: String,
     /// List the scenarios that ship.
     #[arg(long)]
     pub(crate) list: bool,
-    /// Check the scenario, and do nothing.
+    /// Check the scenario without running it.
     #[arg(long)]
     pub(crate) check: bool,
-    /// Print the file of a scenario that ships, and do nothing.
+    /// Print the file of a scenario that ships.
     #[arg(long, conflicts_with = "check")]
     pub(crate) show: bool,
     #[command(flatten)]
     pub(crate) link: LinkArgs,
-    /// Control to start from, instead of the scenario's own.
+    /// Controller and estimator, instead of the scenario's own.
     #[arg(long, value_enum)]
     pub(crate) control: Option<ControlName>,
     /// Change a parameter of the board for this run; may be repeated.
     #[arg(long, value_name = "KEY=VALUE", value_parser = params::pair)]
     pub(crate) set: Vec<(String, Value)>,
-    /// Length of the run in s instead of the scenario's own; what repeats does so until
-    /// then.
+    /// Length of the run in s, instead of the scenario's own; repeated motions go on
+    /// until then.
     #[arg(long, value_name = "S", value_parser = duration)]
     pub(crate) duration: Option<f64>,
-    /// Clear a fault that is latched on the board; see to its cause first.
+    /// Clear a fault that is latched on the board; remove its cause first.
     #[arg(long)]
     pub(crate) clear: bool,
-    /// In the end, give stock servos back the mode and the return delay they were
-    /// found with.
+    /// At the end, restore the mode and the return delay that stock servos were found
+    /// with.
     #[arg(long)]
     pub(crate) release: bool,
     #[command(flatten)]
@@ -86,18 +85,18 @@ pub(crate) struct RunArgs {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Simulated board (sim: and emulate:)")]
 pub(crate) struct SimulatedArgs {
-    /// Seed of the encoders' noise instead of the scenario's own.
+    /// Seed of the encoder noise, instead of the scenario's own.
     #[arg(long)]
     pub(crate) seed: Option<u64>,
     /// Joint angles in rad at which the arm is held until torque comes on, instead of the
     /// scenario's own.
     #[arg(long, value_name = "RAD,RAD", value_parser = angles, allow_hyphen_values = true)]
     pub(crate) initial: Option<[f64; JOINTS]>,
-    /// The virtual arm instead of the scenario's own, as host/plants/default.toml
-    /// describes it.
+    /// File that describes the virtual arm, instead of the scenario's own, such as
+    /// host/plants/default.toml.
     #[arg(long, value_name = "FILE")]
     pub(crate) plant: Option<PathBuf>,
-    /// Take dry friction off the virtual arm.
+    /// Simulate the arm without dry friction.
     #[arg(long)]
     pub(crate) no_friction: bool,
     #[command(flatten)]
@@ -106,7 +105,7 @@ pub(crate) struct SimulatedArgs {
     /// a new pseudo-terminal.
     #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
     pub(crate) transparent: Option<LinkUri>,
-    /// How fast time goes.
+    /// Pace of simulated time.
     #[arg(long, value_enum, default_value_t = PaceName::Free)]
     pub(crate) pace: PaceName,
 }
@@ -147,7 +146,7 @@ impl RunArgs {
                 .map(PlantFile::read)
                 .transpose()?,
             friction: simulated.no_friction.then_some(false),
-            servos: simulated.servos.asked()?,
+            servos: simulated.servos.requested()?,
             board: None,
         })
     }
@@ -188,12 +187,12 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     finish(player, result, &args.output)
 }
 
-/// What a scenario is played on, and how.
+/// Link and options that a scenario runs with.
 pub(super) struct Staging<'a> {
     pub(super) config: &'a Config,
     pub(super) link: &'a BoardUri,
     pub(super) pace: Pace,
-    /// Nothing is said of a link that breaks.
+    /// A link that breaks is not reported.
     pub(super) is_quiet: bool,
     /// There is no progress bar.
     pub(super) is_silent: bool,
@@ -221,7 +220,7 @@ impl Staging<'_> {
         options
     }
 
-    /// What the player is to do.
+    /// The run's specification.
     pub(super) fn task(&self, scenario: Scenario) -> Result<RunSpec, Error> {
         let Scenario {
             name,

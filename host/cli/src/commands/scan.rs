@@ -1,4 +1,4 @@
-//! `armbridge scan`: who is on the bus.
+//! `armbridge scan`: searches the bus for servos.
 
 use std::io::Write;
 use std::ops::RangeInclusive;
@@ -23,19 +23,19 @@ Examples:
   armbridge scan --port tcp://127.0.0.1:7000 --ids 0..253
   armbridge scan --port /dev/ttyACM1 --bauds 1000000 --json
 
-An id without a servo takes 40 ms at each rate: 6 s for the default ids and rates, 45 s for
-all ids at these rates. Over TCP the other side decides the rate, so there is one. Exit
-code 1: no servo was found.";
+An id without a servo takes 40 ms at each rate: 6 s for the default ids and rates, 45 s
+for all ids at these rates. Over TCP the other side sets the rate, so only one is tried.
+Exit code 1: no servo was found.";
 
-/// Who is there.
+/// Area and output of a scan.
 #[derive(Args, Debug)]
 pub(crate) struct ScanArgs {
     #[command(flatten)]
     pub(crate) line: BusArgs,
-    /// First and last id to look at, at most 0..253.
+    /// First and last id to try, at most 0..253.
     #[arg(long, value_name = "FIRST..LAST", default_value = "0..32", value_parser = ids)]
     pub(crate) ids: RangeInclusive<u8>,
-    /// Baud rates to look at, in this order; of a serial device.
+    /// Baud rates to try on a serial device, in this order.
     #[arg(long, value_name = "BAUD,...", value_delimiter = ',', value_parser = baud,
           default_value = "1000000,57600,115200,500000")]
     pub(crate) bauds: Vec<u32>,
@@ -64,7 +64,7 @@ pub(crate) fn run(args: &ScanArgs) -> Outcome {
     let first = area.bauds.first().copied().unwrap_or_default();
     let mut client = bus::open(&args.line, first)?;
 
-    // Most ids are nobody's, and take this long.
+    // Most ids have no servo, and take this long.
     let s_per_ping = args.line.patience.as_secs_f64();
     let rates = client.baud().map_or(1, |_| area.bauds.len());
     let pings = rates * area.ids.len() * Firmware::ALL.len();
@@ -106,7 +106,7 @@ fn as_text(report: &Report) -> String {
         rows.extend(report.found.iter().map(row));
         text.push_str(&text_table::columns(&rows));
     }
-    // What is the same at several ids is said once.
+    // The same trouble at several ids is one line.
     let of_one_kind = report
         .troubles
         .chunk_by(|a, b| (a.baud, a.firmware, &a.diagnosis) == (b.baud, b.firmware, &b.diagnosis));

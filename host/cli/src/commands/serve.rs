@@ -15,7 +15,6 @@ use clap::{Args, Subcommand};
 use super::{Outcome, transparent_port, virtual_arm};
 use crate::args::{ArmArgs, LinkArgs, VirtualServoArgs};
 
-/// What the help ends with.
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   armbridge serve board --listen tcp://127.0.0.1:7001
@@ -24,9 +23,9 @@ Examples:
   armbridge serve servos --listen tcp://127.0.0.1:7000
   armbridge scan --port tcp://127.0.0.1:7000
 
-Time is held back to the wall clock. Ends with ctrl-c.";
+Simulated time keeps pace with the wall clock. Ctrl-C ends the server.";
 
-/// What is served.
+/// A server.
 #[derive(Args, Debug)]
 pub(crate) struct ServeArgs {
     #[command(subcommand)]
@@ -35,9 +34,9 @@ pub(crate) struct ServeArgs {
 
 #[derive(Debug, Subcommand)]
 enum Served {
-    /// A simulated board: its control link, its transparent port, or both.
+    /// Serve a simulated board: its control link, its transparent port, or both.
     Board(Box<BoardArgs>),
-    /// The virtual servos and arm, as raw bytes of their bus.
+    /// Serve virtual servos, as raw bytes of their bus.
     Servos(servos::ServosArgs),
 }
 
@@ -54,11 +53,11 @@ struct BoardArgs {
         required_unless_present = "transparent"
     )]
     listen: Option<LinkUri>,
-    /// Serve the transparent port, which behaves as the vendor's USB adapter. Without
-    /// --listen nothing else uses the bus.
+    /// Serve the transparent port, which behaves like the vendor's USB adapter. Without
+    /// --listen, nothing else uses the bus.
     #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
     transparent: Option<LinkUri>,
-    /// Leave out what an emulated board logs.
+    /// Do not print the log of an emulated board.
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]

@@ -27,27 +27,27 @@ Exit code 1: the servo did not answer, refused, or kept another value.";
 /// One servo.
 #[derive(Args, Debug)]
 pub(crate) struct ServoArgs {
-    /// Its id.
+    /// Id of the servo.
     #[arg(value_parser = clap::value_parser!(u8).range(0..=253))]
     pub(crate) id: u8,
     #[command(flatten)]
     pub(crate) line: BusArgs,
-    /// Rate at which the servo is now; of a serial device.
+    /// Present baud rate of the servo, on a serial device.
     #[arg(long, global = true, default_value = "1000000", value_parser = baud)]
     pub(crate) baud: u32,
-    /// Do not ask before anything moves or is changed for good.
+    /// Do not ask before a motion or a permanent change.
     #[arg(long, global = true)]
     pub(crate) yes: bool,
     #[command(subcommand)]
     pub(crate) action: ServoAction,
 }
 
-/// What to do with it.
+/// Action on a servo.
 #[derive(Debug, Subcommand)]
 pub(crate) enum ServoAction {
     /// Read one register, or all.
     Read {
-        /// Its name, or its address.
+        /// Name or address of the register.
         register: Option<String>,
         /// Print one JSON object instead of the table.
         #[arg(long)]
@@ -55,27 +55,27 @@ pub(crate) enum ServoAction {
     },
     /// Write one register and read it back.
     Write {
-        /// Its name, or its address.
+        /// Name or address of the register.
         register: String,
-        /// As on the wire, without unit; 0x1F and 31 are the same.
+        /// Raw value, decimal or hexadecimal: 31 or 0x1F.
         #[arg(value_parser = register_value)]
         value: u16,
     },
-    /// Give it another id, if that is free.
+    /// Change the servo's id, if the new one is free.
     SetId {
-        /// Its id from then on.
+        /// The new id.
         new: u8,
     },
-    /// Give it another baud rate.
+    /// Change the servo's baud rate.
     SetBaud {
-        /// Its rate from then on, in baud.
+        /// The new rate, in baud.
         #[arg(value_parser = baud)]
         rate: u32,
-        /// Also where the line's rate cannot follow, without reading back.
+        /// Change it even if the line's rate cannot follow; it is then not read back.
         #[arg(long)]
         blind: bool,
     },
-    /// Restore all settings ex works: id 1, 1000000 baud.
+    /// Restore the factory settings: id 1, 1000000 baud.
     FactoryReset,
 }
 
@@ -94,8 +94,8 @@ pub(crate) fn run(args: &ServoArgs) -> Outcome {
         .map_err(Error::from)
         .and_then(|mut servo| act(&mut servo, args));
     match done {
-        Ok(said) => {
-            write!(std::io::stdout(), "{said}")?;
+        Ok(text) => {
+            write!(std::io::stdout(), "{text}")?;
             Ok(ExitCode::SUCCESS)
         }
         Err(error) if is_of_the_servo(&error) => {
@@ -106,18 +106,21 @@ pub(crate) fn run(args: &ServoArgs) -> Outcome {
     }
 }
 
-/// Whether it is not what was asked, nor the port.
+/// Whether the servo is at fault, and not the request or the port.
 fn is_of_the_servo(error: &Error) -> bool {
     let servo = error.downcast_ref().map(ServoError::is_of_the_servo);
     let change = error.downcast_ref().map(ChangeError::is_of_the_servo);
     servo.or(change).unwrap_or(false)
 }
 
-/// Does it; returns what there is to say.
+/// Performs the action; returns the text to print.
 fn act<L: Line>(servo: &mut Servo<L>, args: &ServoArgs) -> Result<String, Error> {
     let id = args.id;
     if !servo.alarms().is_empty() {
-        eprintln!("servo {id} complains of: {}", alarms::text(servo.alarms()));
+        eprintln!(
+            "servo {id} reports alarms: {}",
+            alarms::text(servo.alarms())
+        );
     }
     match &args.action {
         ServoAction::Read { register, json } => read(servo, register.as_deref(), *json),
@@ -130,14 +133,14 @@ fn act<L: Line>(servo: &mut Servo<L>, args: &ServoArgs) -> Result<String, Error>
         ServoAction::SetBaud { rate, blind } => {
             bus::confirm(&format!("servo {id} gets {rate} baud"), args.yes)?;
             let how = match servo.set_baud(*rate, *blind)? {
-                Taken::NotReadable => "if it has taken that: it was not read back",
+                Taken::NotReadable => "not read back: check that it has changed",
                 _ => "read back at that rate",
             };
             Ok(format!("servo {id} now runs at {rate} baud, {how}\n"))
         }
         ServoAction::FactoryReset => {
-            let what = format!("servo {id} loses its settings, and gets id 1 and 1000000 baud");
-            bus::confirm(&what, args.yes)?;
+            let action = format!("servo {id} loses its settings, and gets id 1 and 1000000 baud");
+            bus::confirm(&action, args.yes)?;
             servo.factory_reset()?;
             Ok("servo 1 holds its factory settings, read back\n".into())
         }
@@ -198,8 +201,8 @@ fn write<L: Line>(
     let name = register.name;
     servo.check(register, value)?;
     if moves(servo.firmware(), register, value) {
-        let what = format!("writing {value} to {name} can move servo {}", servo.id());
-        bus::confirm(&what, yes)?;
+        let action = format!("writing {value} to {name} can move servo {}", servo.id());
+        bus::confirm(&action, yes)?;
     }
     let how = match servo.write(register, value)? {
         Taken::ReadBack => "read back",
@@ -242,18 +245,18 @@ fn find(firmware: Firmware, name: &str) -> Result<&'static Register, Error> {
     })
 }
 
-/// Value and meaning; a meaning that says no more is left out.
+/// Value and meaning; a meaning equal to the value is left out.
 fn cells(reading: &Reading) -> [String; 2] {
     match reading.value {
         Value::Known(value) => {
             let meaning = reading.register.show(value).to_string();
             let value = value.to_string();
-            let says_more = meaning != value;
-            [value, if says_more { meaning } else { String::new() }]
+            let differs = meaning != value;
+            [value, if differs { meaning } else { String::new() }]
         }
         Value::LowByte(low) => [
             format!("0x??{low:02X}"),
-            "the servo does not tell the high byte".into(),
+            "the servo does not report the high byte".into(),
         ],
     }
 }

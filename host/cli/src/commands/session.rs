@@ -1,5 +1,5 @@
-//! A link as a command asks for it: on a thread of its own, with a queue
-//! of what is said on it, and a log if one is asked for.
+//! A command's link on a thread of its own, with a queue of its events, and a log if one is
+//! requested.
 
 use std::path::Path;
 use std::time::Duration;
@@ -19,23 +19,23 @@ use armbridge_sim::plant::Plant;
 use super::{Error, virtual_arm};
 use crate::args::SessionArgs;
 
-/// A link that breaks is tried again for as long as anybody looks.
+/// A link that breaks is tried again for as long as the command runs.
 const PATIENCE: Duration = Duration::from_secs(24 * 3_600);
 
-/// All of it.
+/// The link, its events and its log.
 pub(crate) struct OpenedLink {
     session: LinkThread,
-    /// What is said on the link.
+    /// Events of the link.
     pub(crate) event_queue: EventQueue,
     recorder: Option<Recorder>,
-    /// Which link, and what is behind it.
+    /// The link's name, and what is behind it.
     pub(crate) title: String,
     /// There is no real arm.
     pub(crate) is_simulated: bool,
 }
 
 impl OpenedLink {
-    /// Begins. `name` is the command's; a quiet link says nothing on standard error.
+    /// Opens it. `name` is the command's; a quiet link prints nothing on standard error.
     pub(crate) fn begin(args: &SessionArgs, name: &str, is_quiet: bool) -> Result<Self, Error> {
         interrupt::listen()?;
         let link = Config::discover()?.link(args.link.link.as_ref())?;
@@ -78,8 +78,8 @@ impl OpenedLink {
         &self.session
     }
 
-    /// Disarms the board, closes the log. What is worth knowing of it is told on
-    /// standard error.
+    /// Disarms the board, closes the log, and prints the log's statistics on standard
+    /// error.
     pub(crate) fn end(self) -> Result<(), Error> {
         let ended = self.session.end();
         if let Some(recorder) = self.recorder {
@@ -95,7 +95,7 @@ impl OpenedLink {
 }
 
 fn recorder(path: &Path, name: &str, world: &str) -> Result<Recorder, Error> {
-    // Until the board tells its own, which go into the log too.
+    // Until the board reports its own, which go into the log too.
     let facts = RunFacts::of(name, world, &Settings::default());
     Ok(Recorder::create(path, &facts)?)
 }

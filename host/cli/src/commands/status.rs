@@ -1,4 +1,4 @@
-//! `armbridge status`: what the board says of itself, and how the link does.
+//! `armbridge status`: board, servo and link status.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -25,8 +25,8 @@ Examples:
   armbridge status --link serial:         of the board that is plugged in
   armbridge status --link tcp://127.0.0.1:7001 --json
 
-Saying hello disarms a board: a link has one host. Where another program has the
-link, that is said and nothing is done.";
+A hello disarms the board, as a link has one host. If another program has the link, the
+command reports that and does nothing.";
 
 pub(crate) fn run(args: &TaskArgs) -> Outcome {
     let (uri, host) = task::go(args, "status", Pace::Free, Status::default())?;
@@ -63,7 +63,7 @@ fn as_text(uri: &BoardUri, host: &TaskHost<Status>) -> String {
 
 fn board(host: &TaskHost<Status>) -> String {
     let hello = host.session.status().hello.map_or_else(
-        || "says nothing".to_owned(),
+        || "no hello".to_owned(),
         |hello| {
             let [major, minor, patch] = hello.version;
             let schema = u64::from_be_bytes(hello.schema);
@@ -93,12 +93,12 @@ fn settings_from(from: SettingsFrom) -> &'static str {
     match from {
         SettingsFrom::Default => "the defaults; none were ever saved",
         SettingsFrom::Saved => "as saved on the board",
-        SettingsFrom::Damaged => "the defaults: what was saved is damaged; save again",
+        SettingsFrom::Damaged => "the defaults: the saved ones are damaged; save again",
         SettingsFrom::OtherVersion => {
-            "the defaults: what was saved is of another version; save again"
+            "the defaults: the saved ones are of another version; save again"
         }
         SettingsFrom::Refused => {
-            "the defaults: what was saved is beyond the hard bounds; save again"
+            "the defaults: the saved ones are beyond the hard bounds; save again"
         }
         SettingsFrom::Unreadable => "the defaults: the memory cannot be read",
     }
@@ -155,7 +155,7 @@ fn servos(host: &TaskHost<Status>) -> String {
 fn mode(host: &TaskHost<Status>) -> Vec<[String; 2]> {
     let status = host.session.status();
     let Some(now) = status.mode() else {
-        return vec![["mode".into(), "no tick was heard".into()]];
+        return vec![["mode".into(), "no tick received".into()]];
     };
     let (name, means) = fault_text::mode(now);
     let mut rows = vec![["mode".into(), format!("{name}: {means}")]];
@@ -224,7 +224,7 @@ fn round_trip_ms(host: &TaskHost<Status>) -> Option<[f64; 2]> {
 
 fn round_trip(host: &TaskHost<Status>) -> String {
     round_trip_ms(host).map_or_else(
-        || "not measured: nothing was asked".into(),
+        || "not measured: no command was sent".into(),
         |[median_ms, longest_ms]| {
             let count = host.task.round_trips_us().len();
             format!("median {median_ms:.1} ms, longest {longest_ms:.1} ms of {count}")

@@ -1,4 +1,4 @@
-//! What commands have in common that do one thing on a link.
+//! Runs a task on a link, for commands that do one thing.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use super::Outcome;
 use super::{Error, link};
 use crate::args::TaskArgs;
 
-/// Does it; gives back the link's name and what is known then.
+/// Runs the task; returns the link's name and the host.
 pub(crate) fn go<T: Task>(
     args: &TaskArgs,
     name: &str,
@@ -60,7 +60,7 @@ fn record(
     Ok(Some(recorder))
 }
 
-/// The file that is meant: this one, or one in a folder of its own under this one.
+/// The log's path: this file, or one in a new folder under this one.
 fn file(path: &Path, name: &str) -> Result<PathBuf, Error> {
     if path
         .extension()
@@ -73,12 +73,12 @@ fn file(path: &Path, name: &str) -> Result<PathBuf, Error> {
     Ok(folder.file("run.mcap"))
 }
 
-/// Prints what became of it.
+/// Prints the result.
 pub(crate) fn print<T: Task>(
     args: &TaskArgs,
     uri: &BoardUri,
     host: &TaskHost<T>,
-    said: &str,
+    message: &str,
 ) -> Outcome {
     let mut out = std::io::stdout();
     if args.json {
@@ -87,11 +87,11 @@ pub(crate) fn print<T: Task>(
             "link": uri.to_string(),
             "mode": mode.map(enum_names::mode),
             "fault": mode.and_then(enum_names::fault_of).map(enum_names::fault),
-            "in_words": said,
+            "in_words": message,
         });
         writeln!(out, "{report}")?;
     } else {
-        writeln!(out, "{said}")?;
+        writeln!(out, "{message}")?;
     }
     Ok(ExitCode::SUCCESS)
 }

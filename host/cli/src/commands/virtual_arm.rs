@@ -1,4 +1,4 @@
-//! The virtual arm that is asked for.
+//! The virtual arm of a command's options.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
@@ -7,7 +7,7 @@ use armbridge_sim::plant::{Plant, PlantConfig, PlantFile};
 use super::Error;
 use crate::args::ArmArgs;
 
-/// Where the arm is held at first, in rad, unless asked otherwise.
+/// Default initial angles in rad.
 const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
 
 /// The virtual arm, held at its initial angles.
@@ -15,7 +15,7 @@ pub(super) fn plant(args: &ArmArgs) -> Result<Plant, Error> {
     Ok(Plant::new(config(args)?, args.seed))
 }
 
-/// What it is.
+/// Its configuration.
 pub(super) fn config(args: &ArmArgs) -> Result<PlantConfig, Error> {
     let mut plant = match &args.plant {
         Some(path) => PlantFile::read(path)?.config(INITIAL_RAD),

@@ -28,8 +28,7 @@ pub(crate) struct WatchArgs {
 pub(crate) fn run(args: &WatchArgs) -> Outcome {
     if !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal() {
         return Err(
-            "`watch` draws on a terminal, and this is none; use `armbridge status` where \
-             there is nobody to look"
+            "`watch` needs a terminal for input and output; in a script use `armbridge status`"
                 .into(),
         );
     }

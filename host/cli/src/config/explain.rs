@@ -8,10 +8,10 @@ use armbridge_client::params::{Parameter, to_text};
 
 use super::KEYS;
 
-/// Where comments are broken.
+/// Width at which comments are wrapped.
 const WIDTH: usize = 88;
 
-/// The file. It says nothing, and all that could be said.
+/// The file: every key, commented out.
 pub fn explain() -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -22,10 +22,10 @@ pub fn explain() -> String {
 fn write_all(out: &mut String) -> Result {
     comment(
         out,
-        "Configuration of armbridge. It is looked for in the working directory and in those \
-         above it. Options of a command go before the environment, that before this file, and \
-         that before the defaults, which are the values shown here. Take the # off a line, and \
-         off the [table] above it, to have it in force. Angles are in rad, torques in N m; two \
+        "Configuration of armbridge, searched for in the working directory and its parents. \
+         Options of a command override the environment, which overrides this file, which \
+         overrides the defaults, the values shown here. Remove the # from a line, and from the \
+         [table] above it, to set the key. Angles are in rad, torques in N m; two \
          values in a list are joint 1 and joint 2.",
     )?;
     let mut table = "";
@@ -78,7 +78,7 @@ fn begin_table(out: &mut String, table: &mut &str, group: &'static str) -> Resul
 
 fn about_table(group: &str) -> &'static str {
     match group {
-        "record" => "What is kept of a run.",
+        "record" => "Files kept of a run.",
         "setup" => {
             "From here on: the board's settings. Unspecified settings stay as the board has them."
         }

@@ -11,11 +11,11 @@ use toml::Value;
 pub struct Key {
     /// Its name.
     pub key: &'static str,
-    /// As `s`; empty for what is no number.
+    /// As `s`; empty for a value that is no number.
     pub unit: &'static str,
     /// One sentence.
     pub about: &'static str,
-    /// What it takes.
+    /// Accepted values, in words.
     pub takes: &'static str,
     /// The variable of the environment that has the same meaning.
     pub variable: Option<&'static str>,
@@ -98,7 +98,7 @@ pub(super) fn seconds(value: &Value) -> Option<f64> {
 }
 
 impl Key {
-    /// What it is if nobody says.
+    /// The default.
     pub fn default_value(&self) -> Value {
         (self.default)()
     }

@@ -1,9 +1,8 @@
-//! What the host and the board are told by `armbridge.toml`, by the environment, or by
-//! nobody.
+//! Configuration: `armbridge.toml`, the environment, and defaults.
 //!
-//! The file is looked for in the working directory and in those above it; the first one
-//! found is taken. What is said on the command line goes before the environment, that
-//! before the file, and that before the defaults. A command asks with what it was told:
+//! The file is searched for in the working directory and its parents; the first one found
+//! is taken. Options of a command override the environment, which overrides the file, which
+//! overrides the defaults. A command passes its options:
 //!
 //! ```no_run
 //! # use armbridge::config::Config;
@@ -41,7 +40,7 @@ use toml::Value;
 /// Name of the file.
 pub const FILE_NAME: &str = "armbridge.toml";
 
-/// Why a configuration cannot be.
+/// Why a configuration is invalid.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file cannot be read, is no TOML, or has a key or a value that it must not have.
@@ -50,14 +49,14 @@ pub enum ConfigError {
     /// A variable of the environment has a value that it must not have.
     #[error("{variable}={value} in the environment: expected {expected}")]
     Environment {
-        /// Which.
+        /// Its name.
         variable: &'static str,
-        /// As it is.
+        /// Its value.
         value: String,
-        /// What it takes.
+        /// Accepted values, in words.
         expected: &'static str,
     },
-    /// No board runs with what the file says.
+    /// No board runs with the file's settings.
     #[error("{path}: {why}", path = path.display())]
     Unfit {
         /// The file.
@@ -67,14 +66,14 @@ pub enum ConfigError {
     },
 }
 
-/// Who said what is in force.
+/// Origin of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// Nobody.
+    /// The default.
     Default,
     /// The file, in this line.
     File {
-        /// Which file.
+        /// The file.
         path: PathBuf,
         /// From 1.
         line: usize,
@@ -102,13 +101,13 @@ pub struct InForce {
     pub unit: &'static str,
     /// One sentence.
     pub about: &'static str,
-    /// What it is.
+    /// Value in force.
     pub value: Value,
-    /// Who said so.
+    /// Its origin.
     pub source: Source,
 }
 
-/// What is in force, but for the command line.
+/// The configuration without the command line's options.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
     file: Option<Document>,
@@ -121,7 +120,7 @@ impl Config {
     /// environment.
     ///
     /// # Errors
-    /// If one of them says what cannot be.
+    /// If one of them has an invalid key or value.
     pub fn discover() -> Result<Self, ConfigError> {
         let folder = env::current_dir().unwrap_or_default();
         Self::of(find_file(&folder).as_deref(), |variable| {
@@ -132,7 +131,7 @@ impl Config {
     /// From this file, or none, and these variables.
     ///
     /// # Errors
-    /// If one of them says what cannot be.
+    /// If one of them has an invalid key or value.
     pub fn of(
         file: Option<&Path>,
         variable: impl Fn(&str) -> Option<String>,
@@ -156,8 +155,8 @@ impl Config {
                     })
                 };
             }
-            let said = file.as_ref().and_then(|file| said(file, key.key));
-            Ok(said.unwrap_or_else(|| (key.default_value(), Source::Default)))
+            let file_value = file.as_ref().and_then(|file| file_value(file, key.key));
+            Ok(file_value.unwrap_or_else(|| (key.default_value(), Source::Default)))
         });
         let own = own.collect::<Result<_, _>>()?;
         Ok(Self { file, own })
@@ -168,12 +167,12 @@ impl Config {
         self.file.as_ref().map(Document::path)
     }
 
-    /// Where the board is; what a command was told goes first.
+    /// Link to the board; a command's option overrides it.
     ///
     /// # Errors
     /// If there is no such link, or a host of this name.
-    pub fn link(&self, told: Option<&BoardUri>) -> Result<BoardUri, ConfigError> {
-        if let Some(link) = told {
+    pub fn link(&self, option: Option<&BoardUri>) -> Result<BoardUri, ConfigError> {
+        if let Some(link) = option {
             return Ok(link.clone());
         }
         let (value, _) = self.own(keys::LINK);
@@ -187,10 +186,9 @@ impl Config {
         keys::seconds(value).map_or(Duration::ZERO, Duration::from_secs_f64)
     }
 
-    /// The folder in which the folders of runs are made; what a command was told goes
-    /// first.
-    pub fn out(&self, told: Option<&Path>) -> PathBuf {
-        if let Some(out) = told {
+    /// Folder in which run folders are created; a command's option overrides it.
+    pub fn out(&self, option: Option<&Path>) -> PathBuf {
+        if let Some(out) = option {
             return out.into();
         }
         let (value, source) = self.own(keys::OUT);
@@ -211,7 +209,7 @@ impl Config {
         self.is_on(keys::RECORD_PLOTS)
     }
 
-    /// Settings of a board, with what the file says instead.
+    /// Settings of a board, overridden by the file's.
     ///
     /// # Errors
     /// If no board runs with them; or if the file has numbers of a kind of controller or
@@ -229,14 +227,14 @@ impl Config {
         Ok(base)
     }
 
-    /// Whether the file says anything that is for the board.
+    /// Whether the file has settings for the board.
     pub fn has_settings(&self) -> bool {
         self.file
             .as_ref()
             .is_some_and(|file| parameters(file).next().is_some())
     }
 
-    /// All that is in force: the host's own keys, and what the file says for the board.
+    /// All values in force: the host's own keys, and the file's settings for the board.
     pub fn in_force(&self) -> Vec<InForce> {
         let own = KEYS
             .iter()
@@ -250,7 +248,7 @@ impl Config {
             });
         let of_file = self.file.iter().flat_map(|file| {
             params::all().iter().filter_map(|parameter| {
-                let (value, source) = said(file, parameter.key)?;
+                let (value, source) = file_value(file, parameter.key)?;
                 Some(InForce {
                     key: parameter.key,
                     unit: parameter.unit,
@@ -282,8 +280,8 @@ pub fn find_file(folder: &Path) -> Option<PathBuf> {
     files.find(|file| file.is_file())
 }
 
-/// What a file says, and where.
-fn said(file: &Document, key: &str) -> Option<(Value, Source)> {
+/// A key's value in a file, and its line.
+fn file_value(file: &Document, key: &str) -> Option<(Value, Source)> {
     let entry = file.get(key)?;
     let source = Source::File {
         path: file.path().into(),
@@ -292,7 +290,7 @@ fn said(file: &Document, key: &str) -> Option<(Value, Source)> {
     Some((entry.value.clone(), source))
 }
 
-/// What a file says for the board.
+/// A file's settings for the board.
 fn parameters(file: &Document) -> impl Iterator<Item = (&'static params::Parameter, &Value)> {
     file.entries()
         .filter_map(|(key, entry)| Some((params::find(key)?, &entry.value)))
@@ -304,8 +302,8 @@ fn check_keys(file: &Document) -> Result<(), DocumentError> {
         let value = &entry.value;
         if let Some(own) = keys::find(key) {
             if !own.allows(value) {
-                let what = format!("`{key}` takes {}", own.takes);
-                return Err(file.wrong_value(key, what));
+                let expected = format!("`{key}` takes {}", own.takes);
+                return Err(file.wrong_value(key, expected));
             }
         } else if let Some(parameter) = params::find(key) {
             let accepted = parameter.accepts(value);

@@ -11,8 +11,8 @@ fn config(text: &str, variables: &[(&str, &str)]) -> Result<Config, ConfigError>
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(FILE_NAME);
     fs::write(&path, text).unwrap();
-    Config::of(Some(&path), |asked| {
-        let (_, value) = variables.iter().find(|(name, _)| *name == asked)?;
+    Config::of(Some(&path), |variable| {
+        let (_, value) = variables.iter().find(|(name, _)| *name == variable)?;
         Some((*value).to_owned())
     })
 }
@@ -155,14 +155,14 @@ fn the_explanation_is_a_file_that_says_nothing_and_without_its_marks_the_default
         "{text}"
     );
 
-    // `# x = 1` says x, `## ...` is what it means.
-    let said: Vec<&str> = text
+    // `# x = 1` sets x, `## ...` is its meaning.
+    let lines: Vec<&str> = text
         .lines()
         .filter_map(|line| line.strip_prefix("# "))
         .collect();
     // Of several kinds, a file can have one: each key is taken alone, as it stands.
-    let everything: toml::Table = toml::from_str(&said.join("\n")).unwrap();
-    let document = Document::parse(Path::new("x"), said.join("\n")).unwrap();
+    let everything: toml::Table = toml::from_str(&lines.join("\n")).unwrap();
+    let document = Document::parse(Path::new("x"), lines.join("\n")).unwrap();
     check_keys(&document).unwrap();
     for key in KEYS {
         assert_eq!(document.get(key.key).unwrap().value, key.default_value());
@@ -173,7 +173,7 @@ fn the_explanation_is_a_file_that_says_nothing_and_without_its_marks_the_default
     }
     assert_eq!(document.entries().count(), KEYS.len() + params::all().len());
     assert_eq!(everything.len(), 3 + 8);
-    // What goes with the default kinds are the default settings.
+    // Values of the default kinds are the default settings.
     let in_use = params::pairs(&Settings::default());
     let table = params::to_table(in_use);
     let mut settings = Settings::default();

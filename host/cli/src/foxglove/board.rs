@@ -1,29 +1,26 @@
-//! What is known of the board, for whoever has to answer a viewer.
-
-use std::collections::VecDeque;
+//! The board as viewers' requests need it: its status, and its latest refusal.
 
 use armbridge_client::event::{Event, EventKind};
 use armbridge_client::status::BoardStatus;
 use armbridge_shared::link::message::{Command, Refusal, ToBoard, ToHost};
 
-/// Commands that are remembered until they are answered.
-const OPEN: usize = 64;
+use crate::open_commands::OpenCommands;
 
-/// Made of what was said on the link.
+/// Built from the link's events.
 #[derive(Clone, Debug, Default)]
 pub struct Board {
-    /// What it has told.
+    /// Latest of each of its messages.
     pub status: BoardStatus,
-    /// What was refused last, and how many refusals there were before.
-    pub refused: Option<(Asked, Refusal)>,
-    /// How many there were.
+    /// The latest refusal.
+    pub refused: Option<(CommandKind, Refusal)>,
+    /// Refusals so far.
     pub refusals: u64,
-    open: VecDeque<(u16, Asked)>,
+    open: OpenCommands<CommandKind>,
 }
 
-/// A command, as far as somebody waits for what becomes of it.
+/// Kind of command, as far as a viewer's request waits for its result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Asked {
+pub enum CommandKind {
     /// Settings.
     Change,
     /// To arm, or to drive.
@@ -36,7 +33,7 @@ pub enum Asked {
     Other,
 }
 
-impl Asked {
+impl CommandKind {
     fn of(command: &Command) -> Self {
         match command {
             Command::Configure(_) | Command::Limit(_) => Self::Change,
@@ -54,14 +51,11 @@ impl Asked {
 }
 
 impl Board {
-    /// Takes what happened.
+    /// Applies an event.
     pub fn take(&mut self, event: &Event) {
         match event.kind {
             EventKind::Sent(sequence, ToBoard::Command(command)) => {
-                if self.open.len() == OPEN {
-                    self.open.pop_front();
-                }
-                self.open.push_back((sequence, Asked::of(&command)));
+                self.open.sent(sequence, CommandKind::of(&command));
             }
             EventKind::Received(
                 _,
@@ -79,17 +73,11 @@ impl Board {
     }
 
     fn answered(&mut self, sequence: u16, result: Result<(), Refusal>) {
-        let is_it = |(asked, _): &(u16, Asked)| *asked == sequence;
-        let Some(at) = self.open.iter().position(is_it) else {
-            return;
-        };
-        let asked = self.open.remove(at);
-        self.open.drain(..at);
-        // Busy is asked again.
-        if let (Some((_, asked)), Err(refusal)) = (asked, result)
+        // Busy is no answer: the link repeats the command.
+        if let (Some(kind), Err(refusal)) = (self.open.acknowledged(sequence), result)
             && refusal != Refusal::Busy
         {
-            self.refused = Some((asked, refusal));
+            self.refused = Some((kind, refusal));
             self.refusals += 1;
         }
     }

@@ -1,8 +1,8 @@
-//! What viewers wish, until the board has said what became of it.
+//! Viewers' requests, until the board's messages show their result.
 //!
-//! A viewer is answered when the board's own words show that it is so: settings when the
-//! board tells them as they were wanted, a stop when a fault is latched. What the board
-//! refuses, or does not answer within two seconds, is told as that.
+//! A request succeeds when the board reports its effect: settings when they are in force as
+//! requested, a stop when a fault is latched. It fails when the board refuses it, or shows
+//! no effect within two seconds.
 
 use std::time::{Duration, Instant};
 
@@ -14,13 +14,13 @@ use armbridge_shared::link::motion::Motion;
 use foxglove::websocket::service::Responder;
 use foxglove::websocket::{GetParametersResponder, Parameter, SetParametersResponder};
 
-use super::board::{Asked, Board};
+use super::board::{Board, CommandKind};
 use super::values;
 
-/// How long the board may take.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// How long the board may take to show the effect of a request.
+const TIMEOUT: Duration = Duration::from_secs(2);
 
-/// What a viewer can call.
+/// Services that a viewer can call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Service {
     /// Emergency stop.
@@ -102,46 +102,46 @@ impl Service {
         }
     }
 
-    fn asked(self) -> Option<Asked> {
+    fn command_kind(self) -> Option<CommandKind> {
         match self {
             Self::Stop => None,
-            Self::Disarm => Some(Asked::Disarm),
-            Self::ClearFault => Some(Asked::Clear),
-            Self::Arm | Self::Hold | Self::Upright => Some(Asked::Drive),
+            Self::Disarm => Some(CommandKind::Disarm),
+            Self::ClearFault => Some(CommandKind::Clear),
+            Self::Arm | Self::Hold | Self::Upright => Some(CommandKind::Drive),
         }
     }
 }
 
-/// What a viewer wishes.
+/// A request of a viewer, and where its response goes.
 #[derive(Debug)]
-pub enum Wish {
-    /// To know parameters.
+pub enum ViewerRequest {
+    /// Read parameters.
     Get(Vec<String>, GetParametersResponder),
-    /// To change parameters.
+    /// Change parameters.
     Set(Vec<Parameter>, SetParametersResponder),
-    /// To have something done.
+    /// Call a service.
     Call(Service, Responder),
 }
 
-/// What follows from wishes: for the link, and for all viewers.
+/// Result of taking or settling requests: for the link, and for all viewers.
 #[derive(Debug, Default)]
 pub struct Outcome {
-    /// To be asked of the board.
+    /// Requests for the board.
     pub requests: Vec<Request>,
-    /// To be told to everybody.
-    pub complaints: Vec<String>,
+    /// Errors, shown to all viewers.
+    pub errors: Vec<String>,
 }
 
 #[derive(Debug)]
-struct Waiting {
+struct Pending {
     since: Instant,
-    /// Refusals before it.
+    /// The board's refusals before it.
     refusals: u64,
-    what: What,
+    kind: PendingKind,
 }
 
 #[derive(Debug)]
-enum What {
+enum PendingKind {
     Change {
         wanted: Box<Settings>,
         names: Vec<String>,
@@ -153,25 +153,27 @@ enum What {
     },
 }
 
-/// All that is not answered yet.
+/// Requests without a response yet.
 #[derive(Debug, Default)]
 pub struct PendingRequests {
-    waiting: Vec<Waiting>,
+    pending: Vec<Pending>,
 }
 
 impl PendingRequests {
-    /// Takes a wish.
-    pub fn take(&mut self, wish: Wish, board: &Board) -> Outcome {
+    /// Takes a request.
+    pub fn take(&mut self, request: ViewerRequest, board: &Board) -> Outcome {
         let mut outcome = Outcome::default();
-        match wish {
-            Wish::Get(names, responder) => {
+        match request {
+            ViewerRequest::Get(names, responder) => {
                 let all = board.status.settings.as_ref();
-                responder.respond(all.map_or_else(Vec::new, |all| values::of(all, &names)));
+                responder.respond(all.map_or_else(Vec::new, |all| values::parameters(all, &names)));
             }
-            Wish::Set(wanted, responder) => self.change(&wanted, responder, board, &mut outcome),
-            Wish::Call(service, responder) => {
+            ViewerRequest::Set(wanted, responder) => {
+                self.change(&wanted, responder, board, &mut outcome);
+            }
+            ViewerRequest::Call(service, responder) => {
                 outcome.requests = service.requests(board);
-                self.wait(board, What::Call { service, responder });
+                self.wait(board, PendingKind::Call { service, responder });
             }
         }
         outcome
@@ -179,26 +181,26 @@ impl PendingRequests {
 
     fn change(
         &mut self,
-        asked: &[Parameter],
+        requested: &[Parameter],
         responder: SetParametersResponder,
         board: &Board,
         outcome: &mut Outcome,
     ) {
-        let names: Vec<_> = asked
+        let names: Vec<_> = requested
             .iter()
             .map(|parameter| parameter.name.clone())
             .collect();
         let Some(settings) = board.status.settings else {
-            let why = "parameters cannot be set before the board has told its own";
-            outcome.complaints.push(why.into());
+            let error = "parameters cannot be set before the board has reported its own";
+            outcome.errors.push(error.into());
             responder.respond(vec![]);
             return;
         };
-        let wanted = match values::changed(&settings, asked) {
+        let wanted = match values::changed(&settings, requested) {
             Ok(wanted) => wanted,
             Err(error) => {
-                outcome.complaints.push(error.to_string());
-                responder.respond(values::of(&settings, &names));
+                outcome.errors.push(error.to_string());
+                responder.respond(values::parameters(&settings, &names));
                 return;
             }
         };
@@ -211,69 +213,69 @@ impl PendingRequests {
             let configure = Command::Configure(wanted.setup);
             outcome.requests.push(Request::Command(configure));
         }
-        let what = What::Change {
+        let kind = PendingKind::Change {
             wanted: Box::new(wanted),
             names,
             responder,
         };
-        self.wait(board, what);
+        self.wait(board, kind);
     }
 
-    fn wait(&mut self, board: &Board, what: What) {
-        self.waiting.push(Waiting {
+    fn wait(&mut self, board: &Board, kind: PendingKind) {
+        self.pending.push(Pending {
             since: Instant::now(),
             refusals: board.refusals,
-            what,
+            kind,
         });
     }
 
-    /// Answers what has come about, or will not any more.
+    /// Responds to requests whose result is known, or that have timed out.
     pub fn settle(&mut self, board: &Board) -> Outcome {
         let mut outcome = Outcome::default();
-        let waiting = std::mem::take(&mut self.waiting);
-        for waiting in waiting {
-            let is_late = waiting.since.elapsed() > PATIENCE;
-            let refused = board.refused.filter(|_| board.refusals > waiting.refusals);
-            let why = |asked: Option<Asked>| match refused {
-                Some((what, refusal)) if Some(what) == asked => Some(format!(
+        for pending in std::mem::take(&mut self.pending) {
+            let is_late = pending.since.elapsed() > TIMEOUT;
+            let refused = board.refused.filter(|_| board.refusals > pending.refusals);
+            let error = |kind: Option<CommandKind>| match refused {
+                Some((refused, refusal)) if Some(refused) == kind => Some(format!(
                     "the board refused: {}",
                     refusal_text::in_words(refusal)
                 )),
                 Some(_) | None => {
-                    is_late.then(|| "the board did not do so within 2 s: is it there?".into())
+                    is_late.then(|| "no result from the board within 2 s: is it connected?".into())
                 }
             };
-            match waiting.what {
-                What::Change {
+            match pending.kind {
+                PendingKind::Change {
                     wanted,
                     names,
                     responder,
                 } => {
                     let is_so = board.status.settings == Some(*wanted);
-                    let why = why(Some(Asked::Change)).filter(|_| !is_so);
-                    if is_so || why.is_some() {
+                    let error = error(Some(CommandKind::Change)).filter(|_| !is_so);
+                    if is_so || error.is_some() {
                         let all = board.status.settings.as_ref();
-                        let values = all.map_or_else(Vec::new, |all| values::of(all, &names));
+                        let values =
+                            all.map_or_else(Vec::new, |all| values::parameters(all, &names));
                         responder.respond(values);
-                        outcome.complaints.extend(why);
+                        outcome.errors.extend(error);
                         continue;
                     }
-                    let what = What::Change {
+                    let kind = PendingKind::Change {
                         wanted,
                         names,
                         responder,
                     };
-                    self.waiting.push(Waiting { what, ..waiting });
+                    self.pending.push(Pending { kind, ..pending });
                 }
-                What::Call { service, responder } => {
+                PendingKind::Call { service, responder } => {
                     let mode = board.status.mode();
                     if mode.is_some_and(|mode| service.is_done(mode)) {
                         responder.respond_ok(br#"{"success":true,"message":""}"#);
-                    } else if let Some(why) = why(service.asked()) {
-                        responder.respond_err(why);
+                    } else if let Some(error) = error(service.command_kind()) {
+                        responder.respond_err(error);
                     } else {
-                        let what = What::Call { service, responder };
-                        self.waiting.push(Waiting { what, ..waiting });
+                        let kind = PendingKind::Call { service, responder };
+                        self.pending.push(Pending { kind, ..pending });
                     }
                 }
             }

@@ -1,4 +1,4 @@
-//! Events to viewers, wishes to the board, until somebody ends it.
+//! The loop: events to viewers, their requests to the board.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -17,19 +17,18 @@ use super::server::Server;
 use super::values;
 use crate::link_thread::LinkThread;
 
-/// Between two looks at what has happened: viewers get messages that are at most so
-/// old, at 1 kHz ten at a time.
+/// Period of the loop: viewers get messages at most this old, at 1 kHz ten at a time.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// A clock that shows less than this, in ns since 1970, is one of virtual time.
+/// A time before this, in ns since 1970, is virtual.
 const REAL_NS: u64 = 1_000_000_000_000_000_000;
 
-/// What was served.
+/// Statistics of a server.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Served {
-    /// Messages, whether anybody wanted them or not.
+    /// Messages published.
     pub messages: u64,
-    /// Events that there was no time for.
+    /// Events that the queue dropped.
     pub unseen: u64,
 }
 
@@ -53,28 +52,25 @@ pub fn run(session: &LinkThread, event_queue: &EventQueue, server: &Server) -> S
             live.event(event);
         }
         let mut outcome = live.pending.settle(&live.board);
-        if let Ok(wish) = server.wishes().recv_timeout(LOOK) {
-            let wishes = std::iter::once(wish).chain(server.wishes().try_iter());
-            for wish in wishes {
-                let more = live.pending.take(wish, &live.board);
+        if let Ok(request) = server.requests().recv_timeout(LOOK) {
+            let requests = std::iter::once(request).chain(server.requests().try_iter());
+            for request in requests {
+                let more = live.pending.take(request, &live.board);
                 outcome.requests.extend(more.requests);
-                outcome.complaints.extend(more.complaints);
+                outcome.errors.extend(more.errors);
             }
         }
-        let Outcome {
-            requests,
-            complaints,
-        } = outcome;
+        let Outcome { requests, errors } = outcome;
         is_armed_here |= requests.contains(&Request::Arm);
         for request in requests {
-            session.ask(request);
+            session.request(request);
         }
-        for complaint in complaints {
-            server.complain(&complaint);
+        for error in errors {
+            server.publish_error(&error);
         }
         if is_armed_here && server.viewers() == 0 {
             is_armed_here = false;
-            session.ask(Request::Command(Command::Idle));
+            session.request(Request::Command(Command::Idle));
         }
     }
     live.served
@@ -85,9 +81,9 @@ struct Live<'a> {
     board: Board,
     pending: PendingRequests,
     encoder: Encoder,
-    /// How much later the wall clock is than a virtual one, in ns.
+    /// Wall clock minus virtual clock, in ns.
     later_ns: Option<u64>,
-    /// The latest message of that topic: told again and again, for who comes late.
+    /// The latest message of that topic, published again for viewers that connect later.
     parameters: Option<Vec<u8>>,
     served: Served,
 }
@@ -133,7 +129,7 @@ impl Live<'_> {
         }
     }
 
-    /// Tells those who look at parameters what has changed.
+    /// Publishes the parameters that have changed.
     fn publish_changes(&self, before: Option<&Settings>) {
         let Some(settings) = &self.board.status.settings else {
             return;
@@ -145,12 +141,12 @@ impl Live<'_> {
                 .collect()
         });
         // None by name is all of them.
-        self.server.publish(values::of(settings, &changed));
+        self.server.publish(values::parameters(settings, &changed));
     }
 }
 
-/// How much later the wall clock is, if this is not of the wall clock. Viewers show
-/// what is now.
+/// Wall clock minus `host_ns`; 0 if that is wall-clock time already. Viewers show the
+/// present.
 fn later_than(host_ns: u64) -> u64 {
     if host_ns > REAL_NS {
         return 0;

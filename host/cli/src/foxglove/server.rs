@@ -1,7 +1,7 @@
 //! The server that viewers connect to.
 //!
-//! Messages go to viewers over the protocol `foxglove.sdk.v1`; what viewers wish comes
-//! back over a channel, so that nothing waits on the server's own threads.
+//! Messages go to viewers over the protocol `foxglove.sdk.v1`; their requests come back
+//! over a channel, so that nothing waits on the server's own threads.
 
 use std::net::IpAddr;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use armbridge_log::topics::{Message, Topic};
 use foxglove::websocket::service::{
-    Handler, Request as Call, Responder, Service as Offered, ServiceSchema,
+    Handler, Request as Call, Responder, Service as FoxgloveService, ServiceSchema,
 };
 use foxglove::websocket::{
     AnyClient, GetParametersResponder, Parameter, ParameterHandler, SetParametersResponder, Status,
@@ -19,7 +19,7 @@ use foxglove::{
     WebSocketServerHandle,
 };
 
-use super::pending_requests::{Service, Wish};
+use super::pending_requests::{Service, ViewerRequest};
 
 /// Messages that wait for a viewer; more than 4 s of all topics. Then its oldest go.
 const BACKLOG: usize = 8192;
@@ -36,7 +36,7 @@ pub enum ServerError {
         host: IpAddr,
         /// Port.
         port: u16,
-        /// What the system said.
+        /// The system's reason.
         source: std::io::Error,
     },
     /// Anything else.
@@ -52,7 +52,7 @@ pub struct Server {
     _context: Arc<Context>,
     /// In the order of [`Topic::ALL`].
     channels: Vec<Arc<RawChannel>>,
-    wishes: Receiver<Wish>,
+    requests: Receiver<ViewerRequest>,
 }
 
 impl Server {
@@ -60,7 +60,7 @@ impl Server {
     /// offered only if they are allowed.
     ///
     /// # Errors
-    /// When nobody can be served.
+    /// If the port cannot be listened on.
     pub fn start(host: IpAddr, port: u16, allow_arm: bool) -> Result<Self, ServerError> {
         let context = Context::new();
         let channels = Topic::ALL
@@ -74,12 +74,12 @@ impl Server {
                     .build_raw()
             })
             .collect::<Result<_, _>>()?;
-        let (sender, wishes) = channel();
-        let wisher = Arc::new(Wisher(Mutex::new(sender)));
+        let (sender, requests) = channel();
+        let sender = Arc::new(RequestSender(Mutex::new(sender)));
         let offered = Service::ALL
             .into_iter()
             .filter(|service| allow_arm || !service.energises())
-            .map(|service| offer(service, &wisher));
+            .map(|service| offer(service, &sender));
         let handle = WebSocketServer::new()
             .name("armbridge")
             .bind(host.to_string(), port)
@@ -87,7 +87,7 @@ impl Server {
             .message_backlog_size(BACKLOG)
             .supported_encodings(["json"])
             .services(offered)
-            .parameter_handler(Arc::clone(&wisher) as Arc<dyn ParameterHandler>)
+            .parameter_handler(Arc::clone(&sender) as Arc<dyn ParameterHandler>)
             .start_blocking()
             .map_err(|error| match error {
                 FoxgloveError::Bind(source) => ServerError::Bind { host, port, source },
@@ -97,7 +97,7 @@ impl Server {
             handle,
             _context: context,
             channels,
-            wishes,
+            requests,
         })
     }
 
@@ -106,7 +106,7 @@ impl Server {
         self.handle.port()
     }
 
-    /// What to open in a browser.
+    /// Address to open in a browser.
     pub fn app_url(&self) -> String {
         self.handle.app_url().to_string()
     }
@@ -116,12 +116,12 @@ impl Server {
         self.handle.client_count()
     }
 
-    /// What viewers wish; asked again and again.
-    pub fn wishes(&self) -> &Receiver<Wish> {
-        &self.wishes
+    /// Viewers' requests.
+    pub fn requests(&self) -> &Receiver<ViewerRequest> {
+        &self.requests
     }
 
-    /// To everybody who subscribed.
+    /// Publishes a message to its subscribers.
     pub fn put(&self, message: Message<'_>) {
         if let Some(channel) = self.channels.get(message.topic as usize) {
             let meta = PartialMetadata::with_log_time(message.log_time_ns);
@@ -129,34 +129,34 @@ impl Server {
         }
     }
 
-    /// These parameters have these values, for those who subscribed to them.
+    /// Publishes these parameters' values to their subscribers.
     pub fn publish(&self, parameters: Vec<Parameter>) {
         self.handle.publish_parameter_values(parameters);
     }
 
-    /// What went wrong, to everybody.
-    pub fn complain(&self, why: &str) {
-        self.handle.publish_status(Status::error(why));
+    /// Shows an error to all viewers.
+    pub fn publish_error(&self, error: &str) {
+        self.handle.publish_status(Status::error(error));
     }
 
-    /// Sends everybody away.
+    /// Disconnects all viewers.
     pub fn stop(self) {
         self.handle.stop().wait_blocking();
     }
 }
 
-/// Hands wishes over to whoever fulfils them.
-struct Wisher(Mutex<Sender<Wish>>);
+/// Passes requests on to the thread that serves them.
+struct RequestSender(Mutex<Sender<ViewerRequest>>);
 
-impl Wisher {
-    fn wish(&self, wish: Wish) {
+impl RequestSender {
+    fn send(&self, request: ViewerRequest) {
         let sender = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        // Nobody fulfils wishes any more: the server is about to end.
-        let _ = sender.send(wish);
+        // The receiver is gone: the server is about to end.
+        let _ = sender.send(request);
     }
 }
 
-impl ParameterHandler for Wisher {
+impl ParameterHandler for RequestSender {
     fn get(
         &self,
         _: AnyClient,
@@ -164,7 +164,7 @@ impl ParameterHandler for Wisher {
         _: Option<String>,
         responder: GetParametersResponder,
     ) {
-        self.wish(Wish::Get(names, responder));
+        self.send(ViewerRequest::Get(names, responder));
     }
 
     fn set(
@@ -174,21 +174,21 @@ impl ParameterHandler for Wisher {
         _: Option<String>,
         responder: SetParametersResponder,
     ) {
-        self.wish(Wish::Set(parameters, responder));
+        self.send(ViewerRequest::Set(parameters, responder));
     }
 }
 
-/// What a service hands over.
-struct Caller(Service, Arc<Wisher>);
+/// Passes calls of a service on.
+struct ServiceHandler(Service, Arc<RequestSender>);
 
-impl Handler for Caller {
+impl Handler for ServiceHandler {
     fn call(&self, _: Call, responder: Responder) {
-        self.1.wish(Wish::Call(self.0, responder));
+        self.1.send(ViewerRequest::Call(self.0, responder));
     }
 }
 
 /// A service without arguments; its answer is that of ROS's `Trigger`.
-fn offer(service: Service, wisher: &Arc<Wisher>) -> Offered {
+fn offer(service: Service, sender: &Arc<RequestSender>) -> FoxgloveService {
     let object = |properties: &str| {
         let text = format!(r#"{{"type":"object","properties":{{{properties}}}}}"#);
         text.into_bytes()
@@ -200,5 +200,6 @@ fn offer(service: Service, wisher: &Arc<Wisher>) -> Offered {
             "json",
             Schema::new("Response", "jsonschema", object(answer)),
         );
-    Offered::builder(service.name(), schema).handler(Caller(service, Arc::clone(wisher)))
+    FoxgloveService::builder(service.name(), schema)
+        .handler(ServiceHandler(service, Arc::clone(sender)))
 }

@@ -9,7 +9,7 @@ use foxglove::websocket::{Parameter, ParameterType, ParameterValue};
 use toml::Value;
 
 /// Parameters with these names; all that are in use if there are no names.
-pub fn of(settings: &Settings, names: &[String]) -> Vec<Parameter> {
+pub fn parameters(settings: &Settings, names: &[String]) -> Vec<Parameter> {
     if names.is_empty() {
         let pairs = params::pairs(settings);
         return pairs
@@ -31,7 +31,7 @@ pub fn changed(settings: &Settings, wanted: &[Parameter]) -> Result<Settings, Pa
     let values: Vec<(&str, Value)> = wanted
         .iter()
         // One without a value is to be unset, which none can be.
-        .filter_map(|parameter| Some((parameter.name.as_str(), asked(parameter.value.as_ref()?))))
+        .filter_map(|parameter| Some((parameter.name.as_str(), to_toml(parameter.value.as_ref()?))))
         .collect();
     let mut changed = *settings;
     params::apply(
@@ -96,7 +96,7 @@ fn to_viewer(value: &Value) -> ParameterValue {
 
 /// Viewers have no integers: a whole number is one here, and every parameter that takes
 /// a number takes it.
-fn asked(value: &ParameterValue) -> Value {
+fn to_toml(value: &ParameterValue) -> Value {
     match value {
         ParameterValue::Integer(integer) => Value::Integer(*integer),
         ParameterValue::Float64(float) if float.fract() == 0.0 && float.abs() < 1e9 => {
@@ -105,11 +105,11 @@ fn asked(value: &ParameterValue) -> Value {
         ParameterValue::Float64(float) => Value::Float(*float),
         ParameterValue::Bool(is_so) => Value::Boolean(*is_so),
         ParameterValue::String(text) => Value::String(text.clone()),
-        ParameterValue::Array(values) => Value::Array(values.iter().map(asked).collect()),
+        ParameterValue::Array(values) => Value::Array(values.iter().map(to_toml).collect()),
         ParameterValue::Dict(values) => Value::Table(
             values
                 .iter()
-                .map(|(key, value)| (key.clone(), asked(value)))
+                .map(|(key, value)| (key.clone(), to_toml(value)))
                 .collect(),
         ),
     }
@@ -120,9 +120,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_viewer_is_told_it_may_say_again() {
+    fn published_parameters_can_be_set_again() {
         let settings = Settings::default();
-        let all = of(&settings, &[]);
+        let all = parameters(&settings, &[]);
         assert!(all.len() > 40, "{}", all.len());
         assert_eq!(changed(&settings, &all), Ok(settings));
         // As a viewer writes it, where all numbers are alike.

@@ -1,27 +1,26 @@
-//! Armed with zero torque, and held so until somebody wants it to end.
+//! Armed with zero torque, until ctrl-c, after a time, or until a fault.
 
 use std::time::Duration;
 
 use armbridge_client::error::end_in_words;
 use armbridge_client::fault_text;
 use armbridge_client::interrupt;
-use armbridge_client::refusal_text;
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::status::{BoardStatus, FoundServos};
 use armbridge_shared::link::message::{BoardReport, Command, LastEnd, Mode, Refusal, Trip};
 
 use super::{Task, TaskError, View};
 
-/// How it ended.
+/// End of an arming.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// As asked: by ctrl-c, or after its time.
+    /// By ctrl-c, or after its time.
     Disarmed,
     /// The board switched torque off.
     Tripped(Trip),
     /// The board was reset.
     Reset(LastEnd),
-    /// The link broke. The board is heard again, disarmed.
+    /// The link broke, and is back; the board is disarmed.
     Parted,
 }
 
@@ -37,13 +36,13 @@ enum Step {
     Over,
 }
 
-/// Time between two lines that report how it is.
+/// Time between two status lines.
 const REPORT_US: u64 = 1_000_000;
 
 /// Arms and holds.
 pub struct Arm {
     step: Step,
-    /// Set stock servos to what torque needs.
+    /// Sets stock servos to wheel mode, which torque needs.
     prepares: bool,
     /// Ends by itself.
     lasts: Option<Duration>,
@@ -69,7 +68,7 @@ impl Arm {
         }
     }
 
-    /// The same, which reports every second how the arm is.
+    /// The same, with a status line every second.
     #[must_use]
     pub fn reporting(self, report_line: impl FnMut(&str) + 'static) -> Self {
         Self {
@@ -83,7 +82,7 @@ impl Arm {
         self.held
     }
 
-    /// How it ended, once it has.
+    /// Its end, once it has ended.
     pub fn outcome(&self) -> Option<&Outcome> {
         self.outcome.as_ref()
     }
@@ -97,20 +96,15 @@ impl Arm {
     fn wait(&mut self, view: &mut View<'_>, since_us: u64) -> Result<(), TaskError> {
         let now_us = view.now_us;
         let status = view.session.status();
-        let none = || "the servos are not found: check their power and wiring".to_owned();
-        let why_not = status
-            .obstacle
-            .map_or_else(none, |obstacle| obstacle.to_string());
         if let Some(trip) = status.trip {
-            let cause = fault_text::in_words(&trip).cause;
-            return Err(TaskError(format!(
-                "a fault is latched: {cause}; look after it, then `armbridge clear`"
-            )));
+            return Err(TaskError::Latched(trip));
         }
         match (status.mode(), status.servos) {
             (Some(Mode::Passthrough), _) => {
-                let why = refusal_text::in_words(Refusal::Passthrough);
-                return Err(TaskError(format!("the board is not armed: {why}")));
+                return Err(TaskError::Refused {
+                    result: "the board is not armed",
+                    refusal: Refusal::Passthrough,
+                });
             }
             (Some(Mode::Idle), Some(FoundServos { is_ready: true, .. })) => {
                 view.session.request(now_us, Request::Arm);
@@ -131,15 +125,9 @@ impl Arm {
                 Some(FoundServos {
                     is_ready: false, ..
                 }),
-            ) => {
-                return Err(TaskError(
-                    "stock servos take no torque before they are set to wheel mode, which is kept \
-                     in their EEPROM: add --prepare to do it"
-                        .into(),
-                ));
-            }
+            ) => return Err(TaskError::NotPrepared),
             _ if now_us.saturating_sub(since_us) > SERVO_TIMEOUT_US => {
-                return Err(TaskError(why_not));
+                return Err(TaskError::NoServos(status.obstacle));
             }
             _ => {}
         }
@@ -157,7 +145,7 @@ impl Arm {
         }
     }
 
-    /// What ends it whatever it does.
+    /// Events that end it in any step.
     fn misfortune(&self, view: &View<'_>) -> Option<Outcome> {
         let status = view.session.status();
         let (before, report) = (self.report?, status.report?);
@@ -194,9 +182,7 @@ impl Task for Arm {
                 if status.servos.is_some_and(|servos| servos.is_ready) {
                     self.step = Step::Waiting(Some(now_us));
                 } else if now_us.saturating_sub(since_us) > SERVO_TIMEOUT_US {
-                    let none = || "the servos cannot be set to wheel mode".to_owned();
-                    let why = status.obstacle.map_or_else(none, |why| why.to_string());
-                    return Err(TaskError(why));
+                    return Err(TaskError::NoWheelMode(status.obstacle));
                 }
             }
             Step::Arming(since_us) => match view.session.take_answer() {
@@ -205,13 +191,13 @@ impl Task for Arm {
                     self.step = Step::Holding(now_us);
                 }
                 Some(Err(refusal)) => {
-                    let why = refusal_text::in_words(refusal);
-                    return Err(TaskError(format!("the board refused to arm: {why}")));
+                    return Err(TaskError::Refused {
+                        result: "the board refused to arm",
+                        refusal,
+                    });
                 }
                 None if now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => {
-                    return Err(TaskError(
-                        "the board does not answer: was it reset or unplugged?".into(),
-                    ));
+                    return Err(TaskError::NoAnswer);
                 }
                 None => {}
             },
@@ -242,7 +228,7 @@ fn line(status: &BoardStatus, held: Duration) -> String {
 }
 
 impl Outcome {
-    /// One word for it.
+    /// Its name in JSON.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Disarmed => "disarmed",
@@ -252,7 +238,7 @@ impl Outcome {
         }
     }
 
-    /// What happened, in one line.
+    /// Its description, in one line.
     pub fn in_words(&self) -> String {
         match self {
             Self::Disarmed => "disarmed".into(),

@@ -1,40 +1,31 @@
 //! Hosts that do one thing and end: what one-line commands put on a link.
 //!
 //! A [`TaskHost`] runs a [`Task`] on a [`Session`]: the task looks at the board's status
-//! after each message, and makes its requests as the dashboard does. A task that gives up
-//! says why; the link then sends the goodbye.
+//! after each message, and makes its requests as the dashboard does. A task that fails
+//! returns a [`TaskError`]; the link then sends the goodbye.
 //!
-//! | module        | what                                                        |
-//! |---------------|-------------------------------------------------------------|
-//! | [`status`]    | listens to the board, and measures round trips              |
-//! | [`arm`]       | armed, until ctrl-c, its time, or a fault                   |
-//! | [`disarm`]       | disarmed, stopped, or a fault cleared                       |
-//! | [`calibrate`] | zero and sign of each joint                                 |
+//! | module         | what                                                       |
+//! |----------------|------------------------------------------------------------|
+//! | [`status`]     | counts frames, and measures round trips                    |
+//! | [`arm`]        | armed, until ctrl-c, its time, or a fault                  |
+//! | [`motors_off`] | disarmed, stopped, or a fault cleared                      |
+//! | [`calibrate`]  | zero and sign of each joint                                |
 
 pub mod arm;
 pub mod calibrate;
-pub mod disarm;
+mod error;
+pub mod motors_off;
 pub mod status;
 
+pub use error::TaskError;
+
 use armbridge_client::Host;
-use armbridge_client::error::SessionError;
 use armbridge_client::session::Session;
 
 /// Longest that a task waits for its time, in µs.
 const LOOK_US: u64 = 10_000;
 
-/// Why a task came to nothing: one sentence that says what to do.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct TaskError(pub String);
-
-impl From<SessionError> for TaskError {
-    fn from(error: SessionError) -> Self {
-        Self(error.to_string())
-    }
-}
-
-/// What a task looks at, and where it makes its requests.
+/// A task's view of the session: status, and requests.
 #[derive(Debug)]
 pub struct View<'a> {
     /// The host's time in µs.
@@ -49,7 +40,7 @@ pub trait Task {
     /// A message came, or time has passed.
     ///
     /// # Errors
-    /// If it comes to nothing.
+    /// If the task cannot be done.
     fn look(&mut self, view: View<'_>) -> Result<(), TaskError>;
 
     /// The connection broke; it may come back, disarmed.

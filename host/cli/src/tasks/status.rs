@@ -1,22 +1,22 @@
-//! What the board says of itself, and how the link does.
+//! Status of board and link: a second of frames, and round trips.
 
 use armbridge_client::session::Request;
 use armbridge_shared::link::message::{Command, Mode};
 
 use super::{Task, TaskError, View};
 
-/// How long the board is listened to: it tells its servos' temperatures once a second.
+/// Duration of listening: the board reports its servos' temperatures once a second.
 const LISTEN_US: u64 = 1_200_000;
-/// How long it may take to answer what measures the link.
+/// Time limit for the round trips.
 const PINGS_US: u64 = 1_000_000;
-/// How many round trips are measured.
+/// Number of round trips.
 const PINGS: usize = 10;
 
-/// Listens, and measures round trips by asking for what is so already: to be idle.
+/// Listens, then measures round trips with a command without effect: idle.
 #[derive(Debug, Default)]
 pub struct Status {
     begun_us: Option<u64>,
-    asked_us: Option<u64>,
+    sent_us: Option<u64>,
     round_trips_us: Vec<u64>,
     /// Frames that had come when listening began, and those that came while it lasted.
     frames: [u64; 2],
@@ -55,11 +55,11 @@ impl Task for Status {
         if listened_us < LISTEN_US {
             return Ok(());
         }
-        if let Some(asked_us) = self.asked_us
+        if let Some(sent_us) = self.sent_us
             && session.take_answer().is_some()
         {
-            self.asked_us = None;
-            self.round_trips_us.push(now_us - asked_us);
+            self.sent_us = None;
+            self.round_trips_us.push(now_us - sent_us);
         }
         // A command would take the bus from the transparent port.
         let may_ask = session.status().mode() != Some(Mode::Passthrough);
@@ -67,8 +67,8 @@ impl Task for Status {
         if !may_ask || is_enough || listened_us > LISTEN_US + PINGS_US {
             self.is_over = true;
             session.request(now_us, Request::Leave);
-        } else if self.asked_us.is_none() {
-            self.asked_us = Some(now_us);
+        } else if self.sent_us.is_none() {
+            self.sent_us = Some(now_us);
             session.request(now_us, Request::Command(Command::Idle));
         }
         Ok(())
@@ -76,6 +76,6 @@ impl Task for Status {
 
     fn disconnected(&mut self, _now_us: u64) {
         self.begun_us = None;
-        self.asked_us = None;
+        self.sent_us = None;
     }
 }

@@ -1,8 +1,8 @@
-//! What keys do: a small state machine between the person and the board.
+//! Keys: a small state machine between the person and the board.
 //!
-//! Stop, disarm and clear act at once. Whatever lets motors come on asks first, and
-//! only while frames come: nothing is asked of a board that cannot be seen. Setpoints
-//! move in small steps, and not beyond where the arm would be braked.
+//! Stop, disarm and clear act at once. Keys that let motors come on ask first, and work
+//! only while frames arrive. Setpoints move in small steps, and stay clear of the angle
+//! limit, where the arm would be braked.
 
 use armbridge_client::session::Request;
 use armbridge_shared::JOINTS;
@@ -24,18 +24,18 @@ const MARGIN_RAD: f32 = 0.2;
 /// have yet; later, from the board's.
 const FRESH_NS: u64 = 500_000_000;
 
-/// What a key comes to.
+/// Effect of a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Act {
-    /// To be asked of the board.
-    Ask(Request),
-    /// To be done to the simulated arm.
-    Handle(Hand),
+pub enum Action {
+    /// A request to the board.
+    Request(Request),
+    /// A hand on the simulated arm.
+    Hand(Hand),
     /// Disarm, and end.
     Quit,
 }
 
-/// What the person is asked.
+/// A question to the person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
     /// Whether to arm.
@@ -65,7 +65,7 @@ impl Question {
 /// The person's side of the dashboard.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
-    /// What is being asked.
+    /// The open question.
     pub question: Option<Question>,
     /// Whether the help is shown.
     pub is_helping: bool,
@@ -87,11 +87,11 @@ impl Keys {
     }
 
     /// A key was pressed.
-    pub fn press(&mut self, key: KeyEvent, model: &Model) -> Vec<Act> {
+    pub fn press(&mut self, key: KeyEvent, model: &Model) -> Vec<Action> {
         self.note = None;
         if key.modifiers.contains(KeyModifiers::CONTROL) {
             return if key.code == KeyCode::Char('c') {
-                vec![Act::Quit]
+                vec![Action::Quit]
             } else {
                 vec![]
             };
@@ -99,7 +99,7 @@ impl Keys {
         // These are never waited for, whatever is being asked.
         if let KeyCode::Char(' ' | 's' | 'S') = key.code {
             self.question = None;
-            return vec![Act::Ask(Request::Stop)];
+            return vec![Action::Request(Request::Stop)];
         }
         if let Some(question) = self.question.take() {
             return self.answer(question, key.code, model);
@@ -108,12 +108,12 @@ impl Keys {
             return vec![];
         }
         let act = match key.code {
-            KeyCode::Char('q') => Some(Act::Quit),
+            KeyCode::Char('q') => Some(Action::Quit),
             KeyCode::Char('?') => {
                 self.is_helping = true;
                 None
             }
-            KeyCode::Char('d') => Some(Act::Ask(Request::Command(Command::Idle))),
+            KeyCode::Char('d') => Some(Action::Request(Request::Command(Command::Idle))),
             KeyCode::Char('c') => self.clear(model),
             KeyCode::Char('a') => self.ask(arming(model)),
             KeyCode::Char('r') => self.ask(regulating(model)),
@@ -129,7 +129,7 @@ impl Keys {
         act.into_iter().collect()
     }
 
-    fn ask(&mut self, question: Result<Question, &'static str>) -> Option<Act> {
+    fn ask(&mut self, question: Result<Question, &'static str>) -> Option<Action> {
         match question {
             Ok(question) => self.question = Some(question),
             Err(note) => self.note = Some(note),
@@ -137,8 +137,8 @@ impl Keys {
         None
     }
 
-    fn answer(&mut self, question: Question, key: KeyCode, model: &Model) -> Vec<Act> {
-        let command = |command| Some(Act::Ask(Request::Command(command)));
+    fn answer(&mut self, question: Question, key: KeyCode, model: &Model) -> Vec<Action> {
+        let command = |command| Some(Action::Request(Request::Command(command)));
         let drive = match key {
             KeyCode::Char('h' | 'H') => model
                 .board
@@ -155,16 +155,17 @@ impl Keys {
         let (still, acts) = match question {
             Question::Arm => (
                 arming(model),
-                vec![is_yes.then_some(Act::Ask(Request::Arm))],
+                vec![is_yes.then_some(Action::Request(Request::Arm))],
             ),
             Question::Prepare => {
                 let prepare = is_yes.then(|| command(Command::Prepare)).flatten();
                 (arming(model), vec![prepare])
             }
             Question::Regulate => (regulating(model), vec![drive]),
-            Question::ArmAndRegulate => {
-                (regulating(model), vec![Some(Act::Ask(Request::Arm)), drive])
-            }
+            Question::ArmAndRegulate => (
+                regulating(model),
+                vec![Some(Action::Request(Request::Arm)), drive],
+            ),
         };
         match acts.into_iter().collect::<Option<Vec<_>>>() {
             Some(acts) if still == Ok(question) => acts,
@@ -179,23 +180,23 @@ impl Keys {
         }
     }
 
-    fn clear(&mut self, model: &Model) -> Option<Act> {
+    fn clear(&mut self, model: &Model) -> Option<Action> {
         if let Some(Mode::Fault(_)) = model.board.mode() {
-            return Some(Act::Ask(Request::Command(Command::ClearFault)));
+            return Some(Action::Request(Request::Command(Command::ClearFault)));
         }
         self.note = Some("there is no fault to clear");
         None
     }
 
-    fn handle(&mut self, hand: Hand) -> Option<Act> {
+    fn handle(&mut self, hand: Hand) -> Option<Action> {
         if self.is_simulated {
-            return Some(Act::Handle(hand));
+            return Some(Action::Hand(hand));
         }
         self.note = Some("a key can do that to a simulated arm only");
         None
     }
 
-    fn lift(&mut self, model: &Model) -> Option<Act> {
+    fn lift(&mut self, model: &Model) -> Option<Action> {
         if model.board.mode().is_some_and(Mode::is_armed) {
             self.note = Some("the motors drive the arm: press d first");
             return None;
@@ -203,7 +204,7 @@ impl Keys {
         self.handle(Hand::Lift)
     }
 
-    fn step(&mut self, model: &Model, joint: usize, by_rad: f32) -> Option<Act> {
+    fn step(&mut self, model: &Model, joint: usize, by_rad: f32) -> Option<Action> {
         let record = model
             .board
             .record
@@ -235,7 +236,9 @@ impl Keys {
         }
         setpoint[joint] = wanted;
         self.setpoint = Some((setpoint, now_ns));
-        Some(Act::Ask(Request::Command(Command::Regulate(setpoint))))
+        Some(Action::Request(Request::Command(Command::Regulate(
+            setpoint,
+        ))))
     }
 }
 
@@ -259,7 +262,7 @@ fn arming(model: &Model) -> Result<Question, &'static str> {
     }
 }
 
-/// Whether it can be told to regulate, and what to ask.
+/// Whether it can regulate, and what to ask.
 fn regulating(model: &Model) -> Result<Question, &'static str> {
     match (model.line(), model.board.mode()) {
         (Line::Up, Some(mode)) if mode.is_armed() => Ok(Question::Regulate),

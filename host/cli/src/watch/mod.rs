@@ -2,7 +2,7 @@
 //!
 //! | module      | what                                                            |
 //! |-------------|-----------------------------------------------------------------|
-//! | [`model`]   | what is known, made of what was said on the link                 |
+//! | [`model`]   | the board's and the link's state, from the link's events         |
 //! | [`view`]    | a picture of it, on any terminal from 80x24 on                   |
 //! | [`keys`]    | what keys do                                                     |
 //! | [`screen`]  | the terminal                                                     |

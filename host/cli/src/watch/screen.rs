@@ -12,7 +12,7 @@ use armbridge_client::interrupt;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyEventKind};
 
-use super::keys::{Act, Keys};
+use super::keys::{Action, Keys};
 use super::model::Model;
 use super::view;
 use crate::link_thread::LinkThread;
@@ -20,8 +20,8 @@ use crate::link_thread::LinkThread;
 /// Between two pictures.
 const FRAME: Duration = Duration::from_millis(66);
 
-/// Shows `event_queue` and obeys keys until the person quits or the link ends. `what` names
-/// the link. The terminal is as it was before when this returns, or panics.
+/// Shows `event_queue` and obeys keys until the person quits or the link ends. The terminal
+/// is restored when this returns or panics.
 ///
 /// # Errors
 /// If the terminal cannot be drawn on.
@@ -29,11 +29,11 @@ pub fn show(
     session: &LinkThread,
     event_queue: &EventQueue,
     is_simulated: bool,
-    what: &str,
+    link_name: &str,
 ) -> io::Result<Model> {
     // Restores the terminal in a panic, too, whichever thread it is in.
     let terminal = ratatui::try_init()?;
-    let shown = run(terminal, session, event_queue, is_simulated, what);
+    let shown = run(terminal, session, event_queue, is_simulated, link_name);
     ratatui::try_restore()?;
     shown
 }
@@ -43,7 +43,7 @@ fn run(
     session: &LinkThread,
     event_queue: &EventQueue,
     is_simulated: bool,
-    what: &str,
+    link_name: &str,
 ) -> io::Result<Model> {
     let mut model = Model::default();
     let mut keys = Keys::new(is_simulated);
@@ -57,7 +57,7 @@ fn run(
         if let Some(now_ns) = event_queue.now_ns() {
             model.advance(now_ns);
         }
-        terminal.draw(|frame| view::draw(frame, &model, &keys, what))?;
+        terminal.draw(|frame| view::draw(frame, &model, &keys, link_name))?;
         while event::poll(FRAME.saturating_sub(begun.elapsed()))? {
             let TerminalEvent::Key(key) = event::read()? else {
                 // Of another size now: drawn at once.
@@ -68,9 +68,9 @@ fn run(
             }
             for act in keys.press(key, &model) {
                 match act {
-                    Act::Ask(request) => session.ask(request),
-                    Act::Handle(hand) => session.handle(hand),
-                    Act::Quit => return Ok(model),
+                    Action::Request(request) => session.request(request),
+                    Action::Hand(hand) => session.apply_hand(hand),
+                    Action::Quit => return Ok(model),
                 }
             }
         }

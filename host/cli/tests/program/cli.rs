@@ -61,7 +61,7 @@ fn wrong_arguments_say_what_is_right() {
         (&["bench", "--q", "1,2"], "expected 4 numbers"),
         (&["bench", "--seeds", "5..1"], "expected seeds"),
         (&["bench", "--disturb", "3,1,1,1"], "joint 1 or 2"),
-        (&["bench", "--loss", "1.5"], "share from 0 to 1"),
+        (&["bench", "--loss", "1.5"], "fraction from 0 to 1"),
         (&["bench", "--reference", "sine:9,9,1"], "sine:A1,A2,HZ"),
         (&["bench", "--best", "--estimator", "kalman"], "--best"),
         (&["fault-campaign", "--kinds", "gremlins"], "servo-deaf"),

@@ -47,7 +47,7 @@ fn a_scenario_leaves_a_log_plots_and_a_summary() {
     let summary: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
     assert_eq!(summary["segments"].as_array().unwrap().len(), 3);
     assert_eq!(summary["log"]["lost"], 0);
-    // A record a millisecond, and what was said before and after.
+    // A record a millisecond, and the messages before and after.
     assert!(summary["log"]["written"].as_u64().unwrap() >= 8_500);
 }
 

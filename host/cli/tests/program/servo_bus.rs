@@ -90,7 +90,7 @@ fn exit_codes_tell_the_servos_fault_from_the_users() {
         assert!(err.contains(words), "{args:?}: {err}");
         assert_eq!(err.lines().count(), 1, "{err}");
     }
-    // What stops needs no confirmation; what was confirmed is done.
+    // A stop needs no confirmation; a confirmed action is performed.
     for args in [
         ["servo", "1", "write", "pwm", "1100", "--yes"].as_slice(),
         &["servo", "1", "write", "pwm", "1000"],
@@ -119,10 +119,12 @@ fn through_the_boards_transparent_port() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let mut said = BufReader::new(board.stderr.take().unwrap());
+        let mut stderr = BufReader::new(board.stderr.take().unwrap());
         let mut line = String::new();
-        said.read_line(&mut line).unwrap();
-        let port = line.split([' ', ',']).find(|it| it.starts_with("tcp://"));
+        stderr.read_line(&mut line).unwrap();
+        let port = line
+            .split([' ', ','])
+            .find(|word| word.starts_with("tcp://"));
         let outputs = [["servo", "1", "read"], ["servo", "2", "read"]]
             .map(|args| run(port.expect(&line), &args));
         board.kill().unwrap();

@@ -1,7 +1,7 @@
 //! `armbridge serve servos` as another program meets it: raw bus bytes over TCP and
 //! over a pseudo-terminal, in wall-clock time.
 //!
-//! No time is asserted, only what is said; a busy machine may delay a packet
+//! No time is asserted, only bytes; a busy machine may delay a packet
 //! so that a servo misses the next, so requests are repeated.
 
 use std::io::{BufRead, BufReader, Read, Write};
@@ -22,7 +22,7 @@ const CYCLE: [u8; 6] = [0xAA, 3, 0xFF, 0xFE, 7, 0xF5];
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Silence after which nothing more is coming.
 const SILENCE: Duration = Duration::from_millis(300);
-/// More than the time in which a stock servo hears nothing after an EEPROM byte.
+/// More than the time in which a stock servo receives nothing after an EEPROM byte.
 const DEAF: Duration = Duration::from_millis(50);
 const ATTEMPTS: usize = 20;
 
@@ -40,11 +40,11 @@ impl Servos {
     /// Serving on a free port; returns where.
     fn on_tcp(args: &[&str]) -> (Self, String) {
         let mut servos = Self::start(&[&["--listen", "tcp://127.0.0.1:0"], args].concat());
-        let mut said = BufReader::new(servos.0.stderr.take().unwrap());
+        let mut stderr = BufReader::new(servos.0.stderr.take().unwrap());
         let mut line = String::new();
-        said.read_line(&mut line).unwrap();
+        stderr.read_line(&mut line).unwrap();
         // Its other lines are of no interest, but must go somewhere.
-        std::thread::spawn(move || std::io::copy(&mut said, &mut std::io::sink()));
+        std::thread::spawn(move || std::io::copy(&mut stderr, &mut std::io::sink()));
         let (_, at) = line.split_once("tcp://").expect(&line);
         let (at, _) = at.split_once(',').expect(&line);
         (servos, at.to_owned())
@@ -79,41 +79,40 @@ impl<W: Write> Bus<W> {
         Self { to, from: receiver }
     }
 
-    /// What is heard after `request`: as much as is wanted, or, if that is not
-    /// said, all until silence.
+    /// The reply to `request`: as many bytes as are wanted, or fewer if silence follows.
     fn ask(&mut self, request: &[u8], wanted: usize) -> Vec<u8> {
         self.to.write_all(request).unwrap();
-        let mut heard = Vec::new();
+        let mut reply = Vec::new();
         let mut patience = PATIENCE;
-        while heard.len() < wanted {
+        while reply.len() < wanted {
             match self.from.recv_timeout(patience) {
-                Ok(bytes) => heard.extend(bytes),
+                Ok(bytes) => reply.extend(bytes),
                 Err(RecvTimeoutError::Timeout) => break,
                 Err(RecvTimeoutError::Disconnected) => panic!("the servos are gone"),
             }
             patience = SILENCE;
         }
-        heard
+        reply
     }
 
     /// The answer to `request` that is as it should be.
     fn expect(&mut self, request: &[u8], wanted: usize, is_right: impl Fn(&[u8]) -> bool) {
-        let mut heard = Vec::new();
+        let mut reply = Vec::new();
         for _ in 0..ATTEMPTS {
-            heard = self.ask(request, wanted);
-            if is_right(&heard) {
+            reply = self.ask(request, wanted);
+            if is_right(&reply) {
                 return;
             }
-            // Whatever comes late belongs to this attempt.
+            // A late reply belongs to this attempt.
             while self.from.recv_timeout(SILENCE).is_ok() {}
         }
-        panic!("asked {request:02x?}, heard {heard:02x?} at last");
+        panic!("asked {request:02x?}, heard {reply:02x?} at last");
     }
 }
 
 /// Whether these are positions of servos 1 and 2, in this order, of an arm
 /// held at 0.1 and -0.1 rad: 20 counts from 512, and noise.
-fn are_positions(heard: &[u8]) -> bool {
+fn are_positions(reply: &[u8]) -> bool {
     let position = |packet: &[u8], id: u8| match *packet {
         [0xAA, 4, 0xFE, from, high, low, _] if from == id => {
             let crc = packet[1..6]
@@ -123,7 +122,7 @@ fn are_positions(heard: &[u8]) -> bool {
         }
         _ => None,
     };
-    let Some((first, second)) = heard.split_at_checked(7) else {
+    let Some((first, second)) = reply.split_at_checked(7) else {
         return false;
     };
     position(first, 1).is_some_and(|counts| (529..=534).contains(&counts))
@@ -141,8 +140,8 @@ fn over_tcp() {
     let (_servos, at) = Servos::on_tcp(&["--initial", "0.1,-0.1"]);
     let stream = connect(&at);
     let mut bus = Bus::new(stream.try_clone().unwrap(), stream.try_clone().unwrap());
-    bus.expect(&PING_1, 6, |heard| heard == PONG_1);
-    bus.expect(&START, 12, |heard| heard == [PONG_1, PONG_2].concat());
+    bus.expect(&PING_1, 6, |reply| reply == PONG_1);
+    bus.expect(&START, 12, |reply| reply == [PONG_1, PONG_2].concat());
     bus.expect(&CYCLE, 14, are_positions);
     stream.shutdown(Shutdown::Both).unwrap();
     drop(bus);
@@ -158,9 +157,9 @@ fn over_tcp() {
     stream.write_all(&PING_1).unwrap();
     stream.shutdown(Shutdown::Write).unwrap();
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
-    let mut heard = Vec::new();
-    stream.read_to_end(&mut heard).unwrap();
-    assert_eq!(heard, PONG_1);
+    let mut reply = Vec::new();
+    stream.read_to_end(&mut reply).unwrap();
+    assert_eq!(reply, PONG_1);
 }
 
 #[test]
@@ -168,7 +167,7 @@ fn a_bus_that_hears_itself() {
     let (_servos, at) = Servos::on_tcp(&["--echo"]);
     let stream = connect(&at);
     let mut bus = Bus::new(stream.try_clone().unwrap(), stream);
-    bus.expect(&PING_1, 12, |heard| heard == [PING_1, PONG_1].concat());
+    bus.expect(&PING_1, 12, |reply| reply == [PING_1, PONG_1].concat());
 }
 
 #[test]
@@ -185,10 +184,10 @@ fn stock_servos_at_a_rate_of_their_own() {
     ]);
     let stream = connect(&at);
     let mut bus = Bus::new(stream.try_clone().unwrap(), stream);
-    bus.expect(&STOCK_PING_1, 6, |heard| heard == STOCK_PONG_1);
-    bus.expect(&PING_1, 6, |heard| heard == PONG_1);
+    bus.expect(&STOCK_PING_1, 6, |reply| reply == STOCK_PONG_1);
+    bus.expect(&PING_1, 6, |reply| reply == PONG_1);
     let [ping_0, pong_0] = [[0xFF, 0xFF, 0, 2, 1, 0xFC], [0xFF, 0xFF, 0, 2, 0, 0xFD]];
-    bus.expect(&ping_0, 6, |heard| heard == pong_0);
+    bus.expect(&ping_0, 6, |reply| reply == pong_0);
 }
 
 /// The terminal on which they are.
@@ -196,8 +195,8 @@ fn stock_servos_at_a_rate_of_their_own() {
 fn on_pty(args: &[&str]) -> (Servos, std::fs::File) {
     let mut servos = Servos::start(&[&["--listen", "pty:"], args].concat());
     let mut name = String::new();
-    let mut said = BufReader::new(servos.0.stdout.take().unwrap());
-    said.read_line(&mut name).unwrap();
+    let mut stdout = BufReader::new(servos.0.stdout.take().unwrap());
+    stdout.read_line(&mut name).unwrap();
     let mut options = std::fs::OpenOptions::new();
     let port = options.read(true).write(true).open(name.trim()).unwrap();
     (servos, port)
@@ -215,17 +214,17 @@ fn the_rate_of_a_pseudo_terminal_is_that_of_the_bus() {
         tcsetattr(&port, OptionalActions::Now, &terminal).unwrap();
     };
     let mut bus = Bus::new(port.try_clone().unwrap(), port.try_clone().unwrap());
-    bus.expect(&STOCK_PING_1, 6, |heard| heard == STOCK_PONG_1);
+    bus.expect(&STOCK_PING_1, 6, |reply| reply == STOCK_PONG_1);
     set_baud(57_600);
     bus.expect(&STOCK_PING_1, 0, <[u8]>::is_empty);
     assert!(bus.from.recv_timeout(SILENCE).is_err());
     set_baud(1_000_000);
     // The servo takes 57600 baud from after its answer on.
     let to_57600 = [0xFF, 0xFF, 1, 4, 3, 4, 34, 0xD1];
-    bus.expect(&to_57600, 6, |heard| heard == STOCK_PONG_1);
+    bus.expect(&to_57600, 6, |reply| reply == STOCK_PONG_1);
     std::thread::sleep(DEAF);
     set_baud(57_600);
-    bus.expect(&STOCK_PING_1, 6, |heard| heard == STOCK_PONG_1);
+    bus.expect(&STOCK_PING_1, 6, |reply| reply == STOCK_PONG_1);
 }
 
 #[test]
@@ -233,7 +232,7 @@ fn the_rate_of_a_pseudo_terminal_is_that_of_the_bus() {
 fn over_a_pseudo_terminal() {
     let (_servos, port) = on_pty(&["--initial", "0.1,-0.1"]);
     let mut bus = Bus::new(port.try_clone().unwrap(), port);
-    bus.expect(&PING_1, 6, |heard| heard == PONG_1);
-    bus.expect(&START, 12, |heard| heard == [PONG_1, PONG_2].concat());
+    bus.expect(&PING_1, 6, |reply| reply == PONG_1);
+    bus.expect(&START, 12, |reply| reply == [PONG_1, PONG_2].concat());
     bus.expect(&CYCLE, 14, are_positions);
 }

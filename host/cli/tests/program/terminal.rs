@@ -111,21 +111,21 @@ impl Dashboard {
     }
 }
 
-/// Whether by this log the board took the order to disarm, and the host said goodbye
-/// after that.
+/// Whether in this log the board acknowledges that it disarms, and the host's goodbye
+/// follows.
 fn is_left_disarmed(path: &Path) -> bool {
     let recording = Recording::load(path).unwrap();
-    let said: Vec<&EventKind> = recording.events.iter().map(|event| &event.kind).collect();
-    let idle = said.iter().rev().find_map(|what| match what {
+    let events: Vec<&EventKind> = recording.events.iter().map(|event| &event.kind).collect();
+    let idle = events.iter().rev().find_map(|event| match event {
         EventKind::Sent(sequence, ToBoard::Command(Command::Idle)) => Some(*sequence),
         _ => None,
     });
-    let taken = said.iter().position(|what| {
-        matches!(what, EventKind::Received(_, ToHost::Ack { sequence, result: Ok(()), .. })
+    let taken = events.iter().position(|event| {
+        matches!(event, EventKind::Received(_, ToHost::Ack { sequence, result: Ok(()), .. })
             if Some(*sequence) == idle)
     });
     let is_farewell = |kind: &&EventKind| matches!(kind, EventKind::Sent(_, ToBoard::Goodbye));
-    let farewell = said.iter().position(is_farewell);
+    let farewell = events.iter().position(is_farewell);
     taken.is_some() && taken < farewell
 }
 

@@ -1,7 +1,7 @@
 //! Programs that were written for the vendor's USB adapter, as they are: its SDK
 //! and pypot, on a pseudo-terminal of `armbridge`.
 //!
-//! What they ask and compare is in `tests/python/`. They have time limits of their
+//! Their scripts are in `tests/python/`. They have time limits of their
 //! own, of the wall clock, so they ask again where a busy machine was late.
 
 use std::io::{BufRead, BufReader};
@@ -33,7 +33,7 @@ struct Served {
 }
 
 impl Served {
-    /// Runs it. On stdout it says which terminal it serves.
+    /// Runs it. Its stdout names the terminal that it serves.
     fn start(arguments: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_armbridge"))
             .args(arguments)
@@ -68,16 +68,16 @@ impl Served {
 
     fn passes(&self, script: &str, options: &[&str]) {
         let output = self.run(script, options);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{script} {options:?}: {said}");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{script} {options:?}: {stderr}");
         print!("{}", String::from_utf8_lossy(&output.stdout));
     }
 
     fn fails(&self, script: &str, options: &[&str], why: &str) {
         let output = self.run(script, options);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{said}");
-        assert!(said.contains(why), "{script} {options:?}: {said}");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains(why), "{script} {options:?}: {stderr}");
     }
 }
 

@@ -124,8 +124,8 @@ fn console_blocks_print_what_they_show() {
                 .env_remove("ARMBRIDGE_LINK")
                 .output()
                 .unwrap();
-            let said = String::from_utf8_lossy(&output.stderr).into_owned();
-            assert!(output.status.success(), "{command}: {said}");
+            let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.success(), "{command}: {stderr}");
             String::from_utf8(output.stdout).unwrap()
         };
         let lines: Vec<&str> = printed.lines().map(str::trim_end).collect();

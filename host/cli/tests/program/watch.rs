@@ -1,14 +1,14 @@
 //! The dashboard's screens, drawn from runs on the bench: the same bytes, from the
 //! same seed, in virtual time.
 //!
-//! What they looked like when somebody looked is in `data/watch/`;
-//! `UPDATE_SNAPSHOT=1 cargo test -p armbridge --test program watch` writes it anew. Look at
+//! Reviewed screens are in `data/watch/`;
+//! `UPDATE_SNAPSHOT=1 cargo test -p armbridge --test program watch` writes them anew. Look at
 //! what it wrote.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use armbridge::watch::keys::{Act, Keys, Question};
+use armbridge::watch::keys::{Action, Keys, Question};
 use armbridge::watch::model::Model;
 use armbridge::watch::view;
 use armbridge_client::Tap;
@@ -60,12 +60,12 @@ impl Tap for Until {
     fn disconnected(&mut self, _host_ns: u64) {}
 }
 
-/// What is known at `end_ns` of an arm that is regulated upright and pushed.
+/// The model at `end_ns` of an arm that is regulated upright and pushed.
 fn regulated(push: Push, end_ns: u64) -> Model {
     watched(push, end_ns, true)
 }
 
-/// The same, or of one that nobody arms.
+/// The same, or of a board that is never armed.
 fn watched(push: Push, end_ns: u64, is_armed: bool) -> Model {
     let config = PlantConfig {
         initial: State::at_rest(Vector2::new(0.3, -0.25)),
@@ -179,7 +179,7 @@ fn a_link_that_broke() {
 #[test]
 fn an_experiment_and_how_it_ended() {
     let mut model = regulated(nudge(7 * S), 5 * S);
-    let told = |model: &mut Model, message| {
+    let draw = |model: &mut Model, message| {
         let host_ns = 5 * S;
         let kind = EventKind::Received(0, message);
         model.take(&Event { host_ns, kind });
@@ -191,7 +191,7 @@ fn an_experiment_and_how_it_ended() {
         tick.mode = Mode::Running(drive);
         ToHost::Record(tick)
     };
-    let drawn = told(&mut model, in_drive(Drive::Experiment));
+    let drawn = draw(&mut model, in_drive(Drive::Experiment));
     assert!(drawn.contains("an experiment drives the arm"), "{drawn}");
     let conclusion = Conclusion {
         tick: tick.tick,
@@ -200,11 +200,11 @@ fn an_experiment_and_how_it_ended() {
             value_rad: 0.512,
         },
     };
-    told(&mut model, ToHost::Concluded(conclusion));
-    let drawn = told(&mut model, in_drive(Drive::Hold));
+    draw(&mut model, ToHost::Concluded(conclusion));
+    let drawn = draw(&mut model, in_drive(Drive::Hold));
     let ended = "broken off: joint 2 left its envelope at 0.512 rad";
     assert!(drawn.contains(ended), "{drawn}");
-    let drawn = told(&mut model, in_drive(Drive::Track));
+    let drawn = draw(&mut model, in_drive(Drive::Track));
     assert!(!drawn.contains(ended), "{drawn}");
 }
 
@@ -226,12 +226,12 @@ fn a_screen_that_is_too_small_says_so_and_still_tells_a_fault() {
     }
 }
 
-fn press(keys: &mut Keys, code: KeyCode, model: &Model) -> Vec<Act> {
+fn press(keys: &mut Keys, code: KeyCode, model: &Model) -> Vec<Action> {
     keys.press(KeyEvent::new(code, KeyModifiers::NONE), model)
 }
 
 /// A letter.
-fn letter(keys: &mut Keys, letter: char, model: &Model) -> Vec<Act> {
+fn letter(keys: &mut Keys, letter: char, model: &Model) -> Vec<Action> {
     press(keys, KeyCode::Char(letter), model)
 }
 
@@ -242,20 +242,29 @@ fn stopping_needs_no_answer_and_arming_does() {
     for stop in [' ', 's'] {
         assert_eq!(letter(&mut keys, 'a', &idle), []);
         assert_eq!(keys.question, Some(Question::Arm));
-        assert_eq!(letter(&mut keys, stop, &idle), [Act::Ask(Request::Stop)]);
+        assert_eq!(
+            letter(&mut keys, stop, &idle),
+            [Action::Request(Request::Stop)]
+        );
         assert_eq!(keys.question, None);
-        // What was asked before is not answered by what comes after.
+        // A new key does not answer the question before.
         assert_eq!(letter(&mut keys, 'y', &idle), []);
     }
     assert_eq!(letter(&mut keys, 'a', &idle), []);
     assert_eq!(letter(&mut keys, 'n', &idle), []);
     assert_eq!(letter(&mut keys, 'a', &idle), []);
-    assert_eq!(letter(&mut keys, 'y', &idle), [Act::Ask(Request::Arm)]);
+    assert_eq!(
+        letter(&mut keys, 'y', &idle),
+        [Action::Request(Request::Arm)]
+    );
 
     // Regulating arms first; the arm stays where it is.
     assert_eq!(letter(&mut keys, 'r', &idle), []);
     let here = Command::Regulate(idle.board.record.unwrap().angle_rad);
-    let held = [Act::Ask(Request::Arm), Act::Ask(Request::Command(here))];
+    let held = [
+        Action::Request(Request::Arm),
+        Action::Request(Request::Command(here)),
+    ];
     assert_eq!(letter(&mut keys, 'h', &idle), held);
 
     // A link that broke while one thought about it.
@@ -269,7 +278,7 @@ fn stopping_needs_no_answer_and_arming_does() {
     assert_eq!(letter(&mut keys, 'a', &lost), []);
     assert_eq!(keys.question, None);
     let ctrl_c = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
-    assert_eq!(keys.press(ctrl_c, &lost), [Act::Quit]);
+    assert_eq!(keys.press(ctrl_c, &lost), [Action::Quit]);
 }
 
 #[test]
@@ -279,7 +288,7 @@ fn setpoints_move_in_steps_and_stay_where_the_arm_is_not_braked() {
     let mut latest = [0.0; 2];
     for _ in 0..200 {
         for act in press(&mut keys, KeyCode::Right, &running) {
-            let Act::Ask(Request::Command(Command::Regulate(setpoint))) = act else {
+            let Action::Request(Request::Command(Command::Regulate(setpoint))) = act else {
                 panic!("{act:?}");
             };
             assert!(
@@ -299,6 +308,6 @@ fn setpoints_move_in_steps_and_stay_where_the_arm_is_not_braked() {
     assert_eq!(press(&mut keys, KeyCode::Up, &fault), []);
     assert_eq!(letter(&mut keys, 'a', &fault), []);
     assert_eq!(keys.question, None);
-    let clear = Act::Ask(Request::Command(Command::ClearFault));
+    let clear = Action::Request(Request::Command(Command::ClearFault));
     assert_eq!(letter(&mut keys, 'c', &fault), [clear]);
 }

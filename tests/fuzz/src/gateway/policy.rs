@@ -7,7 +7,7 @@ use armbridge_shared::servo::protocol1::{self, BROADCAST, Frame, Instruction, St
 use armbridge_shared::servo::{ClientRequest, Firmware};
 
 const CONTROLLED: [u8; 2] = [1, 2];
-/// What the loop has read: of the second servo nothing.
+/// Positions that the loop has read: none of the second servo.
 const SAMPLES: [Option<u16>; 2] = [Some(643), None];
 /// Time for the shortest requests, and for most of them.
 const BUDGETS_US: [u32; 2] = [300, 760];
@@ -27,8 +27,8 @@ const MARKER: u8 = 0xAA;
 ///
 /// # Panics
 /// If something goes on the bus that moves, renames or deafens a servo under
-/// control or that takes longer than there is time, or if the client is told
-/// something that no servo would say.
+/// control or that takes longer than there is time, or if the client gets a
+/// reply that no servo would send.
 pub(super) fn check(protocol: Firmware, packet: &[u8]) {
     let is_long = protocol == Firmware::Morpheus && packet[1] >= 128;
     let request = ClientRequest::parse(protocol, packet).expect("a whole packet");
@@ -64,8 +64,8 @@ fn may_drive(request: &ClientRequest) {
         assert!(matches!(code, 1 | READ) || is_chain, "{packet:02x?}");
         if code == READ && !request.is_to_all() {
             let data = usize::from(expected.reply_bytes).saturating_sub(overhead);
-            let asked = usize::from(packet[6]).min(usize::from(u8::MAX) - overhead);
-            assert_eq!(data, asked, "{packet:02x?}");
+            let requested = usize::from(packet[6]).min(usize::from(u8::MAX) - overhead);
+            assert_eq!(data, requested, "{packet:02x?}");
         }
     }
     assert!(expected.reply_bytes == 0 || expected.id == packet[2]);
@@ -117,7 +117,7 @@ fn pursue(bus: Firmware, packet: &[u8], mut pending: PendingRequest, budget_us: 
     panic!("{packet:02x?} does not end");
 }
 
-/// What the client is told: nothing, or packets in the name of whom it asked.
+/// Replies to the client: none, or packets in the name of the servo it addressed.
 fn answer(bus: Firmware, packet: &[u8], bytes: &[u8]) {
     if bytes.is_empty() {
         return;
@@ -137,8 +137,8 @@ fn answer(bus: Firmware, packet: &[u8], bytes: &[u8]) {
                 if let Some(frame) = frame {
                     assert_eq!(frame.destination, packet[3], "{bytes:02x?}");
                     let is_cycle = packet[2] == morpheus::BROADCAST;
-                    let asked = frame.source == packet[2];
-                    assert!(asked || is_cycle && CONTROLLED.contains(&frame.source));
+                    let is_addressed = frame.source == packet[2];
+                    assert!(is_addressed || is_cycle && CONTROLLED.contains(&frame.source));
                 }
             }
             assert_eq!(parser.bytes_held(), 0, "{bytes:02x?}");
@@ -146,7 +146,7 @@ fn answer(bus: Firmware, packet: &[u8], bytes: &[u8]) {
     }
 }
 
-/// What the board itself sends for it.
+/// Packets that the board sends for it.
 fn harms_nobody(bus: Firmware, query: &BusQuery) {
     let is_harmless = match bus {
         Firmware::Stock => stock_is_harmless(&query.packet),

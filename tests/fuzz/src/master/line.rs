@@ -24,7 +24,7 @@ pub(super) struct Transmitter {
     pub(super) room: usize,
     /// The last bit is still to be sent.
     pub(super) is_sending: bool,
-    /// Whatever it takes, it reports an error.
+    /// It takes bytes, but reports errors.
     pub(super) fails: bool,
 }
 
@@ -40,11 +40,11 @@ impl Default for Transmitter {
 
 #[derive(Default)]
 pub(super) struct Line {
-    /// What the port will hear.
+    /// Bytes and errors that the port will receive.
     pub(super) coming: VecDeque<Result<u8, ErrorKind>>,
-    /// What the master has read of it.
+    /// Bytes that the master has read of it.
     read: Vec<u8>,
-    /// What was sent, and how much of that has been echoed.
+    /// Bytes sent, and how many of them have been echoed.
     sent: Vec<u8>,
     echoed: usize,
     is_driven: bool,
@@ -59,15 +59,15 @@ impl Line {
         self.echoed = 0;
     }
 
-    /// What was sent is heard.
+    /// Echoes what was sent.
     pub(super) fn echo(&mut self) {
         self.coming
             .extend(self.sent[self.echoed..].iter().map(|byte| Ok(*byte)));
         self.echoed = self.sent.len();
     }
 
-    /// All was sent, the line is released, and what is believed was said; counts
-    /// that.
+    /// Checks that all was sent, the line is released, and every accepted reply was
+    /// received; counts these.
     pub(super) fn check(
         &self,
         outcome: &Outcome,
@@ -86,7 +86,7 @@ impl Line {
             };
             assert!(counts <= 1023, "{outcome:?}");
             let [low, high] = counts.to_le_bytes();
-            let said = match (transaction, firmware) {
+            let reply_bytes = match (transaction, firmware) {
                 (Transaction::Ping { joint }, _) if joint + 1 != usize::from(id) => {
                     panic!("{outcome:?} was not asked")
                 }
@@ -101,31 +101,41 @@ impl Line {
                 (Transaction::Start, _) | (Transaction::Ping { .. }, Firmware::Morpheus) => {
                     morpheus(id, &[1])
                 }
-                // Whatever it says beyond its alarms.
+                // With any contents beyond its alarms.
                 (Transaction::Ping { .. }, Firmware::Stock) => continue,
                 (Transaction::Stop | Transaction::BriefStop | Transaction::Ask(_), _) => {
                     panic!("{outcome:?} was believed")
                 }
             };
-            assert!(self.has_read(&said), "{outcome:?} from {:02x?}", self.read);
+            assert!(
+                self.has_read(&reply_bytes),
+                "{outcome:?} from {:02x?}",
+                self.read
+            );
             believed += 1;
         }
         if let (Transaction::Ask(Asked { id, .. }), Some(Payload { alarms, data })) =
             (transaction, reply)
         {
             // A Morpheus servo's answer is to whom the packet came from.
-            let said = match firmware {
+            let reply_bytes = match firmware {
                 Firmware::Morpheus => [&[id], data.as_slice()].concat(),
                 Firmware::Stock => stock(id, *alarms, data),
             };
-            assert!(self.has_read(&said), "{reply:?} from {:02x?}", self.read);
+            assert!(
+                self.has_read(&reply_bytes),
+                "{reply:?} from {:02x?}",
+                self.read
+            );
             believed += 1;
         }
         believed
     }
 
-    fn has_read(&self, said: &[u8]) -> bool {
-        self.read.windows(said.len()).any(|part| part == said)
+    fn has_read(&self, reply_bytes: &[u8]) -> bool {
+        self.read
+            .windows(reply_bytes.len())
+            .any(|part| part == reply_bytes)
     }
 }
 
@@ -165,9 +175,9 @@ impl serial::ErrorType for Port {
 impl serial::Read for Port {
     fn read(&mut self) -> nb::Result<u8, ErrorKind> {
         self.edit(|line| {
-            let heard = line.coming.pop_front().ok_or(nb::Error::WouldBlock)?;
-            line.read.extend(heard);
-            heard.map_err(nb::Error::Other)
+            let byte = line.coming.pop_front().ok_or(nb::Error::WouldBlock)?;
+            line.read.extend(byte);
+            byte.map_err(nb::Error::Other)
         })
     }
 }
@@ -201,7 +211,7 @@ impl serial::Write for Port {
 }
 
 impl SetBaud for Port {
-    /// A script does not know of speeds: bytes are there when it says.
+    /// A script has no baud rates: it times the bytes itself.
     fn set_baud(&mut self, _baud: u32) {}
 }
 

@@ -15,12 +15,12 @@ use super::super::search::Prior;
 /// Correlation from which two numbers count as strongly correlated.
 const CORRELATED: f64 = 0.9;
 /// Standard deviation by the logs alone, in what was believed, from which a direction
-/// counts as not told.
+/// counts as not identifiable.
 const UNTOLD: f64 = 0.2;
 /// Share of the largest part of a direction that is still named.
 const NAMED: f64 = 0.25;
 
-/// Two numbers that logs and beliefs tell as one.
+/// Two numbers that are strongly correlated, given logs and prior.
 #[derive(Clone, Debug, Serialize)]
 pub struct Pair {
     /// The one, with its joint.
@@ -162,17 +162,17 @@ fn what(named: &[(usize, f64)]) -> String {
     });
     let scale = match signs {
         [Some(one), Some(other)] if one * other > 0.0 => Some("both joints"),
-        [Some(one), Some(other)] if one * other < 0.0 => Some("joint 1 against those of joint 2"),
+        [Some(one), Some(other)] if one * other < 0.0 => Some("joint 1 against joint 2"),
         [Some(sign), None] if sign.is_finite() => Some("joint 1"),
         [None, Some(sign)] if sign.is_finite() => Some("joint 2"),
         [Some(_) | None, Some(_) | None] => None,
     };
     if let Some(scale) = scale.filter(|_| named.len() >= 3) {
-        return format!("the scale of all torques of {scale}: inertia, weight, friction and motor");
+        return format!("scale of all torques of {scale}: inertia, weight, friction and motor");
     }
     let names: Vec<String> = named.iter().map(|(i, _)| name(*i)).collect();
     match names.as_slice() {
-        [one] => format!("{one} by itself"),
+        [one] => format!("{one} alone"),
         [all @ .., last] => format!("{} and {last} together", all.join(", ")),
         [] => "nothing".into(),
     }
@@ -194,16 +194,16 @@ fn settled_by(parts: &[(usize, f64)], prior: &Prior) -> String {
         }
         quantity @ (Quantity::Inertia | Quantity::Viscous | Quantity::Coulomb | Quantity::Gain) => {
             format!(
-                "what was believed of the {}: within a factor of {:.1}",
+                "the prior of the {}: within a factor of {:.1}",
                 quantity.name(),
                 prior.deviation[*i].exp()
             )
         }
         Quantity::DeadBelow | Quantity::DeadAbove => {
-            "the least dead zone being preferred of those that explain the logs".into()
+            "the prior, which prefers the smallest dead zone that explains the logs".into()
         }
         quantity @ (Quantity::Offset | Quantity::Zero | Quantity::Delay) => format!(
-            "what was believed of the {}: ± {} {}",
+            "the prior of the {}: ± {} {}",
             quantity.name(),
             quantity.value(prior.deviation[*i]),
             quantity.unit()
@@ -240,14 +240,14 @@ mod tests {
         let [first, second] = untold.as_slice() else {
             panic!("{untold:?}");
         };
-        assert_eq!(first.what, "dead zone above of joint 1 by itself");
+        assert_eq!(first.what, "dead zone above of joint 1 alone");
         assert_eq!(
             first.settled_by,
-            "the least dead zone being preferred of those that explain the logs"
+            "the prior, which prefers the smallest dead zone that explains the logs"
         );
         assert_eq!(
             second.what,
-            "the scale of all torques of joint 2: inertia, weight, friction and motor"
+            "scale of all torques of joint 2: inertia, weight, friction and motor"
         );
         assert_eq!(second.settled_by, "the arm's weight, known to 2.0 %");
         assert!(

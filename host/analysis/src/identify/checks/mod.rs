@@ -1,4 +1,4 @@
-//! What a fit says of itself: what the logs cannot tell, whether what is left is noise, and
+//! Checks of a fit: which numbers are identifiable, whether the residuals are noise, and
 //! whether the model has the right form.
 //!
 //! | file        | what is asked                                                  |
@@ -8,7 +8,7 @@
 //! | `model_errors`      | would a torque that the model has not explain the logs better? |
 //! | `rollout`    | a window's motion by the numbers that were found               |
 //! | `warnings`  | what is to be kept in mind, in words                           |
-//! | `text`      | these and what the logs cannot tell, for a terminal            |
+//! | `text`      | the checks as text for a terminal                              |
 
 mod identifiability;
 mod model_errors;

@@ -4,7 +4,7 @@
 //! motion made linear about what was measured. How much of the errors such a torque takes
 //! away, beyond what the model's own numbers could by being a little different, is a
 //! number whose square is that of a standard normal one if the model is right. The same
-//! way it is told what would be found if there was no dry friction in the model.
+//! way it follows what would be found without dry friction in the model.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -25,13 +25,13 @@ const DRY: usize = 1;
 const INERTIA: usize = 5;
 /// Torques that it lacks.
 const MISSING: [&str; 7] = [
-    "dry friction that falls up to 0.3 rad/s (Stribeck)",
-    "dry friction that falls up to 1 rad/s (Stribeck)",
-    "friction by the square of the speed",
-    "viscous friction that differs by direction",
-    "a motor whose torque does not grow evenly with its PWM",
-    "a torque that changes with the angle twice a turn",
-    "a push by the other joint's acceleration",
+    "dry friction falling up to 0.3 rad/s (Stribeck)",
+    "dry friction falling up to 1 rad/s (Stribeck)",
+    "friction proportional to speed squared",
+    "viscous friction by direction",
+    "motor torque not proportional to PWM",
+    "torque of twice the joint angle",
+    "torque of the other joint's acceleration",
 ];
 const ALL: usize = OWN + MISSING.len();
 /// Speeds of the first two.
@@ -50,7 +50,7 @@ pub struct Form {
     pub joint: usize,
     /// The torque.
     pub what: &'static str,
-    /// By so much the sum of squares would fall, in variances: about 1 by chance.
+    /// Reduction in the sum of squares, in noise variances: about 1 by chance.
     pub improvement: f64,
     /// The torque where it is largest, in N m.
     pub torque_nm: f64,
@@ -61,7 +61,7 @@ pub struct Form {
 pub struct Dry {
     /// From 1.
     pub joint: usize,
-    /// By so much the sum of squares would grow, in variances.
+    /// Increase in the sum of squares, in noise variances.
     pub worse: f64,
     /// Root mean square of an error in counts, with dry friction and without.
     pub rms_counts: [f64; 2],
@@ -159,8 +159,8 @@ impl Sums {
         (less, numbers[OWN])
     }
 
-    /// What is left of the errors when these torques explain them, and by how much of each;
-    /// beforehand so much dry friction is taken back out of the model.
+    /// Reduction of the errors by these torques, and the share of each; `dry` is the share
+    /// of dry friction that is taken out of the model first.
     fn rest(&self, columns: &[usize], dry: f64) -> (f64, Vec<f64>) {
         let squares =
             self.squares + 2.0 * dry * self.right[DRY] + dry * dry * self.normal[(DRY, DRY)];

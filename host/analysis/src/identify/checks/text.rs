@@ -1,4 +1,4 @@
-//! What a fit says of itself, as text for a terminal.
+//! The checks of a fit as text for a terminal.
 
 use std::fmt::Write;
 

@@ -43,8 +43,8 @@ pub(super) fn warnings(found: &Found, checks: &Checks) -> Vec<String> {
         let most = matters.max_by(|a, b| a.improvement.total_cmp(&b.improvement));
         warnings.extend(most.map(|form| {
             format!(
-                "joint {joint}: {} would explain the logs better (by {:.0} variances, up to {:.3} \
-                 N m), and the model has none",
+                "joint {joint}: the model lacks {} (sum of squares lower by {:.0} variances, \
+                 torque up to {:.3} N m)",
                 form.what, form.improvement, form.torque_nm
             )
         }));
@@ -52,7 +52,7 @@ pub(super) fn warnings(found: &Found, checks: &Checks) -> Vec<String> {
     for dry in &checks.dry {
         if dry.worse < SURE {
             warnings.push(format!(
-                "joint {}: the logs are explained as well without dry friction; move it slower",
+                "joint {}: dry friction is not identified; move the joint slower",
                 dry.joint
             ));
         }

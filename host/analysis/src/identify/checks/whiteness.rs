@@ -1,7 +1,7 @@
 //! Whether what is left is noise: errors that follow each other are of one model's making.
 //!
 //! A window's own start is fitted to it, which alone makes its errors a little opposite to
-//! each other; so much is given back before they are judged.
+//! each other; their autocorrelation is corrected for that before it is judged.
 
 use serde::Serialize;
 
@@ -9,7 +9,7 @@ use super::rollout::Followed;
 
 /// Blocks of ticks that lie between two errors that are compared, at most.
 const LAGS: usize = 20;
-/// Below so much is the sum of 20 squares of noise in 95 of 100 cases.
+/// 95 % quantile of the sum of 20 squares of standard normal noise.
 const CHI_SQUARED: f64 = 31.41;
 /// Standard errors to either side in which noise is with 95 %.
 const INTERVAL: f64 = 1.96;

@@ -19,7 +19,7 @@ const STRIDE: usize = 40;
 const SLIDES_RAD_S: f64 = 0.17;
 /// Delay that is assumed, in ticks.
 const DELAY_TICKS: i64 = 3;
-/// Stretches below which nothing is said.
+/// Fewest stretches for a diagnosis.
 const FEWEST: usize = 30;
 /// Standard deviation of a stretch's acceleration by noise of a count, in rad/s².
 const NOISE_RAD_S2: f64 = 1.2;

@@ -17,7 +17,7 @@ const HALF: usize = 120;
 const STRIDE: usize = 30;
 /// Speed in rad/s above which the way a joint slides is sure.
 const SLIDES_RAD_S: f64 = 0.17;
-/// What nothing explains is somebody's from here on, in N m: 5 standard deviations with
+/// Unexplained torque above this is external, in N m: 5 standard deviations with
 /// noise of a count and the inertia of the paper's arm.
 const SURE_NM: f64 = 0.15;
 /// Dry friction at rest, as a multiple of that in motion, at most.
@@ -29,7 +29,7 @@ const EDGE_NM: f64 = 0.03;
 /// A push is one that lasts so long, in ticks.
 const LASTS: usize = 300;
 
-/// Ticks between two pushes that are told as one.
+/// Longest pause in ticks within one push.
 const PAUSE: usize = 1_000;
 
 /// A stretch of ticks in which something turns a joint.
@@ -126,7 +126,7 @@ impl<'a> Model<'a> {
     /// Torque in N m over a stretch beyond all that may be; 0 for what is explained.
     fn unexplained(&self, trace: &Trace, first: usize, bump: &Bump) -> f64 {
         let joint = self.joint;
-        // Some samples are lost here and there; a stretch without most says nothing.
+        // Some samples are lost here and there; a stretch without most is not judged.
         let seen = |tick: &usize| !trace.counts[*tick].contains(&None);
         if 2 * (first..first + bump.len()).filter(seen).count() < bump.len() {
             return 0.0;
@@ -142,7 +142,7 @@ impl<'a> Model<'a> {
             let counts = f64::from(pwm) - 1_000.0;
             let edge = self.dead[usize::from(counts > 0.0)];
             let is_at_edge = counts != 0.0 && (counts.abs() - edge).abs() < EDGE_COUNTS;
-            // What a motor makes of nearly all its PWM nobody knows.
+            // The torque of nearly full PWM is not known.
             let fair = pwm.clamp(OFF - FAIR_COUNTS, OFF + FAIR_COUNTS);
             let beyond = (torque - self.arm.torque(fair)).abs();
             (torque, beyond + if is_at_edge { EDGE_NM } else { 0.0 })

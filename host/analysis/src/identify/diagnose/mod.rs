@@ -1,5 +1,5 @@
-//! Whether data can tell an arm at all: a [`Diagnosis`] by name in place of numbers that
-//! nobody should believe.
+//! Whether an arm is identifiable from the data at all: a [`Diagnosis`] by name in place of
+//! numbers that are wrong.
 //!
 //! | when       | what is looked at                                             |
 //! |------------|---------------------------------------------------------------|

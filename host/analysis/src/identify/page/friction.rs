@@ -25,8 +25,8 @@ const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
 pub(super) fn draw(found: &Found, checks: &Checks, known: &Known) -> Drawing {
     let mut drawing = titled(
         TOP + HEIGHT + 52.0,
-        "Friction over speed",
-        "a dot: motor, gravity and inertia over an eighth of a second",
+        "Friction against speed",
+        "a dot: motor torque less gravity and inertia, over an eighth of a second",
     );
     for joint in 0..JOINTS {
         let points = points(found, checks, known, joint);

@@ -19,8 +19,8 @@ pub(super) fn draw(found: &Found) -> Drawing {
     let size = CELL * COUNT as f64;
     let mut drawing = titled(
         TOP + size + 40.0,
-        "Correlations of what was found",
-        "blue: one up, the other down; orange: both up; in hundredths",
+        "Correlations of the estimates",
+        "blue: negative; orange: positive; in hundredths",
     );
     let light = Font {
         anchor: Anchor::End,

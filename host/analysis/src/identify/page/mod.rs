@@ -16,12 +16,10 @@ use super::diagnose::Diagnosis;
 use super::fit::Found;
 use super::forecast::Forecast;
 use super::report::Report;
+use crate::html;
 use crate::plot;
 use crate::plot::PlotError;
 use crate::plot::drawing::Drawing;
-
-/// Name of the page.
-const PAGE: &str = "report.html";
 
 /// What the page is of.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +30,7 @@ pub struct Page<'a> {
     pub report: &'a Report,
     /// What was found.
     pub found: &'a Found,
-    /// What the fit says of itself.
+    /// The checks of the fit.
     pub checks: &'a Checks,
     /// How well the numbers tell what they were not found in; none if that was not tried.
     pub forecasts: Option<&'a [Forecast]>,
@@ -42,8 +40,8 @@ pub struct Page<'a> {
     pub known: &'a Known,
 }
 
-/// Writes a page into an existing folder that says why there are no numbers; returns its
-/// path.
+/// Writes a page with the reason why there are no numbers into an existing folder; returns
+/// its path.
 ///
 /// # Errors
 /// When it cannot be written.
@@ -52,9 +50,7 @@ pub fn no_numbers(
     diagnosis: &Diagnosis,
     logs: &[String],
 ) -> Result<PathBuf, PlotError> {
-    let path = folder.join(PAGE);
-    plot::write(&path, text::no_numbers(diagnosis, logs).as_bytes())?;
-    Ok(path)
+    html::write(folder, &text::no_numbers(diagnosis, logs))
 }
 
 /// A picture with its caption.
@@ -75,9 +71,7 @@ impl Page<'_> {
             .iter()
             .map(|picture| (picture.name, picture.drawing.clone()));
         plot::write_all(folder, figures)?;
-        let path = folder.join(PAGE);
-        plot::write(&path, text::page(self, &pictures).as_bytes())?;
-        Ok(path)
+        html::write(folder, &text::page(self, &pictures))
     }
 
     fn pictures(&self) -> Vec<Picture> {

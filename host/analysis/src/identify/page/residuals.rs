@@ -4,7 +4,7 @@ use armbridge_shared::JOINTS;
 
 use super::super::checks::{Checks, Whiteness};
 use super::super::fit::Found;
-use crate::plot::axis::{Axis, Scale};
+use crate::plot::axis::Axis;
 use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{ALARM, FRAME, JOINT, Key, LIMIT, Panel};
 use crate::plot::titled;
@@ -18,7 +18,7 @@ const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
 pub(super) fn draw(found: &Found, checks: &Checks, period_s: f64) -> Drawing {
     let mut drawing = titled(
         TOP + STEP + HEIGHT + 52.0,
-        "What is left: noise?",
+        "Residuals",
         "root mean square of each window; autocorrelation of blocks of 5 ticks",
     );
     let begins_s = begins_s(checks, period_s);
@@ -72,10 +72,10 @@ fn windows(drawing: &mut Drawing, joint: usize, points: &[(f64, f64)], end_s: f6
             w: 560.0,
             h: HEIGHT,
         },
-        x: linear(0.0, end_s),
-        y: linear(0.0, high),
+        x: Axis::linear(0.0, end_s),
+        y: Axis::linear(0.0, high),
     };
-    let title = format!("Joint {}: error of each window", joint + 1);
+    let title = format!("Joint {}: residual of each window", joint + 1);
     let is_last = joint + 1 == JOINTS;
     let x_title = is_last.then_some("time, one log after the other (s)");
     panel.draw(drawing, &title, x_title, Some("rms (counts)"));
@@ -87,7 +87,7 @@ fn windows(drawing: &mut Drawing, joint: usize, points: &[(f64, f64)], end_s: f6
     }
     let keys = [
         (Key::Line(ZERO), "noise"),
-        (Key::Line(LIMIT), "not explained beyond"),
+        (Key::Line(LIMIT), "rejected above"),
     ];
     panel.legend(drawing, &keys);
 }
@@ -110,8 +110,8 @@ fn correlation(drawing: &mut Drawing, joint: usize, whiteness: &Whiteness) {
             w: 288.0,
             h: HEIGHT,
         },
-        x: linear(0.0, autocorrelation.len() as f64 + 1.0),
-        y: linear(-high, high),
+        x: Axis::linear(0.0, autocorrelation.len() as f64 + 1.0),
+        y: Axis::linear(-high, high),
     };
     let title = format!("portmanteau {portmanteau:.1}; noise: below {expected:.1}");
     let x_title = (joint + 1 == JOINTS).then_some("lag (blocks)");
@@ -124,13 +124,5 @@ fn correlation(drawing: &mut Drawing, joint: usize, whiteness: &Whiteness) {
     for (r, lag) in autocorrelation.iter().zip(1..) {
         let x = f64::from(lag);
         drawing.line(panel.at(x, 0.0), panel.at(x, *r), bar);
-    }
-}
-
-fn linear(low: f64, high: f64) -> Axis {
-    Axis {
-        scale: Scale::Linear,
-        low,
-        high,
     }
 }

@@ -1,7 +1,8 @@
-//! The page itself.
+//! Text of the report.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Setup;
+use maud::{Markup, html};
 
 use super::super::checks::Checks;
 use super::super::diagnose::Diagnosis;
@@ -9,307 +10,282 @@ use super::super::forecast::Forecast;
 use super::super::quantity::Quantity;
 use super::super::report::{self, Number};
 use super::{Page, Picture};
-use crate::html::{Html, escape};
+use crate::html;
 
-const TITLE: &str = "What this arm is";
+const TITLE: &str = "Identified arm";
 
 /// The whole page.
 pub(super) fn page(page: &Page<'_>, pictures: &[Picture]) -> String {
-    let mut html = Html::page(TITLE);
-    introduction(&mut html, page);
-    warnings(&mut html, page.checks);
-    numbers(&mut html, &page.report.numbers);
-    untold(&mut html, page.checks);
-    forecasts(&mut html, page);
-    for (heading, prefix) in [
-        ("Measured against computed", "windows"),
-        ("What is left", "residuals"),
+    let checks = page.checks;
+    let sections = [
+        ("Measured and computed motion", "windows"),
+        ("Residuals", "residuals"),
         ("Friction", "friction"),
         ("Correlations", "correlations"),
-    ] {
-        html.element("h2", "", heading);
-        if prefix == "friction" {
-            dry(&mut html, page.checks);
+    ];
+    let contents = html! {
+        (introduction(page))
+        (warnings(checks))
+        (numbers(&page.report.numbers))
+        (untold(checks))
+        (forecasts(page))
+        @for (heading, prefix) in sections {
+            h2 { (heading) }
+            @if prefix == "friction" { (dry(checks)) }
+            @for picture in pictures.iter().filter(|picture| picture.name.starts_with(prefix)) {
+                (html::figure(picture.name, &picture.drawing, heading, picture.caption))
+            }
         }
-        for picture in pictures
-            .iter()
-            .filter(|picture| picture.name.starts_with(prefix))
-        {
-            html.figure(
-                picture.name,
-                &picture.drawing.svg(),
-                heading,
-                picture.caption,
-            );
-        }
-        if prefix == "correlations" {
-            pairs(&mut html, page.checks);
-        }
-    }
-    forms(&mut html, page.checks);
-    as_the_paper_did(&mut html, page);
-    method(&mut html);
-    html.finish()
-}
-
-fn introduction(html: &mut Html, page: &Page<'_>) {
-    let report = page.report;
-    html.element("h1", "", TITLE);
-    html.element(
-        "p",
-        " class=\"lead\"",
-        &format!(
-            "Found in {:.1} s in which a joint slides, {} windows, {} of them not explained. \
-             Errors are {:.2} counts; one count of noise, rounded, makes 1.04.",
-            report.sliding_s, report.windows, report.odd, report.noise_counts
-        ),
-    );
-    logs(html, page.logs);
-}
-
-fn logs(html: &mut Html, logs: &[String]) {
-    for (log, index) in logs.iter().zip(1..) {
-        html.element("p", " class=\"note\"", &format!("Log {index}: {log}"));
-    }
-}
-
-/// A page that says why there are no numbers.
-pub(super) fn no_numbers(diagnosis: &Diagnosis, of: &[String]) -> String {
-    let mut html = Html::page(TITLE);
-    html.element("h1", "", TITLE);
-    html.element("p", " class=\"lead\"", "These logs do not tell.");
-    html.element("p", "", &format!("No numbers: {diagnosis}"));
-    logs(&mut html, of);
-    html.finish()
-}
-
-fn warnings(html: &mut Html, checks: &Checks) {
-    html.element("h2", "", "What to keep in mind");
-    if checks.warnings.is_empty() {
-        let text = "Nothing: errors are as good as noise, the model has the right form, and the \
-                    logs are explained.";
-        html.element("p", "", text);
-    }
-    list(html, checks.warnings.iter().map(String::as_str));
-}
-
-fn list<'a>(html: &mut Html, items: impl Iterator<Item = &'a str>) {
-    html.tags(format_args!("<ul>"));
-    for item in items {
-        html.element("li", "", item);
-    }
-    html.tags(format_args!("</ul>"));
-}
-
-/// A table; columns whose head begins with `#` are numbers.
-fn table(html: &mut Html, heads: &[&str], rows: impl Iterator<Item = Vec<String>>) {
-    let class = |column: usize| {
-        let is_number = heads.get(column).is_some_and(|head| head.starts_with('#'));
-        if is_number { " class=\"n\"" } else { "" }
+        (pairs(checks))
+        (forms(checks))
+        (as_the_paper_did(page))
+        (method())
     };
-    html.tags(format_args!("<div class=\"wide\"><table>\n<thead><tr>"));
-    for (column, head) in heads.iter().enumerate() {
-        html.element("th", class(column), head.trim_start_matches('#'));
-    }
-    html.tags(format_args!("</tr></thead>\n<tbody>"));
-    for row in rows {
-        html.tags(format_args!("<tr>"));
-        for (column, cell) in row.iter().enumerate() {
-            html.tags(format_args!("<td{}>{}</td>", class(column), escape(cell)));
-        }
-        html.tags(format_args!("</tr>"));
-    }
-    html.tags(format_args!("</tbody></table></div>"));
+    html::page(TITLE, &contents)
 }
 
-fn numbers(html: &mut Html, numbers: &[Number]) {
-    html.element("h2", "", "Numbers");
-    html.element(
-        "p",
-        "",
-        "Each with its interval of 95 %, and what the board computed with before.",
+/// The page of logs that identify no arm.
+pub(super) fn no_numbers(diagnosis: &Diagnosis, logs: &[String]) -> String {
+    let contents = html! {
+        h1 { (TITLE) }
+        p.lead { "These logs identify no arm." }
+        p { (diagnosis) }
+        (self::logs(logs))
+    };
+    html::page(TITLE, &contents)
+}
+
+fn introduction(page: &Page<'_>) -> Markup {
+    let report = page.report;
+    let found = format!(
+        "Fitted to {:.1} s in which a joint slides: {} windows, {} of them rejected. The residual \
+         is {:.2} counts; encoder noise of one count, rounded, gives 1.04.",
+        report.sliding_s, report.windows, report.odd, report.noise_counts
     );
+    html! {
+        h1 { (TITLE) }
+        p.lead { (found) }
+        (logs(page.logs))
+    }
+}
+
+fn logs(logs: &[String]) -> Markup {
+    html! {
+        @for (log, index) in logs.iter().zip(1..) { p.note { "Log " (index) ": " (log) } }
+    }
+}
+
+fn warnings(checks: &Checks) -> Markup {
+    html! {
+        h2 { "Warnings" }
+        @if checks.warnings.is_empty() {
+            p {
+                "None: the residual is white noise, the model lacks no torque, and all windows are \
+                 explained."
+            }
+        }
+        (list(&checks.warnings))
+    }
+}
+
+fn list(items: impl IntoIterator<Item = impl AsRef<str>>) -> Markup {
+    html! {
+        ul { @for item in items { li { (item.as_ref()) } } }
+    }
+}
+
+/// A table of text; columns whose head begins with `#` are numbers.
+fn table<R: IntoIterator<Item = String>>(
+    heads: &[&str],
+    rows: impl IntoIterator<Item = R>,
+) -> Markup {
+    let rows = html! {
+        @for row in rows {
+            tr {
+                @for (cell, head) in row.into_iter().zip(heads) {
+                    td class=[html::class(head)] { (cell) }
+                }
+            }
+        }
+    };
+    html::table(heads, &rows)
+}
+
+fn numbers(numbers: &[Number]) -> Markup {
     let heads = [
         "Joint",
-        "Number",
-        "#Found",
-        "#Within (95 %)",
+        "Parameter",
+        "#Estimate",
+        "#95 % interval",
         "Unit",
         "#Before",
         "Remark",
     ];
-    table(html, &heads, numbers.iter().map(Number::cells));
+    html! {
+        h2 { "Parameters" }
+        p { "Estimates with 95 % confidence intervals, and the board's values before." }
+        (table(&heads, numbers.iter().map(Number::cells)))
+    }
 }
 
-fn untold(html: &mut Html, checks: &Checks) {
-    html.element("h2", "", "What is not known, and what settled it");
-    let combinations = if checks.untold.is_empty() {
-        "There is no combination of numbers that these logs leave open."
-    } else {
-        "These combinations of numbers change nothing in these logs, or hardly anything: what \
-         was told of the arm beforehand, not its motion, says where they are."
-    };
-    html.element("p", "", combinations);
-    html.element(
-        "p",
-        "",
-        "Nor does any motion tell which way of a joint is the positive one: the arm is its own \
-         mirror image. That a higher PWM turns a joint to higher counts is checked; whether \
-         these are larger angles is what armbridge calibrate was told.",
-    );
-    let heads = ["Not told by these logs", "Settled by", "#By the logs alone"];
+fn untold(checks: &Checks) -> Markup {
+    let heads = [
+        "Not identifiable from these logs",
+        "Fixed by",
+        "#By the logs alone",
+    ];
     let rows = checks.untold.iter().map(|untold| {
         let deviation = if untold.deviation > 10.0 {
-            "anything".into()
+            "unbounded".into()
         } else {
-            format!("± {:.0} % of what was believed", 100.0 * untold.deviation)
+            format!("± {:.0} % of the prior", 100.0 * untold.deviation)
         };
-        vec![untold.what.clone(), untold.settled_by.clone(), deviation]
+        [untold.what.clone(), untold.settled_by.clone(), deviation]
     });
-    if !checks.untold.is_empty() {
-        table(html, &heads, rows);
+    html! {
+        h2 { "Identifiability" }
+        p {
+            @if checks.untold.is_empty() {
+                "These logs identify every combination of parameters."
+            } @else {
+                "The likelihood is flat, or nearly so, along these combinations of parameters: the \
+                 prior fixes them, not the motion."
+            }
+        }
+        p {
+            "No motion identifies a joint's positive direction: the arm is its own mirror image. \
+             The fit checks that a higher PWM turns a joint to higher counts; that higher counts \
+             are larger angles comes from armbridge calibrate."
+        }
+        @if !checks.untold.is_empty() { (table(&heads, rows)) }
     }
 }
 
-fn forecasts(html: &mut Html, page: &Page<'_>) {
-    html.element("h2", "", "Forecasts");
-    let Some(forecasts) = page.forecasts else {
-        let text = "Not tried: a second fit without the last fifth of the windows would take a \
-                    while. Give another log as --held-out.";
-        html.element("p", "", text);
-        return;
-    };
-    html.element(
-        "p",
-        "",
-        &format!(
-            "Of {}. Errors are in counts, root mean square, with the encoder's noise and \
-             without. Rms: the start of each window is sought in all of it. Forecast: in its \
-             first quarter of a second alone, and judged until what is not known of that start \
-             comes to a count (a count off), which an arm that stands brings about with its \
-             unstable pole, whose time constant is told.",
-            page.held_out
-        ),
-    );
-    table(
-        html,
-        &Forecast::HEADS,
-        forecasts.iter().map(|forecast| forecast.cells().to_vec()),
-    );
-}
-
-fn dry(html: &mut Html, checks: &Checks) {
-    list_of(
-        html,
-        checks.dry.iter().map(|dry| {
-            let [with, without] = dry.viscous;
-            let [rms, rms_without] = dry.rms_counts;
-            format!(
-                "Joint {}: viscous friction is {with:.3} N m s/rad beside dry friction. Without dry \
-             friction in the model, all numbers sought anew, it would be {without:.3}, with errors of {rms_without:.2} \
-             counts instead of {rms:.2} (worse by {:.0} variances).",
-                dry.joint, dry.worse
-            )
-        }),
-    );
-}
-
-/// The paper's numbers beside those of this arm, and what its method would make of these
-/// logs.
-fn as_the_paper_did(html: &mut Html, page: &Page<'_>) {
-    html.element("h2", "", "As the paper did it");
-    html.element(
-        "p",
-        "",
-        "The paper fitted one joint at a time, by eye, with viscous friction alone: 0.421 N m s/rad \
-         to a free fall, 0.239 to a constant input, of the same joint 1. Dry friction is behind \
-         both, see armbridge identify paper. Without dry friction in the model these logs \
-         would make of this arm:",
-    );
-    list_of(
-        html,
-        page.checks.dry.iter().map(|dry| {
-            let [with, without] = dry.viscous;
-            let joint = dry.joint;
-            format!("Joint {joint}: {without:.3} N m s/rad in place of {with:.3}.")
-        }),
-    );
-    let heads = ["Joint", "Number", "#The paper's arm", "#This arm", "Unit"];
-    let paper = Setup::default();
-    let rows = (0..JOINTS).flat_map(|joint| {
-        let told = [
-            Quantity::Inertia,
-            Quantity::Gravity,
-            Quantity::Viscous,
-            Quantity::Gain,
-            Quantity::Offset,
-        ];
-        told.map(|quantity| {
-            let (value, error) = page.found.number(joint, quantity);
-            let digits = |value| report::digits(value, error);
-            vec![
-                (joint + 1).to_string(),
-                quantity.name().to_owned(),
-                digits(quantity.of(&paper, joint)),
-                digits(value),
-                quantity.unit().to_owned(),
-            ]
-        })
-    });
-    table(html, &heads, rows);
-}
-
-fn list_of(html: &mut Html, items: impl Iterator<Item = String>) {
-    let items: Vec<String> = items.collect();
-    list(html, items.iter().map(String::as_str));
-}
-
-fn pairs(html: &mut Html, checks: &Checks) {
-    if checks.pairs.is_empty() {
-        html.element("p", "", "No two numbers are correlated by more than 0.9.");
-        return;
+fn forecasts(page: &Page<'_>) -> Markup {
+    html! {
+        h2 { "Holdout" }
+        @if let Some(forecasts) = page.forecasts {
+            p {
+                "Validated on " (page.held_out) ". Errors are root mean squares in counts, with \
+                 and without the encoder's noise. Rms: the initial state is fitted to the whole \
+                 window. Forecast: it is fitted to the first quarter of a second alone, and the \
+                 error counts until the uncertainty of that state reaches one count; a standing \
+                 arm gets there by its unstable pole, whose time constant is given."
+            }
+            (table(&Forecast::HEADS, forecasts.iter().map(Forecast::cells)))
+        } @else {
+            p {
+                "Skipped: the logs are too long for a second fit without the last fifth of the \
+                 windows. Pass another log as --held-out."
+            }
+        }
     }
-    let heads = ["Number", "And", "#Correlation"];
-    let rows = checks.pairs.iter().map(|pair| {
-        let correlation = format!("{:+.3}", pair.correlation).replace('-', "−");
-        vec![pair.one.clone(), pair.other.clone(), correlation]
-    });
-    table(html, &heads, rows);
 }
 
-fn forms(html: &mut Html, checks: &Checks) {
-    html.element("h2", "", "Has the model the right form?");
-    html.element(
-        "p",
-        "",
-        "Torques that the model has not, tried one by one. By chance the sum of squares falls by \
-         about one variance; by more than 25 it does not.",
-    );
+fn dry(checks: &Checks) -> Markup {
+    list(checks.dry.iter().map(|dry| {
+        let [with, without] = dry.viscous;
+        let [rms, rms_without] = dry.rms_counts;
+        format!(
+            "Joint {}: viscous friction is {with:.3} N m s/rad in a model with dry friction. \
+             Fitted without dry friction it is {without:.3}, with a residual of \
+             {rms_without:.2} counts instead of {rms:.2} (sum of squares higher by {:.0} \
+             variances).",
+            dry.joint, dry.worse
+        )
+    }))
+}
+
+/// The paper's parameters beside those of this arm, and its method applied to these logs.
+fn as_the_paper_did(page: &Page<'_>) -> Markup {
     let heads = [
         "Joint",
-        "Torque that the model has not",
-        "#Better by",
-        "#Torque at most",
+        "Parameter",
+        "#The paper's arm",
+        "#This arm",
+        "Unit",
+    ];
+    let paper = Setup::default();
+    let quantities = [
+        Quantity::Inertia,
+        Quantity::Gravity,
+        Quantity::Viscous,
+        Quantity::Gain,
+        Quantity::Offset,
+    ];
+    let rows = (0..JOINTS).flat_map(|joint| quantities.map(|quantity| (joint, quantity)));
+    let rows = rows.map(|(joint, quantity)| {
+        let (value, error) = page.found.number(joint, quantity);
+        [
+            (joint + 1).to_string(),
+            quantity.name().to_owned(),
+            report::digits(quantity.of(&paper, joint), error),
+            report::digits(value, error),
+            quantity.unit().to_owned(),
+        ]
+    });
+    let viscous = page.checks.dry.iter().map(|dry| {
+        let [with, without] = dry.viscous;
+        let joint = dry.joint;
+        format!("Joint {joint}: {without:.3} N m s/rad in place of {with:.3}.")
+    });
+    html! {
+        h2 { "The paper's method" }
+        p {
+            "The paper fitted one joint at a time, by eye, with viscous friction alone: 0.421 N m \
+             s/rad to a free fall, 0.239 to a constant input, of the same joint 1. Dry friction \
+             explains both, see armbridge identify paper. Fitted without dry friction, these \
+             logs give:"
+        }
+        (list(viscous))
+        (table(&heads, rows))
+    }
+}
+
+fn pairs(checks: &Checks) -> Markup {
+    if checks.pairs.is_empty() {
+        return html! { p { "No two parameters are correlated by more than 0.9." } };
+    }
+    let rows = checks.pairs.iter().map(|pair| {
+        let correlation = format!("{:+.3}", pair.correlation).replace('-', "−");
+        [pair.one.clone(), pair.other.clone(), correlation]
+    });
+    table(&["Parameter", "Parameter", "#Correlation"], rows)
+}
+
+fn forms(checks: &Checks) -> Markup {
+    let heads = [
+        "Joint",
+        "Torque that the model lacks",
+        "#Reduction",
+        "#Largest torque",
     ];
     let rows = checks.forms.iter().map(|form| {
-        vec![
+        [
             form.joint.to_string(),
             form.what.to_owned(),
             format!("{:.1}", form.improvement),
             format!("{:.4} N m", form.torque_nm),
         ]
     });
-    table(html, &heads, rows);
+    html! {
+        h2 { "Model errors" }
+        p {
+            "Torques that the model lacks, added one at a time. The reduction of the sum of \
+             squares, in noise variances, is about 1 by chance and never above 25."
+        }
+        (table(&heads, rows))
+    }
 }
 
-fn method(html: &mut Html) {
-    html.element("h2", "", "How it was found");
-    html.element(
-        "p",
-        "",
-        "In windows in which a joint slides its motion is computed from the PWM that was \
-         sent, tick by tick, and compared with the encoder; the numbers are those that make the \
-         sum of squares least, together with what was believed beforehand. Intervals are those \
-         of the curvature there, made wider where windows disagree by more than noise.",
-    );
+fn method() -> Markup {
+    html! {
+        h2 { "Method" }
+        p {
+            "In windows in which a joint slides, the motion is computed from the PWM that was \
+             sent, tick by tick, and compared with the encoder. The estimate minimises the sum of \
+             squared residuals and the prior's term. Intervals follow from the curvature at the \
+             minimum, and are wider where windows disagree by more than noise."
+        }
+    }
 }

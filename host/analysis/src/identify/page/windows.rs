@@ -2,7 +2,7 @@
 //! one in the middle, and that which is explained worst.
 
 use super::super::checks::{Checks, Followed};
-use crate::plot::axis::{Axis, Scale};
+use crate::plot::axis::Axis;
 use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{FRAME, INK, JOINT, JOINT_TINT, Key, Panel};
 use crate::plot::titled;
@@ -24,12 +24,12 @@ pub(super) fn draw(checks: &Checks, joint: usize, period_s: f64) -> Option<Drawi
         .filter(|followed| followed.window.joint == joint)
         .map(|followed| (followed.rms(0..followed.window.len), followed))
         .collect();
-    // Of the shorter half no window tells much.
+    // Windows of the shorter half show little.
     windows.sort_by_key(|(_, followed)| followed.window.len);
     windows.drain(..windows.len() / 2);
     windows.sort_by(|a, b| a.0.total_cmp(&b.0));
     let last = windows.len().checked_sub(1)?;
-    let title = format!("Joint {}: measured against computed", joint + 1);
+    let title = format!("Joint {}: measured and computed", joint + 1);
     let height = TOP + HEIGHTS[0] + GAP + HEIGHTS[1] + 52.0;
     let mut drawing = titled(height, &title, "");
     let top = Panel {
@@ -75,11 +75,7 @@ fn draw_window(
         w: WIDTH,
         h: HEIGHTS[0],
     };
-    let x = Axis {
-        scale: Scale::Linear,
-        low: from_s,
-        high: time_s(window.window.len),
-    };
+    let x = Axis::linear(from_s, time_s(window.window.len));
     let errors = || window.errors.iter().copied().enumerate();
     let computed = || window.computed.iter().copied().enumerate();
     let measured = || {
@@ -117,7 +113,7 @@ fn draw_window(
     };
     let y_title = if is_first { "error (counts)" } else { "" };
     let log = format!("time in log {} (s)", trace.log + 1);
-    below.draw(drawing, "measured less computed", Some(&log), Some(y_title));
+    below.draw(drawing, "residual", Some(&log), Some(y_title));
     below.level(drawing, 0.0, ZERO);
     below.dots(
         drawing,

@@ -1,6 +1,6 @@
 //! A joint that gave way: how likely it makes each static friction.
 //!
-//! When the joint began to slide, the motion afterwards tells: each tick in which it may
+//! When the joint began to slide follows from the motion afterwards: each tick in which it may
 //! have begun is as likely as the encoder's noise lets its motion be. Only ticks in which
 //! it is pushed harder than ever before, and harder than a sliding joint's dry friction,
 //! come into question, and static friction lies between that push and the hardest before.
@@ -18,12 +18,12 @@ use super::Stiction;
 use super::posterior::Belief;
 use super::rest::Rest;
 
-/// Ticks of a rest that tell where the joint is before it may begin to slide.
+/// Ticks of a rest by which the joint's angle is known before it may begin to slide.
 const SETTLED: usize = 25;
 /// Standard deviations by which a rest and what follows may be off.
 const ODD: f64 = 3.0;
 
-/// What the joint's giving way says.
+/// The likelihood from one breakaway.
 pub(super) struct Event {
     pub(super) belief: Belief,
     /// How the push depends on the coordinates of all other numbers.
@@ -42,7 +42,7 @@ struct Beginning {
 type Dual = DualSVec64<{ PER_JOINT + 1 }>;
 
 impl Stiction<'_> {
-    /// What a rest's end says; `None` if its beginning was missed or the model does not
+    /// The likelihood from a rest's end; `None` if its beginning was missed or the model does not
     /// explain it.
     pub(super) fn event(&self, trace: &Trace, joint: usize, rest: Rest) -> Option<Event> {
         let way = trace.smooth[rest.slides][joint][1].signum();
@@ -138,7 +138,7 @@ fn squares(mut motion: Motion<'_, f64>, trace: &Trace, joint: usize, ticks: Rang
     squares
 }
 
-/// Where a joint rests: mean, and sum of squares about it, of what its encoder said.
+/// Where a joint rests: mean, and sum of squares about it, of its encoder's counts.
 #[derive(Default)]
 struct Resting {
     count: f64,

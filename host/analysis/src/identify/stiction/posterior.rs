@@ -18,7 +18,7 @@ pub(super) struct Belief {
 }
 
 impl Belief {
-    /// Of an event: these intervals in N m are as likely as said.
+    /// Of an event: intervals in N m, each with its likelihood.
     pub(super) fn of(intervals: impl Iterator<Item = ([f64; 2], f64)>) -> Self {
         let mut sharp = vec![0.0; CELLS];
         for (torques_nm, likelihood) in intervals {

@@ -1,7 +1,7 @@
 //! Where a joint rests until it slides.
 //!
-//! A controller's PWM trembles: a joint may give way for a moment and rest again, and
-//! nobody sees it. Only rests with a PWM that changes slowly are looked at.
+//! A controller's PWM trembles: a joint may give way for a moment and rest again unseen.
+//! Only rests with a PWM that changes slowly are looked at.
 
 use super::super::arm::Known;
 use super::super::dataset::Trace;

@@ -9,31 +9,22 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use super::claim::{Claim, Verdict};
+use crate::html;
 use crate::plot;
 use crate::plot::PlotError;
-
-/// Name of the page.
-const PAGE: &str = "report.html";
-
-/// Why there is no report.
-#[derive(Debug, thiserror::Error)]
-#[error(transparent)]
-pub struct ReportError(#[from] PlotError);
 
 /// Writes page and figures into an existing folder; returns the page's path.
 ///
 /// # Errors
 ///
 /// When a file cannot be written or a drawing not be turned into pixels.
-pub fn write(folder: &Path, claims: &[Claim]) -> Result<PathBuf, ReportError> {
+pub fn write(folder: &Path, claims: &[Claim]) -> Result<PathBuf, PlotError> {
     let figures = claims.iter().flat_map(|claim| &claim.figures);
     plot::write_all(
         folder,
         figures.map(|figure| (figure.name, figure.drawing())),
     )?;
-    let path = folder.join(PAGE);
-    plot::write(&path, page::page(claims).as_bytes())?;
-    Ok(path)
+    html::write(folder, &page::page(claims))
 }
 
 /// How many claims fare so.

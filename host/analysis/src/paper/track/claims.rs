@@ -114,8 +114,8 @@ impl Track {
                  error over a period into speed; the law answers with more torque than the servo \
                  has, and (11) is told what was asked for, not what was given. Told what was \
                  sent, the same observer is {} off at {} rad/s.",
-                off(self.told_sent.1),
-                self.told_sent.0,
+                off(self.with_sent_torque.1),
+                self.with_sent_torque.0,
             ),
             mend: format!(
                 "The exact zero-order hold: the same poles placed on it track up to {exact} \
@@ -128,10 +128,10 @@ impl Track {
                 Number::new(
                     format!(
                         "Tracking error (RMS), printed poles on (7), told what was sent, {} rad/s",
-                        self.told_sent.0
+                        self.with_sent_torque.0
                     ),
                     "rad",
-                    self.told_sent.1,
+                    self.with_sent_torque.1,
                     Rule::AtMost(TRACKS_RAD),
                 ),
             ],
@@ -190,12 +190,8 @@ impl Track {
             "on exact model",
         ];
         let looks = [DIFFERENCE, PRINTED, PLACED, MODEL];
-        let milli = |points: &Vec<(f64, f64)>| {
-            let finite = |(x, y): &(f64, f64)| (*x, if y.is_finite() { y * 1e3 } else { f64::NAN });
-            points.iter().map(finite).collect()
-        };
         let panel = |title: &str, sweep: &[Vec<(f64, f64)>; 4]| {
-            let curves = (0..4).map(|i| Curve::new(names[i], looks[i], milli(&sweep[i])));
+            let curves = (0..4).map(|i| Curve::in_mrad(names[i], looks[i], &sweep[i]));
             let mut part = Part::new(title, "RMS error (mrad)", curves.collect());
             part.log = true;
             part.y = Some([1.0, 1000.0]);
@@ -203,10 +199,8 @@ impl Track {
             part
         };
         let mut delayed = panel("45 ms delay", &self.sweep);
-        let mended = milli(&self.sweep_mended);
-        delayed
-            .curves
-            .push(Curve::new("delay predicted", MENDED, mended));
+        let mended = Curve::in_mrad("delay predicted", MENDED, &self.sweep_mended);
+        delayed.curves.push(mended);
         Figure {
             name: "stiffness",
             of_paper: None,

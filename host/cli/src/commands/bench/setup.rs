@@ -1,4 +1,4 @@
-//! The set-up as it is asked for: the best there is, but for what is said.
+//! The requested set-up: the recommended one, with the options given.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::estimate::{Config, Form, Tuning};
@@ -11,7 +11,7 @@ const FILTER_S: f32 = 0.02;
 /// Computed torque that tracks well at 1 kHz and stays quiet.
 const NATURAL_RAD_S: f32 = 20.0;
 
-/// The control law that is asked for.
+/// The requested control law.
 pub(super) fn controller(args: &ControlArgs) -> Result<Controller, String> {
     use ControllerName::{ComputedTorque, Lqr, Paper};
     let is = |name| args.controller == name;
@@ -42,7 +42,7 @@ pub(super) fn controller(args: &ControlArgs) -> Result<Controller, String> {
     })
 }
 
-/// The estimator that is asked for.
+/// The requested estimator.
 pub(super) fn estimator(args: &EstimateArgs) -> Result<Config<f32>, String> {
     use EstimatorName::{Difference, Filtered, Kalman, Luenberger};
     let is = |name| args.estimator == name;

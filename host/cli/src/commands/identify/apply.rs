@@ -1,4 +1,4 @@
-//! The arm that was found, sent to the board, with gains that go with it.
+//! The identified arm, sent to the board with gains designed for it.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -15,21 +15,21 @@ use super::super::{Error, ask};
 use super::Fit;
 use crate::args::LinkArgs;
 
-/// Where to, and whether anybody is asked.
+/// The board, and whether the user confirms.
 pub(super) struct Apply<'a> {
     pub(super) link: &'a LinkArgs,
     /// The board is changed without a question.
     pub(super) is_sure: bool,
-    /// What is shown goes to standard error.
+    /// Tables go to standard error.
     pub(super) is_silent: bool,
 }
 
-/// What became of it.
+/// Result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Applied {
     /// The board has it, and keeps it.
     Saved,
-    /// It is as it was, for a reason that was told.
+    /// It is unchanged, for a reason that was printed.
     Not,
 }
 
@@ -43,14 +43,16 @@ impl Applied {
 }
 
 impl Apply<'_> {
-    /// Shows what changes, asks, and changes it, unless what was found is too vague.
+    /// Shows the changes, asks, and sends them, unless the parameters are too uncertain.
     pub(super) fn to_board(&self, fit: &Fit) -> Result<Applied, Error> {
         let vague = fit.report.too_vague();
         if !vague.is_empty() {
             for number in vague {
                 eprintln!("armbridge: {number}");
             }
-            return Ok(not("what was found is too vague to control an arm by"));
+            return Ok(not(
+                "the identified parameters are too uncertain to control an arm by",
+            ));
         }
         let mut redesign = Redesign::OnBoard;
         let decide = |before: &Settings| {
@@ -80,7 +82,10 @@ impl Apply<'_> {
             if *now == before {
                 Ok(after)
             } else {
-                Err("somebody else has changed the board's settings meanwhile; do it again".into())
+                Err(
+                    "the board's settings were changed by another program meanwhile; run it again"
+                        .into(),
+                )
             }
         };
         let orders = |before: &_, after: &_| settings_exchange::commands(before, after, true);
@@ -108,7 +113,7 @@ impl Apply<'_> {
     }
 }
 
-/// What the control will be, if a board would have it and the arm would stand by it.
+/// The control loop with these settings, if it is stable and a board would accept it.
 fn judged(after: &Settings) -> Result<Design, String> {
     match Design::of(&after.setup) {
         Ok(design) if design.is_stable => Ok(design),
@@ -120,7 +125,7 @@ fn judged(after: &Settings) -> Result<Design, String> {
     }
 }
 
-/// Says why nothing is changed.
+/// Prints why nothing is changed.
 pub(super) fn not(why: &str) -> Applied {
     eprintln!("armbridge: not applied: {why}");
     Applied::Not

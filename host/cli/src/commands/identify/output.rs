@@ -1,5 +1,5 @@
-//! What `armbridge identify fit` prints and draws: numbers with what the fit says of itself,
-//! or why there are none.
+//! Output of `armbridge identify fit`: parameters with their diagnostics, or why there are
+//! none.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,32 +13,32 @@ use super::super::{Error, Outcome};
 use super::FitArgs;
 use super::{Fit, is_same, load, paths};
 
-/// What is wanted beside the numbers.
-pub(super) struct Wish<'a> {
-    /// Logs to try them on; the last part of their own without.
+/// Output wanted beside the parameters.
+pub(super) struct OutputOptions<'a> {
+    /// Logs to validate them on; if empty, the last windows of their own.
     pub(super) held_out: &'a [PathBuf],
-    /// Where to put the page.
+    /// Folder of the page.
     pub(super) folder: Option<&'a Path>,
 }
 
-/// What there is to say of a fit.
-pub(super) struct Told {
+/// A fit's description.
+pub(super) struct Description {
     /// For a person, ending in a line feed.
     pub(super) text: String,
     /// For a program.
     pub(super) json: serde_json::Value,
 }
 
-/// Puts it in words, and draws the page if that is wanted.
-pub(super) fn describe(fit: &Fit, wish: &Wish<'_>) -> Result<Told, Error> {
-    let forecasts = forecasts(fit, wish.held_out)?;
+/// Describes a fit, and writes the page if one is wanted.
+pub(super) fn describe(fit: &Fit, options: &OutputOptions<'_>) -> Result<Description, Error> {
+    let forecasts = forecasts(fit, options.held_out)?;
     let mut json = serde_json::to_value(&fit.report)?;
     json["checks"] = serde_json::to_value(&fit.checks)?;
     json["forecasts"] = serde_json::to_value(&forecasts)?;
-    let held_out = held_out(wish.held_out);
+    let held_out = held_out(options.held_out);
     let mut text = fit.report.table() + &fit.checks.text();
     text += &as_text(held_out, forecasts.as_deref());
-    if let Some(folder) = wish.folder {
+    if let Some(folder) = options.folder {
         let page = Page {
             logs: &fit.logs,
             report: &fit.report,
@@ -52,10 +52,10 @@ pub(super) fn describe(fit: &Fit, wish: &Wish<'_>) -> Result<Told, Error> {
         text += &page.write(folder)?.display().to_string();
         text.push('\n');
     }
-    Ok(Told { text, json })
+    Ok(Description { text, json })
 }
 
-/// What is wrong with the logs, in place of numbers.
+/// The diagnosis of logs that do not identify the arm.
 pub(super) fn without_numbers(error: &Error, args: &FitArgs) -> Outcome {
     if args.json {
         println!("{}", serde_json::json!({ "diagnosis": error.to_string() }));
@@ -74,7 +74,7 @@ fn make(folder: &Path) -> Result<(), Error> {
         .map_err(|error| format!("cannot make {}: {error}", folder.display()).into())
 }
 
-/// How well the numbers tell what they were not found in; none if that takes too long.
+/// Validation on data excluded from the fit; `None` if that takes too long.
 fn forecasts(fit: &Fit, held_out: &[PathBuf]) -> Result<Option<Vec<Forecast>>, Error> {
     if held_out.is_empty() {
         return Ok(without_the_last(
@@ -91,7 +91,7 @@ fn forecasts(fit: &Fit, held_out: &[PathBuf]) -> Result<Option<Vec<Forecast>>, E
 
 fn as_text(held_out: &str, forecasts: Option<&[Forecast]>) -> String {
     let Some(forecasts) = forecasts else {
-        return "not tried on windows held out, which would take a while; give another log as \
+        return "not validated on held-out windows, which would take long; give another log as \
                 --held-out\n"
             .into();
     };

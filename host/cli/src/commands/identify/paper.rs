@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use armbridge_analysis::identify::paper::{PaperComparison, Sampled, sampled};
+use armbridge_analysis::paper::identification::{PaperComparison, Sampled, sampled};
 use armbridge_analysis::run_folder::{DEFAULT_BASE, RunFolder};
 use armbridge_log::log_path::find;
 use armbridge_log::recording::Recording;
@@ -22,8 +22,8 @@ Examples:
   armbridge identify paper runs/*-paper-free-fall --as-paper --json
 
 The paper fits viscous friction to a free fall, b1 = 0.421, and friction and torque to a
-constant input, b1 = 0.239. Both are fitted as it did, and then with dry friction. Inertia
-and weight are those that the log's board believes in. Writes a figure into a run folder.";
+constant input, b1 = 0.239. Both are fitted as in the paper, then with dry friction.
+Inertia and weight are those of the log's board. A figure is written to a run folder.";
 
 /// The paper's own procedure.
 #[derive(Args, Debug)]
@@ -32,13 +32,13 @@ pub(crate) struct PaperArgs {
     /// any, both are simulated.
     #[arg(value_name = "LOG")]
     pub(crate) logs: Vec<PathBuf>,
-    /// Use a sample every 45 ms, as the paper had, instead of all.
+    /// Use one sample every 45 ms, as the paper did, instead of all.
     #[arg(long, requires = "logs")]
     pub(crate) as_paper: bool,
-    /// Seed of the simulated encoder's noise.
+    /// Seed of the simulated encoder noise.
     #[arg(long, default_value_t = 1, conflicts_with = "logs")]
     pub(crate) seed: u64,
-    /// Folder in which the run folder with the figure is made.
+    /// Folder in which the run folder with the figure is created.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print one JSON object instead of the table.
@@ -46,10 +46,7 @@ pub(crate) struct PaperArgs {
     pub(crate) json: bool,
 }
 
-/// The paper's period in s.
-const PERIOD_S: f64 = 0.045;
-
-/// What is printed for programs.
+/// Output of `--json`.
 #[derive(Serialize)]
 struct Printed<'a> {
     #[serde(flatten)]
@@ -117,7 +114,7 @@ fn of_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
     };
     if args.as_paper {
         for sampled in &mut all {
-            *sampled = sampled.every((PERIOD_S / sampled.period_s).round() as usize);
+            *sampled = sampled.as_paper();
         }
     }
     let source = format!("{} · {}", about.join(", "), worlds.join(", "));

@@ -1,4 +1,4 @@
-//! What is about to move, as a table and as a picture.
+//! The planned motion, as a table and as a figure.
 
 use std::path::{Path, PathBuf};
 
@@ -58,7 +58,7 @@ fn row(outlook: &Outlook, stage: &Stage, joint: usize) -> Vec<String> {
     ]
 }
 
-/// Where a joint may be; an envelope in brackets.
+/// Range of a joint; an envelope in brackets.
 fn range(swept: &Swept) -> String {
     let Some([low, high]) = swept.range_rad else {
         return "anywhere in its limits".into();

@@ -1,4 +1,4 @@
-//! `armbridge identify run`: a plan shown, agreed to, performed, fitted, and applied.
+//! `armbridge identify run`: a plan shown, confirmed, run, fitted, and applied.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -20,61 +20,62 @@ use serde_json::{Value, json};
 use super::super::run::Staging;
 use super::super::{Error, Outcome, ask, link};
 use super::apply::{Applied, Apply, not};
-use super::output::{self, Wish};
+use super::output::{self, OutputOptions};
 use super::share;
 use super::{Fit, preview};
 use crate::args::{LinkArgs, OutputArgs, PaceName};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  armbridge identify run --dry-run                     what would move where, as a picture
+  armbridge identify run --dry-run                     show the planned motion
   armbridge identify run                               a simulated arm
   armbridge identify run --plant host/plants/heavy.toml   another one, unknown to the board
   armbridge identify run --link serial: --apply        the arm on a board, sent the result
   armbridge identify run --plan mine.toml --link tcp://127.0.0.1:7001 --yes --json
 
-Before anything moves, every step is checked against the board's settings, and a picture
-shows the angles that will be swept; a real arm moves only after `yes`. In the end the run
-folder has the log, arm.toml for `armbridge params --from`, and the plots. What is known too
-vaguely for control is not applied, --yes or not.
+Before anything moves, every step is checked against the board's settings, and a figure
+shows the range of angles; a real arm moves only after `yes`. The run folder then has the
+log, the plots, and arm.toml for `armbridge params --from`. Parameters too uncertain for
+control are never applied, not even with --yes.
 
-Exit codes: 0 the numbers are found, and applied if asked for; 1 the run or the fit went
-wrong, or the board was not changed; 2 nothing has moved; 130 ended by ctrl-c, motors off.";
+Exit codes: 0 the arm is identified, and applied if requested; 1 the run or the fit failed,
+or the board was not changed; 2 nothing has moved; 130 ended by ctrl-c, motors off.";
 
 /// A plan, performed and fitted.
 #[derive(Args, Debug)]
 pub(crate) struct IdentifyRunArgs {
-    /// A scenario with experiments: a file, or the name of one that ships.
+    /// Scenario with experiments: a file, or the name of one that ships.
     #[arg(long, value_name = "NAME|FILE", default_value = "identify")]
     pub(crate) plan: String,
     #[command(flatten)]
     pub(crate) link: LinkArgs,
-    /// Show what would move where, with a picture, and end. Needs no board.
+    /// Show the planned motion as a table and a figure, and end. Needs no board.
     #[arg(long, conflicts_with = "apply")]
     pub(crate) dry_run: bool,
     /// Move, and with --apply change the board, without asking.
     #[arg(long)]
     pub(crate) yes: bool,
-    /// How well masses and lengths are known, as a share of the weight.
+    /// Relative standard error of the known weight.
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
     pub(crate) weighed: f64,
-    /// Send the arm that was found to the board, with gains for it, and save it there.
+    /// Send the identified arm to the board, with gains for it, and save it there.
     #[arg(long)]
     pub(crate) apply: bool,
-    /// The virtual arm of sim: and emulate:, as host/plants/default.toml describes it.
+    /// File that describes the virtual arm of sim: and emulate:, such as
+    /// host/plants/default.toml.
     #[arg(long, value_name = "FILE")]
     pub(crate) plant: Option<PathBuf>,
-    /// Seed of its encoders' noise, instead of the plan's own.
+    /// Seed of the encoder noise, instead of the plan's own.
     #[arg(long)]
     pub(crate) seed: Option<u64>,
-    /// How fast time goes on sim: and emulate:.
+    /// Pace of time on sim: and emulate:.
     #[arg(long, value_enum, default_value_t = PaceName::Free)]
     pub(crate) pace: PaceName,
     #[command(flatten)]
     pub(crate) output: OutputArgs,
 }
 
-/// What the parameters are written to.
+/// File in the run folder that the parameters are written to.
 const ARM_NAME: &str = "arm.toml";
 
 pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
@@ -103,7 +104,7 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
     let scenario = match settings_of_board(args, &config) {
         Ok(settings) => load(Some(settings))?,
         Err(why) => {
-            // What is wrong with the plan itself is told first.
+            // An error in the plan itself is reported first.
             load(None)?;
             return Err(why);
         }
@@ -116,7 +117,7 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
     let outlook = scenario.outlook();
     let files = preview::draw(folder.path(), &outlook, Some(&uri.to_string()))?;
     let is_sure = args.yes || uri.is_simulated();
-    // Whoever is asked has to see what about.
+    // The question is about this motion.
     if !args.output.quiet || !is_sure {
         say(args, &shown(&outlook, &files))?;
     }
@@ -133,15 +134,15 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
     perform(args, &config, &uri, scenario, folder)
 }
 
-/// What the board computes with.
+/// The board's settings.
 fn settings_of_board(args: &IdentifyRunArgs, config: &Config) -> Result<Settings, Error> {
     let host = link::run_host(&args.link, config, Exchange::new(|_| Vec::new()))?;
     host.exchanged
         .before
-        .ok_or_else(|| "the board did not say what it computes with; nothing has moved".into())
+        .ok_or_else(|| "the board did not report its settings; nothing has moved".into())
 }
 
-/// Shows it, and does nothing.
+/// Shows the plan, and does nothing.
 fn show(
     args: &IdentifyRunArgs,
     scenario: &Scenario,
@@ -169,7 +170,7 @@ fn shown(outlook: &Outlook, files: &[PathBuf]) -> String {
     )
 }
 
-/// Not into the one object that is asked for.
+/// Prints text; on standard error beside a JSON object.
 fn say(args: &IdentifyRunArgs, text: &str) -> Result<(), Error> {
     if args.output.json {
         eprint!("{text}");
@@ -212,12 +213,11 @@ fn perform(
             }
             let why = match (&summary.ended, &summary.missed_expectations[..]) {
                 (Some(ended), _) => format!("the run ended early: {ended}"),
-                (None, []) => "the run did not go as the plan wants it".into(),
+                (None, []) => "the run did not meet the plan's expectations".into(),
                 (None, missed) => missed.join("; "),
             };
             eprintln!(
-                "armbridge: {why}; `armbridge identify fit {path}` makes of its log what can be \
-                 made"
+                "armbridge: {why}; `armbridge identify fit {path}` fits the log that there is"
             );
             ExitCode::from(verdict.exit_code())
         }
@@ -230,7 +230,7 @@ fn perform(
     Ok(code)
 }
 
-/// Fits the log that a run has left, and applies what was found if that is wanted.
+/// Fits the log of a run, and applies the parameters if that is wanted.
 fn conclude(
     args: &IdentifyRunArgs,
     uri: &BoardUri,
@@ -238,16 +238,16 @@ fn conclude(
     report: &mut Value,
 ) -> Result<ExitCode, Error> {
     let fitted = Fit::of(&[Some(folder)], args.weighed);
-    let wish = Wish {
+    let options = OutputOptions {
         held_out: &[],
         folder: Some(folder),
     };
     let written = fitted.and_then(|fit| {
         fit.write_to(&folder.join(ARM_NAME))?;
-        let told = output::describe(&fit, &wish)?;
-        Ok((fit, told))
+        let description = output::describe(&fit, &options)?;
+        Ok((fit, description))
     });
-    let (fit, told) = match written {
+    let (fit, description) = match written {
         Ok(written) => written,
         Err(why) => {
             eprintln!(
@@ -257,10 +257,10 @@ fn conclude(
             return Ok(ExitCode::from(1));
         }
     };
-    report["fit"] = told.json;
+    report["fit"] = description.json;
     report["arm"] = serde_json::to_value(params::to_table(fit.arm()?))?;
     if !args.output.quiet && !args.output.json {
-        say(args, &told.text)?;
+        say(args, &description.text)?;
     }
     if !args.apply {
         return Ok(ExitCode::SUCCESS);

@@ -21,11 +21,11 @@ const BAUDS: std::ops::RangeInclusive<i64> = 7_843..=2_000_000;
 /// Virtual servos for other programs.
 #[derive(Args, Debug)]
 pub(crate) struct ServosArgs {
-    /// Where: on a TCP port, to one program at a time, or by `pty:` on a new
+    /// Serve on a TCP port, to one program at a time, or by `pty:` on a new
     /// pseudo-terminal, whose name is printed.
     #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
     pub(crate) listen: LinkUri,
-    /// What runs on the servos, morpheus or stock: one for all, or one each.
+    /// Firmware of the servos, morpheus or stock: one for all, or one for each.
     #[arg(
         long,
         value_name = "NAME[,NAME]",
@@ -34,7 +34,7 @@ pub(crate) struct ServosArgs {
         default_value = "morpheus"
     )]
     firmware: Vec<Firmware>,
-    /// Their ids. The first two turn the arm's joints, any others nothing.
+    /// Ids of the servos. The first two drive the arm's joints, any others nothing.
     #[arg(
         long,
         value_name = "ID[,ID]",
@@ -43,7 +43,7 @@ pub(crate) struct ServosArgs {
         value_parser = clap::value_parser!(u8).range(0..=253)
     )]
     ids: Vec<u8>,
-    /// Baud rate that is stored in the servos: one for all, or one each.
+    /// Baud rate stored in the servos: one for all, or one for each.
     #[arg(
         long,
         value_name = "BAUD[,BAUD]",
@@ -51,15 +51,15 @@ pub(crate) struct ServosArgs {
         default_value = "1000000"
     )]
     servo_baud: Vec<u32>,
-    /// Baud rate of whoever connects over TCP. On the pseudo-terminal it is
-    /// what the other side sets.
+    /// Baud rate of the program that connects over TCP. On the pseudo-terminal the
+    /// program sets it.
     #[arg(long, value_name = "BAUD", default_value_t = 1_000_000,
           value_parser = clap::value_parser!(u32).range(BAUDS))]
     pub(crate) baud: u32,
-    /// Send back what comes in, as a single-wire bus that hears itself.
+    /// Echo received bytes, as a single-wire bus does.
     #[arg(long)]
     pub(crate) echo: bool,
-    /// How many times slower than the wall clock the servos' time runs.
+    /// Run the servos' time this many times slower than the wall clock.
     #[arg(long, value_name = "TIMES", default_value_t = 1,
           value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) slow: u32,
@@ -67,13 +67,13 @@ pub(crate) struct ServosArgs {
     pub(crate) arm: ArmArgs,
 }
 
-/// Why there are no such servos.
+/// Why servos cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ServosError {
     /// Lists of different lengths.
     #[error("{ids} ids, but {count} values after {option}: expected one, or one for each id")]
     Count {
-        /// Which list does not fit.
+        /// Option of the list that does not fit.
         option: &'static str,
         count: usize,
         ids: usize,
@@ -146,7 +146,7 @@ fn on_tcp(args: &ServosArgs, who: &str, endpoint: &Endpoint, bench: &mut LiveBen
         let (stream, peer) = bench.accept(&listener)?;
         eprintln!("{peer} is on the bus");
         match bench.serve(stream.try_clone()?, stream, || None, args.echo) {
-            Ok(()) => eprintln!("{peer} has left; the servos go on as they were told"),
+            Ok(()) => eprintln!("{peer} has left; the servos keep their last commands"),
             Err(error) => eprintln!("{peer} is gone: {error}"),
         }
     }

@@ -1,4 +1,4 @@
-//! From a person's hands to numbers: where a joint is, and which way it was turned.
+//! Measurements: where a joint is held, and which way it was turned.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Direction;
@@ -19,7 +19,7 @@ const LAST: u16 = 1_023;
 /// play.
 const TURN_MIN: f64 = 60.0;
 
-/// Why a measurement is no use, and what to do.
+/// Why a measurement is unusable, and a remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unusable {
     /// It moved, or its encoder is noisy.
@@ -40,12 +40,12 @@ pub enum Unusable {
     Missing {
         /// From 1.
         joint: usize,
-        /// How many.
+        /// Missing samples.
         missing: u32,
-        /// Of so many ticks.
+        /// Ticks.
         of: u32,
     },
-    /// Where the potentiometer ends.
+    /// It is at an end of the potentiometer.
     #[error(
         "joint {joint} is at count {count}, where the encoder's track ends; mount its horn so that \
          it stays within {END} and {}", LAST - END
@@ -53,7 +53,7 @@ pub enum Unusable {
     AtEnd {
         /// From 1.
         joint: usize,
-        /// Where.
+        /// Its count.
         count: u16,
     },
     /// It was not turned, or hardly.
@@ -84,7 +84,7 @@ pub enum Unusable {
     },
 }
 
-/// Where both joints are, in counts.
+/// Positions of both joints, in counts.
 pub(super) type Pose = [f64; JOINTS];
 
 /// Counts that are being taken.
@@ -107,7 +107,7 @@ impl Sampler {
         self.ticks >= TICKS
     }
 
-    /// Where `joint` is held, and the other one is meanwhile.
+    /// Position of `joint`, which is held, and of the other one.
     pub(super) fn pose(&self, joint: usize) -> Result<Pose, Unusable> {
         let number = joint + 1;
         let counts = &self.counts[joint];
@@ -145,7 +145,7 @@ fn mean(counts: &[u16]) -> f64 {
     sum / counts.len().max(1) as f64
 }
 
-/// Which way the counts of `joint` go when it is turned to positive angles.
+/// Sign of `joint`: whether its counts rise towards positive angles.
 pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Direction, Unusable> {
     let other = 1 - joint;
     let moved = turned[joint] - zero[joint];
@@ -174,26 +174,14 @@ pub(super) fn direction(joint: usize, zero: &Pose, turned: &Pose) -> Result<Dire
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armbridge_shared::link::message::{Guards, Missing, Mode, Sample, Timing};
+    use armbridge_shared::link::message::{Missing, Mode, Sample};
 
     fn record(tick: u32, samples: [Sample; JOINTS]) -> Record {
         Record {
             tick,
-            start_us: 0,
             mode: Mode::Idle,
-            guards: Guards::NONE,
             samples,
-            alarms: [0; JOINTS],
-            pwm_in_force: [1_000; JOINTS],
-            pwm_next: [1_000; JOINTS],
-            reference_rad: [0.0; JOINTS],
-            reference_speed_rad_s: [0.0; JOINTS],
-            angle_rad: [0.0; JOINTS],
-            speed_rad_s: [0.0; JOINTS],
-            torque_nm: [0.0; JOINTS],
-            disturbance_nm: [0.0; JOINTS],
-            timing: Timing::default(),
-            dropped: 0,
+            ..Record::NONE
         }
     }
 

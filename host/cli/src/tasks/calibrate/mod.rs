@@ -1,11 +1,10 @@
-//! Where each joint's zero is, and which way it counts: found by hand, with the motors
-//! off, and kept by the board.
+//! Calibration of each joint's zero and sign: by hand, with the motors off, and saved on
+//! the board.
 //!
-//! Joint by joint, a person moves the arm to its zero and then to a positive angle,
-//! and says so each time. The counts tell the rest. What is not calibrated here (the
-//! angle of a count, torque against PWM) stays as the board has it. On request, each
-//! motor pushes once, gently, to show that it turns the way its encoder counts; that
-//! is asked for before it happens.
+//! Joint by joint, a person moves the arm to its zero and then to a positive angle, and
+//! confirms each position; zero and sign follow from the counts. The angle of a count and
+//! torque against PWM stay as the board has them. On request, and after a question, each
+//! motor pushes once, gently, to show that it turns the way its encoder counts.
 //!
 //! | module    | what                                          |
 //! |-----------|-----------------------------------------------|
@@ -18,9 +17,10 @@ mod motor;
 mod tests;
 
 pub use measure::Unusable;
+pub use motor::MotorError;
 
+use armbridge_client::interrupt;
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
-use armbridge_client::{fault_text, interrupt, refusal_text};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::message::{Command, Mode, Settings, Setup};
@@ -31,33 +31,32 @@ use motor::Motor;
 
 /// How often the counts are shown while a person moves the arm.
 const SHOW_US: u64 = 100_000;
-/// How often a measurement may fail before it is no use to go on.
+/// How often a measurement may fail before the calibration ends.
 const ATTEMPTS: u32 = 3;
 
-/// The person.
+/// The dialogue with the person.
 pub trait Guide {
-    /// Tells or asks something.
+    /// Prints a line: an instruction or a question.
     fn say(&mut self, line: &str);
 
     /// Shows where the arm is; replaces what was shown before.
     fn show(&mut self, line: &str);
 
-    /// What was answered, once; an error if nobody is there any more.
+    /// The next answer, if there is one.
     ///
     /// # Errors
     /// If no answer can come.
     fn answer(&mut self) -> Result<Option<String>, TaskError>;
 }
 
-/// What is to be done.
+/// Extent of a calibration.
 #[derive(Clone, Copy, Debug)]
-pub struct Wish {
+pub struct CalibrationOptions {
     /// Which joints, counting from 0.
     pub joints: [bool; JOINTS],
-    /// Have each motor push once.
+    /// Let each motor push once.
     pub checks_motors: bool,
-    /// Do not ask before the board is changed; where a motor is to push, it is asked
-    /// all the same.
+    /// Do not ask before the board is changed; a motor's push is still asked for.
     pub is_sure: bool,
 }
 
@@ -81,10 +80,10 @@ enum Step {
     Over,
 }
 
-/// Guides somebody through it.
+/// Guides a person through the calibration.
 pub struct Calibrate<G> {
     guide: G,
-    wish: Wish,
+    options: CalibrationOptions,
     step: Step,
     attempts: u32,
     show_us: u64,
@@ -94,10 +93,10 @@ pub struct Calibrate<G> {
 
 impl<G: Guide> Calibrate<G> {
     /// Not begun yet.
-    pub fn new(guide: G, wish: Wish) -> Self {
+    pub fn new(guide: G, options: CalibrationOptions) -> Self {
         Self {
             guide,
-            wish,
+            options,
             step: Step::Waiting,
             attempts: 0,
             show_us: 0,
@@ -115,10 +114,7 @@ impl<G: Guide> Calibrate<G> {
     fn wait(&mut self, view: &View<'_>) -> Result<(), TaskError> {
         let status = view.session.status();
         if let Some(tripped) = status.trip {
-            return Err(TaskError(format!(
-                "a fault is latched: {}; look after it, then `armbridge clear`",
-                fault_text::in_words(&tripped).cause
-            )));
+            return Err(TaskError::Latched(tripped));
         }
         if let (Some(Mode::Idle), Some(settings)) = (status.mode(), status.settings) {
             self.before = Some(settings);
@@ -127,23 +123,21 @@ impl<G: Guide> Calibrate<G> {
                 .say("The motors are off; the arm can be moved by hand.");
             self.next_joint(0);
         } else if view.now_us > 2 * SERVO_TIMEOUT_US {
-            let none = || "the servos are not found: check their power and wiring".to_owned();
-            let why = status.obstacle.map_or_else(none, |why| why.to_string());
-            return Err(TaskError(why));
+            return Err(TaskError::NoServos(status.obstacle));
         }
         Ok(())
     }
 
-    /// Goes on with the first joint from this one on that is wished for.
+    /// Goes on with the first joint to calibrate from this one on.
     fn next_joint(&mut self, from: usize) {
         self.attempts = 0;
-        if let Some(joint) = (from..JOINTS).find(|joint| self.wish.joints[*joint]) {
+        if let Some(joint) = (from..JOINTS).find(|joint| self.options.joints[*joint]) {
             self.ask_for_zero(joint);
             return;
         }
         self.report_change();
         self.step = Step::Confirm;
-        if !self.wish.is_sure {
+        if !self.options.is_sure {
             self.guide.say("Save this on the board? [y/N]");
         }
     }
@@ -182,11 +176,11 @@ impl<G: Guide> Calibrate<G> {
         }
     }
 
-    /// A measurement was no use: again, but not for ever.
-    fn again(&mut self, why: &Unusable) -> Result<(), TaskError> {
+    /// A measurement failed: repeats it, a limited number of times.
+    fn again(&mut self, why: Unusable) -> Result<(), TaskError> {
         self.attempts += 1;
         if self.attempts >= ATTEMPTS {
-            return Err(TaskError(format!("{why}; nothing was changed")));
+            return Err(TaskError::Unusable(why));
         }
         self.guide.say(&format!("Not usable: {why}."));
         Ok(())
@@ -199,7 +193,7 @@ impl<G: Guide> Calibrate<G> {
                 self.ask_for_turn(joint, zero);
             }
             Err(why) => {
-                self.again(&why)?;
+                self.again(why)?;
                 self.ask_for_zero(joint);
             }
         }
@@ -216,7 +210,7 @@ impl<G: Guide> Calibrate<G> {
                 self.next_joint(joint + 1);
             }
             Err(why) => {
-                self.again(&why)?;
+                self.again(why)?;
                 self.ask_for_turn(joint, zero);
             }
         }
@@ -252,8 +246,8 @@ impl<G: Guide> Calibrate<G> {
     }
 
     fn after_motor(&mut self, view: &mut View<'_>, from: usize) {
-        let next = (from..JOINTS).find(|joint| self.wish.joints[*joint]);
-        if let Some(joint) = next.filter(|_| self.wish.checks_motors) {
+        let next = (from..JOINTS).find(|joint| self.options.joints[*joint]);
+        if let Some(joint) = next.filter(|_| self.options.checks_motors) {
             let sign = self.joints[joint].direction;
             self.step = Step::Motor(Motor::ask(joint, sign, &mut self.guide));
         } else {
@@ -267,7 +261,7 @@ impl<G: Guide> Calibrate<G> {
 impl<G: Guide> Task for Calibrate<G> {
     fn look(&mut self, mut view: View<'_>) -> Result<(), TaskError> {
         if interrupt::is_raised() && !matches!(self.step, Step::Over) {
-            return Err(TaskError("ctrl-c was pressed: nothing was saved".into()));
+            return Err(TaskError::Interrupted);
         }
         let record = view.session.status().record;
         match std::mem::replace(&mut self.step, Step::Waiting) {
@@ -300,14 +294,14 @@ impl<G: Guide> Task for Calibrate<G> {
                     self.step = Step::Turned(joint, zero, sampler);
                 }
             }
-            Step::Confirm if self.wish.is_sure => self.configure(&mut view),
+            Step::Confirm if self.options.is_sure => self.configure(&mut view),
             Step::Confirm => match self.guide.answer()?.as_deref().map(str::trim) {
                 None => self.step = Step::Confirm,
                 Some("y" | "Y" | "yes") => self.configure(&mut view),
-                Some(_) => return Err(TaskError("not confirmed: nothing was changed".into())),
+                Some(_) => return Err(TaskError::NotConfirmed),
             },
             Step::Configuring(since_us) => {
-                if answer(&mut view, since_us, "set-up")? {
+                if answer(&mut view, since_us, "the board refused the set-up")? {
                     self.after_motor(&mut view, 0);
                 } else {
                     self.step = Step::Configuring(since_us);
@@ -321,7 +315,7 @@ impl<G: Guide> Task for Calibrate<G> {
                 }
             }
             Step::Saving(since_us) => {
-                if answer(&mut view, since_us, "save")? {
+                if answer(&mut view, since_us, "the board refused to save")? {
                     self.step = Step::Over;
                     view.session.request(view.now_us, Request::Leave);
                 } else {
@@ -335,23 +329,24 @@ impl<G: Guide> Task for Calibrate<G> {
 
     fn disconnected(&mut self, _now_us: u64) {
         if !matches!(self.step, Step::Over) {
-            self.guide.say("The link broke: all begins anew.");
+            self.guide
+                .say("The link broke: the calibration starts again.");
             self.step = Step::Waiting;
         }
     }
 }
 
-/// Whether the board has done what it was asked to.
-fn answer(view: &mut View<'_>, since_us: u64, what: &str) -> Result<bool, TaskError> {
+/// Whether the board has acknowledged the request made at `since_us`.
+fn answer(view: &mut View<'_>, since_us: u64, refused: &'static str) -> Result<bool, TaskError> {
     match view.session.take_answer() {
         Some(Ok(())) => Ok(true),
-        Some(Err(refusal)) => {
-            let why = refusal_text::in_words(refusal);
-            Err(TaskError(format!("the board refused the {what}: {why}")))
+        Some(Err(refusal)) => Err(TaskError::Refused {
+            result: refused,
+            refusal,
+        }),
+        None if view.now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => {
+            Err(TaskError::NoAnswer)
         }
-        None if view.now_us.saturating_sub(since_us) > ANSWER_TIMEOUT_US => Err(TaskError(
-            "the board does not answer: was it reset or unplugged?".into(),
-        )),
         None => Ok(false),
     }
 }

@@ -4,17 +4,45 @@ use armbridge_client::fault_text;
 use armbridge_client::session::Request;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Direction;
-use armbridge_shared::link::message::{Command, Mode};
+use armbridge_shared::link::message::{Command, Mode, Trip};
 
 use super::{Guide, answer};
 use crate::tasks::{TaskError, View};
 
-/// In N m: twice what friction holds, a tenth of what the servo gives.
+/// Torque of the push in N m: twice the static friction, a tenth of the stall torque.
 const PUSH_NM: f32 = 0.12;
-/// How long, in µs.
+/// Duration of the push in µs.
 const PUSH_US: u64 = 300_000;
 /// Counts that it must have moved by.
 const MOVED_MIN: i32 = 8;
+
+/// Why the check of a motor failed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MotorError {
+    /// The board switched torque off meanwhile.
+    #[error("the board switched off: {}", fault_text::in_words(.0).cause)]
+    Fault(Trip),
+    /// The question was answered with no.
+    #[error("the check of the motor was declined")]
+    Declined,
+    /// It turns against its encoder.
+    #[error(
+        "joint {joint} moved by {counts} counts, the wrong way: its motor and its encoder \
+         disagree; was it opened?"
+    )]
+    Reversed {
+        /// From 1.
+        joint: usize,
+        /// Counts that it moved by.
+        counts: i32,
+    },
+    /// It did not turn.
+    #[error("joint {joint} did not move; is it blocked, or its supply off?")]
+    Still {
+        /// From 1.
+        joint: usize,
+    },
+}
 
 #[derive(Clone, Copy, Debug)]
 enum Step {
@@ -50,12 +78,12 @@ impl Motor {
         }
     }
 
-    /// Which.
+    /// Its joint, counting from 0.
     pub(super) fn joint(&self) -> usize {
         self.joint
     }
 
-    /// True when it has been found to be right.
+    /// True once the check has passed.
     pub(super) fn look(
         &mut self,
         view: &mut View<'_>,
@@ -63,8 +91,7 @@ impl Motor {
     ) -> Result<bool, TaskError> {
         let status = view.session.status();
         if let (Some(Mode::Fault(_)), Some(tripped)) = (status.mode(), status.trip) {
-            let cause = fault_text::in_words(&tripped).cause;
-            return Err(unsaved(&format!("the board switched off: {cause}")));
+            return Err(MotorError::Fault(tripped).into());
         }
         let now_us = view.now_us;
         let count = status
@@ -77,10 +104,10 @@ impl Motor {
                     view.session.request(now_us, Request::Arm);
                     self.step = Step::Arming(now_us);
                 }
-                Some(_) => return Err(unsaved("the motor was not to be checked")),
+                Some(_) => return Err(MotorError::Declined.into()),
             },
             (Step::Arming(since_us), Some(count)) => {
-                if answer(view, since_us, "arming")? {
+                if answer(view, since_us, "the board refused the arming")? {
                     let mut torque_nm = [0.0; JOINTS];
                     torque_nm[self.joint] = PUSH_NM;
                     let push = Command::Torque(torque_nm);
@@ -95,8 +122,9 @@ impl Motor {
                 self.step = Step::Stopping(now_us);
             }
             (Step::Stopping(since_us), _) => {
-                if answer(view, since_us, "disarming")? {
-                    return self.judge(guide).map(|()| true);
+                if answer(view, since_us, "the board refused the disarming")? {
+                    self.check(guide)?;
+                    return Ok(true);
                 }
             }
             // A sample is missing, or it is still pushing.
@@ -105,8 +133,8 @@ impl Motor {
         Ok(false)
     }
 
-    fn judge(&self, guide: &mut impl Guide) -> Result<(), TaskError> {
-        let number = self.joint + 1;
+    fn check(&self, guide: &mut impl Guide) -> Result<(), MotorError> {
+        let joint = self.joint + 1;
         let forward = match self.direction {
             Direction::Forward => self.moved,
             Direction::Reverse => -self.moved,
@@ -114,24 +142,16 @@ impl Motor {
         if forward >= MOVED_MIN {
             let counts = self.moved;
             guide.say(&format!(
-                "Joint {number}: it moved by {counts} counts, as it should."
+                "Joint {joint}: it moved by {counts} counts, as it should."
             ));
             return Ok(());
         }
-        let why = if forward <= -MOVED_MIN {
-            format!(
-                "joint {number} moved by {} counts, the wrong way: its motor and its encoder disagree; was it opened?",
-                self.moved
-            )
-        } else {
-            format!("joint {number} did not move; is it blocked, or its supply off?")
-        };
-        Err(unsaved(&why))
+        if forward <= -MOVED_MIN {
+            return Err(MotorError::Reversed {
+                joint,
+                counts: self.moved,
+            });
+        }
+        Err(MotorError::Still { joint })
     }
-}
-
-fn unsaved(why: &str) -> TaskError {
-    TaskError(format!(
-        "{why}; nothing was saved, and a reset of the board brings back what was before"
-    ))
 }

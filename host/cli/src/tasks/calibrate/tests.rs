@@ -14,13 +14,13 @@ use armbridge_sim::cosim::Interaction;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::{Plant, PlantConfig, Push};
 
-use super::{Calibrate, Guide, Wish};
+use super::{Calibrate, CalibrationOptions, Guide};
 use crate::tasks::{TaskError, TaskHost};
 
-/// What a hand pushes with: more than friction holds, in N m.
+/// Torque of a hand in N m: more than friction holds.
 const HAND_NM: f64 = 0.45;
 
-/// What is said to the person, and what the person answers.
+/// Lines shown to the person, and the person's answers.
 #[derive(Clone, Default)]
 struct Talk(Rc<RefCell<(Vec<String>, VecDeque<String>)>>);
 
@@ -36,7 +36,7 @@ impl Guide for Talk {
     }
 }
 
-/// Does as told, an instant later; where the arm is to be turned, pushes joint
+/// Follows the instructions, an instant later; where the arm is to be turned, pushes joint
 /// `turns[joint]` and answers when it has come to rest.
 struct Person {
     host: TaskHost<Calibrate<Talk>>,
@@ -49,8 +49,8 @@ struct Person {
 
 impl Person {
     fn do_as_told(&mut self, now_us: u64) {
-        let said = self.talk.0.borrow().0.get(self.seen).cloned();
-        if let Some(line) = said {
+        let next = self.talk.0.borrow().0.get(self.seen).cloned();
+        if let Some(line) = next {
             self.seen += 1;
             if line.contains("turn it alone") {
                 let joint = usize::from(line.starts_with("Joint 2"));
@@ -97,7 +97,7 @@ impl Host for Person {
     }
 }
 
-/// An arm that lies on a table: no gravity, much friction, nobody holds it.
+/// An arm that lies on a table: no gravity, much friction, not held.
 fn calibrated(
     true_joints: [Joint<f64>; JOINTS],
     turns: [usize; JOINTS],
@@ -111,13 +111,13 @@ fn calibrated(
     };
     let talk = Talk::default();
     let (hands, interactions) = channel();
-    let wish = Wish {
+    let calibration = CalibrationOptions {
         joints: [true; JOINTS],
         checks_motors,
         is_sure: false,
     };
     let person = Person {
-        host: TaskHost::new(Calibrate::new(talk.clone(), wish)),
+        host: TaskHost::new(Calibrate::new(talk.clone(), calibration)),
         talk,
         turns,
         seen: 0,
@@ -144,8 +144,8 @@ fn zeros_and_signs_are_found_and_saved() {
         mounted(490.0, Direction::Reverse),
     ];
     let (person, result) = calibrated(joints, [0, 1], true);
-    let said = person.talk.0.borrow().0.join("\n");
-    result.unwrap_or_else(|error| panic!("{error}\n{said}"));
+    let dialogue = person.talk.0.borrow().0.join("\n");
+    result.unwrap_or_else(|error| panic!("{error}\n{dialogue}"));
     let [before, after] = person.host.task.result().unwrap();
     assert_eq!(before, [Joint::paper(); JOINTS]);
     for (found, there) in after.iter().zip(joints) {
@@ -157,7 +157,7 @@ fn zeros_and_signs_are_found_and_saved() {
     // The board says what is in force.
     let settings = person.host.session.status().settings.unwrap();
     assert_eq!(settings.setup.joints, after);
-    assert_eq!(said.matches("as it should").count(), 2, "{said}");
+    assert_eq!(dialogue.matches("as it should").count(), 2, "{dialogue}");
 }
 
 #[test]

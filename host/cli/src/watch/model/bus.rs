@@ -1,4 +1,4 @@
-//! How the servo bus does: bus time, missing samples, temperatures, and what each
+//! State of the servo bus: bus time, missing samples, temperatures, and what each
 //! tick took.
 
 use std::collections::VecDeque;
@@ -47,7 +47,7 @@ impl Bus {
         }
         self.alarms = record.alarms;
         let missed = record.timing.missed;
-        // What was missed before the dashboard looked is not its affair; after a
+        // Ticks missed before the dashboard started do not count; after a
         // reset the board counts from 0.
         let before = self.missed_before.replace(missed).unwrap_or(missed);
         self.missed_ticks += u64::from(missed.checked_sub(before).unwrap_or(missed));
@@ -67,7 +67,7 @@ impl Bus {
             .collect()
     }
 
-    /// What the latest ticks took, oldest first.
+    /// Timings of the latest ticks, oldest first.
     pub fn timings(&self) -> impl Iterator<Item = &Timing> + Clone {
         self.timings.iter()
     }

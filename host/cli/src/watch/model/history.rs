@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Record;
 
-/// What is kept, in s.
+/// Duration that is kept, in s.
 pub const SPAN_S: f64 = 10.0;
 
 /// Time that is drawn as one, in µs: fewer than the dots of a wide terminal.
@@ -29,7 +29,7 @@ pub struct Seen {
 pub struct Slice {
     /// Number of the slice since the board's clock began.
     pub number: u64,
-    /// What was seen in it.
+    /// Values in it.
     pub joints: [Seen; JOINTS],
 }
 

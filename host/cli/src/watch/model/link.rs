@@ -1,6 +1,4 @@
-//! How the link does.
-
-use std::collections::VecDeque;
+//! State and statistics of the link.
 
 use armbridge_client::enum_names;
 use armbridge_client::event::Direction;
@@ -9,56 +7,55 @@ use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{Command, Refusal, ToBoard};
 
 use super::rate::Rate;
+use crate::open_commands::OpenCommands;
 
-/// Without a frame for so long, the link is quiet: at the longest period a board
-/// speaks ten times a second.
+/// Time without a frame after which the link is quiet: at the longest period a board
+/// sends ten records a second.
 const QUIET_NS: u64 = 500_000_000;
 
-/// Commands that are remembered until they are acknowledged.
-const OPEN: usize = 64;
-
-/// Whether somebody is at the other end.
+/// State of the connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
     /// Nothing has come yet.
     Opening,
     /// Frames come.
     Up,
-    /// It is open, but nothing has come for so many ns.
+    /// It is open, but silent for this time in ns.
     Quiet(u64),
-    /// It broke so many ns ago.
+    /// It broke this time ago, in ns.
     Parted(u64),
 }
 
-/// What is counted and timed on the link, since the beginning.
+/// Counts and times of the link, since the beginning.
 #[derive(Clone, Debug, Default)]
 pub struct Link {
     /// Frames from the board.
-    heard: Rate,
-    heard_ns: Option<u64>,
+    frames: Rate,
+    received_ns: Option<u64>,
     parted_ns: Option<u64>,
-    open: VecDeque<(u16, &'static str, u64)>,
+    /// Each command's title, and when it was sent in ns.
+    open: OpenCommands<(&'static str, u64)>,
     /// Frames that went missing on their way.
     pub lost: u64,
     /// Frames that came damaged.
     pub damaged: u64,
     /// Frames that this build does not understand.
     pub foreign: u64,
-    /// Records that the board dropped because nobody fetched them.
+    /// Records that the board dropped because the host did not fetch them.
     pub dropped: u64,
     /// How often the connection broke.
     pub breaks: u64,
     /// From a command's last frame to its acknowledgement, the latest, in ns.
     pub round_trip_ns: Option<u64>,
-    /// What became of the latest command.
+    /// Result of the latest command.
     pub answer: Option<String>,
 }
 
 impl Link {
     /// A frame came from the board.
-    pub fn heard(&mut self, now_ns: u64) {
-        self.heard.note(now_ns);
-        self.heard_ns = Some(now_ns);
+    pub fn received(&mut self, now_ns: u64) {
+        self.frames.note(now_ns);
+        self.received_ns = Some(now_ns);
         self.parted_ns = None;
     }
 
@@ -69,29 +66,20 @@ impl Link {
         self.open.clear();
     }
 
-    /// The host said something.
-    pub fn asked(&mut self, now_ns: u64, sequence: u16, message: &ToBoard) {
+    /// The host sent a frame.
+    pub fn sent(&mut self, now_ns: u64, sequence: u16, message: &ToBoard) {
         if let ToBoard::Command(command) = message {
-            if self.open.len() == OPEN {
-                self.open.pop_front();
-            }
-            self.open.push_back((sequence, title(command), now_ns));
+            self.open.sent(sequence, (title(command), now_ns));
         }
     }
 
     /// The board answered it.
     pub fn acknowledged(&mut self, now_ns: u64, sequence: u16, result: Result<(), Refusal>) {
-        let is_it = |(asked, ..): &(u16, &str, u64)| *asked == sequence;
-        let Some(at) = self.open.iter().position(is_it) else {
-            return;
-        };
-        if let Some((_, title, asked_ns)) = self.open.remove(at) {
-            self.round_trip_ns = Some(now_ns.saturating_sub(asked_ns));
-            // What was said before it is settled by it.
-            self.open.drain(..at);
+        if let Some((title, sent_ns)) = self.open.acknowledged(sequence) {
+            self.round_trip_ns = Some(now_ns.saturating_sub(sent_ns));
             self.answer = match result {
                 Ok(()) => Some(format!("{title}: done")),
-                // The client says it again by itself.
+                // The client repeats the command.
                 Err(Refusal::Busy) => return,
                 Err(refusal) => Some(format!(
                     "{title}: refused: {}",
@@ -118,17 +106,17 @@ impl Link {
 
     /// Frames from the board in a second.
     pub fn frames_per_s(&self, now_ns: u64) -> f64 {
-        self.heard.per_s(now_ns)
+        self.frames.per_s(now_ns)
     }
 
-    /// Whether somebody is there.
+    /// State of the connection.
     pub fn line(&self, now_ns: u64) -> Line {
         if let Some(parted_ns) = self.parted_ns {
             return Line::Parted(now_ns.saturating_sub(parted_ns));
         }
-        match self.heard_ns {
+        match self.received_ns {
             None => Line::Opening,
-            Some(heard_ns) => match now_ns.saturating_sub(heard_ns) {
+            Some(received_ns) => match now_ns.saturating_sub(received_ns) {
                 quiet_ns if quiet_ns > QUIET_NS => Line::Quiet(quiet_ns),
                 _ => Line::Up,
             },

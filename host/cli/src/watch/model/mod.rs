@@ -1,4 +1,4 @@
-//! What the dashboard knows: made of what was said on the link, and of nothing else.
+//! The dashboard's data, built from the link's events alone.
 //!
 //! Memory is bounded, however long it runs: ten seconds of angles, ten thousand
 //! timings, and counts.
@@ -18,33 +18,33 @@ use armbridge_client::event::{Event, EventKind};
 use armbridge_client::status::BoardStatus;
 use armbridge_shared::link::message::ToHost;
 
-/// All of it.
+/// The dashboard's data.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
-    /// How the link does.
+    /// State and statistics of the link.
     pub link: Link,
-    /// How the bus does.
+    /// State and statistics of the bus.
     pub bus: Bus,
     /// The last ten seconds.
     pub history: History,
-    /// What the board has told.
+    /// Latest of each of the board's messages.
     pub board: BoardStatus,
-    /// Events that there was no time to look at.
+    /// Events that the queue dropped.
     pub unseen: u64,
     record_ns: u64,
     now_ns: u64,
 }
 
 impl Model {
-    /// Takes what happened.
+    /// Applies an event.
     pub fn take(&mut self, event: &Event) {
         self.advance(event.host_ns);
         match event.kind {
             EventKind::Sent(sequence, message) => {
-                self.link.asked(event.host_ns, sequence, &message);
+                self.link.sent(event.host_ns, sequence, &message);
             }
             EventKind::Received(_, message) => {
-                self.link.heard(event.host_ns);
+                self.link.received(event.host_ns);
                 self.apply_message(event.host_ns, &message);
             }
             EventKind::Lost(_, frames) => self.link.lost(frames),
@@ -63,7 +63,7 @@ impl Model {
         self.now_ns
     }
 
-    /// Whether somebody is at the other end.
+    /// State of the connection.
     pub fn line(&self) -> Line {
         self.link.line(self.now_ns)
     }

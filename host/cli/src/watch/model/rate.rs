@@ -1,4 +1,4 @@
-//! How often something happens.
+//! Rate of an event.
 
 /// Parts of the second that is looked at.
 const PARTS: usize = 10;
@@ -15,13 +15,13 @@ pub(super) struct Rate {
 }
 
 impl Rate {
-    /// It happened.
+    /// Counts an event.
     pub(super) fn note(&mut self, now_ns: u64) {
         self.turn_to(now_ns / PART_NS);
         self.counts[self.part as usize % PARTS] += 1;
     }
 
-    /// How often in the second before the part that is not over.
+    /// Events per second, over the second before the unfinished part.
     pub(super) fn per_s(&self, now_ns: u64) -> f64 {
         let part = now_ns / PART_NS;
         let oldest = (part + 1).saturating_sub(PARTS as u64);
@@ -72,11 +72,11 @@ mod tests {
         assert!((rate.per_s(end_ns) - 1_000.0).abs() < 1.0, "{rate:?}");
         assert!((rate.per_s(end_ns + 500_000_000) - 444.0).abs() < 60.0);
         assert!(rate.per_s(end_ns + 2_000_000_000).abs() < 1e-9);
-        // After a break it is told of what came since.
+        // After a break it counts the frames since.
         for tick in 0..400 {
             rate.note(end_ns + 5_000_000_000 + tick * 2_000_000);
         }
-        let told = rate.per_s(end_ns + 5_800_000_000);
-        assert!((told - 500.0).abs() < 1.0, "{told}");
+        let measured = rate.per_s(end_ns + 5_800_000_000);
+        assert!((measured - 500.0).abs() < 1.0, "{measured}");
     }
 }

@@ -11,9 +11,9 @@ use ratatui::text::{Line, Span};
 use super::theme;
 use crate::watch::model::{Line as LinkLine, Model};
 
-/// Which link, and how it does; `what` names it.
-pub(super) fn title(model: &Model, what: &str, width: u16) -> Line<'static> {
-    let left = format!(" armbridge watch · {what}");
+/// The link's name and its state.
+pub(super) fn title(model: &Model, link_name: &str, width: u16) -> Line<'static> {
+    let left = format!(" armbridge watch · {link_name}");
     let right = match model.line() {
         LinkLine::Opening => "waiting for the board ".to_owned(),
         LinkLine::Up => format!("link up, {:.0}/s ", model.link.frames_per_s(model.now_ns())),
@@ -25,11 +25,11 @@ pub(super) fn title(model: &Model, what: &str, width: u16) -> Line<'static> {
     Line::from(format!("{left}{between}{right}")).style(theme::badge(Style::new()))
 }
 
-/// What the board does, and what is wrong: one to three lines.
+/// Mode of the board, and its fault or obstacle: one to three lines.
 pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
     match model.line() {
         LinkLine::Opening => {
-            return vec![said(
+            return vec![badge(
                 "WAITING",
                 theme::warn(),
                 "nothing heard from a board yet",
@@ -42,7 +42,7 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
         LinkLine::Up => {}
     }
     let Some(mode) = model.board.mode() else {
-        return vec![said("CONNECTED", theme::warn(), &waiting_for(model))];
+        return vec![badge("CONNECTED", theme::warn(), &waiting_for(model))];
     };
     if let Mode::Fault(fault) = mode {
         return tripped(model, fault);
@@ -62,7 +62,7 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
         || meaning.to_owned(),
         |guards| format!("{meaning}; torque held back: {guards}"),
     );
-    let mut lines = vec![said(word, style, &meaning)];
+    let mut lines = vec![badge(word, style, &meaning)];
     if let (Some(Drive::Hold), Some(conclusion)) = (mode.drive(), &model.board.concluded) {
         let ended = experiment_text::conclusion(conclusion);
         lines.push(Line::from(format!("   {ended}")));
@@ -78,7 +78,7 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
 }
 
 /// A word on its own ground, and what it means.
-fn said(word: &str, style: Style, meaning: &str) -> Line<'static> {
+fn badge(word: &str, style: Style, meaning: &str) -> Line<'static> {
     Line::from(vec![
         Span::from(format!(" {word} ")).style(theme::badge(style)),
         Span::from(format!("  {meaning}")),
@@ -91,9 +91,9 @@ fn waiting_for(model: &Model) -> String {
     obstacle.map_or_else(searching, |obstacle| obstacle.to_string())
 }
 
-fn lost(model: &Model, word: &str, what: &str, ns: u64) -> Vec<Line<'static>> {
-    let ago = format!("{what} {:.1} s ago; trying again", ns as f64 * 1e-9);
-    let mut lines = vec![said(word, theme::bad(), &ago)];
+fn lost(model: &Model, word: &str, cause: &str, ns: u64) -> Vec<Line<'static>> {
+    let ago = format!("{cause} {:.1} s ago; trying again", ns as f64 * 1e-9);
+    let mut lines = vec![badge(word, theme::bad(), &ago)];
     let was = model
         .board
         .mode()
@@ -114,10 +114,10 @@ fn lost(model: &Model, word: &str, what: &str, ns: u64) -> Vec<Line<'static>> {
 
 fn tripped(model: &Model, fault: Fault) -> Vec<Line<'static>> {
     let (cause, seen, advice) = if let Some(trip) = &model.board.trip {
-        let told = fault_text::in_words(trip);
-        let seen = told.seen.map(|seen| format!("{seen} · "));
+        let account = fault_text::in_words(trip);
+        let seen = account.seen.map(|seen| format!("{seen} · "));
         let seen = format!("{}tick {} · ", seen.unwrap_or_default(), trip.tick);
-        (told.cause, seen, told.advice)
+        (account.cause, seen, account.advice)
     } else {
         let (cause, advice) = fault_text::words(fault);
         (cause.to_owned(), String::new(), advice)
@@ -125,7 +125,7 @@ fn tripped(model: &Model, fault: Fault) -> Vec<Line<'static>> {
     let off = model.board.off.as_ref().map(fault_text::off);
     let after = off.unwrap_or_else(|| "stopping".to_owned());
     vec![
-        said("FAULT", theme::bad(), &cause),
+        badge("FAULT", theme::bad(), &cause),
         Line::from(format!("   {seen}{after}")),
         Line::from(format!(" → {advice} (c clears)")).style(theme::warn()),
     ]

@@ -30,7 +30,7 @@ fn count(name: &str, count: u64) -> Span<'static> {
     Span::from(format!("{name} {count:<6}")).style(style)
 }
 
-/// How the link does.
+/// State of the link.
 pub(super) fn link(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let link = &model.link;
     let state = match model.line() {
@@ -63,7 +63,7 @@ pub(super) fn link(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     boxed(frame, area, "link", lines);
 }
 
-/// How the bus does.
+/// State of the bus.
 pub(super) fn bus(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let bus = &model.bus;
     let period_us = model
@@ -72,8 +72,8 @@ pub(super) fn bus(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         .map(|settings| settings.setup.period_us);
     let missed = bus.missed_ticks;
     let time = model.board.record.map_or_else(String::new, |record| {
-        let of = period_us.map_or_else(String::new, |period_us| format!(" of {period_us}"));
-        format!("{}{of} µs, missed {missed}", record.timing.bus_us)
+        let period = period_us.map_or_else(String::new, |period_us| format!(" of {period_us}"));
+        format!("{}{period} µs, missed {missed}", record.timing.bus_us)
     });
     let style = match missed {
         0 => Style::new(),
@@ -95,7 +95,7 @@ pub(super) fn bus(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     boxed(frame, area, "bus", lines);
 }
 
-/// What the servos are.
+/// The servos.
 fn servos(model: &Model) -> String {
     model.board.servos.map_or_else(
         || "servos not found yet".to_owned(),
@@ -125,7 +125,7 @@ fn heat(model: &Model) -> Line<'static> {
 /// Columns beside the bars: name, mean, most.
 const BESIDE: u16 = 17;
 
-/// What ticks take, as histograms from the least to the most.
+/// Timings of ticks, as histograms from minimum to maximum.
 pub(super) fn timing(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let inside = Block::bordered().inner(area);
     let bins = usize::from(inside.width.saturating_sub(BESIDE)).max(4);
@@ -139,7 +139,7 @@ pub(super) fn timing(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     for (name, spread) in [("late", spread(&late)), ("bus", spread(&bus))] {
         lines.extend(bars(name, spread.as_ref(), rows));
     }
-    // Where nobody measures it, it is 0 in every tick.
+    // Where it is not measured, it is 0 in every tick.
     let computed = spread(&compute).filter(|spread| spread.most > 0.0);
     lines.extend(bars("compute", computed.as_ref(), rows));
     let legend = "last 10 000 ticks, log";

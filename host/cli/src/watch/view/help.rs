@@ -1,4 +1,4 @@
-//! What each key does, over everything else.
+//! The help on keys, drawn over everything else.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Rect};
@@ -25,7 +25,7 @@ const KEYS: [(&str, &str); 9] = [
     ("?", "this; any key closes it"),
 ];
 
-/// What hands do to an arm that is simulated.
+/// Keys for hands on a simulated arm.
 const HANDS: [(&str, &str); 2] = [
     (
         "1, 2",
@@ -42,10 +42,10 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, is_simulated: bool) {
     let hands = if is_simulated { &HANDS[..] } else { &[] };
     let keys = KEYS.iter().chain(hands);
     let mut lines: Vec<_> = keys
-        .map(|(key, what)| {
+        .map(|(key, action)| {
             Line::from(vec![
                 Span::from(format!(" {key:<10}")).style(theme::strong()),
-                Span::from(*what),
+                Span::from(*action),
             ])
         })
         .collect();
@@ -54,7 +54,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, is_simulated: bool) {
         " late: how late ticks start · bars: counts, logarithmic, last 10 000 ticks",
     ));
     lines.push(Line::from(
-        " dropped: records nobody fetched · foreign: frames of another version",
+        " dropped: records not fetched in time · foreign: frames of another version",
     ));
     lines.push(Line::from(
         " unseen: events that this screen had no time for",

@@ -84,7 +84,7 @@ fn estimate(model: &Model, joint: usize) -> [Line<'static>; 2] {
     [Line::from(first), Line::from(second)]
 }
 
-/// Torque and what is allowed, in N m.
+/// Torque and its limit, in N m.
 #[derive(Clone, Copy)]
 struct Torque {
     now_nm: f32,
@@ -153,7 +153,7 @@ impl Torque {
     }
 }
 
-/// So much of so many characters, outwards; `half` is half a character.
+/// Part of a bar, outwards; `half` is half a character.
 fn filled(share: f64, width: usize, half: char) -> String {
     let halves = (share * 2.0 * width as f64).round() as usize;
     let mut text = "█".repeat(halves / 2);

@@ -38,7 +38,7 @@ const KEYS: &str =
     " space STOP  a arm  r regulate  ←→↑↓ setpoint  d disarm  c clear  ? help  q quit";
 
 /// Draws it all; `what` names the link and the world behind it.
-pub fn draw(frame: &mut Frame<'_>, model: &Model, keys: &Keys, what: &str) {
+pub fn draw(frame: &mut Frame<'_>, model: &Model, keys: &Keys, link_name: &str) {
     let area = frame.area();
     if area.width < LEAST.0 || area.height < LEAST.1 {
         too_small(frame, area, model);
@@ -55,7 +55,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model, keys: &Keys, what: &str) {
         Constraint::Length(1),
     ])
     .areas(area);
-    frame.render_widget(head::title(model, what, area.width), title);
+    frame.render_widget(head::title(model, link_name, area.width), title);
     frame.render_widget(Text::from(state), top);
     let panels: [Rect; JOINTS] =
         Layout::horizontal([Constraint::Ratio(1, JOINTS as u32); JOINTS]).areas(joints);
@@ -90,7 +90,7 @@ fn conversation(model: &Model, keys: &Keys) -> Line<'static> {
     Line::from(format!(" {answer}"))
 }
 
-/// What matters most, on any screen.
+/// Mode and keys, on a terminal too small for the dashboard.
 fn too_small(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut lines = head::state(model);
     lines.push(Line::from(format!(

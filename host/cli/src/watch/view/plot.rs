@@ -1,6 +1,6 @@
 //! One joint's angle and setpoint over the last ten seconds, in braille dots: two by
 //! four to a character. The angle is a line, the setpoint a dashed one, so that they
-//! are told apart without colour.
+//! are distinct without colour.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -111,7 +111,7 @@ fn stroke(context: &mut Context<'_>, from: (f64, f64), to: (f64, f64), color: Co
     });
 }
 
-/// What the ordinate shows.
+/// Quantity of the ordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axis {
     low: f64,
@@ -136,11 +136,11 @@ impl Axis {
         }
     }
 
-    /// Which row says what; the top row is 0.
+    /// Labels by row; the top row is 0.
     fn labels(self, rows: u16) -> Vec<(u16, String)> {
         let steps = ((self.high - self.low) / self.step).round() as u32;
         let most = u32::from(rows / 2).max(1);
-        // Not in every other row: every so many steps.
+        // At most one label in two rows.
         let every = steps.div_ceil(most).max(1);
         let last = f64::from(rows.saturating_sub(1));
         (0..=steps)

@@ -8,27 +8,27 @@ pub(super) const ANGLE: Color = Color::Cyan;
 /// The setpoint.
 pub(super) const SETPOINT: Color = Color::Yellow;
 
-/// What is in order.
+/// Normal values.
 pub(super) fn good() -> Style {
     Style::new().fg(Color::Green)
 }
 
-/// What wants a look.
+/// Warnings.
 pub(super) fn warn() -> Style {
     Style::new().fg(Color::Yellow).add_modifier(Modifier::BOLD)
 }
 
-/// What is wrong.
+/// Errors and faults.
 pub(super) fn bad() -> Style {
     Style::new().fg(Color::Red).add_modifier(Modifier::BOLD)
 }
 
-/// What is read second: axes, units, numbers that are old.
+/// Secondary text: axes, units, numbers that are old.
 pub(super) fn faint() -> Style {
     Style::new().add_modifier(Modifier::DIM)
 }
 
-/// What is read first.
+/// Primary text.
 pub(super) fn strong() -> Style {
     Style::new().add_modifier(Modifier::BOLD)
 }

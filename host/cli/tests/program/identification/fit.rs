@@ -62,11 +62,11 @@ fn the_benchs_arm_is_found_in_its_logs_and_a_board_takes_it() {
     assert_eq!(found["checks"]["warnings"], serde_json::json!([]));
     let page = fs::read_to_string(folder.join("page/report.html")).unwrap();
     for heading in [
-        "What is not known",
-        "Forecasts",
-        "Numbers",
+        "Identifiability",
+        "Holdout",
+        "Parameters",
         "Friction",
-        "right form",
+        "Model errors",
     ] {
         assert!(page.contains(heading), "{heading}");
     }
@@ -117,7 +117,7 @@ fn logs_that_do_not_tell_are_told() {
     let output = program(&["identify", "fit", &log, "--report", "page"]);
     assert_eq!(output.status.code(), Some(1));
     let page = fs::read_to_string(folder.join("page/report.html")).unwrap();
-    assert!(page.contains("No numbers: too short a log: "));
+    assert!(page.contains("too short a log: "));
     let idle = "title = \"Idle\"\n[[step]]\nat_s = 0.1\nidle = true\n[stop]\nafter_s = 0.2\n";
     fs::write(folder.join("idle.toml"), idle).unwrap();
     let output = program(&["run", "idle.toml"]);

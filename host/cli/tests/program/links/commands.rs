@@ -128,11 +128,13 @@ fn a_second_host_is_told_and_the_first_goes_on() {
         assert_ends(&output, 2, "another host has the link; end that one first");
         assert_eq!(text(&output.stderr).lines().count(), 1);
     }
-    let before = first.heard().records;
-    armbridge_tests::served_board::until("records go on", || first.heard().records > before + 100);
-    let heard = first.heard();
-    assert_eq!((heard.lost, heard.partings), (0, 0));
-    assert_eq!(heard.mode.and_then(Mode::drive), Some(Drive::Regulate));
+    let before = first.received().records;
+    armbridge_tests::served_board::until("records go on", || {
+        first.received().records > before + 100
+    });
+    let received = first.received();
+    assert_eq!((received.lost, received.partings), (0, 0));
+    assert_eq!(received.mode.and_then(Mode::drive), Some(Drive::Regulate));
     first.ask(Request::Leave);
     first.end().unwrap();
     board.until_off();

@@ -35,18 +35,18 @@ pub(crate) fn spawn(link: &impl Display, args: &[&str]) -> Child {
     command.spawn().unwrap()
 }
 
-/// What it printed.
+/// Its output.
 pub(crate) fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
 }
 
-/// It ended with this code, and said so.
+/// It ended with this code, and printed `words`.
 #[track_caller]
 pub(crate) fn assert_ends(output: &Output, code: i32, words: &str) {
-    let said = format!("{}{}", text(&output.stdout), text(&output.stderr));
-    assert_eq!(output.status.code(), Some(code), "{said}");
-    assert!(said.contains(words), "no {words:?} in {said:?}");
-    assert!(!said.contains("panicked"), "{said}");
+    let messages = format!("{}{}", text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{messages}");
+    assert!(messages.contains(words), "no {words:?} in {messages:?}");
+    assert!(!messages.contains("panicked"), "{messages}");
 }
 
 /// As Ctrl-C does.

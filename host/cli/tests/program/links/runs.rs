@@ -1,5 +1,5 @@
-//! `armbridge run` on links and disks that fail: what it says, what it leaves, and no
-//! arm energised.
+//! `armbridge run` on links and disks that fail: its messages, its files, and no arm
+//! energised.
 
 use std::process::{Command, Output};
 
@@ -92,15 +92,15 @@ fn a_run_on_a_full_disk_goes_on_and_says_what_is_missing() {
     limited.current_dir(run.get_current_dir().unwrap());
     let output = limited.output().unwrap();
     assert_ends(&output, 1, "the file may not grow further");
-    let said = text(&output.stdout);
+    let stdout = text(&output.stdout);
     let number = |before: &str, after: &str| -> u64 {
-        let (_, rest) = said.split_once(before).unwrap();
+        let (_, rest) = stdout.split_once(before).unwrap();
         rest.split_once(after).unwrap().0.trim().parse().unwrap()
     };
     let written = number("the log ends after ", " ticks");
-    assert_eq!(number("\nlog ", " records written"), written, "{said}");
+    assert_eq!(number("\nlog ", " records written"), written, "{stdout}");
     // The arm has gone through all of it; its board may be 0.1 s behind the wall clock.
-    assert!(number("\nticks", " recorded") >= 9_900, "{said}");
+    assert!(number("\nticks", " recorded") >= 9_900, "{stdout}");
     assert!(left(&output).records().len() as u64 >= written);
     board.until_off();
 }

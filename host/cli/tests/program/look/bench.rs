@@ -18,7 +18,7 @@ use armbridge_sim::plant::{Plant, PlantConfig, Push};
 pub(crate) struct Run {
     pub(crate) setup: Setup,
     pub(crate) seed: u64,
-    /// Torque in N m with which somebody pushes the first joint, 1 s after power-up.
+    /// Torque in N m that pushes the first joint 1 s after power-up.
     pub(crate) push_nm: Option<f64>,
     /// Frames from the board of which nothing is recorded.
     pub(crate) deaf: [usize; 2],
@@ -35,7 +35,7 @@ impl Default for Run {
     }
 }
 
-/// A recorder that hears nothing for a while.
+/// A recorder that receives nothing for a while.
 struct Deaf {
     tap: Box<dyn Tap>,
     words: usize,

@@ -1,4 +1,4 @@
-//! What the program prints, writes and returns.
+//! Output, files and exit codes of the program.
 
 use std::fs;
 use std::path::Path;
@@ -15,11 +15,11 @@ fn armbridge(folder: &Path, args: &[&str]) -> Output {
     command.args(args).current_dir(folder).output().unwrap()
 }
 
-/// What it prints; it must end with this code.
+/// Its standard output; it must end with this code.
 fn printed(folder: &Path, args: &[&str], code: i32) -> String {
     let output = armbridge(folder, args);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{args:?}: {said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {stderr}");
     String::from_utf8(output.stdout).unwrap()
 }
 
@@ -62,7 +62,7 @@ fn a_log_is_told_drawn_and_exported() {
 
     let plots = printed(&folder, &["plot", "--format", "svg", "--out", "plots"], 0);
     assert_eq!(plots.lines().count(), 6, "{plots}");
-    let what = [
+    let args = [
         "plot",
         "--what",
         "phase,spectrum",
@@ -71,7 +71,7 @@ fn a_log_is_told_drawn_and_exported() {
         "--to",
         "1.5",
     ];
-    let plots = printed(&folder, &what, 0);
+    let plots = printed(&folder, &args, 0);
     let names: Vec<&str> = plots.lines().filter_map(|l| l.rsplit('/').next()).collect();
     assert_eq!(
         names,

@@ -32,24 +32,24 @@ fn get_shows_what_the_board_has() {
 #[test]
 fn set_changes_all_or_nothing_and_says_so() {
     let program = Program::new();
-    let said = program.says(&[
+    let stdout = program.says(&[
         "params",
         "limits.hold_ms=80",
         "controller.q=30,30,0.3,0.3",
         "--save",
     ]);
-    let lines: Vec<Vec<&str>> = said
+    let lines: Vec<Vec<&str>> = stdout
         .lines()
         .map(|line| line.split("  ").collect())
         .collect();
-    assert_eq!(lines.len(), 3, "{said}");
+    assert_eq!(lines.len(), 3, "{stdout}");
     assert!(
-        said.contains("[15.0, 15.0, 1.0, 1.0]  ->  [30.0, 30.0, 0.3, 0.3]"),
-        "{said}"
+        stdout.contains("[15.0, 15.0, 1.0, 1.0]  ->  [30.0, 30.0, 0.3, 0.3]"),
+        "{stdout}"
     );
     assert!(
-        said.ends_with("has taken it, and keeps its settings across power-off\n"),
-        "{said}"
+        stdout.ends_with("has taken it, and keeps its settings across power-off\n"),
+        "{stdout}"
     );
     let report = program.json(&["params", "limits.hold_ms=80", "--json"]);
     assert_eq!(report["changes"][0]["before"], json!(100));
@@ -100,7 +100,7 @@ fn set_changes_all_or_nothing_and_says_so() {
 #[test]
 fn a_design_goes_to_the_board_by_hand_or_by_file() {
     let program = Program::new();
-    let asked = [
+    let args = [
         "design",
         "--q",
         "30,30,0.3,0.3",
@@ -109,8 +109,8 @@ fn a_design_goes_to_the_board_by_hand_or_by_file() {
         "--estimator",
         "kalman",
     ];
-    let with = |more: &[&'static str]| [&asked[..], more].concat();
-    let shown = program.says(&asked);
+    let with = |more: &[&'static str]| [&args[..], more].concat();
+    let shown = program.says(&args);
     for word in [
         "gain",
         "pole of",
@@ -123,15 +123,15 @@ fn a_design_goes_to_the_board_by_hand_or_by_file() {
     let report = program.json(&with(&["--json"]));
     assert_eq!(report["parameters"]["controller"]["q"][0], json!(30.0));
     assert_eq!(report["design"]["is_stable"], json!(true));
-    let said = program.says(&with(&["--apply"]));
+    let stdout = program.says(&with(&["--apply"]));
     assert!(
-        said.contains("estimator.kind") && said.ends_with("the board has taken it\n"),
-        "{said}"
+        stdout.contains("estimator.kind") && stdout.ends_with("the board has taken it\n"),
+        "{stdout}"
     );
 
     program.says(&with(&["--write", "gains.toml", "--plot", "step.svg"]));
-    let said = program.says(&["params", "--from", "gains.toml"]);
-    assert!(said.contains("[30.0, 30.0, 0.3, 0.3]"), "{said}");
+    let stdout = program.says(&["params", "--from", "gains.toml"]);
+    assert!(stdout.contains("[30.0, 30.0, 0.3, 0.3]"), "{stdout}");
     // It is a configuration, too.
     std::fs::rename(program.path("gains.toml"), program.path("armbridge.toml")).unwrap();
     assert_eq!(
@@ -180,7 +180,7 @@ fn what_cannot_be_designed_is_refused_in_words() {
     ] {
         program.fails(args, &[words]);
     }
-    // What is stable with the state known need not be with this estimator.
+    // A loop that is stable with the state known may be unstable with this estimator.
     let shaky = [
         "design",
         "--natural",

@@ -19,14 +19,14 @@ fn the_file_that_is_written_says_nothing_until_it_is_edited() {
     assert!(
         program
             .says(&["config"])
-            .contains("says nothing for the board")
+            .contains("sets nothing on the board")
     );
     program.fails(
         &["config", "--init"],
         &["there is an armbridge.toml here already"],
     );
 
-    // As somebody edits it.
+    // As a user edits it.
     let edited = text
         .replace("# link = \"sim:\"", "link = \"tcp://127.0.0.1:1\"")
         .replace("# [limits]", "[limits]")
@@ -52,16 +52,16 @@ fn the_file_that_is_written_says_nothing_until_it_is_edited() {
     // Every command finds it, from further below as well.
     program.fails(&["params"], &["tcp://127.0.0.1:1"]);
     program.says(&["params", "--link", "sim:"]);
-    // What it has for the board is sent by who says so.
-    let told = table.lines().last().unwrap_or_default();
+    // Its settings for the board are sent by an explicit command.
+    let last = table.lines().last().unwrap_or_default();
     assert!(
-        told.contains("`armbridge params --from ") && told.contains("armbridge.toml`"),
+        last.contains("`armbridge params --from ") && last.contains("armbridge.toml`"),
         "{table}"
     );
-    let said = program.says(&["params", "--link", "sim:", "--from", "armbridge.toml"]);
+    let stdout = program.says(&["params", "--link", "sim:", "--from", "armbridge.toml"]);
     assert!(
-        said.contains("limits.hold_ms") && said.contains("the board has taken it"),
-        "{said}"
+        stdout.contains("limits.hold_ms") && stdout.contains("the board has taken it"),
+        "{stdout}"
     );
 }
 

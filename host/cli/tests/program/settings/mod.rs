@@ -29,12 +29,12 @@ impl Program {
         command.output().unwrap()
     }
 
-    /// What it prints, having done as asked.
+    /// Its standard output; it must succeed.
     fn says(&self, args: &[&str]) -> String {
         let output = self.run(args);
-        let (said, error) = (text(&output.stdout), text(&output.stderr));
-        assert!(output.status.success(), "{args:?}: {error}");
-        said.to_owned()
+        let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+        assert!(output.status.success(), "{args:?}: {stderr}");
+        stdout.to_owned()
     }
 
     /// One line on standard error with these words, and exit code 2.

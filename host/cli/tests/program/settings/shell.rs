@@ -17,7 +17,7 @@ fn every_shell_has_completions() {
     program.fails(&["completions", "sh"], &["bash", "zsh", "fish"]);
 }
 
-/// What bash makes of a command line that ends in the middle.
+/// Completions of bash for an incomplete command line.
 #[cfg(unix)]
 #[test]
 fn bash_completes_commands_and_options() {

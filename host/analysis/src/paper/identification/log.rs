@@ -3,7 +3,7 @@
 //! A free fall is joint 1 with its motor off, PWM 1000, in an experiment; a constant input
 //! is one PWM all the time, in an experiment or as a torque. Both begin with the tick in
 //! which that PWM is in force and end with the last in which it is: when the experiment
-//! ends, or a guard brakes. Before, the arm is at rest, and its encoder tells where.
+//! ends, or a guard brakes. Before, the arm is at rest, and its encoder shows where.
 
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::actuator::Pwm;
@@ -13,7 +13,7 @@ use super::sampled::{Kind, Sampled, Start};
 
 /// Shortest experiment in s: half of what a fall from half a radian takes.
 const SHORTEST_S: f64 = 0.25;
-/// The least way that tells anything, in rad: 30 counts.
+/// The least way that is of use, in rad: 30 counts.
 const LEAST_RAD: f64 = 0.15;
 /// Farthest that joint 2 may be from straight, in rad: gravity on joint 1 is 0.2 % off.
 const STRAIGHT_RAD: f32 = 0.1;
@@ -21,7 +21,7 @@ const STRAIGHT_RAD: f32 = 0.1;
 const BEFORE_S: f64 = 0.25;
 /// How far apart the two halves of that may be, in rad, of an arm at rest: 2 counts.
 const AT_REST_RAD: f64 = 0.01;
-/// Counts from either end of an encoder's track in which it tells nothing.
+/// Counts from either end of an encoder's track in which its reading is invalid.
 const END_COUNTS: u16 = 3;
 
 /// Why a log has nothing of use.

@@ -3,25 +3,58 @@
 //! Where the start is only as good as the samples before it tell, the paper's fits take it
 //! as known, as the paper did; all others find it.
 
-use super::comparison::{CompareError, Model};
-use super::fit::{Fit, fit};
+use serde::Serialize;
+
+use super::fit::{Fit, FitError, fit};
 use super::form::Form;
 use super::numbers::{
     Numbers, Unknown, VISCOUS, VISCOUS_COULOMB, VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB,
 };
 use super::sampled::{Kind, Sampled, Start};
 
+/// What a fit knows of friction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Model {
+    /// The paper's.
+    ViscousOnly,
+    /// With Coulomb friction.
+    WithDryFriction,
+}
+
+impl Model {
+    /// In words.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ViscousOnly => "viscous only",
+            Self::WithDryFriction => "with dry friction",
+        }
+    }
+}
+
+/// Why an experiment was not fitted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{model} fit of the {experiment}: {source}", model = model.name())]
+pub struct ExperimentError {
+    /// By which model.
+    model: Model,
+    /// Of what.
+    experiment: &'static str,
+    /// Why.
+    source: FitError,
+}
+
 /// Fits of the free falls.
-pub(super) struct Fall {
+pub(super) struct FallFits {
     /// The paper's.
     pub(super) as_paper: Fit,
     pub(super) dry: Fit,
     pub(super) form: Form,
 }
 
-impl Fall {
+impl FallFits {
     /// None without any.
-    pub(super) fn of(falls: &[Sampled], begin: &Numbers) -> Result<Option<Self>, CompareError> {
+    pub(super) fn of(falls: &[Sampled], begin: &Numbers) -> Result<Option<Self>, ExperimentError> {
         if falls.is_empty() {
             return Ok(None);
         }
@@ -50,7 +83,7 @@ impl Fall {
 }
 
 /// Fits of the constant inputs.
-pub(super) struct Push {
+pub(super) struct PushFits {
     /// The paper's.
     pub(super) as_paper: Fit,
     /// Which way the arm goes.
@@ -58,9 +91,9 @@ pub(super) struct Push {
     pub(super) blind_spot: Option<String>,
 }
 
-impl Push {
+impl PushFits {
     /// None without any.
-    pub(super) fn of(pushes: &[Sampled], begin: &Numbers) -> Result<Option<Self>, CompareError> {
+    pub(super) fn of(pushes: &[Sampled], begin: &Numbers) -> Result<Option<Self>, ExperimentError> {
         /// Some dry friction to begin with: it will not be found.
         const SOME_NM: f64 = 0.01;
 
@@ -87,13 +120,13 @@ impl Push {
 
 /// One arm for all experiments.
 pub(super) fn both(
-    fall: &Fall,
+    fall: &FallFits,
     falls: &[Sampled],
-    push: &Push,
+    push: &PushFits,
     pushes: &[Sampled],
-) -> Result<Fit, CompareError> {
+) -> Result<Fit, ExperimentError> {
     let begin = Numbers {
-        // The motor's torque less dry friction is what the constant input tells.
+        // The constant input gives the motor's torque less dry friction.
         torque_nm: push.as_paper.numbers.torque_nm + push.way * fall.dry.numbers.coulomb_nm,
         ..fall.dry.numbers
     };
@@ -117,8 +150,8 @@ fn try_fit(
     begin: &Numbers,
     model: Model,
     experiment: &'static str,
-) -> Result<Fit, CompareError> {
-    fit(sampled, unknowns, begin).map_err(|source| CompareError::Fit {
+) -> Result<Fit, ExperimentError> {
+    fit(sampled, unknowns, begin).map_err(|source| ExperimentError {
         model,
         experiment,
         source,

@@ -3,6 +3,8 @@
 
 use serde::Serialize;
 
+use crate::paper::printed::PERIOD_S;
+
 /// Which of the paper's two experiments on joint 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -58,7 +60,7 @@ pub struct Sampled {
     pub start_rad: f64,
     /// Whether that is known to better than the samples tell, and that it is at rest.
     pub start: Start,
-    /// Torque in N m that the motor is told to give, where it is known.
+    /// Torque in N m of the motor's PWM, where it is known.
     pub told_nm: Option<f64>,
 }
 
@@ -68,10 +70,10 @@ impl Sampled {
         self.angles_rad.iter().flatten().count()
     }
 
-    /// Every n-th sample only.
+    /// As rare as the paper's, by leaving samples out.
     #[must_use]
-    pub fn every(&self, n: usize) -> Self {
-        let n = n.max(1);
+    pub fn as_paper(&self) -> Self {
+        let n = (PERIOD_S / self.period_s).round().max(1.0) as usize;
         Self {
             period_s: self.period_s * n as f64,
             angles_rad: self.angles_rad.iter().copied().step_by(n).collect(),

@@ -9,7 +9,7 @@
 //! so nothing depends on any number. Such a start is refused by name.
 
 use levenberg_marquardt::LevenbergMarquardt;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::numbers::{Numbers, Unknown};
 use super::problem::Problem;
@@ -69,6 +69,58 @@ pub enum FitError {
 }
 
 impl Fit {
+    /// What the search has come to.
+    fn of(problem: &Problem) -> Self {
+        let numbers = problem.numbers();
+        let starts = problem
+            .starts()
+            .into_iter()
+            .map(|(start, _)| start)
+            .collect();
+        let (rows, columns) = problem.jacobian.shape();
+        // Changes by shares of what each number is.
+        let size = DVector::from_fn(columns, |j, _| match problem.unknowns.get(j) {
+            Some(unknown) => problem.at[j].abs().max(unknown.much()),
+            None => problem.at[j].abs().max(0.05),
+        });
+        let scaled = DMatrix::from_fn(rows, columns, |i, j| problem.jacobian[(i, j)] * size[j]);
+        let svd = scaled.svd(false, true);
+        let values = &svd.singular_values;
+        let largest = values.max();
+        let smallest = values.min();
+        let turned = svd
+            .v_t
+            .unwrap_or_else(|| DMatrix::identity(columns, columns));
+        let squares = problem.residuals.norm_squared();
+        let variance = squares / (rows - columns) as f64;
+        let weight = values.map(|value| variance / value.max(largest * 1e-15).powi(2));
+        let least = values.imin();
+        let faintest = (0..columns).map(|j| {
+            let parts = (0..columns).map(|k| turned[(k, j)].powi(2) * weight[k]);
+            turned[(least, j)].powi(2) * weight[least] / parts.sum::<f64>()
+        });
+        let faintest = faintest.collect();
+        let shares = turned.transpose() * DMatrix::from_diagonal(&weight) * &turned;
+        let covariance =
+            DMatrix::from_fn(columns, columns, |i, j| shares[(i, j)] * size[i] * size[j]);
+        let mut residuals = problem.residuals.iter().copied();
+        let residuals_rad = problem.sampled.iter().map(|sampled| {
+            let seen = sampled.angles_rad.iter();
+            seen.map(|angle| angle.and_then(|_| residuals.next()))
+                .collect()
+        });
+        Self {
+            numbers,
+            unknowns: problem.unknowns.to_vec(),
+            starts,
+            residuals_rad: residuals_rad.collect(),
+            covariance,
+            condition: largest / smallest,
+            faintest,
+            rms_rad: (squares / rows as f64).sqrt(),
+        }
+    }
+
     /// Standard error of a number; 0 if it was not sought.
     pub fn error(&self, unknown: Unknown) -> f64 {
         let at = self.unknowns.iter().position(|u| *u == unknown);
@@ -95,7 +147,7 @@ impl Fit {
     }
 
     /// Numbers of which the samples tell nothing but a combination, and what would help;
-    /// none if all are told.
+    /// none if all are identifiable.
     pub fn blind_spot(&self) -> Option<String> {
         if self.condition < BLIND {
             return None;
@@ -145,5 +197,5 @@ pub fn fit(sampled: &[Sampled], unknowns: &[Unknown], guess: &Numbers) -> Result
     if !(ended && finite) || problem.sticks.is_some() {
         return Err(FitError::NoEnd);
     }
-    Ok(problem.found())
+    Ok(Fit::of(&problem))
 }

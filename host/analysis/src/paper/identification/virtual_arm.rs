@@ -18,8 +18,6 @@ use crate::paper::printed;
 
 /// The paper's period in ns, section 4.
 const PERIOD_NS: u64 = printed::PERIOD_US as u64 * 1000;
-/// Where the constant input begins, in rad: x0 of section 3.
-pub const PUSHED_FROM_RAD: f64 = printed::PUSH_FROM_RAD;
 
 /// A virtual arm and who looks at it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,9 +96,14 @@ impl VirtualArm {
         self.experiment(Kind::FreeFall, from_rad, 0.0, duration_s)
     }
 
-    /// Pushes from [`PUSHED_FROM_RAD`] with a motor torque in N m.
+    /// Pushes from [`PUSH_FROM_RAD`](super::PUSH_FROM_RAD) with a motor torque in N m.
     pub fn constant_input(&self, torque_nm: f64, duration_s: f64) -> Sampled {
-        self.experiment(Kind::ConstantInput, PUSHED_FROM_RAD, torque_nm, duration_s)
+        self.experiment(
+            Kind::ConstantInput,
+            printed::PUSH_FROM_RAD,
+            torque_nm,
+            duration_s,
+        )
     }
 
     fn experiment(&self, kind: Kind, from_rad: f64, torque_nm: f64, duration_s: f64) -> Sampled {

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::comparison::{PaperComparison, Shown};
 use super::sampled::Kind;
-use crate::plot::axis::{Axis, Scale};
+use crate::plot::axis::Axis;
 use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{ALARM, FRAME, GOOD, JOINT, Key, Panel};
-use crate::plot::{PlotError, WIDTH, titled, write_all};
+use crate::plot::{PlotError, titled, write_all};
 
 /// Name of its files.
 const NAME: &str = "paper-identification";
@@ -28,7 +28,6 @@ const BLOCKS: usize = 120;
 /// From the top of one experiment to that of the next.
 const HEIGHT: f64 = 494.0;
 const TOP: f64 = 78.0;
-const LEFT: f64 = 84.0;
 
 impl PaperComparison {
     /// Each kind's first experiment: angles, and below them the residuals.
@@ -60,17 +59,8 @@ impl PaperComparison {
 fn draw(drawing: &mut Drawing, shown: &Shown, top: f64) {
     let sampled = &shown.sampled;
     let measured: Vec<(f64, f64)> = sampled.points().collect();
-    let x = Axis {
-        scale: Scale::Linear,
-        low: 0.0,
-        high: measured.last().map_or(1.0, |last| last.0).max(1e-3),
-    };
-    let frame = Rect {
-        x: LEFT,
-        y: top,
-        w: WIDTH - LEFT - 24.0,
-        h: 230.0,
-    };
+    let x = Axis::linear(0.0, measured.last().map_or(1.0, |last| last.0).max(1e-3));
+    let frame = Rect::row(top, 230.0);
     // The viscous one last: it is dashed, and seen where both are one.
     let dry = shown.dry_rad.iter();
     let models: Vec<(&str, Stroke, &[Option<f64>])> = dry
@@ -106,12 +96,13 @@ fn draw(drawing: &mut Drawing, shown: &Shown, top: f64) {
     drawing.dots(centres, 4.5, MEASURED);
     panel.legend(drawing, &legend);
 
-    let of = sampled.angles_rad.len().div_ceil(BLOCKS).max(1);
+    let block_len = sampled.angles_rad.len().div_ceil(BLOCKS).max(1);
     let left_over = |residuals: &[Option<f64>]| -> Vec<(f64, f64)> {
-        let blocks = residuals.chunks(of).enumerate();
+        let blocks = residuals.chunks(block_len).enumerate();
         let point = |(k, block): (usize, &[Option<f64>])| {
             let seen: Vec<f64> = block.iter().flatten().copied().collect();
-            let middle_s = ((k * of) as f64 + 0.5 * (block.len() - 1) as f64) * sampled.period_s;
+            let middle_s =
+                ((k * block_len) as f64 + 0.5 * (block.len() - 1) as f64) * sampled.period_s;
             let mean = seen.iter().sum::<f64>() / seen.len() as f64;
             (!seen.is_empty()).then_some((middle_s, 1e3 * mean))
         };
@@ -127,9 +118,9 @@ fn draw(drawing: &mut Drawing, shown: &Shown, top: f64) {
         x,
         y: Axis::around(curves.iter().flatten().map(|(_, y)| *y).chain([0.0]), 0.1),
     };
-    let title = match of {
+    let title = match block_len {
         1 => "measured less computed".to_owned(),
-        of => format!("measured less computed, means of {of} samples"),
+        len => format!("measured less computed, means of {len} samples"),
     };
     panel.draw(drawing, &title, Some("time (s)"), Some("(mrad)"));
     panel.level(drawing, 0.0, ZERO);

@@ -2,7 +2,8 @@
 
 use armbridge_log::text_table;
 
-use super::comparison::{Model, PaperComparison, Within};
+use super::comparison::{PaperComparison, Within};
+use super::experiment_fits::Model;
 use super::sampled::Kind;
 
 /// Friction in N m s/rad by which two values are two: more than any of the fits is off.
@@ -99,7 +100,7 @@ impl PaperComparison {
         (value > within).then_some(value)
     }
 
-    /// What the constant input says of dry friction, if there is some and the motor's torque is known.
+    /// Dry friction by the constant input, if there is some and the motor's torque is known.
     fn torque(&self) -> Option<String> {
         self.dry_friction()?;
         let push = self.line(Some(Kind::ConstantInput), Model::ViscousOnly)?;
@@ -168,10 +169,10 @@ mod tests {
 
     #[test]
     fn numbers_have_the_digits_that_are_known() {
-        let of = |value, within| in_words(Within { value, within });
-        assert_eq!(of(0.239_04, 0.000_42), "0.23904 ± 0.00042");
-        assert_eq!(of(0.421, 0.013), "0.421 ± 0.013");
-        assert_eq!(of(0.3, f64::INFINITY), "0.3000");
+        let text = |value, within| in_words(Within { value, within });
+        assert_eq!(text(0.239_04, 0.000_42), "0.23904 ± 0.00042");
+        assert_eq!(text(0.421, 0.013), "0.421 ± 0.013");
+        assert_eq!(text(0.3, f64::INFINITY), "0.3000");
         assert_eq!(rounded(12_345.0), "12000");
         assert_eq!(rounded(7.0), "7");
     }

@@ -72,6 +72,20 @@ pub(super) fn angles<D: DualNum<Primitive = f64> + Copy>(
     Angles { rad, sticks }
 }
 
+impl Numbers {
+    /// Times in s and angles in rad under the torque, from rest at `from_rad`.
+    pub(crate) fn motion(
+        self,
+        from_rad: f64,
+        period_s: f64,
+        samples: usize,
+    ) -> impl Iterator<Item = (f64, f64)> {
+        let angles = angles(&self, true, [from_rad, 0.0], period_s, samples);
+        let angles = angles.rad.into_iter().enumerate();
+        angles.map(move |(k, rad)| (k as f64 * period_s, rad))
+    }
+}
+
 impl<D: DualNum<Primitive = f64> + Copy> Motion<'_, D> {
     /// Torque in N m but for friction.
     fn push(&self, q: D) -> D {
@@ -139,8 +153,8 @@ impl<D: DualNum<Primitive = f64> + Copy> Motion<'_, D> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::numbers::{COUNT, Unknown};
     use super::*;
-    use crate::identify::paper::numbers::{COUNT, Unknown};
     use armbridge_shared::JOINTS;
     use armbridge_shared::arm::{Parameters, State};
     use armbridge_sim::plant::{Body, Friction};

@@ -1,14 +1,11 @@
-//! Least squares as the search sees it: all residuals and their derivatives, and in the end
-//! what these say of the numbers.
+//! Least squares as the search sees it: all residuals and their derivatives.
 
 use core::ops::Range;
 
 use levenberg_marquardt::LeastSquaresProblem;
-use nalgebra::{DMatrix, DVector};
 use nalgebra_lm as lm;
 use num_dual::DualSVec64;
 
-use super::fit::Fit;
 use super::motion::angles;
 use super::numbers::{COUNT, Numbers, Unknown};
 use super::sampled::{Kind, Sampled};
@@ -22,13 +19,13 @@ const AWAY_RAD: f64 = 1e3;
 
 /// The search, wherever it is.
 pub(super) struct Problem<'a> {
-    sampled: &'a [Sampled],
-    unknowns: &'a [Unknown],
+    pub(super) sampled: &'a [Sampled],
+    pub(super) unknowns: &'a [Unknown],
     guess: Numbers,
     /// Unknowns, and starts that are not known.
     pub(super) at: lm::DVector<f64>,
-    residuals: lm::DVector<f64>,
-    jacobian: lm::DMatrix<f64>,
+    pub(super) residuals: lm::DVector<f64>,
+    pub(super) jacobian: lm::DMatrix<f64>,
     /// The first experiment that does not move.
     pub(super) sticks: Option<Kind>,
 }
@@ -56,7 +53,7 @@ impl<'a> Problem<'a> {
         problem
     }
 
-    fn numbers(&self) -> Numbers {
+    pub(super) fn numbers(&self) -> Numbers {
         let found = self.unknowns.iter().zip(self.at.iter());
         found.fold(self.guess, |numbers, (unknown, x)| {
             numbers.with(*unknown, *x)
@@ -64,7 +61,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Of each experiment: how it begins, and the columns of what is sought of that.
-    fn starts(&self) -> Vec<([f64; STARTS], Range<usize>)> {
+    pub(super) fn starts(&self) -> Vec<([f64; STARTS], Range<usize>)> {
         let mut next = self.unknowns.len();
         let start = |sampled: &Sampled| {
             let columns = next..next + sampled.start.unknowns();
@@ -115,54 +112,6 @@ impl<'a> Problem<'a> {
                 }
                 row += 1;
             }
-        }
-    }
-
-    /// What it has come to.
-    pub(super) fn found(self) -> Fit {
-        let numbers = self.numbers();
-        let starts = self.starts().into_iter().map(|(start, _)| start).collect();
-        let (rows, columns) = self.jacobian.shape();
-        // Changes by shares of what each number is.
-        let size = DVector::from_fn(columns, |j, _| match self.unknowns.get(j) {
-            Some(unknown) => self.at[j].abs().max(unknown.much()),
-            None => self.at[j].abs().max(0.05),
-        });
-        let scaled = DMatrix::from_fn(rows, columns, |i, j| self.jacobian[(i, j)] * size[j]);
-        let svd = scaled.svd(false, true);
-        let values = &svd.singular_values;
-        let largest = values.max();
-        let smallest = values.min();
-        let turned = svd
-            .v_t
-            .unwrap_or_else(|| DMatrix::identity(columns, columns));
-        let squares = self.residuals.norm_squared();
-        let variance = squares / (rows - columns) as f64;
-        let weight = values.map(|value| variance / value.max(largest * 1e-15).powi(2));
-        let least = values.imin();
-        let faintest = (0..columns).map(|j| {
-            let parts = (0..columns).map(|k| turned[(k, j)].powi(2) * weight[k]);
-            turned[(least, j)].powi(2) * weight[least] / parts.sum::<f64>()
-        });
-        let faintest = faintest.collect();
-        let shares = turned.transpose() * DMatrix::from_diagonal(&weight) * &turned;
-        let covariance =
-            DMatrix::from_fn(columns, columns, |i, j| shares[(i, j)] * size[i] * size[j]);
-        let mut residuals = self.residuals.iter().copied();
-        let residuals_rad = self.sampled.iter().map(|sampled| {
-            let seen = sampled.angles_rad.iter();
-            seen.map(|angle| angle.and_then(|_| residuals.next()))
-                .collect()
-        });
-        Fit {
-            numbers,
-            unknowns: self.unknowns.to_vec(),
-            starts,
-            residuals_rad: residuals_rad.collect(),
-            covariance,
-            condition: largest / smallest,
-            faintest,
-            rms_rad: (squares / rows as f64).sqrt(),
         }
     }
 }

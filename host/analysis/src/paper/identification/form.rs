@@ -97,10 +97,10 @@ fn wander_sigma(fit: &Fit) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::identify::paper::{
+    use super::super::{
         Numbers, Sampled, Unknown, VISCOUS, VISCOUS_COULOMB, VISCOUS_TORQUE, VirtualArm, fit,
     };
+    use super::*;
     use armbridge_shared::arm::Parameters;
 
     fn form(fall: &Sampled) -> Form {

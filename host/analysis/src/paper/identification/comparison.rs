@@ -3,8 +3,8 @@
 use armbridge_shared::arm::Parameters;
 use serde::Serialize;
 
-use super::both_ways::{Fall, Push, both};
-use super::fit::{Fit, FitError};
+use super::experiment_fits::{ExperimentError, FallFits, Model, PushFits, both};
+use super::fit::Fit;
 use super::form::Form;
 use super::numbers::{Numbers, Unknown};
 use super::sampled::{Kind, Sampled};
@@ -26,26 +26,6 @@ pub struct Within {
     pub value: f64,
     /// Half of its 95 % interval, if the model is of the right form.
     pub within: f64,
-}
-
-/// What a fit knows of friction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Model {
-    /// The paper's.
-    ViscousOnly,
-    /// With Coulomb friction.
-    WithDryFriction,
-}
-
-impl Model {
-    /// In words.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::ViscousOnly => "viscous only",
-            Self::WithDryFriction => "with dry friction",
-        }
-    }
 }
 
 /// One fit of one experiment or of both.
@@ -78,7 +58,7 @@ pub struct PaperComparison {
     pub lines: Vec<Line>,
     /// What the free fall's residuals say of viscous friction alone.
     pub form: Option<Form>,
-    /// What the motor was told in the constant input, by the board's calibration, in N m.
+    /// Torque of the motor in the constant input, by the board's calibration, in N m.
     pub told_nm: Option<f64>,
     /// What the constant input alone cannot tell, if dry friction is sought in it.
     pub blind_spot: Option<String>,
@@ -110,15 +90,8 @@ pub enum CompareError {
     )]
     Torques(f64, f64),
     /// A fit failed.
-    #[error("{model} fit of the {experiment}: {source}", model = model.name())]
-    Fit {
-        /// By which model.
-        model: Model,
-        /// Of what.
-        experiment: &'static str,
-        /// Why.
-        source: FitError,
-    },
+    #[error(transparent)]
+    Fit(#[from] ExperimentError),
 }
 
 impl PaperComparison {
@@ -149,9 +122,9 @@ impl PaperComparison {
         arm: &Parameters<f64>,
     ) -> Result<Self, CompareError> {
         let period_s = sampled.first().ok_or(CompareError::Nothing)?.period_s;
-        let told = sampled.iter().filter_map(|sampled| sampled.told_nm);
-        let told: Vec<f64> = told.collect();
-        if let [first, others @ ..] = told.as_slice()
+        let torques_nm = sampled.iter().filter_map(|sampled| sampled.told_nm);
+        let torques_nm: Vec<f64> = torques_nm.collect();
+        if let [first, others @ ..] = torques_nm.as_slice()
             && let Some(other) = others.iter().find(|other| (*other - first).abs() > 1e-9)
         {
             return Err(CompareError::Torques(*first, *other));
@@ -159,13 +132,13 @@ impl PaperComparison {
         let (falls, pushes): (Vec<Sampled>, Vec<Sampled>) = sampled
             .into_iter()
             .partition(|sampled| sampled.kind == Kind::FreeFall);
-        let told_nm = told.first().copied();
+        let told_nm = torques_nm.first().copied();
         let begin = Numbers {
             torque_nm: told_nm.unwrap_or(0.0),
             ..Numbers::of(arm)
         };
-        let fall = Fall::of(&falls, &begin)?;
-        let push = Push::of(&pushes, &begin)?;
+        let fall = FallFits::of(&falls, &begin)?;
+        let push = PushFits::of(&pushes, &begin)?;
         let both = match (&fall, &push) {
             (Some(fall), Some(push)) => Some(both(fall, &falls, push, &pushes)?),
             (Some(_), None) | (None, Some(_) | None) => None,
