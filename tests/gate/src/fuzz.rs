@@ -21,19 +21,20 @@ const AT_ONCE: usize = 2;
 
 /// Builds all targets and runs each for [`SHORT_S`].
 pub(crate) fn short(out: &Output) -> Result<(), String> {
-    run(out, SHORT_S)
+    run(out, SHORT_S, 1)
 }
 
 /// Builds all targets and runs each for [`LONG_S`].
 pub(crate) fn long(out: &Output) -> Result<(), String> {
-    run(out, LONG_S)
+    run(out, LONG_S, 3)
 }
 
-fn run(out: &Output, duration_s: u32) -> Result<(), String> {
+/// Level 3 takes half a minute more to build than level 1, and then tries more inputs.
+fn run(out: &Output, duration_s: u32, opt_level: u8) -> Result<(), String> {
     let project = paths::root().join("tests/fuzz");
     let host = printed("rustc --print host-tuple").ok_or("cannot ask rustc for its host")?;
     let target = paths::target().join("fuzz");
-    build(out, &project, host.trim(), &target)?;
+    build(out, &project, host.trim(), &target, opt_level)?;
     let binaries = target.join(host.trim()).join("release");
     for names in names(&project)?.chunks(AT_ONCE) {
         // All are started before one is waited for.
@@ -44,7 +45,13 @@ fn run(out: &Output, duration_s: u32) -> Result<(), String> {
     Ok(())
 }
 
-fn build(out: &Output, project: &Path, host: &str, target: &Path) -> Result<(), String> {
+fn build(
+    out: &Output,
+    project: &Path,
+    host: &str,
+    target: &Path,
+    opt_level: u8,
+) -> Result<(), String> {
     let mut build = cargo("build --release --manifest-path tests/fuzz/Cargo.toml");
     build
         // Its own flags: cargo looks for them from where it runs.
@@ -52,6 +59,7 @@ fn build(out: &Output, project: &Path, host: &str, target: &Path) -> Result<(), 
         .arg(project.join(".cargo/config.toml"))
         .args(["--target", host, "--target-dir"])
         .arg(target)
+        .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", opt_level.to_string())
         // They would take the place of the project's own.
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS");
