@@ -131,8 +131,8 @@ impl Command {
             Self::FaultCampaign(args) => fault_campaign::run(args),
             Self::Paper(args) => paper::run(args),
             Self::Serve(args) => serve::run(args),
-            Self::Completions(args) => completions::run(args),
-            Self::Man(args) => man::run(args),
+            Self::Completions(args) => completions::run(args, command()),
+            Self::Man(args) => man::run(args, command()),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use armbridge_client::Host;
-use armbridge_client::servo_bus::port::open_device;
+use armbridge_client::servo_bus::serial_device;
 use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_client::session::{ChannelHost, Request};
 use armbridge_client::transport::{LinkUri, drive};
@@ -109,7 +109,7 @@ fn a_host_that_does_not_read_holds_up_nothing() {
     let LinkUri::Pty(Some(path)) = &board.link else {
         panic!("{}", board.link);
     };
-    let mut line = open_device(path, 1_000_000).unwrap();
+    let mut line = serial_device::open(path, 1_000_000).unwrap();
     let mut client = CommandLink::default();
     let begun = Instant::now();
     let now_us = || begun.elapsed().as_micros() as u64;

@@ -145,16 +145,6 @@ impl Drawing {
         drawing
     }
 
-    /// As an SVG file.
-    pub(crate) fn svg(&self) -> String {
-        super::svg::svg(self)
-    }
-
-    /// What is inside an SVG file's element; names in it begin with `name`.
-    pub(crate) fn svg_elements(&self, name: &str) -> String {
-        super::svg::elements(self, name)
-    }
-
     /// A filled rectangle.
     pub(crate) fn rect(&mut self, area: Rect, fill: &'static str, opacity: f64) {
         self.shapes.push(Shape::Rect {

@@ -9,28 +9,30 @@ use super::drawing::{Anchor, Drawing, Rect, Shape};
 /// Fonts in order of preference; the first is the one PNGs are drawn with.
 const FONTS: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
-/// The file.
-pub(super) fn svg(drawing: &Drawing) -> String {
-    let (width, height) = (drawing.width, drawing.height);
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {width} {height}\" font-family=\"{FONTS}\">\n{}</svg>\n",
-        elements(drawing, "")
-    )
-}
-
-/// What is inside, a line each; names of clips begin with `name`.
-pub(super) fn elements(drawing: &Drawing, name: &str) -> String {
-    let mut lines = String::with_capacity(1 << 17);
-    let mut clips = 0;
-    for shape in &drawing.shapes {
-        if matches!(shape, Shape::BeginClip(_)) {
-            clips += 1;
-        }
-        // Writing to a string cannot fail.
-        let _ = element(&mut lines, shape, &format!("{name}c{clips}"));
+impl Drawing {
+    /// The SVG file.
+    pub(crate) fn svg(&self) -> String {
+        let (width, height) = (self.width, self.height);
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"{FONTS}\">\n{}</svg>\n",
+            self.svg_elements("")
+        )
     }
-    lines
+
+    /// The elements inside, a line each; names of clips begin with `name`.
+    pub(crate) fn svg_elements(&self, name: &str) -> String {
+        let mut lines = String::with_capacity(1 << 17);
+        let mut clips = 0;
+        for shape in &self.shapes {
+            if matches!(shape, Shape::BeginClip(_)) {
+                clips += 1;
+            }
+            // Writing to a string cannot fail.
+            let _ = element(&mut lines, shape, &format!("{name}c{clips}"));
+        }
+        lines
+    }
 }
 
 /// A line of SVG; `clip` is the name of the latest clip.

@@ -3,11 +3,10 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, Command};
 use clap_complete::Shell;
 
 use super::Outcome;
-use crate::cli;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -24,10 +23,10 @@ pub(crate) struct CompletionsArgs {
     pub(crate) shell: Shell,
 }
 
-pub(crate) fn run(args: &CompletionsArgs) -> Outcome {
+/// `program` is the program with all its commands.
+pub(crate) fn run(args: &CompletionsArgs, mut program: Command) -> Outcome {
     let mut script = Vec::new();
-    let mut command = cli::command();
-    clap_complete::generate(args.shell, &mut command, "armbridge", &mut script);
+    clap_complete::generate(args.shell, &mut program, "armbridge", &mut script);
     std::io::stdout().write_all(&script)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -8,7 +8,6 @@ use clap::{Args, Command};
 use clap_mangen::Man;
 
 use super::{Error, Outcome};
-use crate::cli;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -25,16 +24,16 @@ pub(crate) struct ManArgs {
     pub(crate) out: Option<PathBuf>,
 }
 
-pub(crate) fn run(args: &ManArgs) -> Outcome {
-    let mut command = cli::command();
-    command.build();
+/// `program` is the program with all its commands.
+pub(crate) fn run(args: &ManArgs, mut program: Command) -> Outcome {
+    program.build();
     let Some(folder) = &args.out else {
-        std::io::stdout().write_all(&page(&command)?)?;
+        std::io::stdout().write_all(&page(&program)?)?;
         return Ok(ExitCode::SUCCESS);
     };
     std::fs::create_dir_all(folder)
         .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
-    let written = write_all(folder, &command)?;
+    let written = write_all(folder, &program)?;
     writeln!(
         std::io::stdout(),
         "{written} pages written to {}",

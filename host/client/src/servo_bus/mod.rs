@@ -4,17 +4,18 @@
 //! board's transparent port, such an adapter or a U2D2 itself, or the virtual
 //! servos of `armbridge serve servos`.
 //!
-//! | module        | what                                                     |
-//! |---------------|----------------------------------------------------------|
-//! | [`port`]      | a line by its name, opened                               |
-//! | [`mod@line`]  | byte streams with timed reads and a baud rate            |
-//! | [`request`]   | requests to a servo of either firmware                   |
-//! | [`master`]    | one exchange: a request and its reply                    |
-//! | [`diagnosis`] | error of an exchange, and its likely cause               |
-//! | [`servo`]     | registers by name, on whichever firmware the servo runs  |
-//! | [`change`]    | id, baud rate and factory settings                       |
-//! | [`reading`]   | results of reading and writing a register                |
-//! | [`scan`]      | search for servos                                        |
+//! | module            | what                                                     |
+//! |-------------------|----------------------------------------------------------|
+//! | [`port`]          | a line by its name, opened                               |
+//! | [`serial_device`] | a serial device, opened exclusively at a rate            |
+//! | [`mod@line`]      | byte streams with timed reads and a baud rate            |
+//! | [`request`]       | requests to a servo of either firmware                   |
+//! | [`master`]        | one exchange: a request and its reply                    |
+//! | [`diagnosis`]     | error of an exchange, and its likely cause               |
+//! | [`servo`]         | registers by name, on whichever firmware the servo runs  |
+//! | [`change`]        | id, baud rate and factory settings                       |
+//! | [`reading`]       | results of reading and writing a register                |
+//! | [`scan`]          | search for servos                                        |
 //!
 //! None of this is fast: it is for a bus on which no loop runs. Packets
 //! that block the receivers of Morpheus servos ([`armbridge_shared::servo::morpheus`]) are not
@@ -29,6 +30,7 @@ pub mod port;
 pub mod reading;
 pub mod request;
 pub mod scan;
+pub mod serial_device;
 pub mod servo;
 
 mod response;

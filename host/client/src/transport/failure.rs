@@ -7,7 +7,7 @@ use super::LinkUri;
 use super::usb::UsbError;
 use super::usb_discovery::FindError;
 use crate::endpoint::OpenError;
-use crate::servo_bus::port::PortOpenError;
+use crate::servo_bus::serial_device::DeviceError;
 
 /// Reason for which a link does not open, or is lost.
 #[derive(Debug, thiserror::Error)]
@@ -23,7 +23,7 @@ pub enum TransportError {
     Connect(#[from] OpenError),
     /// The serial device does not open.
     #[error(transparent)]
-    Device(#[from] PortOpenError),
+    Device(#[from] DeviceError),
     /// The socket cannot be configured.
     #[error(transparent)]
     Socket(#[from] io::Error),

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::terminal::Terminal;
 use super::{LinkUri, TransportError, usb, usb_discovery};
 use crate::servo_bus::line::{Line, TcpLine};
-use crate::servo_bus::port::open_device;
+use crate::servo_bus::serial_device;
 
 /// Longest time for which a socket may accept no bytes: a host sends few, and a peer
 /// that does not take them is gone.
@@ -41,7 +41,7 @@ impl<'a> Opener<'a> {
                 if found.has_pipes {
                     Box::new(usb::open(found.serial.as_deref())?)
                 } else {
-                    Box::new(open_device(&found.terminal, BAUD)?)
+                    Box::new(serial_device::open(&found.terminal, BAUD)?)
                 }
             }
             LinkUri::Tcp(endpoint) => {
@@ -50,7 +50,7 @@ impl<'a> Opener<'a> {
                 Box::new(TcpLine::new(stream))
             }
             LinkUri::Serial(Some(path)) | LinkUri::Pty(Some(path)) => {
-                Box::new(open_device(path, BAUD)?)
+                Box::new(serial_device::open(path, BAUD)?)
             }
             LinkUri::Pty(None) => self.open_terminal()?,
         })
