@@ -19,7 +19,7 @@ pub fn is_raised() -> bool {
 /// The handler cannot be installed.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "ctrl-c cannot be listened to: {0}; nothing was begun, so that nothing has to be switched off"
+    "cannot install a handler for ctrl-c: {0}; nothing was started, so nothing has to be switched off"
 )]
 pub struct ListenError(ctrlc::Error);
 

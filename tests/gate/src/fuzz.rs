@@ -29,7 +29,7 @@ pub(crate) fn long(out: &Output) -> Result<(), String> {
     run(out, LONG_S, 3)
 }
 
-/// Level 3 takes half a minute more to build than level 1, and then tries more inputs.
+/// Level 3 takes longer to build than level 1, and then tries more inputs.
 fn run(out: &Output, duration_s: u32, opt_level: u8) -> Result<(), String> {
     let project = paths::root().join("tests/fuzz");
     let host = printed("rustc --print host-tuple").ok_or("cannot ask rustc for its host")?;

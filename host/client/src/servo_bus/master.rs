@@ -241,7 +241,7 @@ impl<L: Line> BusMaster<L> {
             }
         }
         if !response.is_echoed() {
-            let text = "our own bytes, which were received until now, do not come back";
+            let text = "the bus no longer echoes the host's own bytes";
             return Err(io::Error::new(io::ErrorKind::TimedOut, text));
         }
         // A Morpheus servo takes the bytes after its header for a packet: LEN of 2,
