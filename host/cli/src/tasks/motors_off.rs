@@ -108,8 +108,11 @@ impl Task for MotorsOff {
         match answer {
             // The board soon reports that motors are off, or that they are not.
             Some(Err(Refusal::NotOff)) if self.goal == Goal::Clear => self.step = Step::Waiting,
-            Some(Err(refusal)) => return Err(self.goal.refused(refusal)),
-            Some(Ok(())) | None => {}
+            // A stop goes on until the board reports it, whatever else is answered.
+            Some(Err(refusal)) if self.goal != Goal::Stop => {
+                return Err(self.goal.refused(refusal));
+            }
+            Some(_) | None => {}
         }
         if now_us.saturating_sub(since_us) > timeout_us {
             return Err(self.goal.timed_out(session.status()));
