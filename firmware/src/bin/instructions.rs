@@ -12,8 +12,8 @@
 
 use core::hint::black_box;
 
+use armbridge_firmware::board::mps2_an386::clock;
 use armbridge_firmware::board::mps2_an386::semihosting;
-use armbridge_firmware::board::mps2_an386::time;
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Parameters, Posture, State};
 use armbridge_shared::control::trajectory::{Bounds, Shape, Trajectory};
@@ -33,7 +33,7 @@ const PERIOD_S: f32 = 0.001;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    time::start(false, 1);
+    clock::start(false, 1);
     if measure().is_none() {
         // A panic would reset the machine, and begin again.
         hprintln!("a controller or an estimator could not be built");
@@ -46,9 +46,9 @@ fn main() -> ! {
 /// instructions a step, a thousandth of one over all calls.
 fn count<T>(mut call: impl FnMut() -> T) -> u64 {
     let cycles = |work: &mut dyn FnMut()| {
-        let before = time::cycles();
+        let before = clock::cycles();
         work();
-        u64::from(time::cycles().wrapping_sub(before))
+        u64::from(clock::cycles().wrapping_sub(before))
     };
     let empty = cycles(&mut || {
         for _ in 0..CALLS {

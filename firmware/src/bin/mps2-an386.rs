@@ -8,10 +8,10 @@ use armbridge_firmware::board::mps2_an386::crash::reset_cause;
 use armbridge_firmware::board::mps2_an386::flash::{self, Flash};
 use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, REST, TICK};
 use armbridge_firmware::board::mps2_an386::link::{NoChanges, Stream};
+use armbridge_firmware::board::mps2_an386::real_time::{self, Board};
 use armbridge_firmware::board::mps2_an386::semihosting::Arguments;
-use armbridge_firmware::board::mps2_an386::time::{self, Board};
 use armbridge_firmware::board::mps2_an386::{
-    BUS, CLIENT, LINK, fault_injection, lockstep, stack_guard, watchdog,
+    BUS, CLIENT, LINK, clock, fault_injection, lockstep, stack_guard, watchdog,
 };
 use armbridge_firmware::crash::{self, memory};
 use armbridge_firmware::image_crc;
@@ -34,13 +34,13 @@ static SIGNALS: Signals = Signals::new();
 /// The bridge on this board's bus.
 type BoardBridge = Bridge<'static, Port<BusLine>, NoPin>;
 
-defmt::timestamp!("{=u64:us}", time::now_us());
+defmt::timestamp!("{=u64:us}", clock::now_us());
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let arguments = Arguments::get();
     let in_lockstep = arguments.has("lockstep");
-    time::start(in_lockstep, arguments.number("slow=").unwrap_or(1));
+    clock::start(in_lockstep, arguments.number("slow=").unwrap_or(1));
     if !in_lockstep {
         crash::stop_first();
     }
@@ -61,7 +61,7 @@ fn main() -> ! {
 /// Should it happen all the same, the panic handler stops the motors and resets.
 #[inline(never)]
 fn start(arguments: &Arguments) {
-    let in_lockstep = time::is_lockstep();
+    let in_lockstep = clock::is_lockstep();
     let report = memory::begin(reset_cause());
     fault_injection::prepare(arguments, report.last_end.cause);
     for uart in [&LINK, &BUS, &CLIENT] {
@@ -114,7 +114,7 @@ fn start(arguments: &Arguments) {
 #[inline(never)]
 fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBridge {
     BRIDGE.init_with(|| {
-        let bridge = Bridge::new(Port(BusLine), NoPin, end, time::now_us(), settings);
+        let bridge = Bridge::new(Port(BusLine), NoPin, end, clock::now_us(), settings);
         bridge.unwrap_or_else(|_| panic!("the settings have no controller"))
     })
 }
@@ -127,14 +127,14 @@ async fn tick(bridge: &'static mut BoardBridge, watch: QueueWatch<'static>) -> !
 #[embassy_executor::task]
 async fn serve_link(port: &'static mut LinkPort<'static>, store: &'static mut Store<Flash>) -> ! {
     let mut watch = stack::Watch::default();
-    let watch = || watch.sample(time::now_us(), stack::measure);
+    let watch = || watch.sample(clock::now_us(), stack::measure);
     tasks::link(port, Stream(&LINK), Stream(&LINK), store, watch, &SIGNALS).await
 }
 
 #[embassy_executor::task]
 async fn serve_client(client: PortEnd<'static>) -> ! {
     let stream = Stream(&CLIENT);
-    tasks::client(client, stream, stream, NoChanges, time::wake, &SIGNALS).await
+    tasks::client(client, stream, stream, NoChanges, real_time::wake, &SIGNALS).await
 }
 
 #[embassy_executor::task]

@@ -29,6 +29,7 @@
 pub mod clock_sync;
 pub mod csv;
 mod enum_codes;
+mod error;
 mod event_messages;
 pub mod event_text;
 pub mod export;
@@ -57,37 +58,4 @@ mod visualization;
 mod writer_thread;
 
 pub use csv::CsvWriter;
-
-use std::path::PathBuf;
-
-/// Reason for which a log file could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum LogError {
-    /// Error of the file system.
-    #[error("cannot write {path}: {source}", path = path.display())]
-    Io {
-        /// File being written.
-        path: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
-    /// Error of the MCAP library.
-    #[error("cannot write {path}: {source}", path = path.display())]
-    Mcap {
-        /// File being written.
-        path: PathBuf,
-        /// Error of the library.
-        source: ::mcap::McapError,
-    },
-    /// The file ends before the run did.
-    #[error("{0}")]
-    BrokenOff(String),
-    /// Error of the CSV library.
-    #[error("cannot write {path}: {source}", path = path.display())]
-    Csv {
-        /// File being written.
-        path: PathBuf,
-        /// Error of the library.
-        source: ::csv::Error,
-    },
-}
+pub use error::LogError;

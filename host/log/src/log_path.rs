@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::recording::ReadError;
+use super::error::ReadError;
 
 /// Name of the log in a run folder.
 const LOG_NAME: &str = "run.mcap";

@@ -10,8 +10,8 @@ use armbridge_shared::link::message::{Settings, ToHost};
 use mcap::records::{Record, op};
 use prost::Message as _;
 
+use super::error::ReadError;
 use super::log_path::find;
-use super::recording::ReadError;
 use super::records::{Next, Records, split};
 use super::topics::Topic;
 use super::{event_messages, metadata, proto, raw_link_bytes, telemetry};

@@ -21,6 +21,7 @@ use super::LogError;
 use super::fsync_thread::SyncFn;
 use super::mcap_file::LogFile;
 use super::queue::{self, Queue, QueueTap};
+pub use super::writer_thread::RecorderReport;
 use super::writer_thread::{LogWriter, Shared};
 use crate::run_info::RunFacts;
 
@@ -32,22 +33,6 @@ pub struct Recorder {
     queue: Arc<Queue>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
-}
-
-/// Report of a recorder.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RecorderReport {
-    /// Records written.
-    pub records: u64,
-    /// Ticks without a record, by their numbers; those while the link was
-    /// broken are not counted.
-    pub lost: u64,
-    /// Bytes of the link that were not written, because the disk is too slow or full.
-    pub unwritten: u64,
-    /// Size of the file in bytes.
-    pub size: u64,
-    /// First error, in one sentence with its remedy.
-    pub trouble: Option<String>,
 }
 
 impl Recorder {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use armbridge_shared::link::message::{Record, Settings, ToHost};
 
+pub use super::error::ReadError;
 pub use super::reader::Reader;
 use crate::run_info::RunFacts;
 use armbridge_client::event::{Event, EventKind};
@@ -26,16 +27,6 @@ pub struct Recording {
     /// Metadata by name and key, such as `build`, `git`; see
     /// [`metadata`](super::metadata).
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
-}
-
-/// Reason for which a log cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot read {path}: {why}", path = path.display())]
-pub struct ReadError {
-    /// The file.
-    pub path: PathBuf,
-    /// Reason, and remedy.
-    pub why: String,
 }
 
 impl Recording {

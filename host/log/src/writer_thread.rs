@@ -11,7 +11,6 @@ use mcap::{McapError, McapResult};
 
 use super::mcap_file::LogFile;
 use super::queue::{Queue, Taken};
-use super::recorder::RecorderReport;
 use super::topics::Encoder;
 use super::{metadata, raw_link_bytes};
 use crate::run_info::RunFacts;
@@ -25,6 +24,22 @@ const SYNC: Duration = Duration::from_millis(500);
 
 /// Bytes of the link at which a chunk is closed early.
 const RAW_MOST: usize = 1 << 20;
+
+/// Report of a recorder.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecorderReport {
+    /// Records written.
+    pub records: u64,
+    /// Ticks without a record, by their numbers; those while the link was
+    /// broken are not counted.
+    pub lost: u64,
+    /// Bytes of the link that were not written, because the disk is too slow or full.
+    pub unwritten: u64,
+    /// Size of the file in bytes.
+    pub size: u64,
+    /// First error, in one sentence with its remedy.
+    pub trouble: Option<String>,
+}
 
 /// State that a recorder shares with its thread.
 #[derive(Debug, Default)]

@@ -8,7 +8,7 @@
 //! In lockstep the port's buffers are emptied and filled by [`super::lockstep`]
 //! instead of the UART's interrupt handlers; all else is the same.
 
-use super::{BUS, time};
+use super::{BUS, clock};
 use crate::crash::memory;
 use crate::port::{Buffers, Line};
 use crate::stop::PolledUart;
@@ -37,19 +37,19 @@ impl Line for BusLine {
 
     /// Called for every byte written.
     fn start_sending(&self) {
-        let now_ns = time::now_us() * 1_000;
+        let now_ns = clock::now_us() * 1_000;
         let byte_ns = u64::from(byte_ns(memory::baud()));
         critical_section::with(|cs| {
             let sent_ns = SENT_NS.borrow(cs);
             sent_ns.set(sent_ns.get().max(now_ns) + byte_ns);
         });
-        if !time::is_lockstep() {
+        if !clock::is_lockstep() {
             BUS.send();
         }
     }
 
     fn is_sent(&self) -> bool {
-        !BUS.buffers().is_sending() && sent_at_us(time::now_us()).is_none()
+        !BUS.buffers().is_sending() && sent_at_us(clock::now_us()).is_none()
     }
 
     fn set_baud(&self, baud: u32) {
@@ -84,7 +84,7 @@ pub struct PolledBus {
 impl PolledBus {
     /// Takes the port over from its present owner.
     pub fn take() -> Self {
-        time::count();
+        clock::count();
         BUS.enable();
         Self { byte_us: 0 }
     }
@@ -105,8 +105,8 @@ impl PolledUart for PolledBus {
     fn flush(&mut self) {}
 
     fn pause_us(&mut self, us: u32) {
-        let cycles = us.saturating_mul(time::cycles_per_us());
-        let begun = time::cycles();
-        while time::cycles().wrapping_sub(begun) < cycles {}
+        let cycles = us.saturating_mul(clock::cycles_per_us());
+        let begun = clock::cycles();
+        while clock::cycles().wrapping_sub(begun) < cycles {}
     }
 }

@@ -2,7 +2,7 @@
 
 use super::bus::PolledBus;
 use super::semihosting::{self, EXIT_FAULT, EXIT_PANIC};
-use super::{time, watchdog};
+use super::{clock, watchdog};
 use crate::crash::memory;
 use armbridge_shared::link::message::End;
 use cortex_m::peripheral::SCB;
@@ -30,7 +30,7 @@ pub(crate) fn feed_watchdog() {
 /// Resets the machine; in lockstep leaves QEMU, because the bench could not
 /// follow.
 pub(crate) fn reset(cause: End) -> ! {
-    if time::is_lockstep() {
+    if clock::is_lockstep() {
         let is_panic = cause == End::Panic;
         semihosting::exit(if is_panic { EXIT_PANIC } else { EXIT_FAULT });
     }

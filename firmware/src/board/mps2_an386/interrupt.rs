@@ -17,7 +17,7 @@
 //! executed after the interrupt it is to wait for; an interrupt executor of the
 //! lowest priority leaves nothing to wait for but interrupts.
 
-use super::{BUS, CLIENT, LINK, time};
+use super::{BUS, CLIENT, LINK, real_time};
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
 use embassy_executor::InterruptExecutor;
@@ -96,7 +96,7 @@ extern "C" fn link_tx() {
 
 extern "C" fn bus_rx() {
     BUS.on_receive();
-    time::on_bus_activity();
+    real_time::on_bus_activity();
 }
 
 extern "C" fn bus_tx() {
@@ -112,7 +112,7 @@ extern "C" fn client_tx() {
 }
 
 extern "C" fn alarm() {
-    time::on_alarm();
+    real_time::on_alarm();
 }
 
 extern "C" fn tick() {

@@ -23,7 +23,7 @@
 //! calls each.
 
 use super::semihosting::{self, EXIT_NO_BENCH, Stdio};
-use super::{BUS, time};
+use super::{BUS, real_time};
 use crate::crash::memory;
 use crate::settings;
 use armbridge_shared::bridge::LinkPort;
@@ -75,7 +75,7 @@ pub async fn run(
             }
         });
         client.set_line(grant.client_line);
-        time::grant(grant.now_us, grant.is_stop_pressed);
+        real_time::grant(grant.now_us, grant.is_stop_pressed);
         // To the tick, which has been woken, and to the task that reports the mode.
         yield_now().await;
     }
@@ -120,7 +120,7 @@ impl Bench {
     }
 
     fn send(&mut self, client_room: usize, is_last: bool) {
-        let (until_us, bus_wanted) = time::waits_for();
+        let (until_us, bus_wanted) = real_time::waits_for();
         let request = TimeRequest {
             until_us,
             bus_wanted,

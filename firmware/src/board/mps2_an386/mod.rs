@@ -51,6 +51,7 @@
 //! `arg=provoke=KIND@MS` makes it fail; see [`fault_injection`].
 
 pub mod bus;
+pub mod clock;
 pub mod crash;
 pub mod fault_injection;
 pub mod flash;
@@ -58,9 +59,10 @@ pub mod interrupt;
 pub mod link;
 pub mod lockstep;
 pub mod log;
+pub mod real_time;
 pub mod semihosting;
 pub mod stack_guard;
-pub mod time;
+mod timer;
 pub mod uart;
 pub mod watchdog;
 

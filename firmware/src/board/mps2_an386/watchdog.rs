@@ -9,7 +9,7 @@
 //! It stays off in lockstep: time stands still there while QEMU waits for its
 //! bench, and the bench sees by itself that a board no longer answers.
 
-use super::time;
+use super::clock;
 use crate::crash::WATCHDOG_US;
 use core::ptr;
 
@@ -30,7 +30,7 @@ const CONTROL_RESET: u32 = 1 << 1;
 /// Starts it.
 pub fn start() {
     // Beyond 1,600 times slower, it is a period of 171 s.
-    let cycles = WATCHDOG_US.saturating_mul(time::cycles_per_us());
+    let cycles = WATCHDOG_US.saturating_mul(clock::cycles_per_us());
     write(register::LOAD, cycles);
     write(register::CONTROL, CONTROL_INTERRUPT | CONTROL_RESET);
 }

@@ -22,7 +22,7 @@ use armbridge_shared::link::message::Setup;
 use num_dual::DualNum;
 
 use super::quantity::{COUNT, PER_JOINT, Quantity};
-use super::stribeck::Falling;
+use super::stribeck_curve::Falling;
 
 /// What is not sought: geometry, measured by ruler, and how the servos are wired and read.
 #[derive(Clone, Copy, Debug, PartialEq)]

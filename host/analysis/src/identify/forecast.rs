@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::arm::Known;
 use super::checks::{Followed, follow};
 use super::dataset::{Trace, Window};
-use super::fit::Found;
+use super::fit_result::Found;
 use super::quantity::{COUNT, Quantity};
 
 /// Longest window, in s: in a few time constants of an unstable pole, what is not known of a

@@ -7,7 +7,7 @@ use super::arm::Known;
 use super::checks::Checks;
 use super::cost::{Stretch, cost};
 use super::dataset::Window;
-use super::fit::Found;
+use super::fit_result::Found;
 use super::forecast::{Forecast, of_windows};
 use super::search::{Prior, Search};
 

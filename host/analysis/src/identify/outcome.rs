@@ -4,7 +4,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::arm::Parameters;
 use armbridge_shared::link::message::Settings;
 
-use super::fit::Found;
+use super::fit_result::Found;
 use super::quantity::Quantity;
 
 /// Numbers that no arm can have.

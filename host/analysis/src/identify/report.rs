@@ -4,7 +4,7 @@ use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use serde::Serialize;
 
-use super::fit::Found;
+use super::fit_result::Found;
 use super::quantity::Quantity;
 use super::search::Prior;
 

@@ -13,38 +13,13 @@
 
 use armbridge_shared::JOINTS;
 use nalgebra::{Matrix2, SMatrix, Vector2};
-use num_dual::DualNum;
 use serde::Serialize;
 
 use super::arm::Known;
 use super::cost::Stretch;
 use super::quantity::{COUNT, PER_JOINT};
 use super::stage::Round;
-
-/// How dry friction falls.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Falling {
-    /// By how much from rest to full speed, in N m.
-    pub drop_nm: f64,
-    /// Where most of it is gone, in rad/s.
-    pub speed_rad_s: f64,
-}
-
-impl Falling {
-    /// What is left of the drop at a speed, in N m.
-    pub(super) fn at<D: DualNum<Primitive = f64> + Copy>(&self, v: D) -> D {
-        let share = v / self.speed_rad_s;
-        (-(share * share)).exp() * self.drop_nm
-    }
-
-    fn of(logarithms: Vector2<f64>) -> Self {
-        let [drop_nm, speed_rad_s] = logarithms.map(f64::exp).into();
-        Self {
-            drop_nm,
-            speed_rad_s,
-        }
-    }
-}
+use super::stribeck_curve::Falling;
 
 /// What was found of a joint whose dry friction falls.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -100,7 +75,7 @@ struct About<'a> {
 impl About<'_> {
     fn look(&self, logarithms: Vector2<f64>, at: [f64; COUNT]) -> (f64, [f64; COUNT]) {
         let mut known = *self.round.known;
-        known.falling[self.joint] = Some(Falling::of(logarithms));
+        known.falling[self.joint] = Some(falling(logarithms));
         let round = Round {
             known: &known,
             stretches: Vec::new(),
@@ -153,7 +128,7 @@ pub(super) fn sought(
         }
         // The loss is twice the negative logarithm of the likelihood.
         let covariance = inverse? * 2.0;
-        let falling = Falling::of(place);
+        let falling = falling(place);
         let [drop, speed] = [0, 1].map(|i| covariance[(i, i)].sqrt());
         let slopes = SMatrix::<f64, COUNT, 2>::from_fn(|i, j| {
             let is_own = i / PER_JOINT == joint;
@@ -180,6 +155,15 @@ pub(super) fn sought(
         });
     }
     None
+}
+
+/// The curve of these logarithms of drop and speed.
+fn falling(logarithms: Vector2<f64>) -> Falling {
+    let [drop_nm, speed_rad_s] = logarithms.map(f64::exp).into();
+    Falling {
+        drop_nm,
+        speed_rad_s,
+    }
 }
 
 impl Known {

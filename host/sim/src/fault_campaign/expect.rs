@@ -16,6 +16,9 @@ use super::case::{Case, Injection, Scenario};
 use super::kind::{Harm, Kind};
 use crate::half_duplex_bus::Way;
 
+/// From a fault to motors off, where the bus carries packets, in µs.
+pub const STOP_US: u64 = 20_000;
+
 /// A row of the table.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Expected {

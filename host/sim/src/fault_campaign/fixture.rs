@@ -9,8 +9,8 @@ use armbridge_shared::link::message::Mode;
 
 use super::case::{Case, Injection, Scenario};
 use super::driver::{Driver, HostFault};
+use super::expect::STOP_US;
 use super::kind::Kind;
-use super::oracle::STOP_US;
 use super::watch::MonitoredBoard;
 use crate::Bench;
 use crate::board::VirtualBoard;

@@ -43,8 +43,8 @@ mod trace;
 mod watch;
 
 pub use case::{Case, Injection, Scenario};
+pub use expect::STOP_US;
 pub use kind::{Harm, Kind, NoKind};
-pub use oracle::STOP_US;
 pub use outcome::Outcome;
 pub use report::{Failure, NAMED_RIGHT, Report, Row};
 pub use run::{run, run_with_events, run_with_trace};

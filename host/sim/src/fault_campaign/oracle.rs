@@ -12,14 +12,12 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Fault, Mode};
 
 use super::case::{Case, Injection};
-use super::expect::{self, Requirement};
+use super::expect::{self, Requirement, STOP_US};
 use super::fixture::World;
 use super::kind::Kind;
 use super::outcome::Outcome;
 use super::trace::Trace;
 
-/// From a fault to motors off, where the bus carries packets, in µs.
-pub const STOP_US: u64 = 20_000;
 /// Until the scenario runs, in µs: bring-up takes 20 ms.
 const READY_US: u64 = 1_000_000;
 /// From the removal of the faults to the end, in µs.

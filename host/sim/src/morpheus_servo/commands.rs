@@ -1,11 +1,12 @@
 //! Command interpreter: execution of each message.
 
-use super::mcu::{Bus, Mcu, Stage};
+use super::mcu::Mcu;
 use super::receiver::SYNC_WRITE;
 use super::registers::{
     self, POSITION_HIGH, POSITION_LOW, PWM_LOW, REGISTERS, ROM_REGISTERS, SPEED, TEMPERATURE_HIGH,
     TEMPERATURE_LOW,
 };
+use super::state::{Bus, Job, Stage};
 use super::{Action, cycle_costs};
 
 pub(super) const PING: u8 = 0x01;
@@ -23,33 +24,6 @@ const SLOT_TICKS: u16 = 100;
 /// Ticks of CYCLE's fail-safe, times the baud register and the number of
 /// packets seen while waiting for the slot.
 const FAILSAFE_TICKS: u16 = 2;
-
-/// A message that takes several stages.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Job {
-    /// Starting up.
-    Boot,
-    /// Nothing longer than one stage.
-    None,
-    /// A reply is being built.
-    Reply,
-    /// A reply outside any message is being built.
-    Unasked,
-    Write {
-        /// Bytes left, as the firmware counts them: 16 bits, from -1 when the
-        /// packet has no address.
-        left: u16,
-        /// Where the next byte is in the message.
-        index: u8,
-        /// The register it goes to.
-        address: u8,
-        sync: bool,
-        answer: bool,
-        rom_changed: bool,
-    },
-    /// Defaults are being restored on request.
-    Reset { answer: bool },
-}
 
 impl Mcu {
     pub(super) fn look(&mut self, now: u64) -> Option<Action> {

@@ -3,7 +3,8 @@
 //! together, and given back one by one when a message interrupts them.
 
 use super::converter::Sample;
-use super::mcu::{Bus, Mcu, Stage};
+use super::mcu::Mcu;
+use super::state::{Bus, Stage};
 use super::{Action, cycle_costs};
 
 impl Mcu {

@@ -17,6 +17,7 @@ use super::control::{Control, Gains};
 use super::converter::Converter;
 use super::receiver::Inbox;
 use super::registers::{self, ROM_SIZE, Requests};
+use super::state::{Bus, Job, Stage};
 use super::uart::Uart;
 use super::{Action, cycle_costs};
 
@@ -24,53 +25,6 @@ use super::{Action, cycle_costs};
 const TRANSMIT_BUFFER: usize = 200;
 /// The bit clock at power-up, modulo one bit at 1 Mbaud.
 const BIT_CLOCK_PHASE: u64 = 14;
-
-/// Next stage of the main loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stage {
-    /// Looks for a message.
-    Look,
-    /// Acts on the message just opened.
-    Obey,
-    /// Writes the next byte of a WRITE or `SYNC_WR`.
-    Write,
-    /// Stores `value`, once the EEPROM is ready. Interrupts are off.
-    Store { address: u8, value: u8 },
-    /// Applies the written values.
-    Settle,
-    /// Clears the marker, so that `Load` restores the defaults. Interrupts off.
-    Reset,
-    /// Loads the variables from the EEPROM, restoring the defaults from place
-    /// `restored` on if the marker is wrong. Interrupts are off.
-    Load { restored: usize },
-    /// The variables are loaded.
-    Loaded,
-    /// A reply has been built.
-    Reply,
-    /// The message is done with.
-    Done,
-    /// The timer tick.
-    Tick,
-    /// The tick looks for a result of the converter.
-    Sample,
-    /// The rest of the tick: the PWM changes.
-    Control,
-    /// Feeds the transmitter.
-    Feed,
-    /// Switches the bus driver off.
-    Release,
-}
-
-/// Where the servo stands in START and CYCLE.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Bus {
-    /// No START since power-up.
-    Unknown,
-    /// Waiting for its slot.
-    Slot,
-    /// Takes part in CYCLE.
-    Member,
-}
 
 /// Task of the running interrupt handler.
 #[derive(Debug, Clone, Copy)]
@@ -107,7 +61,7 @@ pub(super) struct Mcu {
     pub(super) gains: Gains,
     pub(super) requests: Requests,
 
-    pub(super) job: super::commands::Job,
+    pub(super) job: Job,
     /// The interpreter's working memory; stale contents show in replies to
     /// requests without arguments.
     pub(super) scratch: [u8; 256],
@@ -145,7 +99,7 @@ impl Mcu {
             baud: 1,
             gains: Gains::default(),
             requests: Requests::default(),
-            job: super::commands::Job::Boot,
+            job: Job::Boot,
             scratch: [0; 256],
             message_length: 0,
             runaway_turns: 0,
@@ -179,7 +133,7 @@ impl Mcu {
 
     /// The receiver is set up at the end of the start-up.
     pub(super) fn listening(&self) -> bool {
-        self.job != super::commands::Job::Boot
+        self.job != Job::Boot
     }
 
     fn interrupt_at(&self) -> u64 {

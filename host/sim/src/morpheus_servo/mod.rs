@@ -32,6 +32,7 @@ mod main_loop;
 mod mcu;
 mod receiver;
 mod registers;
+mod state;
 mod uart;
 mod write;
 

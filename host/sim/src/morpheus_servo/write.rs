@@ -8,13 +8,14 @@
 //! A WRITE without even an address counts its bytes from -1, as 16 bits: it
 //! writes, or at least counts, for 266 ms.
 
-use super::commands::{Job, OK, PING, REFUSED};
+use super::commands::{OK, PING, REFUSED};
 use super::control::OFF;
-use super::mcu::{Mcu, Stage};
+use super::mcu::Mcu;
 use super::registers::{
     self, DEFAULT_ROM, MARKER, MARKER_VALID, POSITION_HIGH, POSITION_LOW, PWM_HIGH, PWM_LOW,
     REGISTERS, RESTORE_ORDER, ROM_REGISTERS,
 };
+use super::state::{Job, Stage};
 use super::{Action, cycle_costs};
 
 /// No packet carries more data; a larger count is a runaway.

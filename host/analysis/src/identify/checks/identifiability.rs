@@ -8,7 +8,7 @@ use armbridge_shared::JOINTS;
 use nalgebra::{DMatrix, SMatrix};
 use serde::Serialize;
 
-use super::super::fit::Found;
+use super::super::fit_result::Found;
 use super::super::quantity::{COUNT, PER_JOINT, Quantity};
 use super::super::search::Prior;
 

@@ -31,10 +31,10 @@ use serde::Serialize;
 use super::arm::Known;
 use super::cost::{Stretch, cost};
 use super::dataset::Trace;
-use super::fit::Found;
+use super::fit_result::Found;
 use super::quantity::{COUNT, Quantity};
 use super::search::Prior;
-use super::stribeck::Falling;
+use super::stribeck_curve::Falling;
 
 /// All of it.
 #[derive(Clone, Debug, Serialize)]

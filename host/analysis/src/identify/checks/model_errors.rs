@@ -11,9 +11,9 @@ use serde::Serialize;
 
 use super::super::arm::{Joint, Known};
 use super::super::dataset::Trace;
-use super::super::fit::Found;
+use super::super::fit_result::Found;
 use super::super::quantity::Quantity;
-use super::super::stribeck::Falling;
+use super::super::stribeck_curve::Falling;
 use super::rollout::Followed;
 
 /// Torques that the model has: viscous and dry friction, motor, its offset, its delay,

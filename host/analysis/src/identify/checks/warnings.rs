@@ -1,6 +1,6 @@
 //! What is to be kept in mind of a fit, in words.
 
-use super::super::fit::Found;
+use super::super::fit_result::Found;
 use super::Checks;
 use super::model_errors::{SMALL_NM, SURE};
 

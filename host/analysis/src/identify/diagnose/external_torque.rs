@@ -8,7 +8,7 @@ use armbridge_shared::JOINTS;
 
 use super::super::arm::{Joint, Known};
 use super::super::dataset::{FAIR_COUNTS, OFF, Trace};
-use super::super::fit::Found;
+use super::super::fit_result::Found;
 use super::super::quantity::Quantity;
 use super::bump::Bump;
 

@@ -6,7 +6,7 @@ use armbridge_shared::JOINTS;
 use super::super::arm::{Joint, Known};
 use super::super::checks::Checks;
 use super::super::diagnose::Bump;
-use super::super::fit::Found;
+use super::super::fit_result::Found;
 use super::super::quantity::Quantity;
 use crate::plot::axis::Axis;
 use crate::plot::drawing::{Drawing, Rect, Stroke};

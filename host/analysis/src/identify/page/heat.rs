@@ -1,7 +1,7 @@
 //! Correlations of all numbers as a map: the darker, the stronger.
 
 use super::super::checks::correlations;
-use super::super::fit::Found;
+use super::super::fit_result::Found;
 use super::super::quantity::{COUNT, PER_JOINT, Quantity};
 use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use crate::plot::panel::{FRAME, INK, JOINT, LABEL, MUTED};

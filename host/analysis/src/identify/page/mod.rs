@@ -13,7 +13,7 @@ use armbridge_shared::JOINTS;
 use super::arm::Known;
 use super::checks::Checks;
 use super::diagnose::Diagnosis;
-use super::fit::Found;
+use super::fit_result::Found;
 use super::forecast::Forecast;
 use super::report::Report;
 use crate::html;

@@ -3,7 +3,7 @@
 use armbridge_shared::JOINTS;
 
 use super::super::checks::{Checks, Whiteness};
-use super::super::fit::Found;
+use super::super::fit_result::Found;
 use crate::plot::axis::Axis;
 use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{ALARM, FRAME, JOINT, Key, LIMIT, Panel};
