@@ -12,6 +12,7 @@ use armbridge_shared::actuator::Pwm;
 use armbridge_shared::servo::master::{Busy, Master, Outcome, Transaction};
 use armbridge_shared::servo::morpheus::{MASTER, Parser, ServoId};
 use armbridge_shared::servo::port::SetBaud;
+use armbridge_shared::servo::protocol1::Alarms;
 use armbridge_shared::servo::{Firmware, Missing, Sample};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_nb::serial;
@@ -280,6 +281,22 @@ fn a_tick_with_motors_off_says_so_in_either_protocol() {
             0xFF, 0xFF, 2, 4, 2, 36, 2, 0xD1,
         ]);
     }
+}
+
+/// A status packet without the position comes first, with an overheating alarm: the
+/// position's own packet, without one, does not hide it.
+#[test]
+fn alarms_of_all_replies_of_a_servo_are_reported() {
+    let mut test = Test::new(false);
+    test.master.set_line(Firmware::Stock, 1_000_000).unwrap();
+    let alarm = [0xFF, 0xFF, 1, 2, 4, 0xF8];
+    let position = [0xFF, 0xFF, 1, 4, 0, 7, 2, 0xF1];
+    let outcome = test.run(
+        Transaction::HoldOff,
+        bytes(60, &[&alarm[..], &position].concat()),
+    );
+    assert_eq!(outcome.samples[0], Sample::Counts(519));
+    assert_eq!(outcome.alarms, [Alarms::OVERHEATING, Alarms::NONE]);
 }
 
 /// Servo 1 answers as late as with the return delay that it has ex works.

@@ -51,7 +51,7 @@ pub struct Outcome {
     /// Per joint: the position in counts for a tick; for a ping or START, 0 if the
     /// servo answered. A stop asks for no answer.
     pub samples: [Sample; JOINTS],
-    /// Per joint: what a stock servo complained of in its answer.
+    /// Per joint: the alarms in all replies of a stock servo.
     pub alarms: [Alarms; JOINTS],
     /// From the first bit sent to the last byte received, or to the end of the
     /// window if something is missing, in µs.

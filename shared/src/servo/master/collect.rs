@@ -48,6 +48,7 @@ struct Found {
     firmware: Firmware,
     /// Position, or 0 for a ping's answer.
     answers: [Option<u16>; JOINTS],
+    /// Of every reply of the servo that was asked, with or without an answer in it.
     alarms: Alarms,
     reply: Option<Payload>,
     /// The strongest so far.
@@ -187,7 +188,7 @@ impl Found {
             Awaited::One(only, _) if joint != Some(only) => return None,
             Awaited::One(_, answer) | Awaited::Each(answer) => (joint?, answer),
         };
-        self.alarms = reply.alarms;
+        self.alarms = self.alarms.or(reply.alarms);
         let counts = match answer {
             Answer::Pong => self.firmware.is_pong(reply.data).then_some(0),
             Answer::Position => self.firmware.position(reply.data),

@@ -10,7 +10,7 @@ use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::master::{Asked, Outcome, Payload, Transaction};
 use armbridge_shared::servo::morpheus::{HEADER, MASTER, checksum};
 use armbridge_shared::servo::port::SetBaud;
-use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
+use armbridge_shared::servo::protocol1::frame::{self, FRAME_MAX};
 use armbridge_shared::servo::protocol1::{Alarms, Status};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_nb::serial::{self, ErrorKind};
@@ -97,7 +97,18 @@ impl Line {
                 (
                     Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. },
                     Firmware::Stock,
-                ) => stock(id, alarms, &[low, high]),
+                ) => {
+                    let replies = self.stock_replies(id);
+                    let of_sample = replies.iter().find(|(of_reply, data)| {
+                        *data == [low, high] && alarms.contains(*of_reply)
+                    });
+                    let all = replies.iter().fold(Alarms::NONE, |all, it| all.or(it.0));
+                    assert!(all.contains(alarms), "{outcome:?} from {:02x?}", self.read);
+                    let Some((alarms, _)) = of_sample else {
+                        panic!("{outcome:?} from {:02x?}", self.read)
+                    };
+                    stock(id, *alarms, &[low, high])
+                }
                 (Transaction::Start, _) | (Transaction::Ping { .. }, Firmware::Morpheus) => {
                     morpheus(id, &[1])
                 }
@@ -130,6 +141,20 @@ impl Line {
             believed += 1;
         }
         believed
+    }
+
+    /// Alarms and data of every status packet of this servo that was read, wherever it may
+    /// begin.
+    fn stock_replies(&self, id: u8) -> Vec<(Alarms, &[u8])> {
+        let reply = |start: usize| {
+            let body = self.read.get(start..)?.strip_prefix(&[frame::HEADER; 2])?;
+            let (&[sender, length, alarms], _) = body.split_first_chunk()?;
+            let end = usize::from(length) + 1;
+            let (checked, data) = (body.get(..end)?, body.get(3..end)?);
+            let is_intact = body.get(end) == Some(&frame::checksum(checked));
+            (is_intact && sender == id).then_some((Alarms::from_bits(alarms), data))
+        };
+        (0..self.read.len()).filter_map(reply).collect()
     }
 
     fn has_read(&self, reply_bytes: &[u8]) -> bool {
