@@ -3,9 +3,11 @@
 use crate::output::{Output, cargo};
 
 /// The documentation of every crate, warnings being errors. Links to private items are
-/// for readers of the source.
+/// for readers of the source. Examples are named so that dependencies have the features of
+/// the steps before.
 pub(crate) fn documentation(out: &Output) -> Result<(), String> {
-    let mut doc = cargo("doc --workspace --no-deps");
+    let mut doc =
+        cargo("doc --workspace --no-deps --lib --examples --bin verify --bin panic-calls");
     out.run(doc.env(
         "RUSTDOCFLAGS",
         "-D warnings -A rustdoc::private-intra-doc-links",
