@@ -1,11 +1,11 @@
-//! Data that tell no arm are told by name; good ones are not.
+//! Diagnosis of defective data; good data get none.
 //!
-//! Simulated: a drawn arm swings for half a minute, and what was recorded is spoilt.
+//! Simulated: a drawn arm swings for half a minute, and the recorded data are corrupted.
 
 use std::sync::LazyLock;
 
 use armbridge_analysis::identify::{
-    Diagnosis, Known, Prior, Tally, Trace, examine, identify, judge, traces,
+    Diagnosis, KnownParameters, Prior, Tally, Trace, check_data, check_fit, identify, traces,
 };
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::Mounting;
@@ -22,7 +22,7 @@ fn arm() -> PlantConfig {
     PlantConfig::drawn(SEED, 0.4)
 }
 
-/// Both joints swing; `meanwhile` is told how many seconds have passed, each second.
+/// Both joints swing; `meanwhile` is called each second, with the time in s.
 pub(crate) fn swing(
     config: &PlantConfig,
     seconds: f64,
@@ -40,42 +40,46 @@ pub(crate) fn swing(
     hands.trace
 }
 
-/// Half a minute of nothing but motors.
+/// Half a minute without external torque.
 static GOOD: LazyLock<Trace> = LazyLock::new(|| swing(&arm(), 30.0, |_, _| ()));
 
-fn known() -> (Known, Prior) {
+fn known() -> (KnownParameters, Prior) {
     let setup = believed(&arm());
-    let known = Known {
+    let known = KnownParameters {
         lead_s: LEAD_S,
-        ..Known::of(&setup)
+        ..KnownParameters::from_setup(&setup)
     };
-    (known, Prior::of(&setup, 0.01))
+    (known, Prior::from_setup(&setup, 0.01))
 }
 
-/// What is said of traces before anything is sought in them.
-fn said(traces: &[Trace]) -> Option<Diagnosis> {
+/// Diagnosis of traces before a fit.
+fn diagnose(traces: &[Trace]) -> Option<Diagnosis> {
     let (known, prior) = known();
-    let said = examine(traces, &Tally::of_traces(traces), &known, &prior).err();
+    let diagnosis = check_data(traces, &Tally::from_traces(traces), &known, &prior).err();
     println!(
         "{}",
-        said.as_ref().map_or("good".into(), ToString::to_string)
+        diagnosis
+            .as_ref()
+            .map_or("good".into(), ToString::to_string)
     );
-    said
+    diagnosis
 }
 
-/// What is said of traces in the end.
-fn said_at_last(trace: Trace) -> Option<Diagnosis> {
+/// Diagnosis of a trace including the fit.
+fn diagnose_fit(trace: Trace) -> Option<Diagnosis> {
     let (known, prior) = known();
     let traces = [trace];
-    let said = identify(&traces, &Tally::of_traces(&traces), &known, &prior).err();
+    let diagnosis = identify(&traces, &Tally::from_traces(&traces), &known, &prior).err();
     println!(
         "{}",
-        said.as_ref().map_or("good".into(), ToString::to_string)
+        diagnosis
+            .as_ref()
+            .map_or("good".into(), ToString::to_string)
     );
-    said
+    diagnosis
 }
 
-/// A log with these ticks.
+/// Log of a trace, with the recorded ticks.
 fn records(trace: &Trace, is_recorded: impl Fn(usize) -> bool) -> Vec<Record> {
     let ticks = trace.pwm.iter().zip(&trace.counts).enumerate();
     let record =
@@ -96,37 +100,40 @@ fn records(trace: &Trace, is_recorded: impl Fn(usize) -> bool) -> Vec<Record> {
 }
 
 #[test]
-fn an_arm_left_to_its_motors_is_found() {
+fn an_arm_without_external_torque_is_identified() {
     let (known, prior) = known();
     let traces = [GOOD.clone()];
-    let tally = Tally::of_traces(&traces);
+    let tally = Tally::from_traces(&traces);
     let mut found = identify(&traces, &tally, &known, &prior).unwrap();
-    assert_eq!(judge(&traces, &known, &found), Ok(()));
+    assert_eq!(check_fit(&traces, &known, &found), Ok(()));
     // Had it left twice as much as the encoders' noise, the model would not be this arm.
     found.noise_counts = 2.2;
-    let said = judge(&traces, &known, &found);
-    let is_right = matches!(said, Err(Diagnosis::NotThisArm { noise_counts, .. })
+    let diagnosis = check_fit(&traces, &known, &found);
+    let is_right = matches!(diagnosis, Err(Diagnosis::ModelMismatch { noise_counts, .. })
         if (1.0..1.1).contains(&noise_counts));
-    assert!(is_right, "{said:?}");
+    assert!(is_right, "{diagnosis:?}");
 }
 
 #[test]
-fn nothing_at_all_is_empty() {
-    assert_eq!(said(&[]), Some(Diagnosis::Empty));
+fn no_data_are_empty() {
+    assert_eq!(diagnose(&[]), Some(Diagnosis::Empty));
     assert!(traces(&[]).is_empty());
 }
 
 #[test]
-fn a_second_is_too_short() {
+fn a_short_log_is_too_short() {
     let mut trace = GOOD.clone();
     trace.pwm.truncate(1_500);
     trace.counts.truncate(1_500);
-    let said = said(&[trace]);
-    assert!(matches!(said, Some(Diagnosis::TooShort { .. })), "{said:?}");
+    let diagnosis = diagnose(&[trace]);
+    assert!(
+        matches!(diagnosis, Some(Diagnosis::TooShort { .. })),
+        "{diagnosis:?}"
+    );
 }
 
 #[test]
-fn samples_that_did_not_come_are_counted() {
+fn missing_samples_are_counted() {
     let mut trace = GOOD.clone();
     for (tick, counts) in trace.counts.iter_mut().enumerate() {
         // 3 of 10, without a rhythm.
@@ -137,35 +144,35 @@ fn samples_that_did_not_come_are_counted() {
     let Some(Diagnosis::LostSamples {
         joint,
         percent,
-        missed,
+        unrecorded,
         ..
-    }) = said(&[trace])
+    }) = diagnose(&[trace])
     else {
-        panic!("not told");
+        panic!("no diagnosis");
     };
-    assert_eq!((joint, missed), (2, 0));
+    assert_eq!((joint, unrecorded), (2, 0));
     assert!((29.0..31.0).contains(&percent), "{percent}");
 }
 
 #[test]
-fn ticks_that_were_not_recorded_are_counted() {
+fn unrecorded_ticks_are_counted() {
     let records = records(&GOOD, |tick| tick % 2_000 >= 500);
     let mut tally = Tally::default();
     tally.add(&records, &Limits::default());
     let (known, prior) = known();
-    let said = examine(&traces(&records), &tally, &known, &prior);
+    let diagnosis = check_data(&traces(&records), &tally, &known, &prior);
     let Err(Diagnosis::LostSamples {
         percent,
-        missed,
+        unrecorded,
         gaps,
-        silent,
+        without_angle,
         ..
-    }) = said
+    }) = diagnosis
     else {
-        panic!("{said:?}");
+        panic!("{diagnosis:?}");
     };
     // What is missing before the first is nobody's.
-    assert_eq!((missed, gaps, silent), (14 * 500, 14, 0));
+    assert_eq!((unrecorded, gaps, without_angle), (14 * 500, 14, 0));
     assert!((23.0..25.0).contains(&percent), "{percent}");
 }
 
@@ -178,10 +185,10 @@ fn an_encoder_at_the_end_of_its_track_is_clipped() {
     for counts in &mut trace.counts {
         counts[0] = counts[0].map(|count| (f64::from(count) - middle).clamp(0.0, 1023.0) as u16);
     }
-    let said = said(&[trace]);
-    let is_right = matches!(said, Some(Diagnosis::ClippedEncoder { joint: 1, percent })
+    let diagnosis = diagnose(&[trace]);
+    let is_right = matches!(diagnosis, Some(Diagnosis::ClippedEncoder { joint: 1, percent })
         if (30.0..70.0).contains(&percent));
-    assert!(is_right, "{said:?}");
+    assert!(is_right, "{diagnosis:?}");
 }
 
 #[test]
@@ -192,10 +199,10 @@ fn a_motor_at_its_limit_is_clipped() {
             pwm[1] = if tick % 4_000 < 2_000 { 0 } else { 2_000 };
         }
     }
-    let said = said(&[trace]);
-    let is_right = matches!(said, Some(Diagnosis::ClippedMotor { joint: 2, percent })
+    let diagnosis = diagnose(&[trace]);
+    let is_right = matches!(diagnosis, Some(Diagnosis::ClippedMotor { joint: 2, percent })
         if (60.0..65.0).contains(&percent));
-    assert!(is_right, "{said:?}");
+    assert!(is_right, "{diagnosis:?}");
 }
 
 #[test]
@@ -211,10 +218,10 @@ fn a_motor_at_the_boards_limit_is_clipped() {
     let mut tally = Tally::default();
     tally.add(&records, &limits);
     let (known, prior) = known();
-    let said = examine(&traces(&records), &tally, &known, &prior);
-    let is_right = matches!(said, Err(Diagnosis::ClippedMotor { joint: 1, percent })
+    let diagnosis = check_data(&traces(&records), &tally, &known, &prior);
+    let is_right = matches!(diagnosis, Err(Diagnosis::ClippedMotor { joint: 1, percent })
         if (66.0..70.0).contains(&percent));
-    assert!(is_right, "{said:?}");
+    assert!(is_right, "{diagnosis:?}");
 }
 
 #[test]
@@ -223,23 +230,23 @@ fn swapped_servos_are_the_wrong_joint() {
     for pwm in &mut trace.pwm {
         pwm.swap(0, 1);
     }
-    let said = said(&[trace]);
-    let is_right = matches!(said, Some(Diagnosis::WrongJoint { by_other, by_own, .. })
+    let diagnosis = diagnose(&[trace]);
+    let is_right = matches!(diagnosis, Some(Diagnosis::WrongJoint { by_other, by_own, .. })
         if by_other > 80.0 && by_own < 40.0);
-    assert!(is_right, "{said:?}");
+    assert!(is_right, "{diagnosis:?}");
 }
 
 #[test]
-fn a_motor_with_its_leads_swapped_pushes_the_wrong_way() {
+fn a_motor_with_swapped_leads_drives_the_wrong_direction() {
     for joint in 0..JOINTS {
         let mut trace = GOOD.clone();
         for pwm in &mut trace.pwm {
             pwm[joint] = 2_000 - pwm[joint];
         }
-        let said = said(&[trace]);
-        let is_right = matches!(said, Some(Diagnosis::WrongWay { joint: named, rad_s2 })
+        let diagnosis = diagnose(&[trace]);
+        let is_right = matches!(diagnosis, Some(Diagnosis::WrongDirection { joint: named, rad_s2 })
             if named == joint + 1 && rad_s2 < 0.0);
-        assert!(is_right, "{said:?}");
+        assert!(is_right, "{diagnosis:?}");
     }
 }
 
@@ -248,15 +255,15 @@ fn a_motor_without_supply_does_not_drive() {
     let mut trace = GOOD.clone();
     // What was sent has nothing to do with how it was moved.
     trace.pwm.rotate_left(7_000);
-    let said = said(&[trace]);
+    let diagnosis = diagnose(&[trace]);
     assert!(
-        matches!(said, Some(Diagnosis::NotDriven { .. })),
-        "{said:?}"
+        matches!(diagnosis, Some(Diagnosis::NotDriven { .. })),
+        "{diagnosis:?}"
     );
 }
 
 #[test]
-fn a_hand_is_named_with_its_seconds() {
+fn an_external_torque_is_reported_with_its_time() {
     for (joint, torque_nm) in [(0, 0.4), (1, -0.3)] {
         let trace = swing(&arm(), 20.0, |second, hands| {
             if (12.0..15.0).contains(&second) {
@@ -264,49 +271,50 @@ fn a_hand_is_named_with_its_seconds() {
                 hands.push(joint, torque_nm, 0.8);
             }
         });
-        let Some(Diagnosis::HeldByHand {
+        let Some(Diagnosis::ExternalTorque {
             joint: named,
             from_s,
             to_s,
-            torque_nm: told,
-            pushes,
+            torque_nm: found_nm,
+            episodes,
             ..
-        }) = said_at_last(trace)
+        }) = diagnose_fit(trace)
         else {
-            panic!("not told");
+            panic!("no diagnosis");
         };
-        assert_eq!((named, pushes), (joint + 1, 1));
+        assert_eq!((named, episodes), (joint + 1, 1));
         assert!(
             (from_s - 12.0).abs() < 0.3 && (to_s - 14.8).abs() < 0.4,
             "{from_s} to {to_s}"
         );
-        assert!((told / torque_nm.abs() - 1.0).abs() < 0.4, "{told}");
+        assert!((found_nm / torque_nm.abs() - 1.0).abs() < 0.4, "{found_nm}");
     }
 }
 
 #[test]
-fn an_arm_that_is_never_let_go_is_not_found() {
+fn an_arm_that_is_always_held_is_not_identified() {
     let trace = swing(&arm(), 20.0, |second, hands| {
         let torque_nm = [0.4, 0.5, -0.3, 0.45, -0.4][second as usize % 5];
         hands.push(second as usize % 2, torque_nm, 0.9);
     });
-    let said = said_at_last(trace);
-    let is_right = matches!(said, Some(Diagnosis::HeldByHand { pushes, .. }) if pushes > 3);
-    assert!(is_right, "{said:?}");
+    let diagnosis = diagnose_fit(trace);
+    let is_right =
+        matches!(diagnosis, Some(Diagnosis::ExternalTorque { episodes, .. }) if episodes > 3);
+    assert!(is_right, "{diagnosis:?}");
 }
 
 #[test]
-fn an_arm_the_other_way_up_is_not_this_one() {
+fn a_wrong_mounting_is_a_model_mismatch() {
     let (known, prior) = known();
-    let known = Known {
+    let known = KnownParameters {
         mounting: Mounting::Hanging,
         ..known
     };
     let traces = [GOOD.clone()];
-    let said = identify(&traces, &Tally::of_traces(&traces), &known, &prior).err();
+    let diagnosis = identify(&traces, &Tally::from_traces(&traces), &known, &prior).err();
     let is_named = matches!(
-        said,
-        Some(Diagnosis::NotDriven { .. } | Diagnosis::NotThisArm { .. })
+        diagnosis,
+        Some(Diagnosis::NotDriven { .. } | Diagnosis::ModelMismatch { .. })
     );
-    assert!(is_named, "{said:?}");
+    assert!(is_named, "{diagnosis:?}");
 }

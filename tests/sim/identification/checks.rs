@@ -1,11 +1,11 @@
-//! What a fit says of itself holds: the right model leaves noise, a wrong one is told.
-//!
-//! Simulated, as all here.
+//! Checks of a fit on simulated data: the right model leaves white noise, model errors are
+//! detected.
 
 use core::f64::consts::TAU;
 
 use armbridge_analysis::identify::{
-    Checks, Found, Known, Prior, Quantity, Tally, Trace, forecast, identify, without_the_last,
+    Checks, FitResult, KnownParameters, Prior, Quantity, Tally, Trace, forecast, holdout_forecasts,
+    identify,
 };
 use armbridge_shared::JOINTS;
 use armbridge_sim::plant::PlantConfig;
@@ -14,12 +14,12 @@ use super::bad_data::swing;
 use super::hands::{Hands, LEAD_S};
 use super::{believed, servos};
 
-/// Half a minute of an arm's swinging, fitted.
+/// Fit of half a minute of swinging.
 struct Fitted {
-    known: Known,
+    known: KnownParameters,
     prior: Prior,
     traces: [Trace; 1],
-    found: Found,
+    fit: FitResult,
 }
 
 fn fitted(config: &PlantConfig) -> Fitted {
@@ -28,65 +28,65 @@ fn fitted(config: &PlantConfig) -> Fitted {
 
 fn fitted_in(config: &PlantConfig, trace: Trace) -> Fitted {
     let setup = believed(config);
-    let known = Known {
+    let known = KnownParameters {
         lead_s: LEAD_S,
-        ..Known::of(&setup)
+        ..KnownParameters::from_setup(&setup)
     };
-    let prior = Prior::of(&setup, 0.01);
+    let prior = Prior::from_setup(&setup, 0.01);
     let traces = [trace];
-    let found = identify(&traces, &Tally::of_traces(&traces), &known, &prior).unwrap();
+    let fit = identify(&traces, &Tally::from_traces(&traces), &known, &prior).unwrap();
     Fitted {
         known,
         prior,
         traces,
-        found,
+        fit,
     }
 }
 
 impl Fitted {
     fn checks(&self) -> Checks {
-        let checks = Checks::of(&self.found, &self.traces, &self.known, &self.prior);
+        let checks = Checks::new(&self.fit, &self.traces, &self.known, &self.prior);
         println!("{}", checks.text());
         checks
     }
 }
 
 #[test]
-fn the_right_model_leaves_noise_and_says_what_is_not_told() {
+fn the_right_model_leaves_white_noise_and_an_unidentifiable_scale() {
     let mut fitted = fitted(&PlantConfig::drawn(5, 0.4));
-    assert_eq!(fitted.found.stribeck, [None; JOINTS]);
+    assert_eq!(fitted.fit.stribeck, [None; JOINTS]);
     let checks = fitted.checks();
     for whiteness in &checks.whiteness {
         assert!(whiteness.is_white(), "{whiteness:?}");
         assert!((0.95..1.1).contains(&whiteness.rms_counts), "{whiteness:?}");
     }
-    for form in &checks.forms {
-        assert!(form.improvement < 25.0, "{form:?}");
+    for missing in &checks.missing_torques {
+        assert!(missing.improvement < 25.0, "{missing:?}");
     }
     without_dry_friction_is_far_worse(&checks);
     let scale = checks
-        .untold
+        .unidentifiable
         .iter()
-        .find(|untold| untold.what.starts_with("scale of all torques"));
-    let settled = &scale.expect("the scale is not told").settled_by;
-    assert_eq!(settled, "the arm's weight, known to 1.0 %");
-    let again = without_the_last(&fitted.found, &checks, &fitted.known, &fitted.prior);
-    for forecast in again.unwrap_or_default() {
+        .find(|combination| combination.description.starts_with("scale of all torques"));
+    let prior = &scale.expect("an unidentifiable scale").fixed_by;
+    assert_eq!(prior, "the arm's weight, known to 1.0 %");
+    let forecasts = holdout_forecasts(&fitted.fit, &checks, &fitted.known, &fitted.prior);
+    for forecast in forecasts.unwrap_or_default() {
         assert!((0.95..1.2).contains(&forecast.rms_counts), "{forecast:?}");
     }
-    // A third more viscous friction than there is leaves more than noise, of this joint.
-    fitted.found.at[Quantity::Viscous.at(0)] += 0.3;
-    let [one, other] = [0, 1].map(|joint| fitted.checks().whiteness[joint].is_white());
-    assert!(!one && other);
+    // With a third more viscous friction, this joint's residuals are not white.
+    fitted.fit.coordinates[Quantity::Viscous.index(0)] += 0.3;
+    let [first, second] = [0, 1].map(|joint| fitted.checks().whiteness[joint].is_white());
+    assert!(!first && second);
 }
 
 fn without_dry_friction_is_far_worse(checks: &Checks) {
-    for dry in &checks.dry {
-        assert!(dry.worse > 1_000.0, "{dry:?}");
+    for dry in &checks.without_dry_friction {
+        assert!(dry.loss_increase > 1_000.0, "{dry:?}");
     }
 }
 
-/// So slowly that nothing but sliding one way tells dry friction from viscous.
+/// A slow swing: only sliding in one direction distinguishes dry friction from viscous.
 fn slow_swing(config: &PlantConfig, seconds: f64, seed: u64) -> Trace {
     let mut hands = Hands::on(config, servos(&believed(config)), seed);
     hands.go([0.0, 0.0]);
@@ -100,47 +100,54 @@ fn slow_swing(config: &PlantConfig, seconds: f64, seed: u64) -> Trace {
 }
 
 #[test]
-fn without_dry_friction_a_slow_joint_seems_to_have_another_viscous_one() {
+fn without_dry_friction_a_slow_joint_gets_another_viscous_friction() {
     let config = PlantConfig::drawn(5, 0.4);
     let checks = fitted_in(&config, slow_swing(&config, 30.0, 98)).checks();
     without_dry_friction_is_far_worse(&checks);
-    for dry in &checks.dry {
-        let [with, without] = dry.viscous;
+    for dry in &checks.without_dry_friction {
+        let [with, without] = dry.viscous_nm_s_rad;
         assert!((without / with - 1.0).abs() > 0.1, "{dry:?}");
     }
 }
 
 #[test]
-fn a_log_held_out_is_forecast_to_less_than_a_count() {
+fn a_held_out_log_is_forecast_to_less_than_a_count() {
     let config = PlantConfig::drawn(5, 0.4);
     let mut fitted = fitted(&config);
     // Another motion, and other noise.
     let held_out = [slow_swing(&config, 15.0, 99)];
     let rms = |fitted: &Fitted| {
-        let forecasts = forecast(&fitted.found, &held_out, &fitted.known);
+        let forecasts = forecast(&fitted.fit, &held_out, &fitted.known);
         for forecast in &forecasts {
             println!("{forecast:?}");
             assert!(
-                forecast.longest_s > 1.5 && forecast.slid_s > 8.0,
+                forecast.longest_s > 1.5 && forecast.sliding_s > 8.0,
                 "{forecast:?}"
             );
             assert!(
-                forecast.unstable_s.is_some_and(|s| (0.1..3.0).contains(&s)),
+                forecast
+                    .unstable_time_constant_s
+                    .is_some_and(|s| (0.1..3.0).contains(&s)),
                 "{forecast:?}"
             );
         }
-        [0, 1].map(|joint: usize| (forecasts[joint].model_counts, forecasts[joint].rms_counts))
+        [0, 1].map(|joint: usize| {
+            (
+                forecasts[joint].model_rms_counts,
+                forecasts[joint].rms_counts,
+            )
+        })
     };
     for (model, rms) in rms(&fitted) {
         assert!(model < 0.6 && rms < 1.25, "{model} of {rms}");
     }
-    fitted.found.at[Quantity::Viscous.at(1)] += 0.3;
+    fitted.fit.coordinates[Quantity::Viscous.index(1)] += 0.3;
     let [_, (model, _)] = rms(&fitted);
     assert!(model > 1.0, "{model}");
 }
 
 #[test]
-fn friction_that_falls_with_speed_is_found() {
+fn a_stribeck_curve_is_identified() {
     const SPEED_RAD_S: f64 = 0.5;
     let mut config = PlantConfig::drawn(5, 0.4);
     for friction in &mut config.friction {
@@ -148,25 +155,25 @@ fn friction_that_falls_with_speed_is_found() {
         friction.stribeck_rad_s = SPEED_RAD_S;
     }
     let fitted = fitted(&config);
-    let found = &fitted.found;
+    let fit = &fitted.fit;
     let is_right = |[value, error]: [f64; 2], truth: f64| {
         println!("{value:.4} ± {error:.4} for {truth:.4}");
         assert!((value - truth).abs() < 3.0 * error && error < 0.1 * truth);
     };
     for joint in 0..JOINTS {
         let truth = config.friction[joint];
-        let of = found.stribeck[joint].expect("dry friction that falls");
+        let curve = fit.stribeck[joint].expect("a Stribeck curve");
         let drop_nm = truth.static_nm - truth.coulomb_nm;
-        is_right([of.drop_nm, of.drop_error_nm], drop_nm);
-        is_right([of.speed_rad_s, of.speed_error_rad_s], SPEED_RAD_S);
-        let coulomb = found.number(joint, Quantity::Coulomb);
+        is_right([curve.drop_nm, curve.drop_error_nm], drop_nm);
+        is_right([curve.speed_rad_s, curve.speed_error_rad_s], SPEED_RAD_S);
+        let coulomb = fit.estimate(joint, Quantity::Coulomb);
         is_right(coulomb.into(), truth.coulomb_nm);
-        let viscous = found.number(joint, Quantity::Viscous);
+        let viscous = fit.estimate(joint, Quantity::Viscous);
         is_right(viscous.into(), [config.arm.b1, config.arm.b2][joint]);
     }
     let warnings = fitted.checks().warnings;
-    let lacks = warnings
+    let missing = warnings
         .iter()
         .find(|warning| warning.contains("the model lacks"));
-    assert_eq!(lacks, None);
+    assert_eq!(missing, None);
 }

@@ -13,7 +13,8 @@ pub mod plan;
 pub mod truth;
 
 use armbridge_analysis::identify::{
-    Found, Known, Prior, Quantity, Tally, forecast, identify, settings, traces,
+    FitResult, KnownParameters, Prior, Quantity, Tally, forecast, identified_settings, identify,
+    traces,
 };
 use armbridge_analysis::monte_carlo::{Maneuver, Outcome, Trial, for_seeds};
 use armbridge_shared::JOINTS;
@@ -44,7 +45,7 @@ pub struct Arm {
     seed: u64,
     config: PlantConfig,
     before: Setup,
-    found: Found,
+    found: FitResult,
 }
 
 /// A number that was found.
@@ -82,12 +83,18 @@ pub fn arms(seeds: &[u64]) -> Vec<Arm> {
     let performed = for_seeds(seeds, perform, |_| ()).unwrap();
     let arms = seeds.iter().zip(performed);
     arms.map(|(&seed, (config, before, records))| {
-        let mut prior = Prior::of(&before, 0.001);
-        prior.deviation[Quantity::Gravity.at(0)] = 1.0;
+        let mut prior = Prior::from_setup(&before, 0.001);
+        prior.deviation[Quantity::Gravity.index(0)] = 1.0;
         let begun = std::time::Instant::now();
         let mut tally = Tally::default();
         tally.add(&records, &Limits::default());
-        let found = identify(&traces(&records), &tally, &Known::of(&before), &prior).unwrap();
+        let found = identify(
+            &traces(&records),
+            &tally,
+            &KnownParameters::from_setup(&before),
+            &prior,
+        )
+        .unwrap();
         println!(
             "arm {seed}: fitted in {:.1} s",
             begun.elapsed().as_secs_f64()
@@ -122,7 +129,7 @@ impl Arm {
                     | Quantity::DeadAbove
                     | Quantity::Delay => true_value,
                 };
-                let found = self.found.number(joint, quantity).into();
+                let found = self.found.estimate(joint, quantity).into();
                 numbers.push(Judged::new(
                     label(quantity.name()),
                     found,
@@ -131,7 +138,7 @@ impl Arm {
                 ));
             }
             let true_nm = self.config.friction[joint].static_nm;
-            let found = self.found.friction[joint];
+            let found = self.found.static_friction[joint];
             let found = found.map_or([0.0, f64::MIN_POSITIVE], |found| {
                 [found.torque_nm, found.error_nm]
             });
@@ -152,8 +159,12 @@ impl Arm {
     fn forecast(&self) -> (f64, [Vec<FreeRun>; 2]) {
         let (plan, _) = plan::shipped();
         let again = plan::perform(&plan, self.before, &self.config, self.seed + 1_000);
-        let forecasts = forecast(&self.found, &traces(&again), &Known::of(&self.before));
-        let [first, second] = [0, 1].map(|joint| forecasts[joint].model_counts);
+        let forecasts = forecast(
+            &self.found,
+            &traces(&again),
+            &KnownParameters::from_setup(&self.before),
+        );
+        let [first, second] = [0, 1].map(|joint| forecasts[joint].model_rms_counts);
         println!(
             "arm {}: sliding {first:.2} and {second:.2} counts off",
             self.seed
@@ -172,7 +183,7 @@ impl Arm {
             setup: self.before,
             ..Settings::default()
         };
-        let after = settings(&before, &self.found).unwrap().setup;
+        let after = identified_settings(&before, &self.found).unwrap().setup;
         Setup {
             arm: after.arm,
             joints: after.joints,

@@ -1,7 +1,7 @@
 //! An arm in numbers that need not be whole, moved by the PWM of a log and nothing else of
 //! it: with dry and static friction, dead zones and delays.
 
-use armbridge_analysis::identify::{Found, Quantity};
+use armbridge_analysis::identify::{FitResult, Quantity};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Joint, Pwm};
 use armbridge_shared::arm::{Parameters, State};
@@ -31,8 +31,8 @@ pub struct Model {
 
 impl Model {
     /// The identified arm, as in a board's set-up, and with parameters that a board lacks.
-    pub fn found(setup: &Setup, found: &Found) -> Self {
-        let number = |joint: usize, quantity: Quantity| found.number(joint, quantity).0;
+    pub fn found(setup: &Setup, found: &FitResult) -> Self {
+        let number = |joint: usize, quantity: Quantity| found.estimate(joint, quantity).0;
         Self {
             arm: setup.arm.map(f64::from),
             joints: setup.joints.map(|joint| Joint {
@@ -47,7 +47,7 @@ impl Model {
                 assert_eq!(found.stribeck[joint], None);
                 let coulomb_nm = number(joint, Quantity::Coulomb);
                 let static_nm =
-                    found.friction[joint].map_or(coulomb_nm, |friction| friction.torque_nm);
+                    found.static_friction[joint].map_or(coulomb_nm, |friction| friction.torque_nm);
                 Friction {
                     coulomb_nm,
                     static_nm: static_nm.max(coulomb_nm),

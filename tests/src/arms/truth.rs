@@ -60,6 +60,6 @@ pub fn truth(config: &PlantConfig, joint: usize, quantity: Quantity) -> f64 {
         | Quantity::Coulomb
         | Quantity::Gain
         | Quantity::Offset
-        | Quantity::Zero => quantity.of(&known(config, Setup::default()), joint),
+        | Quantity::Zero => quantity.nominal(&known(config, Setup::default()), joint),
     }
 }

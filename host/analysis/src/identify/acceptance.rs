@@ -1,38 +1,37 @@
-//! Whether what was found is known well enough to control an arm by.
+//! Acceptance: whether the estimates are certain enough for control.
 //!
-//! A controller lives with numbers that are a few percent off; with an inertia or a motor
-//! gain that may be half or twice as large its margins are used up, and it does not
-//! matter how good a guess in the middle looks.
+//! Control tolerates parameters with errors of a few percent. An inertia or a motor gain with
+//! an error by a factor of two exhausts its stability margins, however good the estimate.
 
 use super::quantity::Quantity;
-use super::report::{Number, Report};
+use super::report::{Estimate, Report};
 
-/// Half of a 95 % interval, as a share of the number, beyond which no gains are designed
-/// with it: disc margins of the standing gains let the loop gain be wrong by half, of
-/// which other errors want their part.
-const SHARE_MAX: f64 = 0.2;
-/// The same of an encoder's zero in counts. Near upright a zero that is off is a motor
-/// offset that is off the other way: torques are right all the same, but the arm leans by
-/// as much where it is to stand. 50 counts are 15°, and no longer near.
+/// Largest relative half-width of a 95 % interval for the design of gains: the disc margins
+/// of the default gains tolerate an error of the loop gain by half, in part for other errors.
+const RELATIVE_MAX: f64 = 0.2;
+/// Largest half-width for an encoder zero in counts. Near upright an error of the zero is
+/// compensated by an opposite error of the motor offset: the torques are right, but the arm
+/// leans by the error. 50 counts are 15°, beyond the vicinity of upright.
 const ZERO_MAX_COUNTS: f64 = 50.0;
-/// A zero that is worth a word: 10 counts are 3°, which an eye sees.
-const ZERO_SEEN_COUNTS: f64 = 10.0;
+/// Half-width for an encoder zero worth a note: 10 counts are 3°, a visible lean.
+const ZERO_NOTE_COUNTS: f64 = 10.0;
 
-/// What control needs, how well, and what else would tell it.
-const NEEDED: [(Quantity, f64, &str); 4] = [
+/// Parameters that control needs, their largest half-width, and an experiment that identifies
+/// them.
+const REQUIRED: [(Quantity, f64, &str); 4] = [
     (
         Quantity::Inertia,
-        SHARE_MAX,
+        RELATIVE_MAX,
         "fast motion, such as a multisine up to 2 Hz or a PRBS of the joint",
     ),
     (
         Quantity::Gain,
-        SHARE_MAX,
+        RELATIVE_MAX,
         "wide and slow motion against gravity, such as a multisine of the joint",
     ),
     (
         Quantity::Gravity,
-        SHARE_MAX,
+        RELATIVE_MAX,
         "wide motion of the joint, and masses and lengths that were measured (--weighed)",
     ),
     (
@@ -42,33 +41,33 @@ const NEEDED: [(Quantity, f64, &str); 4] = [
     ),
 ];
 
-/// A number that is known too vaguely.
+/// A parameter that is too uncertain for control.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "joint {joint}'s {name} is known to ±{} only, and control needs ±{}; what would tell it: \
+    "joint {joint}'s {name} has a 95 % interval of ±{}, and control needs ±{}; to identify it: \
      {remedy}",
-    amount(*.within, *.is_share),
-    amount(*.needed, *.is_share)
+    amount(*.half_width, *.is_relative),
+    amount(*.required, *.is_relative)
 )]
-pub struct TooVague {
-    /// From 1.
+pub struct UncertainParameter {
+    /// Joint, from 1.
     pub joint: usize,
-    /// Of the number.
+    /// Name of the parameter.
     pub name: &'static str,
-    /// Half of its 95 % interval: a share of the number, or in its unit, counts.
-    pub within: f64,
-    /// What it would have to be.
-    pub needed: f64,
-    /// Whether these are shares.
-    pub is_share: bool,
-    /// An experiment.
+    /// Half-width of its 95 % interval: relative, or in counts.
+    pub half_width: f64,
+    /// Largest half-width for control.
+    pub required: f64,
+    /// Whether these are relative.
+    pub is_relative: bool,
+    /// Experiment that identifies it.
     pub remedy: &'static str,
 }
 
-fn amount(value: f64, is_share: bool) -> String {
+fn amount(value: f64, is_relative: bool) -> String {
     if !value.is_finite() {
-        "anything".into()
-    } else if is_share {
+        "infinity".into()
+    } else if is_relative {
         format!("{:.0} %", 100.0 * value)
     } else {
         format!("{value:.1} counts")
@@ -76,43 +75,48 @@ fn amount(value: f64, is_share: bool) -> String {
 }
 
 impl Report {
-    /// What of it is known too vaguely for control.
-    pub fn too_vague(&self) -> Vec<TooVague> {
-        let vague = self.numbers.iter().filter_map(|number| {
-            let (quantity, needed, remedy) = NEEDED
+    /// Parameters that are too uncertain for control.
+    pub fn too_uncertain(&self) -> Vec<UncertainParameter> {
+        let uncertain = self.estimates.iter().filter_map(|estimate| {
+            let (quantity, required, remedy) = REQUIRED
                 .into_iter()
-                .find(|(quantity, ..)| quantity.name() == number.name)?;
-            let is_share = quantity.is_relative();
-            let scale = if is_share { number.value.abs() } else { 1.0 };
-            let within = number.within / scale;
-            // Not true of what is not a number either.
-            let is_enough = within <= needed;
-            (!is_enough).then_some(TooVague {
-                joint: number.joint,
-                name: number.name,
-                within: if within.is_nan() {
+                .find(|(quantity, ..)| quantity.name() == estimate.name)?;
+            let is_relative = quantity.is_relative();
+            let scale = if is_relative {
+                estimate.value.abs()
+            } else {
+                1.0
+            };
+            let half_width = estimate.half_width_95 / scale;
+            // False for NaN, too.
+            let is_enough = half_width <= required;
+            (!is_enough).then_some(UncertainParameter {
+                joint: estimate.joint,
+                name: estimate.name,
+                half_width: if half_width.is_nan() {
                     f64::INFINITY
                 } else {
-                    within
+                    half_width
                 },
-                needed,
-                is_share,
+                required,
+                is_relative,
                 remedy,
             })
         });
-        vague.collect()
+        uncertain.collect()
     }
 
-    /// What an eye may see of what is known well enough all the same, each in a sentence.
-    pub fn may_lean(&self) -> Vec<String> {
-        let zeros = self.numbers.iter().filter(|number| {
-            number.name == Quantity::Zero.name() && number.within > ZERO_SEEN_COUNTS
+    /// Notes on encoder zeros that suffice for control but may cause a visible lean, a
+    /// sentence each.
+    pub fn zero_notes(&self) -> Vec<String> {
+        let zeros = self.estimates.iter().filter(|estimate| {
+            estimate.name == Quantity::Zero.name() && estimate.half_width_95 > ZERO_NOTE_COUNTS
         });
-        let sentence = |number: &Number| {
+        let sentence = |estimate: &Estimate| {
             format!(
-                "joint {}'s zero is known to ±{:.0} counts only: if the arm leans where it is to \
-                 stand, `armbridge calibrate` finds it by eye",
-                number.joint, number.within
+                "joint {}'s encoder zero has a 95 % interval of ±{:.0} counts: if the upright arm \
+                 leans, correct it by eye with `armbridge calibrate`",
+                estimate.joint, estimate.half_width_95
             )
         };
         zeros.map(sentence).collect()
@@ -123,44 +127,49 @@ impl Report {
 mod tests {
     use super::*;
 
-    fn number(quantity: Quantity, value: f64, within: f64) -> Number {
-        Number {
+    fn estimate(quantity: Quantity, value: f64, half_width: f64) -> Estimate {
+        Estimate {
             joint: 2,
             name: quantity.name(),
             unit: quantity.unit(),
             value,
-            within,
-            before: Some(value),
+            half_width_95: half_width,
+            prior_mean: Some(value),
             remark: "",
         }
     }
 
     #[test]
-    fn what_is_vague_is_named_with_what_would_help() {
+    fn uncertain_parameters_are_named_with_a_remedy() {
         let report = Report {
-            never_gave_way: Vec::new(),
-            numbers: vec![
-                number(Quantity::Inertia, 0.03, 0.009),
-                number(Quantity::Gain, 500.0, 90.0),
-                number(Quantity::Gravity, 0.5, f64::NAN),
-                number(Quantity::Zero, 512.0, 56.0),
-                // Nobody controls by this.
-                number(Quantity::DeadAbove, 20.0, 40.0),
+            static_friction_unidentified: Vec::new(),
+            estimates: vec![
+                estimate(Quantity::Inertia, 0.03, 0.009),
+                estimate(Quantity::Gain, 500.0, 90.0),
+                estimate(Quantity::Gravity, 0.5, f64::NAN),
+                estimate(Quantity::Zero, 512.0, 56.0),
+                // Not used for control.
+                estimate(Quantity::DeadAbove, 20.0, 40.0),
             ],
             sliding_s: 10.0,
             windows: 20,
-            odd: 0,
+            outliers: 0,
             noise_counts: 1.04,
         };
-        let vague = report.too_vague();
-        let names: Vec<&str> = vague.iter().map(|vague| vague.name).collect();
+        let uncertain = report.too_uncertain();
+        let names: Vec<&str> = uncertain.iter().map(|uncertain| uncertain.name).collect();
         assert_eq!(names, ["inertia", "gravity", "encoder zero"]);
-        let text = vague[0].to_string();
+        let text = uncertain[0].to_string();
         assert!(
-            text.starts_with("joint 2's inertia is known to ±30 % only, and control needs ±20 %"),
+            text.starts_with(
+                "joint 2's inertia has a 95 % interval of ±30 %, and control needs ±20 %"
+            ),
             "{text}"
         );
-        assert!(report.may_lean()[0].starts_with("joint 2's zero is known to ±56 counts only"));
-        assert!(vague[2].to_string().contains("±56.0 counts"));
+        assert!(
+            report.zero_notes()[0]
+                .starts_with("joint 2's encoder zero has a 95 % interval of ±56 counts")
+        );
+        assert!(uncertain[2].to_string().contains("±56.0 counts"));
     }
 }

@@ -1,9 +1,9 @@
-//! The arm in the numbers that can be found, and how it moves.
+//! Model of the arm in identifiable parameters, and the dynamics of its joints.
 //!
 //! Equations (1) to (4) of the paper, as in [`armbridge_shared::arm`], in base
-//! parameters: those combinations of masses, lengths and inertias that the motion
-//! depends on. With `J`, `g` of each joint, and of the geometry, measured by ruler,
-//! only what is small beside them:
+//! parameters: the combinations of masses, lengths and inertias that the motion depends on.
+//! `J` and `g` of each joint are estimated; the geometry, measured by ruler, enters only in
+//! terms that are small beside them:
 //!
 //! ```text
 //! M11 = J1 + P cos q2 + E cos² q2      P = 2 L1 g2 / g
@@ -12,8 +12,8 @@
 //! G2  = -g2 cos q1 sin q2               has both the other way round
 //! ```
 //!
-//! Written over dual numbers, so that the derivative of a motion with respect to every
-//! number comes with it.
+//! The equations are generic over dual numbers, so that a motion carries its derivatives by
+//! all parameters.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Direction;
@@ -22,88 +22,88 @@ use armbridge_shared::link::message::Setup;
 use num_dual::DualNum;
 
 use super::quantity::{COUNT, PER_JOINT, Quantity};
-use super::stribeck_curve::Falling;
+use super::stribeck_curve::StribeckCurve;
 
-/// What is not sought: geometry, measured by ruler, and how the servos are wired and read.
+/// Parameters that are not estimated: geometry, measured by ruler, directions and timing of
+/// the servos, and the Stribeck curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Known {
+pub struct KnownParameters {
     /// Length from joint 1 to joint 2 in m.
     pub l1_m: f64,
     /// Length from joint 2 to the end in m.
     pub l2_m: f64,
     /// Gravitational acceleration in m/s².
     pub g_m_s2: f64,
-    /// Which way up the arm is.
+    /// Whether the arm stands or hangs.
     pub mounting: Mounting,
-    /// I2x - I2z in kg m² for each N m of link 2's gravity torque, for a heavier link has
-    /// more of either.
-    pub i2_spread_s2: f64,
+    /// I2x - I2z in kg m² per N m of link 2's gravity torque: both grow with the weight of
+    /// the link.
+    pub i2_difference_s2: f64,
     /// Angle of an encoder count in rad; negative where counts fall with the angle.
     pub rad_per_count: [f64; JOINTS],
-    /// How long before its tick's angle a joint's PWM arrives in the servo, in s; with 0 the
-    /// delay is that from the angle to the torque.
+    /// Time in s from the arrival of a joint's PWM in the servo to the sample of its tick's
+    /// angle; with 0 the delay is that from the angle to the torque.
     pub lead_s: [f64; JOINTS],
     /// Tick period in s.
     pub period_s: f64,
-    /// How each joint's dry friction falls with speed, if it does; sought apart from the
-    /// other numbers.
-    pub falling: [Option<Falling>; JOINTS],
+    /// Stribeck curve of each joint, if it has one; fitted apart from the other parameters.
+    pub stribeck: [Option<StribeckCurve>; JOINTS],
 }
 
-impl Known {
-    /// As a set-up has it.
-    pub fn of(setup: &Setup) -> Self {
+impl KnownParameters {
+    /// The known parameters of a set-up.
+    pub fn from_setup(setup: &Setup) -> Self {
         let arm = &setup.arm;
-        // A link without weight has no inertia about its own axes worth telling either.
-        let link_nm = Quantity::Gravity.of(setup, 1).max(1e-3);
+        // A link without weight has a negligible inertia about its own axes as well.
+        let link_nm = Quantity::Gravity.nominal(setup, 1).max(1e-3);
         Self {
             l1_m: arm.l1.into(),
             l2_m: arm.l2.into(),
             g_m_s2: arm.g.into(),
             mounting: arm.mounting,
-            i2_spread_s2: (f64::from(arm.i2x) - f64::from(arm.i2z)) / link_nm,
+            i2_difference_s2: (f64::from(arm.i2x) - f64::from(arm.i2z)) / link_nm,
             rad_per_count: setup.joints.map(|joint| match joint.direction {
                 Direction::Forward => f64::from(joint.rad_per_count),
                 Direction::Reverse => -f64::from(joint.rad_per_count),
             }),
             lead_s: [0.0; JOINTS],
             period_s: f64::from(setup.period_us) * 1e-6,
-            falling: [None; JOINTS],
+            stribeck: [None; JOINTS],
         }
     }
 }
 
-impl Known {
-    /// 1 if the arm stands, -1 if it hangs: which way gravity turns its joints.
-    pub(super) fn stands(&self) -> f64 {
+impl KnownParameters {
+    /// Sign of the gravity torques: 1 if the arm stands, -1 if it hangs.
+    pub(super) fn gravity_sign(&self) -> f64 {
         match self.mounting {
             Mounting::Upright => 1.0,
             Mounting::Hanging => -1.0,
         }
     }
 
-    /// P and E above, for this gravity torque of link 2.
-    pub(super) fn reach<D: DualNum<Primitive = f64> + Copy>(&self, link: D) -> [D; 2] {
+    /// Coupling terms P and E, for this gravity torque of link 2.
+    pub(super) fn coupling<D: DualNum<Primitive = f64> + Copy>(&self, link: D) -> [D; 2] {
         [
             link * (2.0 * self.l1_m / self.g_m_s2),
-            link * (0.5 * self.l2_m / self.g_m_s2 + self.i2_spread_s2),
+            link * (0.5 * self.l2_m / self.g_m_s2 + self.i2_difference_s2),
         ]
     }
 }
 
-/// Counts over which torque comes up at the edge of a dead zone.
+/// Width in counts of the smooth edge of a dead zone.
 const EDGE_COUNTS: f64 = 3.0;
 
-/// A joint of an arm, with the derivatives of its own motion.
+/// Dynamics of a joint, over dual numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Joint<D> {
-    /// Which, counting from 0.
+pub(super) struct JointModel<D> {
+    /// Joint, from 0.
     index: usize,
     inertia: D,
     gravity: D,
     viscous: D,
     coulomb: D,
-    falling: Option<Falling>,
+    stribeck: Option<StribeckCurve>,
     gain: D,
     offset: D,
     dead: [D; 2],
@@ -112,27 +112,36 @@ pub(super) struct Joint<D> {
     /// Gravity torque of link 2.
     link: D,
     /// 1 if the arm stands, -1 if it hangs.
-    stands: f64,
-    /// P and E above.
-    reach: [D; 2],
-    /// Angle of a count, with its sign.
+    gravity_sign: f64,
+    /// Coupling terms P and E.
+    coupling: [D; 2],
+    /// Angle of a count in rad, with its sign.
     rad_per_count: f64,
 }
 
-impl<D: DualNum<Primitive = f64> + Copy> Joint<D> {
-    /// The joint of an arm of these coordinates.
-    pub(super) fn of(known: &Known, at: &[D; COUNT], index: usize) -> Self {
-        let own = core::array::from_fn(|i| at[index * PER_JOINT + i]);
-        Self::new(known, index, &own, at[Quantity::Gravity.at(1)])
+impl<D: DualNum<Primitive = f64> + Copy> JointModel<D> {
+    /// A joint of the arm with these coordinates.
+    pub(super) fn from_coordinates(
+        known: &KnownParameters,
+        coordinates: &[D; COUNT],
+        index: usize,
+    ) -> Self {
+        let own = core::array::from_fn(|i| coordinates[index * PER_JOINT + i]);
+        Self::new(known, index, &own, coordinates[Quantity::Gravity.index(1)])
     }
 
-    /// From the sample behind a tick's angle to its PWM's torque, in ticks.
-    pub(super) fn delay_ticks(&self, known: &Known) -> D {
+    /// Delay in ticks from the sample of a tick's angle to the torque of its PWM.
+    pub(super) fn delay_ticks(&self, known: &KnownParameters) -> D {
         (self.delay - known.lead_s[self.index]) / known.period_s
     }
 
-    /// The joint of these coordinates; `link` is that of joint 2's gravity.
-    pub(super) fn new(known: &Known, index: usize, coordinates: &[D; PER_JOINT], link: D) -> Self {
+    /// A joint with these coordinates; `link` is the coordinate of joint 2's gravity.
+    pub(super) fn new(
+        known: &KnownParameters,
+        index: usize,
+        coordinates: &[D; PER_JOINT],
+        link: D,
+    ) -> Self {
         let value = |quantity: Quantity| quantity.value(coordinates[quantity as usize]);
         let link = Quantity::Gravity.value(link);
         Self {
@@ -141,40 +150,40 @@ impl<D: DualNum<Primitive = f64> + Copy> Joint<D> {
             gravity: value(Quantity::Gravity),
             viscous: value(Quantity::Viscous),
             coulomb: value(Quantity::Coulomb),
-            falling: known.falling[index],
+            stribeck: known.stribeck[index],
             gain: value(Quantity::Gain),
             offset: value(Quantity::Offset),
             dead: [value(Quantity::DeadBelow), value(Quantity::DeadAbove)],
             zero: value(Quantity::Zero),
             delay: value(Quantity::Delay),
             link,
-            stands: known.stands(),
-            reach: known.reach(link),
+            gravity_sign: known.gravity_sign(),
+            coupling: known.coupling(link),
             rad_per_count: known.rad_per_count[index],
         }
     }
 
-    /// Torque in N m that the motor makes of a PWM, equation (5) with its dead zone. Its edge
-    /// is after the last silent count; here torque comes up over [`EDGE_COUNTS`] about it, so
-    /// that there is a slope to follow, the same on either side.
-    pub(super) fn torque(&self, pwm: u16) -> D {
+    /// Motor torque in N m of a PWM, equation (5) with its dead zone. The edge lies half a
+    /// count beyond the last count without torque; here the torque rises over
+    /// [`EDGE_COUNTS`] about it, symmetrically, so that it has a derivative by the edge.
+    pub(super) fn motor_torque(&self, pwm: u16) -> D {
         let counts = f64::from(pwm) - 1000.0;
         let [below, above] = self.dead;
         let edge = if counts < 0.0 { below } else { above };
-        let share = (-edge + (counts.abs() - 0.5)) / EDGE_COUNTS + 0.5;
+        let rise = (-edge + (counts.abs() - 0.5)) / EDGE_COUNTS + 0.5;
         let torque = (-self.offset + counts) / self.gain * self.rad_per_count.signum();
-        match share.re() {
+        match rise.re() {
             _ if counts == 0.0 => D::from(0.0),
-            at if at <= 0.0 => D::from(0.0),
-            at if at < 1.0 => torque * share * share * (-share * 2.0 + 3.0),
+            value if value <= 0.0 => D::from(0.0),
+            value if value < 1.0 => torque * rise * rise * (-rise * 2.0 + 3.0),
             _ => torque,
         }
     }
 
-    /// Dry friction at a speed, in N m, whichever way.
-    pub(super) fn dry(&self, v: D) -> D {
-        match self.falling {
-            Some(falling) => self.coulomb + falling.at(v),
+    /// Magnitude of dry friction at a speed, in N m.
+    pub(super) fn dry_friction(&self, v: D) -> D {
+        match self.stribeck {
+            Some(curve) => self.coulomb + curve.excess_nm(v),
             None => self.coulomb,
         }
     }
@@ -189,23 +198,24 @@ impl<D: DualNum<Primitive = f64> + Copy> Joint<D> {
         (position - self.zero) * self.rad_per_count
     }
 
-    /// Torque in N m that accelerates the joint, but for dry friction and the motor's,
-    /// and what it accelerates in kg m²; the other joint is at this angle and speed.
-    pub(super) fn push(&self, q: D, v: D, other: [f64; 2]) -> (D, D) {
-        let [p, e] = self.reach;
+    /// Torque in N m of gravity, coupling and viscous friction (without motor and dry
+    /// friction), and effective inertia in kg m²; `other` is the other joint's angle and
+    /// speed.
+    pub(super) fn passive_dynamics(&self, q: D, v: D, other: [f64; 2]) -> (D, D) {
+        let [p, e] = self.coupling;
         let (sin, cos) = q.sin_cos();
         if self.index == 0 {
             let (sin2, cos2) = other[0].sin_cos();
             let h = (e * (2.0 * cos2) + p) * sin2;
-            let push = h * v * other[1] - self.viscous * v
-                + sin * (self.gravity + self.link * cos2) * self.stands;
-            (push, self.inertia + (e * cos2 + p) * cos2)
+            let torque = h * v * other[1] - self.viscous * v
+                + sin * (self.gravity + self.link * cos2) * self.gravity_sign;
+            (torque, self.inertia + (e * cos2 + p) * cos2)
         } else {
             let h = sin * (cos * e * 2.0 + p);
-            let push = self.gravity * sin * (other[0].cos() * self.stands)
+            let torque = self.gravity * sin * (other[0].cos() * self.gravity_sign)
                 - h * (0.5 * other[1] * other[1])
                 - self.viscous * v;
-            (push, self.inertia)
+            (torque, self.inertia)
         }
     }
 }
@@ -218,7 +228,7 @@ mod tests {
     use num_dual::{DualSVec64, DualStruct};
 
     fn coordinates(setup: &Setup, joint: usize) -> [f64; PER_JOINT] {
-        Quantity::ALL.map(|quantity| quantity.coordinate(quantity.of(setup, joint)))
+        Quantity::ALL.map(|quantity| quantity.coordinate(quantity.nominal(setup, joint)))
     }
 
     #[test]
@@ -226,7 +236,10 @@ mod tests {
         for mounting in [Mounting::Upright, Mounting::Hanging] {
             let mut setup = Setup::default();
             setup.arm.mounting = mounting;
-            let (known, arm) = (Known::of(&setup), setup.arm.map(f64::from));
+            let (known, arm) = (
+                KnownParameters::from_setup(&setup),
+                setup.arm.map(f64::from),
+            );
             let link = coordinates(&setup, 1)[Quantity::Gravity as usize];
             for i in 0..100 {
                 let at = f64::from(i);
@@ -237,10 +250,11 @@ mod tests {
                 let torque = Vector2::new((2.3 * at).sin(), (0.6 * at).cos());
                 let expected = arm.acceleration(&state, torque);
                 for joint in 0..JOINTS {
-                    let model = Joint::new(&known, joint, &coordinates(&setup, joint), link);
+                    let model = JointModel::new(&known, joint, &coordinates(&setup, joint), link);
                     let other = [state.q[1 - joint], state.dq[1 - joint]];
-                    let (push, mass) = model.push(state.q[joint], state.dq[joint], other);
-                    let off = (push + torque[joint]) / mass - expected[joint];
+                    let (passive, inertia) =
+                        model.passive_dynamics(state.q[joint], state.dq[joint], other);
+                    let off = (passive + torque[joint]) / inertia - expected[joint];
                     assert!(off.abs() < 1e-9, "{mounting:?}, joint {joint}: {off:e}");
                 }
             }
@@ -251,26 +265,29 @@ mod tests {
     fn a_motor_makes_the_torque_of_its_actuator_beyond_its_dead_zone() {
         let mut setup = Setup::default();
         setup.joints[1].direction = Direction::Reverse;
-        let (known, arm) = (Known::of(&setup), Parameters::<f64>::paper());
+        let (known, arm) = (
+            KnownParameters::from_setup(&setup),
+            Parameters::<f64>::paper(),
+        );
         assert_eq!(arm.mounting, known.mounting);
         for joint in 0..JOINTS {
             let mut at = coordinates(&setup, joint);
             at[Quantity::DeadBelow as usize] = Quantity::DeadBelow.coordinate(10.0);
             at[Quantity::DeadAbove as usize] = Quantity::DeadAbove.coordinate(20.0);
-            let lanes =
+            let duals =
                 core::array::from_fn(|i| DualSVec64::<PER_JOINT>::from_re(at[i]).derivative(i));
-            let model = Joint::new(&known, joint, &lanes, lanes[Quantity::Gravity as usize]);
+            let model = JointModel::new(&known, joint, &duals, duals[Quantity::Gravity as usize]);
             let servo = armbridge_shared::actuator::Joint::<f64> {
                 direction: setup.joints[joint].direction,
                 ..armbridge_shared::actuator::Joint::paper()
             };
             for counts in [0, 900, 988, 1022, 1300, 2000] {
-                let torque = model.torque(counts);
+                let torque = model.motor_torque(counts);
                 let expected = servo.torque(armbridge_shared::actuator::Pwm::saturating(counts));
                 assert!((torque.re() - expected).abs() < 1e-9, "{counts}");
             }
             for counts in [991, 1000, 1019] {
-                assert!(model.torque(counts).re().abs() <= 0.0, "{counts}");
+                assert!(model.motor_torque(counts).re().abs() <= 0.0, "{counts}");
             }
         }
     }

@@ -1,195 +1,229 @@
-//! How far the arm of given numbers is from what was measured, and which way is down.
+//! Cost of an arm's coordinates: the sum of squared residuals over windows, with its
+//! gradient and Gauss-Newton Hessian.
 //!
-//! Each window begins with two numbers of its own, the angle and the speed of its first
-//! tick: nuisance parameters. They are eliminated: of the window's normal
-//! equations only what is left when they are at their best goes into the sum.
+//! Each window has two nuisance parameters of its own, the angle and the speed of its first
+//! tick. They are eliminated: only the Schur complement of the window's normal equations,
+//! with the initial state at its optimum, enters the sum.
 
 use armbridge_shared::JOINTS;
 use nalgebra::{SMatrix, SVector};
 use num_dual::{DualSVec64, DualStruct};
 
-use super::arm::{Joint, Known};
+use super::arm::{JointModel, KnownParameters};
 use super::dataset::{Trace, Window};
 use super::motion::Motion;
 use super::quantity::{COUNT, PER_JOINT, Quantity};
 
-/// Numbers of a window's start.
-pub(super) const STARTS: usize = 2;
-/// Derivatives that a motion carries: the joint's own numbers, link 2's gravity, its start.
-const LANES: usize = PER_JOINT + 1 + STARTS;
+/// Components of a window's initial state.
+pub(super) const INITIAL_STATES: usize = 2;
+/// Derivatives of a motion: by the joint's own parameters, link 2's gravity, and the
+/// window's initial state.
+const DERIVATIVES: usize = PER_JOINT + 1 + INITIAL_STATES;
+/// Index of the derivative by link 2's gravity.
 const LINK: usize = PER_JOINT;
-/// All but the start.
-const OWN: usize = PER_JOINT + 1;
-/// Ticks whose errors are added up to one: nothing of interest is that fast.
+/// Derivatives without those by the initial state.
+const PARAMETERS: usize = PER_JOINT + 1;
+/// Ticks whose residuals are added up to one: nothing of interest is that fast.
 pub(super) const BLOCK: usize = 5;
 
-type Dual = DualSVec64<LANES>;
-type Slope = SVector<f64, COUNT>;
-type Curve = SMatrix<f64, COUNT, COUNT>;
+type Dual = DualSVec64<DERIVATIVES>;
+type Gradient = SVector<f64, COUNT>;
+type Hessian = SMatrix<f64, COUNT, COUNT>;
+/// Derivatives of a window's optimal initial state by all coordinates.
+type StartSensitivity = SMatrix<f64, INITIAL_STATES, COUNT>;
 
-/// The sum over windows.
+/// Sum over windows.
 #[derive(Clone, Debug)]
 pub(super) struct Cost {
     /// Sum of squares in counts squared.
     pub(super) squares: f64,
-    /// Errors in it, blocks of [`BLOCK`] ticks.
+    /// Residuals in it, of blocks of [`BLOCK`] ticks.
     pub(super) count: usize,
-    /// Half the slope of the sum, downwards.
-    pub(super) gradient: Slope,
-    /// Half its curvature, after Gauss and Newton.
-    pub(super) hessian: Curve,
-    /// Sum of the outer products of the windows' slopes.
-    pub(super) scatter: Curve,
+    /// Half the negative gradient of the sum.
+    pub(super) gradient: Gradient,
+    /// Half its Gauss-Newton Hessian.
+    pub(super) hessian: Hessian,
+    /// Sum of the outer products of the windows' gradients.
+    pub(super) scatter: Hessian,
 }
 
-/// A window, and where it is thought to begin.
+/// Fit of a window: its initial state and its sum of squares.
 #[derive(Clone, Debug)]
-pub struct Stretch {
+pub struct WindowFit {
     /// The window.
     pub window: Window,
-    /// Angle in rad and speed in rad/s.
-    x: [f64; STARTS],
-    /// How the best start depends on the coordinates at which it was sought last.
-    seen: Option<([f64; COUNT], SMatrix<f64, STARTS, COUNT>)>,
-    /// Sum of its errors' squares, in counts squared, as looked at last.
+    /// Angle in rad and speed in rad/s of its first tick.
+    initial_state: [f64; INITIAL_STATES],
+    /// Coordinates of the last evaluation, and the sensitivity of the initial state there.
+    start_sensitivity: Option<([f64; COUNT], StartSensitivity)>,
+    /// Sum of the squared residuals at the last evaluation, in counts squared.
     pub squares: f64,
-    /// Errors in it.
+    /// Number of residuals, of blocks of [`BLOCK`] ticks.
     pub count: usize,
 }
 
-impl Stretch {
+impl WindowFit {
     pub(super) fn new(window: Window, trace: &Trace) -> Self {
         Self {
-            x: trace.smooth[window.first][window.joint],
+            initial_state: trace.states[window.first][window.joint],
             window,
-            seen: None,
+            start_sensitivity: None,
             squares: 0.0,
             count: 0,
         }
     }
+
+    /// Whether the mean square of the residuals, in counts squared, is at most this limit.
+    pub(super) fn is_explained(&self, limit_counts2: f64) -> bool {
+        self.squares <= limit_counts2 * self.count as f64
+    }
+
+    /// Whether it is above this limit.
+    pub(super) fn is_outlier(&self, limit_counts2: f64) -> bool {
+        self.squares > limit_counts2 * self.count as f64
+    }
+
+    /// Root mean square of the residuals in counts.
+    pub(super) fn rms_counts(&self) -> f64 {
+        (self.squares / self.count as f64).sqrt()
+    }
 }
 
-/// The normal equations of a window.
-struct Look {
+/// Normal equations of a window, its initial state eliminated.
+struct NormalEquations {
     squares: f64,
     count: usize,
-    gradient: Slope,
-    hessian: Curve,
-    /// From the start that was taken to the best.
-    step: SVector<f64, STARTS>,
-    back: SMatrix<f64, STARTS, COUNT>,
-    /// How much that is better.
-    gain: f64,
+    gradient: Gradient,
+    hessian: Hessian,
+    /// Step from the initial state of the evaluation to the optimal one.
+    start_step: SVector<f64, INITIAL_STATES>,
+    start_sensitivity: StartSensitivity,
+    /// Reduction of the sum of squares by that step.
+    start_improvement: f64,
 }
 
-/// Where a joint's lane belongs among the coordinates.
-fn place(joint: usize, lane: usize) -> usize {
-    if lane == LINK {
-        Quantity::Gravity.at(1)
+/// Index among all coordinates of a joint's derivative.
+fn coordinate_index(joint: usize, derivative: usize) -> usize {
+    if derivative == LINK {
+        Quantity::Gravity.index(1)
     } else {
-        joint * PER_JOINT + lane
+        joint * PER_JOINT + derivative
     }
 }
 
 fn motion<'a>(
-    stretch: &Stretch,
+    window_fit: &WindowFit,
     trace: &'a Trace,
-    known: &Known,
-    at: &[f64; COUNT],
+    known: &KnownParameters,
+    coordinates: &[f64; COUNT],
 ) -> Motion<'a, Dual> {
-    let lane = |value: f64, index: usize| Dual::from_re(value).derivative(index);
-    let Window { joint, .. } = stretch.window;
-    let coordinates = core::array::from_fn(|i| lane(at[joint * PER_JOINT + i], i));
+    let dual = |value: f64, index: usize| Dual::from_re(value).derivative(index);
+    let Window { joint, .. } = window_fit.window;
+    let own = core::array::from_fn(|i| dual(coordinates[joint * PER_JOINT + i], i));
     let link = match joint {
-        0 => lane(at[Quantity::Gravity.at(1)], LINK),
-        _ => coordinates[Quantity::Gravity as usize],
+        0 => dual(coordinates[Quantity::Gravity.index(1)], LINK),
+        _ => own[Quantity::Gravity as usize],
     };
-    let start = [lane(stretch.x[0], LINK + 1), lane(stretch.x[1], LINK + 2)];
-    let model = Joint::new(known, joint, &coordinates, link);
-    Motion::new(model, joint, known, trace, start, stretch.x[1].signum())
+    let [angle, speed] = window_fit.initial_state;
+    let start = [dual(angle, LINK + 1), dual(speed, LINK + 2)];
+    let model = JointModel::new(known, joint, &own, link);
+    Motion::new(model, joint, known, trace, start, speed.signum())
 }
 
-fn look(stretch: &Stretch, trace: &Trace, known: &Known, at: &[f64; COUNT]) -> Look {
+fn normal_equations(
+    window_fit: &WindowFit,
+    trace: &Trace,
+    known: &KnownParameters,
+    coordinates: &[f64; COUNT],
+) -> NormalEquations {
     let Window {
         joint, first, len, ..
-    } = stretch.window;
-    let mut motion = motion(stretch, trace, known, at);
-    let mut normal = SMatrix::<f64, LANES, LANES>::zeros();
-    let mut right = SVector::<f64, LANES>::zeros();
+    } = window_fit.window;
+    let mut motion = motion(window_fit, trace, known, coordinates);
+    let mut normal = SMatrix::<f64, DERIVATIVES, DERIVATIVES>::zeros();
+    let mut right = SVector::<f64, DERIVATIVES>::zeros();
     let (mut squares, mut count) = (0.0, 0);
-    let (mut sum, mut n, mut slope) = (0.0, 0, SVector::<f64, LANES>::zeros());
+    let (mut sum, mut n) = (0.0, 0);
+    let mut sensitivity = SVector::<f64, DERIVATIVES>::zeros();
     for tick in first..first + len {
         if let Some(measured) = trace.counts[tick][joint] {
             let position = motion.position();
             sum += f64::from(measured) - position.re();
             n += 1;
             if let Some(eps) = position.eps.0.as_ref() {
-                slope += eps;
+                sensitivity += eps;
             }
         }
         if n == BLOCK || (tick + 1 == first + len && n > 0) {
             let scale = 1.0 / f64::from(n as u32).sqrt();
-            let (residual, row) = (sum * scale, slope * scale);
+            let (residual, row) = (sum * scale, sensitivity * scale);
             squares += residual * residual;
             count += 1;
             right.axpy(residual, &row, 1.0);
             normal.syger(1.0, &row, &row, 1.0);
             (sum, n) = (0.0, 0);
-            slope.fill(0.0);
+            sensitivity.fill(0.0);
         }
         motion.step(tick);
     }
     normal.fill_upper_triangle_with_lower_triangle();
-    let starts = normal.fixed_view::<STARTS, STARTS>(OWN, OWN).into_owned();
-    let cross = normal.fixed_view::<OWN, STARTS>(0, OWN).into_owned();
-    let own = normal.fixed_view::<OWN, OWN>(0, 0).into_owned();
+    let starts = normal
+        .fixed_view::<INITIAL_STATES, INITIAL_STATES>(PARAMETERS, PARAMETERS)
+        .into_owned();
+    let cross = normal
+        .fixed_view::<PARAMETERS, INITIAL_STATES>(0, PARAMETERS)
+        .into_owned();
+    let own = normal
+        .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
+        .into_owned();
     let inverse = starts.try_inverse().unwrap_or_else(SMatrix::zeros);
-    let step = inverse * right.fixed_rows::<STARTS>(OWN);
-    let back = inverse * cross.transpose();
-    let gain = step.dot(&right.fixed_rows::<STARTS>(OWN));
-    let gradient = right.fixed_rows::<OWN>(0) - cross * step;
-    let hessian = own - cross * back;
-    let mut look = Look {
-        squares: squares - gain,
+    let start_step = inverse * right.fixed_rows::<INITIAL_STATES>(PARAMETERS);
+    let start_sensitivity = inverse * cross.transpose();
+    let start_improvement = start_step.dot(&right.fixed_rows::<INITIAL_STATES>(PARAMETERS));
+    let gradient = right.fixed_rows::<PARAMETERS>(0) - cross * start_step;
+    let hessian = own - cross * start_sensitivity;
+    let mut equations = NormalEquations {
+        squares: squares - start_improvement,
         count,
-        gradient: Slope::zeros(),
-        hessian: Curve::zeros(),
-        step,
-        back: SMatrix::zeros(),
-        gain,
+        gradient: Gradient::zeros(),
+        hessian: Hessian::zeros(),
+        start_step,
+        start_sensitivity: SMatrix::zeros(),
+        start_improvement,
     };
-    for i in 0..OWN {
-        let a = place(joint, i);
-        look.gradient[a] += gradient[i];
-        for s in 0..STARTS {
-            look.back[(s, a)] += back[(s, i)];
+    for i in 0..PARAMETERS {
+        let row = coordinate_index(joint, i);
+        equations.gradient[row] += gradient[i];
+        for s in 0..INITIAL_STATES {
+            equations.start_sensitivity[(s, row)] += start_sensitivity[(s, i)];
         }
-        for j in 0..OWN {
-            look.hessian[(a, place(joint, j))] += hessian[(i, j)];
+        for j in 0..PARAMETERS {
+            equations.hessian[(row, coordinate_index(joint, j))] += hessian[(i, j)];
         }
     }
-    look
+    equations
 }
 
-/// The sum at these coordinates; moves the windows' starts to their best. A window whose
-/// errors are more than `most` squared on average pulls less the farther off it is.
+/// Cost at these coordinates; moves the windows' initial states to their optimum. The
+/// weight of a window falls with its mean square above the outlier limit.
 pub(super) fn cost(
-    stretches: &mut [Stretch],
+    window_fits: &mut [WindowFit],
     traces: &[Trace],
-    known: &Known,
-    at: &[f64; COUNT],
-    most: f64,
+    known: &KnownParameters,
+    coordinates: &[f64; COUNT],
+    outlier_limit_counts2: f64,
 ) -> Cost {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let share = stretches.len().div_ceil(threads).max(1);
+    let per_thread = window_fits.len().div_ceil(threads).max(1);
     std::thread::scope(|scope| {
-        let parts: Vec<_> = stretches
-            .chunks_mut(share)
+        let parts: Vec<_> = window_fits
+            .chunks_mut(per_thread)
             .map(|part| {
                 scope.spawn(move || {
-                    part.iter_mut().fold(Cost::zero(), |total, stretch| {
-                        let trace = &traces[stretch.window.trace];
-                        total.plus(&of_window(stretch, trace, known, at, most))
+                    part.iter_mut().fold(Cost::zero(), |total, window_fit| {
+                        let trace = &traces[window_fit.window.trace];
+                        let limit = outlier_limit_counts2;
+                        total.plus(&window_cost(window_fit, trace, known, coordinates, limit))
                     })
                 })
             })
@@ -202,42 +236,49 @@ pub(super) fn cost(
     })
 }
 
-/// A window's part of it.
-fn of_window(
-    stretch: &mut Stretch,
+/// Contribution of a window.
+fn window_cost(
+    window_fit: &mut WindowFit,
     trace: &Trace,
-    known: &Known,
-    at: &[f64; COUNT],
-    most: f64,
+    known: &KnownParameters,
+    coordinates: &[f64; COUNT],
+    outlier_limit_counts2: f64,
 ) -> Cost {
-    if let Some((before, back)) = &stretch.seen {
-        let moved = back * Slope::from_fn(|i, _| at[i] - before[i]);
-        stretch.x = core::array::from_fn(|i| stretch.x[i] - moved[i]);
+    if let Some((before, sensitivity)) = &window_fit.start_sensitivity {
+        let moved = sensitivity * Gradient::from_fn(|i, _| coordinates[i] - before[i]);
+        window_fit.initial_state = core::array::from_fn(|i| window_fit.initial_state[i] - moved[i]);
     }
-    let mut found = look(stretch, trace, known, at);
-    if found.gain > 1.0 {
-        stretch.x = core::array::from_fn(|i| stretch.x[i] + found.step[i]);
-        found = look(stretch, trace, known, at);
+    let mut equations = normal_equations(window_fit, trace, known, coordinates);
+    if equations.start_improvement > 1.0 {
+        window_fit.step_start(&equations);
+        equations = normal_equations(window_fit, trace, known, coordinates);
     }
-    stretch.x = core::array::from_fn(|i| stretch.x[i] + found.step[i]);
-    stretch.seen = Some((*at, found.back));
-    (stretch.squares, stretch.count) = (found.squares, found.count);
-    let most = most * found.count as f64;
-    let (squares, weight) = if found.squares > most {
+    window_fit.step_start(&equations);
+    window_fit.start_sensitivity = Some((*coordinates, equations.start_sensitivity));
+    (window_fit.squares, window_fit.count) = (equations.squares, equations.count);
+    let limit = outlier_limit_counts2 * equations.count as f64;
+    let (squares, weight) = if equations.squares > limit {
         (
-            most * (1.0 + (found.squares / most).ln()),
-            most / found.squares,
+            limit * (1.0 + (equations.squares / limit).ln()),
+            limit / equations.squares,
         )
     } else {
-        (found.squares, 1.0)
+        (equations.squares, 1.0)
     };
-    let gradient = found.gradient * weight;
+    let gradient = equations.gradient * weight;
     Cost {
         squares,
-        count: found.count,
+        count: equations.count,
         gradient,
-        hessian: found.hessian * weight,
+        hessian: equations.hessian * weight,
         scatter: gradient * gradient.transpose(),
+    }
+}
+
+impl WindowFit {
+    fn step_start(&mut self, equations: &NormalEquations) {
+        let step = &equations.start_step;
+        self.initial_state = core::array::from_fn(|i| self.initial_state[i] + step[i]);
     }
 }
 
@@ -246,9 +287,9 @@ impl Cost {
         Self {
             squares: 0.0,
             count: 0,
-            gradient: Slope::zeros(),
-            hessian: Curve::zeros(),
-            scatter: Curve::zeros(),
+            gradient: Gradient::zeros(),
+            hessian: Hessian::zeros(),
+            scatter: Hessian::zeros(),
         }
     }
 

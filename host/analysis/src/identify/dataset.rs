@@ -1,126 +1,135 @@
-//! What is fitted: PWM sent to the servos, and counts of their encoders.
+//! Data of a fit: PWM sent to the servos, encoder counts, and windows in which a joint
+//! slides.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
 
-use super::arm::Known;
+use super::arm::KnownParameters;
 
-/// Ticks without a gap.
+/// Consecutive ticks without a gap.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
-    /// Index of the log it is of.
+    /// Index of the log.
     pub log: usize,
-    /// When it begins, in s after the first record of that log.
-    pub since_s: f64,
+    /// Time of the first tick in s, from the first record of the log.
+    pub start_s: f64,
     /// PWM in force in each tick.
     pub pwm: Vec<[u16; JOINTS]>,
-    /// Encoder counts in each tick, where they came and are on the track.
+    /// Encoder counts in each tick; `None` if missing or at an end of the track.
     pub counts: Vec<[Option<u16>; JOINTS]>,
-    /// Angle in rad and speed in rad/s of each joint, by a line through its encoder's
-    /// counts around each tick.
-    pub smooth: Vec<[[f64; 2]; JOINTS]>,
+    /// Smoothed angle in rad and speed in rad/s of each joint: a line fitted to its encoder's
+    /// counts about each tick.
+    pub states: Vec<[[f64; 2]; JOINTS]>,
 }
 
-/// A stretch in which a joint slides, and turns round at once where it does.
+/// Ticks in which a joint slides, and reverses without resting.
 #[derive(Clone, Debug)]
 pub struct Window {
     /// Index of the trace.
     pub trace: usize,
-    /// From 0.
+    /// Joint, from 0.
     pub joint: usize,
     /// First tick.
     pub first: usize,
-    /// Ticks.
+    /// Length in ticks.
     pub len: usize,
 }
 
-/// Ticks to either side of one over which a speed is taken.
-const AROUND: usize = 25;
-/// Speed in rad/s above which a joint surely slides: 5 standard deviations with noise of
-/// a count.
+/// Ticks on either side of one in the line fit of its speed.
+const HALF_WIDTH: usize = 25;
+/// Speed in rad/s above which a joint counts as sliding: 5 standard deviations with noise
+/// of a count.
 const SLIDES_RAD_S: f64 = 0.17;
-/// PWM at which a motor is off.
-pub(super) const OFF: u16 = Pwm::OFF.counts();
-/// Counts from off up to which torque grows with PWM; with more, a strong motor comes to
-/// what its gears or its supply let it make.
-pub(super) const FAIR_COUNTS: u16 = 700;
-/// Ticks in which a joint that turns round without resting is slower than
+/// Neutral PWM.
+pub(super) const NEUTRAL: u16 = Pwm::OFF.counts();
+/// Counts from neutral up to which torque is proportional to PWM; above, the gears or the
+/// supply of a strong motor may limit it.
+pub(super) const LINEAR_PWM_COUNTS: u16 = 700;
+/// Most ticks that a joint which reverses without resting is slower than
 /// [`SLIDES_RAD_S`].
-const TURN: usize = 30;
-/// Shortest window in ticks that is of use.
-const SHORTEST: usize = 120;
+const REVERSAL_TICKS: usize = 30;
+/// Shortest window in ticks.
+const WINDOW_MIN: usize = 120;
 
 impl Trace {
-    /// Works out [`smooth`](Self::smooth), with zeros as they are believed.
+    /// Works out [`states`](Self::states), with these encoder zeros.
     #[must_use]
-    pub fn smoothed(&self, known: &Known, zero: [f64; JOINTS]) -> Self {
+    pub fn smoothed(&self, known: &KnownParameters, zero: [f64; JOINTS]) -> Self {
         let mut before = [[0.0; 2]; JOINTS];
-        let smooth = (0..self.counts.len())
+        let states = (0..self.counts.len())
             .map(|tick| {
                 before = core::array::from_fn(|joint| {
-                    self.line(joint, tick, AROUND)
-                        .map_or(before[joint], |[position, rate]| {
+                    self.fit_line(joint, tick, HALF_WIDTH).map_or(
+                        before[joint],
+                        |[position, rate]| {
                             let scale = known.rad_per_count[joint];
                             [
                                 (position - zero[joint]) * scale,
                                 rate * scale / known.period_s,
                             ]
-                        })
+                        },
+                    )
                 });
                 before
             })
             .collect();
         Self {
-            smooth,
+            states,
             ..self.clone()
         }
     }
 
-    /// PWM in force in a tick; before the first and after the last, as there.
+    /// PWM in force in a tick; that of the first or last tick beyond them.
     pub(super) fn pwm_at(&self, tick: i64, joint: usize) -> u16 {
         let last = self.pwm.len().saturating_sub(1);
         let tick = usize::try_from(tick).unwrap_or(0).min(last);
-        self.pwm.get(tick).map_or(OFF, |pwm| pwm[joint])
+        self.pwm.get(tick).map_or(NEUTRAL, |pwm| pwm[joint])
     }
 
-    /// Position at a tick and its rate per tick, by a line through so many to either side.
-    pub(super) fn line(&self, joint: usize, tick: usize, around: usize) -> Option<[f64; 2]> {
-        let first = tick.saturating_sub(around);
-        let last = (tick + around).min(self.counts.len() - 1);
-        let (mut n, mut at, mut sum, mut slope, mut square) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    /// Position at a tick and its rate per tick, by a line through `half_width` ticks on
+    /// either side.
+    pub(super) fn fit_line(
+        &self,
+        joint: usize,
+        tick: usize,
+        half_width: usize,
+    ) -> Option<[f64; 2]> {
+        let first = tick.saturating_sub(half_width);
+        let last = (tick + half_width).min(self.counts.len() - 1);
+        let (mut n, mut sum_x, mut sum_y, mut sum_xy, mut sum_xx) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for (index, counts) in self.counts[first..=last].iter().enumerate() {
             let Some(count) = counts[joint] else { continue };
             let x = (first + index) as f64 - tick as f64;
             let y = f64::from(count);
             n += 1.0;
-            at += x;
-            sum += y;
-            slope += x * y;
-            square += x * x;
+            sum_x += x;
+            sum_y += y;
+            sum_xy += x * y;
+            sum_xx += x * x;
         }
-        let spread = n * square - at * at;
-        (n > around as f64 * 0.8 && spread > 0.0).then(|| {
-            let rate = (n * slope - at * sum) / spread;
-            [(sum - rate * at) / n, rate]
+        let determinant = n * sum_xx - sum_x * sum_x;
+        (n > half_width as f64 * 0.8 && determinant > 0.0).then(|| {
+            let rate = (n * sum_xy - sum_x * sum_y) / determinant;
+            [(sum_y - rate * sum_x) / n, rate]
         })
     }
 
-    /// All windows of a joint, none longer than `most` ticks by more than a turn takes.
-    pub(super) fn windows(&self, trace: usize, joint: usize, most: usize) -> Vec<Window> {
+    /// All windows of a joint, of at most `max_len` ticks and the duration of a reversal.
+    pub(super) fn windows(&self, trace: usize, joint: usize, max_len: usize) -> Vec<Window> {
         let mut windows = Vec::new();
         let mut from = 0;
-        while let Some(first) = (from..self.smooth.len()).find(|tick| self.slides(*tick, joint)) {
-            let end = self.slides_until(first, joint);
+        while let Some(first) = (from..self.states.len()).find(|tick| self.slides(*tick, joint)) {
+            let end = self.sliding_end(first, joint);
             from = end;
-            // Where its speed is just enough the joint may have stood a moment before.
-            let end = end.saturating_sub(AROUND);
-            let Some(mut first) = (first + AROUND..end).find(|tick| self.slides(*tick, joint))
+            // Near the threshold speed the joint may have been at rest a moment before.
+            let end = end.saturating_sub(HALF_WIDTH);
+            let Some(mut first) = (first + HALF_WIDTH..end).find(|tick| self.slides(*tick, joint))
             else {
                 continue;
             };
-            while end >= first + SHORTEST {
-                // Parts of about the same length, each from where it surely slides.
-                let parts = (end - first).div_ceil(most);
+            while end >= first + WINDOW_MIN {
+                // Parts of about the same length, each from a tick in which the joint slides.
+                let parts = (end - first).div_ceil(max_len);
                 let part = first + (end - first) / parts;
                 let begins = (part..end).find(|tick| parts > 1 && self.slides(*tick, joint));
                 let len = begins.unwrap_or(end) - first;
@@ -136,24 +145,24 @@ impl Trace {
         windows
     }
 
-    /// Whether a joint surely slides in a tick, and its motor makes the torque of its PWM.
+    /// Whether a joint slides in a tick, and its torque is proportional to PWM.
     fn slides(&self, tick: usize, joint: usize) -> bool {
-        self.smooth[tick][joint][1].abs() > SLIDES_RAD_S && self.is_fair(tick, joint)
+        self.states[tick][joint][1].abs() > SLIDES_RAD_S && self.is_pwm_linear(tick, joint)
     }
 
-    fn is_fair(&self, tick: usize, joint: usize) -> bool {
-        self.pwm[tick][joint].abs_diff(OFF) <= FAIR_COUNTS
+    fn is_pwm_linear(&self, tick: usize, joint: usize) -> bool {
+        self.pwm[tick][joint].abs_diff(NEUTRAL) <= LINEAR_PWM_COUNTS
     }
 
-    /// From a tick in which a joint slides, the end of the stretch in which it does, and
-    /// turns round at once where it does.
-    fn slides_until(&self, first: usize, joint: usize) -> usize {
+    /// End of sliding, from a tick in which a joint slides; reversals without rest do not end
+    /// it.
+    fn sliding_end(&self, first: usize, joint: usize) -> usize {
         let mut end = first;
-        let fair = (first..self.smooth.len()).take_while(|tick| self.is_fair(*tick, joint));
-        for tick in fair {
+        let linear = (first..self.states.len()).take_while(|tick| self.is_pwm_linear(*tick, joint));
+        for tick in linear {
             if self.slides(tick, joint) {
                 end = tick + 1;
-            } else if tick - end >= TURN {
+            } else if tick - end >= REVERSAL_TICKS {
                 break;
             }
         }

@@ -1,159 +1,168 @@
-//! From traces to numbers: the start, the search in windows of growing length, what is
-//! known of the numbers in the end, and static friction.
+//! The fit: initial guess, search in windows of growing length, covariance of the
+//! parameters, and static friction.
 
 use armbridge_shared::JOINTS;
 use nalgebra::SMatrix;
 
-use super::arm::Known;
+use super::arm::KnownParameters;
 use super::checks;
-use super::cost::{BLOCK, STARTS};
+use super::cost::{BLOCK, INITIAL_STATES};
 use super::dataset::Trace;
-use super::fit_result::Found;
-use super::initial_guess::{NoStart, start};
+use super::fit_result::FitResult;
+use super::initial_guess::{InitialGuessError, initial_guess};
+use super::prior::Prior;
 use super::quantity::{COUNT, PER_JOINT, Quantity};
-use super::search::{Prior, Search};
-use super::stage::Round;
-use super::stiction::Stiction;
-use super::stribeck;
+use super::search::{ErrorModel, Search};
+use super::stage::Stage;
+use super::stiction::StaticFrictionFit;
+use super::stribeck::fit_stribeck;
 
-/// Longest windows of each round, in ticks: in short ones a wrong number leads less far
-/// astray, in long ones a right one shows more.
-const ROUNDS: [usize; 3] = [400, 1_000, 1_000];
-/// Variance of an error to begin with, in counts squared: noise of a count, rounded.
-const VARIANCE: f64 = 1.0 + 1.0 / 12.0;
-/// Standard deviations of a window's mean square beyond which it counts less.
-const ODD: f64 = 4.0;
+/// Longest windows of each stage, in ticks: in short ones a wrong parameter leads less far
+/// astray, long ones are more sensitive to a right one.
+const STAGES: [usize; 3] = [400, 1_000, 1_000];
+/// Initial variance of a residual, in counts squared: noise of a count, rounded.
+const VARIANCE_COUNTS2: f64 = 1.0 + 1.0 / 12.0;
+/// Standard deviations of a window's mean square beyond which it is an outlier.
+const OUTLIER_SIGMAS: f64 = 4.0;
 
-/// Seeks the numbers that explain these traces.
+/// Fits the parameters to these traces.
 ///
 /// # Errors
-/// If they do not tell enough to begin with.
-pub fn find(traces: &[Trace], known: &Known, prior: &Prior) -> Result<Found, NoStart> {
-    let mut found = Found {
-        at: start(traces, known, &prior.mean)?,
+/// If there is no initial guess.
+pub(super) fn fit(
+    traces: &[Trace],
+    known: &KnownParameters,
+    prior: &Prior,
+) -> Result<FitResult, InitialGuessError> {
+    let mut result = FitResult {
+        coordinates: initial_guess(traces, known, &prior.mean)?,
         covariance: SMatrix::zeros(),
-        unweighed: [0.0; COUNT],
-        noise_counts: VARIANCE.sqrt(),
+        deviation_without_weight: [0.0; COUNT],
+        noise_counts: VARIANCE_COUNTS2.sqrt(),
         stribeck: [None; JOINTS],
-        friction: [None; JOINTS],
-        stretches: Vec::new(),
-        most: VARIANCE,
+        static_friction: [None; JOINTS],
+        window_fits: Vec::new(),
+        outlier_limit_counts2: VARIANCE_COUNTS2,
     };
-    let mut doubt = [0.0; COUNT];
-    let mut falls = [false; JOINTS];
-    for (number, len) in ROUNDS.into_iter().enumerate() {
-        let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
-        let smooth = |trace: &Trace| trace.smoothed(known, zero);
-        let traces: Vec<Trace> = traces.iter().map(smooth).collect();
-        let variance = found.noise_counts.powi(2);
-        found.most = variance * (1.0 + ODD * (2.0 * BLOCK as f64 / len as f64).sqrt());
-        let falling = known.with(&found.stribeck);
-        let round = Round {
-            stretches: Round::stretches(&traces, len),
+    let mut ambiguity = [0.0; COUNT];
+    let mut has_stribeck = [false; JOINTS];
+    for (number, len) in STAGES.into_iter().enumerate() {
+        let traces = result.smoothed(traces, known);
+        let variance_counts2 = result.noise_counts.powi(2);
+        result.outlier_limit_counts2 =
+            variance_counts2 * (1.0 + OUTLIER_SIGMAS * (2.0 * BLOCK as f64 / len as f64).sqrt());
+        let with_stribeck = known.with_stribeck(&result.stribeck);
+        let stage = Stage {
+            window_fits: Stage::window_fits(&traces, len),
             traces: &traces,
-            known: &falling,
+            known: &with_stribeck,
             prior,
-            judged: [variance, found.most],
+            errors: ErrorModel {
+                variance_counts2,
+                outlier_limit_counts2: result.outlier_limit_counts2,
+            },
         };
-        let is_last = number + 1 == ROUNDS.len();
-        let mut search = round.begin(found.at).run();
+        let is_last = number + 1 == STAGES.len();
+        let mut search = stage.search(result.coordinates).minimise();
         if number == 0 {
-            // Where hardly a window is an arm's, linear least squares begins far off.
-            let believed = round.begin(prior.mean).try_once();
-            if believed.loss() < search.loss() {
-                search = believed;
+            // With hardly a window of a free arm, linear least squares begins far off.
+            let from_prior = stage.search(prior.mean).minimise_briefly();
+            if from_prior.loss() < search.loss() {
+                search = from_prior;
             }
         }
-        if number == 1 || (is_last && falls.contains(&true)) {
-            let tried = round.try_dead_zones(search.at());
-            doubt = tried.doubt;
-            search = round.begin(tried.at).run();
+        if number == 1 || (is_last && has_stribeck.contains(&true)) {
+            let dead_zones = stage.fit_dead_zones(search.coordinates());
+            ambiguity = dead_zones.ambiguity;
+            search = stage.search(dead_zones.coordinates).minimise();
         }
-        found.take(&search, prior);
+        result.update(&search, prior);
         if number == 1 {
-            falls = [0, 1].map(|joint| found.fall(&round, joint).is_some());
+            has_stribeck = [0, 1].map(|joint| result.fit_stribeck(&stage, joint).is_some());
         }
         if is_last {
-            found.end(&round, search, falls);
+            result.finish(&stage, search, has_stribeck);
         }
     }
-    for (i, doubt) in doubt.into_iter().enumerate() {
-        found.covariance[(i, i)] += f64::powi(doubt, 2);
+    for (i, ambiguity) in ambiguity.into_iter().enumerate() {
+        result.covariance[(i, i)] += f64::powi(ambiguity, 2);
     }
-    let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
-    let traces: Vec<Trace> = traces.iter().map(|t| t.smoothed(known, zero)).collect();
-    let stiction = Stiction {
-        traces: &traces,
-        known: &known.with(&found.stribeck),
-        at: &found.at,
-        covariance: &found.covariance,
-        noise_counts: found.noise_counts,
+    let static_friction = StaticFrictionFit {
+        traces: &result.smoothed(traces, known),
+        known: &known.with_stribeck(&result.stribeck),
+        coordinates: &result.coordinates,
+        covariance: &result.covariance,
+        noise_counts: result.noise_counts,
     };
-    found.friction = stiction.found();
-    Ok(found)
+    result.static_friction = static_friction.estimate();
+    Ok(result)
 }
 
-impl Found {
-    /// The last round's end: how these joints' dry friction falls, all other numbers with it,
-    /// and how well it is known where there is no dead zone.
-    fn end(&mut self, round: &Round<'_>, search: Search<'_>, falls: [bool; JOINTS]) {
-        let falling = (0..JOINTS).filter(|joint| falls[*joint]);
-        let more: Vec<_> = falling
-            .filter_map(|joint| self.fall(round, joint))
+impl FitResult {
+    /// Ends the last stage: fits the Stribeck curves of these joints, then all parameters
+    /// again, and the uncertainty of edges where there is no dead zone.
+    fn finish(&mut self, stage: &Stage<'_>, search: Search<'_>, has_stribeck: [bool; JOINTS]) {
+        let joints = (0..JOINTS).filter(|joint| has_stribeck[*joint]);
+        let covariances: Vec<_> = joints
+            .filter_map(|joint| self.fit_stribeck(stage, joint))
             .collect();
-        let known = round.known.with(&self.stribeck);
-        let round = Round {
+        let known = stage.known.with_stribeck(&self.stribeck);
+        let stage = Stage {
             known: &known,
-            stretches: round.stretches.clone(),
-            ..*round
+            window_fits: stage.window_fits.clone(),
+            ..*stage
         };
-        let search = if falls.contains(&true) {
-            round.begin(self.at).run()
+        let search = if has_stribeck.contains(&true) {
+            stage.search(self.coordinates).minimise()
         } else {
             search
         };
-        self.take(&search, round.prior);
-        self.covariance += more.iter().sum::<SMatrix<f64, COUNT, COUNT>>();
-        let edges = Quantity::edges().filter(|edge| search.at()[*edge] <= 0.0);
-        let none = edges.filter_map(|edge| Some((edge, round.seen(&search, edge)?)));
-        for (edge, deviation) in none {
+        self.update(&search, stage.prior);
+        self.covariance += covariances.iter().sum::<SMatrix<f64, COUNT, COUNT>>();
+        let edges = Quantity::dead_zone_edges().filter(|edge| search.coordinates()[*edge] <= 0.0);
+        let absent =
+            edges.filter_map(|edge| Some((edge, stage.no_dead_zone_deviation(&search, edge)?)));
+        for (edge, deviation) in absent {
             self.covariance.row_mut(edge).fill(0.0);
             self.covariance.column_mut(edge).fill(0.0);
             self.covariance[(edge, edge)] = deviation.powi(2);
         }
     }
 
-    /// Seeks how a joint's dry friction falls with speed, from where it was found to, or where
-    /// a torque that does would surely explain the logs better. Returns what not knowing that
-    /// better adds to the covariance; `None` if it does not fall.
-    fn fall(&mut self, round: &Round<'_>, joint: usize) -> Option<SMatrix<f64, COUNT, COUNT>> {
-        let before = self.stribeck[joint]
-            .take()
-            .map(|stribeck| stribeck.falling());
-        let begin = before.or_else(|| checks::falling(self, round.traces, round.known, joint))?;
-        let sought = stribeck::sought(round, self.at, joint, begin)?;
-        self.stribeck[joint] = Some(sought.stribeck);
+    /// Fits a joint's Stribeck curve, from its last estimate, or if the test for it is
+    /// significant. Returns the covariance that its uncertainty adds to the other
+    /// parameters; `None` if there is no such curve.
+    fn fit_stribeck(
+        &mut self,
+        stage: &Stage<'_>,
+        joint: usize,
+    ) -> Option<SMatrix<f64, COUNT, COUNT>> {
+        let last = self.stribeck[joint].take().map(|last| last.curve());
+        let initial =
+            last.or_else(|| checks::stribeck_candidate(self, stage.traces, stage.known, joint))?;
+        let fit = fit_stribeck(stage, self.coordinates, joint, initial)?;
+        self.stribeck[joint] = Some(fit.estimate);
         let own = joint * PER_JOINT..(joint + 1) * PER_JOINT;
-        self.at[own].copy_from_slice(&sought.own);
-        Some(sought.covariance)
+        self.coordinates[own].copy_from_slice(&fit.own_coordinates);
+        Some(fit.covariance)
     }
 
-    /// What a search has come to.
-    fn take(&mut self, search: &Search<'_>, prior: &Prior) {
-        self.at = search.at();
-        self.stretches = search.stretches().to_vec();
+    /// Takes over the result of a search.
+    fn update(&mut self, search: &Search<'_>, prior: &Prior) {
+        self.coordinates = search.coordinates();
+        self.window_fits = search.window_fits().to_vec();
         let information = search.information();
         self.covariance = covariance(&information, &search.scatter());
-        self.unweighed = unweighed(information, prior);
-        let most = self.most;
+        self.deviation_without_weight = deviation_without_weight(information, prior);
+        let limit = self.outlier_limit_counts2;
         let explained = self
-            .stretches
+            .window_fits
             .iter()
-            .filter(|s| s.squares <= most * s.count as f64);
-        let (squares, count) = explained.fold((0.0, 0), |(squares, count), stretch| {
+            .filter(|fit| fit.is_explained(limit));
+        let (squares, count) = explained.fold((0.0, 0), |(squares, count), window_fit| {
             (
-                squares + stretch.squares,
-                count + stretch.count.saturating_sub(STARTS),
+                squares + window_fit.squares,
+                count + window_fit.count.saturating_sub(INITIAL_STATES),
             )
         });
         if count > 0 {
@@ -162,10 +171,14 @@ impl Found {
     }
 }
 
-/// What would be known without the weights: gravity as little as all else.
-fn unweighed(mut information: SMatrix<f64, COUNT, COUNT>, prior: &Prior) -> [f64; COUNT] {
+/// Standard deviations without the prior of the weight: gravity as uncertain as the other
+/// relative parameters.
+fn deviation_without_weight(
+    mut information: SMatrix<f64, COUNT, COUNT>,
+    prior: &Prior,
+) -> [f64; COUNT] {
     for joint in 0..JOINTS {
-        let [gravity, inertia] = [Quantity::Gravity, Quantity::Inertia].map(|q| q.at(joint));
+        let [gravity, inertia] = [Quantity::Gravity, Quantity::Inertia].map(|q| q.index(joint));
         let less = prior.deviation[gravity].powi(-2) - prior.deviation[inertia].powi(-2);
         information[(gravity, gravity)] -= less;
     }
@@ -173,8 +186,8 @@ fn unweighed(mut information: SMatrix<f64, COUNT, COUNT>, prior: &Prior) -> [f64
     core::array::from_fn(|i| covariance.map_or(f64::INFINITY, |c| c[(i, i)].max(0.0).sqrt()))
 }
 
-/// The covariance if errors are noise, and where what the windows say scatters more than
-/// that, larger by as much.
+/// Covariance if residuals are noise, increased where the windows' gradients scatter more
+/// than noise does.
 fn covariance(
     information: &SMatrix<f64, COUNT, COUNT>,
     scatter: &SMatrix<f64, COUNT, COUNT>,
@@ -183,7 +196,7 @@ fn covariance(
         return SMatrix::from_diagonal_element(f64::INFINITY);
     };
     let robust = plain * scatter * plain;
-    let more =
+    let increase =
         SMatrix::<f64, COUNT, 1>::from_fn(|i, _| (robust[(i, i)] / plain[(i, i)]).max(1.0).sqrt());
-    plain.component_mul(&(more * more.transpose()))
+    plain.component_mul(&(increase * increase.transpose()))
 }

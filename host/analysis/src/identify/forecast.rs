@@ -1,136 +1,138 @@
-//! How well the numbers that were found predict a joint's motion in logs that were not
-//! part of the fit.
+//! Forecast: how well the estimates predict a joint's motion in logs excluded from the fit.
 //!
-//! As long as a joint slides, at most 3 s, its motion is computed from the PWM that was
-//! sent. Only where it starts, angle and speed, is taken from the log: once by all of the
-//! window, which shows how far the numbers are off; and once by its first quarter of a
-//! second alone, which is a forecast. An arm that stands falls away from where it is thought
-//! to be as fast as its pole is unstable; a forecast is judged until what is not known of
-//! its start, because of the encoder's noise, comes to a count.
+//! While a joint slides, at most 3 s, its motion is computed from the PWM that was sent. Only
+//! the initial state of each window, angle and speed, is fitted: once to all of the window,
+//! which shows the error of the parameters; and once to its first quarter of a second, which
+//! makes the rest a forecast. A standing arm amplifies an error of the initial state by its
+//! unstable pole; a forecast counts until the uncertainty of its initial state, because of the
+//! encoder's noise, reaches one count.
 
 use armbridge_shared::JOINTS;
 use serde::Serialize;
 
-use super::arm::Known;
-use super::checks::{Followed, follow};
+use super::arm::KnownParameters;
+use super::checks::{Rollout, rollout};
 use super::dataset::{Trace, Window};
-use super::fit_result::Found;
+use super::fit_result::FitResult;
 use super::quantity::{COUNT, Quantity};
 
-/// Longest window, in s: in a few time constants of an unstable pole, what is not known of a
-/// start outgrows all else.
+/// Longest window in s: within a few time constants of an unstable pole, the uncertainty of
+/// the initial state dominates.
 const LONGEST_S: f64 = 3.0;
-/// Length of the part of a window by which its start is found for a forecast, in s.
+/// Length in s of the part of a window that the initial state of a forecast is fitted to.
 const START_S: f64 = 0.25;
 
-/// How well a joint's motion is predicted.
+/// Accuracy of a joint's predicted motion.
 #[derive(Clone, Debug, Serialize)]
 pub struct Forecast {
-    /// From 1.
+    /// Joint, from 1.
     pub joint: usize,
-    /// Windows in which it slides.
+    /// Number of windows in which it slides.
     pub windows: usize,
-    /// Their length in all, in s.
-    pub slid_s: f64,
-    /// The longest, in s.
+    /// Total length of the windows in s.
+    pub sliding_s: f64,
+    /// Longest window in s.
     pub longest_s: f64,
-    /// Root mean square of measured less computed, in counts, noise of the encoder
-    /// included, from starts by all of each window.
+    /// Root mean square of the residuals in counts, encoder noise included, with initial
+    /// states fitted to all of each window.
     pub rms_counts: f64,
-    /// What of it is not the encoder's noise.
-    pub model_counts: f64,
-    /// Time constant of the joint's unstable pole as it stands, in s; none if it hangs.
-    pub unstable_s: Option<f64>,
-    /// After so long, at the median, what is not known of a start by its first quarter of
-    /// a second comes to a count; none if it never does in these windows.
-    pub diverges_s: Option<f64>,
-    /// Root mean square of measured less forecast until then, in counts, noise included.
-    pub ahead_rms_counts: f64,
-    /// What of it is not the encoder's noise: errors of start and numbers.
-    pub ahead_model_counts: f64,
-    /// For how long in all that is, in s.
-    pub ahead_s: f64,
+    /// The same without the encoder's noise.
+    pub model_rms_counts: f64,
+    /// Time constant of the joint's unstable pole upright, in s; `None` if the arm hangs.
+    pub unstable_time_constant_s: Option<f64>,
+    /// Median time in s until the uncertainty of an initial state from the first quarter of a
+    /// second reaches one count; `None` if it never does in these windows.
+    pub divergence_s: Option<f64>,
+    /// Root mean square of the forecast's residuals until then in counts, noise included.
+    pub forecast_rms_counts: f64,
+    /// The same without the encoder's noise: errors of initial state and parameters.
+    pub forecast_model_rms_counts: f64,
+    /// Total length of the forecasts in s.
+    pub forecast_s: f64,
 }
 
-/// Forecasts of both joints, in logs that the numbers were not found in.
-pub fn forecast(found: &Found, traces: &[Trace], known: &Known) -> Vec<Forecast> {
-    let known = &known.with(&found.stribeck);
-    let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
-    let traces: Vec<Trace> = traces
-        .iter()
-        .map(|trace| trace.smoothed(known, zero))
-        .collect();
-    let most = (LONGEST_S / known.period_s) as usize;
+/// Forecasts of both joints, in logs excluded from the fit.
+pub fn forecast(fit: &FitResult, traces: &[Trace], known: &KnownParameters) -> Vec<Forecast> {
+    let known = &known.with_stribeck(&fit.stribeck);
+    let traces = fit.smoothed(traces, known);
+    let max_len = (LONGEST_S / known.period_s) as usize;
     let windows = |joint: usize| {
         traces
             .iter()
             .enumerate()
-            .flat_map(|(index, trace)| trace.windows(index, joint, most))
+            .flat_map(|(index, trace)| trace.windows(index, joint, max_len))
             .collect::<Vec<Window>>()
     };
-    let of_joint = |joint| of_windows(joint, &windows(joint), &traces, known, &found.at);
+    let forecast_joint =
+        |joint| forecast_windows(joint, &windows(joint), &traces, known, &fit.coordinates);
     (0..JOINTS)
-        .map(of_joint)
-        .map(|forecast| forecast.less_noise(found.noise_counts))
+        .map(forecast_joint)
+        .map(|forecast| forecast.with_noise_removed(fit.noise_counts))
         .collect()
 }
 
-/// How well these windows of a joint are predicted; traces are smoothed.
-pub(super) fn of_windows(
+/// Forecast of these windows of a joint; traces are smoothed.
+pub(super) fn forecast_windows(
     joint: usize,
     windows: &[Window],
     traces: &[Trace],
-    known: &Known,
-    at: &[f64; COUNT],
+    known: &KnownParameters,
+    coordinates: &[f64; COUNT],
 ) -> Forecast {
-    let (mut all, mut ahead) = (Sum::default(), Sum::default());
-    let mut diverges = Vec::new();
+    let (mut fitted_errors, mut forecast_errors) =
+        (SquaredErrors::default(), SquaredErrors::default());
+    let mut divergence_times_s = Vec::new();
     for window in windows {
         let trace = &traces[window.trace];
-        let fitted = ((START_S / known.period_s) as usize).min(window.len / 2);
-        all.add(&follow(window, trace, known, at, window.len), 0..window.len);
-        let followed = follow(window, trace, known, at, fitted);
-        let beyond = followed
-            .spread
+        let fitted_ticks = ((START_S / known.period_s) as usize).min(window.len / 2);
+        fitted_errors.add(
+            &rollout(window, trace, known, coordinates, window.len),
+            0..window.len,
+        );
+        let forecast = rollout(window, trace, known, coordinates, fitted_ticks);
+        let diverged = forecast
+            .deviation
             .iter()
-            .skip(fitted)
-            .position(|spread| *spread > 1.0);
-        let end = beyond.map_or(window.len, |beyond| fitted + beyond);
-        diverges.extend(beyond.map(|_| end as f64 * known.period_s));
-        ahead.add(&followed, fitted..end);
+            .skip(fitted_ticks)
+            .position(|deviation| *deviation > 1.0);
+        let end = diverged.map_or(window.len, |diverged| fitted_ticks + diverged);
+        divergence_times_s.extend(diverged.map(|_| end as f64 * known.period_s));
+        forecast_errors.add(&forecast, fitted_ticks..end);
     }
-    diverges.sort_by(f64::total_cmp);
+    divergence_times_s.sort_by(f64::total_cmp);
     let longest = windows.iter().map(|window| window.len).max().unwrap_or(0);
     Forecast {
         joint: joint + 1,
         windows: windows.len(),
-        slid_s: all.ticks * known.period_s,
+        sliding_s: fitted_errors.ticks * known.period_s,
         longest_s: longest as f64 * known.period_s,
-        rms_counts: all.rms(),
-        model_counts: all.rms(),
-        unstable_s: unstable_s(joint, known, at),
-        diverges_s: diverges.get(diverges.len() / 2).copied(),
-        ahead_rms_counts: ahead.rms(),
-        ahead_model_counts: ahead.rms(),
-        ahead_s: ahead.ticks * known.period_s,
+        rms_counts: fitted_errors.rms(),
+        model_rms_counts: fitted_errors.rms(),
+        unstable_time_constant_s: unstable_time_constant_s(joint, known, coordinates),
+        divergence_s: divergence_times_s
+            .get(divergence_times_s.len() / 2)
+            .copied(),
+        forecast_rms_counts: forecast_errors.rms(),
+        forecast_model_rms_counts: forecast_errors.rms(),
+        forecast_s: forecast_errors.ticks * known.period_s,
     }
 }
 
 impl Forecast {
-    /// With this noise of the encoder.
-    pub(super) fn less_noise(self, noise_counts: f64) -> Self {
+    /// The same with this noise of the encoder removed.
+    pub(super) fn with_noise_removed(self, noise_counts: f64) -> Self {
         let model = |rms: f64| (rms.powi(2) - noise_counts.powi(2)).max(0.0).sqrt();
         Self {
-            model_counts: model(self.rms_counts),
-            ahead_model_counts: model(self.ahead_rms_counts),
+            model_rms_counts: model(self.rms_counts),
+            forecast_model_rms_counts: model(self.forecast_rms_counts),
             ..self
         }
     }
 
-    /// Heads of [`cells`](Self::cells).
+    /// Headings of [`cells`](Self::cells).
     pub const HEADS: [&'static str; 10] = [
         "joint",
-        "slides",
+        "sliding",
         "windows",
         "longest",
         "rms",
@@ -138,10 +140,10 @@ impl Forecast {
         "forecast rms",
         "noise removed",
         "unstable pole",
-        "diverged after",
+        "time to one count",
     ];
 
-    /// What a table has of it.
+    /// Cells of a table row.
     pub fn cells(&self) -> [String; 10] {
         let seconds = |s: f64| format!("{s:.2} s");
         let counts = |counts: f64| {
@@ -153,34 +155,33 @@ impl Forecast {
         };
         [
             self.joint.to_string(),
-            seconds(self.slid_s),
+            seconds(self.sliding_s),
             self.windows.to_string(),
             seconds(self.longest_s),
             counts(self.rms_counts),
-            counts(self.model_counts),
+            counts(self.model_rms_counts),
             format!(
                 "{} in {}",
-                counts(self.ahead_rms_counts),
-                seconds(self.ahead_s)
+                counts(self.forecast_rms_counts),
+                seconds(self.forecast_s)
             ),
-            counts(self.ahead_model_counts),
-            self.unstable_s.map_or("none".into(), seconds),
-            self.diverges_s
-                .map_or("not there".into(), |s| format!("after {}", seconds(s))),
+            counts(self.forecast_model_rms_counts),
+            self.unstable_time_constant_s.map_or("none".into(), seconds),
+            self.divergence_s.map_or("not reached".into(), seconds),
         ]
     }
 }
 
-/// Squares of errors.
+/// Sum of squared residuals.
 #[derive(Default)]
-struct Sum {
+struct SquaredErrors {
     squares: f64,
     ticks: f64,
 }
 
-impl Sum {
-    fn add(&mut self, followed: &Followed, part: core::ops::Range<usize>) {
-        for error in followed.errors[part]
+impl SquaredErrors {
+    fn add(&mut self, rollout: &Rollout, part: core::ops::Range<usize>) {
+        for error in rollout.residuals[part]
             .iter()
             .filter(|error| error.is_finite())
         {
@@ -194,23 +195,28 @@ impl Sum {
     }
 }
 
-/// Time constant with which a joint falls from upright, the other being upright too.
-fn unstable_s(joint: usize, known: &Known, at: &[f64; COUNT]) -> Option<f64> {
-    let number =
-        |joint: usize, quantity: Quantity| -> f64 { quantity.value(at[quantity.at(joint)]) };
-    let link = number(1, Quantity::Gravity);
-    let [p, e] = known.reach(link);
-    let (mass, gravity) = match joint {
-        0 => (
-            number(0, Quantity::Inertia) + p + e,
-            number(0, Quantity::Gravity) + link,
-        ),
-        _ => (number(joint, Quantity::Inertia), link),
+/// Time constant in s of a joint's unstable pole, with both joints upright.
+fn unstable_time_constant_s(
+    joint: usize,
+    known: &KnownParameters,
+    coordinates: &[f64; COUNT],
+) -> Option<f64> {
+    let parameter = |joint: usize, quantity: Quantity| -> f64 {
+        quantity.value(coordinates[quantity.index(joint)])
     };
-    let viscous = number(joint, Quantity::Viscous);
+    let link = parameter(1, Quantity::Gravity);
+    let [p, e] = known.coupling(link);
+    let (inertia, gravity) = match joint {
+        0 => (
+            parameter(0, Quantity::Inertia) + p + e,
+            parameter(0, Quantity::Gravity) + link,
+        ),
+        _ => (parameter(joint, Quantity::Inertia), link),
+    };
+    let viscous = parameter(joint, Quantity::Viscous);
     // mass x² + viscous x - gravity = 0
-    let root = (viscous * viscous + 4.0 * mass * gravity).sqrt();
-    (known.stands() > 0.0).then(|| 2.0 * mass / (root - viscous))
+    let root = (viscous * viscous + 4.0 * inertia * gravity).sqrt();
+    (known.gravity_sign() > 0.0).then(|| 2.0 * inertia / (root - viscous))
 }
 
 #[cfg(test)]
@@ -221,10 +227,11 @@ mod tests {
     #[test]
     fn the_papers_arm_falls_with_the_poles_of_its_linear_model() {
         let setup = Setup::default();
-        let mut at = [0.0; COUNT];
+        let mut coordinates = [0.0; COUNT];
         for joint in 0..JOINTS {
             for quantity in Quantity::ALL {
-                at[quantity.at(joint)] = quantity.coordinate(quantity.of(&setup, joint));
+                coordinates[quantity.index(joint)] =
+                    quantity.coordinate(quantity.nominal(&setup, joint));
             }
         }
         let linear = setup
@@ -238,11 +245,13 @@ mod tests {
                 linear.a[(2 + joint, 2 + joint)],
             ];
             let pole = b / 2.0 + (b * b / 4.0 + a).sqrt();
-            let found = unstable_s(joint, &Known::of(&setup), &at).unwrap();
-            assert!((found * pole - 1.0).abs() < 1e-6, "{found} s, {pole} 1/s");
+            let fit =
+                unstable_time_constant_s(joint, &KnownParameters::from_setup(&setup), &coordinates)
+                    .unwrap();
+            assert!((fit * pole - 1.0).abs() < 1e-6, "{fit} s, {pole} 1/s");
         }
-        let mut known = Known::of(&setup);
+        let mut known = KnownParameters::from_setup(&setup);
         known.mounting = armbridge_shared::arm::Mounting::Hanging;
-        assert_eq!(unstable_s(0, &known, &at), None);
+        assert_eq!(unstable_time_constant_s(0, &known, &coordinates), None);
     }
 }

@@ -1,71 +1,81 @@
-//! The numbers once more, without the last fifth of the windows, and how well these tell
-//! what was left out: where there is no other log, the only forecast there is.
+//! Holdout: a second fit without the last fifth of the windows, validated on these. It serves
+//! where there is no other log.
 
 use armbridge_shared::JOINTS;
 
-use super::arm::Known;
+use super::arm::KnownParameters;
 use super::checks::Checks;
-use super::cost::{Stretch, cost};
+use super::cost::{WindowFit, cost};
 use super::dataset::Window;
-use super::fit_result::Found;
-use super::forecast::{Forecast, of_windows};
-use super::search::{Prior, Search};
+use super::fit_result::FitResult;
+use super::forecast::{Forecast, forecast_windows};
+use super::prior::Prior;
+use super::search::{ErrorModel, Search};
 
-/// Share of the windows that is held out.
-const HELD_OUT: f64 = 0.2;
-/// Ticks in all windows up to which the second fit is made: six minutes at 1 kHz. A search
-/// that begins near its end evaluates them some twelve times.
+/// Fraction of the windows that is held out.
+const HOLDOUT_FRACTION: f64 = 0.2;
+/// Most ticks in all windows for a second fit: six minutes at 1 kHz. A search that begins
+/// near its minimum evaluates them some twelve times.
 const TICKS_MAX: usize = 360_000;
 
-/// Forecasts of the last fifth of both joints' windows by numbers from the others; none for
-/// windows of more than [`TICKS_MAX`] ticks, which would take a while.
-pub fn without_the_last(
-    found: &Found,
+/// Forecasts of the last fifth of both joints' windows, fitted to the others; `None` for
+/// windows of more than [`TICKS_MAX`] ticks, whose second fit would take long.
+pub fn holdout_forecasts(
+    fit: &FitResult,
     checks: &Checks,
-    known: &Known,
+    known: &KnownParameters,
     prior: &Prior,
 ) -> Option<Vec<Forecast>> {
-    let ticks: usize = found
-        .stretches
-        .iter()
-        .map(|stretch| stretch.window.len)
-        .sum();
-    if ticks > TICKS_MAX {
+    if fit.window_ticks() > TICKS_MAX {
         return None;
     }
-    let known = &known.with(&found.stribeck);
-    let mut kept = found.stretches.clone();
-    cost(&mut kept, &checks.traces, known, &found.at, found.most);
-    let held: [Vec<Window>; JOINTS] = core::array::from_fn(|joint| last(&found.stretches, joint));
-    let is_kept = |stretch: &Stretch| {
+    let known = &known.with_stribeck(&fit.stribeck);
+    let mut kept = fit.window_fits.clone();
+    cost(
+        &mut kept,
+        &checks.traces,
+        known,
+        &fit.coordinates,
+        fit.outlier_limit_counts2,
+    );
+    let held_out: [Vec<Window>; JOINTS] =
+        core::array::from_fn(|joint| last_windows(&fit.window_fits, joint));
+    let is_kept = |window_fit: &WindowFit| {
         let Window {
             trace,
             joint,
             first,
             ..
-        } = stretch.window;
-        let is_it = |window: &Window| (window.trace, window.first) == (trace, first);
-        !held[joint].iter().any(is_it)
+        } = window_fit.window;
+        let is_same = |window: &Window| (window.trace, window.first) == (trace, first);
+        !held_out[joint].iter().any(is_same)
     };
     let kept = kept.into_iter().filter(is_kept).collect();
-    let judged = [found.noise_counts.powi(2), found.most];
-    let search = Search::begin(kept, &checks.traces, known, prior, found.at, judged).run();
-    let of = |joint| of_windows(joint, &held[joint], &checks.traces, known, &search.at());
-    let forecasts = (0..JOINTS).map(of);
+    let errors = ErrorModel {
+        variance_counts2: fit.noise_counts.powi(2),
+        outlier_limit_counts2: fit.outlier_limit_counts2,
+    };
+    let traces = &checks.traces;
+    let search = Search::new(kept, traces, known, prior, fit.coordinates, errors).minimise();
+    let coordinates = search.coordinates();
+    let forecast = |joint| forecast_windows(joint, &held_out[joint], traces, known, &coordinates);
+    let forecasts = (0..JOINTS).map(forecast);
     Some(
         forecasts
-            .map(|forecast| forecast.less_noise(found.noise_counts))
+            .map(|forecast| forecast.with_noise_removed(fit.noise_counts))
             .collect(),
     )
 }
 
-/// The last windows of a joint, in the order of traces.
-fn last(stretches: &[Stretch], joint: usize) -> Vec<Window> {
-    let of_joint = stretches
+/// Last windows of a joint, in the order of traces.
+fn last_windows(window_fits: &[WindowFit], joint: usize) -> Vec<Window> {
+    let of_joint = window_fits
         .iter()
-        .filter(|stretch| stretch.window.joint == joint);
-    let mut windows: Vec<Window> = of_joint.map(|stretch| stretch.window.clone()).collect();
+        .filter(|window_fit| window_fit.window.joint == joint);
+    let mut windows: Vec<Window> = of_joint
+        .map(|window_fit| window_fit.window.clone())
+        .collect();
     windows.sort_by_key(|window| (window.trace, window.first));
-    let kept = windows.len() - (windows.len() as f64 * HELD_OUT) as usize;
+    let kept = windows.len() - (windows.len() as f64 * HOLDOUT_FRACTION) as usize;
     windows.split_off(kept)
 }

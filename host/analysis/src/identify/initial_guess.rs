@@ -1,45 +1,45 @@
-//! Where the search begins: the numbers that enter the equations linearly.
+//! Initial guess of the search: parameters that enter the equations linearly.
 //!
-//! Multiplied by a bump that vanishes with its slope at both ends, and summed over a
-//! stretch in which a joint slides one way, the equation of motion needs no
-//! acceleration and no speed: both pass on to the bump, whose derivatives are known. In
-//! inertia, friction, gravity, gain and offset it is linear, so that least squares
-//! finds them at once. What is left is near enough for the search proper.
+//! The equation of motion is multiplied by a bump function that vanishes with its slope at
+//! both ends, and summed over a segment in which a joint slides one way. Integration by parts
+//! moves the derivatives to the bump, so that neither acceleration nor speed is needed. The
+//! result is linear in inertia, friction, gravity, gain and offset: least squares solves it
+//! directly, near enough for the search.
 
 use armbridge_shared::JOINTS;
 use nalgebra::{DMatrix, DVector};
 
-use super::arm::Known;
+use super::arm::KnownParameters;
 use super::dataset::Trace;
 use super::quantity::{COUNT, Quantity};
 
-/// Half the stretch, in ticks.
-const HALF: usize = 80;
-/// From one stretch to the next, in ticks.
+/// Half the length of a segment, in ticks.
+const HALF_SEGMENT: usize = 80;
+/// Distance between segments, in ticks.
 const STRIDE: usize = 20;
-/// Speed in rad/s above which a joint surely slides.
+/// Speed in rad/s above which a joint counts as sliding.
 const SLIDES_RAD_S: f64 = 0.15;
-/// Counts from off within which a motor may be silent.
-const SILENT_COUNTS: f64 = 45.0;
-/// Delay that is assumed, in ticks.
+/// Counts from neutral that may be within a dead zone.
+const DEAD_ZONE_COUNTS: f64 = 45.0;
+/// Assumed delay in ticks.
 const DELAY_TICKS: usize = 3;
 
-/// A joint's equation has no solution that an arm can have.
+/// Failed initial guess: the linear equations of a joint have no physical solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NoStart {
-    /// From 0.
+pub(super) struct InitialGuessError {
+    /// Joint, from 0.
     pub joint: usize,
-    /// Stretches that were of use.
-    pub stretches: usize,
-    /// PWM counts per N m that would be.
+    /// Number of usable segments.
+    pub segments: usize,
+    /// Solution for the motor gain in PWM counts per N m.
     pub gain: f64,
 }
 
-/// The bump and its first two derivatives by the tick, at a tick of the stretch.
+/// Bump function and its first two derivatives by the tick, at a tick of the segment.
 fn bump(index: usize) -> [f64; 3] {
-    let x = (index as f64 - HALF as f64) / HALF as f64;
+    let x = (index as f64 - HALF_SEGMENT as f64) / HALF_SEGMENT as f64;
     let rest = 1.0 - x * x;
-    let step = 1.0 / HALF as f64;
+    let step = 1.0 / HALF_SEGMENT as f64;
     [
         rest.powi(3),
         -6.0 * x * rest.powi(2) * step,
@@ -47,30 +47,31 @@ fn bump(index: usize) -> [f64; 3] {
     ]
 }
 
-/// Columns: inertia, viscous, Coulomb, own gravity, gravity by the zero, gain, offset.
+/// Columns: inertia, viscous friction, Coulomb friction, own gravity, gravity by the encoder
+/// zero, motor gain, motor offset.
 const COLUMNS: usize = 7;
 
-/// The equation over a stretch: its columns, and what is known of it.
-fn stretch(
+/// Equation over a segment: its columns, and its right side.
+fn segment(
     trace: &Trace,
-    known: &Known,
+    known: &KnownParameters,
     mean: &[f64; COUNT],
     joint: usize,
     first: usize,
 ) -> Option<([f64; COLUMNS], f64)> {
     let period_s = known.period_s;
-    let zero = [0, 1].map(|j| Quantity::Zero.value(mean[Quantity::Zero.at(j)]));
-    let g2 = Quantity::Gravity.value(mean[Quantity::Gravity.at(1)]);
-    let [p, e] = known.reach(g2);
-    let mut angles = [[0.0; 2 * HALF + 1]; JOINTS];
+    let zero = [0, 1].map(|j| Quantity::Zero.value(mean[Quantity::Zero.index(j)]));
+    let g2 = Quantity::Gravity.value(mean[Quantity::Gravity.index(1)]);
+    let [p, e] = known.coupling(g2);
+    let mut angles = [[0.0; 2 * HALF_SEGMENT + 1]; JOINTS];
     for (j, angles) in angles.iter_mut().enumerate() {
         for (index, angle) in angles.iter_mut().enumerate() {
             let count = trace.counts.get(first + index)?[j]?;
             *angle = (f64::from(count) - zero[j]) * known.rad_per_count[j];
         }
     }
-    // Speeds of quarters of the stretch.
-    let quarter = HALF / 2;
+    // Speeds of quarters of the segment.
+    let quarter = HALF_SEGMENT / 2;
     let mean_of = |j: usize, part: usize| -> f64 {
         angles[j][part * quarter..(part + 1) * quarter]
             .iter()
@@ -80,11 +81,11 @@ fn stretch(
     let speed = |j: usize, part: usize| {
         (mean_of(j, part + 1) - mean_of(j, part)) / (quarter as f64 * period_s)
     };
-    let way = speed(joint, 0).signum();
-    if (0..3).any(|part| speed(joint, part) * way < SLIDES_RAD_S) {
+    let direction = speed(joint, 0).signum();
+    if (0..3).any(|part| speed(joint, part) * direction < SLIDES_RAD_S) {
         return None;
     }
-    let stands = known.stands();
+    let gravity_sign = known.gravity_sign();
     let (mut row, mut right) = ([0.0; COLUMNS], 0.0);
     let together = angles[0].iter().zip(&angles[1]).map(|(a, b)| [*a, *b]);
     for (index, q) in together.enumerate() {
@@ -97,19 +98,19 @@ fn stretch(
         let h = sin2 * (2.0 * cos2 * e + p);
         row[0] += acceleration;
         row[1] += viscous;
-        row[2] += weight * way;
+        row[2] += weight * direction;
         if joint == 0 {
-            row[3] -= stands * weight * sin1;
-            row[4] -= stands * weight * cos1;
-            right += weight * (stands * sin1 * g2 * cos2 + h * v[0] * v[1]);
+            row[3] -= gravity_sign * weight * sin1;
+            row[4] -= gravity_sign * weight * cos1;
+            right += weight * (gravity_sign * sin1 * g2 * cos2 + h * v[0] * v[1]);
             right -= acceleration * (p * cos2 + e * cos2 * cos2);
         } else {
-            row[4] -= stands * weight * cos1 * cos2;
-            right += weight * (stands * g2 * cos1 * sin2 - 0.5 * h * v[0] * v[0]);
+            row[4] -= gravity_sign * weight * cos1 * cos2;
+            right += weight * (gravity_sign * g2 * cos1 * sin2 - 0.5 * h * v[0] * v[0]);
         }
         let sent = trace.pwm_at((first + index) as i64 - DELAY_TICKS as i64, joint);
         let counts = f64::from(sent) - 1000.0;
-        if counts.abs() > SILENT_COUNTS {
+        if counts.abs() > DEAD_ZONE_COUNTS {
             row[5] -= weight * counts;
             row[6] += weight;
         }
@@ -117,42 +118,42 @@ fn stretch(
     Some((row, right))
 }
 
-/// The coordinates to begin with: `mean`, and in place of it what is found.
+/// Initial coordinates: the solution of the linear equations, `mean` for the others.
 ///
 /// # Errors
-/// If nothing moved enough, or the motor pushes the wrong way.
-pub(super) fn start(
+/// If a joint moves too little, or its motor gain has the wrong sign.
+pub(super) fn initial_guess(
     traces: &[Trace],
-    known: &Known,
+    known: &KnownParameters,
     mean: &[f64; COUNT],
-) -> Result<[f64; COUNT], NoStart> {
-    let mut at = *mean;
+) -> Result<[f64; COUNT], InitialGuessError> {
+    let mut coordinates = *mean;
     for joint in 0..JOINTS {
         let rows: Vec<_> = traces
             .iter()
             .flat_map(|trace| {
-                let last = trace.counts.len().saturating_sub(2 * HALF);
+                let last = trace.counts.len().saturating_sub(2 * HALF_SEGMENT);
                 (0..last)
                     .step_by(STRIDE)
-                    .filter_map(move |first| stretch(trace, known, mean, joint, first))
+                    .filter_map(move |first| segment(trace, known, mean, joint, first))
             })
             .collect();
-        // Joint 2's own gravity is what fixes the scale; what it does to joint 1 is too
-        // little to tell more than the prior does, here.
+        // Joint 2's own gravity fixes the scale; its effect on joint 1 is too small to be
+        // more informative than the prior, here.
         let used: &[usize] = if joint == 0 {
             &[0, 1, 2, 3, 4, 6]
         } else {
             &[0, 1, 2, 4, 5, 6]
         };
-        let turn = known.rad_per_count[joint].signum();
-        let believed = Quantity::Gain.value(mean[Quantity::Gain.at(joint)]);
-        let nothing = NoStart {
+        let sign = known.rad_per_count[joint].signum();
+        let prior_gain = Quantity::Gain.value(mean[Quantity::Gain.index(joint)]);
+        let error = InitialGuessError {
             joint,
-            stretches: rows.len(),
+            segments: rows.len(),
             gain: 0.0,
         };
         if rows.len() < 5 * COLUMNS {
-            return Err(nothing);
+            return Err(error);
         }
         let scale: Vec<f64> = used
             .iter()
@@ -168,7 +169,7 @@ pub(super) fn start(
         let right = DVector::from_fn(rows.len(), |i, _| {
             let (row, right) = &rows[i];
             if joint == 0 {
-                right - row[5] * turn / believed
+                right - row[5] * sign / prior_gain
             } else {
                 *right
             }
@@ -176,39 +177,44 @@ pub(super) fn start(
         let solution = matrix
             .svd(true, true)
             .solve(&right, 1e-9)
-            .map_err(|_| nothing)?;
-        let found = |column: usize| {
+            .map_err(|_| error)?;
+        let coefficient = |column: usize| {
             used.iter()
                 .position(|&c| c == column)
                 .map_or(0.0, |j| solution[j] / scale[j])
         };
         let gain = if joint == 0 {
-            believed
+            prior_gain
         } else {
-            turn / found(5)
+            sign / coefficient(5)
         };
         if !(gain > 50.0 && gain < 20_000.0) {
-            return Err(NoStart { gain, ..nothing });
+            return Err(InitialGuessError { gain, ..error });
         }
-        let mut set = |quantity: Quantity, value: f64, least: f64, most: f64| {
-            at[quantity.at(joint)] = quantity.coordinate(value.clamp(least, most));
+        let mut set = |quantity: Quantity, value: f64, low: f64, high: f64| {
+            coordinates[quantity.index(joint)] = quantity.coordinate(value.clamp(low, high));
         };
-        set(Quantity::Inertia, found(0), 2e-3, 0.5);
-        set(Quantity::Viscous, found(1), 0.01, 5.0);
-        set(Quantity::Coulomb, found(2), 3e-3, 0.5);
+        set(Quantity::Inertia, coefficient(0), 2e-3, 0.5);
+        set(Quantity::Viscous, coefficient(1), 0.01, 5.0);
+        set(Quantity::Coulomb, coefficient(2), 3e-3, 0.5);
         if joint == 0 {
-            set(Quantity::Gravity, found(3), 0.02, 5.0);
+            set(Quantity::Gravity, coefficient(3), 0.02, 5.0);
         }
         set(Quantity::Gain, gain, 100.0, 10_000.0);
-        set(Quantity::Offset, found(6) * gain * turn, -100.0, 100.0);
-        // The zero is off by what gravity gives at the middle.
+        set(
+            Quantity::Offset,
+            coefficient(6) * gain * sign,
+            -100.0,
+            100.0,
+        );
+        // Error of the zero: gravity torque at the middle.
         let gravity = if joint == 0 {
-            found(3) + Quantity::Gravity.value(mean[Quantity::Gravity.at(1)])
+            coefficient(3) + Quantity::Gravity.value(mean[Quantity::Gravity.index(1)])
         } else {
-            Quantity::Gravity.value(mean[Quantity::Gravity.at(1)])
+            Quantity::Gravity.value(mean[Quantity::Gravity.index(1)])
         };
-        let off_rad = found(4) / gravity.max(0.02);
-        let zero = Quantity::Zero.value(mean[Quantity::Zero.at(joint)]);
+        let off_rad = coefficient(4) / gravity.max(0.02);
+        let zero = Quantity::Zero.value(mean[Quantity::Zero.index(joint)]);
         set(
             Quantity::Zero,
             zero - off_rad / known.rad_per_count[joint],
@@ -216,5 +222,5 @@ pub(super) fn start(
             zero + 60.0,
         );
     }
-    Ok(at)
+    Ok(coordinates)
 }

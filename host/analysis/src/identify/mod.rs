@@ -1,55 +1,58 @@
-//! Identification: from logs of an unknown arm to the numbers of a model, with what is
-//! known of them.
+//! Identification: estimates the parameters of an arm's model from logs, with confidence
+//! intervals.
 //!
 //! ```text
-//! logs -> traces -> windows in which a joint slides -> start -> search -> numbers
+//! logs -> traces -> windows in which a joint slides -> initial guess -> search -> estimates
 //! ```
 //!
-//! Each joint of the arm has ten numbers ([`Quantity`]) beside static friction, and two more
-//! if its dry friction falls with speed. They
-//! are sought as those whose motions explain the encoders best: each window's motion is
-//! computed from a start of its own, with its derivatives, and compared with the counts,
-//! tick by tick. Where joints stick, motion does not depend smoothly on the numbers, and one
-//! wrong number there would outweigh all other data; such moments are left out. Where
-//! they turn round at once it does, and such windows show inertia and delay best. Static
-//! friction is sought when all else is found, from the moments at which a joint gave way.
+//! Each joint has ten parameters ([`Quantity`]) beside static friction, and two more if it
+//! has a Stribeck curve. Their estimates minimise the residuals of the encoders: the motion of
+//! each window is computed from an initial state of its own, with its derivatives, and
+//! compared with the counts, tick by tick. Where a joint sticks, its motion does not depend
+//! smoothly on the parameters, and one wrong parameter would outweigh all other data; such
+//! moments are left out. Where it reverses at once, the motion is smooth, and such windows
+//! are the most informative about inertia and delay. Static friction is estimated after all
+//! others, from the breakaways.
 //!
-//! Noise of a count and rounding make an error of 1.04 counts, white; so the sum of
-//! squares is the likelihood, and its curvature the covariance. Where windows disagree
-//! more than that, the model is not the arm, and the stated errors grow by as much.
+//! Noise of a count and rounding make a white residual of 1.04 counts, so the sum of squares
+//! is the likelihood, and its curvature the covariance. Where windows disagree by more, the
+//! model is not the arm, and the standard errors grow accordingly.
 //!
-//! What is not identifiable is reported: a dead zone, for one, that ends no farther beyond
-//! the motor's true zero than it begins before it.
+//! Unidentifiable parameters are reported: for one, a dead zone that ends no farther beyond
+//! the motor's true neutral than it begins before it.
 //!
-//! What motion does not determine is taken from what is known before ([`Prior`]): all torques
-//! are multiples of one, and that one is the weight.
+//! The prior ([`Prior`]) supplies the parameters that motion does not determine: it
+//! determines torques only up to a common factor, which the arm's weight fixes.
 //!
-//! | file        | contents                                                      |
-//! |-------------|---------------------------------------------------------------|
-//! | `quantity`  | the numbers, and the coordinates in which they are sought     |
-//! | `arm`       | the equations of a joint in these numbers, over dual numbers  |
-//! | `motion`    | a joint that slides, from tick to tick                        |
-//! | `record`    | what of a log is of use                                       |
-//! | `dataset`   | what was sent and measured; where joints slide                |
-//! | `prior`     | what is believed before                                       |
-//! | `initial_guess` | where to begin, by linear least squares                   |
-//! | `cost`      | the sum of squares, its slope and curvature                   |
-//! | `search`    | the way down                                                  |
-//! | `stiction`  | static friction, by what a joint at rest withstood            |
-//! | `stribeck`  | dry friction that falls with speed, where it does             |
-//! | `stage`     | windows of one length, and dead zones tried in them           |
-//! | `fit`      | all of it, round by round                                     |
-//! | `diagnose`  | whether an arm is identifiable from the logs at all           |
-//! | `checks`    | identifiability, residuals, form of the model                 |
-//! | `forecast`  | how well the numbers predict logs that were not fitted        |
-//! | `holdout`   | the same, where there is no other log                         |
-//! | `outcome`   | settings of a board that has this arm                         |
-//! | `report`    | the numbers as a table                                        |
-//! | `acceptance` | whether they are known well enough for control               |
-//! | `page`      | all of it as a page with pictures                             |
+//! | file             | contents                                                       |
+//! |------------------|----------------------------------------------------------------|
+//! | `quantity`       | the parameters, and the coordinates of the search               |
+//! | `arm`            | the equations of motion of a joint, over dual numbers           |
+//! | `motion`         | motion of a sliding joint, tick by tick                         |
+//! | `record`         | traces of a log                                                 |
+//! | `dataset`        | PWM and encoder counts; windows in which a joint slides         |
+//! | `prior`          | prior means and standard deviations                             |
+//! | `initial_guess`  | initial guess by linear least squares                           |
+//! | `cost`           | sum of squares, its gradient and Hessian                        |
+//! | `search`         | Levenberg-Marquardt                                             |
+//! | `stiction`       | static friction, from breakaways                                |
+//! | `stribeck`       | fit of a Stribeck curve                                         |
+//! | `stribeck_curve` | the curve                                                       |
+//! | `stage`          | windows of one length, and the dead zones fitted in them        |
+//! | `fit`            | all stages of the fit                                           |
+//! | `fit_result`     | parameters, covariance, windows                                 |
+//! | `diagnose`       | whether the logs identify an arm at all                         |
+//! | `checks`         | identifiability, whiteness of residuals, model errors           |
+//! | `forecast`       | prediction of logs excluded from the fit                        |
+//! | `holdout`        | prediction of windows excluded from a second fit                |
+//! | `board_settings` | settings of a board with the identified arm                     |
+//! | `report`         | the estimates as a table                                        |
+//! | `acceptance`     | whether the estimates are certain enough for control            |
+//! | `page`           | the report as a page with figures                               |
 
 mod acceptance;
 mod arm;
+mod board_settings;
 mod checks;
 mod cost;
 mod dataset;
@@ -60,7 +63,6 @@ mod forecast;
 mod holdout;
 mod initial_guess;
 mod motion;
-mod outcome;
 mod page;
 mod prior;
 mod quantity;
@@ -72,22 +74,22 @@ mod stiction;
 mod stribeck;
 mod stribeck_curve;
 
-pub use acceptance::TooVague;
-pub use arm::Known;
-pub use checks::{Checks, Combination, Dry, Followed, Form, Pair, Whiteness, correlations, untold};
+pub use acceptance::UncertainParameter;
+pub use arm::KnownParameters;
+pub use board_settings::{UnphysicalArm, identified_settings};
+pub use checks::{
+    Checks, Combination, Correlation, MissingTorque, Rollout, Whiteness, WithoutDryFriction,
+};
 pub use dataset::Trace;
-pub use diagnose::{Diagnosis, OfJoint, Push, Tally, examine, identify, judge};
-pub use fit::find;
-pub use fit_result::Found;
+pub use diagnose::{Diagnosis, JointTally, Tally, check_data, check_fit, identify};
+pub use fit_result::FitResult;
 pub use forecast::{Forecast, forecast};
-pub use holdout::without_the_last;
-pub use initial_guess::NoStart;
-pub use outcome::{NoArm, settings};
-pub use page::{Page, no_numbers};
+pub use holdout::holdout_forecasts;
+pub use page::{Page, write_diagnosis};
+pub use prior::Prior;
 pub use quantity::{COUNT, PER_JOINT, Quantity};
 pub use record::traces;
-pub use report::{Number, Report};
-pub use search::Prior;
-pub use stiction::Static;
-pub use stribeck::Stribeck;
-pub use stribeck_curve::Falling;
+pub use report::{Estimate, Report};
+pub use stiction::StaticFriction;
+pub use stribeck::StribeckEstimate;
+pub use stribeck_curve::StribeckCurve;

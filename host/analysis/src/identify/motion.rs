@@ -1,57 +1,57 @@
-//! A joint that slides, from tick to tick, with the derivatives of its motion.
+//! Motion of a sliding joint, tick by tick, with its derivatives.
 //!
 //! Second-order Runge-Kutta at the tick's period, which is a hundredth of the fastest
 //! time constant. Within a tick the PWM changes once, when the delay has passed: the
-//! joint feels the mean. Where the other joint is, and how fast, is read off its
-//! encoder: it enters through cosines and products that hardly change.
+//! joint feels the mean. Angle and speed of the other joint are those of its encoder: they
+//! enter through cosines and products that hardly change.
 //!
-//! Where a joint turns round, dry friction does: in the moment, within the tick, in which
-//! its speed is none. That moment depends on all numbers, and smoothly so for a joint that
-//! is pushed on beyond its friction. One that is not stays until it is; when that is
-//! depends on static friction, which is not in here: windows have no such rests, but for a
-//! few ticks.
+//! Dry friction reverses when the joint does: at the moment, within the tick, of zero speed.
+//! That moment depends on all parameters, and smoothly if the applied torque exceeds dry
+//! friction there. If it does not, the joint rests until it does, which depends on static
+//! friction; the model lacks that, and windows contain no such rests beyond a few ticks.
 
 use num_dual::DualNum;
 
-use super::arm::{Joint, Known};
+use super::arm::{JointModel, KnownParameters};
 use super::dataset::Trace;
 
 /// A joint in motion.
 pub(super) struct Motion<'a, D> {
-    joint: Joint<D>,
+    joint: JointModel<D>,
     index: usize,
     trace: &'a Trace,
     period_s: f64,
-    /// Ticks from a PWM's arrival in the servo to the sample behind its torque.
-    whole: i64,
-    share: D,
-    /// Which way it slides; 0 if it rests.
-    way: f64,
+    /// Delay from a PWM's arrival in the servo to the sample behind its torque: whole ticks,
+    /// and the fraction beyond.
+    delay_ticks: i64,
+    delay_fraction: D,
+    /// Sign of the sliding speed; 0 at rest.
+    direction: f64,
     q: D,
     v: D,
-    /// The PWM that acted last and its torque.
+    /// The last PWM in effect, and its torque.
     last: Option<(u16, D)>,
 }
 
 impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
     pub(super) fn new(
-        joint: Joint<D>,
+        joint: JointModel<D>,
         index: usize,
-        known: &Known,
+        known: &KnownParameters,
         trace: &'a Trace,
         [q, v]: [D; 2],
-        way: f64,
+        direction: f64,
     ) -> Self {
-        let ticks = joint.delay_ticks(known);
-        let whole = ticks.re().floor();
+        let delay = joint.delay_ticks(known);
+        let whole = delay.re().floor();
         Self {
             joint,
             index,
             trace,
             period_s: known.period_s,
-            whole: whole as i64,
-            share: ticks - whole,
-            way,
+            delay_ticks: whole as i64,
+            delay_fraction: delay - whole,
+            direction,
             q,
             v,
             last: None,
@@ -63,13 +63,14 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
         self.joint.position(self.q)
     }
 
-    /// Mean torque of the motor from tick `k` to the next.
-    fn torque(&mut self, k: usize) -> D {
-        let later = k as i64 - self.whole;
-        let [before, after] = [later - 1, later].map(|tick| self.trace.pwm_at(tick, self.index));
+    /// Mean motor torque in N m from tick `k` to the next.
+    fn motor_torque(&mut self, k: usize) -> D {
+        let delayed = k as i64 - self.delay_ticks;
+        let [before, after] =
+            [delayed - 1, delayed].map(|tick| self.trace.pwm_at(tick, self.index));
         let torque = |pwm: u16| match self.last {
             Some((last, torque)) if last == pwm => torque,
-            Some(_) | None => self.joint.torque(pwm),
+            Some(_) | None => self.joint.motor_torque(pwm),
         };
         let first = torque(before);
         if before == after {
@@ -78,36 +79,34 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
         }
         let second = torque(after);
         self.last = Some((after, second));
-        second + (first - second) * self.share
+        second + (first - second) * self.delay_fraction
     }
 
-    /// Torque in N m that pushes the joint from tick `k` to the next, dry friction apart.
-    pub(super) fn push(&mut self, k: usize) -> D {
-        let other = self.trace.smooth[k][1 - self.index];
-        self.torque(k) + self.joint.push(self.q, self.v, other).0
+    /// Applied torque in N m from tick `k` to the next, without dry friction.
+    pub(super) fn applied_torque(&mut self, k: usize) -> D {
+        let other = self.trace.states[k][1 - self.index];
+        self.motor_torque(k) + self.joint.passive_dynamics(self.q, self.v, other).0
     }
 
-    /// Which way it slides: towards larger (1) or smaller (-1) angles, or not (0).
-    pub(super) fn way(&self) -> f64 {
-        self.way
+    /// Direction of sliding: towards larger (1) or smaller (-1) angles, or at rest (0).
+    pub(super) fn direction(&self) -> f64 {
+        self.direction
     }
 
-    /// Moves on from tick `k` to the next.
+    /// Integrates from tick `k` to the next.
     pub(super) fn step(&mut self, k: usize) {
-        let torque = self.torque(k);
-        let other = self.trace.smooth[k][1 - self.index];
+        let motor = self.motor_torque(k);
+        let other = self.trace.states[k][1 - self.index];
         let period = D::from(self.period_s);
-        if self.way == 0.0 && !self.gives_way(torque, other) {
+        if self.direction == 0.0 && !self.breaks_away(motor, other) {
             return;
         }
-        let (push, mass) = self.joint.push(self.q, self.v, other);
-        let first = (push + torque - self.joint.dry(self.v) * self.way) / mass;
-        let next = self.slid(torque, other, first, period);
-        if next[1].re() * self.way >= 0.0 {
+        let next = self.integrate(motor, other, period);
+        if next[1].re() * self.direction >= 0.0 {
             [self.q, self.v] = next;
             return;
         }
-        // It turns round, or stops; over so short a time its speed is linear.
+        // Reversal or stop; over so short a time the speed is linear.
         let until = period * self.v / (self.v - next[1]);
         let until = if (0.0..=self.period_s).contains(&until.re()) {
             until
@@ -116,27 +115,29 @@ impl<'a, D: DualNum<Primitive = f64> + Copy> Motion<'a, D> {
         };
         self.q += self.v * until * 0.5;
         self.v = D::from(0.0);
-        if self.gives_way(torque, other) {
-            let (push, mass) = self.joint.push(self.q, self.v, other);
-            let first = (push + torque - self.joint.dry(self.v) * self.way) / mass;
-            [self.q, self.v] = self.slid(torque, other, first, period - until);
+        if self.breaks_away(motor, other) {
+            [self.q, self.v] = self.integrate(motor, other, period - until);
         }
     }
 
-    /// Whether a joint that stands is pushed on, and from here on slides that way.
-    fn gives_way(&mut self, torque: D, other: [f64; 2]) -> bool {
-        let push = (self.joint.push(self.q, self.v, other).0 + torque).re();
-        let slides = push.abs() > self.joint.dry(D::from(0.0)).re();
-        self.way = if slides { push.signum() } else { 0.0 };
+    /// Whether the applied torque on a resting joint exceeds its dry friction; sets the
+    /// direction in which it slides from here on.
+    fn breaks_away(&mut self, motor: D, other: [f64; 2]) -> bool {
+        let applied = (self.joint.passive_dynamics(self.q, self.v, other).0 + motor).re();
+        let slides = applied.abs() > self.joint.dry_friction(D::from(0.0)).re();
+        self.direction = if slides { applied.signum() } else { 0.0 };
         slides
     }
 
-    /// Angle and speed after sliding its way for a time; the first acceleration is known.
-    fn slid(&self, torque: D, other: [f64; 2], first: D, period: D) -> [D; 2] {
+    /// Angle and speed after sliding for a time.
+    fn integrate(&self, motor: D, other: [f64; 2], period: D) -> [D; 2] {
+        let acceleration = |q: D, v: D| {
+            let (passive, inertia) = self.joint.passive_dynamics(q, v, other);
+            (passive + motor - self.joint.dry_friction(v) * self.direction) / inertia
+        };
         let half = period * 0.5;
-        let [q, v] = [self.q + self.v * half, self.v + first * half];
-        let (push, mass) = self.joint.push(q, v, other);
-        let second = (push + torque - self.joint.dry(v) * self.way) / mass;
+        let first = acceleration(self.q, self.v);
+        let second = acceleration(self.q + self.v * half, self.v + first * half);
         let next = self.v + second * period;
         [self.q + (self.v + next) * half, next]
     }

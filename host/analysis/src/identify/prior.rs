@@ -1,15 +1,14 @@
-//! The prior: what is known of an arm before anything is measured.
+//! Prior of the parameters, before any log.
 //!
-//! The motion of an arm determines all its torques as multiples of one another: the same
-//! motion comes of an arm of twice the inertia, friction and weight whose motors are
-//! twice as strong. One number must come from elsewhere. As in the paper it is the
-//! weight: masses and lengths, measured by scale and ruler, make the gravity torques.
+//! Motion determines the torques of an arm only up to a common factor: an arm of twice the
+//! inertia, friction and weight whose motors are twice as strong moves alike. The weight
+//! fixes this factor, as in the paper: masses and lengths, measured by scale and ruler, give
+//! the gravity torques.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Setup;
 
 use super::quantity::{COUNT, Quantity};
-use super::search::Prior;
 
 /// Coulomb friction in N m of an AX-12A before any measurement, see
 /// [`PlantConfig`](armbridge_sim::plant::PlantConfig).
@@ -19,16 +18,26 @@ const DEAD_COUNTS: f64 = 25.0;
 /// Delay before any measurement, in s.
 const DELAY_S: f64 = 2e-3;
 
+/// Prior of each coordinate: a normal distribution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prior {
+    /// Means.
+    pub mean: [f64; COUNT],
+    /// Standard deviations.
+    pub deviation: [f64; COUNT],
+}
+
 impl Prior {
-    /// The prior of a set-up whose gravity torques are known to within the share `weighed`,
-    /// by its masses and lengths; all else is known to a factor of three at best.
-    pub fn of(setup: &Setup, weighed: f64) -> Self {
+    /// Prior of a set-up. The relative standard deviation of its gravity torques, from masses
+    /// and lengths, is `weighed`; the other relative parameters are known to a factor of
+    /// three.
+    pub fn from_setup(setup: &Setup, weighed: f64) -> Self {
         let mut mean = [0.0; COUNT];
         let mut deviation = [0.0; COUNT];
         for joint in 0..JOINTS {
             for quantity in Quantity::ALL {
-                let i = quantity.at(joint);
-                mean[i] = quantity.coordinate(quantity.of(setup, joint));
+                let i = quantity.index(joint);
+                mean[i] = quantity.coordinate(quantity.nominal(setup, joint));
                 deviation[i] = match quantity {
                     Quantity::Gravity => weighed,
                     Quantity::Inertia | Quantity::Viscous | Quantity::Coulomb | Quantity::Gain => {
@@ -48,8 +57,8 @@ impl Prior {
 }
 
 impl Quantity {
-    /// What a set-up has for it; what it does not know is as usual.
-    pub fn of(self, setup: &Setup, joint: usize) -> f64 {
+    /// Nominal value: that of the set-up, or a usual one if the set-up has none.
+    pub fn nominal(self, setup: &Setup, joint: usize) -> f64 {
         let arm = setup.arm.map(f64::from);
         let servo = &setup.joints[joint];
         match (self, joint) {

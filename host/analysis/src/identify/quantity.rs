@@ -1,20 +1,19 @@
-//! What is looked for: ten numbers of each joint.
+//! Parameters of the model: ten of each joint, and the coordinates of the search.
 //!
-//! Searched are not the numbers themselves but coordinates in which they are free to go
-//! anywhere: the logarithm of what is positive, a multiple of a step of the order of
-//! what matters of what is not. A step of the search is so a relative one, whatever the
+//! The search runs in unconstrained coordinates: the logarithm of a positive parameter, or
+//! the value over a relevant step. So a step of the search is a relative one, whatever the
 //! unit.
 
 use armbridge_shared::JOINTS;
 use num_dual::DualNum;
 
-/// A number of a joint.
+/// A parameter of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Quantity {
-    /// What of the mass matrix's diagonal does not depend on the angles, in kg m².
+    /// Part of the mass matrix's diagonal that does not depend on the angles, in kg m².
     Inertia,
-    /// Gravity torque of the joint with its arm level, in N m; that of joint 1 without
-    /// the share of link 2 beyond joint 2, which is joint 2's own.
+    /// Gravity torque of the joint with its arm level, in N m; for joint 1 without the part
+    /// of link 2 beyond joint 2, which is joint 2's own.
     Gravity,
     /// Viscous friction in N m s/rad.
     Viscous,
@@ -22,25 +21,26 @@ pub enum Quantity {
     Coulomb,
     /// PWM counts per N m.
     Gain,
-    /// PWM counts above off at which there is no torque.
+    /// PWM counts from neutral to zero torque.
     Offset,
-    /// PWM counts below off up to which there is no torque.
+    /// PWM counts below neutral up to which there is no torque.
     DeadBelow,
-    /// PWM counts above off up to which there is no torque.
+    /// PWM counts above neutral up to which there is no torque.
     DeadAbove,
     /// Encoder count at angle 0.
     Zero,
-    /// From a PWM's arrival in the servo to its torque, in s, see [`Known`](super::Known).
+    /// Delay from a PWM's arrival in the servo to its torque, in s, see
+    /// [`KnownParameters`](super::KnownParameters).
     Delay,
 }
 
-/// Numbers of a joint.
+/// Parameters of a joint.
 pub const PER_JOINT: usize = 10;
-/// Numbers of an arm.
+/// Parameters of an arm.
 pub const COUNT: usize = PER_JOINT * JOINTS;
 
 impl Quantity {
-    /// All, in order.
+    /// All parameters, in the order of their index.
     pub const ALL: [Self; PER_JOINT] = [
         Self::Inertia,
         Self::Gravity,
@@ -54,7 +54,7 @@ impl Quantity {
         Self::Delay,
     ];
 
-    /// Its name.
+    /// Name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Inertia => "inertia",
@@ -70,7 +70,7 @@ impl Quantity {
         }
     }
 
-    /// Its unit.
+    /// Unit.
     pub const fn unit(self) -> &'static str {
         match self {
             Self::Inertia => "kg m²",
@@ -82,17 +82,17 @@ impl Quantity {
         }
     }
 
-    /// Its place among the numbers of an arm.
-    pub const fn at(self, joint: usize) -> usize {
+    /// Index among the parameters of an arm.
+    pub const fn index(self, joint: usize) -> usize {
         joint * PER_JOINT + self as usize
     }
 
-    /// Places of the dead zones' edges.
-    pub fn edges() -> impl Iterator<Item = usize> {
-        (0..JOINTS).flat_map(|joint| [Self::DeadBelow.at(joint), Self::DeadAbove.at(joint)])
+    /// Indices of the dead zones' edges.
+    pub fn dead_zone_edges() -> impl Iterator<Item = usize> {
+        (0..JOINTS).flat_map(|joint| [Self::DeadBelow.index(joint), Self::DeadAbove.index(joint)])
     }
 
-    /// What a coordinate of 1 is; `None` for one that is a logarithm.
+    /// Value of a coordinate of 1; `None` for a logarithm.
     const fn step(self) -> Option<f64> {
         match self {
             Self::Inertia | Self::Gravity | Self::Viscous | Self::Coulomb | Self::Gain => None,
@@ -103,7 +103,7 @@ impl Quantity {
         }
     }
 
-    /// The number of a coordinate.
+    /// Value of a coordinate.
     pub fn value<D: DualNum<Primitive = f64> + Copy>(self, coordinate: D) -> D {
         match self.step() {
             Some(step) => coordinate * step,
@@ -111,17 +111,17 @@ impl Quantity {
         }
     }
 
-    /// Whether its coordinate is a logarithm.
+    /// Whether the coordinate is a logarithm.
     pub const fn is_relative(self) -> bool {
         self.step().is_none()
     }
 
-    /// How fast the number grows with its coordinate.
-    pub fn slope(self, coordinate: f64) -> f64 {
+    /// Derivative of the value by the coordinate.
+    pub fn derivative(self, coordinate: f64) -> f64 {
         self.step().unwrap_or_else(|| coordinate.exp())
     }
 
-    /// The coordinate of a number.
+    /// Coordinate of a value.
     pub fn coordinate(self, value: f64) -> f64 {
         match self.step() {
             Some(step) => value / step,

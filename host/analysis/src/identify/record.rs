@@ -1,6 +1,6 @@
-//! What a log has of use: stretches of ticks without a gap in which the motors are driven.
+//! Traces of a log: runs of ticks without a gap in which the motors are driven.
 //!
-//! While they are not, the arm may be held by hand; what moves it then is not known.
+//! While the motors are off, the torques on the arm are unknown: it may be held by hand.
 
 use armbridge_shared::link::message::{Record, Sample};
 
@@ -8,31 +8,31 @@ use super::dataset::Trace;
 
 /// Counts from either end of an encoder's track in which its reading is invalid.
 pub(super) const END_COUNTS: u16 = 3;
-/// Shortest stretch that is of use, in ticks.
-const SHORTEST: usize = 200;
+/// Shortest trace in ticks.
+const TRACE_MIN: usize = 200;
 
-/// The stretches of a log.
+/// Traces of a log.
 pub fn traces(records: &[Record]) -> Vec<Trace> {
     let mut traces = Vec::new();
     let mut trace = Trace::default();
     let mut before: Option<u32> = None;
     for record in records {
-        let follows = before.is_some_and(|tick| tick.wrapping_add(1) == record.tick);
+        let is_contiguous = before.is_some_and(|tick| tick.wrapping_add(1) == record.tick);
         before = Some(record.tick);
         let is_driven = record.mode.drive().is_some();
-        if !(follows && is_driven) {
-            end(&mut trace, &mut traces);
+        if !(is_contiguous && is_driven) {
+            end_trace(&mut trace, &mut traces);
         }
         if is_driven {
             if trace.pwm.is_empty() {
                 let since_us = record.start_us.saturating_sub(records[0].start_us);
-                trace.since_s = since_us as f64 * 1e-6;
+                trace.start_s = since_us as f64 * 1e-6;
             }
             trace.pwm.push(record.pwm_in_force);
             trace.counts.push(record.samples.map(counts));
         }
     }
-    end(&mut trace, &mut traces);
+    end_trace(&mut trace, &mut traces);
     traces
 }
 
@@ -41,9 +41,9 @@ fn counts(sample: Sample) -> Option<u16> {
     sample.counts().filter(|counts| range.contains(counts))
 }
 
-fn end(trace: &mut Trace, traces: &mut Vec<Trace>) {
+fn end_trace(trace: &mut Trace, traces: &mut Vec<Trace>) {
     let ended = std::mem::take(trace);
-    if ended.pwm.len() >= SHORTEST {
+    if ended.pwm.len() >= TRACE_MIN {
         traces.push(ended);
     }
 }

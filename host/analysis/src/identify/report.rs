@@ -1,120 +1,121 @@
-//! What was found, as a table and as data.
+//! Report of a fit, as a table and as data.
 
 use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use serde::Serialize;
 
-use super::fit_result::Found;
+use super::fit_result::FitResult;
+use super::prior::Prior;
 use super::quantity::Quantity;
-use super::search::Prior;
 
-/// Standard errors to either side in which a number is with 95 %.
-const INTERVAL: f64 = 1.96;
+/// Standard errors on either side of a 95 % interval.
+const Z_95: f64 = 1.96;
 
-/// A number of a joint.
+/// Estimate of a joint's parameter.
 #[derive(Clone, Debug, Serialize)]
-pub struct Number {
-    /// From 1.
+pub struct Estimate {
+    /// Joint, from 1.
     pub joint: usize,
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Its unit.
+    /// Unit.
     pub unit: &'static str,
-    /// What was found.
+    /// Estimated value.
     pub value: f64,
-    /// Half of its 95 % interval.
-    pub within: f64,
-    /// What was believed before; nothing of static friction, nor of how dry friction falls.
-    pub before: Option<f64>,
-    /// What is to be kept in mind of it; empty for most.
+    /// Half-width of its 95 % confidence interval.
+    pub half_width_95: f64,
+    /// Prior mean; `None` for static friction and the Stribeck curve.
+    pub prior_mean: Option<f64>,
+    /// Remark; empty for most.
     pub remark: &'static str,
 }
 
-/// All of it.
+/// Report of a fit.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// Joint by joint.
-    pub numbers: Vec<Number>,
+    /// Estimates, joint by joint.
+    pub estimates: Vec<Estimate>,
     /// Joints, from 1, whose static friction is not identified: too few breakaways.
-    pub never_gave_way: Vec<usize>,
+    pub static_friction_unidentified: Vec<usize>,
     /// Seconds of the logs in which a joint slides.
     pub sliding_s: f64,
-    /// Windows of these that were compared.
+    /// Number of windows.
     pub windows: usize,
-    /// Of these, how many the model does not explain.
-    pub odd: usize,
+    /// Number of windows that are outliers.
+    pub outliers: usize,
     /// Standard deviation of an encoder's noise in counts, rounding included.
     pub noise_counts: f64,
 }
 
 impl Report {
-    /// Of what was found in logs with this tick period.
-    pub fn new(found: &Found, prior: &Prior, period_s: f64) -> Self {
-        let mut numbers = Vec::new();
+    /// Report of a fit to logs with this tick period.
+    pub fn new(fit: &FitResult, prior: &Prior, period_s: f64) -> Self {
+        let mut estimates = Vec::new();
         for joint in 0..JOINTS {
             for quantity in Quantity::ALL {
-                let (value, error) = found.number(joint, quantity);
-                let before: f64 = quantity.value(prior.mean[quantity.at(joint)]);
-                let remark = remark(found, prior, joint, quantity);
-                numbers.push(Number {
+                let (value, error) = fit.estimate(joint, quantity);
+                let prior_mean: f64 = quantity.value(prior.mean[quantity.index(joint)]);
+                let remark = remark(fit, prior, joint, quantity);
+                estimates.push(Estimate {
                     joint: joint + 1,
                     name: quantity.name(),
                     unit: quantity.unit(),
                     value,
-                    within: INTERVAL * error,
-                    before: Some(before),
+                    half_width_95: Z_95 * error,
+                    prior_mean: Some(prior_mean),
                     remark,
                 });
             }
-            numbers.extend(found.stribeck[joint].iter().flat_map(|of| {
-                let number = |name, unit, value: f64, error: f64| Number {
+            estimates.extend(fit.stribeck[joint].iter().flat_map(|curve| {
+                let estimate = |name, unit, value: f64, error: f64| Estimate {
                     joint: joint + 1,
                     name,
                     unit,
                     value,
-                    within: INTERVAL * error,
-                    before: None,
+                    half_width_95: Z_95 * error,
+                    prior_mean: None,
                     remark: "dry friction falls with speed",
                 };
                 let torque = Quantity::Coulomb.unit();
                 [
-                    number("Stribeck friction", torque, of.drop_nm, of.drop_error_nm),
-                    number(
+                    estimate(
+                        "Stribeck friction",
+                        torque,
+                        curve.drop_nm,
+                        curve.drop_error_nm,
+                    ),
+                    estimate(
                         "Stribeck speed",
                         "rad/s",
-                        of.speed_rad_s,
-                        of.speed_error_rad_s,
+                        curve.speed_rad_s,
+                        curve.speed_error_rad_s,
                     ),
                 ]
             }));
-            numbers.extend(found.friction[joint].map(|friction| Number {
+            estimates.extend(fit.static_friction[joint].map(|friction| Estimate {
                 joint: joint + 1,
                 name: "static friction",
                 unit: Quantity::Coulomb.unit(),
                 value: friction.torque_nm,
-                within: INTERVAL * friction.error_nm,
-                before: None,
+                half_width_95: Z_95 * friction.error_nm,
+                prior_mean: None,
                 remark: "",
             }));
         }
-        let ticks: usize = found
-            .stretches
-            .iter()
-            .map(|stretch| stretch.window.len)
-            .sum();
+        let ticks = fit.window_ticks();
         let joints = 1..=JOINTS;
-        let is_silent = |joint: &usize| found.friction[joint - 1].is_none();
+        let is_unidentified = |joint: &usize| fit.static_friction[joint - 1].is_none();
         Self {
-            numbers,
-            never_gave_way: joints.filter(is_silent).collect(),
+            estimates,
+            static_friction_unidentified: joints.filter(is_unidentified).collect(),
             sliding_s: ticks as f64 * period_s,
-            windows: found.stretches.len(),
-            odd: found.odd(),
-            noise_counts: found.noise_counts,
+            windows: fit.window_fits.len(),
+            outliers: fit.outliers(),
+            noise_counts: fit.noise_counts,
         }
     }
 
-    /// As text, ending in a line feed.
+    /// The table as text, ending in a line feed.
     pub fn table(&self) -> String {
         let mut rows = vec![
             [
@@ -123,63 +124,64 @@ impl Report {
                 "estimate",
                 "95 % interval",
                 "unit",
-                "before",
+                "prior",
                 "",
             ]
             .map(str::to_owned)
             .to_vec(),
         ];
-        for number in &self.numbers {
-            rows.push(number.cells());
+        for estimate in &self.estimates {
+            rows.push(estimate.cells());
         }
-        let silent = self.never_gave_way.iter().map(|joint| {
+        let unidentified = self.static_friction_unidentified.iter().map(|joint| {
             format!("static friction of joint {joint} not identified: too few breakaways\n")
         });
         format!(
             "{}{}\n{:.1} s of sliding in {} windows, {} of them rejected; residual {:.2} counts\n",
             text_table::columns(&rows),
-            silent.collect::<String>(),
+            unidentified.collect::<String>(),
             self.sliding_s,
             self.windows,
-            self.odd,
+            self.outliers,
             self.noise_counts
         )
     }
 }
 
-impl Number {
-    /// What a table has of it: joint, name, value, interval, unit, before, remark.
+impl Estimate {
+    /// Cells of a table row: joint, name, value, interval, unit, prior mean, remark.
     pub(super) fn cells(&self) -> Vec<String> {
         vec![
             self.joint.to_string(),
             self.name.to_owned(),
-            digits(self.value, self.within),
-            format!("± {}", digits(self.within, self.within)),
+            digits(self.value, self.half_width_95),
+            format!("± {}", digits(self.half_width_95, self.half_width_95)),
             self.unit.to_owned(),
-            self.before
-                .map_or_else(String::new, |before| digits(before, self.within)),
+            self.prior_mean.map_or_else(String::new, |prior_mean| {
+                digits(prior_mean, self.half_width_95)
+            }),
             self.remark.to_owned(),
         ]
     }
 }
 
-/// What is to be kept in mind of a number; nothing of most.
-fn remark(found: &Found, prior: &Prior, joint: usize, quantity: Quantity) -> &'static str {
-    if found.is_unseen(prior, joint, quantity) {
+/// Remark on an estimate; empty for most.
+fn remark(fit: &FitResult, prior: &Prior, joint: usize, quantity: Quantity) -> &'static str {
+    if fit.is_unidentified(prior, joint, quantity) {
         return "not identifiable from these logs";
     }
-    if found.rests_on_weight(joint, quantity) {
+    if fit.is_fixed_by_weight(joint, quantity) {
         return "scale fixed by the arm's weight";
     }
-    // What a dead zone about the motor's true zero takes away is none on average.
-    let (offset, _) = found.number(joint, Quantity::Offset);
-    let (edge, error) = found.number(joint, quantity);
-    if found.has_none(quantity.at(joint)) {
+    // On average a dead zone about the motor's true neutral removes no torque.
+    let (offset, _) = fit.estimate(joint, Quantity::Offset);
+    let (edge, error) = fit.estimate(joint, quantity);
+    if fit.has_no_dead_zone(quantity.index(joint)) {
         return "none";
     }
-    let is_alike = match quantity {
-        Quantity::DeadBelow => edge < -2.0 * offset + INTERVAL * error,
-        Quantity::DeadAbove => edge < 2.0 * offset + INTERVAL * error,
+    let may_be_zero = match quantity {
+        Quantity::DeadBelow => edge < -2.0 * offset + Z_95 * error,
+        Quantity::DeadAbove => edge < 2.0 * offset + Z_95 * error,
         Quantity::Inertia
         | Quantity::Gravity
         | Quantity::Viscous
@@ -189,13 +191,13 @@ fn remark(found: &Found, prior: &Prior, joint: usize, quantity: Quantity) -> &'s
         | Quantity::Zero
         | Quantity::Delay => false,
     };
-    if is_alike { "may be zero" } else { "" }
+    if may_be_zero { "may be zero" } else { "" }
 }
 
-/// A number to two digits of how far it may be off.
-pub(super) fn digits(value: f64, within: f64) -> String {
-    let places = if within > 0.0 && within.is_finite() {
-        (1.0 - within.log10().floor()).clamp(0.0, 9.0) as usize
+/// A value to two digits of its uncertainty.
+pub(super) fn digits(value: f64, half_width_95: f64) -> String {
+    let places = if half_width_95 > 0.0 && half_width_95.is_finite() {
+        (1.0 - half_width_95.log10().floor()).clamp(0.0, 9.0) as usize
     } else {
         6
     };

@@ -1,92 +1,90 @@
-//! The search for the numbers that explain what was measured.
+//! Minimisation of the cost: Levenberg-Marquardt on the windows' residuals.
 //!
-//! Levenberg-Marquardt on the errors of the windows' motions, with what is believed
-//! beforehand as errors of their own: a number that the logs say nothing about stays
-//! where it was, and its uncertainty with it.
+//! The prior enters as residuals of its own: a parameter without information in the logs
+//! stays at its prior mean, with its prior uncertainty.
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{SMatrix, SVector};
 use nalgebra_lm as lm;
 
-use super::arm::Known;
-use super::cost::{Cost, Stretch, cost};
+use super::arm::KnownParameters;
+use super::cost::{Cost, WindowFit, cost};
 use super::dataset::Trace;
+use super::prior::Prior;
 use super::quantity::{COUNT, Quantity};
 
-/// Rows of the problem: as many as there are numbers for all windows together, one for
-/// what no number can explain, and one for each belief.
+/// Rows of the problem: one per parameter for all windows together, one for the residual
+/// that no parameter reduces, and one per parameter for the prior.
 const ROWS: usize = 2 * COUNT + 1;
 
-/// What is believed of each number beforehand.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prior {
-    /// Its coordinate.
-    pub mean: [f64; COUNT],
-    /// How far off that may be, one standard deviation.
-    pub deviation: [f64; COUNT],
+/// Scale of the residuals.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ErrorModel {
+    /// Variance of a residual in counts squared.
+    pub(super) variance_counts2: f64,
+    /// Mean square of a window's residuals above which its weight falls, in counts squared.
+    pub(super) outlier_limit_counts2: f64,
 }
 
-/// A search under way.
+/// A minimisation under way.
 pub(super) struct Search<'a> {
-    stretches: Vec<Stretch>,
+    window_fits: Vec<WindowFit>,
     traces: &'a [Trace],
-    known: &'a Known,
+    known: &'a KnownParameters,
     prior: Prior,
-    /// Variance of an error in counts squared.
-    variance: f64,
-    /// Mean square of a window's errors beyond which it counts less.
-    most: f64,
-    at: [f64; COUNT],
+    errors: ErrorModel,
+    coordinates: [f64; COUNT],
     cost: Cost,
 }
 
 impl<'a> Search<'a> {
-    /// Begins at these coordinates.
-    pub(super) fn begin(
-        mut stretches: Vec<Stretch>,
+    /// A search that begins at these coordinates.
+    pub(super) fn new(
+        mut window_fits: Vec<WindowFit>,
         traces: &'a [Trace],
-        known: &'a Known,
+        known: &'a KnownParameters,
         prior: &Prior,
-        at: [f64; COUNT],
-        [variance, most]: [f64; 2],
+        coordinates: [f64; COUNT],
+        errors: ErrorModel,
     ) -> Self {
-        let cost = cost(&mut stretches, traces, known, &at, most);
-        // Where there is no dead zone, nothing holds an edge against what is believed of it,
-        // until it is in the middle of what the logs say: there the search would end.
+        let limit = errors.outlier_limit_counts2;
+        let cost = cost(&mut window_fits, traces, known, &coordinates, limit);
+        // Without a dead zone nothing holds an edge against its prior until the edge is in
+        // the midst of the logs' PWM, where the search would end: the prior of an edge is
+        // centred at its initial guess.
         let mut prior = *prior;
-        Quantity::edges().for_each(|edge| prior.mean[edge] = at[edge]);
+        Quantity::dead_zone_edges().for_each(|edge| prior.mean[edge] = coordinates[edge]);
         Self {
-            stretches,
+            window_fits,
             traces,
             known,
             prior,
-            variance,
-            most,
-            at,
+            errors,
+            coordinates,
             cost,
         }
     }
 
-    /// Goes down as far as it goes.
+    /// Minimises until it converges.
     #[must_use]
-    pub(super) fn run(self) -> Self {
-        /// Evaluations for each number, beyond which nothing is gained any more.
+    pub(super) fn minimise(self) -> Self {
+        /// Evaluations per parameter, beyond which no improvement is expected.
         const PATIENCE: usize = 15;
-        self.down(PATIENCE)
+        self.levenberg_marquardt(PATIENCE)
     }
 
-    /// The same for one of many tries: who begins far off, where no slope leads anywhere, is
-    /// given up soon.
+    /// Minimises from one of several initial guesses: one far off, where no gradient leads
+    /// to a minimum, is given up soon.
     #[must_use]
-    pub(super) fn try_once(self) -> Self {
-        /// Evaluations for each number: twice as many as a try takes that comes to anything.
+    pub(super) fn minimise_briefly(self) -> Self {
+        /// Evaluations per parameter: twice as many as a successful guess takes.
         const PATIENCE: usize = 2;
-        self.down(PATIENCE)
+        self.levenberg_marquardt(PATIENCE)
     }
 
-    fn down(self, patience: usize) -> Self {
-        /// Relative change of sum and numbers below which it is at the bottom: a
-        /// thousandth of what is known of them.
+    fn levenberg_marquardt(self, patience: usize) -> Self {
+        /// Relative change of cost and coordinates at convergence: a thousandth of their
+        /// uncertainty.
         const TOLERANCE: f64 = 1e-6;
 
         let (search, _) = LevenbergMarquardt::new()
@@ -97,47 +95,48 @@ impl<'a> Search<'a> {
         search
     }
 
-    /// Where it is.
-    pub(super) fn at(&self) -> [f64; COUNT] {
-        self.at
+    /// The current coordinates.
+    pub(super) fn coordinates(&self) -> [f64; COUNT] {
+        self.coordinates
     }
 
-    /// The windows, as they are explained there.
-    pub(super) fn stretches(&self) -> &[Stretch] {
-        &self.stretches
+    /// The windows, with their residuals at the current coordinates.
+    pub(super) fn window_fits(&self) -> &[WindowFit] {
+        &self.window_fits
     }
 
-    /// What is minimised: twice the negative logarithm of the likelihood, but for a
-    /// constant.
+    /// Loss: twice the negative logarithm of the posterior, up to a constant.
     pub(super) fn loss(&self) -> f64 {
-        let beliefs = (0..COUNT).map(|i| self.belief(i).powi(2));
-        self.cost.squares / self.variance + beliefs.sum::<f64>()
+        let prior_terms = (0..COUNT).map(|i| self.prior_residual(i).powi(2));
+        self.cost.squares / self.errors.variance_counts2 + prior_terms.sum::<f64>()
     }
 
-    /// What is known of the numbers, the inverse of their covariance.
+    /// Information matrix of logs and prior, the inverse of the covariance.
     pub(super) fn information(&self) -> SMatrix<f64, COUNT, COUNT> {
-        let beliefs = SVector::from(self.prior.deviation).map(|deviation: f64| deviation.powi(-2));
-        self.cost.hessian / self.variance + SMatrix::from_diagonal(&beliefs)
+        let prior = SVector::from(self.prior.deviation).map(|deviation: f64| deviation.powi(-2));
+        self.cost.hessian / self.errors.variance_counts2 + SMatrix::from_diagonal(&prior)
     }
 
-    /// Scatter of what the windows say about the numbers, in the same unit.
+    /// Scatter of the windows' gradients, in the unit of [`information`](Self::information).
     pub(super) fn scatter(&self) -> SMatrix<f64, COUNT, COUNT> {
-        self.cost.scatter / self.variance.powi(2)
+        self.cost.scatter / self.errors.variance_counts2.powi(2)
     }
 
-    fn belief(&self, i: usize) -> f64 {
-        (self.at[i] - self.prior.mean[i]) / self.prior.deviation[i]
+    fn prior_residual(&self, i: usize) -> f64 {
+        (self.coordinates[i] - self.prior.mean[i]) / self.prior.deviation[i]
     }
 
-    /// As many rows as there are numbers, with the slope and the curvature of all.
-    fn rows(&self) -> Option<(SMatrix<f64, COUNT, COUNT>, SVector<f64, COUNT>)> {
-        let mut hessian = self.cost.hessian / self.variance;
-        // What the windows say nothing about is left to the beliefs.
+    /// Square root of the normal equations: as many rows as there are parameters, with the
+    /// gradient and the Hessian of all residuals.
+    fn square_root(&self) -> Option<(SMatrix<f64, COUNT, COUNT>, SVector<f64, COUNT>)> {
+        let mut hessian = self.cost.hessian / self.errors.variance_counts2;
+        // Parameters without information are left to the prior.
         let least = hessian.diagonal().amax() * 1e-13 + 1e-12;
         hessian += SMatrix::from_diagonal_element(least);
         let lower = hessian.cholesky()?.l();
-        // Errors are measured less computed: they fall along the gradient.
-        let top = lower.solve_lower_triangular(&(self.cost.gradient / -self.variance))?;
+        // Residuals are measured less computed: they fall along the gradient.
+        let gradient = self.cost.gradient / -self.errors.variance_counts2;
+        let top = lower.solve_lower_triangular(&gradient)?;
         Some((lower.transpose(), top))
     }
 }
@@ -148,29 +147,31 @@ impl LeastSquaresProblem<f64, lm::Const<ROWS>, lm::Const<COUNT>> for Search<'_> 
     type ParameterStorage = lm::storage::Owned<f64, lm::Const<COUNT>>;
 
     fn set_params(&mut self, x: &lm::SVector<f64, COUNT>) {
-        let at: [f64; COUNT] = (*x).into();
-        if at.map(f64::to_bits) != self.at.map(f64::to_bits) {
-            self.at = at;
-            self.cost = cost(&mut self.stretches, self.traces, self.known, &at, self.most);
+        let coordinates: [f64; COUNT] = (*x).into();
+        if coordinates.map(f64::to_bits) != self.coordinates.map(f64::to_bits) {
+            self.coordinates = coordinates;
+            let limit = self.errors.outlier_limit_counts2;
+            let (traces, known) = (self.traces, self.known);
+            self.cost = cost(&mut self.window_fits, traces, known, &coordinates, limit);
         }
     }
 
     fn params(&self) -> lm::SVector<f64, COUNT> {
-        self.at.into()
+        self.coordinates.into()
     }
 
     fn residuals(&self) -> Option<lm::SVector<f64, ROWS>> {
-        let (_, top) = self.rows()?;
-        let rest = self.cost.squares / self.variance - top.norm_squared();
+        let (_, top) = self.square_root()?;
+        let rest = self.cost.squares / self.errors.variance_counts2 - top.norm_squared();
         Some(lm::SVector::from_fn(|i, _| match i {
             i if i < COUNT => top[i],
-            i if i < 2 * COUNT => self.belief(i - COUNT),
+            i if i < 2 * COUNT => self.prior_residual(i - COUNT),
             _ => rest.max(0.0).sqrt(),
         }))
     }
 
     fn jacobian(&self) -> Option<lm::SMatrix<f64, ROWS, COUNT>> {
-        let (upper, _) = self.rows()?;
+        let (upper, _) = self.square_root()?;
         Some(lm::SMatrix::from_fn(|i, j| match i {
             i if i < COUNT => upper[(i, j)],
             i if i == COUNT + j => 1.0 / self.prior.deviation[j],

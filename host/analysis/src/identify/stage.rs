@@ -1,127 +1,140 @@
-//! A round of the search: windows of one length, and the dead zones tried in them.
+//! A stage of the fit: windows of one length, and the dead zones fitted in them.
 //!
-//! Where a dead zone ends does not show in the slope: one of nothing looks much like one
-//! that reaches as far beyond the motor's true zero as before it, for what it takes away is
-//! none on average, and no slope leads from the one to the other. So each edge is tried
-//! from several places. Where there is no dead zone, nothing pulls an edge anywhere: how
-//! far off one would be seen is tried as well.
+//! The gradient does not show where a dead zone ends: no dead zone looks much like one that
+//! reaches as far beyond the motor's true neutral as before it, since on average it removes
+//! no torque, and no gradient leads from one to the other. So each edge is fitted from
+//! several initial guesses. Without a dead zone nothing determines an edge: the smallest
+//! edge that would be detected gives its uncertainty.
 
 use armbridge_shared::JOINTS;
 
-use super::arm::Known;
-use super::cost::Stretch;
+use super::arm::KnownParameters;
+use super::cost::WindowFit;
 use super::dataset::Trace;
+use super::prior::Prior;
 use super::quantity::{COUNT, PER_JOINT, Quantity};
-use super::search::{Prior, Search};
+use super::search::{ErrorModel, Search};
 
-/// Loss by which a dead zone must be better to be believed in place of a smaller one:
-/// three standard deviations.
-const NO_WORSE: f64 = 9.0;
-/// An edge so far on the wrong side of off that there is no dead zone.
-const NONE_COUNTS: f64 = -2.0;
-/// Edges of a dead zone that are tried, in counts: up to the paper's.
-const TRIED_COUNTS: [f64; 4] = [NONE_COUNTS, 15.0, 30.0, 50.0];
-/// Edges of which the first that explains the logs worse than none would have been seen.
-const SEEN_COUNTS: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
-/// So many standard deviations is that: the square root of [`NO_WORSE`].
-const SEEN_ERRORS: f64 = 3.0;
+/// Loss by which a larger dead zone must beat a smaller one, and by which an absent dead
+/// zone is detected: the square of [`LOSS_SIGMAS`].
+const LOSS_MARGIN: f64 = 9.0;
+/// The same in standard deviations.
+const LOSS_SIGMAS: f64 = 3.0;
+/// Edge of no dead zone: on the wrong side of neutral.
+const NO_DEAD_ZONE_COUNTS: f64 = -2.0;
+/// Initial guesses of an edge, in counts: up to the paper's.
+const INITIAL_EDGES_COUNTS: [f64; 4] = [NO_DEAD_ZONE_COUNTS, 15.0, 30.0, 50.0];
+/// Edges of which the smallest that the logs reject is the detection limit.
+const DETECTION_COUNTS: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
-/// What the searches of a round share.
-pub(super) struct Round<'a> {
+/// Inputs that the searches of a stage share.
+pub(super) struct Stage<'a> {
     /// Smoothed.
     pub(super) traces: &'a [Trace],
-    pub(super) known: &'a Known,
+    pub(super) known: &'a KnownParameters,
     pub(super) prior: &'a Prior,
-    /// Variance of an error, and a window's mean square beyond which it counts less, in
-    /// counts squared.
-    pub(super) judged: [f64; 2],
-    pub(super) stretches: Vec<Stretch>,
+    pub(super) errors: ErrorModel,
+    pub(super) window_fits: Vec<WindowFit>,
 }
 
-/// What was come to with dead zones.
-pub(super) struct Tried {
-    pub(super) at: [f64; COUNT],
-    /// How far off each edge may be because another explains the logs as well.
-    pub(super) doubt: [f64; COUNT],
+/// Fit of the dead zones.
+pub(super) struct DeadZoneFit {
+    pub(super) coordinates: [f64; COUNT],
+    /// Uncertainty of each edge's coordinate because another explains the logs as well.
+    pub(super) ambiguity: [f64; COUNT],
 }
 
-impl<'a> Round<'a> {
-    /// Windows of both joints, none longer than this.
-    pub(super) fn stretches(traces: &[Trace], len: usize) -> Vec<Stretch> {
-        let mut stretches = Vec::new();
+impl<'a> Stage<'a> {
+    /// Windows of both joints of at most this length.
+    pub(super) fn window_fits(traces: &[Trace], len: usize) -> Vec<WindowFit> {
+        let mut window_fits = Vec::new();
         for joint in 0..JOINTS {
             for (index, trace) in traces.iter().enumerate() {
                 let windows = trace.windows(index, joint, len).into_iter();
-                stretches.extend(windows.map(|window| Stretch::new(window, trace)));
+                window_fits.extend(windows.map(|window| WindowFit::new(window, trace)));
             }
         }
-        stretches
+        window_fits
     }
 
-    /// Begins in all windows.
-    pub(super) fn begin(&self, at: [f64; COUNT]) -> Search<'a> {
-        self.begin_in(self.stretches.clone(), at)
+    /// Windows of one joint.
+    pub(super) fn joint_window_fits(&self, joint: usize) -> Vec<WindowFit> {
+        let own = |window_fit: &&WindowFit| window_fit.window.joint == joint;
+        self.window_fits.iter().filter(own).cloned().collect()
     }
 
-    pub(super) fn begin_in(&self, stretches: Vec<Stretch>, at: [f64; COUNT]) -> Search<'a> {
+    /// A search in all windows.
+    pub(super) fn search(&self, coordinates: [f64; COUNT]) -> Search<'a> {
+        self.search_in(self.window_fits.clone(), coordinates)
+    }
+
+    pub(super) fn search_in(
+        &self,
+        window_fits: Vec<WindowFit>,
+        coordinates: [f64; COUNT],
+    ) -> Search<'a> {
         let Self {
             traces,
             known,
             prior,
-            judged,
+            errors,
             ..
         } = self;
-        Search::begin(stretches, traces, known, prior, at, *judged)
+        Search::new(window_fits, traces, known, prior, coordinates, *errors)
     }
 
-    /// Tries each edge of a dead zone from several places, in windows of its own joint: the
-    /// other's motions say nothing of it.
-    pub(super) fn try_dead_zones(&self, mut at: [f64; COUNT]) -> Tried {
-        let mut doubt = [0.0; COUNT];
-        for edge in Quantity::edges() {
+    /// Fits each edge of a dead zone from several initial guesses, in windows of its own
+    /// joint: the other joint's motion has no information on it.
+    pub(super) fn fit_dead_zones(&self, mut coordinates: [f64; COUNT]) -> DeadZoneFit {
+        let mut ambiguity = [0.0; COUNT];
+        for edge in Quantity::dead_zone_edges() {
             let joint = edge / PER_JOINT;
-            let own = self.stretches.iter().filter(|s| s.window.joint == joint);
-            let own: Vec<Stretch> = own.cloned().collect();
+            let own = self.joint_window_fits(joint);
             let from = |counts: Option<f64>| {
-                let mut at = at;
-                at[edge] = counts.map_or(at[edge], |counts| Quantity::DeadAbove.coordinate(counts));
-                self.begin_in(own.clone(), at).try_once()
+                let mut guess = coordinates;
+                guess[edge] =
+                    counts.map_or(guess[edge], |counts| Quantity::DeadAbove.coordinate(counts));
+                self.search_in(own.clone(), guess).minimise_briefly()
             };
             let mut searches = vec![from(None)];
-            searches.extend(TRIED_COUNTS.map(|counts| from(Some(counts))));
-            let (best, doubtful) = simplest(edge, searches);
-            doubt[edge] = doubtful;
-            let numbers = joint * PER_JOINT..(joint + 1) * PER_JOINT;
-            at[numbers.clone()].copy_from_slice(&best[numbers]);
+            searches.extend(INITIAL_EDGES_COUNTS.map(|counts| from(Some(counts))));
+            let (best, range) = smallest_dead_zone(edge, searches);
+            ambiguity[edge] = range;
+            let parameters = joint * PER_JOINT..(joint + 1) * PER_JOINT;
+            coordinates[parameters.clone()].copy_from_slice(&best[parameters]);
         }
-        Tried { at, doubt }
+        DeadZoneFit {
+            coordinates,
+            ambiguity,
+        }
     }
 
-    /// How well it is known that there is no edge here: a standard deviation of its
-    /// coordinate; `None` if none would have been seen.
-    pub(super) fn seen(&self, search: &Search<'_>, edge: usize) -> Option<f64> {
-        let most = search.loss() + NO_WORSE;
-        let is_seen = |counts: &f64| {
-            let mut at = search.at();
-            at[edge] = Quantity::DeadAbove.coordinate(*counts);
-            self.begin(at).loss() > most
+    /// Standard deviation of the coordinate of an edge where there is no dead zone, from the
+    /// smallest edge that would be detected; `None` if none would.
+    pub(super) fn no_dead_zone_deviation(&self, search: &Search<'_>, edge: usize) -> Option<f64> {
+        let limit = search.loss() + LOSS_MARGIN;
+        let is_detected = |counts: &f64| {
+            let mut coordinates = search.coordinates();
+            coordinates[edge] = Quantity::DeadAbove.coordinate(*counts);
+            self.search(coordinates).loss() > limit
         };
-        let counts = SEEN_COUNTS.into_iter().find(is_seen)?;
-        Some(Quantity::DeadAbove.coordinate(counts) / SEEN_ERRORS)
+        let counts = DETECTION_COUNTS.into_iter().find(is_detected)?;
+        Some(Quantity::DeadAbove.coordinate(counts) / LOSS_SIGMAS)
     }
 }
 
-/// Of searches that differ in this edge of a dead zone, where the one with the least dead
-/// zone came to among those that explain the logs as well; and half of how far the others
-/// are from it.
-fn simplest(edge: usize, mut searches: Vec<Search<'_>>) -> ([f64; COUNT], f64) {
+/// Result of the search with the smallest dead zone, among searches that differ in this
+/// edge and explain the logs as well as the best; and half of the range of their edges.
+fn smallest_dead_zone(edge: usize, mut searches: Vec<Search<'_>>) -> ([f64; COUNT], f64) {
     searches.sort_by(|a, b| a.loss().total_cmp(&b.loss()));
-    let most = searches[0].loss() + NO_WORSE;
-    let as_good = searches.iter().take_while(|search| search.loss() <= most);
-    let edges: Vec<f64> = as_good.map(|search| search.at()[edge].max(0.0)).collect();
+    let limit = searches[0].loss() + LOSS_MARGIN;
+    let as_good = searches.iter().take_while(|search| search.loss() <= limit);
+    let edges: Vec<f64> = as_good
+        .map(|search| search.coordinates()[edge].max(0.0))
+        .collect();
     let sizes = edges.iter().enumerate();
-    let least = sizes.min_by(|a, b| a.1.total_cmp(b.1));
-    let (index, here) = least.map_or((0, 0.0), |(index, here)| (index, *here));
-    let doubt = edges.iter().map(|edge| edge - here).fold(0.0, f64::max) / 2.0;
-    (searches[index].at(), doubt)
+    let smallest = sizes.min_by(|a, b| a.1.total_cmp(b.1));
+    let (index, least) = smallest.map_or((0, 0.0), |(index, least)| (index, *least));
+    let range = edges.iter().map(|edge| edge - least).fold(0.0, f64::max) / 2.0;
+    (searches[index].coordinates(), range)
 }

@@ -1,177 +1,178 @@
-//! Dry friction that falls with speed, after Stribeck, where the logs show that it does.
+//! Fit of a Stribeck curve, dry friction that falls with speed, where the logs show one.
 //!
 //! ```text
 //! F(v) = coulomb + drop exp(-(v / speed)²)
 //! ```
 //!
-//! Two numbers of a joint more, which most arms do without: of a dry friction that does not
-//! fall, the speed at which it does is not identifiable. So they are sought after all others,
-//! and only where [`Checks`](super::Checks)' linear test of such a torque is sure. For a drop
-//! and a speed the search goes down once more, in the joint's own windows; what it comes to
-//! is, near the bottom, a quadratic form in their logarithms, whose least is found in a few
-//! steps of Newton's and whose curvature gives their covariance.
+//! The curve has two more parameters per joint. Most arms have none, and without a drop the
+//! speed is not identifiable. So they are fitted after all others, and only where the linear
+//! test of [`Checks`](super::Checks) for such a torque is significant. For each drop and
+//! speed the other parameters are fitted again, in the joint's own windows. Near the minimum
+//! the loss is a quadratic form in the logarithms of drop and speed: a few Newton steps find
+//! it, and its curvature gives their covariance.
 
 use armbridge_shared::JOINTS;
 use nalgebra::{Matrix2, SMatrix, Vector2};
 use serde::Serialize;
 
-use super::arm::Known;
-use super::cost::Stretch;
+use super::arm::KnownParameters;
+use super::cost::WindowFit;
 use super::quantity::{COUNT, PER_JOINT};
-use super::stage::Round;
-use super::stribeck_curve::Falling;
+use super::stage::Stage;
+use super::stribeck_curve::StribeckCurve;
 
-/// What was found of a joint whose dry friction falls.
+/// Estimated Stribeck curve of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Stribeck {
-    /// By how much from rest to full speed, in N m.
+pub struct StribeckEstimate {
+    /// Drop of dry friction from rest to full speed, in N m.
     pub drop_nm: f64,
-    /// Its standard error.
+    /// Standard error of the drop.
     pub drop_error_nm: f64,
-    /// Where most of it is gone, in rad/s.
+    /// Speed at which it has fallen to 1/e, in rad/s.
     pub speed_rad_s: f64,
-    /// Its standard error.
+    /// Standard error of the speed.
     pub speed_error_rad_s: f64,
 }
 
-impl Stribeck {
-    pub(super) fn falling(&self) -> Falling {
-        Falling {
+impl StribeckEstimate {
+    pub(super) fn curve(&self) -> StribeckCurve {
+        StribeckCurve {
             drop_nm: self.drop_nm,
             speed_rad_s: self.speed_rad_s,
         }
     }
 }
 
-/// What the search has come to.
-pub(super) struct Sought {
-    pub(super) stribeck: Stribeck,
-    /// The joint's own coordinates, where the drop and the speed want them.
-    pub(super) own: [f64; PER_JOINT],
-    /// What not knowing the two better adds to the covariance of the others.
+/// Result of the fit.
+pub(super) struct StribeckFit {
+    pub(super) estimate: StribeckEstimate,
+    /// The joint's other coordinates at the minimum.
+    pub(super) own_coordinates: [f64; PER_JOINT],
+    /// Covariance that the uncertainty of the curve adds to the other parameters.
     pub(super) covariance: SMatrix<f64, COUNT, COUNT>,
 }
 
-/// Step of a logarithm over which slopes and curvatures are taken.
+/// Step of a logarithm for finite differences.
 const STEP: f64 = 0.15;
-/// Farthest that a step of Newton's goes.
-const FARTHEST: f64 = 0.8;
-/// Steps of Newton's, and by how much the loss falls with the last: a third of a standard
-/// error.
+/// Longest Newton step.
+const STEP_MAX: f64 = 0.8;
+/// Most Newton steps.
 const STEPS: usize = 8;
-const CLOSE: f64 = 0.1;
-/// Standard errors by which a drop is more than none, and largest error of a speed as a
-/// share of it.
-const SURE: f64 = 3.0;
-const VAGUE: f64 = 0.5;
+/// Reduction of the loss by the last step: a third of a standard error.
+const TOLERANCE: f64 = 0.1;
+/// Standard errors by which a significant drop exceeds zero.
+const SIGNIFICANT_SIGMAS: f64 = 3.0;
+/// Largest relative standard error of the speed.
+const SPEED_ERROR_MAX: f64 = 0.5;
 
-/// Losses about a place, and the coordinates that they are at.
-struct About<'a> {
-    round: &'a Round<'a>,
-    own: Vec<Stretch>,
+/// Loss as a function of drop and speed.
+struct LossSurface<'a> {
+    stage: &'a Stage<'a>,
+    window_fits: Vec<WindowFit>,
     joint: usize,
 }
 
-impl About<'_> {
-    fn look(&self, logarithms: Vector2<f64>, at: [f64; COUNT]) -> (f64, [f64; COUNT]) {
-        let mut known = *self.round.known;
-        known.falling[self.joint] = Some(falling(logarithms));
-        let round = Round {
+impl LossSurface<'_> {
+    /// Loss at these logarithms of drop and speed, and the other coordinates fitted there.
+    fn evaluate(&self, logarithms: Vector2<f64>, coordinates: [f64; COUNT]) -> (f64, [f64; COUNT]) {
+        let mut known = *self.stage.known;
+        known.stribeck[self.joint] = Some(curve(logarithms));
+        let stage = Stage {
             known: &known,
-            stretches: Vec::new(),
-            ..*self.round
+            window_fits: Vec::new(),
+            ..*self.stage
         };
-        let search = round.begin_in(self.own.clone(), at).try_once();
-        (search.loss(), search.at())
+        let search = stage.search_in(self.window_fits.clone(), coordinates);
+        let search = search.minimise_briefly();
+        (search.loss(), search.coordinates())
     }
 }
 
-/// Seeks how a joint's dry friction falls; `None` if that is not identifiable after all.
-pub(super) fn sought(
-    round: &Round<'_>,
-    at: [f64; COUNT],
+/// Fits the Stribeck curve of a joint; `None` if it is not identifiable.
+pub(super) fn fit_stribeck(
+    stage: &Stage<'_>,
+    mut coordinates: [f64; COUNT],
     joint: usize,
-    begin: Falling,
-) -> Option<Sought> {
-    let own = round.stretches.iter().filter(|s| s.window.joint == joint);
-    let about = About {
-        round,
-        own: own.cloned().collect(),
+    initial: StribeckCurve,
+) -> Option<StribeckFit> {
+    let surface = LossSurface {
+        stage,
+        window_fits: stage.joint_window_fits(joint),
         joint,
     };
-    let mut place = Vector2::new(begin.drop_nm, begin.speed_rad_s).map(f64::ln);
-    let mut at = at;
+    let mut logarithms = Vector2::new(initial.drop_nm, initial.speed_rad_s).map(f64::ln);
     let [e1, e2] = [Vector2::x(), Vector2::y()].map(|e| e * STEP);
     for _ in 0..STEPS {
-        let (loss, here) = about.look(place, at);
-        at = here;
+        let (loss, fitted) = surface.evaluate(logarithms, coordinates);
+        coordinates = fitted;
         let sides = [e1, -e1, e2, -e2, e1 + e2, -e1 - e2];
-        let looks = sides.map(|side| about.look(place + side, at));
-        let [right, left, up, down, one, two] = looks.map(|look| look.0);
-        let slope = Vector2::new(right - left, up - down) / (2.0 * STEP);
+        let neighbours = sides.map(|side| surface.evaluate(logarithms + side, coordinates));
+        let [right, left, up, down, one, two] = neighbours.map(|neighbour| neighbour.0);
+        let gradient = Vector2::new(right - left, up - down) / (2.0 * STEP);
         let square = STEP * STEP;
         let by_drop = (right + left - 2.0 * loss) / square;
         let by_speed = (up + down - 2.0 * loss) / square;
         let by_both = ((one + two - 2.0 * loss) / square - by_drop - by_speed) / 2.0;
-        let curve = Matrix2::new(by_drop, by_both, by_both, by_speed);
-        let inverse = curve.cholesky().map(|cholesky| cholesky.inverse());
-        // Without a bottom near by: straight down.
-        let newton = inverse.map_or(slope * -1e6, |inverse| -(inverse * slope));
-        let step = newton * (FARTHEST / newton.norm()).min(1.0);
-        let best = looks.iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        place += step;
-        // By how much the loss is less there: the last step is as good as a look at it.
-        let gain = -0.5 * slope.dot(&step);
-        if inverse.is_none() || gain > CLOSE {
-            at = best.map_or(at, |best| best.1);
+        let hessian = Matrix2::new(by_drop, by_both, by_both, by_speed);
+        let inverse = hessian.cholesky().map(|cholesky| cholesky.inverse());
+        // Without a minimum near by: steepest descent.
+        let newton = inverse.map_or(gradient * -1e6, |inverse| -(inverse * gradient));
+        let step = newton * (STEP_MAX / newton.norm()).min(1.0);
+        let best = neighbours.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        logarithms += step;
+        // Predicted reduction of the loss: the last step needs no evaluation of its own.
+        let reduction = -0.5 * gradient.dot(&step);
+        if inverse.is_none() || reduction > TOLERANCE {
+            coordinates = best.map_or(coordinates, |best| best.1);
             continue;
         }
         // The loss is twice the negative logarithm of the likelihood.
         let covariance = inverse? * 2.0;
-        let falling = falling(place);
+        let curve = curve(logarithms);
         let [drop, speed] = [0, 1].map(|i| covariance[(i, i)].sqrt());
-        let slopes = SMatrix::<f64, COUNT, 2>::from_fn(|i, j| {
+        let sensitivity = SMatrix::<f64, COUNT, 2>::from_fn(|i, j| {
             let is_own = i / PER_JOINT == joint;
-            let [more, less] = [looks[2 * j].1[i], looks[2 * j + 1].1[i]];
+            let [above, below] = [neighbours[2 * j].1[i], neighbours[2 * j + 1].1[i]];
             if is_own {
-                (more - less) / (2.0 * STEP)
+                (above - below) / (2.0 * STEP)
             } else {
                 0.0
             }
         });
-        let stribeck = Stribeck {
-            drop_nm: falling.drop_nm,
-            drop_error_nm: falling.drop_nm * drop,
-            speed_rad_s: falling.speed_rad_s,
-            speed_error_rad_s: falling.speed_rad_s * speed,
+        let estimate = StribeckEstimate {
+            drop_nm: curve.drop_nm,
+            drop_error_nm: curve.drop_nm * drop,
+            speed_rad_s: curve.speed_rad_s,
+            speed_error_rad_s: curve.speed_rad_s * speed,
         };
-        return (SURE * drop < 1.0 && speed < VAGUE).then(|| Sought {
-            stribeck,
-            own: core::array::from_fn(|i| {
+        let is_identified = SIGNIFICANT_SIGMAS * drop < 1.0 && speed < SPEED_ERROR_MAX;
+        return is_identified.then(|| StribeckFit {
+            estimate,
+            own_coordinates: core::array::from_fn(|i| {
                 let i = joint * PER_JOINT + i;
-                at[i] + (slopes.row(i) * step)[0]
+                coordinates[i] + (sensitivity.row(i) * step)[0]
             }),
-            covariance: slopes * covariance * slopes.transpose(),
+            covariance: sensitivity * covariance * sensitivity.transpose(),
         });
     }
     None
 }
 
-/// The curve of these logarithms of drop and speed.
-fn falling(logarithms: Vector2<f64>) -> Falling {
+/// Curve of these logarithms of drop and speed.
+fn curve(logarithms: Vector2<f64>) -> StribeckCurve {
     let [drop_nm, speed_rad_s] = logarithms.map(f64::exp).into();
-    Falling {
+    StribeckCurve {
         drop_nm,
         speed_rad_s,
     }
 }
 
-impl Known {
-    /// With dry friction that falls as it was found to.
+impl KnownParameters {
+    /// The same with the estimated Stribeck curves.
     #[must_use]
-    pub(super) fn with(&self, found: &[Option<Stribeck>; JOINTS]) -> Self {
+    pub(super) fn with_stribeck(&self, estimates: &[Option<StribeckEstimate>; JOINTS]) -> Self {
         Self {
-            falling: found.map(|stribeck| stribeck.map(|of| of.falling())),
+            stribeck: estimates.map(|estimate| estimate.map(|estimate| estimate.curve())),
             ..*self
         }
     }

@@ -1,4 +1,4 @@
-//! Dry friction that falls with speed, after Stribeck: the term beside Coulomb friction.
+//! Stribeck curve: dry friction above Coulomb friction, which falls with speed.
 //!
 //! ```text
 //! F(v) = coulomb + drop exp(-(v / speed)²)
@@ -6,19 +6,19 @@
 
 use num_dual::DualNum;
 
-/// How dry friction falls.
+/// Dry friction in excess of Coulomb friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Falling {
-    /// By how much from rest to full speed, in N m.
+pub struct StribeckCurve {
+    /// Excess at rest, in N m.
     pub drop_nm: f64,
-    /// Where most of it is gone, in rad/s.
+    /// Speed at which it has fallen to 1/e, in rad/s.
     pub speed_rad_s: f64,
 }
 
-impl Falling {
-    /// What is left of the drop at a speed, in N m.
-    pub(super) fn at<D: DualNum<Primitive = f64> + Copy>(&self, v: D) -> D {
-        let share = v / self.speed_rad_s;
-        (-(share * share)).exp() * self.drop_nm
+impl StribeckCurve {
+    /// Excess at a speed, in N m.
+    pub(super) fn excess_nm<D: DualNum<Primitive = f64> + Copy>(&self, v: D) -> D {
+        let ratio = v / self.speed_rad_s;
+        (-(ratio * ratio)).exp() * self.drop_nm
     }
 }

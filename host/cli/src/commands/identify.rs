@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge_analysis::identify::{
-    Checks, Diagnosis, Found, Known, Prior, Report, Tally, Trace, identify, settings, traces,
+    Checks, Diagnosis, FitResult, KnownParameters, Prior, Report, Tally, Trace,
+    identified_settings, identify, traces,
 };
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::params;
@@ -66,7 +67,7 @@ Only ticks in which the motors are driven count, and a joint is informative only
 slides. Motion determines torques up to a common factor, which the arm's weight fixes:
 arm.m1_kg, arm.m2_kg and the lengths in the log. Exit code 1, with a diagnosis and no
 numbers, if the logs do not identify the arm: empty, too short, samples lost, clipped,
-wrong joint, wrong direction, held by hand.";
+wrong joint, wrong direction, not driven, external torque, model mismatch.";
 
 #[derive(Args, Debug)]
 pub(crate) struct FitArgs {
@@ -111,7 +112,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
     match &args.what {
         Identify::Run(args) => run::run(args),
         Identify::Fit(args) => match fit(args) {
-            Err(error) if error.is::<Diagnosis>() => output::without_numbers(&error, args),
+            Err(error) if error.is::<Diagnosis>() => output::print_diagnosis(&error, args),
             outcome => outcome,
         },
         Identify::Paper(args) => paper::run(args),
@@ -119,7 +120,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Outcome {
 }
 
 fn fit(args: &FitArgs) -> Outcome {
-    let fit = Fit::of(&paths(&args.logs), args.weighed)?;
+    let fit = Fit::from_logs(&paths(&args.logs), args.weighed)?;
     let description = output::describe(
         &fit,
         &OutputOptions {
@@ -141,7 +142,7 @@ fn fit(args: &FitArgs) -> Outcome {
     }
     let applied = Apply {
         link: &args.link,
-        is_sure: args.yes,
+        is_confirmed: args.yes,
         is_silent: args.json,
     }
     .to_board(&fit)?;
@@ -152,9 +153,9 @@ fn fit(args: &FitArgs) -> Outcome {
 struct Fit {
     /// Settings of the board that recorded them.
     before: Settings,
-    known: Known,
+    known: KnownParameters,
     prior: Prior,
-    found: Found,
+    result: FitResult,
     report: Report,
     checks: Checks,
     /// Each log's path, name and link.
@@ -163,31 +164,31 @@ struct Fit {
 
 impl Fit {
     /// Fits these logs; `None` is the newest one.
-    fn of(logs: &[Option<&Path>], weighed: f64) -> Result<Self, Error> {
+    fn from_logs(logs: &[Option<&Path>], weighed: f64) -> Result<Self, Error> {
         let Loaded {
             settings: before,
             traces,
             tally,
             logs,
         } = load(logs)?;
-        let known = Known::of(&before.setup);
-        let prior = Prior::of(&before.setup, weighed);
-        let found = identify(&traces, &tally, &known, &prior)?;
+        let known = KnownParameters::from_setup(&before.setup);
+        let prior = Prior::from_setup(&before.setup, weighed);
+        let result = identify(&traces, &tally, &known, &prior)?;
         Ok(Self {
-            report: Report::new(&found, &prior, known.period_s),
-            checks: Checks::of(&found, &traces, &known, &prior),
+            report: Report::new(&result, &prior, known.period_s),
+            checks: Checks::new(&result, &traces, &known, &prior),
             before,
             known,
             prior,
-            found,
+            result,
             logs,
         })
     }
 
-    /// The arm, whole: what was found, and what it was found with, such as its lengths and
-    /// which way up it is.
+    /// All parameters of the arm: the identified ones, and the known ones, such as its lengths
+    /// and mounting.
     fn arm(&self) -> Result<Vec<(&'static Parameter, Value)>, Error> {
-        let after = settings(&self.before, &self.found)?;
+        let after = identified_settings(&self.before, &self.result)?;
         let is_of_arm = |parameter: &Parameter| {
             ["arm", "joint1", "joint2"].contains(&parameter.group())
                 || parameter.key == "setup.friction_nm"
@@ -196,7 +197,7 @@ impl Fit {
         Ok(all.filter(|(parameter, _)| is_of_arm(parameter)).collect())
     }
 
-    /// The same, with tables as in armbridge.toml.
+    /// Writes them to a file, with tables as in armbridge.toml.
     fn write_to(&self, path: &Path) -> Result<(), Error> {
         let table = params::to_table(self.arm()?);
         std::fs::write(path, toml::to_string(&table)?)
@@ -204,7 +205,7 @@ impl Fit {
     }
 }
 
-/// These logs; the newest if none is named.
+/// The named logs; the newest one if none is.
 fn paths(logs: &[PathBuf]) -> Vec<Option<&Path>> {
     match logs {
         [] => vec![None],
@@ -214,9 +215,9 @@ fn paths(logs: &[PathBuf]) -> Vec<Option<&Path>> {
 
 /// Data of logs that a fit uses.
 struct Loaded {
-    /// Of the first.
+    /// Settings of the first log.
     settings: Settings,
-    /// Of all.
+    /// Traces of all logs.
     traces: Vec<Trace>,
     tally: Tally,
     /// Each log's path, name and link.
@@ -241,7 +242,7 @@ fn load(logs: &[Option<&Path>]) -> Result<Loaded, Error> {
             format!("{path} has no settings of the board; record from the hello on")
         })?;
         let (named, before) = first.get_or_insert_with(|| (path.clone(), settings));
-        is_same(before, &settings)
+        check_same_model(before, &settings)
             .map_err(|error| format!("{} and {}: {error}", named.display(), path.display()))?;
         let facts = &recording.facts;
         names.push(format!(
@@ -269,12 +270,12 @@ fn load(logs: &[Option<&Path>]) -> Result<Loaded, Error> {
 }
 
 /// Checks that two boards have the same model of the arm.
-fn is_same(one: &Settings, other: &Settings) -> Result<(), Error> {
-    let of = |settings: &Settings| {
+fn check_same_model(one: &Settings, other: &Settings) -> Result<(), Error> {
+    let model = |settings: &Settings| {
         let setup = settings.setup;
         (setup.joints, setup.arm, setup.period_us)
     };
-    if of(one) == of(other) {
+    if model(one) == model(other) {
         Ok(())
     } else {
         Err("the boards of these logs have different models of the arm; fit them one by one".into())

@@ -1,14 +1,14 @@
-//! Checks of a fit: which numbers are identifiable, whether the residuals are noise, and
-//! whether the model has the right form.
+//! Checks of a fit: identifiability of the parameters, whiteness of the residuals, and
+//! errors of the model.
 //!
-//! | file        | what is asked                                                  |
-//! |-------------|----------------------------------------------------------------|
-//! | `identifiability` | which numbers are strongly correlated or not identifiable, and what fixed them |
-//! | `whiteness` | do errors follow from each other?                              |
-//! | `model_errors`      | would a torque that the model has not explain the logs better? |
-//! | `rollout`    | a window's motion by the numbers that were found               |
-//! | `warnings`  | what is to be kept in mind, in words                           |
-//! | `text`      | the checks as text for a terminal                              |
+//! | file              | contents                                                        |
+//! |-------------------|-----------------------------------------------------------------|
+//! | `identifiability` | strongly correlated and unidentifiable parameters, and the prior that fixed them |
+//! | `whiteness`       | autocorrelation of the residuals                                |
+//! | `model_errors`    | torques that the model lacks, and the fit without dry friction  |
+//! | `rollout`         | motion of a window, simulated with the estimates                |
+//! | `warnings`        | warnings in words                                               |
+//! | `text`            | the checks as text for a terminal                               |
 
 mod identifiability;
 mod model_errors;
@@ -17,128 +17,135 @@ mod text;
 mod warnings;
 mod whiteness;
 
-pub use identifiability::{Combination, Pair, correlations, untold};
-pub use model_errors::{Dry, Form};
-pub use rollout::Followed;
+pub use identifiability::{Combination, Correlation};
+pub use model_errors::{MissingTorque, WithoutDryFriction};
+pub use rollout::Rollout;
 pub use whiteness::Whiteness;
 
-pub(super) use rollout::follow;
+pub(super) use identifiability::correlation_matrix;
+pub(super) use rollout::rollout;
 
 use armbridge_shared::JOINTS;
 use nalgebra::SMatrix;
 use serde::Serialize;
 
-use super::arm::Known;
-use super::cost::{Stretch, cost};
+use super::arm::KnownParameters;
+use super::cost::{WindowFit, cost};
 use super::dataset::Trace;
-use super::fit_result::Found;
+use super::fit_result::FitResult;
+use super::prior::Prior;
 use super::quantity::{COUNT, Quantity};
-use super::search::Prior;
-use super::stribeck_curve::Falling;
+use super::stribeck_curve::StribeckCurve;
 
-/// All of it.
+/// All checks of a fit.
 #[derive(Clone, Debug, Serialize)]
 pub struct Checks {
-    /// What is to be kept in mind, in words.
+    /// Warnings in words.
     pub warnings: Vec<String>,
-    /// Numbers that are strongly correlated.
-    pub pairs: Vec<Pair>,
-    /// What the logs do not tell.
-    pub untold: Vec<Combination>,
-    /// What is left of each joint.
+    /// Strongly correlated parameters.
+    pub correlations: Vec<Correlation>,
+    /// Combinations of parameters that the logs do not identify.
+    pub unidentifiable: Vec<Combination>,
+    /// Whiteness of each joint's residuals.
     pub whiteness: Vec<Whiteness>,
-    /// Torques that the model has not.
-    pub forms: Vec<Form>,
-    /// What would be found without dry friction.
-    pub dry: Vec<Dry>,
-    /// All windows, as they are followed.
+    /// Torques that the model lacks.
+    pub missing_torques: Vec<MissingTorque>,
+    /// Fit of each joint without dry friction.
+    pub without_dry_friction: Vec<WithoutDryFriction>,
+    /// Rollouts of all windows.
     #[serde(skip)]
-    pub followed: Vec<Followed>,
-    /// The logs, smoothed with the zeros that were found.
+    pub rollouts: Vec<Rollout>,
+    /// The logs, smoothed with the estimated encoder zeros.
     #[serde(skip)]
     pub traces: Vec<Trace>,
 }
 
 impl Checks {
-    /// Of what was found in these traces.
-    pub fn of(found: &Found, traces: &[Trace], known: &Known, prior: &Prior) -> Self {
-        let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
-        let traces: Vec<Trace> = traces
-            .iter()
-            .map(|trace| trace.smoothed(known, zero))
-            .collect();
-        let known = &known.with(&found.stribeck);
-        let followed = followed(found, &traces, known);
-        let (mut whiteness, mut forms, mut dry) = (Vec::new(), Vec::new(), Vec::new());
+    /// Checks a fit to these traces.
+    pub fn new(fit: &FitResult, traces: &[Trace], known: &KnownParameters, prior: &Prior) -> Self {
+        let traces = fit.smoothed(traces, known);
+        let known = &known.with_stribeck(&fit.stribeck);
+        let rollouts = rollouts(fit, &traces, known);
+        let mut whiteness = Vec::new();
+        let (mut missing_torques, mut without_dry_friction) = (Vec::new(), Vec::new());
         for joint in 0..JOINTS {
-            let windows = explained(found, &followed, joint);
-            whiteness.push(Whiteness::of(joint, windows.iter().copied()));
-            let (more, without) = model_errors::forms(joint, &windows, &traces, known, found);
-            forms.extend(more);
-            dry.push(without);
+            let windows = explained(fit, &rollouts, joint);
+            whiteness.push(Whiteness::new(joint, windows.iter().copied()));
+            let (missing, without) =
+                model_errors::model_errors(joint, &windows, &traces, known, fit);
+            missing_torques.extend(missing);
+            without_dry_friction.push(without);
         }
+        let information = information(fit, &traces, known);
         let mut checks = Self {
             warnings: Vec::new(),
-            pairs: identifiability::pairs(found),
-            untold: untold(&information(found, &traces, known), prior),
+            correlations: identifiability::strong_correlations(fit),
+            unidentifiable: identifiability::unidentifiable(&information, prior),
             whiteness,
-            forms,
-            dry,
-            followed,
+            missing_torques,
+            without_dry_friction,
+            rollouts,
             traces,
         };
-        checks.warnings = warnings::warnings(found, &checks);
+        checks.warnings = warnings::warnings(fit, &checks);
         checks
     }
 }
 
-/// How a joint's dry friction falls with speed, roughly, if the logs surely show that it
-/// does; traces are smoothed.
-pub(super) fn falling(
-    found: &Found,
+/// Initial guess of a joint's Stribeck curve, if the test for one is significant; traces are
+/// smoothed.
+pub(super) fn stribeck_candidate(
+    fit: &FitResult,
     traces: &[Trace],
-    known: &Known,
+    known: &KnownParameters,
     joint: usize,
-) -> Option<Falling> {
-    let followed = followed(found, traces, known);
-    let all = followed.iter().filter(|of| of.window.joint == joint);
-    let all: Vec<&Followed> = all.collect();
-    let explained = explained(found, &followed, joint);
-    // Friction that falls far leaves hardly any window explained.
+) -> Option<StribeckCurve> {
+    let rollouts = rollouts(fit, traces, known);
+    let is_of_joint = |rollout: &&Rollout| rollout.window.joint == joint;
+    let all: Vec<&Rollout> = rollouts.iter().filter(is_of_joint).collect();
+    let explained = explained(fit, &rollouts, joint);
+    // With a large drop hardly any window is explained.
     let windows = if 2 * explained.len() < all.len() {
         &all
     } else {
         &explained
     };
-    model_errors::falling(joint, windows, traces, known, found)
+    model_errors::stribeck_candidate(joint, windows, traces, known, fit)
 }
 
-/// All windows; traces are smoothed.
-fn followed(found: &Found, traces: &[Trace], known: &Known) -> Vec<Followed> {
-    let follow = |stretch: &Stretch| {
-        let window = &stretch.window;
-        follow(window, &traces[window.trace], known, &found.at, window.len)
+/// Rollouts of all windows; traces are smoothed.
+fn rollouts(fit: &FitResult, traces: &[Trace], known: &KnownParameters) -> Vec<Rollout> {
+    let rollout = |window_fit: &WindowFit| {
+        let window = &window_fit.window;
+        let trace = &traces[window.trace];
+        rollout(window, trace, known, &fit.coordinates, window.len)
     };
-    found.stretches.iter().map(follow).collect()
+    fit.window_fits.iter().map(rollout).collect()
 }
 
-/// Those of a joint that the numbers explain.
-fn explained<'a>(found: &Found, followed: &'a [Followed], joint: usize) -> Vec<&'a Followed> {
-    let windows = followed.iter().zip(&found.stretches);
-    let is_explained = |stretch: &Stretch| stretch.squares <= found.most * stretch.count as f64;
-    let of_joint = windows
-        .filter(|(followed, stretch)| followed.window.joint == joint && is_explained(stretch));
-    of_joint.map(|(followed, _)| followed).collect()
+/// Rollouts of a joint's windows that are no outliers.
+fn explained<'a>(fit: &FitResult, rollouts: &'a [Rollout], joint: usize) -> Vec<&'a Rollout> {
+    let limit = fit.outlier_limit_counts2;
+    let windows = rollouts.iter().zip(&fit.window_fits);
+    let of_joint = windows.filter(|(rollout, window_fit)| {
+        rollout.window.joint == joint && window_fit.is_explained(limit)
+    });
+    of_joint.map(|(rollout, _)| rollout).collect()
 }
 
-/// What the logs alone tell of the numbers; traces are smoothed.
-fn information(found: &Found, traces: &[Trace], known: &Known) -> SMatrix<f64, COUNT, COUNT> {
-    let mut stretches = found.stretches.clone();
-    let cost = cost(&mut stretches, traces, known, &found.at, found.most);
-    let mut information = cost.hessian / found.noise_counts.powi(2);
-    // That there is no dead zone does not show in a slope.
-    for edge in Quantity::edges().filter(|edge| found.has_none(*edge)) {
-        information[(edge, edge)] += found.covariance[(edge, edge)].recip();
+/// Information matrix of the logs alone; traces are smoothed.
+fn information(
+    fit: &FitResult,
+    traces: &[Trace],
+    known: &KnownParameters,
+) -> SMatrix<f64, COUNT, COUNT> {
+    let mut window_fits = fit.window_fits.clone();
+    let limit = fit.outlier_limit_counts2;
+    let cost = cost(&mut window_fits, traces, known, &fit.coordinates, limit);
+    let mut information = cost.hessian / fit.noise_counts.powi(2);
+    // The gradient does not show that there is no dead zone.
+    for edge in Quantity::dead_zone_edges().filter(|edge| fit.has_no_dead_zone(*edge)) {
+        information[(edge, edge)] += fit.covariance[(edge, edge)].recip();
     }
     information
 }

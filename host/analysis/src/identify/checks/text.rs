@@ -5,15 +5,15 @@ use std::fmt::Write;
 use super::Checks;
 
 impl Checks {
-    /// What logs cannot tell and what is to be kept in mind, a line each.
+    /// Unidentifiable combinations, strong correlations and warnings, a line each.
     pub fn text(&self) -> String {
         let mut text = String::new();
-        for combination in &self.untold {
+        for combination in &self.unidentifiable {
             // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
                 "not identifiable from these logs: {}; fixed by {}",
-                combination.what, combination.settled_by
+                combination.description, combination.fixed_by
             );
         }
         let groups = self.groups();
@@ -30,14 +30,15 @@ impl Checks {
         text
     }
 
-    /// Numbers that hang together by their pairs.
+    /// Groups of parameters that strong correlations connect.
     fn groups(&self) -> Vec<Vec<&str>> {
         let mut groups: Vec<Vec<&str>> = Vec::new();
-        for pair in &self.pairs {
+        for correlation in &self.correlations {
             let (mut joined, others): (Vec<_>, Vec<_>) = groups.into_iter().partition(|group| {
-                group.contains(&pair.one.as_str()) || group.contains(&pair.other.as_str())
+                group.contains(&correlation.first.as_str())
+                    || group.contains(&correlation.second.as_str())
             });
-            joined.push(vec![&pair.one, &pair.other]);
+            joined.push(vec![&correlation.first, &correlation.second]);
             let mut group = joined.concat();
             group.sort_unstable();
             group.dedup();

@@ -1,29 +1,29 @@
-//! What is to be kept in mind of a fit, in words.
+//! Warnings about a fit, in words.
 
-use super::super::fit_result::Found;
+use super::super::fit_result::FitResult;
 use super::Checks;
-use super::model_errors::{SMALL_NM, SURE};
+use super::model_errors::{NEGLIGIBLE_NM, SIGNIFICANT};
 
-/// Noise in counts beyond which something other than noise is in it.
+/// Residual in counts above which it is not encoder noise alone.
 const NOISE_COUNTS: f64 = 1.2;
-/// Share of the windows that may be without explanation.
-const ODD: f64 = 0.05;
+/// Largest tolerated fraction of outliers among the windows.
+const OUTLIER_FRACTION: f64 = 0.05;
 
-/// One sentence for each.
-pub(super) fn warnings(found: &Found, checks: &Checks) -> Vec<String> {
+/// Warnings, a sentence each.
+pub(super) fn warnings(fit: &FitResult, checks: &Checks) -> Vec<String> {
     let mut warnings = Vec::new();
-    if found.noise_counts > NOISE_COUNTS {
+    if fit.noise_counts > NOISE_COUNTS {
         warnings.push(format!(
-            "errors of {:.2} counts are more than an encoder's noise: the model is not quite this \
-             arm, and intervals may be too narrow",
-            found.noise_counts
+            "residual of {:.2} counts, above the encoder's noise: the model is not quite this arm, \
+             and intervals may be too narrow",
+            fit.noise_counts
         ));
     }
-    let (odd, windows) = (found.odd(), found.stretches.len());
-    if odd as f64 > ODD * windows as f64 {
+    let (outliers, windows) = (fit.outliers(), fit.window_fits.len());
+    if outliers as f64 > OUTLIER_FRACTION * windows as f64 {
         warnings.push(format!(
-            "{odd} of {windows} windows are not explained, and count less: the joint met \
-             something, or its friction changed"
+            "{outliers} of {windows} windows are outliers, with less weight: the joint touched something, \
+             or its friction changed"
         ));
     }
     for whiteness in checks
@@ -32,28 +32,32 @@ pub(super) fn warnings(found: &Found, checks: &Checks) -> Vec<String> {
         .filter(|whiteness| !whiteness.is_white())
     {
         warnings.push(format!(
-            "joint {}: errors follow from those before (portmanteau {:.0}, noise stays below \
-             {:.0}): the form of the model, or its delay, is not quite right",
-            whiteness.joint, whiteness.portmanteau, whiteness.expected
+            "joint {}: residuals are autocorrelated (portmanteau {:.0}; white noise: below {:.0}): \
+             the model, or its delay, is not quite right",
+            whiteness.joint, whiteness.portmanteau, whiteness.critical_value
         ));
     }
     for joint in 1..=checks.whiteness.len() {
-        let of_joint = checks.forms.iter().filter(|form| form.joint == joint);
-        let matters = of_joint.filter(|f| f.improvement > SURE && f.torque_nm > SMALL_NM);
-        let most = matters.max_by(|a, b| a.improvement.total_cmp(&b.improvement));
-        warnings.extend(most.map(|form| {
+        let of_joint = checks
+            .missing_torques
+            .iter()
+            .filter(|missing| missing.joint == joint);
+        let significant =
+            of_joint.filter(|f| f.improvement > SIGNIFICANT && f.torque_nm > NEGLIGIBLE_NM);
+        let largest = significant.max_by(|a, b| a.improvement.total_cmp(&b.improvement));
+        warnings.extend(largest.map(|missing| {
             format!(
                 "joint {joint}: the model lacks {} (sum of squares lower by {:.0} variances, \
                  torque up to {:.3} N m)",
-                form.what, form.improvement, form.torque_nm
+                missing.description, missing.improvement, missing.torque_nm
             )
         }));
     }
-    for dry in &checks.dry {
-        if dry.worse < SURE {
+    for fit in &checks.without_dry_friction {
+        if fit.loss_increase < SIGNIFICANT {
             warnings.push(format!(
                 "joint {}: dry friction is not identified; move the joint slower",
-                dry.joint
+                fit.joint
             ));
         }
     }

@@ -1,16 +1,17 @@
-//! Means over a stretch of ticks in which its ends count for nothing, so that a mean
-//! acceleration is one of speeds, and noise falls with the length of the stretch.
+//! Bump function: weighted means over a segment of ticks, with weights that vanish at its
+//! ends. The mean of a derivative is one of the values, and noise falls with the length of
+//! the segment.
 
-/// Weights `(1 - x²)²` over a stretch, x from -1 to 1, that add up to one.
+/// Weights `(1 - x²)²` over a segment, x from -1 to 1, normalised to a sum of one.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Bump {
     weights: Vec<f64>,
-    /// Their slope by the tick.
+    /// Derivatives of the weights by the tick.
     slopes: Vec<f64>,
 }
 
 impl Bump {
-    /// To so many ticks on either side of the middle.
+    /// A bump of `half` ticks on either side of the middle.
     pub(in super::super) fn new(half: usize) -> Self {
         let shape = |index: usize| {
             let x = (index as f64 - half as f64) / half as f64;
@@ -26,18 +27,18 @@ impl Bump {
         }
     }
 
-    /// Ticks.
+    /// Length in ticks.
     pub(in super::super) fn len(&self) -> usize {
         self.weights.len()
     }
 
-    /// Mean of what depends on the tick, the stretch beginning at this one.
+    /// Weighted mean of a function of the tick, over the segment that begins at `first`.
     pub(in super::super) fn mean(&self, first: usize, value: impl Fn(usize) -> f64) -> f64 {
         let ticks = self.weights.iter().enumerate();
         ticks.map(|(k, weight)| weight * value(first + k)).sum()
     }
 
-    /// Mean of its rate by the tick.
+    /// Weighted mean of its derivative by the tick.
     pub(in super::super) fn rate(&self, first: usize, value: impl Fn(usize) -> f64) -> f64 {
         let ticks = self.slopes.iter().enumerate();
         -ticks
@@ -57,7 +58,7 @@ mod tests {
         let line = |tick: usize| 3.0 + 0.5 * tick as f64;
         assert!((bump.mean(20, line) - line(70)).abs() < 1e-9);
         let parabola = |tick: usize| 0.01 * (tick as f64).powi(2);
-        // The slope of the weights, and not their differences: right to a thousandth.
+        // Derivatives of the weights in place of their differences: right to a thousandth.
         assert!((bump.rate(20, parabola) / (0.02 * 70.0) - 1.0).abs() < 1e-3);
     }
 }

@@ -1,140 +1,140 @@
-//! Why there are no numbers: what is wrong with the data, where, and what to do.
+//! Diagnosis of data that do not identify an arm: defect, place, and remedy.
 
-/// What is wrong with logs that tell no arm. Joints count from 1, seconds from the first
+/// Defect of logs that do not identify an arm. Joints count from 1, seconds from the first
 /// record of a log.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Diagnosis {
     /// No tick in which the motors were driven.
     #[error(
-        "empty: in no tick of these logs were the motors driven; record a run in which they are, \
-         as `armbridge run multisine` does"
+        "empty: in no tick of these logs are the motors driven; record a run in which they are, \
+         such as `armbridge run multisine`"
     )]
     Empty,
-    /// A joint hardly slides.
+    /// A joint slides for too short a time.
     #[error(
-        "too short a log: joint {joint} slides for {slid_s:.1} s, and {needed_s:.1} s are the least; \
-         let it move for some ten seconds under its motor, as `armbridge run multisine` does"
+        "too short a log: joint {joint} slides for {sliding_s:.1} s, and {required_s:.1} s are required; \
+         move it for some ten seconds by its motor, such as with `armbridge run multisine`"
     )]
     TooShort {
-        /// The joint.
+        /// Joint.
         joint: usize,
-        /// For how long it slides.
-        slid_s: f64,
-        /// For how long it must.
-        needed_s: f64,
+        /// Duration of sliding.
+        sliding_s: f64,
+        /// Required duration.
+        required_s: f64,
     },
-    /// Ticks that were not recorded, or have no angle.
+    /// Ticks unrecorded, or without an angle.
     #[error(
-        "lost samples: {percent:.0} % of {ticks} ticks have no angle of joint {joint} ({silent} came \
-         without, {missed} are missing in {gaps} gaps); see `armbridge info`, and mend the bus or the \
-         link first"
+        "lost samples: {percent:.0} % of {ticks} ticks have no angle of joint {joint} ({without_angle} \
+         recorded without one, {unrecorded} unrecorded in {gaps} gaps); see `armbridge info`, and \
+         repair the bus or the link first"
     )]
     LostSamples {
-        /// The joint of which most are missing.
+        /// Joint.
         joint: usize,
-        /// Share of the ticks without its angle, in percent.
+        /// Ticks without its angle in percent.
         percent: f64,
         /// Ticks with the motors driven, recorded or not.
         ticks: usize,
         /// Ticks recorded without its angle.
-        silent: usize,
-        /// Ticks that were not recorded.
-        missed: usize,
-        /// Stretches of such ticks.
+        without_angle: usize,
+        /// Ticks unrecorded.
+        unrecorded: usize,
+        /// Gaps of unrecorded ticks.
         gaps: usize,
     },
-    /// A joint's encoder is where its track ends.
+    /// An encoder at an end of its track.
     #[error(
         "clipped: joint {joint}'s encoder is at an end of its track in {percent:.0} % of the ticks, \
-         where it tells no angle; move the joint about the middle, or turn its horn"
+         where it measures no angle; move the joint about the middle, or turn its horn"
     )]
     ClippedEncoder {
-        /// The joint.
+        /// Joint.
         joint: usize,
-        /// In so many percent of the ticks.
+        /// Affected ticks in percent.
         percent: f64,
     },
-    /// A joint's motor gives all it may.
+    /// A motor at its limit.
     #[error(
-        "clipped: joint {joint}'s motor is at its limit in {percent:.0} % of the ticks, and says no \
-         more of its own strength there; move more gently, or raise limits.torque_nm"
+        "clipped: joint {joint}'s motor is at its limit in {percent:.0} % of the ticks, where its gain \
+         is not identifiable; move more gently, or raise limits.torque_nm"
     )]
     ClippedMotor {
-        /// The joint.
+        /// Joint.
         joint: usize,
-        /// In so many percent of the ticks.
+        /// Affected ticks in percent.
         percent: f64,
     },
     /// The other joint's PWM explains a joint's motion.
     #[error(
-        "wrong joint: the PWM of joint {other} explains {by_other:.0} % of how joint {joint} \
-         accelerates, its own {by_own:.0} %; are the servos' ids, or the joints of the arm, swapped?"
+        "wrong joint: the PWM of joint {other} explains {by_other:.0} % of joint {joint}'s \
+         acceleration, its own {by_own:.0} %; are the servos' ids, or the joints of the arm, swapped?"
     )]
     WrongJoint {
-        /// The joint that moves.
+        /// Joint that moves.
         joint: usize,
-        /// The joint whose PWM moves it.
+        /// Joint whose PWM moves it.
         other: usize,
-        /// Share that the other's PWM explains, in percent.
+        /// Acceleration that the other's PWM explains, in percent.
         by_other: f64,
-        /// Share that its own explains, in percent.
+        /// Acceleration that its own explains, in percent.
         by_own: f64,
     },
-    /// A motor pushes backwards.
+    /// A motor drives its joint backwards.
     #[error(
-        "wrong way: 100 counts of PWM that should push joint {joint} forwards accelerate it by \
-         {rad_s2:+.1} rad/s²; is its motor reversed against its encoder?"
+        "wrong direction: 100 counts of PWM accelerate joint {joint} by {rad_s2:+.1} rad/s²; is its \
+         motor reversed against its encoder?"
     )]
-    WrongWay {
-        /// The joint.
+    WrongDirection {
+        /// Joint.
         joint: usize,
         /// Acceleration for 100 counts.
         rad_s2: f64,
     },
-    /// A joint moves, and not by its motor.
+    /// A joint that its motor does not move.
     #[error(
-        "held by hand: joint {joint} moves, but not as its motor pushes, in all of these logs: was \
-         it moved by hand, is its horn loose, its motor without supply, or arm.mounting wrong?"
+        "not driven: joint {joint} moves, but not by its motor, in all of these logs: was it moved by \
+         hand, is its horn loose, its motor without supply, or arm.mounting wrong?"
     )]
     NotDriven {
-        /// The joint.
+        /// Joint.
         joint: usize,
     },
-    /// For some time something else turns a joint.
+    /// External torque on a joint for some time.
     #[error(
-        "held by hand: from {from_s:.1} s to {to_s:.1} s of log {log} something other than its motor \
-         turns joint {joint} with up to {torque_nm:.2} N m (such stretches in all: {pushes}, of \
-         {all_s:.1} s); was the arm held, did it meet a stop, does a cable pull? Record again, or \
-         leave that log out"
+        "external torque: from {from_s:.1} s to {to_s:.1} s of log {log} up to {torque_nm:.2} N m \
+         that its motor does not explain act on joint {joint} (episodes in all: {episodes}, \
+         {total_s:.1} s); was the arm held by hand, did it touch a stop, does a cable pull? Record \
+         again, or leave that log out"
     )]
-    HeldByHand {
-        /// The log, from 1.
+    ExternalTorque {
+        /// Log, from 1.
         log: usize,
-        /// The joint that is turned most.
+        /// Joint with the largest torque.
         joint: usize,
-        /// From here on.
+        /// Start.
         from_s: f64,
-        /// Up to here.
+        /// End.
         to_s: f64,
-        /// The largest torque that nothing explains.
+        /// Largest unexplained torque.
         torque_nm: f64,
-        /// How often that is so, of either joint.
-        pushes: usize,
-        /// For how long in all.
-        all_s: f64,
+        /// Episodes of either joint.
+        episodes: usize,
+        /// Their total duration.
+        total_s: f64,
     },
-    /// The model is not this arm.
+    /// The model does not fit this arm.
     #[error(
-        "not this arm: {odd} of {windows} windows move as no numbers of the model explain, errors are \
-         {rms_counts:.1} counts at the median, and the encoders' noise {noise_counts:.1}; are lengths, mounting and directions right, \
-         is anything loose or touching, and was the arm held all the while?"
+        "model mismatch: {outliers} of {windows} windows are outliers, the median residual is \
+         {rms_counts:.1} counts, and the encoders' noise {noise_counts:.1}; are lengths, mounting \
+         and directions right, is anything loose or touching, was the arm held by hand?"
     )]
-    NotThisArm {
-        /// Windows that are not explained.
-        odd: usize,
+    ModelMismatch {
+        /// Windows that are outliers.
+        outliers: usize,
         /// All windows.
         windows: usize,
-        /// Root mean square of a window's errors, the median of all.
+        /// Median of the windows' root mean square residuals.
         rms_counts: f64,
         /// Standard deviation of the encoders' own noise.
         noise_counts: f64,

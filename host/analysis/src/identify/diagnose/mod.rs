@@ -1,118 +1,121 @@
-//! Whether an arm is identifiable from the data at all: a [`Diagnosis`] by name in place of
-//! numbers that are wrong.
+//! Diagnosis of data that do not identify an arm: a [`Diagnosis`] in place of wrong
+//! estimates.
 //!
-//! | when       | what is looked at                                             |
-//! |------------|---------------------------------------------------------------|
-//! | before     | [`Tally`]: empty, samples lost, encoder or motor at a limit   |
-//! | before     | sliding: too short; which motor a joint obeys, and which way  |
-//! | after      | torque that nothing explains, with its seconds; the model     |
+//! | when           | check                                                          |
+//! |----------------|----------------------------------------------------------------|
+//! | before the fit | [`Tally`]: empty, samples lost, encoder or motor at a limit    |
+//! | before the fit | duration of sliding; which motor drives a joint, and in which direction |
+//! | after the fit  | external torque, with its time; mismatch of the model          |
 
 mod bump;
 mod diagnosis;
-mod driver;
 mod external_torque;
+mod motor_assignment;
 mod tally;
 
 pub use diagnosis::Diagnosis;
-pub use external_torque::Push;
-pub use tally::{OfJoint, Tally};
+use external_torque::ExternalTorque;
+pub use tally::{JointTally, Tally};
 
 pub(super) use bump::Bump;
 
 use armbridge_shared::JOINTS;
 
-use super::arm::Known;
-use super::cost::Stretch;
+use super::arm::KnownParameters;
+use super::cost::WindowFit;
 use super::dataset::Trace;
-use super::fit::find;
-use super::fit_result::Found;
-use super::initial_guess::NoStart;
+use super::fit::fit;
+use super::fit_result::FitResult;
+use super::initial_guess::InitialGuessError;
+use super::prior::Prior;
 use super::quantity::Quantity;
-use super::search::Prior;
 
-/// Seconds for which a joint must slide: what the sharpest experiments take.
-const SLIDES_S: f64 = 2.0;
-/// Share of the windows that may be without explanation.
-const ODD: f64 = 0.4;
-/// Errors that are so many times the encoders' own noise are not theirs.
-const NOISY: f64 = 2.0;
-/// Longest window in ticks, of those that are counted.
+/// Shortest duration of sliding in s: that of the most informative experiments.
+const SLIDING_MIN_S: f64 = 2.0;
+/// Largest tolerated fraction of outliers among the windows.
+const OUTLIER_FRACTION: f64 = 0.4;
+/// Largest tolerated ratio of residual to encoder noise.
+const NOISE_RATIO: f64 = 2.0;
+/// Longest window in ticks.
 const WINDOW: usize = 1_000;
 
-/// Seeks the numbers of an arm in data that can tell them.
+/// Fits the parameters of an arm, and checks data and fit.
 ///
 /// # Errors
-/// If they cannot.
+/// If the data do not identify the arm.
 pub fn identify(
     traces: &[Trace],
     tally: &Tally,
-    known: &Known,
+    known: &KnownParameters,
     prior: &Prior,
-) -> Result<Found, Diagnosis> {
-    examine(traces, tally, known, prior)?;
-    let found = find(traces, known, prior).map_err(|error| of_start(&error, known))?;
-    judge(traces, known, &found)?;
-    Ok(found)
+) -> Result<FitResult, Diagnosis> {
+    check_data(traces, tally, known, prior)?;
+    let fit = fit(traces, known, prior).map_err(|error| from_initial_guess(&error, known))?;
+    check_fit(traces, known, &fit)?;
+    Ok(fit)
 }
 
-/// Looks at data before anything is sought in them.
+/// Checks data before a fit.
 ///
 /// # Errors
-/// If they cannot tell an arm.
-pub fn examine(
+/// If they cannot identify an arm.
+pub fn check_data(
     traces: &[Trace],
     tally: &Tally,
-    known: &Known,
+    known: &KnownParameters,
     prior: &Prior,
 ) -> Result<(), Diagnosis> {
     tally.check()?;
-    let zero = [0, 1].map(|joint| Quantity::Zero.value(prior.mean[Quantity::Zero.at(joint)]));
-    let smooth = smoothed(traces, known, zero);
+    let zero = [0, 1].map(|joint| Quantity::Zero.value(prior.mean[Quantity::Zero.index(joint)]));
+    let smoothed = smoothed(traces, known, zero);
     for joint in 0..JOINTS {
-        let windows = smooth
+        let windows = smoothed
             .iter()
             .flat_map(|trace| trace.windows(0, joint, WINDOW));
-        let slid: usize = windows.map(|window| window.len).sum();
-        let slid_s = slid as f64 * known.period_s;
-        if slid_s < SLIDES_S {
-            return Err(too_short(joint, slid_s));
+        let ticks: usize = windows.map(|window| window.len).sum();
+        let sliding_s = ticks as f64 * known.period_s;
+        if sliding_s < SLIDING_MIN_S {
+            return Err(too_short(joint, sliding_s));
         }
     }
-    driver::check(&smooth, known)
+    motor_assignment::check(&smoothed, known)
 }
 
-/// Looks at what was found.
+/// Checks a fit.
 ///
 /// # Errors
-/// If the data are not those of an arm that is left to its motors.
-pub fn judge(traces: &[Trace], known: &Known, found: &Found) -> Result<(), Diagnosis> {
-    let known = &known.with(&found.stribeck);
-    let zero = [0, 1].map(|joint| found.number(joint, Quantity::Zero).0);
-    let smooth = smoothed(traces, known, zero);
-    let pushes = external_torque::pushes(&smooth, known, found);
-    let strongest = |a: &&Push, b: &&Push| a.torque_nm.abs().total_cmp(&b.torque_nm.abs());
-    if let Some(push) = pushes.iter().max_by(strongest) {
-        let trace = &traces[push.trace];
-        let from_s = trace.since_s + push.first as f64 * known.period_s;
-        let all: usize = pushes.iter().map(|push| push.len).sum();
-        return Err(Diagnosis::HeldByHand {
+/// If torques other than the motors' act on the arm, or the model does not fit.
+pub fn check_fit(
+    traces: &[Trace],
+    known: &KnownParameters,
+    fit: &FitResult,
+) -> Result<(), Diagnosis> {
+    let known = &known.with_stribeck(&fit.stribeck);
+    let smoothed = fit.smoothed(traces, known);
+    let episodes = external_torque::episodes(&smoothed, known, fit);
+    let by_magnitude =
+        |a: &&ExternalTorque, b: &&ExternalTorque| a.torque_nm.abs().total_cmp(&b.torque_nm.abs());
+    if let Some(episode) = episodes.iter().max_by(by_magnitude) {
+        let trace = &traces[episode.trace];
+        let from_s = trace.start_s + episode.first as f64 * known.period_s;
+        let ticks: usize = episodes.iter().map(|episode| episode.len).sum();
+        return Err(Diagnosis::ExternalTorque {
             log: trace.log + 1,
-            joint: push.joint + 1,
+            joint: episode.joint + 1,
             from_s,
-            to_s: from_s + push.len as f64 * known.period_s,
-            torque_nm: push.torque_nm.abs(),
-            pushes: pushes.len(),
-            all_s: all as f64 * known.period_s,
+            to_s: from_s + episode.len as f64 * known.period_s,
+            torque_nm: episode.torque_nm.abs(),
+            episodes: episodes.len(),
+            total_s: ticks as f64 * known.period_s,
         });
     }
-    let (odd, windows) = (found.odd(), found.stretches.len());
-    let is_noisy = found.noise_counts > NOISY * noise_counts(traces);
-    if is_noisy || odd as f64 > ODD * windows as f64 {
-        let rms = |stretch: &Stretch| (stretch.squares / stretch.count as f64).sqrt();
-        let mut all: Vec<f64> = found.stretches.iter().map(rms).collect();
+    let (outliers, windows) = (fit.outliers(), fit.window_fits.len());
+    let is_noisy = fit.noise_counts > NOISE_RATIO * noise_counts(traces);
+    if is_noisy || outliers as f64 > OUTLIER_FRACTION * windows as f64 {
+        let mut all: Vec<f64> = fit.window_fits.iter().map(WindowFit::rms_counts).collect();
         all.sort_by(f64::total_cmp);
-        return Err(Diagnosis::NotThisArm {
-            odd,
+        return Err(Diagnosis::ModelMismatch {
+            outliers,
             windows,
             rms_counts: all.get(windows / 2).copied().unwrap_or(f64::NAN),
             noise_counts: noise_counts(traces),
@@ -121,15 +124,15 @@ pub fn judge(traces: &[Trace], known: &Known, found: &Found) -> Result<(), Diagn
     Ok(())
 }
 
-/// Standard deviation of the encoders' noise in counts, by how positions jump from tick to
-/// tick: no arm accelerates so fast that it shows there.
+/// Standard deviation of the encoders' noise in counts, from second differences of the
+/// positions: the arm's accelerations are negligible there.
 fn noise_counts(traces: &[Trace]) -> f64 {
     let (mut squares, mut count) = (0.0, 0.0);
     for three in traces.iter().flat_map(|trace| trace.counts.windows(3)) {
         let [before, here, after] = [0, 1, 2].map(|tick| three[tick].map(|c| c.map(f64::from)));
         for ((a, b), c) in before.into_iter().zip(here).zip(after) {
             if let (Some(a), Some(b), Some(c)) = (a, b, c) {
-                // Noise comes in with 1, -2 and 1.
+                // Noise enters with weights 1, -2 and 1.
                 squares += (a - 2.0 * b + c).powi(2) / 6.0;
                 count += 1.0;
             }
@@ -139,29 +142,29 @@ fn noise_counts(traces: &[Trace]) -> f64 {
     f64::sqrt(squares / f64::max(count, 1.0)).max(0.5)
 }
 
-fn smoothed(traces: &[Trace], known: &Known, zero: [f64; JOINTS]) -> Vec<Trace> {
+fn smoothed(traces: &[Trace], known: &KnownParameters, zero: [f64; JOINTS]) -> Vec<Trace> {
     let smooth = |trace: &Trace| trace.smoothed(known, zero);
     traces.iter().map(smooth).collect()
 }
 
-fn too_short(joint: usize, slid_s: f64) -> Diagnosis {
+fn too_short(joint: usize, sliding_s: f64) -> Diagnosis {
     Diagnosis::TooShort {
         joint: joint + 1,
-        slid_s,
-        needed_s: SLIDES_S,
+        sliding_s,
+        required_s: SLIDING_MIN_S,
     }
 }
 
-/// What it means that there is nowhere to begin.
-fn of_start(error: &NoStart, known: &Known) -> Diagnosis {
-    let NoStart {
+/// Diagnosis of a failed initial guess.
+fn from_initial_guess(error: &InitialGuessError, known: &KnownParameters) -> Diagnosis {
+    let InitialGuessError {
         joint,
-        stretches,
+        segments,
         gain,
     } = *error;
     if gain == 0.0 {
-        // Stretches of 160 ticks, each 20 ticks after the one before.
-        too_short(joint, 20.0 * stretches as f64 * known.period_s)
+        // Segments of 160 ticks, 20 ticks apart.
+        too_short(joint, 20.0 * segments as f64 * known.period_s)
     } else {
         Diagnosis::NotDriven { joint: joint + 1 }
     }

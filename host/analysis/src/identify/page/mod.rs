@@ -1,7 +1,7 @@
-//! What was found as a page: `report.html`, and each of its pictures as SVG and PNG.
+//! Report of a fit as a page: `report.html`, and each of its figures as SVG and PNG.
 
+mod correlation_map;
 mod friction;
-mod heat;
 mod residuals;
 mod text;
 mod windows;
@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 
 use armbridge_shared::JOINTS;
 
-use super::arm::Known;
+use super::arm::KnownParameters;
 use super::checks::Checks;
 use super::diagnose::Diagnosis;
-use super::fit_result::Found;
+use super::fit_result::FitResult;
 use super::forecast::Forecast;
 use super::report::Report;
 use crate::html;
@@ -21,90 +21,90 @@ use crate::plot;
 use crate::plot::PlotError;
 use crate::plot::drawing::Drawing;
 
-/// What the page is of.
+/// Contents of the page.
 #[derive(Clone, Copy, Debug)]
 pub struct Page<'a> {
-    /// Each log, and what world it is of, in a line.
+    /// Path, name and link of each log, a line each.
     pub logs: &'a [String],
-    /// The numbers as a table.
+    /// The estimates as a table.
     pub report: &'a Report,
-    /// What was found.
-    pub found: &'a Found,
+    /// The fit.
+    pub fit: &'a FitResult,
     /// The checks of the fit.
     pub checks: &'a Checks,
-    /// How well the numbers tell what they were not found in; none if that was not tried.
+    /// Forecasts of data excluded from the fit; `None` if skipped.
     pub forecasts: Option<&'a [Forecast]>,
-    /// What these are of, in words.
+    /// Description of these data.
     pub held_out: &'a str,
-    /// What was not looked for.
-    pub known: &'a Known,
+    /// Parameters that are not estimated.
+    pub known: &'a KnownParameters,
 }
 
-/// Writes a page with the reason why there are no numbers into an existing folder; returns
-/// its path.
+/// Writes a page with the diagnosis of data that identify no arm into an existing folder;
+/// returns its path.
 ///
 /// # Errors
 /// When it cannot be written.
-pub fn no_numbers(
+pub fn write_diagnosis(
     folder: &Path,
     diagnosis: &Diagnosis,
     logs: &[String],
 ) -> Result<PathBuf, PlotError> {
-    html::write(folder, &text::no_numbers(diagnosis, logs))
+    html::write(folder, &text::diagnosis(diagnosis, logs))
 }
 
-/// A picture with its caption.
-struct Picture {
+/// A figure with its caption.
+struct Figure {
     name: &'static str,
     drawing: Drawing,
     caption: &'static str,
 }
 
 impl Page<'_> {
-    /// Writes page and pictures into an existing folder; returns the page's path.
+    /// Writes page and figures into an existing folder; returns the page's path.
     ///
     /// # Errors
     /// When a file cannot be written or a drawing not be turned into pixels.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, PlotError> {
-        let pictures = self.pictures();
-        let figures = pictures
+        let figures = self.figures();
+        let drawings = figures
             .iter()
-            .map(|picture| (picture.name, picture.drawing.clone()));
-        plot::write_all(folder, figures)?;
-        html::write(folder, &text::page(self, &pictures))
+            .map(|figure| (figure.name, figure.drawing.clone()));
+        plot::write_all(folder, drawings)?;
+        html::write(folder, &text::page(self, &figures))
     }
 
-    fn pictures(&self) -> Vec<Picture> {
+    fn figures(&self) -> Vec<Figure> {
         const WINDOWS: [&str; JOINTS] = ["windows-1", "windows-2"];
-        let known = self.known.with(&self.found.stribeck);
+        let known = self.known.with_stribeck(&self.fit.stribeck);
         let period_s = known.period_s;
         let windows = WINDOWS.into_iter().enumerate().filter_map(|(joint, name)| {
-            Some(Picture {
+            Some(Figure {
                 name,
                 drawing: windows::draw(self.checks, joint, period_s)?,
-                caption: "What the encoder said, and the motion that the numbers that were found \
-                          make of the PWM alone, from a start that is sought for each window.",
+                caption: "Encoder counts, and the motion that the model computes from the PWM \
+                          alone, with a fitted initial state for each window.",
             })
         });
         let others = [
-            Picture {
+            Figure {
                 name: "residuals",
-                drawing: residuals::draw(self.found, self.checks, period_s),
-                caption: "Left, each window's errors, noise of the encoder included. Right, \
-                          whether an error tells the ones after it: noise stays between the \
+                drawing: residuals::draw(self.fit, self.checks, period_s),
+                caption: "Left, residual of each window, encoder noise included. Right, \
+                          autocorrelation of the residuals: white noise stays between the \
                           dashed lines in 95 of 100 cases.",
             },
-            Picture {
+            Figure {
                 name: "friction",
-                drawing: friction::draw(self.found, self.checks, &known),
-                caption: "What of the torque is left for friction, over the speed, and the curve \
-                          that was found. Dashed, the line that viscous friction alone would be.",
+                drawing: friction::draw(self.fit, self.checks, &known),
+                caption: "Friction torque against speed, and the estimated curve. Dashed: \
+                          viscous friction alone.",
             },
-            Picture {
+            Figure {
                 name: "correlations",
-                drawing: heat::draw(self.found),
-                caption: "Where two numbers are strongly correlated, an error of the one comes with an \
-                          error of the other; their product or sum is known better than either.",
+                drawing: correlation_map::draw(self.fit),
+                caption: "Errors of strongly correlated parameters come together; their product \
+                          or sum is more certain than either.",
             },
         ];
         windows.chain(others).collect()

@@ -1,9 +1,9 @@
-//! What is left: errors over time, window by window, and how they follow from each other.
+//! Figure of the residuals: root mean square of each window over time, and autocorrelation.
 
 use armbridge_shared::JOINTS;
 
 use super::super::checks::{Checks, Whiteness};
-use super::super::fit_result::Found;
+use super::super::fit_result::FitResult;
 use crate::plot::axis::Axis;
 use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{ALARM, FRAME, JOINT, Key, LIMIT, Panel};
@@ -14,8 +14,8 @@ const STEP: f64 = 264.0;
 const HEIGHT: f64 = 186.0;
 const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
 
-/// The picture.
-pub(super) fn draw(found: &Found, checks: &Checks, period_s: f64) -> Drawing {
+/// Draws the figure.
+pub(super) fn draw(fit: &FitResult, checks: &Checks, period_s: f64) -> Drawing {
     let mut drawing = titled(
         TOP + STEP + HEIGHT + 52.0,
         "Residuals",
@@ -23,25 +23,25 @@ pub(super) fn draw(found: &Found, checks: &Checks, period_s: f64) -> Drawing {
     );
     let begins_s = begins_s(checks, period_s);
     for (joint, whiteness) in checks.whiteness.iter().enumerate().take(JOINTS) {
-        let points: Vec<(f64, f64)> = found
-            .stretches
+        let points: Vec<(f64, f64)> = fit
+            .window_fits
             .iter()
-            .filter(|stretch| stretch.window.joint == joint && stretch.count > 0)
-            .map(|stretch| {
-                let trace = &checks.traces[stretch.window.trace];
-                let within_s = trace.since_s + stretch.window.first as f64 * period_s;
-                let rms = (stretch.squares / stretch.count as f64).sqrt();
+            .filter(|window_fit| window_fit.window.joint == joint && window_fit.count > 0)
+            .map(|window_fit| {
+                let trace = &checks.traces[window_fit.window.trace];
+                let within_s = trace.start_s + window_fit.window.first as f64 * period_s;
+                let rms = window_fit.rms_counts();
                 (begins_s[trace.log] + within_s, rms)
             })
             .collect();
         let end_s = begins_s[begins_s.len() - 1].max(1.0);
-        windows(&mut drawing, joint, &points, end_s, found);
+        windows(&mut drawing, joint, &points, end_s, fit);
         correlation(&mut drawing, joint, whiteness);
     }
     drawing
 }
 
-/// When each log begins if one comes after the other, and when the last ends, in s.
+/// Start of each log in s, one log after the other, and end of the last.
 fn begins_s(checks: &Checks, period_s: f64) -> Vec<f64> {
     let logs = checks
         .traces
@@ -51,7 +51,7 @@ fn begins_s(checks: &Checks, period_s: f64) -> Vec<f64> {
         .unwrap_or(0);
     let mut begins_s = vec![0.0; logs + 2];
     for trace in &checks.traces {
-        let end_s = trace.since_s + trace.counts.len() as f64 * period_s;
+        let end_s = trace.start_s + trace.counts.len() as f64 * period_s;
         begins_s[trace.log + 1] = f64::max(begins_s[trace.log + 1], end_s);
     }
     for log in 1..begins_s.len() {
@@ -60,11 +60,17 @@ fn begins_s(checks: &Checks, period_s: f64) -> Vec<f64> {
     begins_s
 }
 
-fn windows(drawing: &mut Drawing, joint: usize, points: &[(f64, f64)], end_s: f64, found: &Found) {
-    let most = found.most.sqrt();
+fn windows(
+    drawing: &mut Drawing,
+    joint: usize,
+    points: &[(f64, f64)],
+    end_s: f64,
+    fit: &FitResult,
+) {
+    let limit = fit.outlier_limit_counts2.sqrt();
     let high = points
         .iter()
-        .fold(1.15 * most, |high, (_, rms)| f64::max(high, rms * 1.08));
+        .fold(1.15 * limit, |high, (_, rms)| f64::max(high, rms * 1.08));
     let panel = Panel {
         frame: Rect {
             x: 84.0,
@@ -79,10 +85,10 @@ fn windows(drawing: &mut Drawing, joint: usize, points: &[(f64, f64)], end_s: f6
     let is_last = joint + 1 == JOINTS;
     let x_title = is_last.then_some("time, one log after the other (s)");
     panel.draw(drawing, &title, x_title, Some("rms (counts)"));
-    panel.level(drawing, found.noise_counts, ZERO);
-    panel.level(drawing, most, LIMIT);
+    panel.level(drawing, fit.noise_counts, ZERO);
+    panel.level(drawing, limit, LIMIT);
     for (x, rms) in points {
-        let colour = if *rms > most { ALARM } else { JOINT[joint] };
+        let colour = if *rms > limit { ALARM } else { JOINT[joint] };
         drawing.dots(vec![panel.at(*x, *rms)], 4.0, colour);
     }
     let keys = [
@@ -97,7 +103,7 @@ fn correlation(drawing: &mut Drawing, joint: usize, whiteness: &Whiteness) {
         autocorrelation,
         bound,
         portmanteau,
-        expected,
+        critical_value,
         ..
     } = whiteness;
     let high = autocorrelation
@@ -113,7 +119,7 @@ fn correlation(drawing: &mut Drawing, joint: usize, whiteness: &Whiteness) {
         x: Axis::linear(0.0, autocorrelation.len() as f64 + 1.0),
         y: Axis::linear(-high, high),
     };
-    let title = format!("portmanteau {portmanteau:.1}; noise: below {expected:.1}");
+    let title = format!("portmanteau {portmanteau:.1}; noise: below {critical_value:.1}");
     let x_title = (joint + 1 == JOINTS).then_some("lag (blocks)");
     panel.draw(drawing, &title, x_title, Some("autocorrelation"));
     panel.level(drawing, 0.0, ZERO);

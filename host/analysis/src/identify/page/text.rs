@@ -8,14 +8,14 @@ use super::super::checks::Checks;
 use super::super::diagnose::Diagnosis;
 use super::super::forecast::Forecast;
 use super::super::quantity::Quantity;
-use super::super::report::{self, Number};
-use super::{Page, Picture};
+use super::super::report::{self, Estimate};
+use super::{Figure, Page};
 use crate::html;
 
 const TITLE: &str = "Identified arm";
 
-/// The whole page.
-pub(super) fn page(page: &Page<'_>, pictures: &[Picture]) -> String {
+/// The page of a fit.
+pub(super) fn page(page: &Page<'_>, figures: &[Figure]) -> String {
     let checks = page.checks;
     let sections = [
         ("Measured and computed motion", "windows"),
@@ -26,26 +26,26 @@ pub(super) fn page(page: &Page<'_>, pictures: &[Picture]) -> String {
     let contents = html! {
         (introduction(page))
         (warnings(checks))
-        (numbers(&page.report.numbers))
-        (untold(checks))
+        (parameters(&page.report.estimates))
+        (unidentifiable(checks))
         (forecasts(page))
         @for (heading, prefix) in sections {
             h2 { (heading) }
-            @if prefix == "friction" { (dry(checks)) }
-            @for picture in pictures.iter().filter(|picture| picture.name.starts_with(prefix)) {
-                (html::figure(picture.name, &picture.drawing, heading, picture.caption))
+            @if prefix == "friction" { (without_dry_friction(checks)) }
+            @for figure in figures.iter().filter(|figure| figure.name.starts_with(prefix)) {
+                (html::figure(figure.name, &figure.drawing, heading, figure.caption))
             }
         }
-        (pairs(checks))
-        (forms(checks))
-        (as_the_paper_did(page))
+        (correlations(checks))
+        (missing_torques(checks))
+        (paper_method(page))
         (method())
     };
     html::page(TITLE, &contents)
 }
 
 /// The page of logs that identify no arm.
-pub(super) fn no_numbers(diagnosis: &Diagnosis, logs: &[String]) -> String {
+pub(super) fn diagnosis(diagnosis: &Diagnosis, logs: &[String]) -> String {
     let contents = html! {
         h1 { (TITLE) }
         p.lead { "These logs identify no arm." }
@@ -57,14 +57,14 @@ pub(super) fn no_numbers(diagnosis: &Diagnosis, logs: &[String]) -> String {
 
 fn introduction(page: &Page<'_>) -> Markup {
     let report = page.report;
-    let found = format!(
+    let summary = format!(
         "Fitted to {:.1} s in which a joint slides: {} windows, {} of them rejected. The residual \
          is {:.2} counts; encoder noise of one count, rounded, gives 1.04.",
-        report.sliding_s, report.windows, report.odd, report.noise_counts
+        report.sliding_s, report.windows, report.outliers, report.noise_counts
     );
     html! {
         h1 { (TITLE) }
-        p.lead { (found) }
+        p.lead { (summary) }
         (logs(page.logs))
     }
 }
@@ -94,7 +94,7 @@ fn list(items: impl IntoIterator<Item = impl AsRef<str>>) -> Markup {
     }
 }
 
-/// A table of text; columns whose head begins with `#` are numbers.
+/// A table of text; columns whose heading begins with `#` are numbers.
 fn table<R: IntoIterator<Item = String>>(
     heads: &[&str],
     rows: impl IntoIterator<Item = R>,
@@ -111,41 +111,45 @@ fn table<R: IntoIterator<Item = String>>(
     html::table(heads, &rows)
 }
 
-fn numbers(numbers: &[Number]) -> Markup {
+fn parameters(parameters: &[Estimate]) -> Markup {
     let heads = [
         "Joint",
         "Parameter",
         "#Estimate",
         "#95 % interval",
         "Unit",
-        "#Before",
+        "#Prior",
         "Remark",
     ];
     html! {
         h2 { "Parameters" }
-        p { "Estimates with 95 % confidence intervals, and the board's values before." }
-        (table(&heads, numbers.iter().map(Number::cells)))
+        p { "Estimates with 95 % confidence intervals, and their prior: the board's values." }
+        (table(&heads, parameters.iter().map(Estimate::cells)))
     }
 }
 
-fn untold(checks: &Checks) -> Markup {
+fn unidentifiable(checks: &Checks) -> Markup {
     let heads = [
         "Not identifiable from these logs",
         "Fixed by",
         "#By the logs alone",
     ];
-    let rows = checks.untold.iter().map(|untold| {
-        let deviation = if untold.deviation > 10.0 {
+    let rows = checks.unidentifiable.iter().map(|combination| {
+        let deviation = if combination.deviation > 10.0 {
             "unbounded".into()
         } else {
-            format!("± {:.0} % of the prior", 100.0 * untold.deviation)
+            format!("± {:.0} % of the prior", 100.0 * combination.deviation)
         };
-        [untold.what.clone(), untold.settled_by.clone(), deviation]
+        [
+            combination.description.clone(),
+            combination.fixed_by.clone(),
+            deviation,
+        ]
     });
     html! {
         h2 { "Identifiability" }
         p {
-            @if checks.untold.is_empty() {
+            @if checks.unidentifiable.is_empty() {
                 "These logs identify every combination of parameters."
             } @else {
                 "The likelihood is flat, or nearly so, along these combinations of parameters: the \
@@ -157,7 +161,7 @@ fn untold(checks: &Checks) -> Markup {
              The fit checks that a higher PWM turns a joint to higher counts; that higher counts \
              are larger angles comes from armbridge calibrate."
         }
-        @if !checks.untold.is_empty() { (table(&heads, rows)) }
+        @if !checks.unidentifiable.is_empty() { (table(&heads, rows)) }
     }
 }
 
@@ -182,22 +186,22 @@ fn forecasts(page: &Page<'_>) -> Markup {
     }
 }
 
-fn dry(checks: &Checks) -> Markup {
-    list(checks.dry.iter().map(|dry| {
-        let [with, without] = dry.viscous;
-        let [rms, rms_without] = dry.rms_counts;
+fn without_dry_friction(checks: &Checks) -> Markup {
+    list(checks.without_dry_friction.iter().map(|fit| {
+        let [with, without] = fit.viscous_nm_s_rad;
+        let [rms, rms_without] = fit.rms_counts;
         format!(
             "Joint {}: viscous friction is {with:.3} N m s/rad in a model with dry friction. \
              Fitted without dry friction it is {without:.3}, with a residual of \
              {rms_without:.2} counts instead of {rms:.2} (sum of squares higher by {:.0} \
              variances).",
-            dry.joint, dry.worse
+            fit.joint, fit.loss_increase
         )
     }))
 }
 
 /// The paper's parameters beside those of this arm, and its method applied to these logs.
-fn as_the_paper_did(page: &Page<'_>) -> Markup {
+fn paper_method(page: &Page<'_>) -> Markup {
     let heads = [
         "Joint",
         "Parameter",
@@ -215,18 +219,18 @@ fn as_the_paper_did(page: &Page<'_>) -> Markup {
     ];
     let rows = (0..JOINTS).flat_map(|joint| quantities.map(|quantity| (joint, quantity)));
     let rows = rows.map(|(joint, quantity)| {
-        let (value, error) = page.found.number(joint, quantity);
+        let (value, error) = page.fit.estimate(joint, quantity);
         [
             (joint + 1).to_string(),
             quantity.name().to_owned(),
-            report::digits(quantity.of(&paper, joint), error),
+            report::digits(quantity.nominal(&paper, joint), error),
             report::digits(value, error),
             quantity.unit().to_owned(),
         ]
     });
-    let viscous = page.checks.dry.iter().map(|dry| {
-        let [with, without] = dry.viscous;
-        let joint = dry.joint;
+    let viscous = page.checks.without_dry_friction.iter().map(|fit| {
+        let [with, without] = fit.viscous_nm_s_rad;
+        let joint = fit.joint;
         format!("Joint {joint}: {without:.3} N m s/rad in place of {with:.3}.")
     });
     html! {
@@ -242,30 +246,34 @@ fn as_the_paper_did(page: &Page<'_>) -> Markup {
     }
 }
 
-fn pairs(checks: &Checks) -> Markup {
-    if checks.pairs.is_empty() {
+fn correlations(checks: &Checks) -> Markup {
+    if checks.correlations.is_empty() {
         return html! { p { "No two parameters are correlated by more than 0.9." } };
     }
-    let rows = checks.pairs.iter().map(|pair| {
-        let correlation = format!("{:+.3}", pair.correlation).replace('-', "−");
-        [pair.one.clone(), pair.other.clone(), correlation]
+    let rows = checks.correlations.iter().map(|correlation| {
+        let coefficient = format!("{:+.3}", correlation.coefficient).replace('-', "−");
+        [
+            correlation.first.clone(),
+            correlation.second.clone(),
+            coefficient,
+        ]
     });
     table(&["Parameter", "Parameter", "#Correlation"], rows)
 }
 
-fn forms(checks: &Checks) -> Markup {
+fn missing_torques(checks: &Checks) -> Markup {
     let heads = [
         "Joint",
         "Torque that the model lacks",
         "#Reduction",
         "#Largest torque",
     ];
-    let rows = checks.forms.iter().map(|form| {
+    let rows = checks.missing_torques.iter().map(|missing| {
         [
-            form.joint.to_string(),
-            form.what.to_owned(),
-            format!("{:.1}", form.improvement),
-            format!("{:.4} N m", form.torque_nm),
+            missing.joint.to_string(),
+            missing.description.to_owned(),
+            format!("{:.1}", missing.improvement),
+            format!("{:.4} N m", missing.torque_nm),
         ]
     });
     html! {

@@ -1,7 +1,7 @@
-//! Measured against computed: of a joint's longer windows the one that is explained best,
-//! one in the middle, and that which is explained worst.
+//! Figure of measured and computed motion: of a joint's longer windows the one with the
+//! smallest residual, the median, and the one with the largest.
 
-use super::super::checks::{Checks, Followed};
+use super::super::checks::{Checks, Rollout};
 use crate::plot::axis::Axis;
 use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{FRAME, INK, JOINT, JOINT_TINT, Key, Panel};
@@ -16,16 +16,16 @@ const GAP: f64 = 40.0;
 const COMPUTED: Stroke = Stroke::solid(INK, 1.5);
 const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
 
-/// The picture of a joint; none if it has no window.
+/// Draws the figure of a joint; `None` if it has no window.
 pub(super) fn draw(checks: &Checks, joint: usize, period_s: f64) -> Option<Drawing> {
-    let mut windows: Vec<(f64, &Followed)> = checks
-        .followed
+    let mut windows: Vec<(f64, &Rollout)> = checks
+        .rollouts
         .iter()
-        .filter(|followed| followed.window.joint == joint)
-        .map(|followed| (followed.rms(0..followed.window.len), followed))
+        .filter(|rollouts| rollouts.window.joint == joint)
+        .map(|rollouts| (rollouts.rms(0..rollouts.window.len), rollouts))
         .collect();
     // Windows of the shorter half show little.
-    windows.sort_by_key(|(_, followed)| followed.window.len);
+    windows.sort_by_key(|(_, rollouts)| rollouts.window.len);
     windows.drain(..windows.len() / 2);
     windows.sort_by(|a, b| a.0.total_cmp(&b.0));
     let last = windows.len().checked_sub(1)?;
@@ -62,12 +62,12 @@ pub(super) fn draw(checks: &Checks, joint: usize, period_s: f64) -> Option<Drawi
 fn draw_window(
     drawing: &mut Drawing,
     title: &str,
-    window: &Followed,
+    window: &Rollout,
     checks: &Checks,
     [left, period_s]: [f64; 2],
 ) {
     let trace = &checks.traces[window.window.trace];
-    let from_s = trace.since_s + window.window.first as f64 * period_s;
+    let from_s = trace.start_s + window.window.first as f64 * period_s;
     let time_s = |tick: usize| from_s + tick as f64 * period_s;
     let frame = Rect {
         x: left,
@@ -76,10 +76,10 @@ fn draw_window(
         h: HEIGHTS[0],
     };
     let x = Axis::linear(from_s, time_s(window.window.len));
-    let errors = || window.errors.iter().copied().enumerate();
+    let residuals = || window.residuals.iter().copied().enumerate();
     let computed = || window.computed.iter().copied().enumerate();
     let measured = || {
-        errors()
+        residuals()
             .zip(computed())
             .map(|((tick, e), (_, c))| (time_s(tick), c + e))
     };
@@ -109,7 +109,7 @@ fn draw_window(
             ..frame
         },
         x,
-        y: Axis::around(errors().map(|(_, error)| error).chain([-6.0, 6.0]), 0.04),
+        y: Axis::around(residuals().map(|(_, error)| error).chain([-6.0, 6.0]), 0.04),
     };
     let y_title = if is_first { "error (counts)" } else { "" };
     let log = format!("time in log {} (s)", trace.log + 1);
@@ -117,7 +117,7 @@ fn draw_window(
     below.level(drawing, 0.0, ZERO);
     below.dots(
         drawing,
-        errors().map(|(tick, e)| (time_s(tick), e)),
+        residuals().map(|(tick, e)| (time_s(tick), e)),
         JOINT[joint],
     );
 }

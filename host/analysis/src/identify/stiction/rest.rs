@@ -1,54 +1,55 @@
-//! Where a joint rests until it slides.
+//! Rests of a joint that end in sliding.
 //!
-//! A controller's PWM trembles: a joint may give way for a moment and rest again unseen.
-//! Only rests with a PWM that changes slowly are looked at.
+//! With the jitter of a controller's PWM a joint may slide for a moment and rest again
+//! undetected. Only rests with a PWM that changes slowly count.
 
-use super::super::arm::Known;
+use super::super::arm::KnownParameters;
 use super::super::dataset::Trace;
 
-/// Ticks to either side of one over which a joint is seen to rest.
-const AROUND: usize = 60;
-/// Speed in rad/s over these below which it may be at rest: 5 standard deviations with
-/// noise of a count.
+/// Ticks on either side of one in the line fit that detects a rest.
+const HALF_WIDTH: usize = 60;
+/// Speed of this fit in rad/s below which a joint counts as resting: 5 standard deviations
+/// with noise of a count.
 const RESTS_RAD_S: f64 = 0.07;
-/// Speed in rad/s of a smoothed trace above which it surely slides: 5 of them, too.
+/// Speed in rad/s of a smoothed trace above which a joint counts as sliding: 5 standard
+/// deviations as well.
 const SLIDES_RAD_S: f64 = 0.25;
-/// How long it must have rested, in ticks.
-const SHORTEST: usize = 100;
-/// Change of a slow PWM from tick to tick, in counts.
+/// Shortest rest in ticks.
+const REST_MIN: usize = 100;
+/// Largest change of a slow PWM from tick to tick, in counts.
 const SLOW_COUNTS: u16 = 2;
-/// Ticks of sliding that are looked at.
-const AFTER: usize = 60;
+/// Ticks of sliding in the analysis of a breakaway.
+const SLIDING_TICKS: usize = 60;
 
-/// A rest that ended: first tick, the tick in which the joint surely slides, and the end of
-/// what is looked at. It began to slide somewhere between the first two.
+/// A rest that ended: first tick, first tick that counts as sliding, and end of the analysis.
+/// The onset of sliding lies between the first two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rest {
     pub(super) first: usize,
-    pub(super) slides: usize,
+    pub(super) sliding: usize,
     pub(super) end: usize,
 }
 
-/// All of them.
-pub(super) fn rests(trace: &Trace, known: &Known, joint: usize) -> Vec<Rest> {
+/// All rests of a joint that end in sliding.
+pub(super) fn rests(trace: &Trace, known: &KnownParameters, joint: usize) -> Vec<Rest> {
     let scale = (known.rad_per_count[joint] / known.period_s).abs();
     let is_at_rest = |tick: usize| {
-        let line = trace.line(joint, tick, AROUND);
+        let line = trace.fit_line(joint, tick, HALF_WIDTH);
         line.is_some_and(|[_, rate]| (rate * scale).abs() < RESTS_RAD_S)
     };
-    let slides = |tick: usize| trace.smooth[tick][joint][1].abs() > SLIDES_RAD_S;
+    let slides = |tick: usize| trace.states[tick][joint][1].abs() > SLIDES_RAD_S;
     let mut rests = Vec::new();
     let mut since: Option<usize> = None;
-    for tick in 1..trace.smooth.len().saturating_sub(AFTER) {
+    for tick in 1..trace.states.len().saturating_sub(SLIDING_TICKS) {
         let [before, here] = [tick - 1, tick].map(|tick| trace.pwm[tick][joint]);
         if here.abs_diff(before) > SLOW_COUNTS {
             since = None;
         } else if let Some(first) = since {
             if slides(tick) {
-                rests.extend((tick - first >= SHORTEST).then_some(Rest {
+                rests.extend((tick - first >= REST_MIN).then_some(Rest {
                     first,
-                    slides: tick,
-                    end: tick + AFTER,
+                    sliding: tick,
+                    end: tick + SLIDING_TICKS,
                 }));
                 since = None;
             }

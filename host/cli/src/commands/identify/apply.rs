@@ -19,25 +19,25 @@ use crate::args::LinkArgs;
 pub(super) struct Apply<'a> {
     pub(super) link: &'a LinkArgs,
     /// The board is changed without a question.
-    pub(super) is_sure: bool,
+    pub(super) is_confirmed: bool,
     /// Tables go to standard error.
     pub(super) is_silent: bool,
 }
 
-/// Result.
+/// Result of [`Apply::to_board`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Applied {
-    /// The board has it, and keeps it.
+    /// The board has the arm in use and saved.
     Saved,
-    /// It is unchanged, for a reason that was printed.
-    Not,
+    /// The board is unchanged; the reason is printed.
+    Unchanged,
 }
 
 impl Applied {
     pub(super) fn exit_code(self) -> ExitCode {
         match self {
             Self::Saved => ExitCode::SUCCESS,
-            Self::Not => ExitCode::from(1),
+            Self::Unchanged => ExitCode::from(1),
         }
     }
 }
@@ -45,40 +45,40 @@ impl Applied {
 impl Apply<'_> {
     /// Shows the changes, asks, and sends them, unless the parameters are too uncertain.
     pub(super) fn to_board(&self, fit: &Fit) -> Result<Applied, Error> {
-        let vague = fit.report.too_vague();
-        if !vague.is_empty() {
-            for number in vague {
-                eprintln!("armbridge: {number}");
+        let uncertain = fit.report.too_uncertain();
+        if !uncertain.is_empty() {
+            for parameter in uncertain {
+                eprintln!("armbridge: {parameter}");
             }
-            return Ok(not(
+            return Ok(not_applied(
                 "the identified parameters are too uncertain to control an arm by",
             ));
         }
         let mut redesign = Redesign::OnBoard;
         let decide = |before: &Settings| {
-            let (after, what) = wanted(before, fit)?;
-            redesign = what;
+            let (after, how) = with_identified_arm(before, fit)?;
+            redesign = how;
             Ok(after)
         };
         let Sent { before, after, .. } = Sent::to(self.link, decide, |_, _| Vec::new())?;
-        let is_known = params::changed(&before, &after).is_empty();
-        if !is_known {
-            let new = match judged(&after) {
+        let is_unchanged = params::changed(&before, &after).is_empty();
+        if !is_unchanged {
+            let new = match stable_design(&after) {
                 Ok(new) => new,
-                Err(why) => return Ok(not(&why)),
+                Err(why) => return Ok(not_applied(&why)),
             };
             let old = Design::of(&before.setup).ok();
-            self.say(&differences(&before, &after))?;
-            self.say(&gains(old.as_ref(), &new, redesign))?;
-            for note in fit.report.may_lean() {
+            self.print_text(&differences(&before, &after))?;
+            self.print_text(&gains(old.as_ref(), &new, redesign))?;
+            for note in fit.report.zero_notes() {
                 eprintln!("note: {note}");
             }
             let question = "The board takes over all of this, and keeps it across power-off.";
-            if !self.is_sure && !ask::is_agreed(question) {
-                return Ok(not("the answer was not yes"));
+            if !self.is_confirmed && !ask::is_agreed(question) {
+                return Ok(not_applied("the answer was not yes"));
             }
         }
-        let still = |now: &Settings| {
+        let unless_changed = |now: &Settings| {
             if *now == before {
                 Ok(after)
             } else {
@@ -88,21 +88,21 @@ impl Apply<'_> {
                 )
             }
         };
-        let orders = |before: &_, after: &_| settings_exchange::commands(before, after, true);
-        let sent = Sent::to(self.link, still, orders)?;
+        let commands = |before: &_, after: &_| settings_exchange::commands(before, after, true);
+        let sent = Sent::to(self.link, unless_changed, commands)?;
         if let Some(line) = sent.refusal() {
-            return Ok(not(&line));
+            return Ok(not_applied(&line));
         }
-        let done = if is_known {
-            "the board computes with this arm already"
+        let done = if is_unchanged {
+            "the board has this arm already"
         } else {
             "the board has taken it"
         };
-        self.say(&format!("{done}, and keeps its settings across power-off"))?;
+        self.print_text(&format!("{done}, and keeps its settings across power-off"))?;
         Ok(Applied::Saved)
     }
 
-    fn say(&self, text: &str) -> Result<(), Error> {
+    fn print_text(&self, text: &str) -> Result<(), Error> {
         let text = text.trim_end();
         if self.is_silent {
             eprintln!("{text}");
@@ -114,7 +114,7 @@ impl Apply<'_> {
 }
 
 /// The control loop with these settings, if it is stable and a board would accept it.
-fn judged(after: &Settings) -> Result<Design, String> {
+fn stable_design(after: &Settings) -> Result<Design, String> {
     match Design::of(&after.setup) {
         Ok(design) if design.is_stable => Ok(design),
         Ok(_) => Err("with this arm the loop would be unstable: `armbridge design`".into()),
@@ -126,13 +126,13 @@ fn judged(after: &Settings) -> Result<Design, String> {
 }
 
 /// Prints why nothing is changed.
-pub(super) fn not(why: &str) -> Applied {
+pub(super) fn not_applied(why: &str) -> Applied {
     eprintln!("armbridge: not applied: {why}");
-    Applied::Not
+    Applied::Unchanged
 }
 
-/// The board's own settings, with the arm that was found and gains for it.
-fn wanted(before: &Settings, fit: &Fit) -> Result<(Settings, Redesign), Error> {
+/// The board's settings with the identified arm, and gains for it.
+fn with_identified_arm(before: &Settings, fit: &Fit) -> Result<(Settings, Redesign), Error> {
     let mut after = *before;
     let arm = fit.arm()?;
     let pairs = arm.iter().map(|(parameter, value)| (parameter.key, value));
@@ -143,7 +143,7 @@ fn wanted(before: &Settings, fit: &Fit) -> Result<(Settings, Redesign), Error> {
     Ok((after, redesign))
 }
 
-/// Gains before and after, and the margins that there are then.
+/// Gains before and after, and the disc margin after.
 fn gains(old: Option<&Design>, new: &Design, redesign: Redesign) -> String {
     let mut rows = vec![
         ["gain", "", "q1", "q2", "dq1", "dq2"]
@@ -152,7 +152,7 @@ fn gains(old: Option<&Design>, new: &Design, redesign: Redesign) -> String {
     ];
     for (joint, row) in new.gain.iter().enumerate() {
         let before = old.map(|old| old.gain[joint]);
-        for (when, row) in [("before", before), ("then", Some(*row))] {
+        for (when, row) in [("before", before), ("after", Some(*row))] {
             let Some(row) = row else { continue };
             let cells = row.iter().map(|k| format!("{k:.4}"));
             let head = [format!("torque {}", joint + 1), when.to_owned()];

@@ -1,17 +1,16 @@
-//! Output of `armbridge identify fit`: parameters with their diagnostics, or why there are
-//! none.
+//! Output of `armbridge identify fit`: estimates with their checks, or a diagnosis.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use armbridge_analysis::identify::{
-    Diagnosis, Forecast, Page, forecast, no_numbers, without_the_last,
+    Diagnosis, Forecast, Page, forecast, holdout_forecasts, write_diagnosis,
 };
 use armbridge_log::text_table;
 
 use super::super::{Error, Outcome};
 use super::FitArgs;
-use super::{Fit, is_same, load, paths};
+use super::{Fit, check_same_model, load, paths};
 
 /// Output wanted beside the parameters.
 pub(super) struct OutputOptions<'a> {
@@ -23,9 +22,9 @@ pub(super) struct OutputOptions<'a> {
 
 /// A fit's description.
 pub(super) struct Description {
-    /// For a person, ending in a line feed.
+    /// Text, ending in a line feed.
     pub(super) text: String,
-    /// For a program.
+    /// JSON.
     pub(super) json: serde_json::Value,
 }
 
@@ -42,13 +41,13 @@ pub(super) fn describe(fit: &Fit, options: &OutputOptions<'_>) -> Result<Descrip
         let page = Page {
             logs: &fit.logs,
             report: &fit.report,
-            found: &fit.found,
+            fit: &fit.result,
             checks: &fit.checks,
             forecasts: forecasts.as_deref(),
             held_out,
             known: &fit.known,
         };
-        make(folder)?;
+        create(folder)?;
         text += &page.write(folder)?.display().to_string();
         text.push('\n');
     }
@@ -56,37 +55,37 @@ pub(super) fn describe(fit: &Fit, options: &OutputOptions<'_>) -> Result<Descrip
 }
 
 /// The diagnosis of logs that do not identify the arm.
-pub(super) fn without_numbers(error: &Error, args: &FitArgs) -> Outcome {
+pub(super) fn print_diagnosis(error: &Error, args: &FitArgs) -> Outcome {
     if args.json {
         println!("{}", serde_json::json!({ "diagnosis": error.to_string() }));
     }
     if let (Some(folder), Some(diagnosis)) = (&args.report, error.downcast_ref::<Diagnosis>()) {
-        make(folder)?;
+        create(folder)?;
         let logs = args.logs.iter().map(|log| log.display().to_string());
-        no_numbers(folder, diagnosis, &logs.collect::<Vec<_>>())?;
+        write_diagnosis(folder, diagnosis, &logs.collect::<Vec<_>>())?;
     }
-    eprintln!("no numbers: {error}");
+    eprintln!("not identified: {error}");
     Ok(ExitCode::from(1))
 }
 
-fn make(folder: &Path) -> Result<(), Error> {
+fn create(folder: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot make {}: {error}", folder.display()).into())
+        .map_err(|error| format!("cannot create {}: {error}", folder.display()).into())
 }
 
 /// Validation on data excluded from the fit; `None` if that takes too long.
 fn forecasts(fit: &Fit, held_out: &[PathBuf]) -> Result<Option<Vec<Forecast>>, Error> {
     if held_out.is_empty() {
-        return Ok(without_the_last(
-            &fit.found,
+        return Ok(holdout_forecasts(
+            &fit.result,
             &fit.checks,
             &fit.known,
             &fit.prior,
         ));
     }
     let held = load(&paths(held_out))?;
-    is_same(&fit.before, &held.settings)?;
-    Ok(Some(forecast(&fit.found, &held.traces, &fit.known)))
+    check_same_model(&fit.before, &held.settings)?;
+    Ok(Some(forecast(&fit.result, &held.traces, &fit.known)))
 }
 
 fn as_text(held_out: &str, forecasts: Option<&[Forecast]>) -> String {

@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 
 use super::super::run::Staging;
 use super::super::{Error, Outcome, ask, link};
-use super::apply::{Applied, Apply, not};
+use super::apply::{Applied, Apply, not_applied};
 use super::output::{self, OutputOptions};
 use super::share;
 use super::{Fit, preview};
@@ -116,16 +116,16 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
     let folder = RunFolder::create(Some(&base), &scenario.name)?;
     let outlook = scenario.outlook();
     let files = preview::draw(folder.path(), &outlook, Some(&uri.to_string()))?;
-    let is_sure = args.yes || uri.is_simulated();
+    let is_confirmed = args.yes || uri.is_simulated();
     // The question is about this motion.
-    if !args.output.quiet || !is_sure {
-        say(args, &shown(&outlook, &files))?;
+    if !args.output.quiet || !is_confirmed {
+        print_text(args, &shown(&outlook, &files))?;
     }
     let question = format!(
         "The arm at {uri} will move. See that nothing is in its way, and hold it near where it \
          begins until its motors do."
     );
-    if !is_sure && !ask::is_agreed(&question) {
+    if !is_confirmed && !ask::is_agreed(&question) {
         if interrupt::is_raised() {
             return Ok(ExitCode::from(Verdict::Interrupted.exit_code()));
         }
@@ -171,7 +171,7 @@ fn shown(outlook: &Outlook, files: &[PathBuf]) -> String {
 }
 
 /// Prints text; on standard error beside a JSON object.
-fn say(args: &IdentifyRunArgs, text: &str) -> Result<(), Error> {
+fn print_text(args: &IdentifyRunArgs, text: &str) -> Result<(), Error> {
     if args.output.json {
         eprint!("{text}");
     } else {
@@ -206,10 +206,10 @@ fn perform(
     let path = folder.display().to_string();
     let mut report = json!({ "run": summary, "folder": path });
     let code = match verdict {
-        Verdict::Done => conclude(args, uri, &folder, &mut report)?,
+        Verdict::Done => fit_and_apply(args, uri, &folder, &mut report)?,
         Verdict::Failed | Verdict::Interrupted => {
             if !args.output.quiet {
-                say(args, &summary.table())?;
+                print_text(args, &summary.table())?;
             }
             let why = match (&summary.ended, &summary.missed_expectations[..]) {
                 (Some(ended), _) => format!("the run ended early: {ended}"),
@@ -231,13 +231,13 @@ fn perform(
 }
 
 /// Fits the log of a run, and applies the parameters if that is wanted.
-fn conclude(
+fn fit_and_apply(
     args: &IdentifyRunArgs,
     uri: &BoardUri,
     folder: &std::path::Path,
     report: &mut Value,
 ) -> Result<ExitCode, Error> {
-    let fitted = Fit::of(&[Some(folder)], args.weighed);
+    let fitted = Fit::from_logs(&[Some(folder)], args.weighed);
     let options = OutputOptions {
         held_out: &[],
         folder: Some(folder),
@@ -251,7 +251,7 @@ fn conclude(
         Ok(written) => written,
         Err(why) => {
             eprintln!(
-                "armbridge: no arm was found: {why}; the log is in {}",
+                "armbridge: the arm is not identified: {why}; the log is in {}",
                 folder.display()
             );
             return Ok(ExitCode::from(1));
@@ -260,20 +260,20 @@ fn conclude(
     report["fit"] = description.json;
     report["arm"] = serde_json::to_value(params::to_table(fit.arm()?))?;
     if !args.output.quiet && !args.output.json {
-        say(args, &description.text)?;
+        print_text(args, &description.text)?;
     }
     if !args.apply {
         return Ok(ExitCode::SUCCESS);
     }
     let apply = Apply {
         link: &args.link,
-        is_sure: args.yes || uri.is_simulated(),
+        is_confirmed: args.yes || uri.is_simulated(),
         is_silent: args.output.json,
     };
-    // The arm has moved, and its numbers are found: that stays done.
+    // The run and the fit stand even if applying the result fails.
     let applied = apply
         .to_board(&fit)
-        .unwrap_or_else(|why| not(&why.to_string()));
+        .unwrap_or_else(|why| not_applied(&why.to_string()));
     report["applied"] = json!(applied == Applied::Saved);
     Ok(applied.exit_code())
 }

@@ -23,7 +23,7 @@ fn text(bytes: &[u8]) -> &str {
 }
 
 #[test]
-fn the_benchs_arm_is_found_in_its_logs_and_a_board_takes_it() {
+fn the_benchs_arm_is_identified_from_its_logs_and_a_board_takes_it() {
     let (folder, program) = program("fit");
     let run = |scenario: &str| {
         let output = program(&["run", scenario]);
@@ -44,16 +44,16 @@ fn the_benchs_arm_is_found_in_its_logs_and_a_board_takes_it() {
     let output = program(&[&fit[..], &more].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    // What the bench's arm is, and the board believes it to be.
-    for number in found["numbers"].as_array().unwrap() {
+    // The prior is the bench's arm.
+    for number in found["estimates"].as_array().unwrap() {
         let name = number["name"].as_str().unwrap();
         if name == "delay" || name.starts_with("dead zone") {
             continue;
         }
         let value = |key: &str| number[key].as_f64().unwrap();
-        let off = (value("value") - value("before")).abs();
+        let off = (value("value") - value("prior_mean")).abs();
         // Four standard errors.
-        assert!(off < 2.05 * value("within"), "{number}");
+        assert!(off < 2.05 * value("half_width_95"), "{number}");
     }
     for forecast in found["forecasts"].as_array().unwrap() {
         let rms = forecast["rms_counts"].as_f64().unwrap();
@@ -70,7 +70,7 @@ fn the_benchs_arm_is_found_in_its_logs_and_a_board_takes_it() {
     ] {
         assert!(page.contains(heading), "{heading}");
     }
-    // It stands alone.
+    // The page is self-contained.
     assert_eq!(page.matches("<svg ").count(), 5);
     assert!(!page.contains("src=") && !page.contains("href=") && !page.contains("url(http"));
     for picture in [
@@ -96,23 +96,29 @@ fn the_benchs_arm_is_found_in_its_logs_and_a_board_takes_it() {
 }
 
 #[test]
-fn logs_that_do_not_tell_are_told() {
+fn logs_that_do_not_identify_the_arm_are_diagnosed() {
     let (folder, program) = program("poor");
     let output = program(&["run", "free-fall"]);
     let log = text(&output.stdout).lines().last().unwrap().to_owned();
     let output = program(&["identify", "fit", &log, "--out", "arm.toml"]);
     let line = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{line}");
-    assert!(line.starts_with("no numbers: too short a log: "), "{line}");
+    assert!(
+        line.starts_with("not identified: too short a log: "),
+        "{line}"
+    );
     assert_eq!(line.trim_end().lines().count(), 1, "{line}");
     assert!(output.stdout.is_empty());
     assert!(!folder.join("arm.toml").exists());
     let output = program(&["identify", "fit", &log, "--json"]);
     assert_eq!(output.status.code(), Some(1));
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let output: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(
-        told["diagnosis"].as_str().unwrap().starts_with("too short"),
-        "{told}"
+        output["diagnosis"]
+            .as_str()
+            .unwrap()
+            .starts_with("too short"),
+        "{output}"
     );
     let output = program(&["identify", "fit", &log, "--report", "page"]);
     assert_eq!(output.status.code(), Some(1));
@@ -125,7 +131,7 @@ fn logs_that_do_not_tell_are_told() {
     let output = program(&["identify", "fit", &log]);
     let line = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{line}");
-    assert!(line.starts_with("no numbers: empty: "), "{line}");
+    assert!(line.starts_with("not identified: empty: "), "{line}");
     let output = program(&["identify", "fit", "none.mcap"]);
     let line = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{line}");
@@ -133,7 +139,7 @@ fn logs_that_do_not_tell_are_told() {
 }
 
 #[test]
-fn a_push_in_a_run_is_told_with_its_seconds() {
+fn an_external_torque_is_reported_with_its_time() {
     let (folder, program) = program("push");
     let shown = program(&["run", "--show", "multisine"]);
     let pushed = text(&shown.stdout).replace(
@@ -147,18 +153,18 @@ fn a_push_in_a_run_is_told_with_its_seconds() {
     let line = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{line}");
     assert!(
-        line.starts_with("no numbers: held by hand: from "),
+        line.starts_with("not identified: external torque: from "),
         "{line}"
     );
-    assert!(line.contains("turns joint 2 with"), "{line}");
+    assert!(line.contains("act on joint 2"), "{line}");
     assert!(output.stdout.is_empty() && !folder.join("arm.toml").exists());
 }
 
-/// An arm that the board does not know.
+/// An arm unknown to the board.
 const HIDDEN: &str = "[arm]\ni1x = 0.018\nb1 = 0.33\nb2 = 0.11\n
 [joint1]\ngain_counts_per_nm = 700.0\n[joint2]\ngain_counts_per_nm = 950.0\n";
 
-/// Both joints swing, for so long and so far.
+/// Plan in which both joints swing, of this duration and amplitude.
 fn swing(duration_s: f32, amplitude_rad: f32) -> String {
     let end_s = duration_s + 0.6;
     let role = format!(
@@ -214,7 +220,7 @@ fn a_dry_run_shows_what_would_be_swept_and_needs_no_board() {
 }
 
 #[test]
-fn a_hidden_arm_is_found_written_and_applied() {
+fn a_hidden_arm_is_identified_written_and_applied() {
     let folder = crate::folder("identify-run");
     fs::write(folder.join("hidden.toml"), HIDDEN).unwrap();
     fs::write(folder.join("swing.toml"), swing(13.0, 0.4)).unwrap();
@@ -261,10 +267,10 @@ fn a_hidden_arm_is_found_written_and_applied() {
     }
 }
 
-/// The default plan's beginning, for an arm upside down: what a fit computes with is what the
-/// plan told the board, not what the board had before.
+/// The beginning of the default plan on a hanging arm: the fit uses the settings that the plan
+/// sets, not those of the board before.
 #[test]
-fn an_arm_that_hangs_is_found() {
+fn a_hanging_arm_is_identified() {
     let folder = crate::folder("identify-hangs");
     let program = program_in(folder.clone());
     let shown = program(&["run", "--show", "identify"]);
@@ -279,7 +285,7 @@ fn an_arm_that_hangs_is_found() {
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let numbers = report["fit"]["numbers"].as_array().unwrap();
+    let numbers = report["fit"]["estimates"].as_array().unwrap();
     for (joint, name, truth) in [
         (1, "inertia", 0.021624),
         (1, "gravity", 0.38909),
@@ -294,21 +300,22 @@ fn an_arm_that_hangs_is_found() {
         (2, "motor gain", 950.0),
         (2, "encoder zero", 512.0),
     ] {
-        let is_it =
+        let matches =
             |number: &&serde_json::Value| number["joint"] == joint && number["name"] == name;
-        let number = numbers.iter().find(is_it).unwrap();
-        let [value, within] = ["value", "within"].map(|key| number[key].as_f64().unwrap());
+        let number = numbers.iter().find(matches).unwrap();
+        let [value, half_width] =
+            ["value", "half_width_95"].map(|key| number[key].as_f64().unwrap());
         let off = (value - truth).abs();
         // Three standard errors.
         assert!(
-            off < 1.53 * within && off < 0.05 * truth,
+            off < 1.53 * half_width && off < 0.05 * truth,
             "{number}, {truth}"
         );
     }
 }
 
 #[test]
-fn what_is_too_vague_is_not_applied_whoever_is_sure() {
+fn uncertain_parameters_are_not_applied_even_with_yes() {
     let folder = crate::folder("identify-vague");
     fs::write(folder.join("swing.toml"), swing(7.0, 0.17)).unwrap();
     let program = program_in(folder.clone());
@@ -324,7 +331,7 @@ fn what_is_too_vague_is_not_applied_whoever_is_sure() {
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     for words in [
-        "'s inertia is known to ±",
+        "'s inertia has a 95 % interval of ±",
         "control needs ±20 %",
         "not applied",
     ] {
@@ -334,14 +341,14 @@ fn what_is_too_vague_is_not_applied_whoever_is_sure() {
 }
 
 #[test]
-fn a_plan_that_tells_nothing_leaves_its_log_and_says_why() {
+fn an_uninformative_plan_leaves_its_log_and_a_diagnosis() {
     let folder = crate::folder("identify-nothing");
     let program = program_in(folder.clone());
     let output = program(&["identify", "run", "--plan", "free-fall"]);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(
-        said.contains("no arm was found: ") && said.contains("too short a log"),
+        said.contains("the arm is not identified: ") && said.contains("too short a log"),
         "{said}"
     );
     let run = only_run(&folder);
@@ -349,7 +356,7 @@ fn a_plan_that_tells_nothing_leaves_its_log_and_says_why() {
 }
 
 #[test]
-fn what_a_board_would_refuse_is_told_before_it_is_asked() {
+fn a_plan_that_the_board_would_reject_is_refused_before_anything_moves() {
     let folder = crate::folder("identify-refused");
     let program = program_in(folder.clone());
     let plan = swing(13.0, 0.4).replace("[-0.8, 0.8], [-0.8, 0.8]", "[-0.8, 0.8], [-1.4, 0.8]");

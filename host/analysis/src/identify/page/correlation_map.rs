@@ -1,7 +1,7 @@
-//! Correlations of all numbers as a map: the darker, the stronger.
+//! Figure of the correlations of all parameters: the darker, the stronger.
 
-use super::super::checks::correlations;
-use super::super::fit_result::Found;
+use super::super::checks::correlation_matrix;
+use super::super::fit_result::FitResult;
 use super::super::quantity::{COUNT, PER_JOINT, Quantity};
 use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use crate::plot::panel::{FRAME, INK, JOINT, LABEL, MUTED};
@@ -10,12 +10,12 @@ use crate::plot::titled;
 const LEFT: f64 = 250.0;
 const TOP: f64 = 196.0;
 const CELL: f64 = 30.0;
-/// Correlation from which its digits are written.
+/// Magnitude above which a correlation is written in digits.
 const WRITTEN: f64 = 0.3;
 
-/// The picture.
-pub(super) fn draw(found: &Found) -> Drawing {
-    let all = correlations(found);
+/// Draws the figure.
+pub(super) fn draw(fit: &FitResult) -> Drawing {
+    let all = correlation_matrix(fit);
     let size = CELL * COUNT as f64;
     let mut drawing = titled(
         TOP + size + 40.0,
