@@ -13,8 +13,8 @@ use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Drive, Missing, Mode, Record, Sample};
 use armbridge_sim::plant::PlantConfig;
 
-use super::hands::{Hands, LEAD_S};
-use super::{believed, multisine, servos};
+use super::tracking_loop::{LEAD_S, TrackingLoop};
+use super::{multisine, prior_setup, servos};
 
 const SEED: u64 = 5;
 
@@ -26,25 +26,25 @@ fn arm() -> PlantConfig {
 pub(crate) fn swing(
     config: &PlantConfig,
     seconds: f64,
-    mut meanwhile: impl FnMut(f64, &mut Hands),
+    mut meanwhile: impl FnMut(f64, &mut TrackingLoop),
 ) -> Trace {
-    let mut hands = Hands::on(config, servos(&believed(config)), SEED);
+    let mut arm_loop = TrackingLoop::on(config, servos(&prior_setup(config)), SEED);
     for second in 0..seconds as usize {
         let from = second as f64;
-        meanwhile(from, &mut hands);
-        hands.track(1.0, |t| {
+        meanwhile(from, &mut arm_loop);
+        arm_loop.track(1.0, |t| {
             let t = from + t;
             [multisine(t, 0.25, 0.1, 0.0), multisine(t, 0.3, 0.13, 1.0)]
         });
     }
-    hands.trace
+    arm_loop.trace
 }
 
 /// Half a minute without external torque.
 static GOOD: LazyLock<Trace> = LazyLock::new(|| swing(&arm(), 30.0, |_, _| ()));
 
 fn known() -> (KnownParameters, Prior) {
-    let setup = believed(&arm());
+    let setup = prior_setup(&arm());
     let known = KnownParameters {
         lead_s: LEAD_S,
         ..KnownParameters::from_setup(&setup)
@@ -265,10 +265,10 @@ fn a_motor_without_supply_does_not_drive() {
 #[test]
 fn an_external_torque_is_reported_with_its_time() {
     for (joint, torque_nm) in [(0, 0.4), (1, -0.3)] {
-        let trace = swing(&arm(), 20.0, |second, hands| {
+        let trace = swing(&arm(), 20.0, |second, arm_loop| {
             if (12.0..15.0).contains(&second) {
-                // A hand that comes and goes.
-                hands.push(joint, torque_nm, 0.8);
+                // Intermittent external torque.
+                arm_loop.apply_torque(joint, torque_nm, 0.8);
             }
         });
         let Some(Diagnosis::ExternalTorque {
@@ -293,9 +293,9 @@ fn an_external_torque_is_reported_with_its_time() {
 
 #[test]
 fn an_arm_that_is_always_held_is_not_identified() {
-    let trace = swing(&arm(), 20.0, |second, hands| {
+    let trace = swing(&arm(), 20.0, |second, arm_loop| {
         let torque_nm = [0.4, 0.5, -0.3, 0.45, -0.4][second as usize % 5];
-        hands.push(second as usize % 2, torque_nm, 0.9);
+        arm_loop.apply_torque(second as usize % 2, torque_nm, 0.9);
     });
     let diagnosis = diagnose_fit(trace);
     let is_right =

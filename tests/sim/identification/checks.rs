@@ -11,8 +11,8 @@ use armbridge_shared::JOINTS;
 use armbridge_sim::plant::PlantConfig;
 
 use super::bad_data::swing;
-use super::hands::{Hands, LEAD_S};
-use super::{believed, servos};
+use super::tracking_loop::{LEAD_S, TrackingLoop};
+use super::{prior_setup, servos};
 
 /// Fit of half a minute of swinging.
 struct Fitted {
@@ -27,7 +27,7 @@ fn fitted(config: &PlantConfig) -> Fitted {
 }
 
 fn fitted_in(config: &PlantConfig, trace: Trace) -> Fitted {
-    let setup = believed(config);
+    let setup = prior_setup(config);
     let known = KnownParameters {
         lead_s: LEAD_S,
         ..KnownParameters::from_setup(&setup)
@@ -88,15 +88,15 @@ fn without_dry_friction_is_far_worse(checks: &Checks) {
 
 /// A slow swing: only sliding in one direction distinguishes dry friction from viscous.
 fn slow_swing(config: &PlantConfig, seconds: f64, seed: u64) -> Trace {
-    let mut hands = Hands::on(config, servos(&believed(config)), seed);
-    hands.go([0.0, 0.0]);
+    let mut arm_loop = TrackingLoop::on(config, servos(&prior_setup(config)), seed);
+    arm_loop.go([0.0, 0.0]);
     let slow = |t: f64, amplitude: f64, hz: f64| {
         let (sin, cos) = (TAU * hz * t).sin_cos();
         let amplitude = amplitude * (t / 2.0).min(1.0);
         [amplitude * sin, amplitude * TAU * hz * cos]
     };
-    hands.track(seconds, |t| [slow(t, 0.5, 0.2), slow(t, 0.7, 0.15)]);
-    hands.trace
+    arm_loop.track(seconds, |t| [slow(t, 0.5, 0.2), slow(t, 0.7, 0.15)]);
+    arm_loop.trace
 }
 
 #[test]

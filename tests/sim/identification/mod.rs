@@ -1,14 +1,14 @@
-//! Data that cannot tell an arm are named, and a fit says what it does not know.
+//! Identification on simulated data: diagnosis of defective data, and checks of a fit.
 //!
-//! Simulated: the virtual arm of the bench, without a bus between, moved by [`hands`].
-//! Lengths and the weight of link 2 are told, as by a ruler and a scale. That arms are found
-//! by the board's own plan is shown in `arms`.
+//! Simulated: the virtual arm of the bench, without a bus between, moved by [`tracking_loop`].
+//! Lengths and the weight of link 2 are known, as by a ruler and a scale. `arms` covers the
+//! whole identification with the board's own plan.
 
 mod arms;
 mod bad_data;
 mod checks;
-mod hands;
 mod paper;
+mod tracking_loop;
 
 use core::f64::consts::TAU;
 
@@ -18,9 +18,9 @@ use armbridge_shared::arm::Parameters;
 use armbridge_shared::link::message::Setup;
 use armbridge_sim::plant::PlantConfig;
 
-/// What the arm is believed to be: the paper's, but for what a ruler tells, the weight of
-/// link 2, and where its zeros are, which calibration has found to some counts.
-fn believed(config: &PlantConfig) -> Setup {
+/// Prior of the arm: the paper's, but with the true lengths and weight of link 2, as by ruler
+/// and scale, and with encoder zeros to some counts, as by calibration.
+fn prior_setup(config: &PlantConfig) -> Setup {
     let mut setup = Setup::default();
     setup.arm = Parameters {
         l1: config.arm.l1 as f32,

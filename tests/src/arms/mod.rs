@@ -26,9 +26,9 @@ use armbridge_sim::plant::PlantConfig;
 use crate::computed_torque;
 use free_run::{FreeRun, Summary, free_runs};
 use model::Model;
-use truth::{believed, known, truth};
+use truth::{prior_setup, true_setup, truth};
 
-/// Spread of all numbers.
+/// Relative spread of the drawn parameters.
 const SPREAD: f64 = 0.4;
 /// Standard errors of a 95 % interval.
 const INTERVAL: f64 = 1.96;
@@ -40,34 +40,34 @@ fn drawn(seed: u64) -> PlantConfig {
     }
 }
 
-/// An arm, what a board believed of it, and what was found.
+/// An arm, its prior set-up, and its fit.
 pub struct Arm {
     seed: u64,
     config: PlantConfig,
     before: Setup,
-    found: FitResult,
+    fit: FitResult,
 }
 
-/// A number that was found.
-pub struct Judged {
+/// Error of an estimated parameter.
+pub struct ParameterError {
     name: String,
     /// Standard errors from the truth.
     sigmas: f64,
-    /// Of the truth; an offset or a zero, which may be none, of what is usual.
-    share: f64,
+    /// Error relative to the truth; for an offset or a zero, to a usual value.
+    relative: f64,
 }
 
-impl Judged {
+impl ParameterError {
     fn new(name: String, [value, error]: [f64; 2], truth: f64, usual: f64) -> Self {
-        let (sigmas, share) = ((value - truth) / error, (value - truth) / usual);
+        let (sigmas, relative) = ((value - truth) / error, (value - truth) / usual);
         println!(
             "{name}: {value:.5} for {truth:.5}, {sigmas:.1} errors, {:.1} %",
-            share * 100.0
+            relative * 100.0
         );
         Self {
             name,
             sigmas,
-            share,
+            relative,
         }
     }
 }
@@ -77,7 +77,7 @@ pub fn arms(seeds: &[u64]) -> Vec<Arm> {
     let (plan, setup) = plan::shipped();
     let perform = |seed| {
         let config = drawn(seed);
-        let before = believed(&config, setup);
+        let before = prior_setup(&config, setup);
         Ok::<_, ()>((config, before, plan::perform(&plan, before, &config, seed)))
     };
     let performed = for_seeds(seeds, perform, |_| ()).unwrap();
@@ -88,7 +88,7 @@ pub fn arms(seeds: &[u64]) -> Vec<Arm> {
         let begun = std::time::Instant::now();
         let mut tally = Tally::default();
         tally.add(&records, &Limits::default());
-        let found = identify(
+        let fit = identify(
             &traces(&records),
             &tally,
             &KnownParameters::from_setup(&before),
@@ -103,15 +103,15 @@ pub fn arms(seeds: &[u64]) -> Vec<Arm> {
             seed,
             config,
             before,
-            found,
+            fit,
         }
     })
     .collect()
 }
 
 impl Arm {
-    /// All of its numbers.
-    pub fn numbers(&self) -> Vec<Judged> {
+    /// Errors of all parameters.
+    pub fn parameter_errors(&self) -> Vec<ParameterError> {
         let mut numbers = Vec::new();
         for joint in 0..JOINTS {
             let label = |name: &str| format!("arm {}, joint {}, {name}", self.seed, joint + 1);
@@ -129,8 +129,8 @@ impl Arm {
                     | Quantity::DeadAbove
                     | Quantity::Delay => true_value,
                 };
-                let found = self.found.estimate(joint, quantity).into();
-                numbers.push(Judged::new(
+                let found = self.fit.estimate(joint, quantity).into();
+                numbers.push(ParameterError::new(
                     label(quantity.name()),
                     found,
                     true_value,
@@ -138,11 +138,11 @@ impl Arm {
                 ));
             }
             let true_nm = self.config.friction[joint].static_nm;
-            let found = self.found.static_friction[joint];
+            let found = self.fit.static_friction[joint];
             let found = found.map_or([0.0, f64::MIN_POSITIVE], |found| {
                 [found.torque_nm, found.error_nm]
             });
-            numbers.push(Judged::new(
+            numbers.push(ParameterError::new(
                 label("static friction"),
                 found,
                 true_nm,
@@ -155,12 +155,12 @@ impl Arm {
     /// Prediction error of its motions when the plan is performed again with other noise, in
     /// counts beside the encoder's noise. As long as a joint slides, at most 3 s, by the PWM
     /// alone, from a start fitted to all of a window: the worse joint. And the [`free_run`]s
-    /// of the whole arm, rests and all, with what was found and with what is true.
+    /// of the whole arm, rests included, with the estimates and with the true parameters.
     fn forecast(&self) -> (f64, [Vec<FreeRun>; 2]) {
         let (plan, _) = plan::shipped();
         let again = plan::perform(&plan, self.before, &self.config, self.seed + 1_000);
         let forecasts = forecast(
-            &self.found,
+            &self.fit,
             &traces(&again),
             &KnownParameters::from_setup(&self.before),
         );
@@ -169,11 +169,11 @@ impl Arm {
             "arm {}: sliding {first:.2} and {second:.2} counts off",
             self.seed
         );
-        let found = Model::found(&self.with_found(self.before), &self.found);
+        let found = Model::found(&self.with_found(self.before), &self.fit);
         let runs = [found, Model::truth(&self.config)].map(|model| free_runs(&model, &again));
         let [found, truth] = [&runs[0], &runs[1]].map(|runs| Summary::of(runs));
         println!("arm {}: {found}", self.seed);
-        println!("with what is true: {truth}");
+        println!("with the true parameters: {truth}");
         (first.max(second), runs)
     }
 
@@ -183,7 +183,7 @@ impl Arm {
             setup: self.before,
             ..Settings::default()
         };
-        let after = identified_settings(&before, &self.found).unwrap().setup;
+        let after = identified_settings(&before, &self.fit).unwrap().setup;
         Setup {
             arm: after.arm,
             joints: after.joints,
@@ -193,11 +193,11 @@ impl Arm {
     }
 }
 
-/// At most one number in ten is beyond its interval, or more than a twentieth off, or either.
-pub fn judge(numbers: &[Judged]) {
+/// At most one parameter in ten is beyond its interval, or more than a twentieth off, or either.
+pub fn check_parameters(numbers: &[ParameterError]) {
     let all = numbers.len();
-    let is_within = |n: &&Judged| n.sigmas.abs() < INTERVAL;
-    let is_close = |n: &&Judged| n.share.abs() < 0.05;
+    let is_within = |n: &&ParameterError| n.sigmas.abs() < INTERVAL;
+    let is_close = |n: &&ParameterError| n.relative.abs() < 0.05;
     let within = numbers.iter().filter(is_within).count();
     let close = numbers.iter().filter(is_close).count();
     let both = numbers.iter().filter(is_within).filter(is_close).count();
@@ -205,14 +205,14 @@ pub fn judge(numbers: &[Judged]) {
         "of {all} numbers {within} within their 95 % interval, {close} within 5 %, {both} both"
     );
     assert!(both * 10 >= all * 9, "{both} of {all} within both");
-    for Judged { name, sigmas, .. } in numbers {
+    for ParameterError { name, sigmas, .. } in numbers {
         assert!(sigmas.abs() < 6.0, "{name}: {sigmas:.1}");
     }
 }
 
 /// Held-out motions are forecast to a count, and so are 97 free runs in a hundred: fewer
 /// fail the test where chance alone would bring so few once in a hundred times.
-pub fn judge_forecasts(arms: &[Arm]) {
+pub fn check_forecasts(arms: &[Arm]) {
     let mut worst = 0.0_f64;
     let mut all = [Vec::new(), Vec::new()];
     for arm in arms {
@@ -225,7 +225,7 @@ pub fn judge_forecasts(arms: &[Arm]) {
     let [free, truth] = all.map(|runs| Summary::of(&runs));
     println!("sliding joints are predicted to {worst:.2} counts");
     println!("{free}");
-    println!("with what is true: {truth}");
+    println!("with the true parameters: {truth}");
     assert!(worst <= 1.0, "{worst:.2} counts");
     assert!(free.rms <= 1.0, "{free}");
     let chance = at_least(free.runs - free.close, free.runs, 0.03);
@@ -262,11 +262,11 @@ fn error_mrad(config: &PlantConfig, setup: Setup, task: &str, from_s: f64, seed:
     for (record, truth) in ticks.clone() {
         for joint in 0..JOINTS {
             let servo = config.joints[joint];
-            let believed = Joint {
+            let board_servo = Joint {
                 zero_count: setup.joints[joint].zero_count.into(),
                 ..servo
             };
-            let reference = believed.position(record.reference_rad[joint].into());
+            let reference = board_servo.position(record.reference_rad[joint].into());
             let counts = servo.position(truth.angle_rad[joint]) - reference;
             squares += (counts * servo.rad_per_count).powi(2);
         }
@@ -298,7 +298,7 @@ pub fn compare_control(arms: &[Arm]) -> [f64; 2] {
             };
             let [found, truth] = [
                 error(arm.with_found(setup)),
-                error(known(&arm.config, setup)),
+                error(true_setup(&arm.config, setup)),
             ];
             println!("arm {}, {name}: {found:.2} mrad for {truth:.2}", arm.seed);
             if is_at_rest {
@@ -309,7 +309,7 @@ pub fn compare_control(arms: &[Arm]) -> [f64; 2] {
         }
     }
     let at_rest = at_rest[0] / at_rest[1];
-    println!("with what was found: at most {worst:.3} times the error with what is true,");
+    println!("with the estimates: at most {worst:.3} times the error with the true parameters,");
     println!("and at rest {at_rest:.3} times on average");
     [worst, at_rest]
 }

@@ -14,26 +14,25 @@ use armbridge_sim::plant::PlantConfig;
 /// be off by half of that.
 const BUS_S: [f64; JOINTS] = [0.756e-3, 0.679e-3];
 
-/// The prior: the paper's arm, but for what a ruler and a scale measure, which are the
-/// lengths and the weight of link 2, and where its zeros are, which calibration has found
-/// to three counts.
-pub fn believed(config: &PlantConfig, setup: Setup) -> Setup {
-    let mut believed = setup;
-    believed.arm = Parameters {
+/// Prior of an arm: the paper's, but with the true lengths and weight of link 2, as by ruler
+/// and scale, and with encoder zeros to three counts, as by calibration.
+pub fn prior_setup(config: &PlantConfig, setup: Setup) -> Setup {
+    let mut prior = setup;
+    prior.arm = Parameters {
         l1: config.arm.l1 as f32,
         l2: config.arm.l2 as f32,
         m2: config.arm.m2 as f32,
         ..setup.arm
     };
-    for (servo, truth) in believed.joints.iter_mut().zip(&config.joints) {
+    for (servo, truth) in prior.joints.iter_mut().zip(&config.joints) {
         servo.direction = truth.direction;
         servo.zero_count = truth.zero_count as f32 + 3.0;
     }
-    believed
+    prior
 }
 
-/// A board that knows all of the arm that a board can know.
-pub fn known(config: &PlantConfig, setup: Setup) -> Setup {
+/// Set-up of a board with the true parameters.
+pub fn true_setup(config: &PlantConfig, setup: Setup) -> Setup {
     Setup {
         arm: config.arm.map(|number| number as f32),
         joints: config.joints.map(|joint| Joint {
@@ -48,7 +47,7 @@ pub fn known(config: &PlantConfig, setup: Setup) -> Setup {
     }
 }
 
-/// A number as it truly is.
+/// True value of a parameter.
 pub fn truth(config: &PlantConfig, joint: usize, quantity: Quantity) -> f64 {
     match quantity {
         Quantity::DeadBelow => config.dead_zone_counts[joint][0].into(),
@@ -60,6 +59,6 @@ pub fn truth(config: &PlantConfig, joint: usize, quantity: Quantity) -> f64 {
         | Quantity::Coulomb
         | Quantity::Gain
         | Quantity::Offset
-        | Quantity::Zero => quantity.nominal(&known(config, Setup::default()), joint),
+        | Quantity::Zero => quantity.nominal(&true_setup(config, Setup::default()), joint),
     }
 }

@@ -135,13 +135,13 @@ pub(super) fn unidentifiable(
 
 /// Describes a direction.
 fn combination(components: &[(usize, f64)], information: f64, prior: &Prior) -> Combination {
-    let most = components
+    let largest = components
         .iter()
-        .fold(0.0, |most, (_, part)| f64::max(most, part.abs()));
+        .fold(0.0, |largest, (_, part)| f64::max(largest, part.abs()));
     let mut named: Vec<(usize, f64)> = components
         .iter()
         .copied()
-        .filter(|(_, part)| part.abs() > NAMED * most)
+        .filter(|(_, part)| part.abs() > NAMED * largest)
         .collect();
     named.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     Combination {
@@ -193,10 +193,10 @@ fn description(named: &[(usize, f64)]) -> String {
 /// Prior that dominates along a direction.
 fn fixed_by(components: &[(usize, f64)], prior: &Prior) -> String {
     let weight = |(i, part): &(usize, f64)| (part / prior.deviation[*i]).powi(2);
-    let most = components
+    let largest = components
         .iter()
         .max_by(|a, b| weight(a).total_cmp(&weight(b)));
-    let Some((i, _)) = most else {
+    let Some((i, _)) = largest else {
         return "nothing".into();
     };
     match Quantity::ALL[i % PER_JOINT] {

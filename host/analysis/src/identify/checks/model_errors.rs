@@ -40,7 +40,7 @@ pub(super) const SIGNIFICANT: f64 = 25.0;
 /// Largest negligible torque in N m.
 pub(super) const NEGLIGIBLE_NM: f64 = 2e-3;
 /// Ticks on either side over which the other joint's acceleration is measured.
-const AROUND: usize = 15;
+const HALF_WIDTH: usize = 15;
 
 /// Test of a torque that the model lacks.
 #[derive(Clone, Debug, Serialize)]
@@ -180,6 +180,7 @@ impl NormalEquations {
     }
 }
 
+/// Normal equations of these windows, with their initial states eliminated.
 fn normal_equations(
     joint: usize,
     windows: &[&Rollout],
@@ -207,17 +208,17 @@ fn normal_equations(
         let effects = sensitivity.counts_per_nm(window, &mut equations.peak);
         let blocks = window.blocks_with(&effects);
         let start = DMatrix::from_fn(blocks.len(), 2, |i, j| blocks[i].0.sensitivity[j]);
-        let errors = DVector::from_fn(blocks.len(), |i, _| blocks[i].0.residual);
+        let residuals = DVector::from_fn(blocks.len(), |i, _| blocks[i].0.residual);
         let effects = DMatrix::from_fn(blocks.len(), ALL, |i, j| blocks[i].1[j]);
         let Some(inverse) = (start.transpose() * &start).try_inverse() else {
             continue;
         };
         let projection = inverse * start.transpose();
-        let errors = &errors - &start * (&projection * &errors);
+        let residuals = &residuals - &start * (&projection * &residuals);
         let effects = &effects - &start * (&projection * &effects);
         equations.normal += effects.transpose() * &effects;
-        equations.right += effects.transpose() * &errors;
-        equations.squares += errors.norm_squared();
+        equations.right += effects.transpose() * &residuals;
+        equations.squares += residuals.norm_squared();
         equations.count += blocks.len() as f64;
     }
     equations
@@ -291,7 +292,10 @@ impl TorqueSensitivity<'_> {
         let (own, inertia) = torque_at(q, v);
         let acceleration = (own + torque) / inertia;
         let last = self.trace.states.len() - 1;
-        let [from, to] = [tick.saturating_sub(AROUND), (tick + AROUND).min(last)];
+        let [from, to] = [
+            tick.saturating_sub(HALF_WIDTH),
+            (tick + HALF_WIDTH).min(last),
+        ];
         let speed = |tick: usize| self.trace.states[tick][1 - self.joint][1];
         let other_acceleration =
             (speed(to) - speed(from)) / ((to - from) as f64 * self.known.period_s);

@@ -28,7 +28,6 @@ const EDGE_COUNTS: f64 = 6.0;
 const EDGE_NM: f64 = 0.03;
 /// Shortest episode in ticks.
 const SHORTEST: usize = 300;
-
 /// Longest gap in ticks within an episode.
 const MERGE_TICKS: usize = 1_000;
 

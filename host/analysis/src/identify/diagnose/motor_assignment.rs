@@ -67,8 +67,8 @@ pub(super) fn check(traces: &[Trace], known: &KnownParameters) -> Result<(), Dia
                 rad_s2: 100.0 * gain,
             });
         }
-        let moves = (without_motor / rows.len() as f64).sqrt();
-        if gain < SIGMAS * own_motor.error && by_own < 0.1 && moves > 3.0 * NOISE_RAD_S2 {
+        let acceleration = (without_motor / rows.len() as f64).sqrt();
+        if gain < SIGMAS * own_motor.error && by_own < 0.1 && acceleration > 3.0 * NOISE_RAD_S2 {
             return Err(Diagnosis::NotDriven { joint: joint + 1 });
         }
     }

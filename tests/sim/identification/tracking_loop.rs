@@ -1,5 +1,5 @@
-//! An arm nobody knows, moved by a controller that believes in the paper's: what was sent
-//! to it and what its encoders said.
+//! An unknown arm in a tracking loop designed for the paper's arm: PWM sent, and encoder
+//! counts.
 
 use armbridge_analysis::identify::Trace;
 use armbridge_shared::JOINTS;
@@ -8,29 +8,29 @@ use armbridge_shared::arm::Parameters;
 use armbridge_sim::plant::{Plant, PlantConfig, Push};
 use nalgebra::Vector2;
 
-/// When in its tick a PWM arrives, and the angle of each joint is taken, in ns.
+/// Arrival of a PWM and sample of each joint's angle, from the start of the tick in ns.
 const SENT_NS: u64 = 150_000;
 const TAKEN_NS: [u64; JOINTS] = [400_000, 480_000];
-/// So long a PWM is in the servo when the angle is taken, in s.
+/// Time from the arrival of a PWM to the sample of the angle, in s.
 pub(crate) const LEAD_S: [f64; JOINTS] = [250e-6, 330e-6];
 /// Stiffness in N m/rad and damping in N m s/rad.
 const GAINS: [[f64; 2]; JOINTS] = [[2.5, 0.22], [1.65, 0.2]];
 
-/// Who moves it.
-pub(crate) struct Hands {
+/// The arm and its controller.
+pub(crate) struct TrackingLoop {
     plant: Plant,
-    believed: [Joint<f64>; JOINTS],
+    servos: [Joint<f64>; JOINTS],
     arm: Parameters<f64>,
     pub(crate) trace: Trace,
     q: [f64; JOINTS],
     v: [f64; JOINTS],
 }
 
-impl Hands {
-    pub(crate) fn on(config: &PlantConfig, believed: [Joint<f64>; JOINTS], seed: u64) -> Self {
+impl TrackingLoop {
+    pub(crate) fn on(config: &PlantConfig, servos: [Joint<f64>; JOINTS], seed: u64) -> Self {
         Self {
             plant: Plant::new(*config, seed),
-            believed,
+            servos,
             arm: Parameters::paper(),
             trace: Trace::default(),
             q: [0.0; JOINTS],
@@ -48,23 +48,23 @@ impl Hands {
         self.trace.counts.push(counts.map(Some));
         for (joint, count) in counts.into_iter().enumerate() {
             let expected = self.q[joint] + self.v[joint] * 1e-3;
-            let error = self.believed[joint].angle(count) - expected;
+            let error = self.servos[joint].angle(count) - expected;
             self.q[joint] = expected + 0.1 * error;
             self.v[joint] += 5.3 * error;
         }
     }
 
-    fn follow(&self, joint: usize, [q, v]: [f64; 2]) -> u16 {
+    fn pwm(&self, joint: usize, [q, v]: [f64; 2]) -> u16 {
         let gravity = self.arm.gravity(Vector2::from(self.q))[joint];
         let viscous = [self.arm.b1, self.arm.b2][joint] * v;
         let [stiffness, damping] = GAINS[joint];
         let torque =
             gravity + viscous + stiffness * (q - self.q[joint]) + damping * (v - self.v[joint]);
-        self.believed[joint].pwm(torque).unwrap().counts()
+        self.servos[joint].pwm(torque).unwrap().counts()
     }
 
-    /// Somebody pushes a joint from now on.
-    pub(crate) fn push(&mut self, joint: usize, torque_nm: f64, seconds: f64) {
+    /// Applies an external torque to a joint from now on.
+    pub(crate) fn apply_torque(&mut self, joint: usize, torque_nm: f64, seconds: f64) {
         self.plant.push(Push {
             joint,
             torque_nm,
@@ -73,25 +73,25 @@ impl Hands {
         });
     }
 
-    /// Follows angles and speeds that are a function of the time in s.
+    /// Tracks angles and speeds that are a function of the time in s.
     pub(crate) fn track(&mut self, seconds: f64, path: impl Fn(f64) -> [[f64; 2]; JOINTS]) {
         for k in 0..(seconds * 1e3) as usize {
             let aims = path(k as f64 * 1e-3);
-            self.tick([self.follow(0, aims[0]), self.follow(1, aims[1])]);
+            self.tick([self.pwm(0, aims[0]), self.pwm(1, aims[1])]);
         }
     }
 
-    /// Goes there and rests.
+    /// Moves to these angles and holds them.
     pub(crate) fn go(&mut self, to: [f64; JOINTS]) {
         const MOVES_S: f64 = 0.8;
         let from = self.q;
         self.track(1.4, |t| {
             let u = (t / MOVES_S).min(1.0);
-            let way = u.powi(3) * (10.0 - 15.0 * u + 6.0 * u * u);
+            let progress = u.powi(3) * (10.0 - 15.0 * u + 6.0 * u * u);
             let speed = 30.0 * u * u * (1.0 - u).powi(2) / MOVES_S;
             [0, 1].map(|j| {
-                let far = to[j] - from[j];
-                [from[j] + far * way, far * speed]
+                let distance = to[j] - from[j];
+                [from[j] + distance * progress, distance * speed]
             })
         });
     }
