@@ -171,7 +171,7 @@ fn unrecorded_ticks_are_counted() {
     else {
         panic!("{diagnosis:?}");
     };
-    // What is missing before the first is nobody's.
+    // Ticks before the first recorded one do not count.
     assert_eq!((unrecorded, gaps, without_angle), (14 * 500, 14, 0));
     assert!((23.0..25.0).contains(&percent), "{percent}");
 }

@@ -1,17 +1,17 @@
-//! Free runs: where an arm is 5 s later by the PWM that was sent alone.
+//! Free runs: prediction of an arm's motion over up to 5 s from the PWM alone.
 //!
 //! A run begins with an experiment, where the board holds both joints. They do not rest
-//! there: noise makes the PWM tremble, and joints give way by parts of a count. So the model
-//! is at rest 0.3 s before, forgets in 0.1 s what it does not know of their speed, and the
-//! mean of the encoders in the other 0.2 s is its position. Noise of a count
-//! leaves 0.07 counts of doubt. From there on nothing of the log is used but its PWM.
+//! there: noise makes the PWM jitter, and joints slip by fractions of a count. So the model
+//! is at rest 0.3 s before; errors of its initial speed decay in 0.1 s, and its position is
+//! the mean of the encoders in the other 0.2 s. Noise of a count leaves an uncertainty of
+//! 0.07 counts. From there on only the PWM of the log is used.
 //!
-//! It lasts 5 s, or until it diverges, which is measured on that very run: four more begin a
-//! tenth of a count beside it, either joint, either way. When one of them is a count from it,
-//! in either joint, an error below the encoder's resolution has grown tenfold, and the run is
-//! judged up to there. That is soon for an arm that falls away from upright, or where a joint
-//! is about to give way, and never for one that rests. It depends on the model's motion, not on what
-//! a fit thinks of its errors.
+//! A run lasts 5 s, or until it diverges, as four perturbed runs show: they begin a tenth of
+//! a count beside it, in either direction of either joint. When one of them is a count from
+//! it, in either joint, an error below the encoder's resolution has grown tenfold, and the
+//! run ends. That is soon for an arm that falls from upright, or for a joint about to break
+//! away, and never for one that rests. It depends on the model's motion, not on the
+//! covariance of a fit.
 //!
 //! The error is measured less computed, root mean square of both joints, less noise of a
 //! count and rounding.
@@ -26,15 +26,15 @@ const TICKS: usize = 5_000;
 /// Ticks before a run, and those of them whose mean is its initial position.
 const BEFORE: usize = 300;
 const MEAN: usize = 200;
-/// Times that the beginning is mended; the first leaves hundredths of a count.
-const MENDED: usize = 4;
-/// Counts beside a run where others begin, and apart from it when it has diverged.
-const BESIDE_COUNTS: f64 = 0.1;
-const APART_COUNTS: f64 = 1.0;
+/// Corrections of the initial position; the first leaves hundredths of a count.
+const CORRECTIONS: usize = 4;
+/// Perturbation of the initial position, and distance at divergence, in counts.
+const PERTURBATION_COUNTS: f64 = 0.1;
+const DIVERGED_COUNTS: f64 = 1.0;
 /// Variance of a measured count: noise, and rounding.
 const NOISE: f64 = 1.0 + 1.0 / 12.0;
 
-/// A run, up to where it is judged.
+/// A run, up to its divergence.
 #[derive(Clone, Copy, Debug)]
 pub struct FreeRun {
     /// The tick of the log in which it begins.
@@ -58,7 +58,7 @@ impl FreeRun {
 pub struct Summary {
     /// Runs.
     pub runs: usize,
-    /// Those that are at most a count off.
+    /// Runs with an error of at most a count.
     pub close: usize,
     /// Root mean square in counts of all of their ticks.
     pub rms: f64,
@@ -67,7 +67,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of these runs.
+    /// Summary of these runs.
     pub fn of(runs: &[FreeRun]) -> Self {
         let all = FreeRun {
             begin: 0,
@@ -102,8 +102,8 @@ impl core::fmt::Display for Summary {
     }
 }
 
-/// Free runs from the beginning of every experiment of a log; those that are farther off than
-/// a count are printed.
+/// Free runs from the beginning of every experiment of a log; prints those with an error
+/// above a count.
 pub fn free_runs(model: &Model, log: &[Record]) -> Vec<FreeRun> {
     let is_one = |record: &Record| record.mode.drive() == Some(Drive::Experiment);
     let begins = (2 * BEFORE..log.len().saturating_sub(TICKS))
@@ -126,10 +126,10 @@ fn measured(log: &[Record], tick: usize) -> Option<[f64; JOINTS]> {
     Some([first?.into(), second?.into()])
 }
 
-/// None if the log lacks a sample.
+/// A free run; `None` if the log lacks a sample.
 fn free_run(model: &Model, log: &[Record], begin: usize) -> Option<FreeRun> {
     let start = start(model, log, begin)?;
-    let brought = |start: [f64; JOINTS]| {
+    let settled = |start: [f64; JOINTS]| {
         let mut moving = model.at_rest(log, begin - BEFORE, start);
         (0..BEFORE).for_each(|_| moving.step());
         moving
@@ -137,11 +137,13 @@ fn free_run(model: &Model, log: &[Record], begin: usize) -> Option<FreeRun> {
     let beside = |joint: usize, counts: f64| {
         let mut start = start;
         start[joint] += counts;
-        brought(start)
+        settled(start)
     };
-    let mut moving = brought(start);
+    let mut moving = settled(start);
     let mut others: Vec<Moving> = (0..JOINTS)
-        .flat_map(|joint| [-BESIDE_COUNTS, BESIDE_COUNTS].map(|counts| beside(joint, counts)))
+        .flat_map(|joint| {
+            [-PERTURBATION_COUNTS, PERTURBATION_COUNTS].map(|counts| beside(joint, counts))
+        })
         .collect();
     let mut run = FreeRun {
         begin,
@@ -150,11 +152,11 @@ fn free_run(model: &Model, log: &[Record], begin: usize) -> Option<FreeRun> {
     };
     while run.ticks < TICKS {
         let counts = moving.counts();
-        let is_apart = |other: &Moving| {
+        let has_diverged = |other: &Moving| {
             let beside = other.counts();
-            (0..JOINTS).any(|joint| (beside[joint] - counts[joint]).abs() >= APART_COUNTS)
+            (0..JOINTS).any(|joint| (beside[joint] - counts[joint]).abs() >= DIVERGED_COUNTS)
         };
-        if others.iter().any(is_apart) {
+        if others.iter().any(has_diverged) {
             break;
         }
         let errors = measured(log, begin + run.ticks)?.into_iter().zip(counts);
@@ -166,12 +168,12 @@ fn free_run(model: &Model, log: &[Record], begin: usize) -> Option<FreeRun> {
     Some(run)
 }
 
-/// Where a model rests [`BEFORE`] a tick, in counts, so that its mean over the [`MEAN`] ticks
-/// before that tick is that of the encoders.
+/// Initial position in counts of a model that rests [`BEFORE`] ticks before a run, fitted so
+/// that its mean over the last [`MEAN`] of them is that of the encoders.
 fn start(model: &Model, log: &[Record], begin: usize) -> Option<[f64; JOINTS]> {
     let first = begin - BEFORE;
     let mut start = measured(log, first)?;
-    for _ in 0..MENDED {
+    for _ in 0..CORRECTIONS {
         let mut off = [0.0; JOINTS];
         let mut moving = model.at_rest(log, first, start);
         for tick in first..begin {

@@ -112,7 +112,7 @@ pub fn arms(seeds: &[u64]) -> Vec<Arm> {
 impl Arm {
     /// Errors of all parameters.
     pub fn parameter_errors(&self) -> Vec<ParameterError> {
-        let mut numbers = Vec::new();
+        let mut errors = Vec::new();
         for joint in 0..JOINTS {
             let label = |name: &str| format!("arm {}, joint {}, {name}", self.seed, joint + 1);
             for quantity in Quantity::ALL {
@@ -129,32 +129,32 @@ impl Arm {
                     | Quantity::DeadAbove
                     | Quantity::Delay => true_value,
                 };
-                let found = self.fit.estimate(joint, quantity).into();
-                numbers.push(ParameterError::new(
+                let estimate = self.fit.estimate(joint, quantity).into();
+                errors.push(ParameterError::new(
                     label(quantity.name()),
-                    found,
+                    estimate,
                     true_value,
                     usual,
                 ));
             }
             let true_nm = self.config.friction[joint].static_nm;
-            let found = self.fit.static_friction[joint];
-            let found = found.map_or([0.0, f64::MIN_POSITIVE], |found| {
-                [found.torque_nm, found.error_nm]
+            let estimate = self.fit.static_friction[joint];
+            let estimate = estimate.map_or([0.0, f64::MIN_POSITIVE], |estimate| {
+                [estimate.torque_nm, estimate.error_nm]
             });
-            numbers.push(ParameterError::new(
+            errors.push(ParameterError::new(
                 label("static friction"),
-                found,
+                estimate,
                 true_nm,
                 true_nm,
             ));
         }
-        numbers
+        errors
     }
 
     /// Prediction error of its motions when the plan is performed again with other noise, in
     /// counts beside the encoder's noise. As long as a joint slides, at most 3 s, by the PWM
-    /// alone, from a start fitted to all of a window: the worse joint. And the [`free_run`]s
+    /// alone, with an initial state fitted to all of a window: the worse joint. And the [`free_run`]s
     /// of the whole arm, rests included, with the estimates and with the true parameters.
     fn forecast(&self) -> (f64, [Vec<FreeRun>; 2]) {
         let (plan, _) = plan::shipped();
@@ -166,19 +166,19 @@ impl Arm {
         );
         let [first, second] = [0, 1].map(|joint| forecasts[joint].model_rms_counts);
         println!(
-            "arm {}: sliding {first:.2} and {second:.2} counts off",
+            "arm {}: sliding {first:.2} and {second:.2} counts rms",
             self.seed
         );
-        let found = Model::found(&self.with_found(self.before), &self.fit);
-        let runs = [found, Model::truth(&self.config)].map(|model| free_runs(&model, &again));
-        let [found, truth] = [&runs[0], &runs[1]].map(|runs| Summary::of(runs));
-        println!("arm {}: {found}", self.seed);
+        let identified = Model::identified(&self.with_estimates(self.before), &self.fit);
+        let runs = [identified, Model::truth(&self.config)].map(|model| free_runs(&model, &again));
+        let [identified, truth] = [&runs[0], &runs[1]].map(|runs| Summary::of(runs));
+        println!("arm {}: {identified}", self.seed);
         println!("with the true parameters: {truth}");
         (first.max(second), runs)
     }
 
     /// The set-up of a board with the identified parameters.
-    fn with_found(&self, setup: Setup) -> Setup {
+    fn with_estimates(&self, setup: Setup) -> Setup {
         let before = Settings {
             setup: self.before,
             ..Settings::default()
@@ -194,24 +194,24 @@ impl Arm {
 }
 
 /// At most one parameter in ten is beyond its interval, or more than a twentieth off, or either.
-pub fn check_parameters(numbers: &[ParameterError]) {
-    let all = numbers.len();
+pub fn check_parameters(errors: &[ParameterError]) {
+    let all = errors.len();
     let is_within = |n: &&ParameterError| n.sigmas.abs() < INTERVAL;
     let is_close = |n: &&ParameterError| n.relative.abs() < 0.05;
-    let within = numbers.iter().filter(is_within).count();
-    let close = numbers.iter().filter(is_close).count();
-    let both = numbers.iter().filter(is_within).filter(is_close).count();
+    let within = errors.iter().filter(is_within).count();
+    let close = errors.iter().filter(is_close).count();
+    let both = errors.iter().filter(is_within).filter(is_close).count();
     println!(
-        "of {all} numbers {within} within their 95 % interval, {close} within 5 %, {both} both"
+        "of {all} parameters {within} within their 95 % interval, {close} within 5 %, {both} both"
     );
     assert!(both * 10 >= all * 9, "{both} of {all} within both");
-    for ParameterError { name, sigmas, .. } in numbers {
+    for ParameterError { name, sigmas, .. } in errors {
         assert!(sigmas.abs() < 6.0, "{name}: {sigmas:.1}");
     }
 }
 
-/// Held-out motions are forecast to a count, and so are 97 free runs in a hundred: fewer
-/// fail the test where chance alone would bring so few once in a hundred times.
+/// Held-out motions are forecast to a count, and so are 97 free runs in a hundred. The test
+/// fails at a number of close runs that chance alone explains with a probability below 1 %.
 pub fn check_forecasts(arms: &[Arm]) {
     let mut worst = 0.0_f64;
     let mut all = [Vec::new(), Vec::new()];
@@ -243,9 +243,9 @@ fn at_least(least: usize, of: usize, p: f64) -> f64 {
     1.0 - fewer
 }
 
-/// Root mean square of both joints' errors in mrad, from so many seconds on, of a run that
-/// begins 0.3 and -0.2 rad off: from where a board believes the arm to be that has these
-/// zeros, which is a number of its own.
+/// Root mean square of both joints' control errors in mrad, from `from_s` seconds on, of a run
+/// with an initial error of 0.3 and -0.2 rad. Angles are those of a board with the zeros of
+/// `setup`, whose error is assessed separately.
 fn error_mrad(config: &PlantConfig, setup: Setup, task: &str, from_s: f64, seed: u64) -> f64 {
     let config = PlantConfig {
         initial: crate::plant([0.3, -0.2], true).initial,
@@ -274,12 +274,12 @@ fn error_mrad(config: &PlantConfig, setup: Setup, task: &str, from_s: f64, seed:
     (squares / ticks.len() as f64).sqrt() * 1e3
 }
 
-/// Runs of each arm whose rests are averaged: where one comes to rest is chance.
+/// Runs of each arm whose errors at rest are averaged: the position at rest is random.
 const RESTS: u64 = 8;
 
-/// Tracking error of a board with the identified parameters over that with the true ones:
-/// at most, from where it is let go and on the way; and on average at rest, where it sticks
-/// by chance, over [`RESTS`] runs of each arm.
+/// Ratio of the control error of a board with the identified parameters to that with the true
+/// ones: the largest from release and on tracking; and the mean at rest, where sticking is
+/// random, over [`RESTS`] runs of each arm.
 pub fn compare_control(arms: &[Arm]) -> [f64; 2] {
     let tracking = computed_torque(20.0);
     let (mut worst, mut at_rest) = (0.0_f64, [0.0; 2]);
@@ -296,15 +296,18 @@ pub fn compare_control(arms: &[Arm]) -> [f64; 2] {
                 let errors = seeds.map(|seed| error_mrad(&arm.config, setup, task, from_s, seed));
                 errors.sum::<f64>() / runs as f64
             };
-            let [found, truth] = [
-                error(arm.with_found(setup)),
+            let [identified, truth] = [
+                error(arm.with_estimates(setup)),
                 error(true_setup(&arm.config, setup)),
             ];
-            println!("arm {}, {name}: {found:.2} mrad for {truth:.2}", arm.seed);
+            println!(
+                "arm {}, {name}: {identified:.2} mrad for {truth:.2}",
+                arm.seed
+            );
             if is_at_rest {
-                at_rest = [at_rest[0] + found, at_rest[1] + truth];
+                at_rest = [at_rest[0] + identified, at_rest[1] + truth];
             } else {
-                worst = worst.max(found / truth);
+                worst = worst.max(identified / truth);
             }
         }
     }

@@ -1,5 +1,5 @@
-//! An arm in numbers that need not be whole, moved by the PWM of a log and nothing else of
-//! it: with dry and static friction, dead zones and delays.
+//! Model of an arm driven by the PWM of a log alone, with real-valued parameters: dry and
+//! static friction, dead zones and delays.
 
 use armbridge_analysis::identify::{FitResult, Quantity};
 use armbridge_shared::JOINTS;
@@ -21,18 +21,18 @@ pub struct Model {
     arm: Parameters<f64>,
     joints: [Joint<f64>; JOINTS],
     friction: [Friction; JOINTS],
-    /// Counts below and above off up to which there is no torque; torque comes half a count
-    /// beyond, between the last silent PWM and the next.
+    /// Dead zone in counts below and above neutral; the torque begins half a count beyond,
+    /// between the last PWM without torque and the next.
     dead_counts: [[f64; 2]; JOINTS],
-    /// From the sample behind a tick's angle to the torque of its PWM.
+    /// Delay from the sample of a tick's angle to the torque of its PWM.
     delay_s: [f64; JOINTS],
     stops_rad: [[f64; 2]; JOINTS],
 }
 
 impl Model {
     /// The identified arm, as in a board's set-up, and with parameters that a board lacks.
-    pub fn found(setup: &Setup, found: &FitResult) -> Self {
-        let number = |joint: usize, quantity: Quantity| found.estimate(joint, quantity).0;
+    pub fn identified(setup: &Setup, fit: &FitResult) -> Self {
+        let estimate = |joint: usize, quantity: Quantity| fit.estimate(joint, quantity).0;
         Self {
             arm: setup.arm.map(f64::from),
             joints: setup.joints.map(|joint| Joint {
@@ -43,11 +43,11 @@ impl Model {
                 offset_counts: joint.offset_counts.into(),
             }),
             friction: core::array::from_fn(|joint| {
-                // None of these arms' dry friction falls with speed.
-                assert_eq!(found.stribeck[joint], None);
-                let coulomb_nm = number(joint, Quantity::Coulomb);
+                // None of these arms has a Stribeck curve.
+                assert_eq!(fit.stribeck[joint], None);
+                let coulomb_nm = estimate(joint, Quantity::Coulomb);
                 let static_nm =
-                    found.static_friction[joint].map_or(coulomb_nm, |friction| friction.torque_nm);
+                    fit.static_friction[joint].map_or(coulomb_nm, |friction| friction.torque_nm);
                 Friction {
                     coulomb_nm,
                     static_nm: static_nm.max(coulomb_nm),
@@ -55,14 +55,14 @@ impl Model {
                 }
             }),
             dead_counts: core::array::from_fn(|joint| {
-                [Quantity::DeadBelow, Quantity::DeadAbove].map(|edge| number(joint, edge))
+                [Quantity::DeadBelow, Quantity::DeadAbove].map(|edge| estimate(joint, edge))
             }),
-            delay_s: core::array::from_fn(|joint| number(joint, Quantity::Delay)),
+            delay_s: core::array::from_fn(|joint| estimate(joint, Quantity::Delay)),
             stops_rad: PlantConfig::default().stops_rad,
         }
     }
 
-    /// The arm as it truly is.
+    /// The true arm.
     pub fn truth(config: &PlantConfig) -> Self {
         Self {
             arm: config.arm,
@@ -78,7 +78,7 @@ impl Model {
     ///
     /// # Panics
     ///
-    /// When it moves, if the log begins later than the delay before that tick.
+    /// On a step, if the log begins later than the delay before that tick.
     pub fn at_rest<'a>(&self, log: &'a [Record], tick: usize, counts: [f64; JOINTS]) -> Moving<'a> {
         let angle = |joint: usize| {
             let [zero, one] = [0.0, 1.0].map(|rad| self.joints[joint].position(rad));
@@ -105,7 +105,7 @@ impl Model {
     }
 }
 
-/// A model on its way through a log.
+/// A model driven by a log.
 pub struct Moving<'a> {
     model: Model,
     log: &'a [Record],
@@ -121,7 +121,7 @@ impl Moving<'_> {
         core::array::from_fn(|joint| self.model.joints[joint].position(state.q[joint]))
     }
 
-    /// On to the next tick.
+    /// Advances to the next tick.
     pub fn step(&mut self) {
         let ticks = self.model.delay_s.map(|delay_s| delay_s.max(0.0) / TICK_S);
         let torque_nm = |joint: usize, before: usize| {

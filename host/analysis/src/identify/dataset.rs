@@ -52,7 +52,7 @@ const REVERSAL_TICKS: usize = 30;
 const WINDOW_MIN: usize = 120;
 
 impl Trace {
-    /// Works out [`states`](Self::states), with these encoder zeros.
+    /// Computes [`states`](Self::states) with these encoder zeros.
     #[must_use]
     pub fn smoothed(&self, known: &KnownParameters, zero: [f64; JOINTS]) -> Self {
         let mut before = [[0.0; 2]; JOINTS];

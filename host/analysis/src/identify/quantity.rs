@@ -34,9 +34,9 @@ pub enum Quantity {
     Delay,
 }
 
-/// Parameters of a joint.
+/// Number of parameters of a joint.
 pub const PER_JOINT: usize = 10;
-/// Parameters of an arm.
+/// Number of parameters of an arm.
 pub const COUNT: usize = PER_JOINT * JOINTS;
 
 impl Quantity {

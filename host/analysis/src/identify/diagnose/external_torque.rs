@@ -27,7 +27,7 @@ const EDGE_COUNTS: f64 = 6.0;
 /// Uncertainty of the torque there in N m.
 const EDGE_NM: f64 = 0.03;
 /// Shortest episode in ticks.
-const SHORTEST: usize = 300;
+const EPISODE_MIN: usize = 300;
 /// Longest gap in ticks within an episode.
 const MERGE_TICKS: usize = 1_000;
 
@@ -86,7 +86,7 @@ pub(super) fn episodes(
 
 /// Ends an episode: merges it with the one before if it began soon after.
 fn close_episode(episode: &mut Option<ExternalTorque>, episodes: &mut Vec<ExternalTorque>) {
-    let Some(episode) = episode.take().filter(|episode| episode.len >= SHORTEST) else {
+    let Some(episode) = episode.take().filter(|episode| episode.len >= EPISODE_MIN) else {
         return;
     };
     match episodes.last_mut() {

@@ -20,7 +20,7 @@ const SLIDES_RAD_S: f64 = 0.17;
 /// Assumed delay in ticks.
 const DELAY_TICKS: i64 = 3;
 /// Fewest segments for a diagnosis.
-const FEWEST: usize = 30;
+const SEGMENTS_MIN: usize = 30;
 /// Standard deviation of a segment's acceleration with noise of a count, in rad/s².
 const NOISE_RAD_S2: f64 = 1.2;
 /// Standard errors by which the sign of a motor's gain is significant.
@@ -44,7 +44,7 @@ pub(super) fn check(traces: &[Trace], known: &KnownParameters) -> Result<(), Dia
             .iter()
             .flat_map(|trace| segments(trace, known, joint, &bump))
             .collect();
-        if rows.len() < FEWEST {
+        if rows.len() < SEGMENTS_MIN {
             continue;
         }
         let other = 1 - joint;
