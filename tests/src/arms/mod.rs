@@ -154,8 +154,8 @@ impl Arm {
 
     /// Prediction error of its motions when the plan is performed again with other noise, in
     /// counts beside the encoder's noise. As long as a joint slides, at most 3 s, by the PWM
-    /// alone, with an initial state fitted to all of a window: the worse joint. And the [`free_run`]s
-    /// of the whole arm, rests included, with the estimates and with the true parameters.
+    /// alone, with an initial state fitted to all of a window: the worse joint. And the
+    /// [`free_run`]s of the whole arm, rests included, with the estimates and with the true parameters.
     fn forecast(&self) -> (f64, [Vec<FreeRun>; 2]) {
         let (plan, _) = plan::shipped();
         let again = plan::perform(&plan, self.before, &self.config, self.seed + 1_000);

@@ -10,8 +10,9 @@ use super::quantity::Quantity;
 /// Parameters without a physical arm.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "no arm with these lengths has the identified parameters: masses {m1_kg:.3} and {m2_kg:.3} kg, inertias \
-     {i1x_kg_m2:.4} and {i2y_kg_m2:.4} kg m²; measure arm.l1_m, arm.l2_m and the masses again"
+    "no arm with these lengths has the identified parameters: masses {m1_kg:.3} and {m2_kg:.3} \
+     kg, inertias {i1x_kg_m2:.4} and {i2y_kg_m2:.4} kg m²; measure arm.l1_m, arm.l2_m and the \
+     masses again"
 )]
 pub struct UnphysicalArm {
     m1_kg: f64,

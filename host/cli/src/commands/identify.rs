@@ -66,7 +66,7 @@ Examples:
 Only ticks in which the motors are driven count, and a joint is informative only while it
 slides. Motion determines torques up to a common factor, which the arm's weight fixes:
 arm.m1_kg, arm.m2_kg and the lengths in the log. Exit code 1, with a diagnosis and no
-numbers, if the logs do not identify the arm: empty, too short, samples lost, clipped,
+estimates, if the logs do not identify the arm: empty, too short, samples lost, clipped,
 wrong joint, wrong direction, not driven, external torque, model mismatch.";
 
 #[derive(Args, Debug)]

@@ -14,16 +14,16 @@ pub(super) fn warnings(fit: &FitResult, checks: &Checks) -> Vec<String> {
     let mut warnings = Vec::new();
     if fit.noise_counts > NOISE_COUNTS {
         warnings.push(format!(
-            "residual of {:.2} counts, above the encoder's noise: the model is not quite this arm, \
-             and intervals may be too narrow",
+            "residual of {:.2} counts, above the encoder's noise: the model is not quite this \
+             arm, and intervals may be too narrow",
             fit.noise_counts
         ));
     }
     let (outliers, windows) = (fit.outliers(), fit.window_fits.len());
     if outliers as f64 > OUTLIER_FRACTION * windows as f64 {
         warnings.push(format!(
-            "{outliers} of {windows} windows are outliers, with less weight: the joint touched something, \
-             or its friction changed"
+            "{outliers} of {windows} windows are outliers, with less weight: the joint touched \
+             something, or its friction changed"
         ));
     }
     for whiteness in checks
@@ -32,8 +32,8 @@ pub(super) fn warnings(fit: &FitResult, checks: &Checks) -> Vec<String> {
         .filter(|whiteness| !whiteness.is_white())
     {
         warnings.push(format!(
-            "joint {}: residuals are autocorrelated (portmanteau {:.0}; white noise: below {:.0}): \
-             the model, or its delay, is not quite right",
+            "joint {}: residuals are autocorrelated (portmanteau {:.0}; white noise: below \
+             {:.0}): the model, or its delay, is not quite right",
             whiteness.joint, whiteness.portmanteau, whiteness.critical_value
         ));
     }

@@ -12,8 +12,9 @@ pub enum Diagnosis {
     Empty,
     /// A joint slides for too short a time.
     #[error(
-        "too short a log: joint {joint} slides for {sliding_s:.1} s, and {required_s:.1} s are required; \
-         move it for some ten seconds by its motor, such as with `armbridge run multisine`"
+        "too short a log: joint {joint} slides for {sliding_s:.1} s, and {required_s:.1} s are \
+         required; move it for some ten seconds by its motor, as `armbridge run multisine` \
+         does"
     )]
     TooShort {
         /// Joint.
@@ -25,9 +26,9 @@ pub enum Diagnosis {
     },
     /// Ticks unrecorded, or without an angle.
     #[error(
-        "lost samples: {percent:.0} % of {ticks} ticks have no angle of joint {joint} ({without_angle} \
-         recorded without one, {unrecorded} unrecorded in {gaps} gaps); see `armbridge info`, and \
-         repair the bus or the link first"
+        "lost samples: {percent:.0} % of {ticks} ticks have no angle of joint {joint} \
+         ({without_angle} recorded without one, {unrecorded} unrecorded in {gaps} gaps); see \
+         `armbridge info`, and repair the bus or the link first"
     )]
     LostSamples {
         /// Joint.
@@ -45,8 +46,8 @@ pub enum Diagnosis {
     },
     /// An encoder at an end of its track.
     #[error(
-        "clipped: joint {joint}'s encoder is at an end of its track in {percent:.0} % of the ticks, \
-         where it measures no angle; move the joint about the middle, or turn its horn"
+        "clipped: joint {joint}'s encoder is at an end of its track in {percent:.0} % of the \
+         ticks, where it measures no angle; move the joint about the middle, or turn its horn"
     )]
     ClippedEncoder {
         /// Joint.
@@ -56,8 +57,8 @@ pub enum Diagnosis {
     },
     /// A motor at its limit.
     #[error(
-        "clipped: joint {joint}'s motor is at its limit in {percent:.0} % of the ticks, where its gain \
-         is not identifiable; move more gently, or raise limits.torque_nm"
+        "clipped: joint {joint}'s motor is at its limit in {percent:.0} % of the ticks, where its \
+         gain is not identifiable; move more gently, or raise limits.torque_nm"
     )]
     ClippedMotor {
         /// Joint.
@@ -68,7 +69,8 @@ pub enum Diagnosis {
     /// The other joint's PWM explains a joint's motion.
     #[error(
         "wrong joint: the PWM of joint {other} explains {by_other:.0} % of joint {joint}'s \
-         acceleration, its own {by_own:.0} %; are the servos' ids, or the joints of the arm, swapped?"
+         acceleration, its own {by_own:.0} %; are the servos' ids, or the joints of the arm, \
+         swapped?"
     )]
     WrongJoint {
         /// Joint that moves.
@@ -82,8 +84,8 @@ pub enum Diagnosis {
     },
     /// A motor drives its joint backwards.
     #[error(
-        "wrong direction: 100 counts of PWM accelerate joint {joint} by {rad_s2:+.1} rad/s²; is its \
-         motor reversed against its encoder?"
+        "wrong direction: 100 counts of PWM accelerate joint {joint} by {rad_s2:+.1} rad/s²; is \
+         its motor reversed against its encoder?"
     )]
     WrongDirection {
         /// Joint.
@@ -93,8 +95,8 @@ pub enum Diagnosis {
     },
     /// A joint that its motor does not move.
     #[error(
-        "not driven: joint {joint} moves, but not by its motor, in all of these logs: was it moved by \
-         hand, is its horn loose, its motor without supply, or arm.mounting wrong?"
+        "not driven: joint {joint} moves, but not by its motor, in all of these logs: was it \
+         moved by hand, is its horn loose, its motor without supply, or arm.mounting wrong?"
     )]
     NotDriven {
         /// Joint.
@@ -104,8 +106,8 @@ pub enum Diagnosis {
     #[error(
         "external torque: from {from_s:.1} s to {to_s:.1} s of log {log} up to {torque_nm:.2} N m \
          that its motor does not explain act on joint {joint} (episodes in all: {episodes}, \
-         {total_s:.1} s); was the arm held by hand, did it touch a stop, does a cable pull? Record \
-         again, or leave that log out"
+         {total_s:.1} s); was the arm held by hand, did it touch a stop, does a cable pull? \
+         Record again, or leave that log out"
     )]
     ExternalTorque {
         /// Log, from 1.

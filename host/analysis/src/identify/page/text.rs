@@ -80,8 +80,8 @@ fn warnings(checks: &Checks) -> Markup {
         h2 { "Warnings" }
         @if checks.warnings.is_empty() {
             p {
-                "None: the residual is white noise, the model lacks no torque, and all windows are \
-                 explained."
+                "None: the residual is white noise, the model lacks no torque, and all windows \
+                 are explained."
             }
         }
         (list(&checks.warnings))
@@ -152,8 +152,8 @@ fn unidentifiable(checks: &Checks) -> Markup {
             @if checks.unidentifiable.is_empty() {
                 "These logs identify every combination of parameters."
             } @else {
-                "The likelihood is flat, or nearly so, along these combinations of parameters: the \
-                 prior fixes them, not the motion."
+                "The likelihood is flat, or nearly so, along these combinations of parameters: \
+                 the prior fixes them, not the motion."
             }
         }
         p {
