@@ -10,7 +10,7 @@ use armbridge_sim::Bench;
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuOptions, Time, qemu};
 use armbridge_sim::plant::Plant;
-use armbridge_tests::world::{Overheard, assert_all_equal, records, replay};
+use armbridge_tests::tapped_bench::{TappedHost, assert_all_equal, records, replay};
 use armbridge_tests::{plant, sinusoid};
 
 #[test]
@@ -53,7 +53,7 @@ fn what_the_processor_computed_is_the_same_here() {
         duration_us: at_us,
     };
     let bench = Bench::new(Plant::new(plant([0.2, -0.2], true), 1));
-    let mut run = Cosim::new(board, bench, Overheard::new(PlanRunner::new(script)));
+    let mut run = Cosim::new(board, bench, TappedHost::new(PlanRunner::new(script)));
     run.run().unwrap();
     let report = replay(&run.host.events);
     assert_all_equal(&report);

@@ -7,7 +7,7 @@ use armbridge_client::tcp_pump;
 use armbridge_shared::link::message::SettingsFrom;
 use armbridge_sim::emulator::{Failure, Provocation, Qemu, QemuOptions, Time, qemu};
 use armbridge_sim::raw_bus_server::LiveBench;
-use armbridge_tests::caller::{SAVE, bench, caller, configure};
+use armbridge_tests::command_host::{CommandHost, SAVE, bench, configure};
 
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
@@ -30,7 +30,7 @@ fn firmware_keeps_settings_across_a_reset() {
     // Ends with QEMU.
     std::thread::spawn(move || LiveBench::new(bench(), SLOW).serve(from, to, || None, false));
 
-    let mut first = caller([configure(2_000), SAVE]);
+    let mut first = CommandHost::new([configure(2_000), SAVE]);
     tcp_pump::run(&mut qemu.link, &mut first, SLOW).unwrap();
     assert_eq!(first.received.settings, Some(SettingsFrom::Default));
     assert_eq!(first.received.answers, [Ok(()); 2]);
@@ -47,7 +47,7 @@ fn firmware_keeps_settings_across_a_reset() {
     link.set_read_timeout(Some(Duration::from_millis(100)))
         .unwrap();
     while matches!(link.read(&mut [0; 4096]), Ok(count) if count > 0) {}
-    let mut second = caller([]);
+    let mut second = CommandHost::new([]);
     tcp_pump::run(&mut qemu.link, &mut second, SLOW).unwrap();
     assert_ne!(second.received.session, first.received.session);
     assert_eq!(second.received.settings, Some(SettingsFrom::Saved));

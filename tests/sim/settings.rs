@@ -5,13 +5,15 @@ use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{Command, Guards, Limits, Record, Refusal, SettingsFrom};
 use armbridge_sim::board::{Flash, VirtualBoard, blank_flash};
 use armbridge_sim::cosim::Cosim;
-use armbridge_tests::caller::{Received, Request, SAVE, bench, caller, configure, period_us};
+use armbridge_tests::command_host::{
+    CommandHost, Received, Request, SAVE, bench, configure, period_us,
+};
 
 /// Switches a board on with this flash, sends these commands, and switches it off.
 fn live(flash: &mut Flash, requests: impl IntoIterator<Item = Request>) -> Received {
     let mut channels = Channels::new();
     let board = VirtualBoard::with_flash(channels.split(), flash.clone()).unwrap();
-    let mut cosim = Cosim::new(board, bench(), caller(requests));
+    let mut cosim = Cosim::new(board, bench(), CommandHost::new(requests));
     while !cosim.host.is_done() {
         cosim.step().unwrap();
     }

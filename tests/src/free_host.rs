@@ -8,7 +8,7 @@ use armbridge_sim::half_duplex_bus::{ByteFault, Damage, Way};
 use crate::experiments::{experiment, number};
 use crate::plant;
 use crate::random::Random;
-use crate::world::{Act, Free, overheard, records, replay};
+use crate::tapped_bench::{Action, ScriptedHost, records, replay, tapped_run};
 
 /// Length of a run in µs.
 const RUN_US: u64 = 1_500_000;
@@ -17,7 +17,7 @@ fn angles(random: &mut Random) -> [f32; 2] {
     [(); 2].map(|()| random.below(400) as f32 * 1e-3 - 0.2)
 }
 
-fn act(random: &mut Random, now_us: u64) -> Act {
+fn act(random: &mut Random, now_us: u64) -> Action {
     let command = match random.below(18) {
         0 => Command::Idle,
         1..=3 => Command::Arm { session: 0 },
@@ -55,9 +55,9 @@ fn act(random: &mut Random, now_us: u64) -> Act {
         }),
         13 => Command::ClearFault,
         14 | 15 => Command::Experiment(experiment(random, number)),
-        16 => return Act::Silence(random.below(700_000)),
+        16 => return Action::Silence(random.below(700_000)),
         _ => {
-            return Act::Message(random.one_of(&[
+            return Action::Message(random.one_of(&[
                 ToBoard::Stop,
                 ToBoard::Goodbye,
                 ToBoard::Heartbeat,
@@ -65,7 +65,7 @@ fn act(random: &mut Random, now_us: u64) -> Act {
             ]));
         }
     };
-    Act::Command(command)
+    Action::Command(command)
 }
 
 /// A host without any plan on a line that loses some of everything; how many ticks were
@@ -80,8 +80,8 @@ pub fn run(seed: u64) -> (u64, usize) {
     }
     let share = random.one_of(&[0.0, 0.0, 0.001, 0.01]);
     let clock_ms = random.below(20_000);
-    let events = overheard(
-        Free::new(acts, RUN_US),
+    let events = tapped_run(
+        ScriptedHost::new(acts, RUN_US),
         plant([0.05, -0.05], true),
         seed,
         |now_ms, bench, board| {

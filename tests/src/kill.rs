@@ -100,9 +100,9 @@ pub fn kill(count: u64, folder: &Path, victim: &str) -> Vec<(PathBuf, u64)> {
     killed
 }
 
-/// What we read of a log.
+/// Part of a log that survived the kill.
 #[derive(Default)]
-pub struct Looked {
+pub struct RecoveredLog {
     /// Records.
     pub ticks: usize,
     /// Time of the last event on the host's clock.
@@ -111,24 +111,24 @@ pub struct Looked {
     pub missing_ms: u64,
 }
 
-/// All ticks are there but for the last second.
-pub fn look(path: &Path, killed_ns: u64) -> Looked {
+/// Reads a log, and checks that at most its last second is missing.
+pub fn read_recovered(path: &Path, killed_ns: u64) -> RecoveredLog {
     let Ok(recording) = Recording::load(path) else {
         // Killed before it had anything to lose.
         let len = path.metadata().map_or(0, |file| file.len());
         assert!(len < 60_000, "{len} bytes of {}", path.display());
-        return Looked::default();
+        return RecoveredLog::default();
     };
     assert_eq!(recording.damage.len(), 1, "{:?}", recording.damage);
     let records = recording.records();
     let ticks = records.iter().map(|record| record.tick);
     assert!(ticks.eq(0..records.len() as u32), "{}", path.display());
     let Some(last) = recording.events.last() else {
-        return Looked::default();
+        return RecoveredLog::default();
     };
     let missing_ms = killed_ns.saturating_sub(last.host_ns) / 1_000_000;
     assert!(missing_ms <= 1_000, "{missing_ms} ms of {}", path.display());
-    Looked {
+    RecoveredLog {
         ticks: records.len(),
         last_ns: last.host_ns,
         missing_ms,
@@ -159,10 +159,10 @@ pub fn read_alike(killed: &[(PathBuf, u64)]) -> Vec<u64> {
     assert_eq!(theirs.len(), killed.len());
     let mut missing_ms = Vec::new();
     for ((path, at_ns), theirs) in killed.iter().zip(theirs) {
-        let looked = look(path, *at_ns);
-        assert_eq!(theirs["ticks"], looked.ticks, "{theirs}");
-        assert_eq!(theirs["last_ns"], looked.last_ns, "{theirs}");
-        missing_ms.push(looked.missing_ms);
+        let recovered = read_recovered(path, *at_ns);
+        assert_eq!(theirs["ticks"], recovered.ticks, "{theirs}");
+        assert_eq!(theirs["last_ns"], recovered.last_ns, "{theirs}");
+        missing_ms.push(recovered.missing_ms);
     }
     missing_ms.sort_unstable();
     missing_ms

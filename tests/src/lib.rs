@@ -10,8 +10,8 @@
 
 pub mod arms;
 pub mod cable;
-pub mod caller;
 pub mod channel_host;
+pub mod command_host;
 pub mod experiments;
 pub mod fault_campaign;
 pub mod free_host;
@@ -25,9 +25,9 @@ pub mod served_board;
 pub mod served_servos;
 pub mod streams;
 pub mod synthetic;
+pub mod tapped_bench;
 pub mod torque_off;
 pub mod trace;
-pub mod world;
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
 use armbridge_shared::JOINTS;

@@ -11,7 +11,7 @@ use armbridge_client::session::BoardMessage;
 use armbridge_shared::link::message::{Command, Fault, Mode, Record, StopSource};
 use armbridge_tests::random::Random;
 
-use super::slow::Rig;
+use super::slow_motion::Rig;
 use super::stop;
 use super::tap::OFF;
 

@@ -3,20 +3,20 @@
 //!
 //! | what fails              | time         | bound                               |
 //! |-------------------------|--------------|-------------------------------------|
-//! | the host's process dies | lockstep     | [`from_outside`]                    |
-//! | the bus falls silent    | lockstep     | [`from_outside`]                    |
-//! | garbage on the link     | both         | [`from_outside`], [`flood`]         |
-//! | panic, hard fault, stack overflow, hang | slow motion | [`from_inside`]      |
+//! | the host's process dies | lockstep     | [`external`]                    |
+//! | the bus falls silent    | lockstep     | [`external`]                    |
+//! | garbage on the link     | both         | [`external`], [`flood`]         |
+//! | panic, hard fault, stack overflow, hang | slow motion | [`internal`]      |
 //!
 //! In lockstep time is the bench's, so that bounds are kept to the µs however busy
 //! the machine is. A board that fails in itself is reset, which no bench can
 //! follow: there QEMU's clock counts instructions, and the bound is held against
 //! the board's own clock, as it stands in its log.
 
+mod driving_host;
+mod external;
 mod flood;
-mod from_inside;
-mod from_outside;
-mod pilot;
-mod slow;
+mod internal;
+mod slow_motion;
 mod stop;
 mod tap;

@@ -1,10 +1,10 @@
 //! Experiments on the virtual arm: what each does, how each ends, why one may not be.
 
-mod begins;
-mod chance;
-mod ends;
+mod end;
+mod random;
 mod refusals;
 mod signals;
+mod start;
 
 use armbridge_client::event::{Event, EventKind};
 use armbridge_shared::experiment::Signal;
@@ -12,7 +12,7 @@ use armbridge_shared::link::experiment::{Conclusion, Experiment, Role};
 use armbridge_shared::link::message::{Command, Drive, Record, Refusal, ToHost};
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
-use armbridge_tests::world::{Act, Free, overheard, records};
+use armbridge_tests::tapped_bench::{Action, ScriptedHost, records, tapped_run};
 
 /// When experiments are asked for, in µs: the arm has come to rest.
 const BEGIN_US: u64 = 1_500_000;
@@ -38,14 +38,14 @@ fn experiment(roles: [Role; 2], duration_s: f32) -> Experiment {
 }
 
 /// Events of a host that holds the arm at these angles, and then acts.
-fn heard_at(angle_rad: [f32; 2], acts: &[(u64, Act)], until_us: u64) -> Vec<Event> {
+fn heard_at(angle_rad: [f32; 2], acts: &[(u64, Action)], until_us: u64) -> Vec<Event> {
     let begin = [
-        (150_000, Act::Command(Command::Arm { session: 0 })),
-        (200_000, Act::Command(Command::Regulate(angle_rad))),
+        (150_000, Action::Command(Command::Arm { session: 0 })),
+        (200_000, Action::Command(Command::Regulate(angle_rad))),
     ];
     let acts = begin.into_iter().chain(acts.iter().copied());
-    overheard(
-        Free::new(acts, until_us),
+    tapped_run(
+        ScriptedHost::new(acts, until_us),
         arm_at(angle_rad),
         1,
         |_, _, _| {},
@@ -59,7 +59,7 @@ fn arm_at(angle_rad: [f32; 2]) -> PlantConfig {
 
 /// Events of one experiment from these angles.
 fn heard_of(angle_rad: [f32; 2], plan: Experiment) -> Vec<Event> {
-    let acts = [(BEGIN_US, Act::Command(Command::Experiment(plan)))];
+    let acts = [(BEGIN_US, Action::Command(Command::Experiment(plan)))];
     let until_us = BEGIN_US + (plan.duration_s * 1e6) as u64 + 1_500_000;
     heard_at(angle_rad, &acts, until_us)
 }

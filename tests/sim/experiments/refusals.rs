@@ -6,7 +6,7 @@ use armbridge_shared::experiment::{Flaw, Signal};
 use armbridge_shared::link::experiment::{Experiment, Measure, Objection, Role};
 use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Command, Drive, Refusal, Settings, Setup};
-use armbridge_tests::world::{Act, records};
+use armbridge_tests::tapped_bench::{Action, records};
 
 use super::{BEGIN_US, ENVELOPE, during, experiment, heard_at, refusals};
 
@@ -14,7 +14,7 @@ use super::{BEGIN_US, ENVELOPE, during, experiment, heard_at, refusals};
 #[track_caller]
 fn objection(angle_rad: [f32; 2], plan: Experiment) -> Objection {
     // Long enough to see that it does not begin: one of the plans would take ten minutes.
-    let acts = [(BEGIN_US, Act::Command(Command::Experiment(plan)))];
+    let acts = [(BEGIN_US, Action::Command(Command::Experiment(plan)))];
     let events = heard_at(angle_rad, &acts, BEGIN_US + 1_500_000);
     assert!(during(&events).is_empty());
     let last = records(&events).last().unwrap();
@@ -221,8 +221,11 @@ fn an_arm_that_moves_faster_than_the_experiment_allows() {
     let events = heard_at(
         [0.0, 0.0],
         &[
-            (BEGIN_US, Act::Command(Command::Torque([0.0, 0.3]))),
-            (BEGIN_US + 150_000, Act::Command(Command::Experiment(slow))),
+            (BEGIN_US, Action::Command(Command::Torque([0.0, 0.3]))),
+            (
+                BEGIN_US + 150_000,
+                Action::Command(Command::Experiment(slow)),
+            ),
         ],
         BEGIN_US + 200_000,
     );
@@ -243,21 +246,24 @@ fn an_arm_that_moves_faster_than_the_experiment_allows() {
 /// Not armed, and a set-up that is replaced meanwhile.
 #[test]
 fn what_the_supervisor_refuses() {
-    let outcome = |acts: &[(u64, Act)]| -> (Vec<Refusal>, Vec<Event>) {
+    let outcome = |acts: &[(u64, Action)]| -> (Vec<Refusal>, Vec<Event>) {
         let events = heard_at([0.0, 0.0], acts, BEGIN_US + 400_000);
         (refusals(&events), events)
     };
     let plan = experiment([Role::Hold; 2], 5.0);
     let (disarmed, _) = outcome(&[
-        (BEGIN_US, Act::Command(Command::Idle)),
-        (BEGIN_US + 100_000, Act::Command(Command::Experiment(plan))),
+        (BEGIN_US, Action::Command(Command::Idle)),
+        (
+            BEGIN_US + 100_000,
+            Action::Command(Command::Experiment(plan)),
+        ),
     ]);
     assert_eq!(disarmed, [Refusal::Disarmed]);
     let (replaced, events) = outcome(&[
-        (BEGIN_US, Act::Command(Command::Experiment(plan))),
+        (BEGIN_US, Action::Command(Command::Experiment(plan))),
         (
             BEGIN_US + 100_000,
-            Act::Command(Command::Configure(Setup::best())),
+            Action::Command(Command::Configure(Setup::best())),
         ),
     ]);
     assert_eq!(replaced, [Refusal::NotIdle]);

@@ -3,7 +3,7 @@
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{ExperimentEnd, HELD_S, Role};
 use armbridge_shared::link::message::{Drive, Guards, Record};
-use armbridge_tests::world::records;
+use armbridge_tests::tapped_bench::records;
 
 use super::{after, conclusions, during, expected, experiment, heard_of};
 

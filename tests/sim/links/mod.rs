@@ -3,5 +3,5 @@
 
 mod exchange;
 mod hosts;
-mod station;
+mod session;
 mod unplugged;

@@ -7,7 +7,7 @@ use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::{ReadError, Recording};
 use armbridge_shared::link::message::ToHost;
 
-use super::talk::{Random, Talk};
+use super::random_messages::{Random, Talk};
 use super::{facts, folder};
 
 /// Ticks of the log that is damaged here: some megabytes, so several chunks.

@@ -1,10 +1,10 @@
 //! A recorder that is killed leaves all but the last second.
 
-use armbridge_tests::kill::{kill, look, read_alike, record_until_killed};
+use armbridge_tests::kill::{kill, read_alike, read_recovered, record_until_killed};
 
 use super::folder;
 
-const VICTIM: &str = "log::kill::records_until_it_is_killed";
+const CHILD_TEST: &str = "log::kill::records_until_it_is_killed";
 
 /// Not a test unless one of those below starts it.
 #[test]
@@ -14,15 +14,17 @@ fn records_until_it_is_killed() {
 
 #[test]
 fn a_kill_takes_the_last_second_at_most() {
-    let killed = kill(20, &folder("killed"), VICTIM);
-    let looked = killed.iter().map(|(path, at_ns)| look(path, *at_ns).ticks);
-    assert!(looked.filter(|ticks| *ticks > 500).count() > 10);
+    let killed = kill(20, &folder("killed"), CHILD_TEST);
+    let recovered = killed
+        .iter()
+        .map(|(path, at_ns)| read_recovered(path, *at_ns).ticks);
+    assert!(recovered.filter(|ticks| *ticks > 500).count() > 10);
 }
 
 /// A hundred are in the campaign.
 #[test]
 #[ignore = "needs the Python packages: run `cargo verify`"]
 fn the_mcap_package_reads_as_much_of_eight_that_were_killed() {
-    let missing_ms = read_alike(&kill(8, &folder("killed_8"), VICTIM));
+    let missing_ms = read_alike(&kill(8, &folder("killed_8"), CHILD_TEST));
     assert_eq!(missing_ms.len(), 8);
 }

@@ -5,10 +5,10 @@ mod damage;
 mod export;
 mod kill;
 mod python;
+mod random_messages;
 mod raw;
 mod round_trip;
 mod schema;
-mod talk;
 
 use std::path::PathBuf;
 

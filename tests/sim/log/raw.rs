@@ -5,7 +5,7 @@ use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::{Reader, Recording};
 use armbridge_shared::link::message::ToHost;
 
-use super::talk::{Random, Talk};
+use super::random_messages::{Random, Talk};
 use super::{facts, folder};
 
 #[test]

@@ -5,7 +5,7 @@ use armbridge_log::recorder::Recorder;
 use armbridge_log::recording::Recording;
 use armbridge_shared::link::message::ToHost;
 
-use super::talk::{Random, Talk};
+use super::random_messages::{Random, Talk};
 use super::{facts, folder};
 
 /// An event as bytes: NaN is equal to itself in them.

@@ -1,5 +1,5 @@
 //! The link's events, through the board's code again.
 
-mod broken;
 mod campaigns;
-mod orders;
+mod commands;
+mod damaged_logs;

@@ -44,7 +44,7 @@ pub(crate) struct Test<'a> {
     pub(crate) random: Random,
     encoder: Encoder,
     /// Decodes what the board receives.
-    overheard: Decoder,
+    tapped_run: Decoder,
     /// Received since the last stream, with its number.
     received: Vec<Received<ToBoard>>,
     records: Decoder,
@@ -72,7 +72,7 @@ impl<'a> Test<'a> {
             },
             random: Random::new(seed),
             encoder: Encoder::default(),
-            overheard: Decoder::default(),
+            tapped_run: Decoder::default(),
             received: Vec::new(),
             records: Decoder::default(),
             seen: Seen::default(),
@@ -115,7 +115,7 @@ impl<'a> Test<'a> {
     pub(crate) fn receive(&mut self, stream: &[u8]) {
         let received = stream
             .iter()
-            .filter_map(|byte| self.overheard.push(*byte)?.ok());
+            .filter_map(|byte| self.tapped_run.push(*byte)?.ok());
         self.received = received.collect();
         self.link.receive(stream);
     }

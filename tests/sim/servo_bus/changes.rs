@@ -7,7 +7,7 @@ use armbridge_client::servo_bus::scan::{Area, scan};
 use armbridge_client::servo_table::{AX12A, Register};
 use armbridge_shared::servo::Firmware;
 
-use super::fake::{Bus, FakeLine, Stock, client};
+use super::scripted_line::{Bus, FakeLine, Stock, client};
 
 fn register(name: &str) -> &'static Register {
     AX12A.by_name(name).unwrap()

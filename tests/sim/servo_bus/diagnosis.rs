@@ -10,7 +10,7 @@ use armbridge_client::servo_table::{AX12A, MORPHEUS};
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::protocol1::Alarms;
 
-use super::fake::{FLUSH, FakeLine, client};
+use super::scripted_line::{FLUSH, FakeLine, client};
 
 /// Answers of servo 1 and 2 to a ping.
 const PONG_1: [u8; 6] = [0xAA, 3, 0xFE, 1, 1, 0xF9];

@@ -3,5 +3,5 @@
 
 mod changes;
 mod diagnosis;
-mod fake;
 mod live;
+mod scripted_line;

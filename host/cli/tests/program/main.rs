@@ -4,9 +4,9 @@
 
 mod cli;
 mod identification;
+mod inspect;
 mod links;
 mod live;
-mod look;
 mod run;
 mod servo_bus;
 mod servos;

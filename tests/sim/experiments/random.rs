@@ -5,7 +5,7 @@ use armbridge_shared::link::message::{Command, Mode};
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::experiments::{experiment, number};
 use armbridge_tests::random::Random;
-use armbridge_tests::world::{Act, Free, overheard, records, replay};
+use armbridge_tests::tapped_bench::{Action, ScriptedHost, records, replay, tapped_run};
 
 use super::{arm_at, conclusions, during, refusals};
 
@@ -13,13 +13,13 @@ fn run(seed: u64) -> (usize, usize) {
     let mut random = Random::new(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
     let angle = |random: &mut Random| random.below(1_000) as f32 * 1e-3 - 0.5;
     let from = [angle(&mut random), angle(&mut random)];
-    let mut acts = vec![(150_000, Act::Command(Command::Arm { session: 0 }))];
+    let mut acts = vec![(150_000, Action::Command(Command::Arm { session: 0 }))];
     let mut at_us = 200_000;
     for _ in 0..4 {
-        acts.push((at_us, Act::Command(Command::Regulate(from))));
+        acts.push((at_us, Action::Command(Command::Regulate(from))));
         at_us += 900_000;
         let plan = experiment(&mut random, number);
-        acts.push((at_us, Act::Command(Command::Experiment(plan))));
+        acts.push((at_us, Action::Command(Command::Experiment(plan))));
         at_us += (plan.duration_s * 1e6) as u64 + 300_000;
     }
     let config = PlantConfig {
@@ -28,9 +28,14 @@ fn run(seed: u64) -> (usize, usize) {
         ..arm_at(from)
     };
     let mut most_rad: f64 = 0.0;
-    let events = overheard(Free::new(acts, at_us), config, seed, |_, bench, _| {
-        most_rad = most_rad.max(bench.plant().state().q.amax());
-    });
+    let events = tapped_run(
+        ScriptedHost::new(acts, at_us),
+        config,
+        seed,
+        |_, bench, _| {
+            most_rad = most_rad.max(bench.plant().state().q.amax());
+        },
+    );
     let report = replay(&events);
     assert_eq!(
         report.differing + report.answers_differing,

@@ -1,4 +1,4 @@
-//! A bench whose link is listened to.
+//! A bench with a tap on its link, and a host with a script of actions.
 
 use std::collections::VecDeque;
 
@@ -14,8 +14,8 @@ use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
 use armbridge_sim::plant::{Plant, PlantConfig};
 
-/// A host, and every message between it and the board.
-pub struct Overheard<H> {
+/// Host with a tap: every message between it and the board.
+pub struct TappedHost<H> {
     /// The host.
     pub host: H,
     decoder: LinkDecoder,
@@ -24,7 +24,7 @@ pub struct Overheard<H> {
     outgoing: Vec<u8>,
 }
 
-impl<H> Overheard<H> {
+impl<H> TappedHost<H> {
     /// No events yet.
     pub fn new(host: H) -> Self {
         Self {
@@ -36,24 +36,24 @@ impl<H> Overheard<H> {
     }
 }
 
-impl<H: Host> Host for Overheard<H> {
+impl<H: Host> Host for TappedHost<H> {
     type Error = H::Error;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
         self.outgoing.clear();
         self.outgoing.extend_from_slice(self.host.transmit(now_us)?);
         let events = &mut self.events;
-        let hear = |event| events.push(event);
+        let push = |event| events.push(event);
         self.decoder
-            .take(Direction::ToBoard, now_us * 1_000, &self.outgoing, hear);
+            .take(Direction::ToBoard, now_us * 1_000, &self.outgoing, push);
         Ok(&self.outgoing)
     }
 
     fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
         let events = &mut self.events;
-        let hear = |event| events.push(event);
+        let push = |event| events.push(event);
         self.decoder
-            .take(Direction::ToHost, now_us * 1_000, bytes, hear);
+            .take(Direction::ToHost, now_us * 1_000, bytes, push);
         self.host.receive(now_us, bytes)
     }
 
@@ -74,7 +74,7 @@ pub fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).expect("default set-up");
     let bench = Bench::new(Plant::new(config, seed));
-    let mut run = Cosim::new(board, bench, Overheard::new(PlanRunner::new(script)));
+    let mut run = Cosim::new(board, bench, TappedHost::new(PlanRunner::new(script)));
     run.run().expect("a run");
     run.host.events
 }
@@ -82,26 +82,26 @@ pub fn recorded(config: PlantConfig, seed: u64, script: Script) -> Vec<Event> {
 /// Replays with other settings.
 ///
 /// # Panics
-/// If there can be no such settings.
+/// If the board refuses these settings.
 pub fn replay_with(events: &[Event], changes: Changes) -> Report {
-    let mut player = Replayer::new(changes).expect("default set-up");
+    let mut replayer = Replayer::new(changes).expect("default set-up");
     for event in events {
-        player.take(event).expect("settings that can be");
+        replayer.take(event).expect("valid settings");
     }
-    player.finish().expect("settings that can be")
+    replayer.finish().expect("valid settings")
 }
 
-/// Replays as it was.
+/// Replays with the log's own settings.
 ///
 /// # Panics
-/// If the log's settings are none.
+/// If the board refuses the log's settings.
 pub fn replay(events: &[Event]) -> Report {
     replay_with(events, Changes::default())
 }
 
-/// An action of a free host.
+/// Action of a [`ScriptedHost`].
 #[derive(Clone, Copy, Debug)]
-pub enum Act {
+pub enum Action {
     /// A command; arming quotes the session last reported by the board.
     Command(Command),
     /// A message, sent once.
@@ -110,23 +110,23 @@ pub enum Act {
     Silence(u64),
 }
 
-/// A host that acts by a script, whatever the board sends.
+/// A host that actions by a script, whatever the board sends.
 #[derive(Debug)]
-pub struct Free {
+pub struct ScriptedHost {
     client: CommandLink,
-    acts: VecDeque<(u64, Act)>,
+    actions: VecDeque<(u64, Action)>,
     until_us: u64,
     now_us: u64,
     silent_us: u64,
     session: u32,
 }
 
-impl Free {
+impl ScriptedHost {
     /// Acts at these times in µs, in order.
-    pub fn new(acts: impl IntoIterator<Item = (u64, Act)>, until_us: u64) -> Self {
+    pub fn new(actions: impl IntoIterator<Item = (u64, Action)>, until_us: u64) -> Self {
         Self {
             client: CommandLink::default(),
-            acts: acts.into_iter().collect(),
+            actions: actions.into_iter().collect(),
             until_us,
             now_us: 0,
             silent_us: 0,
@@ -135,25 +135,25 @@ impl Free {
     }
 }
 
-impl Host for Free {
+impl Host for ScriptedHost {
     type Error = std::convert::Infallible;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
         self.now_us = now_us;
         while let Some((_, act)) = self
-            .acts
+            .actions
             .front()
             .is_some_and(|(at_us, _)| *at_us <= now_us)
-            .then(|| self.acts.pop_front())
+            .then(|| self.actions.pop_front())
             .flatten()
         {
             match act {
-                Act::Command(Command::Arm { .. }) => self.client.command(Command::Arm {
+                Action::Command(Command::Arm { .. }) => self.client.command(Command::Arm {
                     session: self.session,
                 }),
-                Act::Command(command) => self.client.command(command),
-                Act::Message(message) => self.client.send(message),
-                Act::Silence(lasts_us) => self.silent_us = now_us + lasts_us,
+                Action::Command(command) => self.client.command(command),
+                Action::Message(message) => self.client.send(message),
+                Action::Silence(lasts_us) => self.silent_us = now_us + lasts_us,
             }
         }
         if now_us < self.silent_us {
@@ -172,7 +172,10 @@ impl Host for Free {
     }
 
     fn wake_at_us(&self) -> u64 {
-        let act_us = self.acts.front().map_or(self.until_us, |(at_us, _)| *at_us);
+        let act_us = self
+            .actions
+            .front()
+            .map_or(self.until_us, |(at_us, _)| *at_us);
         let client_us = self.client.wake_at_us().max(self.silent_us);
         act_us.min(client_us).min(self.until_us)
     }
@@ -182,25 +185,25 @@ impl Host for Free {
     }
 }
 
-/// A free host's run on the bench, as events of the link; `meddle` may change the bench
-/// each ms.
+/// A scripted host's run on the bench, as events of the link; `each_ms` may change bench and
+/// board.
 ///
 /// # Panics
 /// If there is no default set-up.
-pub fn overheard(
-    host: Free,
+pub fn tapped_run(
+    host: ScriptedHost,
     config: PlantConfig,
     seed: u64,
-    mut meddle: impl FnMut(u64, &mut Bench, &mut VirtualBoard<'_>),
+    mut each_ms: impl FnMut(u64, &mut Bench, &mut VirtualBoard<'_>),
 ) -> Vec<Event> {
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).expect("default set-up");
     let bench = Bench::new(Plant::new(config, seed));
-    let mut run = Cosim::new(board, bench, Overheard::new(host));
+    let mut run = Cosim::new(board, bench, TappedHost::new(host));
     let mut next_us = 0;
     while !run.host.is_done() {
         if run.now_us() >= next_us {
-            meddle(next_us / 1_000, &mut run.bench, &mut run.board);
+            each_ms(next_us / 1_000, &mut run.bench, &mut run.board);
             next_us += 1_000;
         }
         let Ok(()) = run.step_until(next_us);

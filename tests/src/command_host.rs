@@ -27,7 +27,7 @@ pub enum Request {
 
 /// A host that sends its commands once the board is idle, and waits for some ticks after
 /// the last answer.
-pub struct Caller {
+pub struct CommandHost {
     client: CommandLink,
     requests: VecDeque<Request>,
     /// Messages of the board.
@@ -49,7 +49,18 @@ pub struct Received {
     pub records: Vec<Record>,
 }
 
-impl Caller {
+impl CommandHost {
+    /// Sends these requests in order.
+    pub fn new(requests: impl IntoIterator<Item = Request>) -> Self {
+        Self {
+            client: CommandLink::default(),
+            requests: requests.into_iter().collect(),
+            received: Received::default(),
+            is_idle: false,
+            ticks_left: 20,
+        }
+    }
+
     fn take(&mut self, message: BoardMessage) {
         match message {
             BoardMessage::Other(ToHost::Board(report)) => {
@@ -74,7 +85,7 @@ impl Caller {
     }
 }
 
-impl Host for Caller {
+impl Host for CommandHost {
     type Error = Infallible;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
@@ -109,18 +120,7 @@ impl Host for Caller {
     }
 }
 
-/// A host with these commands.
-pub fn caller(requests: impl IntoIterator<Item = Request>) -> Caller {
-    Caller {
-        client: CommandLink::default(),
-        requests: requests.into_iter().collect(),
-        received: Received::default(),
-        is_idle: false,
-        ticks_left: 20,
-    }
-}
-
-/// An arm that leans.
+/// Bench with an arm that leans.
 pub fn bench() -> Bench {
     Bench::new(Plant::new(plant([0.1, -0.1], true), 1))
 }

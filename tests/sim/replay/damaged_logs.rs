@@ -7,8 +7,10 @@ use armbridge_shared::link::message::{
     Command, Controller, Gains, Record, Sample, Setup, ToBoard, ToHost,
 };
 use armbridge_tests::plant;
-use armbridge_tests::world::{Act, Free, overheard, recorded, records, replay, replay_with};
-use armbridge_tests::world::{assert_all_equal, assert_equal};
+use armbridge_tests::tapped_bench::{
+    Action, ScriptedHost, recorded, records, replay, replay_with, tapped_run,
+};
+use armbridge_tests::tapped_bench::{assert_all_equal, assert_equal};
 
 fn demo() -> Vec<Event> {
     let script = Script::demo(Setup::default(), 1_000_000);
@@ -97,9 +99,9 @@ fn a_gap_is_left_out_and_said() {
         (700_000, Command::Arm { session: 0 }),
         (720_000, Command::Regulate([0.1, 0.0])),
     ];
-    let acts = acts.map(|(at_us, command)| (at_us, Act::Command(command)));
-    let host = Free::new(acts, 1_000_000);
-    let events = overheard(host, plant([0.02, 0.0], true), 6, |_, _, _| {});
+    let acts = acts.map(|(at_us, command)| (at_us, Action::Command(command)));
+    let host = ScriptedHost::new(acts, 1_000_000);
+    let events = tapped_run(host, plant([0.02, 0.0], true), 6, |_, _, _| {});
     assert_all_equal(&replay(&events));
 
     let is_lost = |event: &Event| match event.kind {
@@ -140,17 +142,17 @@ fn a_log_may_begin_in_the_middle() {
     assert_eq!(middle.skipped[0].ticks, middle.records);
 
     let acts = [
-        (150_000, Act::Command(Command::Arm { session: 0 })),
-        (200_000, Act::Command(Command::Regulate([0.1, 0.0]))),
+        (150_000, Action::Command(Command::Arm { session: 0 })),
+        (200_000, Action::Command(Command::Regulate([0.1, 0.0]))),
         (
             500_300,
-            Act::Message(ToBoard::Hello(armbridge_shared::link::schema::HELLO)),
+            Action::Message(ToBoard::Hello(armbridge_shared::link::schema::HELLO)),
         ),
-        (700_000, Act::Command(Command::Arm { session: 0 })),
-        (720_000, Act::Command(Command::Regulate([0.0, 0.0]))),
+        (700_000, Action::Command(Command::Arm { session: 0 })),
+        (720_000, Action::Command(Command::Regulate([0.0, 0.0]))),
     ];
-    let host = Free::new(acts, 1_000_000);
-    let events = overheard(host, plant([0.1, 0.0], true), 7, |_, _, _| {});
+    let host = ScriptedHost::new(acts, 1_000_000);
+    let events = tapped_run(host, plant([0.1, 0.0], true), 7, |_, _, _| {});
     assert_equal(&replay(&events));
     let hello = events
         .iter()

@@ -4,7 +4,7 @@ use armbridge_client::event::Event;
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, ExperimentEnd, Role};
 use armbridge_shared::link::message::{Command, Drive, Fault, Mode, Record, ToBoard};
-use armbridge_tests::world::{Act, records};
+use armbridge_tests::tapped_bench::{Action, records};
 
 use super::{BEGIN_US, after, conclusions, during, experiment, heard_at, heard_of, refusals};
 
@@ -86,8 +86,8 @@ fn when_a_joint_is_too_fast() {
 fn when_the_host_is_quiet() {
     let plan = experiment([Role::Hold, Role::Pwm(Signal::Constant(30.0))], 60.0);
     let acts = [
-        (BEGIN_US, Act::Command(Command::Experiment(plan))),
-        (BEGIN_US + 500_000, Act::Silence(5_000_000)),
+        (BEGIN_US, Action::Command(Command::Experiment(plan))),
+        (BEGIN_US + 500_000, Action::Silence(5_000_000)),
     ];
     let events = heard_at([0.0, 0.0], &acts, BEGIN_US + 2_000_000);
     assert_eq!(only_end(&events), ExperimentEnd::HostQuiet);
@@ -115,10 +115,13 @@ fn when_the_host_wants_something_else() {
         Command::Experiment(other),
     ] {
         let acts = [
-            (BEGIN_US, Act::Command(Command::Experiment(plan))),
+            (BEGIN_US, Action::Command(Command::Experiment(plan))),
             // Sent again: nothing changes.
-            (BEGIN_US + 50_000, Act::Command(Command::Experiment(plan))),
-            (BEGIN_US + 100_000, Act::Command(command)),
+            (
+                BEGIN_US + 50_000,
+                Action::Command(Command::Experiment(plan)),
+            ),
+            (BEGIN_US + 100_000, Action::Command(command)),
         ];
         let events = heard_at([0.0, 0.0], &acts, BEGIN_US + 1_000_000);
         let ends: Vec<_> = conclusions(&events).iter().map(|it| it.end).collect();
@@ -144,8 +147,8 @@ fn when_torque_goes_off() {
     let plan = experiment(PUSH, 5.0);
     for message in [ToBoard::Stop, ToBoard::Goodbye] {
         let acts = [
-            (BEGIN_US, Act::Command(Command::Experiment(plan))),
-            (BEGIN_US + 100_000, Act::Message(message)),
+            (BEGIN_US, Action::Command(Command::Experiment(plan))),
+            (BEGIN_US + 100_000, Action::Message(message)),
         ];
         let events = heard_at([0.0, 0.0], &acts, BEGIN_US + 500_000);
         assert_eq!(conclusions(&events), []);

@@ -22,7 +22,7 @@ enum Stage {
 
 /// The host that drives the arm.
 #[derive(Debug)]
-pub(crate) struct Pilot {
+pub(crate) struct DrivingHost {
     /// For what else is to be commanded.
     pub(crate) client: CommandLink,
     drive: Command,
@@ -36,7 +36,7 @@ pub(crate) struct Pilot {
     flood_due_us: u64,
 }
 
-impl Pilot {
+impl DrivingHost {
     /// Will drive the arm so.
     pub(crate) fn new(drive: Command) -> Self {
         Self {
@@ -107,7 +107,7 @@ impl Pilot {
     }
 }
 
-impl Host for Pilot {
+impl Host for DrivingHost {
     type Error = Infallible;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {

@@ -8,8 +8,8 @@ use armbridge_shared::link::experiment::{Experiment, ExperimentEnd, Role};
 use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Command, Setup, ToBoard, ToHost};
 use armbridge_shared::link::motion::{Motion, Via};
-use armbridge_tests::world::assert_all_equal;
-use armbridge_tests::world::{Act, Free, overheard, recorded, replay};
+use armbridge_tests::tapped_bench::assert_all_equal;
+use armbridge_tests::tapped_bench::{Action, ScriptedHost, recorded, replay, tapped_run};
 use armbridge_tests::{computed_torque, plant};
 
 #[test]
@@ -124,9 +124,9 @@ fn every_order_is_taken_where_the_board_took_it() {
         (150_000, Command::Arm { session: 0 }),
     ];
     let acts = acts.into_iter().chain(script.commands);
-    let acts = acts.map(|(at_us, command)| (at_us, Act::Command(command)));
-    let host = Free::new(acts, script.duration_us);
-    let report = replay(&overheard(
+    let acts = acts.map(|(at_us, command)| (at_us, Action::Command(command)));
+    let host = ScriptedHost::new(acts, script.duration_us);
+    let report = replay(&tapped_run(
         host,
         plant([0.02, -0.02], true),
         3,
@@ -158,12 +158,12 @@ fn guards_do_the_same_again() {
         (2_300_000, Command::Arm { session: 0 }),
         (2_320_000, Command::Torque([0.3, 0.1])),
     ];
-    let acts = commands.map(|(at_us, command)| (at_us, Act::Command(command)));
-    let host = Free::new(acts, 3_000_000);
-    let events = overheard(host, plant([0.1, -0.1], true), 4, |_, _, _| {});
+    let acts = commands.map(|(at_us, command)| (at_us, Action::Command(command)));
+    let host = ScriptedHost::new(acts, 3_000_000);
+    let events = tapped_run(host, plant([0.1, -0.1], true), 4, |_, _, _| {});
     let report = replay(&events);
     assert_all_equal(&report);
-    let guarded = armbridge_tests::world::records(&events)
+    let guarded = armbridge_tests::tapped_bench::records(&events)
         .filter(|record| record.guards.bits() != 0)
         .count();
     assert!(guarded > 10, "{guarded}");
@@ -175,22 +175,22 @@ fn guards_do_the_same_again() {
 fn silence_is_taken_as_recorded() {
     let wave = motions()[3];
     let acts = [
-        (150_000, Act::Command(Command::Arm { session: 0 })),
-        (200_000, Act::Command(wave)),
-        (400_000, Act::Silence(300_000)),
-        (800_000, Act::Command(Command::Torque([0.02, 0.0]))),
-        (900_000, Act::Silence(200_000)),
-        (1_200_000, Act::Command(wave)),
-        (1_400_000, Act::Silence(800_000)),
-        (2_300_000, Act::Command(Command::ClearFault)),
-        (2_500_000, Act::Command(Command::Arm { session: 0 })),
-        (2_600_000, Act::Command(Command::Regulate([0.0; 2]))),
-        (2_700_000, Act::Message(ToBoard::Goodbye)),
-        (2_900_000, Act::Command(Command::Arm { session: 0 })),
-        (3_000_000, Act::Command(Command::Regulate([0.0; 2]))),
+        (150_000, Action::Command(Command::Arm { session: 0 })),
+        (200_000, Action::Command(wave)),
+        (400_000, Action::Silence(300_000)),
+        (800_000, Action::Command(Command::Torque([0.02, 0.0]))),
+        (900_000, Action::Silence(200_000)),
+        (1_200_000, Action::Command(wave)),
+        (1_400_000, Action::Silence(800_000)),
+        (2_300_000, Action::Command(Command::ClearFault)),
+        (2_500_000, Action::Command(Command::Arm { session: 0 })),
+        (2_600_000, Action::Command(Command::Regulate([0.0; 2]))),
+        (2_700_000, Action::Message(ToBoard::Goodbye)),
+        (2_900_000, Action::Command(Command::Arm { session: 0 })),
+        (3_000_000, Action::Command(Command::Regulate([0.0; 2]))),
     ];
-    let host = Free::new(acts, 3_300_000);
-    let report = replay(&overheard(host, plant([0.02, 0.0], true), 5, |_, _, _| {}));
+    let host = ScriptedHost::new(acts, 3_300_000);
+    let report = replay(&tapped_run(host, plant([0.02, 0.0], true), 5, |_, _, _| {}));
     assert_all_equal(&report);
     let adopted: Vec<_> = report.adopted.iter().map(|it| it.times).collect();
     assert_eq!(adopted, [1, 3], "{}", report.text());
@@ -235,12 +235,12 @@ fn experiments_begin_and_end_where_they_did() {
         (2_900_000, Command::Regulate([0.0; 2])),
         (3_400_000, Command::Experiment(long)),
     ];
-    let acts = commands.map(|(at_us, command)| (at_us, Act::Command(command)));
+    let acts = commands.map(|(at_us, command)| (at_us, Action::Command(command)));
     let acts = acts
         .into_iter()
-        .chain([(3_700_000, Act::Silence(2_000_000))]);
-    let host = Free::new(acts, 4_500_000);
-    let events = overheard(host, plant([0.0, 0.0], true), 8, |_, _, _| {});
+        .chain([(3_700_000, Action::Silence(2_000_000))]);
+    let host = ScriptedHost::new(acts, 4_500_000);
+    let events = tapped_run(host, plant([0.0, 0.0], true), 8, |_, _, _| {});
     let ends = events.iter().filter_map(|event| match event.kind {
         EventKind::Received(_, ToHost::Concluded(conclusion)) => Some(conclusion.end),
         _ => None,

@@ -21,7 +21,7 @@ use armbridge_sim::emulator::{Provocation, Qemu, QemuOptions, Time, log, qemu};
 use armbridge_sim::plant::Plant;
 use armbridge_tests::plant;
 
-use super::pilot::Pilot;
+use super::driving_host::DrivingHost;
 use super::tap::OFF;
 
 /// Longest wait for anything, of the wall clock: the machine may be busy.
@@ -45,7 +45,7 @@ pub(crate) struct Rig {
     qemu: Qemu,
     slow: u32,
     begun: Instant,
-    pub(crate) pilot: Pilot,
+    pub(crate) pilot: DrivingHost,
     pub(crate) bus: Arc<Mutex<Bus>>,
     log: Arc<Mutex<Vec<String>>>,
     servos: Option<JoinHandle<()>>,
@@ -75,14 +75,14 @@ impl Rig {
             qemu,
             slow,
             begun: Instant::now(),
-            pilot: Pilot::new(Command::Regulate([0.0; 2])),
+            pilot: DrivingHost::new(Command::Regulate([0.0; 2])),
             bus,
             log,
         }
     }
 
     /// Lets the pilot talk to the board until `is_it`.
-    pub(crate) fn until(&mut self, condition: &str, mut is_it: impl FnMut(&Pilot) -> bool) {
+    pub(crate) fn until(&mut self, condition: &str, mut is_it: impl FnMut(&DrivingHost) -> bool) {
         let begun = Instant::now();
         let mut bytes = [0; 4_096];
         self.qemu.link.set_read_timeout(Some(STEP)).unwrap();

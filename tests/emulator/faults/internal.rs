@@ -11,7 +11,7 @@ use armbridge_shared::link::message::{Command, End, LastEnd, Mode, Refusal, ToHo
 use armbridge_sim::emulator::{Failure, Provocation, qemu};
 use object::{Object, ObjectSymbol};
 
-use super::slow::Rig;
+use super::slow_motion::Rig;
 use super::stop;
 use super::tap::OFF;
 

@@ -18,7 +18,7 @@ use armbridge_shared::link::message::{Command, Drive, Fault, Setup, StopSource};
 use armbridge_sim::link_server::LinkServer;
 use armbridge_tests::sinusoid;
 
-use super::pilot::Pilot;
+use super::driving_host::DrivingHost;
 use super::tap::{OFF, pwm, run, until};
 
 /// A tick.
@@ -71,7 +71,7 @@ fn a_killed_host_is_a_silent_host() {
     let any_port: Endpoint = "tcp://127.0.0.1:0".parse().unwrap();
     let (listener, at) = any_port.listen().unwrap();
     let mut run = run(LinkServer::new(listener).unwrap());
-    let name = "faults::from_outside::a_killed_host_is_a_silent_host";
+    let name = "faults::external::a_killed_host_is_a_silent_host";
     let host = Process::new(std::env::current_exe().unwrap())
         .args(["--exact", name, "--ignored"])
         .env(LINK, at.to_string())
@@ -123,7 +123,7 @@ fn a_killed_host_is_a_silent_host() {
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn a_bus_that_stops_is_told_to_stop() {
-    let mut run = run(Pilot::new(Command::Regulate([0.0; 2])));
+    let mut run = run(DrivingHost::new(Command::Regulate([0.0; 2])));
     until(&mut run, 3_000_000, |run| {
         run.board.is_driven() && pwm(run) != OFF
     });
@@ -151,7 +151,7 @@ fn a_bus_that_stops_is_told_to_stop() {
 #[test]
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn a_flood_of_garbage_is_an_emergency_stop() {
-    let mut run = run(Pilot::new(Command::Regulate([0.0; 2])));
+    let mut run = run(DrivingHost::new(Command::Regulate([0.0; 2])));
     until(&mut run, 3_000_000, |run| {
         run.board.is_driven() && pwm(run) != OFF
     });

@@ -4,7 +4,7 @@ use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{ExperimentEnd, Role};
 use armbridge_shared::link::message::{Command, Drive, Record};
 use armbridge_shared::link::motion::Motion;
-use armbridge_tests::world::{Act, Free, overheard, records};
+use armbridge_tests::tapped_bench::{Action, ScriptedHost, records, tapped_run};
 
 use super::{BEGIN_US, arm_at, conclusions, during, experiment, heard_at, refusals};
 
@@ -13,11 +13,11 @@ use super::{BEGIN_US, arm_at, conclusions, during, experiment, heard_at, refusal
 fn from_armed() {
     let plan = experiment([Role::Hold, Role::Torque(Signal::Constant(0.03))], 0.5);
     let acts = [
-        (150_000, Act::Command(Command::Arm { session: 0 })),
-        (300_000, Act::Command(Command::Experiment(plan))),
+        (150_000, Action::Command(Command::Arm { session: 0 })),
+        (300_000, Action::Command(Command::Experiment(plan))),
     ];
-    let host = Free::new(acts, 1_000_000);
-    let events = overheard(host, arm_at([0.3, -0.2]), 1, |_, _, _| {});
+    let host = ScriptedHost::new(acts, 1_000_000);
+    let events = tapped_run(host, arm_at([0.3, -0.2]), 1, |_, _, _| {});
     assert_eq!(refusals(&events), []);
     let ticks = during(&events);
     assert_eq!(ticks.len(), 500);
@@ -45,9 +45,12 @@ fn from_a_motion() {
     };
     let plan = experiment([Role::Hold, Role::Angle(wave)], 2.0);
     let acts = [
-        (BEGIN_US, Act::Command(Command::Follow(motion))),
+        (BEGIN_US, Action::Command(Command::Follow(motion))),
         // Half way.
-        (BEGIN_US + 550_000, Act::Command(Command::Experiment(plan))),
+        (
+            BEGIN_US + 550_000,
+            Action::Command(Command::Experiment(plan)),
+        ),
     ];
     let events = heard_at([0.0, 0.0], &acts, BEGIN_US + 3_500_000);
     assert_eq!(refusals(&events), []);
