@@ -34,11 +34,11 @@ fn garbage_does_not_keep_the_tick_waiting() {
     let garbage = rig.flood((0..GARBAGE).map(|_| random.byte()).collect());
     rig.until("the end of the garbage", |_| garbage.is_finished());
     // A command after it is answered after it.
-    rig.pilot.client.command(Command::Idle);
+    rig.host.client.command(Command::Idle);
     rig.until_message("an answer", |message| matches!(message, BoardMessage::Done));
 
     let fault = Fault::EmergencyStop(StopSource::Flood);
-    let trip = rig.pilot.trip().unwrap();
+    let trip = rig.host.trip().unwrap();
     assert_eq!(trip.fault, fault);
     {
         let bus = rig.bus.lock().unwrap();
@@ -47,7 +47,7 @@ fn garbage_does_not_keep_the_tick_waiting() {
         assert_eq!(bus.pwm.last(), Some(&OFF));
     }
 
-    let flooded = rig.pilot.records().filter(|record| record.tick > trip.tick);
+    let flooded = rig.host.records().filter(|record| record.tick > trip.tick);
     let flooded: Vec<Record> = flooded.collect();
     assert!(flooded.len() >= TICKS, "{} ticks", flooded.len());
     assert!(
@@ -67,8 +67,8 @@ fn garbage_does_not_keep_the_tick_waiting() {
     );
 
     // And the board is as good as new.
-    rig.pilot.client.command(Command::ClearFault);
-    rig.until("servos", |pilot| {
-        pilot.last().is_some_and(|record| record.mode == Mode::Idle)
+    rig.host.client.command(Command::ClearFault);
+    rig.until("servos", |host| {
+        host.last().is_some_and(|record| record.mode == Mode::Idle)
     });
 }

@@ -15,10 +15,10 @@ use super::slow_motion::Rig;
 use super::stop;
 use super::tap::OFF;
 
-/// Slow enough for servos and pilot, which the machine may keep waiting.
+/// Slow enough for servos and host, which the machine may keep waiting.
 const SLOW: u32 = 50;
 /// When the firmware fails, in ms of its time: bring-up takes 30, arming two
-/// answers of the pilot.
+/// answers of the host.
 const AT_MS: u32 = 200;
 /// It fails in the first turn of the real-time loop after that: a tick later at the
 /// most, and a tick more where the machine wakes QEMU late.
@@ -40,14 +40,14 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
     };
     let mut rig = Rig::start(SLOW, Some(provocation));
     let driven_until = rig.until_driven();
-    let first = rig.pilot.report().unwrap();
+    let first = rig.host.report().unwrap();
     assert_eq!(first.last_end.cause, End::PowerUp, "not driven in time");
     let is_reset = |message: &BoardMessage| matches!(message, BoardMessage::Other(ToHost::Board(report)) if first.is_before_reset(report));
     rig.until_message("a reset", is_reset);
-    let end = rig.pilot.report().unwrap().last_end;
+    let end = rig.host.report().unwrap().last_end;
 
     // Driven until the end.
-    let last = rig.pilot.last().unwrap();
+    let last = rig.host.last().unwrap();
     assert!(last.mode.drive().is_some(), "{last:?}");
     assert!(
         (last.tick..=last.tick + TICKS).contains(&end.tick),
@@ -60,8 +60,8 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
     assert!(took_ms <= TURN_MS + bound_ms, "{took_ms} ms: {line}");
 
     // Disarmed, whatever the host thought of it.
-    rig.until("servos", |pilot| {
-        pilot.last().is_some_and(|record| record.mode == Mode::Idle)
+    rig.until("servos", |host| {
+        host.last().is_some_and(|record| record.mode == Mode::Idle)
     });
     let old = Command::Arm {
         session: first.session,
@@ -70,13 +70,13 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
         (old, Refusal::OtherSession),
         (Command::Regulate([0.0; 2]), Refusal::Disarmed),
     ] {
-        rig.pilot.client.command(command);
+        rig.host.client.command(command);
         let answer = rig.until_message("an answer", |message| {
             matches!(message, BoardMessage::Done | BoardMessage::Refused(_))
         });
         assert_eq!(answer, BoardMessage::Refused(refusal));
     }
-    let last = rig.pilot.last().unwrap();
+    let last = rig.host.last().unwrap();
     assert_eq!((last.mode, last.pwm_in_force), (Mode::Idle, OFF));
 
     let bus = rig.bus.lock().unwrap();

@@ -1,8 +1,8 @@
-//! An emulated board in slow motion, virtual servos on its bus, and a pilot.
+//! An emulated board in slow motion, virtual servos on its bus, and a host.
 //!
 //! QEMU's clock counts instructions at 8 ns each: while the board computes, its
 //! time passes with what it does and not with what else the machine does. While
-//! it waits, its time is the wall clock's, as is that of servos and pilot; the
+//! it waits, its time is the wall clock's, as is that of servos and host; the
 //! slower the motion, the less it matters when one of them is late.
 
 use std::io::{Read, Write};
@@ -45,7 +45,7 @@ pub(crate) struct Rig {
     qemu: Qemu,
     slow: u32,
     begun: Instant,
-    pub(crate) pilot: DrivingHost,
+    pub(crate) host: DrivingHost,
     pub(crate) bus: Arc<Mutex<Bus>>,
     log: Arc<Mutex<Vec<String>>>,
     servos: Option<JoinHandle<()>>,
@@ -75,31 +75,31 @@ impl Rig {
             qemu,
             slow,
             begun: Instant::now(),
-            pilot: DrivingHost::new(Command::Regulate([0.0; 2])),
+            host: DrivingHost::new(Command::Regulate([0.0; 2])),
             bus,
             log,
         }
     }
 
-    /// Lets the pilot talk to the board until `is_it`.
+    /// Lets the host talk to the board until `is_it`.
     pub(crate) fn until(&mut self, condition: &str, mut is_it: impl FnMut(&DrivingHost) -> bool) {
         let begun = Instant::now();
         let mut bytes = [0; 4_096];
         self.qemu.link.set_read_timeout(Some(STEP)).unwrap();
-        while !is_it(&self.pilot) {
+        while !is_it(&self.host) {
             assert!(
                 begun.elapsed() < PATIENCE,
                 "waited for {condition} in vain; log {:#?}, last message {:?}",
                 self.log.lock().unwrap(),
-                self.pilot.messages.last()
+                self.host.messages.last()
             );
             let now_us = self.begun.elapsed().as_micros() as u64 / u64::from(self.slow);
-            let Ok(say) = self.pilot.transmit(now_us);
+            let Ok(say) = self.host.transmit(now_us);
             self.qemu.link.write_all(say).unwrap();
             match self.qemu.link.read(&mut bytes) {
                 Ok(0) => panic!("QEMU is gone"),
                 Ok(count) => {
-                    let Ok(()) = self.pilot.receive(now_us, &bytes[..count]);
+                    let Ok(()) = self.host.receive(now_us, &bytes[..count]);
                 }
                 Err(error) => assert!(is_timeout(&error), "{error}"),
             }
@@ -112,24 +112,24 @@ impl Rig {
         condition: &str,
         mut is_it: impl FnMut(&BoardMessage) -> bool,
     ) -> BoardMessage {
-        let before = self.pilot.messages.len();
-        self.until(condition, |pilot| {
-            pilot.messages[before..].iter().any(&mut is_it)
+        let before = self.host.messages.len();
+        self.until(condition, |host| {
+            host.messages[before..].iter().any(&mut is_it)
         });
-        let mut messages = self.pilot.messages[before..].iter();
+        let mut messages = self.host.messages[before..].iter();
         *messages.find(|message| is_it(message)).unwrap()
     }
 
     /// Until the arm is driven. Returns how much had been on the bus before.
     pub(crate) fn until_driven(&mut self) -> usize {
-        self.until("the arm to be driven", |pilot| {
-            let last = pilot.last();
+        self.until("the arm to be driven", |host| {
+            let last = host.last();
             last.is_some_and(|record| record.mode.drive().is_some() && record.pwm_in_force != OFF)
         });
         self.bus.lock().unwrap().sent.len()
     }
 
-    /// Writes these bytes to the pilot's link, as fast as the board takes them.
+    /// Writes these bytes to the host's link, as fast as the board takes them.
     pub(crate) fn flood(&self, bytes: Vec<u8>) -> JoinHandle<()> {
         let mut link = self.qemu.link.try_clone().unwrap();
         std::thread::spawn(move || {
