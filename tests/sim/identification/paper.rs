@@ -200,7 +200,7 @@ fn no_motion_tells_the_scale() {
         assert!(fit.condition > 1e9, "{name}: {:e}", fit.condition);
         let words = fit.blind_spot().expect("a blind spot");
         assert!(words.contains("weight, which a scale"), "{words}");
-        // Ratios are told all the same.
+        // Ratios are reported all the same.
         let [b1, torque] = [Unknown::Viscous, Unknown::Torque].map(|u| fit.numbers.get(u));
         alike(name, b1 / torque, 0.24 / PUSH_NM, 0.02);
         println!("{name}: condition {:.1e}, {words}", fit.condition);

@@ -21,7 +21,7 @@ struct Loop {
     lose_every: usize,
 }
 
-/// The true angles and the torque told to the estimator, at one sample.
+/// The true angles and the torque given to the estimator, at one sample.
 struct Tick {
     q: Vector2<f64>,
     torque: Vector2<f64>,

@@ -154,7 +154,7 @@ fn zeros_and_signs_are_found_and_saved() {
         assert_eq!(found.direction, there.direction);
         assert!((f64::from(found.rad_per_count) - there.rad_per_count).abs() < 1e-9);
     }
-    // The board says what is in force.
+    // The board reports its settings in force.
     let settings = person.host.session.status().settings.unwrap();
     assert_eq!(settings.setup.joints, after);
     assert_eq!(dialogue.matches("as it should").count(), 2, "{dialogue}");

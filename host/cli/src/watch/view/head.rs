@@ -38,7 +38,7 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
         LinkLine::Parted(ns) => return lost(model, "LINK LOST", "the connection broke", ns),
         // A program on the transparent port has the bus: there are no ticks to tell of.
         LinkLine::Quiet(_) if model.board.mode() == Some(Mode::Passthrough) => {}
-        LinkLine::Quiet(ns) => return lost(model, "SILENT", "the board says nothing", ns),
+        LinkLine::Quiet(ns) => return lost(model, "SILENT", "no messages from the board", ns),
         LinkLine::Up => {}
     }
     let Some(mode) = model.board.mode() else {

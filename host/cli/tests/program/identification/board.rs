@@ -100,14 +100,14 @@ fn nothing_moves_without_a_yes() {
             .unwrap();
         let output = child.wait_with_output().unwrap();
         assert_ends(&output, 2, "nothing has moved");
-        let said = text(&output.stdout);
+        let output_text = text(&output.stdout);
         assert!(
-            said.contains("[-0.80 to +0.80 rad (-46 to +46°)]"),
-            "{said}"
+            output_text.contains("[-0.80 to +0.80 rad (-46 to +46°)]"),
+            "{output_text}"
         );
         assert!(text(&output.stderr).contains("will move"));
         // The picture that was asked about; no log.
-        let run = PathBuf::from(said.lines().last().unwrap());
+        let run = PathBuf::from(output_text.lines().last().unwrap());
         assert!(run.is_file() && !run.with_file_name("run.mcap").exists());
         board.until_off();
         assert_eq!(board.seen().mode, Mode::Idle, "{answer:?}");
@@ -177,9 +177,9 @@ fn find_apply_and_stand(link: &LinkUri, plan: &[String; 2]) {
         ("joint1.gain_counts_per_nm", 700.0),
     ];
     let keys = truth.map(|(key, _)| key);
-    let told = run(link, &[&["params"][..], &keys[..], &["--json"]].concat());
-    let told: serde_json::Value = serde_json::from_slice(&told.stdout).unwrap();
-    for (number, (key, truth)) in told.as_array().unwrap().iter().zip(truth) {
+    let parameters = run(link, &[&["params"][..], &keys[..], &["--json"]].concat());
+    let parameters: serde_json::Value = serde_json::from_slice(&parameters.stdout).unwrap();
+    for (number, (key, truth)) in parameters.as_array().unwrap().iter().zip(truth) {
         let found = number["value"].as_f64().unwrap();
         assert!((found / truth - 1.0).abs() < 0.15, "{key}: {found}");
     }
@@ -215,8 +215,8 @@ fn what_was_found_reaches_the_emulated_board_too() {
     board.args(["--quiet", "--plant", hidden.to_str().unwrap()]);
     let mut board = board.stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(board.stderr.take().unwrap()).lines();
-    let said = lines.next().unwrap().unwrap();
-    let name = said.strip_prefix("control link on ").unwrap();
+    let output_text = lines.next().unwrap().unwrap();
+    let name = output_text.strip_prefix("control link on ").unwrap();
     let link = name.split(';').next().unwrap().parse().unwrap();
     let performed = std::panic::catch_unwind(|| find_apply_and_stand(&link, &plan));
     board.kill().unwrap();

@@ -195,7 +195,7 @@ fn a_dry_run_shows_what_would_be_swept_and_needs_no_board() {
     let program = program_in(folder.clone());
     let output = program(&["identify", "run", "--plan", "sweep", "--dry-run"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let said = text(&output.stdout);
+    let output_text = text(&output.stdout);
     for words in [
         "8 steps in 20.0 s",
         "+0.00 to +1.10 rad (+0 to +63°)",
@@ -203,7 +203,7 @@ fn a_dry_run_shows_what_would_be_swept_and_needs_no_board() {
         "joint 1 held, joint 2 PWM pulses",
         "beyond 1.50 and 1.50 rad (86 and 86°)",
     ] {
-        assert!(said.contains(words), "no {words:?} in {said}");
+        assert!(output_text.contains(words), "no {words:?} in {output_text}");
     }
     let run = only_run(&folder);
     let svg = fs::read_to_string(run.join("preview.svg")).unwrap();
@@ -234,18 +234,18 @@ fn a_hidden_arm_is_identified_written_and_applied() {
         "hidden.toml",
     ];
     let output = program(&[&run[..], &["--apply", "--json"]].concat());
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{said}");
+    let output_text = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{output_text}");
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["applied"], true);
     // The board's gains with it.
     assert!(
-        said.contains("arm.b1_nm_s_rad") && said.contains("disc margin"),
-        "{said}"
+        output_text.contains("arm.b1_nm_s_rad") && output_text.contains("disc margin"),
+        "{output_text}"
     );
     assert!(
-        said.contains("keeps its settings across power-off"),
-        "{said}"
+        output_text.contains("keeps its settings across power-off"),
+        "{output_text}"
     );
     let run = only_run(&folder);
     let arm: toml::Table = fs::read_to_string(run.join("arm.toml"))
@@ -282,8 +282,8 @@ fn a_hanging_arm_is_identified() {
     fs::write(folder.join("hidden.toml"), hidden).unwrap();
     let run = ["identify", "run", "--json", "--plan", "plan.toml"];
     let output = program(&[&run[..], &["--plant", "hidden.toml"]].concat());
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{said}");
+    let output_text = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{output_text}");
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let numbers = report["fit"]["estimates"].as_array().unwrap();
     for (joint, name, truth) in [
@@ -328,14 +328,14 @@ fn uncertain_parameters_are_not_applied_even_with_yes() {
         "--yes",
     ];
     let output = program(&run);
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{said}");
+    let output_text = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{output_text}");
     for words in [
         "'s inertia has a 95 % interval of ±",
         "control needs ±20 %",
         "not applied",
     ] {
-        assert!(said.contains(words), "no {words:?} in {said}");
+        assert!(output_text.contains(words), "no {words:?} in {output_text}");
     }
     assert!(only_run(&folder).join("arm.toml").is_file());
 }
@@ -345,11 +345,12 @@ fn an_uninformative_plan_leaves_its_log_and_a_diagnosis() {
     let folder = crate::folder("identify-nothing");
     let program = program_in(folder.clone());
     let output = program(&["identify", "run", "--plan", "free-fall"]);
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{said}");
+    let output_text = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{output_text}");
     assert!(
-        said.contains("the arm is not identified: ") && said.contains("too short a log"),
-        "{said}"
+        output_text.contains("the arm is not identified: ")
+            && output_text.contains("too short a log"),
+        "{output_text}"
     );
     let run = only_run(&folder);
     assert!(run.join("run.mcap").is_file() && !run.join("arm.toml").exists());
