@@ -6,7 +6,8 @@ use std::collections::HashSet;
 
 use armbridge_analysis::paper;
 use armbridge_analysis::paper::{
-    Claim, Fall, Findings, Gains, Hanging, Linear, Model, Push, PwmLaw, Standing, Track, Verdict,
+    Claim, ConstantInput, DiscreteModel, Dynamics, Findings, FreeFall, Gains, LqrObserver, PwmLaw,
+    Regulation, Tracking, Verdict,
 };
 
 use crate::folder;
@@ -28,7 +29,7 @@ fn assert_verdicts<const N: usize>(claims: &[Claim], expected: [(&str, Verdict);
 
 #[test]
 fn energy_tells_the_printed_coriolis_matrix_from_the_right_one() {
-    let model = Model::find();
+    let model = Dynamics::compute();
     let [printed, sign, dimension, both] = model.drift_j;
     assert_near("as printed", printed, 0.5136, 1e-4);
     assert_near("sign mended", sign, 0.3175, 1e-4);
@@ -43,24 +44,24 @@ fn energy_tells_the_printed_coriolis_matrix_from_the_right_one() {
 
 #[test]
 fn the_digits_of_7_leave_one_inertia() {
-    let linear = Linear::find();
+    let discrete_model = DiscreteModel::compute();
     let intervals = [
-        (linear.i1x_reading, [0.02265346443, 0.02265556314]),
-        (linear.i1x_printed, [0.02286780818, 0.02286990689]),
-        (linear.i2y, [0.02265310904, 0.02265434449]),
+        (discrete_model.i1x_reading, [0.02265346443, 0.02265556314]),
+        (discrete_model.i1x_printed, [0.02286780818, 0.02286990689]),
+        (discrete_model.i2y, [0.02265310904, 0.02265434449]),
     ];
     for (found, expected) in intervals {
         assert_near("lower end", found[0], expected[0], 1e-10);
         assert_near("upper end", found[1], expected[1], 1e-10);
     }
-    assert_near("Euler's A", linear.euler_error[0], 0.127, 5e-4);
-    assert_near("Euler's B", linear.euler_error[1], 0.260, 5e-4);
-    assert_verdicts(&linear.claims(), [("model", Verdict::Explained)]);
+    assert_near("Euler's A", discrete_model.euler_error[0], 0.127, 5e-4);
+    assert_near("Euler's B", discrete_model.euler_error[1], 0.260, 5e-4);
+    assert_verdicts(&discrete_model.claims(), [("model", Verdict::Explained)]);
 }
 
 #[test]
 fn gains_are_those_printed_cut_to_two_decimals() {
-    let gains = Gains::find().expect("designs");
+    let gains = Gains::compute().expect("designs");
     let k = [(0, 0), (0, 2), (1, 1), (1, 3)].map(|at| cut(gains.k[at]));
     assert_eq!(k, [1.65, 0.22, 1.10, 0.20]);
     assert_eq!(gains.slow_poles[0], [[0.60, 0.75]]);
@@ -81,7 +82,11 @@ fn gains_are_those_printed_cut_to_two_decimals() {
 
 #[test]
 fn dry_friction_makes_one_arm_of_both_identifications() {
-    let (fall, push, pwm) = (Fall::find(), Push::find(), PwmLaw::find());
+    let (fall, push, pwm) = (
+        FreeFall::compute(),
+        ConstantInput::compute(),
+        PwmLaw::compute(),
+    );
     assert_near("fit without friction", fall.b1_without, 0.24, 1e-4);
     assert_near("fit with friction", fall.b1_with, 0.421, 1e-4);
     // What it takes depends on where the fall starts and how long it is seen.
@@ -113,24 +118,34 @@ fn dry_friction_makes_one_arm_of_both_identifications() {
 
 #[test]
 fn the_printed_observer_is_stable_and_soft_and_hangs_where_differences_stand() {
-    let hanging = Hanging::find().expect("designs");
-    assert_near("radius", hanging.radius[0], 0.8648, 1e-3);
-    assert_near("radius, delayed", hanging.radius[1], 0.9105, 1e-3);
+    let lqr_observer = LqrObserver::compute().expect("designs");
+    assert_near("radius", lqr_observer.spectral_radius[0], 0.8648, 1e-3);
+    assert_near(
+        "radius, delayed",
+        lqr_observer.spectral_radius[1],
+        0.9105,
+        1e-3,
+    );
     assert_near(
         "radius, differences",
-        hanging.radius_of_others[1],
+        lqr_observer.other_spectral_radii[1],
         0.8742,
         1e-3,
     );
-    let [full, printed, _] = hanging.stiffness;
+    let [full, printed, _] = lqr_observer.stiffness;
     assert_near("stiffness, full state", full[0], 1.0794, 1e-4);
     assert_near("stiffness, printed L", printed[0], 0.3493, 1e-4);
     assert_near("stiffness, printed L", printed[1], 0.2902, 1e-4);
-    assert_near("softening", hanging.softening(), 3.09, 0.0309);
-    assert_near("least gain", hanging.least_gain[1], 0.6203, 1e-4);
+    assert_near("softening", lqr_observer.softening(), 3.09, 0.0309);
+    assert_near(
+        "least gain",
+        lqr_observer.minimum_torque_gain[1],
+        0.6203,
+        1e-4,
+    );
     // With weak motors.
     assert!((paper::WEAK - 0.7).abs() < 1e-12);
-    let [difference, printed, ..] = hanging.weak_rest_rad;
+    let [difference, printed, ..] = lqr_observer.weak_rest_rad;
     assert_near("printed L", printed, 0.44, 0.03);
     assert!(difference < 0.1, "{difference} rad");
     // At nominal torque, and what mends it.
@@ -142,7 +157,7 @@ fn the_printed_observer_is_stable_and_soft_and_hangs_where_differences_stand() {
         board,
         compensated,
         filter,
-    ] = hanging.rest_rad;
+    ] = lqr_observer.rest_rad;
     assert_near("differences", difference, 0.0423, 0.003);
     assert_near("printed L", printed, 0.1134, 0.003);
     assert_near("printed poles", placed, 0.0628, 0.003);
@@ -150,46 +165,53 @@ fn the_printed_observer_is_stable_and_soft_and_hangs_where_differences_stand() {
     assert!(board < current, "{board} rad");
     assert!(compensated < 0.02, "{compensated} rad");
     assert!(filter < 0.01, "{filter} rad");
-    let filter_when_weak = hanging.weak_rest_rad[6];
+    let filter_when_weak = lqr_observer.weak_rest_rad[6];
     assert!(filter_when_weak < 0.02, "{filter_when_weak} rad");
-    assert_verdicts(&hanging.claims(), [("instability", Verdict::Explained)]);
+    assert_verdicts(
+        &lqr_observer.claims(),
+        [("instability", Verdict::Explained)],
+    );
 }
 
 #[test]
 fn with_a_delay_differences_oscillate_and_the_slow_observer_tracks() {
-    let track = Track::find().expect("designs");
-    let [difference, printed, ..] = track.delayed_rad;
+    let tracking = Tracking::compute().expect("designs");
+    let [difference, printed, ..] = tracking.delayed_rad;
     assert!((0.11..0.21).contains(&difference), "{difference} rad");
     assert!((0.018..0.029).contains(&printed), "{printed} rad");
-    assert!(track.prompt_rad[0] < 0.005, "{:?}", track.prompt_rad);
-    // The more aggressive observer falls; on the exact model it does not.
-    assert!(track.prompt_rad[2].is_infinite());
-    assert!(track.prompt_rad[3] < 0.002);
-    assert_eq!(track.last_omega, [14.0, 24.0]);
     assert!(
-        track.with_sent_torque.1 < 0.01,
+        tracking.undelayed_rad[0] < 0.005,
         "{:?}",
-        track.with_sent_torque
+        tracking.undelayed_rad
     );
-    let [slow, fast] = track.mended_rad;
+    // The more aggressive observer falls; on the exact model it does not.
+    assert!(tracking.undelayed_rad[2].is_infinite());
+    assert!(tracking.undelayed_rad[3] < 0.002);
+    assert_eq!(tracking.last_omega, [14.0, 24.0]);
+    assert!(
+        tracking.with_sent_torque.1 < 0.01,
+        "{:?}",
+        tracking.with_sent_torque
+    );
+    let [slow, fast] = tracking.corrected_rad;
     assert!(slow < 0.002 && fast < 2e-4, "{slow} and {fast} rad");
     let expected = [
         ("tracking", Verdict::Explained),
         ("aggressive", Verdict::Reproduced),
     ];
-    assert_verdicts(&track.claims(), expected);
+    assert_verdicts(&tracking.claims(), expected);
 }
 
 #[test]
 fn model_and_arm_stay_together_under_lqr() {
-    let standing = Standing::find().expect("designs");
-    assert!(standing.rest_rad < standing.explained_rad);
-    assert!(standing.settled_s < 1.3, "{} s", standing.settled_s);
-    assert_near("peak torque", standing.torque_nm[0], 0.8085, 0.005);
+    let regulation = Regulation::compute().expect("designs");
+    assert!(regulation.rest_rad < regulation.explained_rad);
+    assert!(regulation.settled_s < 1.3, "{} s", regulation.settled_s);
+    assert_near("peak torque", regulation.torque_nm[0], 0.8085, 0.005);
     // Faster sampling leaves what is static where it is.
-    assert!(standing.fast_rest_rad > 0.8 * standing.rest_rad);
-    assert!(standing.fast_rest_rad < standing.explained_rad);
-    assert_verdicts(&standing.claims(), [("standing", Verdict::Reproduced)]);
+    assert!(regulation.fast_rest_rad > 0.8 * regulation.rest_rad);
+    assert!(regulation.fast_rest_rad < regulation.explained_rad);
+    assert_verdicts(&regulation.claims(), [("regulation", Verdict::Reproduced)]);
 }
 
 fn figures(claims: &[Claim]) -> impl Iterator<Item = &paper::Figure> {
@@ -199,7 +221,7 @@ fn figures(claims: &[Claim]) -> impl Iterator<Item = &paper::Figure> {
 #[test]
 fn the_page_stands_alone_shows_everything_and_is_the_same_every_time() {
     let [(folder, claims, page), (_, _, again)] = ["paper-once", "paper-twice"].map(|name| {
-        let (folder, claims) = (folder(name), Findings::find().expect("designs").claims());
+        let (folder, claims) = (folder(name), Findings::compute().expect("designs").claims());
         let path = paper::write(&folder, &claims).expect("a report");
         let page = std::fs::read_to_string(path).expect("text");
         (folder, claims, page)
@@ -211,13 +233,13 @@ fn the_page_stands_alone_shows_everything_and_is_the_same_every_time() {
     ] {
         assert!(!page.contains(outside), "{outside} in the page");
     }
-    let mut in_paper: Vec<_> = figures(&claims).filter_map(|f| f.of_paper).collect();
+    let mut in_paper: Vec<_> = figures(&claims).filter_map(|f| f.paper_figure).collect();
     in_paper.sort_by_key(|name| name.len());
     let expected = ["Fig. 5", "Fig. 6", "Fig. 7", "Fig. 8", "Fig. 9", "Fig. 10"];
     assert_eq!(in_paper, expected);
     for figure in figures(&claims) {
         assert!(page.contains(&format!("<figure id=\"{}\">", figure.name)));
-        let name = figure.of_paper.unwrap_or("Not in the paper");
+        let name = figure.paper_figure.unwrap_or("Not in the paper");
         assert!(page.contains(&format!("<figcaption>{name}. ")));
         for ending in ["svg", "png"] {
             let file = folder.join(format!("{}.{ending}", figure.name));
@@ -262,6 +284,6 @@ fn assert_well_formed(page: &str) {
 #[test]
 fn a_folder_that_is_not_there_is_named() {
     let folder = folder("paper-nowhere").join("no-such-folder");
-    let error = paper::write(&folder, &Model::find().claims()).unwrap_err();
+    let error = paper::write(&folder, &Dynamics::compute().claims()).unwrap_err();
     assert!(error.to_string().contains("no-such-folder"), "{error}");
 }

@@ -10,8 +10,9 @@
 )]
 
 use armbridge_analysis::paper::identification::{
-    Fit, FitError, Numbers, PUSH_FROM_RAD, Sampled, Start, Unknown, VISCOUS, VISCOUS_COULOMB,
-    VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB, VISCOUS_TORQUE_INERTIA, VirtualArm, fit,
+    Fit, FitError, InitialState, JointParameters, PUSH_FROM_RAD, SampledExperiment, Unknown,
+    VISCOUS, VISCOUS_COULOMB, VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB, VISCOUS_TORQUE_INERTIA,
+    VirtualArm, fit,
 };
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Parameters, State};
@@ -38,19 +39,19 @@ fn reference(name: &str) -> &'static Value {
 }
 
 /// Not where it is.
-fn guess() -> Numbers {
-    Numbers {
+fn guess() -> JointParameters {
+    JointParameters {
         b1: 0.3,
         torque_nm: -0.35,
-        ..Numbers::of(&Parameters::paper())
+        ..JointParameters::from_arm(&Parameters::paper())
     }
 }
 
-fn found(sampled: &Sampled, unknowns: &[Unknown]) -> Fit {
+fn found(sampled: &SampledExperiment, unknowns: &[Unknown]) -> Fit {
     fit(std::slice::from_ref(sampled), unknowns, &guess()).expect("numbers")
 }
 
-/// Within a share of the larger of the two.
+/// Estimate a share of the larger of the two.
 fn alike(what: &str, found: f64, expected: f64, share: f64) {
     let error = (found - expected).abs();
     assert!(
@@ -61,7 +62,12 @@ fn alike(what: &str, found: f64, expected: f64, share: f64) {
 
 /// Fits of samples with several draws of noise against a line of the reference. Slopes are
 /// taken at the estimates, so what is made of them may differ by this share.
-fn compare(name: &str, unknowns: &[Unknown], share: f64, sampled: impl Fn(u64) -> Sampled) {
+fn compare(
+    name: &str,
+    unknowns: &[Unknown],
+    share: f64,
+    sampled: impl Fn(u64) -> SampledExperiment,
+) {
     let line = reference(name);
     let fits: Vec<Fit> = (1..=SEEDS)
         .map(|seed| found(&sampled(seed), unknowns))
@@ -71,13 +77,13 @@ fn compare(name: &str, unknowns: &[Unknown], share: f64, sampled: impl Fn(u64) -
         let deviation = number(&line["sd"][i]);
         let mut sum = 0.0;
         for fit in &fits {
-            let value = fit.numbers.get(*unknown);
+            let value = fit.parameters.get(*unknown);
             sum += value;
             let most = 4.0 * deviation;
             assert!((value - truth).abs() < most, "{name} {unknown:?}: {value}");
             // Of the reference's own draw as well.
             assert!((value - estimate).abs() < 1.5 * most, "{name}: {value}");
-            let per_noise = fit.error(*unknown) / fit.rms_rad;
+            let per_noise = fit.standard_error(*unknown) / fit.rms_rad;
             alike(name, per_noise, deviation / number(&line["rms"]), share);
         }
         let mean = sum / fits.len() as f64;
@@ -101,16 +107,16 @@ fn compare(name: &str, unknowns: &[Unknown], share: f64, sampled: impl Fn(u64) -
     }
     println!(
         "{name}: {:?}, condition {:.2}",
-        fits[0].numbers, fits[0].condition
+        fits[0].parameters, fits[0].condition
     );
 }
 
-fn pushed(duration_s: f64) -> impl Fn(u64) -> Sampled {
+fn pushed(duration_s: f64) -> impl Fn(u64) -> SampledExperiment {
     move |seed| VirtualArm::paper(0.24, 0.0, seed).constant_input(PUSH_NM, duration_s)
 }
 
-fn fallen(start: Start) -> impl Fn(u64) -> Sampled {
-    move |seed| Sampled {
+fn fallen(start: InitialState) -> impl Fn(u64) -> SampledExperiment {
+    move |seed| SampledExperiment {
         start,
         ..VirtualArm::paper(0.24, 0.0, seed).free_fall(0.1, 4.0)
     }
@@ -139,22 +145,25 @@ fn a_free_fall_tells_friction() {
         "ident free fall (b), q0 known",
         VISCOUS,
         0.01,
-        fallen(Start::Known),
+        fallen(InitialState::Known),
     );
     compare(
         "ident free fall (b,q0)",
         VISCOUS,
         0.01,
-        fallen(Start::AtRest),
+        fallen(InitialState::AtRest),
     );
     let unknowns = &[Unknown::Viscous, Unknown::Inertia];
     let name = "ident free fall (b,q0,M11)";
-    let (line, fit) = (reference(name), found(&fallen(Start::AtRest)(1), unknowns));
+    let (line, fit) = (
+        reference(name),
+        found(&fallen(InitialState::AtRest)(1), unknowns),
+    );
     // The reference has the start between the two.
     for (i, unknown) in [(0, Unknown::Viscous), (2, Unknown::Inertia)] {
         let (truth, deviation) = (number(&line["true"][i]), number(&line["sd"][i]));
-        assert!((fit.numbers.get(unknown) - truth).abs() < 4.0 * deviation);
-        let per_noise = fit.error(unknown) / fit.rms_rad;
+        assert!((fit.parameters.get(unknown) - truth).abs() < 4.0 * deviation);
+        let per_noise = fit.standard_error(unknown) / fit.rms_rad;
         alike(name, per_noise, deviation / number(&line["rms"]), 0.03);
     }
     assert!((fit.starts[0][0] - 0.1).abs() < 4.0 * number(&line["sd"][1]));
@@ -198,10 +207,10 @@ fn no_motion_tells_the_scale() {
     for (duration_s, name) in [(1.5, "T=1.5"), (3.0, "T=3.0")] {
         let fit = found(&pushed(duration_s)(1), SCALE);
         assert!(fit.condition > 1e9, "{name}: {:e}", fit.condition);
-        let words = fit.blind_spot().expect("a blind spot");
+        let words = fit.unidentifiable().expect("a blind spot");
         assert!(words.contains("weight, which a scale"), "{words}");
         // Ratios are reported all the same.
-        let [b1, torque] = [Unknown::Viscous, Unknown::Torque].map(|u| fit.numbers.get(u));
+        let [b1, torque] = [Unknown::Viscous, Unknown::Torque].map(|u| fit.parameters.get(u));
         alike(name, b1 / torque, 0.24 / PUSH_NM, 0.02);
         println!("{name}: condition {:.1e}, {words}", fit.condition);
         // With differences in place of exact slopes, their noise is what is left of a
@@ -215,7 +224,7 @@ fn no_motion_tells_the_scale() {
     }
     assert!(
         found(&pushed(3.0)(1), VISCOUS_TORQUE)
-            .blind_spot()
+            .unidentifiable()
             .is_none()
     );
 }
@@ -225,12 +234,12 @@ fn dry(coulomb_nm: f64, seed: u64) -> (VirtualArm, f64) {
     let from_rad = number(&reference(&format!("bias tc={coulomb_nm}"))["q0"]);
     let mut arm = VirtualArm::paper(0.24, coulomb_nm, seed);
     // The reference let go 15 % beyond where static friction does.
-    let gravity_nm = Numbers::of(&arm.arm).gravity_nm;
+    let gravity_nm = JointParameters::from_arm(&arm.arm).gravity_nm;
     arm.friction = Friction {
         static_nm: gravity_nm * (from_rad / 1.15).sin(),
         ..arm.friction
     };
-    assert!((arm.loose_rad() * 1.15 - from_rad).abs() < 1e-12);
+    assert!((arm.breakaway_rad() * 1.15 - from_rad).abs() < 1e-12);
     (arm, from_rad)
 }
 
@@ -246,23 +255,23 @@ fn dry_friction_is_taken_for_viscous_friction_by_a_fall() {
             assert!((stop_rad.to_degrees() - number(&line["stop_deg"])).abs() < 0.6);
 
             let viscous = found(&fall, VISCOUS);
-            let b1 = viscous.numbers.b1;
+            let b1 = viscous.parameters.b1;
             assert!((b1 - printed).abs() < 1e-3, "{coulomb_nm}: {b1}");
             alike("rms", viscous.rms_rad, number(&line["rms"]), 0.01);
 
             // With dry friction in the model, both come out.
             let both = found(&fall, VISCOUS_COULOMB);
-            let Numbers {
+            let JointParameters {
                 b1,
                 coulomb_nm: dry_nm,
                 ..
-            } = both.numbers;
+            } = both.parameters;
             assert!((b1 - 0.24).abs() < 1e-3, "{coulomb_nm}: {b1}");
             assert!((dry_nm - coulomb_nm).abs() < 4e-4, "{coulomb_nm}: {dry_nm}");
             if seed == 1 {
                 println!(
                     "{coulomb_nm} N m: viscous only {:.5}, {b1:.5} and {dry_nm:.5}",
-                    viscous.numbers.b1
+                    viscous.parameters.b1
                 );
             }
         }
@@ -275,13 +284,13 @@ fn the_papers_free_fall_comes_of_one_dry_friction() {
     for seed in 1..=SEEDS {
         let arm = VirtualArm::paper(0.239, coulomb_nm, seed);
         let fall = arm.paper_fall();
-        let b1 = found(&fall, VISCOUS).numbers.b1;
+        let b1 = found(&fall, VISCOUS).parameters.b1;
         assert!((b1 - 0.421).abs() < 1e-3, "viscous only: {b1}");
-        let Numbers {
+        let JointParameters {
             b1,
             coulomb_nm: dry_nm,
             ..
-        } = found(&fall, VISCOUS_COULOMB).numbers;
+        } = found(&fall, VISCOUS_COULOMB).parameters;
         assert!((b1 - 0.239).abs() < 1e-3, "with dry friction: {b1}");
         assert!((dry_nm - coulomb_nm).abs() < 4e-4, "dry friction: {dry_nm}");
         // "The system does not reach the actual equilibrium point at 180°."
@@ -298,8 +307,9 @@ fn a_constant_input_takes_dry_friction_for_torque() {
         for seed in 1..=SEEDS {
             let push = dry(coulomb_nm, seed).0.constant_input(PUSH_NM, 3.0);
             let one = found(&push, VISCOUS_TORQUE);
-            let (b1, torque_nm) = (one.numbers.b1, one.numbers.torque_nm);
-            let errors = [Unknown::Viscous, Unknown::Torque].map(|unknown| one.error(unknown));
+            let (b1, torque_nm) = (one.parameters.b1, one.parameters.torque_nm);
+            let errors =
+                [Unknown::Viscous, Unknown::Torque].map(|unknown| one.standard_error(unknown));
             assert!((torque_nm - PUSH_NM - coulomb_nm).abs() < 4.0 * errors[1]);
             assert!((b1 - 0.24).abs() < 4.0 * errors[0], "{coulomb_nm}: {b1}");
             let [expected_b1, expected_nm] =
@@ -312,9 +322,9 @@ fn a_constant_input_takes_dry_friction_for_torque() {
 
             // One way only, the two are one torque.
             let blind = found(&push, VISCOUS_TORQUE_COULOMB);
-            let words = blind.blind_spot().expect("a blind spot");
+            let words = blind.unidentifiable().expect("a blind spot");
             assert!(words.contains("torque and dry friction"), "{words}");
-            let sum_nm = blind.numbers.torque_nm + blind.numbers.coulomb_nm;
+            let sum_nm = blind.parameters.torque_nm + blind.parameters.coulomb_nm;
             assert!((sum_nm - torque_nm).abs() < errors[1]);
             if seed == 1 {
                 println!("{coulomb_nm} N m: b1 {b1:.5}, torque {torque_nm:.5}");
@@ -332,7 +342,7 @@ fn a_guess_at_which_the_arm_sticks_is_refused() {
     assert_eq!(stayed, [0.3, 0.05]);
     let (arm, from_rad) = dry(0.02, 1);
     let fall = [arm.free_fall(from_rad, 4.0)];
-    let stuck = Numbers {
+    let stuck = JointParameters {
         coulomb_nm: 0.05,
         ..guess()
     };
@@ -340,7 +350,7 @@ fn a_guess_at_which_the_arm_sticks_is_refused() {
     assert!(matches!(refusal, FitError::Sticks { .. }), "{refusal}");
     let freed = fit(&fall, VISCOUS_COULOMB, &guess())
         .expect("numbers")
-        .numbers;
+        .parameters;
     assert!((freed.b1 - 0.24).abs() < 1e-3, "{}", freed.b1);
     assert!(
         (freed.coulomb_nm - 0.02).abs() < 4e-4,

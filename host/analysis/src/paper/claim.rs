@@ -1,22 +1,22 @@
 //! A claim of the paper, the numbers that test it, and the verdict they give.
 //!
 //! No verdict is written by hand. Every [`Number`] carries the [`Rule`] that it
-//! must meet; a [`Claim`] holds those that follow from the paper *as printed*
-//! and those of our reading of it, and [`Claim::verdict`] counts.
+//! must meet; a [`Claim`] holds the numbers that follow from the paper *as printed*
+//! and those of our reading of it, and [`Claim::verdict`] evaluates both.
 
 use serde::Serialize;
 
 use super::chart::Figure;
 use super::text::{number, plain};
 
-/// What a number must meet.
+/// Condition on a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rule {
-    /// Rounding to so many decimals gives what is printed.
+    /// Rounded to this number of decimals, it equals the printed value.
     RoundsTo(f64, u8),
-    /// Cutting off what follows so many decimals gives what is printed.
+    /// Truncated to this number of decimals, it equals the printed value.
     CutsTo(f64, u8),
-    /// It differs from the first by no more than the second.
+    /// It differs from the first value by no more than the second.
     Within(f64, f64),
     /// It is no larger.
     AtMost(f64),
@@ -25,13 +25,13 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// Whether a value meets the rule; what is not a number meets none.
+    /// Whether a value meets the rule; NaN meets none.
     pub fn holds(self, value: f64) -> bool {
-        /// Decimal fractions are not exact in binary.
-        const HAIR: f64 = 1e-9;
+        /// Tolerance for decimal fractions, which are not exact in binary.
+        const ROUNDING: f64 = 1e-9;
         let at = |decimals: u8| 10f64.powi(decimals.into());
         let same = |scaled: f64, printed: f64, decimals| {
-            (scaled - printed * at(decimals)).abs() < HAIR * at(decimals)
+            (scaled - printed * at(decimals)).abs() < ROUNDING * at(decimals)
         };
         match self {
             Self::RoundsTo(printed, decimals) => {
@@ -46,7 +46,7 @@ impl Rule {
         }
     }
 
-    /// What the value is held against, where that is one value.
+    /// Expected value; none for a limit.
     pub fn expected(self) -> Option<f64> {
         match self {
             Self::RoundsTo(value, _) | Self::CutsTo(value, _) | Self::Within(value, _) => {
@@ -64,7 +64,7 @@ impl Rule {
             }
             Self::CutsTo(printed, decimals) => {
                 format!(
-                    "cut to {decimals} decimals: {}",
+                    "{} when cut to {decimals} decimals",
                     number(printed, decimals.into())
                 )
             }
@@ -77,51 +77,50 @@ impl Rule {
     }
 }
 
-/// A number that the run found.
+/// A number computed by the run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
-    /// What it is.
-    pub what: String,
+    /// Name of the quantity.
+    pub quantity: String,
     /// Its unit; empty for a pure number.
     pub unit: &'static str,
     /// Its value.
     pub found: f64,
-    /// What it must meet.
+    /// Condition that it must meet.
     pub rule: Rule,
 }
 
 impl Number {
-    /// A number under a rule.
-    pub fn new(what: impl Into<String>, unit: &'static str, found: f64, rule: Rule) -> Self {
-        let what = what.into();
+    /// Number with its rule.
+    pub fn new(quantity: impl Into<String>, unit: &'static str, found: f64, rule: Rule) -> Self {
         Self {
-            what,
+            quantity: quantity.into(),
             unit,
             found,
             rule,
         }
     }
 
-    /// Whether it meets its rule.
+    /// Whether the number meets its rule.
     pub fn holds(&self) -> bool {
         self.rule.holds(self.found)
     }
 
-    /// Found less expected, where one value is expected.
+    /// Found value minus expected value; none for a limit.
     pub fn deviation(&self) -> Option<f64> {
         self.rule.expected().map(|expected| self.found - expected)
     }
 }
 
-/// How a claim fares.
+/// Verdict on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// It follows from what is printed.
+    /// The claim follows from the paper as printed.
     Reproduced,
-    /// It does not follow from what is printed, and does from our reading.
+    /// The claim does not follow from the paper as printed, but from our reading.
     Explained,
-    /// It follows from neither.
+    /// The claim follows from neither.
     NotReproduced,
 }
 
@@ -135,7 +134,7 @@ impl Verdict {
         }
     }
 
-    /// A short name, for style sheets and tables.
+    /// Short name for style sheets and tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Reproduced => "reproduced",
@@ -148,28 +147,28 @@ impl Verdict {
 /// One claim of the paper.
 #[derive(Clone, Debug)]
 pub struct Claim {
-    /// Its anchor in the page.
+    /// Anchor in the page.
     pub id: &'static str,
-    /// What it is about.
+    /// Title of its section.
     pub title: &'static str,
-    /// The claim, in the paper's terms.
+    /// The claim in the paper's terms.
     pub paper: String,
-    /// What the run finds.
-    pub find: String,
-    /// Why the two differ, or agree.
-    pub why: String,
-    /// What mends it.
-    pub mend: String,
-    /// What must hold if the paper is right as printed.
+    /// Result of the run.
+    pub finding: String,
+    /// Reason why the two differ, or agree.
+    pub explanation: String,
+    /// Correction of the difference.
+    pub remedy: String,
+    /// Numbers that must hold if the paper is right as printed.
     pub printed: Vec<Number>,
-    /// What must hold if our reading is right.
+    /// Numbers that must hold if our reading is right.
     pub reading: Vec<Number>,
-    /// Figures that show it.
+    /// Figures of its section.
     pub figures: Vec<Figure>,
 }
 
 impl Claim {
-    /// How it fares, by the numbers.
+    /// Verdict that follows from the numbers.
     pub fn verdict(&self) -> Verdict {
         let all = |numbers: &[Number]| !numbers.is_empty() && numbers.iter().all(Number::holds);
         let reading_holds = self.reading.is_empty() || all(&self.reading);
@@ -180,7 +179,7 @@ impl Claim {
         }
     }
 
-    /// All its numbers, those of the printed reading first.
+    /// All numbers, those as printed first.
     pub fn numbers(&self) -> impl Iterator<Item = &Number> {
         self.printed.iter().chain(&self.reading)
     }
@@ -191,7 +190,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rules_hold_where_they_say() {
+    fn rules_hold_inside_and_fail_outside() {
         for (rule, inside, outside) in [
             (Rule::RoundsTo(0.8355, 4), 0.83549, 0.83556),
             (Rule::CutsTo(1.10, 2), 1.1069, 1.0999),
@@ -207,8 +206,8 @@ mod tests {
 
     #[test]
     fn verdicts_follow_the_numbers() {
-        let is = |found| vec![Number::new("", "", found, Rule::AtMost(1.0))];
-        let (yes, no, none) = (is(0.0), is(2.0), Vec::new());
+        let numbers = |found| vec![Number::new("", "", found, Rule::AtMost(1.0))];
+        let (yes, no, none) = (numbers(0.0), numbers(2.0), Vec::new());
         for (printed, reading, verdict) in [
             (&yes, &none, Verdict::Reproduced),
             (&yes, &yes, Verdict::Reproduced),
@@ -221,9 +220,9 @@ mod tests {
                 id: "",
                 title: "",
                 paper: String::new(),
-                find: String::new(),
-                why: String::new(),
-                mend: String::new(),
+                finding: String::new(),
+                explanation: String::new(),
+                remedy: String::new(),
                 printed: printed.clone(),
                 reading: reading.clone(),
                 figures: Vec::new(),

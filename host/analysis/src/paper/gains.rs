@@ -1,4 +1,4 @@
-//! Equations (10) and (12): what the paper's own models and weights give.
+//! Equations (10) and (12): the gains that the paper's own models and weights give.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::Discrete;
@@ -9,33 +9,33 @@ use nalgebra::{Matrix2, Matrix2x4, Vector2};
 use super::claim::{Claim, Number, Rule};
 use super::printed::{GAIN_DECIMALS, OBSERVER, POLES};
 use super::text::list;
-use super::{FindError, JOINT_NAMES};
+use super::{DesignError, JOINT_NAMES};
 
-/// What the run finds.
+/// Results of the run.
 #[derive(Clone, Debug)]
 pub struct Gains {
-    /// The optimum for (7) and (8).
+    /// Optimal gain for (7) and (8).
     pub k: Matrix2x4<f64>,
     /// Observer gains on angle and speed for the printed poles, in the pairing
     /// that comes nearest to (12).
     pub placed: [Vector2<f64>; JOINTS],
-    /// That pairing.
+    /// Poles of that pairing.
     pub placed_poles: [[f64; 2]; JOINTS],
-    /// Poles that (12) really gives, larger first.
+    /// Poles of the observer with (12), larger first.
     pub poles_of_12: [[f64; 2]; JOINTS],
     /// Pole pairs on a grid of 0.05 whose gains, cut to two decimals, are (12).
     pub slow_poles: [Vec<[f64; 2]>; JOINTS],
-    /// Gains of the first of them.
+    /// Gains of the first of those pairs.
     pub slow: [Vector2<f64>; JOINTS],
 }
 
-/// Poles are chosen by hand, so on a grid like this.
+/// Step of the grid of poles: poles chosen by hand have few digits.
 const GRID: f64 = 0.05;
 
 /// Two poles for each joint.
 type PolePairs = [[f64; 2]; JOINTS];
 
-/// The printed poles, two for each joint: all ways to pair them.
+/// All pairings of the printed poles, two for each joint.
 const PAIRINGS: [[usize; 4]; 6] = [
     [0, 1, 2, 3],
     [0, 2, 1, 3],
@@ -50,8 +50,8 @@ impl Gains {
     ///
     /// # Errors
     ///
-    /// See [`FindError`].
-    pub fn find() -> Result<Self, FindError> {
+    /// See [`DesignError`].
+    pub fn compute() -> Result<Self, DesignError> {
         let model = Discrete::paper();
         let joints = model.joints();
         let (placed_poles, placed) = nearest_pairing(&joints)?;
@@ -72,10 +72,10 @@ impl Gains {
 
     /// The claims about (10) and (12).
     pub fn claims(&self) -> Vec<Claim> {
-        vec![self.feedback(), self.observer()]
+        vec![self.lqr_claim(), self.observer_claim()]
     }
 
-    fn feedback(&self) -> Claim {
+    fn lqr_claim(&self) -> Claim {
         let printed = Lqr::<f64>::paper().gain;
         let places = [(0, 0), (0, 2), (1, 1), (1, 3)];
         let values = places.map(|at| self.k[at]);
@@ -87,13 +87,13 @@ impl Gains {
         let mut numbers: Vec<_> = places
             .iter()
             .map(|&(row, column)| {
-                let what = format!("K({},{}) of (10)", row + 1, column + 1);
+                let entry = format!("K({},{}) of (10)", row + 1, column + 1);
                 let rule = Rule::CutsTo(printed[(row, column)], GAIN_DECIMALS);
-                Number::new(what, "", self.k[(row, column)], rule)
+                Number::new(entry, "", self.k[(row, column)], rule)
             })
             .collect();
         numbers.push(Number::new(
-            "Largest gain from one joint to the other",
+            "Largest gain between different joints",
             "",
             coupling.max(),
             Rule::AtMost(1e-9),
@@ -106,29 +106,30 @@ impl Gains {
                 list(&Weights::<f64>::paper().q, 0),
                 list(&Weights::<f64>::paper().r, 0),
             ),
-            find: format!(
-                "The Riccati equation with (7) and (8) gives {}. Cut to two decimals that is (10).",
+            finding: format!(
+                "The Riccati equation with (7) and (8) gives {}. Cut to two decimals, this is (10).",
                 list(&values, 4)
             ),
-            why: format!(
-                "It is cut, not rounded: rounded it would read {}. No other weights are needed.",
+            explanation: format!(
+                "The printed gain is cut, not rounded: rounded, it would read {}. No other weights \
+                 are needed.",
                 list(&values, 2)
             ),
-            mend: "Nothing to mend; the design runs on the board, with all digits.".into(),
+            remedy: "No correction is needed; the board computes the gain with all digits.".into(),
             printed: numbers,
             reading: Vec::new(),
             figures: Vec::new(),
         }
     }
 
-    fn observer(&self) -> Claim {
+    fn observer_claim(&self) -> Claim {
         let numbers = |poles: [[f64; 2]; JOINTS], gains: [Vector2<f64>; JOINTS]| {
             let mut numbers = Vec::new();
             for joint in 0..JOINTS {
-                for (entry, on) in ["angle", "speed"].into_iter().enumerate() {
+                for (entry, state) in ["angle", "speed"].into_iter().enumerate() {
                     numbers.push(Number::new(
                         format!(
-                            "L of (12) on {on}, {}, poles {}",
+                            "L of (12) on {state}, {}, poles {}",
                             JOINT_NAMES[joint],
                             list(&poles[joint], 2)
                         ),
@@ -158,27 +159,27 @@ impl Gains {
                 "Pole placement with p = [{}] gives (12).",
                 POLES.map(|p| p.to_string()).join(" ")
             ),
-            find: format!(
-                "(12) places the poles at {} on joint 1 and {} on joint 2, nowhere near p. \
-                 Placing p gives gains several times as large: at the pairing nearest to (12), \
-                 {} and {}.",
+            finding: format!(
+                "(12) places the poles at {} for joint 1 and {} for joint 2, far from p. The poles \
+                 p need gains several times as large: {} and {} for the pairing nearest to (12).",
                 list(&self.poles_of_12[0], 4),
                 list(&self.poles_of_12[1], 4),
                 list(self.placed[0].as_slice(), 2),
                 list(self.placed[1].as_slice(), 2),
             ),
-            why: format!(
-                "Of all pairs on a grid of {GRID}, {{{}}} on joint 1 and {{{}}} on joint 2 alone \
-                 give (12), cut to two decimals as (10) is: exactly they give {} and {}. So p \
-                 and (12) belong to two designs, and the one that was used is slow.",
+            explanation: format!(
+                "Of all pole pairs on a grid of {GRID}, only {{{}}} for joint 1 and {{{}}} for \
+                 joint 2 give (12), cut to two decimals like (10); their exact gains are {} and \
+                 {}. Therefore p and (12) belong to two designs, and (12) is a slow one.",
                 list(&slow_poles[0], 2),
                 list(&slow_poles[1], 2),
                 list(self.slow[0].as_slice(), 4),
                 list(self.slow[1].as_slice(), 4),
             ),
-            mend: format!(
-                "About upright the joints do not couple: two problems of two states, each with \
-                 one unique gain. With {{{}}} on joint 1 and {{{}}} on joint 2 it is {} and {}.",
+            remedy: format!(
+                "About upright the joints are decoupled: pole placement is two problems of two \
+                 states, each with a unique gain. For {{{}}} on joint 1 and {{{}}} on joint 2 the \
+                 gains are {} and {}.",
                 list(&self.placed_poles[0], 2),
                 list(&self.placed_poles[1], 2),
                 list(self.placed[0].as_slice(), 4),
@@ -191,10 +192,10 @@ impl Gains {
     }
 }
 
-/// Of all pairings of the printed poles, the one whose gains are nearest (12).
+/// Pairing of the printed poles whose gains are nearest to (12), and the gains.
 fn nearest_pairing(
     joints: &[Matrix2<f64>; JOINTS],
-) -> Result<(PolePairs, [Vector2<f64>; JOINTS]), FindError> {
+) -> Result<(PolePairs, [Vector2<f64>; JOINTS]), DesignError> {
     let mut nearest: Option<(f64, PolePairs, _)> = None;
     for pairing in PAIRINGS {
         let [a, b, c, d] = pairing.map(|i| POLES[i]);
@@ -210,14 +211,14 @@ fn nearest_pairing(
     // There are six pairings, so there is a nearest one.
     nearest
         .map(|(_, poles, gains)| (poles, gains))
-        .ok_or(FindError::Pairing)
+        .ok_or(DesignError::Pairing)
 }
 
-fn gain(a: &Matrix2<f64>, [p1, p2]: [f64; 2]) -> Result<Vector2<f64>, FindError> {
+fn gain(a: &Matrix2<f64>, [p1, p2]: [f64; 2]) -> Result<Vector2<f64>, DesignError> {
     Ok(prediction_gain(a, Poles::Real(p1, p2))?)
 }
 
-/// Pairs p1 < p2 on the grid whose gains are cut to those printed.
+/// Pairs p1 <= p2 on the grid whose gains, cut to two decimals, are the printed ones.
 fn pairs_that_give(a: &Matrix2<f64>, printed: [f64; 2]) -> Vec<[f64; 2]> {
     let last = (1.0 / GRID).round() as u32;
     let grid = |i: u32| f64::from(i) / f64::from(last);
@@ -230,7 +231,7 @@ fn pairs_that_give(a: &Matrix2<f64>, printed: [f64; 2]) -> Vec<[f64; 2]> {
     pairs.filter(gives).collect()
 }
 
-/// Both poles of a joint's observer, larger first; not a number if complex.
+/// Both poles of a joint's observer, larger first; NaN if complex.
 fn poles(a: &Matrix2<f64>, [l_angle, l_speed]: [f64; 2]) -> [f64; 2] {
     let error = a - Matrix2::new(l_angle, 0.0, l_speed, 0.0);
     let (half, product) = (error.trace() / 2.0, error.determinant());

@@ -1,65 +1,65 @@
-//! Every number and figure of the paper that simulation can give, found by the
-//! code that the board runs, and a page with each claim's verdict.
+//! Recomputation of the paper's numbers and figures by the code that the board runs, and a
+//! page with a verdict on each claim.
 //!
 //! The paper describes the arm, its model and its controllers, and states
-//! numbers that do not all follow from one another. Each module finds the numbers
-//! of one part of it with the library and makes [`Claim`]s of them; a claim's
-//! verdict is computed from those numbers and stated thresholds. The page's text is
-//! written around them, so that nothing on it is older than its run.
+//! numbers that do not all follow from one another. Each module computes the numbers
+//! of one part of the paper with the library and makes [`Claim`]s of them; a claim's
+//! verdict is computed from those numbers and stated thresholds. The text of the page is
+//! formatted around the computed numbers, so it cannot differ from the run.
 //!
-//! | module      | of the paper                                              |
-//! |-------------|-----------------------------------------------------------|
-//! | `model`     | (1) to (4): energy, equilibria                            |
-//! | `linear`    | (7)                                                       |
-//! | `pwm`       | (5)                                                       |
-//! | `gains`     | (10), (12)                                                |
-//! | `fall`      | Fig. 5                                                    |
-//! | `push`      | Fig. 6                                                    |
-//! | `standing`  | Figs. 7 and 8                                             |
-//! | `hanging`   | "the ensemble becomes unstable"                           |
-//! | `track`     | Figs. 9 and 10                                            |
-//! | `report`    | the page; `outline` is the same for programs              |
+//! | module            | part of the paper                                         |
+//! |-------------------|-----------------------------------------------------------|
+//! | `dynamics`        | (1) to (4): energy, equilibria                            |
+//! | `discrete_model`  | (7)                                                       |
+//! | `pwm`             | (5)                                                       |
+//! | `gains`           | (10), (12)                                                |
+//! | `free_fall`       | Fig. 5                                                    |
+//! | `constant_input`  | Fig. 6                                                    |
+//! | `regulation`      | Figs. 7 and 8                                             |
+//! | `lqr_observer`    | "the ensemble becomes unstable"                           |
+//! | `tracking`        | Figs. 9 and 10                                            |
+//! | `report`          | the page; `json` is the same for programs                 |
 //!
 //! They share [`identification`] (section 3: its procedure, for logs of a board as
-//! well), `sim` (the sampled loop on the bench's arm), `stability` (its linear
-//! theory), `observers`, `tracking` (the law), and `printed` (what the paper prints).
-//! Its measured curves exist on paper only: where the paper compares with its arm,
-//! the bench's arm stands in, with dry friction.
+//! well), `sampled_loop` (the sampled loop on the simulated arm), `stability` (its linear
+//! theory), `observers`, `computed_torque` (the tracking law), and `printed` (the printed
+//! numbers). The paper shows its measured curves without data: where it compares with its
+//! arm, the simulated arm with dry friction is used instead.
 
 pub(crate) mod chart;
 mod claim;
-mod fall;
+mod computed_torque;
+mod constant_input;
+mod discrete_model;
+mod dynamics;
+mod free_fall;
 mod gains;
-mod hanging;
 pub mod identification;
-mod linear;
-mod model;
+mod json;
+mod lqr_observer;
 mod observers;
-mod outline;
 pub(crate) mod printed;
-mod push;
 mod pwm;
+mod regulation;
 mod report;
-mod sim;
+mod sampled_loop;
 mod stability;
-mod standing;
 mod text;
-mod track;
 mod tracking;
 
 pub use chart::Figure;
 pub use claim::{Claim, Number, Rule, Verdict};
-pub use fall::Fall;
+pub use constant_input::ConstantInput;
+pub use discrete_model::DiscreteModel;
+pub use dynamics::Dynamics;
+pub use free_fall::FreeFall;
 pub use gains::Gains;
-pub use hanging::{Hanging, WEAK};
-pub use linear::Linear;
-pub use model::Model;
-pub use outline::Outline;
-pub use push::Push;
+pub use json::JsonReport;
+pub use lqr_observer::{LqrObserver, WEAK};
 pub use pwm::PwmLaw;
+pub use regulation::Regulation;
 pub use report::{table, write};
-pub use standing::Standing;
-pub use track::{OMEGA, Track};
+pub use tracking::{OMEGA, Tracking};
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::design::{placement, riccati};
@@ -70,10 +70,10 @@ pub(crate) const BOARD_US: u32 = 1000;
 
 pub(crate) const JOINT_NAMES: [&str; JOINTS] = ["Joint 1", "Joint 2"];
 
-/// Why the paper's own numbers give no design. It takes a change of the library
-/// to see one of these.
+/// Reason why the paper's own numbers give no design; only a defect of the library can
+/// cause one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum FindError {
+pub enum DesignError {
     /// No LQR gain.
     #[error("no LQR gain for the paper's model: {0:?}")]
     Riccati(riccati::Error),
@@ -88,91 +88,91 @@ pub enum FindError {
     Pairing,
 }
 
-impl From<riccati::Error> for FindError {
+impl From<riccati::Error> for DesignError {
     fn from(error: riccati::Error) -> Self {
         Self::Riccati(error)
     }
 }
 
-impl From<placement::Error> for FindError {
+impl From<placement::Error> for DesignError {
     fn from(error: placement::Error) -> Self {
         Self::Placement(error)
     }
 }
 
-impl From<estimate::Error> for FindError {
+impl From<estimate::Error> for DesignError {
     fn from(error: estimate::Error) -> Self {
         Self::Estimate(error)
     }
 }
 
-/// Everything that the run finds.
+/// All results of the run.
 #[derive(Clone, Debug)]
 pub struct Findings {
     /// (1) to (4).
-    pub model: Model,
+    pub dynamics: Dynamics,
     /// (7).
-    pub linear: Linear,
+    pub discrete_model: DiscreteModel,
     /// (10) and (12).
     pub gains: Gains,
     /// Fig. 5.
-    pub fall: Fall,
+    pub free_fall: FreeFall,
     /// Fig. 6.
-    pub push: Push,
+    pub constant_input: ConstantInput,
     /// (5).
     pub pwm: PwmLaw,
     /// Figs. 7 and 8.
-    pub standing: Standing,
+    pub regulation: Regulation,
     /// LQR on the printed observer.
-    pub hanging: Hanging,
+    pub lqr_observer: LqrObserver,
     /// Figs. 9 and 10.
-    pub track: Track,
+    pub tracking: Tracking,
 }
 
 impl Findings {
-    /// Finds everything; takes some seconds, on as many cores as there are.
+    /// Computes all results in some seconds, with up to four threads.
     ///
     /// # Errors
     ///
-    /// See [`FindError`].
-    pub fn find() -> Result<Self, FindError> {
+    /// See [`DesignError`].
+    pub fn compute() -> Result<Self, DesignError> {
         // The slow parts do not depend on each other.
         std::thread::scope(|scope| {
-            let fall = scope.spawn(Fall::find);
-            let hanging = scope.spawn(Hanging::find);
-            let track = scope.spawn(Track::find);
+            let free_fall = scope.spawn(FreeFall::compute);
+            let lqr_observer = scope.spawn(LqrObserver::compute);
+            let tracking = scope.spawn(Tracking::compute);
             Ok(Self {
-                model: Model::find(),
-                linear: Linear::find(),
-                gains: Gains::find()?,
-                push: Push::find(),
-                pwm: PwmLaw::find(),
-                standing: Standing::find()?,
-                fall: joined(fall),
-                hanging: joined(hanging)?,
-                track: joined(track)?,
+                dynamics: Dynamics::compute(),
+                discrete_model: DiscreteModel::compute(),
+                gains: Gains::compute()?,
+                constant_input: ConstantInput::compute(),
+                pwm: PwmLaw::compute(),
+                regulation: Regulation::compute()?,
+                free_fall: join(free_fall),
+                lqr_observer: join(lqr_observer)?,
+                tracking: join(tracking)?,
             })
         })
     }
 
-    /// All claims, in the paper's order.
+    /// All claims in the paper's order.
     pub fn claims(&self) -> Vec<Claim> {
         [
-            self.model.claims(),
-            self.linear.claims(),
-            self.fall.claims(),
-            self.push.claims(),
+            self.dynamics.claims(),
+            self.discrete_model.claims(),
+            self.free_fall.claims(),
+            self.constant_input.claims(),
             self.pwm.claims(),
             self.gains.claims(),
-            self.standing.claims(),
-            self.hanging.claims(),
-            self.track.claims(),
+            self.regulation.claims(),
+            self.lqr_observer.claims(),
+            self.tracking.claims(),
         ]
         .concat()
     }
 }
 
-fn joined<T>(thread: std::thread::ScopedJoinHandle<'_, T>) -> T {
+fn join<T>(thread: std::thread::ScopedJoinHandle<'_, T>) -> T {
     thread
         .join()
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))

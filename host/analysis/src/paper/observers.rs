@@ -1,4 +1,4 @@
-//! The estimators that are compared, each as the library builds it.
+//! Estimators that the claims compare, built by the library.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Discrete, Parameters};
@@ -8,22 +8,22 @@ use armbridge_shared::estimate::{
 };
 use nalgebra::{Matrix2, Vector2};
 
-use super::FindError;
+use super::DesignError;
 use super::printed::{PERIOD_S, POLES};
 
-/// Speeds as differences of two samples: the paper's first way.
+/// Speeds as differences of two samples: the paper's first method.
 pub(crate) fn difference() -> Estimator<f64> {
     let model = Model::of_arm(&Parameters::paper(), PERIOD_S);
     Estimator::FiniteDifference(FiniteDifference::new(model, PERIOD_S, 0.0))
 }
 
 /// (11) with (7) and (12), all as printed.
-pub(crate) fn printed() -> Result<Estimator<f64>, FindError> {
+pub(crate) fn printed() -> Result<Estimator<f64>, DesignError> {
     Ok(Estimator::Luenberger(Luenberger::paper()?))
 }
 
 /// An observer with the printed poles on (7), or on the exact model.
-pub(crate) fn placed(exact: bool, form: Form) -> Result<Estimator<f64>, FindError> {
+pub(crate) fn placed(exact: bool, form: Form) -> Result<Estimator<f64>, DesignError> {
     let model = if exact {
         exact_model()
     } else {
@@ -34,14 +34,14 @@ pub(crate) fn placed(exact: bool, form: Form) -> Result<Estimator<f64>, FindErro
     Ok(Estimator::Luenberger(observer))
 }
 
-/// The board's own: exact model, exact gravity, poles for standing.
-pub(crate) fn standing(period_s: f64) -> Result<Estimator<f64>, FindError> {
+/// The board's observer: exact model, exact gravity, default poles.
+pub(crate) fn standing(period_s: f64) -> Result<Estimator<f64>, DesignError> {
     Ok(Config::standing().build(&Parameters::paper(), period_s)?)
 }
 
-/// The board's Kalman filter. It is given all of the torque, so friction is
-/// left to its disturbance; samples 45 ms apart want a calmer one than at 1 ms.
-pub(crate) fn kalman(period_s: f64) -> Result<Estimator<f64>, FindError> {
+/// The board's Kalman filter. Its input is the full torque, so its disturbance estimate
+/// contains friction; samples 45 ms apart need slower tuning than samples at 1 ms.
+pub(crate) fn kalman(period_s: f64) -> Result<Estimator<f64>, DesignError> {
     let tuning = Tuning {
         disturbance: 0.1,
         acceleration: 0.1,
@@ -61,12 +61,12 @@ pub(crate) fn exact_model() -> Discrete<f64> {
 
 /// Prediction-form gains of the printed poles on (7): angle and speed of each
 /// joint.
-pub(crate) fn placed_gain() -> Result<[[f64; 2]; JOINTS], FindError> {
+pub(crate) fn placed_gain() -> Result<[[f64; 2]; JOINTS], DesignError> {
     Ok(gains_of_poles(&Discrete::paper(), prediction_gain)?.map(Into::into))
 }
 
-/// The printed poles as they are printed: two for joint 1, two for joint 2.
-fn gains_of_poles<G>(model: &Discrete<f64>, gain: G) -> Result<[Vector2<f64>; JOINTS], FindError>
+/// Gains for the poles in the printed order: two for joint 1, two for joint 2.
+fn gains_of_poles<G>(model: &Discrete<f64>, gain: G) -> Result<[Vector2<f64>; JOINTS], DesignError>
 where
     G: Fn(&Matrix2<f64>, Poles<f64>) -> Result<Vector2<f64>, placement::Error>,
 {

@@ -1,4 +1,4 @@
-//! What the paper prints and the library has no use for: the only numbers of
+//! Numbers that the paper prints and the library does not use: the only numbers of
 //! the report that do not come from the run.
 //!
 //! (7) is [`Discrete::paper`](armbridge_shared::arm::Discrete::paper), (10)
@@ -17,19 +17,19 @@ pub(crate) const PERIOD_US: u32 = 45_000;
 /// Observer gain (12): on angle and speed, for each joint.
 pub(crate) const OBSERVER: [[f64; 2]; JOINTS] = [[0.29, 0.72], [0.34, 0.34]];
 
-/// The poles for which (12) is designed, by the text.
+/// The poles for which (12) is designed according to the text.
 pub(crate) const POLES: [f64; 4] = [0.05, 0.14, 0.1, 0.03];
 
-/// b1 of the free fall, Fig. 5, in N m s/rad.
+/// b1 by the free fall, Fig. 5, in N m s/rad.
 pub(crate) const B1_FALL: f64 = 0.421;
 
-/// b1 of the constant input, Fig. 6, in N m s/rad.
+/// b1 by the constant input, Fig. 6, in N m s/rad.
 pub(crate) const B1_PUSH: f64 = 0.239;
 
 /// The constant input of Fig. 6 in N m.
 pub(crate) const PUSH_NM: f64 = -0.3924;
 
-/// Where joint 1 starts in Fig. 6, in rad.
+/// Start angle of joint 1 in Fig. 6, in rad.
 pub const PUSH_FROM_RAD: f64 = 0.49;
 
 /// The dead zone's edges in PWM counts.

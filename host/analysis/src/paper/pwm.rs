@@ -1,4 +1,4 @@
-//! Equation (5): which PWM gives no torque.
+//! Equation (5): the PWM that gives no torque.
 
 use armbridge_shared::actuator::{Joint, Pwm};
 
@@ -6,20 +6,20 @@ use super::claim::{Claim, Number, Rule};
 use super::printed::DEAD_ZONE;
 use super::text::number;
 
-/// What the run finds.
+/// Results of the run.
 #[derive(Clone, Debug)]
 pub struct PwmLaw {
     /// PWM that (5) gives for no torque.
     pub zero_counts: f64,
     /// Torque in N m by (5) at both ends of the dead zone.
     pub dead_zone_nm: [f64; 2],
-    /// Largest torques in N m that (5) can ask for.
+    /// Smallest and largest torque in N m that (5) can command.
     pub limits_nm: [f64; 2],
 }
 
 impl PwmLaw {
     /// Evaluates (5).
-    pub fn find() -> Self {
+    pub fn compute() -> Self {
         let joint = Joint::<f64>::paper();
         let torque = |counts| joint.torque(Pwm::saturating(counts));
         Self {
@@ -43,13 +43,13 @@ impl PwmLaw {
             id: "pwm",
             title: "Equation (5): torque and PWM",
             paper: format!(
-                "PWM = {}τ + {} + {off}. A PWM of {off} is no torque; between {} and {} the \
-                 torque is not enough to move the motors.",
+                "PWM = {}τ + {} + {off}. A PWM of {off} gives no torque; between {} and {} the \
+                 torque is too small to move the motors.",
                 joint.gain_counts_per_nm, joint.offset_counts, DEAD_ZONE[0], DEAD_ZONE[1],
             ),
-            find: format!(
-                "By (5) no torque is PWM {}, and the dead zone reaches from {} to {} N m, {} \
-                 times as far down as up. The servo can be asked for {} to {} N m.",
+            finding: format!(
+                "By (5), zero torque is PWM {}, and the dead zone extends from {} to {} N m, {} \
+                 times as far below zero as above. The range of (5) is {} to {} N m.",
                 number(self.zero_counts, 0),
                 number(low, 4),
                 number(high, 4),
@@ -57,13 +57,15 @@ impl PwmLaw {
                 number(self.limits_nm[0], 3),
                 number(self.limits_nm[1], 3),
             ),
-            why: "The formula and the text next to it contradict each other. The offset was \
-                  found together with the constant input, which moves one way only and so takes \
-                  in the dry friction of that direction; but that is an inference."
-                .into(),
-            mend: format!(
-                "Measure the offset for both directions. The library converts by (5), keeps \
-                 {off} exactly for the motor that is off, and never sends it for a torque."
+            explanation:
+                "The formula and the text next to it contradict each other. The offset was \
+                          probably fitted to the constant input, which moves the arm in one \
+                          direction only and therefore includes the dry friction of that \
+                          direction. This is an inference."
+                    .into(),
+            remedy: format!(
+                "Measure the offset in both directions. The library converts by (5), reserves \
+                 {off} for a motor that is off, and never sends it for a torque."
             ),
             printed: vec![
                 Number::new(
@@ -73,7 +75,7 @@ impl PwmLaw {
                     Rule::Within(off.into(), 0.5),
                 ),
                 Number::new(
-                    "Middle of the dead zone by (5)",
+                    "Centre of the dead zone by (5)",
                     "N m",
                     f64::midpoint(low, high),
                     Rule::Within(0.0, 0.5 / joint.gain_counts_per_nm),

@@ -1,11 +1,11 @@
-//! The linear theory of LQR on an observer: poles of the whole loop, and the
-//! stiffness with which it pulls the arm upright.
+//! Linear theory of LQR with an observer: poles of the closed loop, and its
+//! stiffness about upright.
 //!
-//! The plant is the arm discretised exactly, the observer believes in (7). With
-//! an unmodelled period of delay, the torque in force is a state more:
+//! The plant is the arm discretised exactly; the observer uses (7). An unmodelled
+//! period of delay adds the torque in force to the state:
 //!
 //! ```text
-//! x   <- Ad x + Bd u          u = -K x^, or the one before
+//! x   <- Ad x + Bd u          u = -K x^, with delay that of the previous step
 //! x^  <- (A - B K - L C) x^ + L C x
 //! ```
 
@@ -17,30 +17,34 @@ use nalgebra::{Complex, Matrix2x4, Matrix4, Matrix4x2, SMatrix, Vector2};
 use super::observers::exact_model;
 use super::printed::PERIOD_S;
 
-/// An observer gain: on angle and speed, for each joint.
+/// Observer gain on angle and speed, for each joint.
 pub(crate) type Gain = [[f64; 2]; JOINTS];
 
-/// Largest absolute pole of the loop of arm, observer and printed K.
-pub(crate) fn radius(gain: &Gain, delayed: bool) -> f64 {
+/// Spectral radius of the loop of arm, observer and printed K.
+pub(crate) fn spectral_radius(gain: &Gain, delayed: bool) -> f64 {
     let plant = exact_model();
     let k: Matrix2x4<f64> = Lqr::paper().gain;
     let (observer, l_c) = observer(gain);
-    let mut all = SMatrix::<f64, 10, 10>::zeros();
-    all.fixed_view_mut::<4, 4>(0, 0).copy_from(&plant.a);
-    all.fixed_view_mut::<4, 4>(4, 0).copy_from(&l_c);
-    all.fixed_view_mut::<4, 4>(4, 4).copy_from(&observer);
-    // Rows and columns 8 and 9 are the torque that was decided last.
-    all.fixed_view_mut::<2, 4>(8, 4).copy_from(&-k);
+    let mut closed_loop = SMatrix::<f64, 10, 10>::zeros();
+    closed_loop.fixed_view_mut::<4, 4>(0, 0).copy_from(&plant.a);
+    closed_loop.fixed_view_mut::<4, 4>(4, 0).copy_from(&l_c);
+    closed_loop
+        .fixed_view_mut::<4, 4>(4, 4)
+        .copy_from(&observer);
+    // Rows and columns 8 and 9 are the torque computed in the previous step.
+    closed_loop.fixed_view_mut::<2, 4>(8, 4).copy_from(&-k);
     if delayed {
-        all.fixed_view_mut::<4, 2>(0, 8).copy_from(&plant.b);
+        closed_loop.fixed_view_mut::<4, 2>(0, 8).copy_from(&plant.b);
     } else {
-        all.fixed_view_mut::<4, 4>(0, 4).copy_from(&(-plant.b * k));
+        closed_loop
+            .fixed_view_mut::<4, 4>(0, 4)
+            .copy_from(&(-plant.b * k));
     }
-    largest(all.complex_eigenvalues().as_slice())
+    largest_modulus(closed_loop.complex_eigenvalues().as_slice())
 }
 
-/// The same for speeds by differences; the state is x and the last angles.
-pub(crate) fn radius_of_differences() -> f64 {
+/// Spectral radius with speeds by differences; the state is x and the last angles.
+pub(crate) fn spectral_radius_of_differences() -> f64 {
     let plant = exact_model();
     let k: Matrix2x4<f64> = Lqr::paper().gain;
     let on_speed = k.fixed_view::<2, 2>(0, 2) / PERIOD_S;
@@ -48,17 +52,21 @@ pub(crate) fn radius_of_differences() -> f64 {
     feedback
         .fixed_view_mut::<2, 2>(0, 0)
         .copy_from(&(k.fixed_view::<2, 2>(0, 0) + on_speed));
-    let mut all = SMatrix::<f64, 6, 6>::zeros();
-    all.fixed_view_mut::<4, 4>(0, 0)
+    let mut closed_loop = SMatrix::<f64, 6, 6>::zeros();
+    closed_loop
+        .fixed_view_mut::<4, 4>(0, 0)
         .copy_from(&(plant.a - plant.b * feedback));
-    all.fixed_view_mut::<4, 2>(0, 4)
+    closed_loop
+        .fixed_view_mut::<4, 2>(0, 4)
         .copy_from(&(plant.b * on_speed));
-    all.fixed_view_mut::<2, 2>(4, 0).fill_with_identity();
-    largest(all.complex_eigenvalues().as_slice())
+    closed_loop
+        .fixed_view_mut::<2, 2>(4, 0)
+        .fill_with_identity();
+    largest_modulus(closed_loop.complex_eigenvalues().as_slice())
 }
 
-/// Torque per angle in N m/rad that the controller gives in the end when an
-/// angle stays: `K (I - A + B K + L C)^-1 L`. None if it gives none.
+/// Static gain in N m/rad of controller and observer from a constant angle to torque:
+/// `K (I - A + B K + L C)^-1 L`. None if the matrix is singular.
 pub(crate) fn static_gain(gain: &Gain) -> Option<[f64; JOINTS]> {
     let k: Matrix2x4<f64> = Lqr::paper().gain;
     let (observer, _) = observer(gain);
@@ -67,8 +75,8 @@ pub(crate) fn static_gain(gain: &Gain) -> Option<[f64; JOINTS]> {
     Some([torque.m11, torque.m22])
 }
 
-/// Gravity's stiffness about upright in N m/rad, as a positive number.
-pub(crate) fn gravity() -> [f64; JOINTS] {
+/// Stiffness of gravity about upright in N m/rad, positive.
+pub(crate) fn gravity_stiffness() -> [f64; JOINTS] {
     let slope = Parameters::<f64>::paper().gravity_slope(Vector2::zeros());
     [-slope.m11, -slope.m22]
 }
@@ -85,7 +93,7 @@ fn matrix(gain: &Gain) -> Matrix4x2<f64> {
     Matrix4x2::new(q1, 0.0, 0.0, q2, v1, 0.0, 0.0, v2)
 }
 
-fn largest(poles: &[Complex<f64>]) -> f64 {
+fn largest_modulus(poles: &[Complex<f64>]) -> f64 {
     let sizes = poles.iter().map(|pole| pole.re.hypot(pole.im));
     sizes.fold(0.0, f64::max)
 }

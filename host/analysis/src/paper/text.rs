@@ -1,12 +1,12 @@
-//! Numbers in prose and tables.
+//! Formatting of numbers in prose and tables.
 
-/// With so many decimals, and a true minus sign.
+/// A value with a fixed number of decimals and a typographic minus sign.
 pub(crate) fn number(value: f64, decimals: usize) -> String {
     if value.is_nan() {
         return "none".to_owned();
     }
     let text = format!("{value:.decimals$}");
-    // What rounds to zero has no sign.
+    // A value that rounds to zero has no sign.
     let zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
     let text = if zero {
         text.trim_start_matches('-')
@@ -16,8 +16,8 @@ pub(crate) fn number(value: f64, decimals: usize) -> String {
     text.replace('-', "−")
 }
 
-/// With so many significant digits; powers of ten where it is very small or
-/// large.
+/// A value with a fixed number of significant digits; very small or large values with a
+/// power of ten.
 pub(crate) fn digits(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return number(value, 0);
@@ -31,7 +31,7 @@ pub(crate) fn digits(value: f64, digits: usize) -> String {
     format!("{mantissa}·10{}", superscript(exponent))
 }
 
-/// With four significant digits at most, and as few as say the same.
+/// A value with at most four significant digits, without trailing zeros.
 pub(crate) fn plain(value: f64) -> String {
     if value != 0.0 && value.abs() < 1e-4 {
         return digits(value, 1);
@@ -43,7 +43,7 @@ pub(crate) fn plain(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Several numbers with so many decimals, with commas between.
+/// Several values with a fixed number of decimals, separated by commas.
 pub(crate) fn list(values: &[f64], decimals: usize) -> String {
     let texts: Vec<_> = values.iter().map(|v| number(*v, decimals)).collect();
     texts.join(", ")

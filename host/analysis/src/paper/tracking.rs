@@ -1,99 +1,157 @@
-//! Trajectory tracking by computed torque.
-//!
-//! The paper tracks "with nonlinear control" and prints neither the law nor the
-//! trajectory. This is the textbook's law for a model like (1),
-//!
-//! ```text
-//! torque = M(q) (ddq_d + kd (dq_d - dq) + kp (q_d - q)) + (Co + F) dq + G(q)
-//! ```
-//!
-//! with both error poles at `-omega`: kp = omega^2, kd = 2 omega. The board's own,
-//! [`ComputedTorque`](armbridge_shared::control::ComputedTorque), is the same but
-//! for refusing what cannot be stable at its period, which is what is tried here.
+//! Figs. 9 and 10: trajectory tracking with an observer and with differences.
 
-use core::f64::consts::TAU;
+mod claims;
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::arm::{Parameters, Posture, State};
-use nalgebra::Vector2;
+use armbridge_shared::arm::Parameters;
+use armbridge_shared::estimate::{Estimator, Form};
+use armbridge_sim::plant::Friction;
 
-/// Amplitude in rad and frequency in Hz of each joint's sine.
-pub(crate) const SINE: [(f64, f64); JOINTS] = [(0.4, 0.25), (0.5, 0.30)];
+use super::computed_torque::{computed_torque, reference};
+use super::printed::{PERIOD_S, PERIOD_US};
+use super::sampled_loop::{Delay, EstimatorInput, InitialEstimate, Run, SampledLoop, arm_at};
+use super::{BOARD_US, DesignError, observers};
 
-/// Time in s over which the sines swell, so that the motion starts at rest.
-pub(crate) const SWELL_S: f64 = 2.0;
+/// Gain of the runs that are drawn, in rad/s.
+pub const OMEGA: f64 = 16.0;
+/// Gains of the sweep in rad/s.
+const SWEEP: [f64; 13] = [
+    6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 22.0, 24.0, 26.0, 28.0, 30.0,
+];
+const DURATION_S: f64 = 12.0;
+/// Start of the RMS error, in s: the amplitudes are constant.
+const FROM_S: f64 = 4.0;
+/// Smallest RMS error of an arm that does not track: a fifth of the amplitude.
+const LOST_RAD: f64 = 0.1;
+/// Largest RMS error of an arm that tracks.
+const TRACKS_RAD: f64 = 0.05;
 
-/// Where the arm shall be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Goal {
-    pub(crate) q: Vector2<f64>,
-    pub(crate) dq: Vector2<f64>,
-    pub(crate) ddq: Vector2<f64>,
+/// Results of the run.
+#[derive(Clone, Debug)]
+pub struct Tracking {
+    /// RMS error of the worse joint in rad at [`OMEGA`] with a period of delay:
+    /// differences, printed observer, printed poles on (7), the same on the
+    /// exact model; infinite if the arm falls.
+    pub delayed_rad: [f64; 4],
+    /// RMS error without delay, in the same order.
+    pub undelayed_rad: [f64; 4],
+    /// RMS error with the board's observer and the delay predicted, at 45 ms and
+    /// at 1 ms.
+    pub corrected_rad: [f64; 2],
+    /// Largest gain of the sweep without delay at which the printed poles track:
+    /// on (7), and on the exact model.
+    pub last_omega: [f64; 2],
+    /// Next larger gain than the former, and the RMS error there in rad if the observer's
+    /// input is the torque sent.
+    pub with_sent_torque: (f64, f64),
+    runs: [Run; 3],
+    /// RMS error in rad over gain with delay, in the order above.
+    sweep: [Vec<(f64, f64)>; 4],
+    /// RMS error with the board's observer at 45 ms, delay predicted.
+    sweep_corrected: Vec<(f64, f64)>,
+    /// RMS error without delay, in the order of `sweep`.
+    sweep_undelayed: [Vec<(f64, f64)>; 4],
 }
 
-/// The desired motion at a time: a sine on each joint, swelling from rest.
-pub(crate) fn goal(time_s: f64) -> Goal {
-    // 10 s^3 - 15 s^4 + 6 s^5: no jump in speed or acceleration at either end.
-    let s = (time_s / SWELL_S).clamp(0.0, 1.0);
-    let swell = s.powi(3) * (10.0 + s * (6.0 * s - 15.0));
-    let d_swell = 30.0 * (s * (1.0 - s)).powi(2) / SWELL_S;
-    let dd_swell = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / SWELL_S.powi(2);
-    let joint = |(amplitude, hertz): (f64, f64)| {
-        let w = TAU * hertz;
-        let (sin, cos) = (w * time_s).sin_cos();
-        [
-            amplitude * swell * sin,
-            amplitude * (d_swell * sin + swell * w * cos),
-            amplitude * (dd_swell * sin + 2.0 * d_swell * w * cos - swell * w * w * sin),
-        ]
-    };
-    let [first, second] = SINE.map(joint);
-    let both = |i: usize| Vector2::new(first[i], second[i]);
-    Goal {
-        q: both(0),
-        dq: both(1),
-        ddq: both(2),
-    }
-}
-
-/// The law above: torque in N m for a state and a goal.
-pub(crate) fn computed_torque(
-    arm: &Parameters<f64>,
-    omega: f64,
-    state: &State<f64>,
-    goal: &Goal,
-) -> Vector2<f64> {
-    let State { q, dq } = *state;
-    let wanted = goal.ddq + (goal.dq - dq) * (2.0 * omega) + (goal.q - q) * (omega * omega);
-    Posture::of(q).inverse_dynamics(arm, dq, wanted)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn speeds_and_accelerations_are_derivatives() {
-        let h = 1e-5;
-        for time_s in [0.1, 0.9, 1.7, 2.5, 7.3] {
-            let (before, now, after) = (goal(time_s - h), goal(time_s), goal(time_s + h));
-            let dq = (after.q - before.q) / (2.0 * h);
-            let ddq = (after.dq - before.dq) / (2.0 * h);
-            assert!((dq - now.dq).amax() < 1e-8 && (ddq - now.ddq).amax() < 1e-8);
-        }
-        assert!(goal(0.0).dq.amax() + goal(0.0).q.amax() < 1e-15);
-    }
-
-    #[test]
-    fn the_law_makes_the_error_linear() {
-        let arm = Parameters::paper();
-        let state = State {
-            q: Vector2::new(0.3, -0.6),
-            dq: Vector2::new(1.2, -0.8),
+impl Tracking {
+    /// Simulates tracking at all gains, with and without delay.
+    ///
+    /// # Errors
+    ///
+    /// See [`DesignError`].
+    pub fn compute() -> Result<Self, DesignError> {
+        let candidates = [
+            observers::difference(),
+            observers::printed()?,
+            observers::placed(false, Form::Current)?,
+            observers::placed(true, Form::Current)?,
+        ];
+        let corrected = observers::standing(PERIOD_S)?;
+        let fast = observers::standing(f64::from(BOARD_US) * 1e-6)?;
+        let sweep = |delay| {
+            candidates.each_ref().map(|estimator| {
+                let rms_error = |omega| worst_rms_error(&run(estimator, omega, delay, PERIOD_US));
+                SWEEP.map(|omega| (omega, rms_error(omega))).to_vec()
+            })
         };
-        let goal = goal(1.3);
-        let torque = computed_torque(&arm, 9.0, &state, &goal);
-        let wanted = goal.ddq + (goal.dq - state.dq) * 18.0 + (goal.q - state.q) * 81.0;
-        assert!((arm.acceleration(&state, torque) - wanted).amax() < 1e-10);
+        let (delayed, undelayed) = (sweep(Delay::Unmodelled), sweep(Delay::None));
+        let at_omega = |sweep: &[Vec<(f64, f64)>; 4]| {
+            [0, 1, 2, 3].map(|i| {
+                let point = sweep[i].iter().find(|(omega, _)| *omega >= OMEGA);
+                point.map_or(f64::NAN, |(_, error)| *error)
+            })
+        };
+        let last = |points: &Vec<(f64, f64)>| {
+            let tracked = points.iter().take_while(|(_, error)| *error < TRACKS_RAD);
+            tracked.last().map_or(0.0, |(omega, _)| *omega)
+        };
+        let last_omega = [last(&undelayed[2]), last(&undelayed[3])];
+        let next_omega = SWEEP.into_iter().find(|omega| *omega > last_omega[0]);
+        let next_omega = next_omega.unwrap_or(f64::NAN);
+        let with_sent_torque = SampledLoop {
+            input: EstimatorInput::Sent,
+            ..control(Delay::None, PERIOD_US)
+        };
+        let corrected_run = run(&corrected, OMEGA, Delay::Predicted, PERIOD_US);
+        let board_run = run(&fast, OMEGA, Delay::Predicted, BOARD_US);
+        Ok(Self {
+            delayed_rad: at_omega(&delayed),
+            undelayed_rad: at_omega(&undelayed),
+            corrected_rad: [worst_rms_error(&corrected_run), worst_rms_error(&board_run)],
+            last_omega,
+            with_sent_torque: (
+                next_omega,
+                worst_rms_error(&track(&with_sent_torque, &candidates[2], next_omega)),
+            ),
+            runs: [
+                run(&candidates[0], OMEGA, Delay::Unmodelled, PERIOD_US),
+                run(&candidates[1], OMEGA, Delay::Unmodelled, PERIOD_US),
+                corrected_run,
+            ],
+            sweep: delayed,
+            sweep_corrected: SWEEP
+                .map(|omega| {
+                    (
+                        omega,
+                        worst_rms_error(&run(&corrected, omega, Delay::Predicted, PERIOD_US)),
+                    )
+                })
+                .to_vec(),
+            sweep_undelayed: undelayed,
+        })
     }
+}
+
+fn run(estimator: &Estimator<f64>, omega: f64, delay: Delay, period_us: u32) -> Run {
+    track(&control(delay, period_us), estimator, omega)
+}
+
+/// The paper's loop, or the board's if the delay is predicted.
+fn control(delay: Delay, period_us: u32) -> SampledLoop {
+    SampledLoop {
+        period_us,
+        duration_s: DURATION_S,
+        plant: arm_at([0.0; JOINTS], Friction::NONE),
+        delay,
+        input: if delay == Delay::Predicted {
+            EstimatorInput::Sent
+        } else {
+            EstimatorInput::Requested
+        },
+        start: InitialEstimate::FirstSample,
+        compensate: false,
+    }
+}
+
+fn track(control: &SampledLoop, estimator: &Estimator<f64>, omega: f64) -> Run {
+    let arm = Parameters::paper();
+    control.run(estimator, |time_s, state| {
+        computed_torque(&arm, omega, state, &reference(time_s))
+    })
+}
+
+/// RMS error of the worse joint in rad.
+fn worst_rms_error(run: &Run) -> f64 {
+    let rms_error = |joint| run.rms_error(joint, FROM_S, |time_s| reference(time_s).q[joint]);
+    rms_error(0).max(rms_error(1))
 }

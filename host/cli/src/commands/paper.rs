@@ -4,7 +4,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use armbridge_analysis::paper;
-use armbridge_analysis::paper::{Claim, Findings, Outline};
+use armbridge_analysis::paper::{Claim, Findings, JsonReport};
 use armbridge_analysis::run_folder::RunFolder;
 
 use super::Outcome;
@@ -17,13 +17,13 @@ Examples:
 
 pub(crate) fn run(args: &OutputArgs) -> Outcome {
     let folder = RunFolder::create(args.out.as_deref(), "paper")?;
-    let claims = Findings::find()?.claims();
+    let claims = Findings::compute()?.claims();
     let path = paper::write(folder.path(), &claims)?;
     let page = path.display();
     let mut out = std::io::stdout();
     let printed = if args.json {
-        let outline = Outline::new(&path, &claims);
-        writeln!(out, "{}", serde_json::to_string(&outline)?)
+        let report = JsonReport::new(&path, &claims);
+        writeln!(out, "{}", serde_json::to_string(&report)?)
     } else if args.quiet {
         Ok(())
     } else {

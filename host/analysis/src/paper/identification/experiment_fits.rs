@@ -1,29 +1,29 @@
-//! The fits of each experiment: the paper's, and those with dry friction.
+//! Fits of each experiment: the paper's, and those with dry friction.
 //!
-//! Where the start is only as good as the samples before it tell, the paper's fits take it
-//! as known, as the paper did; all others find it.
+//! If the initial state is known only from samples, the paper's fits treat it as known, as
+//! the paper did; all others estimate it.
 
 use serde::Serialize;
 
 use super::fit::{Fit, FitError, fit};
-use super::form::Form;
-use super::numbers::{
-    Numbers, Unknown, VISCOUS, VISCOUS_COULOMB, VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB,
+use super::form_check::FormCheck;
+use super::joint_parameters::{
+    JointParameters, Unknown, VISCOUS, VISCOUS_COULOMB, VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB,
 };
-use super::sampled::{Kind, Sampled, Start};
+use super::sampled_experiment::{ExperimentKind, InitialState, SampledExperiment};
 
-/// What a fit knows of friction.
+/// Friction model of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Model {
-    /// The paper's.
+pub enum FrictionModel {
+    /// The paper's: viscous friction.
     ViscousOnly,
-    /// With Coulomb friction.
+    /// Viscous and Coulomb friction.
     WithDryFriction,
 }
 
-impl Model {
-    /// In words.
+impl FrictionModel {
+    /// Name for messages and tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::ViscousOnly => "viscous only",
@@ -32,15 +32,15 @@ impl Model {
     }
 }
 
-/// Why an experiment was not fitted.
+/// Failure of the fit of an experiment.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{model} fit of the {experiment}: {source}", model = model.name())]
 pub struct ExperimentError {
-    /// By which model.
-    model: Model,
-    /// Of what.
+    /// Friction model.
+    model: FrictionModel,
+    /// Name of the experiment.
     experiment: &'static str,
-    /// Why.
+    /// Cause.
     source: FitError,
 }
 
@@ -49,34 +49,43 @@ pub(super) struct FallFits {
     /// The paper's.
     pub(super) as_paper: Fit,
     pub(super) dry: Fit,
-    pub(super) form: Form,
+    pub(super) form: FormCheck,
 }
 
 impl FallFits {
-    /// None without any.
-    pub(super) fn of(falls: &[Sampled], begin: &Numbers) -> Result<Option<Self>, ExperimentError> {
+    /// Fits the free falls; none if there are none.
+    pub(super) fn fit(
+        falls: &[SampledExperiment],
+        guess: &JointParameters,
+    ) -> Result<Option<Self>, ExperimentError> {
         if falls.is_empty() {
             return Ok(None);
         }
-        let try_fit = |sampled: &[Sampled], unknowns, begin: &Numbers, model| {
-            try_fit(sampled, unknowns, begin, model, Kind::FreeFall.name())
+        let try_fit = |sampled: &[SampledExperiment], unknowns, guess: &JointParameters, model| {
+            try_fit(
+                sampled,
+                unknowns,
+                guess,
+                model,
+                ExperimentKind::FreeFall.name(),
+            )
         };
-        let [viscous_only, with_dry] = [Model::ViscousOnly, Model::WithDryFriction];
-        let as_paper = try_fit(&known(falls), VISCOUS, begin, viscous_only)?;
-        let viscous = try_fit(falls, VISCOUS, begin, viscous_only)?;
-        // With more than what holds one of them, the arm of the guess would stick.
-        let loosest_nm = falls.iter().map(|fall| {
-            let push_nm = begin.gravity_nm * fall.start_rad.sin();
-            0.5 * push_nm.abs()
+        let [viscous_only, with_dry] = [FrictionModel::ViscousOnly, FrictionModel::WithDryFriction];
+        let as_paper = try_fit(&with_known_start(falls), VISCOUS, guess, viscous_only)?;
+        let viscous = try_fit(falls, VISCOUS, guess, viscous_only)?;
+        // Half the smallest initial gravity torque, so that the guessed arm does not stick.
+        let coulomb_nm = falls.iter().map(|fall| {
+            let gravity_nm = guess.gravity_nm * fall.start_rad.sin();
+            0.5 * gravity_nm.abs()
         });
-        let begin = Numbers {
-            coulomb_nm: loosest_nm.fold(f64::INFINITY, f64::min),
-            ..*begin
+        let guess = JointParameters {
+            coulomb_nm: coulomb_nm.fold(f64::INFINITY, f64::min),
+            ..*guess
         };
-        let dry = try_fit(falls, VISCOUS_COULOMB, &begin, with_dry)?;
+        let dry = try_fit(falls, VISCOUS_COULOMB, &guess, with_dry)?;
         Ok(Some(Self {
             as_paper,
-            form: Form::of(&viscous, &dry),
+            form: FormCheck::compare(&viscous, &dry),
             dry,
         }))
     }
@@ -86,72 +95,77 @@ impl FallFits {
 pub(super) struct PushFits {
     /// The paper's.
     pub(super) as_paper: Fit,
-    /// Which way the arm goes.
-    pub(super) way: f64,
-    pub(super) blind_spot: Option<String>,
+    /// Direction of the motion: 1 or -1.
+    pub(super) direction: f64,
+    pub(super) unidentifiable: Option<String>,
 }
 
 impl PushFits {
-    /// None without any.
-    pub(super) fn of(pushes: &[Sampled], begin: &Numbers) -> Result<Option<Self>, ExperimentError> {
-        /// Some dry friction to begin with: it will not be found.
-        const SOME_NM: f64 = 0.01;
+    /// Fits the constant inputs; none if there are none.
+    pub(super) fn fit(
+        pushes: &[SampledExperiment],
+        guess: &JointParameters,
+    ) -> Result<Option<Self>, ExperimentError> {
+        /// Guess of dry friction, which is not identifiable here.
+        const COULOMB_NM: f64 = 0.01;
 
         let Some((_, last_rad)) = pushes.first().and_then(|push| push.points().last()) else {
             return Ok(None);
         };
-        let way = (last_rad - pushes[0].start_rad).signum();
-        let kind = Kind::ConstantInput.name();
-        let model = Model::ViscousOnly;
-        let as_paper = try_fit(&known(pushes), VISCOUS_TORQUE, begin, model, kind)?;
-        let begin = Numbers {
-            coulomb_nm: SOME_NM,
-            torque_nm: as_paper.numbers.torque_nm + way * SOME_NM,
-            ..as_paper.numbers
+        let direction = (last_rad - pushes[0].start_rad).signum();
+        let kind = ExperimentKind::ConstantInput.name();
+        let model = FrictionModel::ViscousOnly;
+        let pushes = with_known_start(pushes);
+        let as_paper = try_fit(&pushes, VISCOUS_TORQUE, guess, model, kind)?;
+        let guess = JointParameters {
+            coulomb_nm: COULOMB_NM,
+            torque_nm: as_paper.parameters.torque_nm + direction * COULOMB_NM,
+            ..as_paper.parameters
         };
-        let dry = fit(&known(pushes), VISCOUS_TORQUE_COULOMB, &begin);
+        let dry = fit(&pushes, VISCOUS_TORQUE_COULOMB, &guess);
         Ok(Some(Self {
             as_paper,
-            way,
-            blind_spot: dry.ok().and_then(|fit| fit.blind_spot()),
+            direction,
+            unidentifiable: dry.ok().and_then(|fit| fit.unidentifiable()),
         }))
     }
 }
 
-/// One arm for all experiments.
-pub(super) fn both(
+/// Fit of one arm to all experiments.
+pub(super) fn combined_fit(
     fall: &FallFits,
-    falls: &[Sampled],
+    falls: &[SampledExperiment],
     push: &PushFits,
-    pushes: &[Sampled],
+    pushes: &[SampledExperiment],
 ) -> Result<Fit, ExperimentError> {
-    let begin = Numbers {
-        // The constant input gives the motor's torque less dry friction.
-        torque_nm: push.as_paper.numbers.torque_nm + push.way * fall.dry.numbers.coulomb_nm,
-        ..fall.dry.numbers
+    let guess = JointParameters {
+        // The constant input gives the motor's torque minus dry friction.
+        torque_nm: push.as_paper.parameters.torque_nm
+            + push.direction * fall.dry.parameters.coulomb_nm,
+        ..fall.dry.parameters
     };
     let all = [falls, pushes].concat();
-    let model = Model::WithDryFriction;
-    try_fit(&all, VISCOUS_TORQUE_COULOMB, &begin, model, "two together")
+    let model = FrictionModel::WithDryFriction;
+    try_fit(&all, VISCOUS_TORQUE_COULOMB, &guess, model, "two together")
 }
 
-/// The same, taken to begin where it was measured to.
-fn known(sampled: &[Sampled]) -> Vec<Sampled> {
-    let known = |sampled: &Sampled| Sampled {
-        start: Start::Known,
+/// The experiments with the measured initial state treated as known.
+fn with_known_start(sampled: &[SampledExperiment]) -> Vec<SampledExperiment> {
+    let known = |sampled: &SampledExperiment| SampledExperiment {
+        start: InitialState::Known,
         ..sampled.clone()
     };
     sampled.iter().map(known).collect()
 }
 
 fn try_fit(
-    sampled: &[Sampled],
+    sampled: &[SampledExperiment],
     unknowns: &[Unknown],
-    begin: &Numbers,
-    model: Model,
+    guess: &JointParameters,
+    model: FrictionModel,
     experiment: &'static str,
 ) -> Result<Fit, ExperimentError> {
-    fit(sampled, unknowns, begin).map_err(|source| ExperimentError {
+    fit(sampled, unknowns, guess).map_err(|source| ExperimentError {
         model,
         experiment,
         source,

@@ -1,15 +1,15 @@
-//! What was measured, what each model makes of it, and what is left over.
+//! Figure of the measured angles, the angles by each model, and the residuals.
 
 use std::path::{Path, PathBuf};
 
-use super::comparison::{PaperComparison, Shown};
-use super::sampled::Kind;
+use super::comparison::{FittedExperiment, PaperComparison};
+use super::sampled_experiment::ExperimentKind;
 use crate::plot::axis::Axis;
 use crate::plot::drawing::{Drawing, Rect, Stroke};
 use crate::plot::panel::{ALARM, FRAME, GOOD, JOINT, Key, Panel};
 use crate::plot::{PlotError, titled, write_all};
 
-/// Name of its files.
+/// Name of the figure's files.
 const NAME: &str = "paper-identification";
 
 const MEASURED: &str = JOINT[0];
@@ -21,53 +21,53 @@ const VISCOUS: Stroke = Stroke {
 const DRY: Stroke = Stroke::solid(GOOD, 1.8);
 const ZERO: Stroke = Stroke::solid(FRAME, 1.2);
 
-/// Most dots of what was measured, and points of what is left over: more would be noise.
+/// Largest number of dots of measured angles and of points of residuals.
 const DOTS: usize = 40;
 const BLOCKS: usize = 120;
 
-/// From the top of one experiment to that of the next.
+/// Distance from the top of one experiment to that of the next.
 const HEIGHT: f64 = 494.0;
 const TOP: f64 = 78.0;
 
 impl PaperComparison {
-    /// Each kind's first experiment: angles, and below them the residuals.
+    /// Draws the first experiment of each kind: angles, and below them residuals.
     fn drawing(&self) -> Drawing {
-        let kinds = [Kind::FreeFall, Kind::ConstantInput];
+        let kinds = [ExperimentKind::FreeFall, ExperimentKind::ConstantInput];
         let first = |kind| {
-            self.shown
+            self.experiments
                 .iter()
-                .find(move |shown| shown.sampled.kind == kind)
+                .find(move |fitted| fitted.sampled.kind == kind)
         };
-        let shown: Vec<&Shown> = kinds.into_iter().filter_map(first).collect();
-        let height = TOP + HEIGHT * shown.len() as f64;
+        let experiments: Vec<&FittedExperiment> = kinds.into_iter().filter_map(first).collect();
+        let height = TOP + HEIGHT * experiments.len() as f64;
         let mut drawing = titled(height, "The paper's identification", &self.source);
-        for (i, shown) in shown.iter().enumerate() {
-            draw(&mut drawing, shown, TOP + HEIGHT * i as f64);
+        for (i, fitted) in experiments.iter().enumerate() {
+            draw(&mut drawing, fitted, TOP + HEIGHT * i as f64);
         }
         drawing
     }
 
-    /// Writes it into a folder, as SVG and PNG; returns the files.
+    /// Writes the figure into a folder as SVG and PNG; returns the files.
     ///
     /// # Errors
-    /// When a file cannot be written or the drawing not be turned into pixels.
+    /// If a file cannot be written or the drawing cannot be rendered.
     pub fn draw(&self, folder: &Path) -> Result<Vec<PathBuf>, PlotError> {
         write_all(folder, [(NAME, self.drawing())])
     }
 }
 
-fn draw(drawing: &mut Drawing, shown: &Shown, top: f64) {
-    let sampled = &shown.sampled;
+fn draw(drawing: &mut Drawing, fitted: &FittedExperiment, top: f64) {
+    let sampled = &fitted.sampled;
     let measured: Vec<(f64, f64)> = sampled.points().collect();
     let x = Axis::linear(0.0, measured.last().map_or(1.0, |last| last.0).max(1e-3));
     let frame = Rect::row(top, 230.0);
-    // The viscous one last: it is dashed, and seen where both are one.
-    let dry = shown.dry_rad.iter();
+    // The viscous model is drawn last: its dashes show where both coincide.
+    let dry = fitted.dry_rad.iter();
     let models: Vec<(&str, Stroke, &[Option<f64>])> = dry
         .map(|dry| ("with dry friction", DRY, dry.as_slice()))
-        .chain([("viscous only", VISCOUS, shown.viscous_rad.as_slice())])
+        .chain([("viscous only", VISCOUS, fitted.viscous_rad.as_slice())])
         .collect();
-    // Measured less what is left over is computed.
+    // Computed angle = measured angle - residual.
     let computed = |residuals: &[Option<f64>]| -> Vec<(f64, f64)> {
         let pairs = sampled.angles_rad.iter().zip(residuals).enumerate();
         let point = |(k, (angle, residual)): (usize, (&Option<f64>, &Option<f64>))| {
@@ -89,26 +89,26 @@ fn draw(drawing: &mut Drawing, shown: &Shown, top: f64) {
         panel.curve(drawing, curve.into_iter(), *stroke);
         legend.push((Key::Line(*stroke), *name));
     }
-    let some = measured
+    let selected = measured
         .iter()
         .step_by(measured.len().div_ceil(DOTS).max(1));
-    let centres: Vec<(f64, f64)> = some.map(|(t, q)| panel.at(*t, *q)).collect();
+    let centres: Vec<(f64, f64)> = selected.map(|(t, q)| panel.at(*t, *q)).collect();
     drawing.dots(centres, 4.5, MEASURED);
     panel.legend(drawing, &legend);
 
     let block_len = sampled.angles_rad.len().div_ceil(BLOCKS).max(1);
-    let left_over = |residuals: &[Option<f64>]| -> Vec<(f64, f64)> {
+    let block_means = |residuals: &[Option<f64>]| -> Vec<(f64, f64)> {
         let blocks = residuals.chunks(block_len).enumerate();
         let point = |(k, block): (usize, &[Option<f64>])| {
-            let seen: Vec<f64> = block.iter().flatten().copied().collect();
+            let present: Vec<f64> = block.iter().flatten().copied().collect();
             let middle_s =
                 ((k * block_len) as f64 + 0.5 * (block.len() - 1) as f64) * sampled.period_s;
-            let mean = seen.iter().sum::<f64>() / seen.len() as f64;
-            (!seen.is_empty()).then_some((middle_s, 1e3 * mean))
+            let mean = present.iter().sum::<f64>() / present.len() as f64;
+            (!present.is_empty()).then_some((middle_s, 1e3 * mean))
         };
         blocks.filter_map(point).collect()
     };
-    let curves: Vec<_> = models.iter().map(|model| left_over(model.2)).collect();
+    let curves: Vec<_> = models.iter().map(|model| block_means(model.2)).collect();
     let panel = Panel {
         frame: Rect {
             y: top + 264.0,
@@ -119,8 +119,8 @@ fn draw(drawing: &mut Drawing, shown: &Shown, top: f64) {
         y: Axis::around(curves.iter().flatten().map(|(_, y)| *y).chain([0.0]), 0.1),
     };
     let title = match block_len {
-        1 => "measured less computed".to_owned(),
-        len => format!("measured less computed, means of {len} samples"),
+        1 => "measured minus computed".to_owned(),
+        len => format!("measured minus computed, means of {len} samples"),
     };
     panel.draw(drawing, &title, Some("time (s)"), Some("(mrad)"));
     panel.level(drawing, 0.0, ZERO);

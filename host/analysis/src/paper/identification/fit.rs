@@ -1,183 +1,190 @@
-//! The numbers with whose motion the samples agree best, and how well they are known.
+//! Least-squares fit of the parameters of joint 1, with standard errors and identifiability.
 //!
-//! Levenberg and Marquardt on the angles, with exact derivatives, bounded by nothing. The
-//! error of each sample is taken for white noise whose size the residuals tell: that is
-//! what the standard errors mean, and they mean nothing where the model is of the wrong
-//! form, see [`Form`](super::Form).
+//! Unbounded Levenberg-Marquardt on the angles, with exact derivatives. The standard errors
+//! assume white noise on each sample, with a variance estimated from the residuals; they are
+//! not valid if the model is of the wrong form, see [`FormCheck`](super::FormCheck).
 //!
-//! A start of the search at which friction holds the arm would be its end: nothing moves,
-//! so nothing depends on any number. Such a start is refused by name.
+//! The search cannot leave a guess at which friction holds the arm: nothing moves, so
+//! the residuals depend on no parameter. Such a guess is rejected.
 
 use levenberg_marquardt::LevenbergMarquardt;
 use nalgebra::{DMatrix, DVector};
 
-use super::numbers::{Numbers, Unknown};
-use super::problem::Problem;
-use super::sampled::{Kind, Sampled};
+use super::joint_parameters::{JointParameters, Unknown};
+use super::least_squares::Problem;
+use super::sampled_experiment::{ExperimentKind, SampledExperiment};
 
-/// Condition number beyond which a combination of numbers is not seen at all: with exact
-/// derivatives, what is left of one that has no effect is rounding.
-const BLIND: f64 = 1e9;
+/// Condition number above which a combination of parameters is not identifiable: with exact
+/// derivatives, the smallest singular value is then rounding.
+const SINGULAR_CONDITION: f64 = 1e9;
 
-/// What was found.
+/// Result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// All numbers, sought or not.
-    pub numbers: Numbers,
-    /// Those that were sought.
+    /// All parameters, fitted or not.
+    pub parameters: JointParameters,
+    /// The fitted parameters.
     pub unknowns: Vec<Unknown>,
-    /// How each experiment begins: angle in rad, speed in rad/s.
+    /// Initial state of each experiment: angle in rad, speed in rad/s.
     pub starts: Vec<[f64; 2]>,
-    /// Covariance of the unknowns, and after them of the starts that were found.
+    /// Covariance of the unknowns, followed by the estimated initial states.
     pub covariance: DMatrix<f64>,
-    /// Largest over smallest effect that changes of the unknowns by shares of their size
-    /// have on the samples.
+    /// Condition number of the Jacobian with respect to relative changes of the unknowns.
     pub condition: f64,
-    /// Of each number's variance, the share that is due to the change with the least
-    /// effect.
-    pub(super) faintest: Vec<f64>,
-    /// Root of the mean square of all residuals, in rad.
+    /// Fraction of each unknown's variance that lies in the least observable direction.
+    pub(super) weakest_share: Vec<f64>,
+    /// Root mean square of all residuals, in rad.
     pub rms_rad: f64,
-    /// Measured less computed in rad, for each experiment; none where a sample is missing.
+    /// Measured minus computed angles in rad, for each experiment; none where a sample is
+    /// missing.
     pub residuals_rad: Vec<Vec<Option<f64>>>,
 }
 
-/// Why nothing was found.
+/// Failure of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FitError {
     /// Fewer samples than needed.
-    #[error("{samples} samples are too few for {unknowns} unknown numbers")]
-    TooFew {
-        /// That there are.
+    #[error("{samples} samples are too few for {unknowns} unknown parameters")]
+    TooFewSamples {
+        /// Samples present.
         samples: usize,
-        /// Starts that are not known included.
+        /// Unknowns, including those of the initial states.
         unknowns: usize,
     },
-    /// With the numbers to begin with, an experiment does not move.
+    /// The arm of the guess does not move in an experiment.
     #[error(
-        "with the dry friction to begin with, the arm sticks in the {}: nothing would depend on \
-         any number; begin with less",
+        "the arm sticks in the {} with the guessed dry friction, so no parameter has an effect; \
+         guess less",
         kind.name()
     )]
     Sticks {
-        /// Which.
-        kind: Kind,
+        /// The experiment.
+        kind: ExperimentKind,
     },
-    /// The search did not come to an end.
-    #[error("the search for the numbers came to no end: do these samples show a moving arm?")]
-    NoEnd,
+    /// The search did not converge.
+    #[error("the fit did not converge: do these samples show a moving arm?")]
+    NotConverged,
 }
 
 impl Fit {
-    /// What the search has come to.
-    fn of(problem: &Problem) -> Self {
-        let numbers = problem.numbers();
+    /// Evaluates the problem at the end of the search.
+    fn from_problem(problem: &Problem) -> Self {
+        let parameters = problem.parameters();
         let starts = problem
             .starts()
             .into_iter()
             .map(|(start, _)| start)
             .collect();
         let (rows, columns) = problem.jacobian.shape();
-        // Changes by shares of what each number is.
+        // Scales of relative changes.
         let size = DVector::from_fn(columns, |j, _| match problem.unknowns.get(j) {
-            Some(unknown) => problem.at[j].abs().max(unknown.much()),
-            None => problem.at[j].abs().max(0.05),
+            Some(unknown) => problem.x[j].abs().max(unknown.scale_floor()),
+            None => problem.x[j].abs().max(0.05),
         });
         let scaled = DMatrix::from_fn(rows, columns, |i, j| problem.jacobian[(i, j)] * size[j]);
         let svd = scaled.svd(false, true);
         let values = &svd.singular_values;
         let largest = values.max();
         let smallest = values.min();
-        let turned = svd
+        let v_t = svd
             .v_t
             .unwrap_or_else(|| DMatrix::identity(columns, columns));
         let squares = problem.residuals.norm_squared();
         let variance = squares / (rows - columns) as f64;
         let weight = values.map(|value| variance / value.max(largest * 1e-15).powi(2));
         let least = values.imin();
-        let faintest = (0..columns).map(|j| {
-            let parts = (0..columns).map(|k| turned[(k, j)].powi(2) * weight[k]);
-            turned[(least, j)].powi(2) * weight[least] / parts.sum::<f64>()
+        let weakest_share = (0..columns).map(|j| {
+            let parts = (0..columns).map(|k| v_t[(k, j)].powi(2) * weight[k]);
+            v_t[(least, j)].powi(2) * weight[least] / parts.sum::<f64>()
         });
-        let faintest = faintest.collect();
-        let shares = turned.transpose() * DMatrix::from_diagonal(&weight) * &turned;
-        let covariance =
-            DMatrix::from_fn(columns, columns, |i, j| shares[(i, j)] * size[i] * size[j]);
+        let weakest_share = weakest_share.collect();
+        let relative = v_t.transpose() * DMatrix::from_diagonal(&weight) * &v_t;
+        let covariance = DMatrix::from_fn(columns, columns, |i, j| {
+            relative[(i, j)] * size[i] * size[j]
+        });
         let mut residuals = problem.residuals.iter().copied();
         let residuals_rad = problem.sampled.iter().map(|sampled| {
-            let seen = sampled.angles_rad.iter();
-            seen.map(|angle| angle.and_then(|_| residuals.next()))
+            let angles = sampled.angles_rad.iter();
+            angles
+                .map(|angle| angle.and_then(|_| residuals.next()))
                 .collect()
         });
         Self {
-            numbers,
+            parameters,
             unknowns: problem.unknowns.to_vec(),
             starts,
             residuals_rad: residuals_rad.collect(),
             covariance,
             condition: largest / smallest,
-            faintest,
+            weakest_share,
             rms_rad: (squares / rows as f64).sqrt(),
         }
     }
 
-    /// Standard error of a number; 0 if it was not sought.
-    pub fn error(&self, unknown: Unknown) -> f64 {
-        let at = self.unknowns.iter().position(|u| *u == unknown);
-        at.map_or(0.0, |i| self.covariance[(i, i)].sqrt())
+    /// Standard error of a parameter; 0 if it was not fitted.
+    pub fn standard_error(&self, unknown: Unknown) -> f64 {
+        let index = self.index(unknown);
+        index.map_or(0.0, |i| self.covariance[(i, i)].sqrt())
     }
 
-    /// Correlation of two numbers that were sought; none of others.
+    /// Correlation of two fitted parameters; none if one was not fitted.
     pub fn correlation(&self, a: Unknown, b: Unknown) -> Option<f64> {
-        let at = |unknown| self.unknowns.iter().position(|u| *u == unknown);
-        let (a, b) = (at(a)?, at(b)?);
+        let (a, b) = (self.index(a)?, self.index(b)?);
         let variances = self.covariance[(a, a)] * self.covariance[(b, b)];
         Some(self.covariance[(a, b)] / variances.sqrt())
     }
 
-    /// Sum of squares of all residuals in rad².
-    pub fn squares(&self) -> f64 {
-        let all = self.residuals_rad.iter().flatten().flatten();
-        all.map(|residual| residual * residual).sum()
+    fn index(&self, unknown: Unknown) -> Option<usize> {
+        self.unknowns.iter().position(|u| *u == unknown)
     }
 
-    /// Samples that were compared.
+    /// Sum of squares of all residuals in rad².
+    pub fn sum_of_squares(&self) -> f64 {
+        let residuals = self.residuals_rad.iter().flatten().flatten();
+        residuals.map(|residual| residual * residual).sum()
+    }
+
+    /// Number of residuals.
     pub fn count(&self) -> usize {
         self.residuals_rad.iter().flatten().flatten().count()
     }
 
-    /// Numbers of which the samples tell nothing but a combination, and what would help;
-    /// none if all are identifiable.
-    pub fn blind_spot(&self) -> Option<String> {
-        if self.condition < BLIND {
+    /// Message that names parameters of which only a combination is identifiable, with a
+    /// remedy; none if all are identifiable.
+    pub fn unidentifiable(&self) -> Option<String> {
+        if self.condition < SINGULAR_CONDITION {
             return None;
         }
-        let shares = self.unknowns.iter().zip(&self.faintest);
-        let moved = shares.filter(|(_, share)| **share > 0.5);
-        let names: Vec<&str> = moved.map(|(unknown, _)| unknown.name()).collect();
+        let shares = self.unknowns.iter().zip(&self.weakest_share);
+        let combined = shares.filter(|(_, share)| **share > 0.5);
+        let names: Vec<&str> = combined.map(|(unknown, _)| unknown.name()).collect();
         let (last, others) = names.split_last()?;
-        let help = if names.contains(&Unknown::Gravity.name()) {
-            "keep the weight, which a scale and a ruler tell"
+        let remedy = if names.contains(&Unknown::Gravity.name()) {
+            "fix the weight, measured with a scale and a ruler"
         } else {
-            "only a motion the other way, or without the motor, tells them apart"
+            "add a motion in the other direction, or without motor torque"
         };
         Some(format!(
-            "{} and {last} cannot be told apart; {help}",
+            "{} and {last} are not separately identifiable; {remedy}",
             others.join(", ")
         ))
     }
 }
 
-/// Seeks these numbers, and the starts that are not known, beginning at `guess`.
+/// Fits the unknowns and the unknown initial states, starting at `guess`.
 ///
 /// # Errors
 /// See [`FitError`].
-pub fn fit(sampled: &[Sampled], unknowns: &[Unknown], guess: &Numbers) -> Result<Fit, FitError> {
+pub fn fit(
+    sampled: &[SampledExperiment],
+    unknowns: &[Unknown],
+    guess: &JointParameters,
+) -> Result<Fit, FitError> {
     let problem = Problem::new(sampled, unknowns, guess);
-    let samples = sampled.iter().map(Sampled::count).sum();
-    let columns = problem.at.len();
+    let samples = sampled.iter().map(SampledExperiment::count).sum();
+    let columns = problem.x.len();
     if samples <= columns {
-        return Err(FitError::TooFew {
+        return Err(FitError::TooFewSamples {
             samples,
             unknowns: columns,
         });
@@ -186,16 +193,16 @@ pub fn fit(sampled: &[Sampled], unknowns: &[Unknown], guess: &Numbers) -> Result
         return Err(FitError::Sticks { kind });
     }
     let (problem, report) = LevenbergMarquardt::new().minimize(problem);
-    // At the bottom, rounding may be all that is left to gain.
-    let ended = report.termination.was_successful()
+    // At the minimum, rounding may prevent any further improvement.
+    let converged = report.termination.was_successful()
         || matches!(
             report.termination,
             levenberg_marquardt::TerminationReason::NoImprovementPossible(_)
                 | levenberg_marquardt::TerminationReason::LostPatience
         );
-    let finite = problem.at.iter().all(|x| x.is_finite());
-    if !(ended && finite) || problem.sticks.is_some() {
-        return Err(FitError::NoEnd);
+    let finite = problem.x.iter().all(|x| x.is_finite());
+    if !(converged && finite) || problem.sticks.is_some() {
+        return Err(FitError::NotConverged);
     }
-    Ok(Fit::of(&problem))
+    Ok(Fit::from_problem(&problem))
 }

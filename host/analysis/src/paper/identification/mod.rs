@@ -1,13 +1,14 @@
-//! The paper's own identification of joint 1, and why it gives two values of one friction.
+//! The paper's own identification of joint 1, and the reason why it gives two values of one
+//! friction.
 //!
-//! Section 3 lets the arm fall and fits its viscous friction, b1 = 0.421; then it pushes
-//! with a constant input, fits that torque and the friction together, and gets 0.239. It
-//! suspects "static friction which is not modelled". Here the same two experiments are
-//! fitted as the paper did, and then with dry friction in the model: the two values become
-//! one.
+//! Section 3 fits viscous friction to a free fall, b1 = 0.421; then it pushes the arm
+//! with a constant input, fits that torque and the friction together, and obtains 0.239. It
+//! suspects "static friction which is not modelled". This module fits the same two
+//! experiments as the paper did, and then with dry friction in the model: the two values
+//! become one.
 //!
 //! ```text
-//! samples of joint 1 -> fit, viscous only -> is it of the right form? -> fit, dry friction
+//! samples of joint 1 -> fit, viscous only -> check of the form -> fit, dry friction
 //! ```
 //!
 //! | file              | contents                                                    |
@@ -29,24 +30,24 @@ mod comparison;
 mod experiment_fits;
 mod figure;
 mod fit;
-mod form;
+mod form_check;
+mod joint_parameters;
+mod least_squares;
 mod log;
 mod motion;
-mod numbers;
-mod problem;
-mod sampled;
+mod sampled_experiment;
 mod table;
 mod virtual_arm;
 
 pub use super::printed::PUSH_FROM_RAD;
-pub use comparison::{CompareError, Line, PaperComparison, Within};
-pub use experiment_fits::{ExperimentError, Model};
+pub use comparison::{CompareError, Estimate, FitSummary, PaperComparison};
+pub use experiment_fits::{ExperimentError, FrictionModel};
 pub use fit::{Fit, FitError, fit};
-pub use form::Form;
-pub use log::{NoExperiment, sampled};
-pub use numbers::{
-    Numbers, Unknown, VISCOUS, VISCOUS_COULOMB, VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB,
+pub use form_check::FormCheck;
+pub use joint_parameters::{
+    JointParameters, Unknown, VISCOUS, VISCOUS_COULOMB, VISCOUS_TORQUE, VISCOUS_TORQUE_COULOMB,
     VISCOUS_TORQUE_INERTIA,
 };
-pub use sampled::{Kind, Sampled, Start};
+pub use log::{NoExperiment, experiments};
+pub use sampled_experiment::{ExperimentKind, InitialState, SampledExperiment};
 pub use virtual_arm::VirtualArm;

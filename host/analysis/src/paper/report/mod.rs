@@ -1,7 +1,7 @@
 //! The report: `report.html` and each figure as SVG and PNG, in one folder.
 //!
-//! The page stands alone: its style and its drawings are in it, and it asks
-//! nothing of a network. [`table`] is the same in a few lines for a terminal.
+//! The page is self-contained: it includes its style and drawings and needs no network
+//! access. [`table`] is a summary for a terminal.
 
 mod page;
 
@@ -13,11 +13,11 @@ use crate::html;
 use crate::plot;
 use crate::plot::PlotError;
 
-/// Writes page and figures into an existing folder; returns the page's path.
+/// Writes the page and its figures into an existing folder; returns the page's path.
 ///
 /// # Errors
 ///
-/// When a file cannot be written or a drawing not be turned into pixels.
+/// If a file cannot be written or a drawing cannot be rendered.
 pub fn write(folder: &Path, claims: &[Claim]) -> Result<PathBuf, PlotError> {
     let figures = claims.iter().flat_map(|claim| &claim.figures);
     plot::write_all(
@@ -27,12 +27,12 @@ pub fn write(folder: &Path, claims: &[Claim]) -> Result<PathBuf, PlotError> {
     html::write(folder, &page::page(claims))
 }
 
-/// How many claims fare so.
+/// Number of claims with a verdict.
 fn count(claims: &[Claim], verdict: Verdict) -> usize {
     claims.iter().filter(|c| c.verdict() == verdict).count()
 }
 
-/// Every claim with its verdict, as text.
+/// Text table of the claims and their verdicts.
 pub fn table(claims: &[Claim]) -> String {
     let width = claims.iter().map(|claim| claim.title.chars().count());
     let width = width.max().unwrap_or(0);
@@ -52,7 +52,7 @@ pub fn table(claims: &[Claim]) -> String {
     text
 }
 
-/// The verdicts counted, in a line.
+/// Count of each verdict, in a line.
 fn counts(claims: &[Claim]) -> String {
     let counts = [
         Verdict::Reproduced,

@@ -1,4 +1,4 @@
-//! The page itself.
+//! HTML page of the report.
 
 use maud::{Markup, html};
 
@@ -10,7 +10,7 @@ use crate::paper::text::digits;
 
 const TITLE: &str = "The two-joint arm paper, recomputed";
 
-/// The whole page.
+/// HTML text of the page.
 pub(super) fn page(claims: &[Claim]) -> String {
     let contents = html! {
         (introduction(claims))
@@ -26,17 +26,16 @@ fn introduction(claims: &[Claim]) -> Markup {
         h1 { (TITLE) }
         p.lead {
             "“Detailed description of a two joint robot arm” describes an arm of two Dynamixel \
-             AX-12A servos, its model, an LQR regulator and an observer. This page is what its \
-             numbers and figures come to when they are computed again, by the code that \
-             Armbridge runs on its board."
+             AX-12A servos, its model, an LQR regulator and an observer. This page recomputes its \
+             numbers and figures with the code that Armbridge runs on its board."
         }
         p { (counts(claims)) "." }
         p.note {
             "Everything here is simulated. No servo and no arm has been measured, and the \
-             paper's measured curves are not available as data: where it compares its model \
-             with its arm, a simulated arm stands in, with encoder counts, integer PWM and an \
-             assumed dry friction. Every figure and number comes from one run of armbridge "
-            (env!("CARGO_PKG_VERSION")) "; the verdicts are computed by comparing the numbers \
+             paper's measured curves are not available as data: where the paper compares its \
+             model with its arm, a simulated arm is used instead, with encoder counts, integer PWM \
+             and an assumed dry friction. Every figure and number comes from one run of armbridge "
+            (env!("CARGO_PKG_VERSION")) "; each verdict follows from a comparison of its numbers \
              with the thresholds in the last table."
         }
     }
@@ -62,7 +61,7 @@ fn contents(claims: &[Claim]) -> Markup {
     }
 }
 
-/// A claim's name, which leads to its section.
+/// Link to a claim's section.
 fn link(claim: &Claim) -> Markup {
     html! { a href={ "#" (claim.id) } { (claim.title) } }
 }
@@ -70,10 +69,10 @@ fn link(claim: &Claim) -> Markup {
 fn section(index: usize, claim: &Claim) -> Markup {
     let verdict = claim.verdict();
     let texts = [
-        ("Paper says", &claim.paper),
-        ("We find", &claim.find),
-        ("Why", &claim.why),
-        ("What mends it", &claim.mend),
+        ("Paper", &claim.paper),
+        ("Finding", &claim.finding),
+        ("Explanation", &claim.explanation),
+        ("Remedy", &claim.remedy),
     ];
     html! {
         section id=(claim.id) {
@@ -93,12 +92,12 @@ fn section(index: usize, claim: &Claim) -> Markup {
 }
 
 fn figure(figure: &Figure) -> Markup {
-    let name = figure.of_paper.unwrap_or("Not in the paper");
+    let name = figure.paper_figure.unwrap_or("Not in the paper");
     let caption = format!("{name}. {}", figure.caption);
     html::figure(figure.name, &figure.drawing(), &figure.caption, &caption)
 }
 
-/// Every number of every claim.
+/// Table of the numbers of all claims.
 fn numbers(claims: &[Claim]) -> Markup {
     let heads = ["Number", "#Found", "#Expected", "#Deviation", "Holds"];
     let rows = html! {
@@ -117,9 +116,10 @@ fn numbers(claims: &[Claim]) -> Markup {
         section #numbers {
             h2 { "All numbers" }
             p {
-                "A claim is reproduced when every number “as printed” holds; it is explained when \
-                 those do not and every number of “our reading” does; otherwise it is not \
-                 reproduced. Deviation is what is found less what is expected."
+                "A number holds if it meets the condition under “Expected”. A claim is reproduced \
+                 if all its numbers hold; it is explained if a number “as printed” does not hold, \
+                 but every number of “our reading” does; otherwise it is not reproduced. The \
+                 deviation is the found value minus the expected value."
             }
             (html::table(&heads, &rows))
         }
@@ -139,7 +139,7 @@ fn row(number: &Number) -> Markup {
     };
     html! {
         tr {
-            td { (number.what) }
+            td { (number.quantity) }
             td.n { (digits(number.found, 6)) (space) (number.unit) }
             td.n { (number.rule.words()) }
             td.n { (deviation) }

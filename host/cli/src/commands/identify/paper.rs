@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use armbridge_analysis::paper::identification::{PaperComparison, Sampled, sampled};
+use armbridge_analysis::paper::identification::{PaperComparison, SampledExperiment, experiments};
 use armbridge_analysis::run_folder::{DEFAULT_BASE, RunFolder};
 use armbridge_log::log_path::find;
 use armbridge_log::recording::Recording;
@@ -59,7 +59,7 @@ pub(super) fn run(args: &PaperArgs) -> Outcome {
     let comparison = if args.logs.is_empty() {
         PaperComparison::simulated(args.seed)?
     } else {
-        of_logs(args)?
+        from_logs(args)?
     };
     let folder = RunFolder::create(args.out.as_deref(), "identify-paper")?;
     let files = comparison.draw(folder.path())?;
@@ -84,9 +84,9 @@ pub(super) fn run(args: &PaperArgs) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-fn of_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
+fn from_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
     let mut first: Option<(PathBuf, Parameters<f32>)> = None;
-    let mut all: Vec<Sampled> = Vec::new();
+    let mut all: Vec<SampledExperiment> = Vec::new();
     let mut about: Vec<String> = Vec::new();
     let mut worlds: Vec<String> = Vec::new();
     for log in &args.logs {
@@ -101,7 +101,7 @@ fn of_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
             let (a, b) = (named.display(), path.display());
             return Err(format!("{a} and {b} are of boards that believe in different arms").into());
         }
-        let found = sampled(&recording.records(), facts)
+        let found = experiments(&recording.records(), facts)
             .map_err(|error| format!("{}: {error}", path.display()))?;
         all.extend(found);
         about.push(facts.name.clone());
@@ -114,9 +114,13 @@ fn of_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
     };
     if args.as_paper {
         for sampled in &mut all {
-            *sampled = sampled.as_paper();
+            *sampled = sampled.at_paper_period();
         }
     }
     let source = format!("{} · {}", about.join(", "), worlds.join(", "));
-    Ok(PaperComparison::of(source, all, &arm.map(f64::from))?)
+    Ok(PaperComparison::from_experiments(
+        source,
+        all,
+        &arm.map(f64::from),
+    )?)
 }

@@ -34,8 +34,8 @@ fn without_a_log_both_are_simulated() {
         "free fall viscous only 0.42",
         "constant input viscous only 0.239",
         "viscous friction alone is of the wrong form for the free fall",
-        "are one arm: b1 = 0.239 N m s/rad and 0.107 N m of dry friction",
-        "torque and dry friction cannot be told apart",
+        "belong to one arm with b1 = 0.239 N m s/rad and 0.107 N m of dry friction",
+        "torque and dry friction are not separately identifiable",
     ] {
         assert!(words.contains(expected), "no {expected:?} in\n{text}");
     }

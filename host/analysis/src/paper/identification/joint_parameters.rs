@@ -1,4 +1,4 @@
-//! The numbers of joint 1 while joint 2 is straight, and which of them are sought.
+//! Parameters of joint 1 while joint 2 is straight, and the unknowns among them.
 //!
 //! ```text
 //! J ddq = torque + a sin q - b1 dq - c sign(dq)
@@ -12,55 +12,57 @@ use armbridge_shared::arm::Parameters;
 use nalgebra::Vector2;
 use serde::Serialize;
 
-/// The numbers that all experiments on an arm have in common.
+/// Parameters of joint 1, common to all experiments on an arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Numbers<D = f64> {
+pub struct JointParameters<D = f64> {
     /// Viscous friction in N m s/rad.
     pub b1: D,
-    /// The constant input in N m, of experiments that have one.
+    /// Torque of the constant input in N m.
     pub torque_nm: D,
     /// M(1,1) in kg m².
     pub inertia_kg_m2: D,
-    /// Gravity torque of the level arm in N m; negative of an arm that hangs.
+    /// Gravity torque of the level arm in N m; negative for a hanging arm.
     pub gravity_nm: D,
     /// Dry friction of the sliding joint in N m.
     pub coulomb_nm: D,
 }
 
-/// A number that may be sought.
+/// A parameter that can be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unknown {
-    /// [`Numbers::b1`].
+    /// [`JointParameters::b1`].
     Viscous,
-    /// [`Numbers::torque_nm`].
+    /// [`JointParameters::torque_nm`].
     Torque,
-    /// [`Numbers::inertia_kg_m2`].
+    /// [`JointParameters::inertia_kg_m2`].
     Inertia,
-    /// [`Numbers::gravity_nm`].
+    /// [`JointParameters::gravity_nm`].
     Gravity,
-    /// [`Numbers::coulomb_nm`].
+    /// [`JointParameters::coulomb_nm`].
     Coulomb,
 }
 
-/// The paper's free fall: viscous friction is all there is.
+/// Unknown of the paper's free fall: viscous friction alone.
 pub const VISCOUS: &[Unknown] = &[Unknown::Viscous];
-/// The paper's constant input: "both the input torque and the friction coefficients".
+/// Unknowns of the paper's constant input: "both the input torque and the friction
+/// coefficients".
 pub const VISCOUS_TORQUE: &[Unknown] = &[Unknown::Viscous, Unknown::Torque];
-/// The same with the inertia.
+/// Unknowns of the constant input with the inertia.
 pub const VISCOUS_TORQUE_INERTIA: &[Unknown] =
     &[Unknown::Viscous, Unknown::Torque, Unknown::Inertia];
-/// A free fall with dry friction.
+/// Unknowns of a free fall with dry friction.
 pub const VISCOUS_COULOMB: &[Unknown] = &[Unknown::Viscous, Unknown::Coulomb];
-/// A constant input with dry friction: of use together with a free fall only.
+/// Unknowns of a constant input with dry friction, identifiable only together with a free
+/// fall.
 pub const VISCOUS_TORQUE_COULOMB: &[Unknown] =
     &[Unknown::Viscous, Unknown::Torque, Unknown::Coulomb];
 
-/// How many there are.
+/// Number of parameters.
 pub(super) const COUNT: usize = 5;
 
 impl Unknown {
-    /// All of them, as they lie in `to_array`.
+    /// All parameters in the order of `to_array`.
     pub const ALL: [Self; COUNT] = [
         Self::Viscous,
         Self::Torque,
@@ -69,7 +71,7 @@ impl Unknown {
         Self::Coulomb,
     ];
 
-    /// In words.
+    /// Name for messages.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Viscous => "viscous friction",
@@ -80,8 +82,9 @@ impl Unknown {
         }
     }
 
-    /// What is much of it, in its unit: shares of a number near nothing say nothing.
-    pub(super) const fn much(self) -> f64 {
+    /// Smallest scale for relative changes, in the parameter's unit: a parameter near zero
+    /// is no scale.
+    pub(super) const fn scale_floor(self) -> f64 {
         match self {
             Self::Viscous => 0.01,
             Self::Torque | Self::Gravity => 0.05,
@@ -91,9 +94,9 @@ impl Unknown {
     }
 }
 
-impl Numbers {
-    /// Of an arm without dry friction and without input.
-    pub fn of(arm: &Parameters<f64>) -> Self {
+impl JointParameters {
+    /// Parameters of an arm without dry friction and without input.
+    pub fn from_arm(arm: &Parameters<f64>) -> Self {
         let straight = Vector2::zeros();
         Self {
             b1: arm.b1,
@@ -104,20 +107,20 @@ impl Numbers {
         }
     }
 
-    /// The one of them.
+    /// Value of a parameter.
     pub fn get(&self, unknown: Unknown) -> f64 {
         self.to_array()[unknown as usize]
     }
 
-    /// The same but for one.
+    /// Copy with one parameter replaced.
     #[must_use]
     pub fn with(&self, unknown: Unknown, value: f64) -> Self {
-        let mut numbers = self.to_array();
-        numbers[unknown as usize] = value;
-        Self::from_array(numbers)
+        let mut values = self.to_array();
+        values[unknown as usize] = value;
+        Self::from_array(values)
     }
 
-    /// In the order of [`Unknown::ALL`].
+    /// Converts with the order of [`Unknown::ALL`].
     pub(super) fn to_array(self) -> [f64; COUNT] {
         [
             self.b1,
@@ -129,8 +132,8 @@ impl Numbers {
     }
 }
 
-impl<D> Numbers<D> {
-    /// In the order of [`Unknown::ALL`].
+impl<D> JointParameters<D> {
+    /// Converts with the order of [`Unknown::ALL`].
     pub(super) fn from_array(
         [b1, torque_nm, inertia_kg_m2, gravity_nm, coulomb_nm]: [D; COUNT],
     ) -> Self {

@@ -1,69 +1,68 @@
-//! Equations (1) to (4): what the printed Coriolis matrix does to energy, and
-//! where the arm can rest.
+//! Equations (1) to (4): the effect of the printed Coriolis matrix on energy, and
+//! the equilibria.
 //!
-//! Without friction and torque, energy must not change. The drift over a fast
-//! motion of both joints distinguishes a wrong Coriolis term from a right one without
-//! any derivation.
+//! Without friction and torque, energy is conserved. Its drift over a fast
+//! motion of both joints shows whether a Coriolis term is correct, without a derivation.
 
 use core::f64::consts::PI;
 
 use armbridge_shared::arm::{Parameters, State};
 use nalgebra::{Vector2, Vector4};
 
-use super::chart::{Chart, Curve, Figure, MENDED, MODEL, PLACED, Part, WRONG};
+use super::chart::{CORRECTED, Chart, Curve, Figure, MODEL, PLACED, Subplot, WRONG};
 use super::claim::{Claim, Number, Rule};
 use super::text::{digits, number};
 
-/// Start of the motion: angles in rad, speeds in rad/s.
+/// Initial state of the motion: angles in rad, speeds in rad/s.
 const START: [f64; 4] = [0.5, 0.6, 2.0, -3.0];
 const STEP_S: f64 = 1e-3;
 const STEPS: u32 = 3000;
-/// What Runge-Kutta itself may lose over those steps, in J.
+/// Tolerance of the Runge-Kutta integration over those steps, in J.
 const ROUNDING_J: f64 = 1e-9;
-/// A drift that no integration explains, in J: 2 % of the energy.
+/// Smallest drift that is an error of the model, in J: 2 % of the energy.
 const WRONG_J: f64 = 0.01;
 
 /// A reading of (4).
 #[derive(Clone, Copy, Debug)]
 struct Reading {
     /// `Co = -B`: the sign of a Lagrangian derivation.
-    sign_mended: bool,
-    /// `M2 L2^2/4` in the place of `L2/4`.
-    dimension_mended: bool,
+    sign_corrected: bool,
+    /// `M2 L2^2/4` instead of `L2/4`.
+    dimension_corrected: bool,
 }
 
-/// What the run finds.
+/// Results of the run.
 #[derive(Clone, Debug)]
-pub struct Model {
-    /// Largest drift in J with (4) as printed, with its sign alone mended, with
-    /// its `L2/4` alone mended, and with both.
+pub struct Dynamics {
+    /// Largest drift in J with (4) as printed, with only its sign corrected, with
+    /// only its `L2/4` corrected, and with both.
     pub drift_j: [f64; 4],
     energy_j: f64,
     drifts: [Vec<(f64, f64)>; 4],
     /// Both stiffnesses in N m/rad about each of the four equilibria.
     pub stiffness: [[f64; 2]; 4],
-    /// Largest gravity torque in N m at them.
+    /// Largest gravity torque in N m at the equilibria.
     pub largest_torque_nm: f64,
 }
 
-/// The angles of joint 1 and 2 where gravity turns neither.
+/// Angles of joints 1 and 2 in rad at which gravity exerts no torque.
 const EQUILIBRIA: [[f64; 2]; 4] = [[0.0, 0.0], [PI, 0.0], [0.0, PI], [PI, PI]];
 
-impl Model {
-    /// Runs the motion with each reading.
-    pub fn find() -> Self {
+impl Dynamics {
+    /// Simulates the motion with each reading.
+    pub fn compute() -> Self {
         let readings = [(false, false), (true, false), (false, true), (true, true)];
         let arm = Parameters {
             b1: 0.0,
             b2: 0.0,
             ..Parameters::table_1().with_mass_as_printed()
         };
-        let drifts = readings.map(|(sign_mended, dimension_mended)| {
+        let drifts = readings.map(|(sign_corrected, dimension_corrected)| {
             drift(
                 &arm,
                 Reading {
-                    sign_mended,
-                    dimension_mended,
+                    sign_corrected,
+                    dimension_corrected,
                 },
             )
         });
@@ -91,35 +90,36 @@ impl Model {
 
     fn coriolis(&self) -> Claim {
         let [printed, sign, dimension, both] = self.drift_j;
-        let drift = |what, found, rule| Number::new(what, "J", found, rule);
+        let drift = |quantity, found, rule| Number::new(quantity, "J", found, rule);
         let name = "Energy drift, ";
         Claim {
             id: "coriolis",
             title: "Equation (4): the Coriolis matrix",
             paper: "The Coriolis matrix is B of (4); (1) subtracts Co(q, q̇) q̇ from the \
-                    torque, and B is chosen for Co."
+                    torque, with Co = B."
                 .into(),
-            find: format!(
-                "Without friction and torque the arm must keep its {} J. With B as printed it \
-                 gains or loses up to {} J within {} s. With the sign reversed and M₂L₂²/4 in \
-                 the place of L₂/4 the drift is {} J, which is rounding.",
+            finding: format!(
+                "Without friction and torque, the arm's energy of {} J must stay constant. With B \
+                 as printed it drifts by up to {} J within {} s. With the sign reversed and M₂L₂²/4 \
+                 instead of L₂/4, the drift is {} J, which is rounding.",
                 number(self.energy_j, 4),
                 number(printed, 3),
                 number(f64::from(STEPS) * STEP_S, 0),
                 digits(both, 2),
             ),
-            why: format!(
-                "Two errors. The sign: (4) holds the term as it stands on the right-hand side \
-                 of the equation of motion, and (1) subtracts it once more. The dimension: L₂/4 \
-                 in B(2,1) is a length among moments of inertia; M₂L₂²/4, which stands in B(1,1), \
-                 is meant. Either error alone leaves a drift: {} J with only the sign mended, \
-                 {} J with only the dimension mended.",
+            explanation: format!(
+                "B contains two errors. The sign: (4) gives the term as it appears on the \
+                 right-hand side of the equation of motion, but (1) subtracts it. The dimension: \
+                 L₂/4 in B(2,1) is a length among moments of inertia; it should read M₂L₂²/4, as \
+                 in B(1,1). Correcting only one leaves a drift: {} J with only the sign corrected, \
+                 {} J with only the dimension corrected.",
                 number(sign, 3),
                 number(dimension, 3),
             ),
-            mend: "Co = −B with M₂L₂²/4. The library uses the choice of Christoffel, which gives \
-                   the same torque and makes dM/dt − 2 Co skew symmetric."
-                .into(),
+            remedy:
+                "Set Co = −B with M₂L₂²/4. The library uses Christoffel symbols, which give the \
+                     same torque and make dM/dt − 2 Co skew-symmetric."
+                    .into(),
             printed: vec![drift(
                 format!("{name}(4) as printed"),
                 printed,
@@ -127,9 +127,13 @@ impl Model {
             )],
             reading: vec![
                 drift(format!("{name}both mended"), both, Rule::AtMost(ROUNDING_J)),
-                drift(format!("{name}sign alone"), sign, Rule::AtLeast(WRONG_J)),
                 drift(
-                    format!("{name}dimension alone"),
+                    format!("{name}only the sign corrected"),
+                    sign,
+                    Rule::AtLeast(WRONG_J),
+                ),
+                drift(
+                    format!("{name}only the dimension corrected"),
                     dimension,
                     Rule::AtLeast(WRONG_J),
                 ),
@@ -143,7 +147,7 @@ impl Model {
             ("as printed", WRONG),
             ("sign mended", PLACED),
             ("L₂/4 mended", MODEL),
-            ("both", MENDED),
+            ("both", CORRECTED),
         ];
         let curves = curves
             .into_iter()
@@ -151,15 +155,17 @@ impl Model {
             .map(|((name, stroke), points)| Curve::new(name, stroke, points.clone()));
         Figure {
             name: "energy",
-            of_paper: None,
-            caption: "Energy of the arm of Table 1 in free motion of both joints, less what it \
-                      had at the start, by four readings of (4). A right one shows a level line."
-                .into(),
+            paper_figure: None,
+            caption:
+                "Energy of the arm of Table 1, relative to its initial energy, in free motion \
+                      of both joints, for four readings of (4). The correct one gives a horizontal \
+                      line."
+                    .into(),
             chart: Chart {
                 title: "Energy without friction and torque",
                 x_title: "time (s)",
                 x: [0.0, f64::from(STEPS) * STEP_S],
-                panels: vec![Part::new("", "energy gained (J)", curves.collect())],
+                panels: vec![Subplot::new("", "energy gained (J)", curves.collect())],
             },
         }
     }
@@ -167,30 +173,31 @@ impl Model {
     fn equilibria(&self) -> Claim {
         let [up, down, ..] = self.stiffness;
         let saddles = self.stiffness.iter().filter(|s| s[0] * s[1] < 0.0).count();
-        let stiffness = |what, found, rule| Number::new(what, "N m/rad", found, rule);
+        let stiffness = |quantity, found, rule| Number::new(quantity, "N m/rad", found, rule);
         Claim {
             id: "equilibria",
             title: "The equilibria",
-            paper: "Four equilibrium points; upright is unstable, hanging down is stable.".into(),
-            find: format!(
-                "Gravity turns neither joint at (0, 0), (π, 0), (0, π) and (π, π): at most {} N m \
-                 is left there. Its stiffness about upright is {} and {} N m/rad, about hanging \
-                 down {} and {} N m/rad.",
+            paper: "The arm has four equilibria; upright is unstable, hanging down is stable."
+                .into(),
+            finding: format!(
+                "The gravity torque vanishes at (0, 0), (π, 0), (0, π) and (π, π), where it is at \
+                 most {} N m. The stiffness of gravity is {} and {} N m/rad about upright, and {} \
+                 and {} N m/rad about hanging down.",
                 digits(self.largest_torque_nm, 1),
                 number(up[0], 4),
                 number(up[1], 4),
                 number(down[0], 4),
                 number(down[1], 4),
             ),
-            why: format!(
-                "With each row of (2) halved; the 2 printed below each row is a denominator. The \
-                 other {saddles} points are saddles, stable for one joint only: those that the \
-                 paper calls unattainable."
+            explanation: format!(
+                "This holds with each row of (2) halved: the 2 printed below each row is a \
+                 denominator. The other {saddles} equilibria are saddles, stable for one joint \
+                 only; the paper calls them unattainable."
             ),
-            mend: "Nothing to mend.".into(),
+            remedy: "No correction is needed.".into(),
             printed: vec![
                 Number::new(
-                    "Largest gravity torque at the four points",
+                    "Largest gravity torque at the four equilibria",
                     "N m",
                     self.largest_torque_nm,
                     Rule::AtMost(1e-12),
@@ -201,7 +208,7 @@ impl Model {
                     Rule::AtMost(0.0),
                 ),
                 stiffness(
-                    "Smaller stiffness about hanging",
+                    "Smaller stiffness about hanging down",
                     down[0].min(down[1]),
                     Rule::AtLeast(0.0),
                 ),
@@ -225,7 +232,7 @@ fn drift(arm: &Parameters<f64>, reading: Reading) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// A step of `ddq = acceleration(state)`, of fourth order.
+/// A fourth-order Runge-Kutta step of `ddq = acceleration(state)`.
 fn runge_kutta(
     state: &State<f64>,
     acceleration: impl Fn(&State<f64>) -> Vector2<f64>,
@@ -247,13 +254,13 @@ fn runge_kutta(
     State::from_vector(x + (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (STEP_S / 6.0))
 }
 
-/// (1) without friction and torque, Co from (4) by a reading.
+/// Acceleration by (1) without friction and torque, with Co from a reading of (4).
 fn acceleration(arm: &Parameters<f64>, state: &State<f64>, reading: Reading) -> Vector2<f64> {
     let State { q, dq } = *state;
     let link = arm.m2 * arm.l2 * arm.l2 / 4.0;
     let spread = arm.i2x - arm.i2z;
     let coupling = arm.l1 * arm.l2 * arm.m2 * q.y.sin();
-    let quarter = if reading.dimension_mended {
+    let quarter = if reading.dimension_corrected {
         link
     } else {
         arm.l2 / 4.0
@@ -261,6 +268,6 @@ fn acceleration(arm: &Parameters<f64>, state: &State<f64>, reading: Reading) -> 
     let b11 = dq.y * ((2.0 * q.y).sin() * (link + spread) + coupling);
     let b21 = -dq.x * ((2.0 * q.y).sin() / 2.0 * (spread + quarter) + coupling / 2.0);
     let b = Vector2::new(b11, b21) * dq.x;
-    let coriolis = if reading.sign_mended { -b } else { b };
+    let coriolis = if reading.sign_corrected { -b } else { b };
     (-coriolis - arm.gravity(q)).component_div(&arm.mass(q).diagonal())
 }

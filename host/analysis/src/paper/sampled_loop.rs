@@ -1,14 +1,13 @@
-//! The sampled loop that the paper closed over USB: every period it reads both
-//! encoders, estimates, decides and sends two PWMs, to the bench's virtual arm.
+//! The sampled loop that the paper closed over USB, on the simulated arm: every period it
+//! reads both encoders, estimates the state, computes torques and sends two PWM values.
 //!
 //! ```text
 //! k T   angles = read      state = correct(angles)
 //!       torque = law(k T, state)      PWM = command(torque)
 //! ```
 //!
-//! The encoder is rounded to counts and PWM to integers, as in the servo.
-//! Nothing else is random: the encoders have no noise here, so that a run is
-//! its own repetition.
+//! Angles are rounded to encoder counts and PWM to integers, as in the servo.
+//! The encoders have no noise here, so a run is deterministic.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Command, Joint, Pwm};
@@ -22,46 +21,45 @@ use nalgebra::Vector2;
 /// The paper's dead zone as a torque: half of PWM 950..1050, by equation (5).
 const DEAD_ZONE_NM: [f64; JOINTS] = [50.0 / 834.0; JOINTS];
 
-/// When a torque that was decided begins to act.
+/// Delay from a sample to its torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Delay {
-    /// At once: the ideal that (6) and (11) suppose.
+    /// No delay: the ideal that (6) and (11) assume.
     None,
-    /// One period later, which no part of the loop models: USB and Matlab.
+    /// One period that no part of the loop models: USB and Matlab.
     Unmodelled,
-    /// One period later, and the law acts on the state predicted for then, as
-    /// the board does.
+    /// One period; the law acts on the state predicted for its end, as on the board.
     Predicted,
 }
 
-/// Torque that the estimator computes with.
+/// Torque that is the estimator's input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum EstimatorInput {
-    /// What the law asked for, u(k) of (11) to the letter: more than the servo
-    /// can give where it is at its limit.
+    /// Torque requested by the law, u(k) of (11) to the letter: more than the servo
+    /// can give at its limit.
     Requested,
-    /// What the PWM sent stands for, as the board does.
+    /// Torque of the PWM sent, as on the board.
     Sent,
 }
 
-/// What the estimator believes when the arm is let go.
+/// State of the estimator when the arm is released.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Start {
-    /// Upright, wherever the arm is: (11) from zero.
+pub(crate) enum InitialEstimate {
+    /// Upright, whatever the arm's angles: (11) from zero.
     Upright,
-    /// At the first sample, at rest.
-    Sampled,
+    /// At rest at the first sample.
+    FirstSample,
 }
 
-/// A loop about to be closed.
+/// Configuration of the loop.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Loop {
+pub(crate) struct SampledLoop {
     pub(crate) period_us: u32,
     pub(crate) duration_s: f64,
     pub(crate) plant: PlantConfig,
     pub(crate) delay: Delay,
     pub(crate) input: EstimatorInput,
-    pub(crate) start: Start,
+    pub(crate) start: InitialEstimate,
     /// Whether dead-zone compensation is added to the torque.
     pub(crate) compensate: bool,
 }
@@ -72,19 +70,19 @@ pub(crate) struct Sample {
     pub(crate) time_s: f64,
     /// True angles in rad.
     pub(crate) q: Vector2<f64>,
-    /// Torque that the law asked for, in N m.
+    /// Torque requested by the law, in N m.
     pub(crate) torque: Vector2<f64>,
 }
 
-/// A run; it ends early when the arm falls.
+/// A run, which ends early if the arm falls.
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
     pub(crate) samples: Vec<Sample>,
-    /// An angle went beyond the board's limit, or a torque was not a number.
+    /// An angle exceeded the board's limit, or a torque was not finite.
     pub(crate) fell: bool,
 }
 
-/// The bench's arm, let go at rest at these angles, with noiseless encoders.
+/// The simulated arm, released at rest at the angles `q` in rad, with noiseless encoders.
 pub(crate) fn arm_at(q: [f64; JOINTS], friction: Friction) -> PlantConfig {
     PlantConfig {
         friction_on: friction != Friction::NONE,
@@ -96,8 +94,8 @@ pub(crate) fn arm_at(q: [f64; JOINTS], friction: Friction) -> PlantConfig {
     }
 }
 
-impl Loop {
-    /// Closes the loop, with the estimator at rest upright to begin with.
+impl SampledLoop {
+    /// Simulates the loop, in which `law` gives torques in N m from time in s and state.
     pub(crate) fn run(
         &self,
         estimator: &Estimator<f64>,
@@ -119,7 +117,7 @@ impl Loop {
             torque_nm: 0.0,
             is_limited: false,
         };
-        // The estimator's torque, which acts from now on.
+        // The estimator's input from now on.
         let mut input_nm = Vector2::zeros();
         let mut run = Run {
             samples: Vec::new(),
@@ -129,30 +127,30 @@ impl Loop {
             let now_ns = k * period_ns;
             let now_s = k as f64 * period_s;
             let q = [0, 1].map(|servo| joint.angle(plant.read(servo, now_ns)));
-            if k == 0 && self.start == Start::Sampled {
+            if k == 0 && self.start == InitialEstimate::FirstSample {
                 estimate = estimator.at_rest(Vector2::from(q));
             }
             if self.delay != Delay::Predicted && k > 0 {
                 estimator.advance(&arm, &mut estimate, input_nm);
             }
             let mut state = estimator.correct(&mut estimate, q.map(Some));
-            let mut acts_s = now_s;
+            let mut torque_time_s = now_s;
             if self.delay == Delay::Predicted {
                 state = estimator.advance(&arm, &mut estimate, input_nm);
-                acts_s += period_s;
+                torque_time_s += period_s;
             }
-            // The disturbance torque is taken off, by an estimator that has it.
-            let torque = law(acts_s, &state) - estimate.disturbance();
+            // Estimators without a disturbance torque have zero.
+            let torque = law(torque_time_s, &state) - estimate.disturbance();
             let truth = plant.state().q;
             run.samples.push(Sample {
                 time_s: now_s,
                 q: truth,
                 torque,
             });
-            let added = friction.feed_forward(torque, Vector2::zeros());
+            let feed_forward = friction.feed_forward(torque, Vector2::zeros());
             let commands = [0, 1].map(|j| {
                 joint
-                    .command(torque[j] + added[j], hard::PWM_COUNTS)
+                    .command(torque[j] + feed_forward[j], hard::PWM_COUNTS)
                     .unwrap_or(off)
             });
             for (servo, command) in commands.iter().enumerate() {
@@ -161,7 +159,7 @@ impl Loop {
             input_nm = match self.input {
                 EstimatorInput::Requested => torque,
                 EstimatorInput::Sent => {
-                    Vector2::from(commands.map(|command| command.torque_nm)) - added
+                    Vector2::from(commands.map(|command| command.torque_nm)) - feed_forward
                 }
             };
             if truth.amax() > f64::from(hard::ANGLE_RAD) || !torque.iter().all(|t| t.is_finite()) {
@@ -172,7 +170,7 @@ impl Loop {
         run
     }
 
-    /// The same under K of (10) about upright.
+    /// Simulates the loop under K of (10) about upright.
     pub(crate) fn regulate(&self, estimator: &Estimator<f64>) -> Run {
         let (lqr, upright) = (Lqr::paper(), upright());
         self.run(estimator, |_, state| lqr.torque(state, &upright))
@@ -187,13 +185,13 @@ impl Loop {
     }
 }
 
-/// Upright takes no torque.
+/// Setpoint upright, which takes no torque.
 pub(crate) fn upright() -> Setpoint<f64> {
     Setpoint::new(&Parameters::paper(), Vector2::zeros())
 }
 
 impl Run {
-    /// A joint's angle over time.
+    /// Angle in rad over time in s of a joint.
     pub(crate) fn angle(&self, joint: usize) -> Vec<(f64, f64)> {
         self.samples
             .iter()
@@ -201,7 +199,7 @@ impl Run {
             .collect()
     }
 
-    /// Largest angle of either joint in the last seconds; infinite if it fell.
+    /// Largest angle of either joint in the last `last_s` seconds; infinite if the arm fell.
     pub(crate) fn rest_rad(&self, last_s: f64) -> f64 {
         if self.fell {
             return f64::INFINITY;
@@ -213,23 +211,27 @@ impl Run {
         })
     }
 
-    /// Largest torque asked for, in N m.
+    /// Largest torque requested, in N m.
     pub(crate) fn peak_nm(&self) -> f64 {
         self.largest(|sample| sample.torque.amax())
     }
 
-    /// Root mean square of a joint's distance from `goal` after `from_s`;
-    /// infinite if it fell.
-    pub(crate) fn rms(&self, joint: usize, from_s: f64, goal: impl Fn(f64) -> f64) -> f64 {
+    /// RMS error of a joint against `reference` after `from_s`; infinite if the arm fell.
+    pub(crate) fn rms_error(
+        &self,
+        joint: usize,
+        from_s: f64,
+        reference: impl Fn(f64) -> f64,
+    ) -> f64 {
         if self.fell {
             return f64::INFINITY;
         }
         let late = || self.samples.iter().filter(|s| s.time_s >= from_s);
-        let squares = late().map(|s| (s.q[joint] - goal(s.time_s)).powi(2));
+        let squares = late().map(|s| (s.q[joint] - reference(s.time_s)).powi(2));
         (squares.sum::<f64>() / late().count() as f64).sqrt()
     }
 
-    fn largest(&self, of: impl Fn(&Sample) -> f64) -> f64 {
-        self.samples.iter().map(of).fold(0.0, f64::max)
+    fn largest(&self, quantity: impl Fn(&Sample) -> f64) -> f64 {
+        self.samples.iter().map(quantity).fold(0.0, f64::max)
     }
 }

@@ -1,4 +1,4 @@
-//! The claims in short, for other programs: the JSON of `armbridge paper --json`.
+//! JSON output of `armbridge paper --json`: each claim with its verdict and numbers.
 
 use std::path::Path;
 
@@ -6,53 +6,54 @@ use serde::Serialize;
 
 use super::claim::{Claim, Number, Verdict};
 
-/// All claims, and where the page is.
+/// All claims and the path of the page.
 #[derive(Clone, Debug, Serialize)]
-pub struct Outline<'a> {
+pub struct JsonReport<'a> {
     report: &'a Path,
-    claims: Vec<ClaimOutline<'a>>,
+    claims: Vec<JsonClaim<'a>>,
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct ClaimOutline<'a> {
+struct JsonClaim<'a> {
     id: &'a str,
     title: &'a str,
     verdict: Verdict,
-    as_printed: Vec<NumberOutline<'a>>,
-    our_reading: Vec<NumberOutline<'a>>,
+    as_printed: Vec<JsonNumber<'a>>,
+    our_reading: Vec<JsonNumber<'a>>,
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct NumberOutline<'a> {
-    what: &'a str,
+struct JsonNumber<'a> {
+    #[serde(rename = "what")]
+    quantity: &'a str,
     unit: &'a str,
-    /// `null` where the arm fell.
+    /// `null` if the arm fell.
     found: f64,
     expected: String,
     deviation: Option<f64>,
     holds: bool,
 }
 
-impl<'a> Outline<'a> {
-    /// Of these claims, with the page at this path.
+impl<'a> JsonReport<'a> {
+    /// Report on `claims`, whose page is at `report`.
     pub fn new(report: &'a Path, claims: &'a [Claim]) -> Self {
         let claims = claims
             .iter()
-            .map(|claim| ClaimOutline {
+            .map(|claim| JsonClaim {
                 id: claim.id,
                 title: claim.title,
                 verdict: claim.verdict(),
-                as_printed: claim.printed.iter().map(outline).collect(),
-                our_reading: claim.reading.iter().map(outline).collect(),
+                as_printed: claim.printed.iter().map(json_number).collect(),
+                our_reading: claim.reading.iter().map(json_number).collect(),
             })
             .collect();
         Self { report, claims }
     }
 }
 
-fn outline(number: &Number) -> NumberOutline<'_> {
-    NumberOutline {
-        what: &number.what,
+fn json_number(number: &Number) -> JsonNumber<'_> {
+    JsonNumber {
+        quantity: &number.quantity,
         unit: number.unit,
         found: number.found,
         expected: number.rule.words(),

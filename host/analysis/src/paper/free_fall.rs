@@ -1,47 +1,47 @@
-//! Fig. 5: joint 1 falls from near upright, and b1 is fitted to the fall.
+//! Fig. 5: free fall of joint 1 from near upright, and the fit of b1 to it.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
 use armbridge_shared::arm::Parameters;
 
-use super::chart::{Chart, Curve, DIFFERENCE, Figure, Level, MENDED, MODEL, Part};
+use super::chart::{CORRECTED, Chart, Curve, DIFFERENCE, Figure, Level, MODEL, Subplot};
 use super::claim::{Claim, Number, Rule};
-use super::identification::{Numbers, Sampled, VISCOUS, VirtualArm, fit};
+use super::identification::{JointParameters, SampledExperiment, VISCOUS, VirtualArm, fit};
 use super::printed::{B1_FALL, B1_PUSH, PERIOD_S};
 use super::pwm::PwmLaw;
 use super::text::number;
 
-/// Where falls without dry friction start, in rad.
+/// Start angle of falls without dry friction, in rad.
 const NEAR_UPRIGHT_RAD: f64 = 0.1;
 
-/// What the run finds.
+/// Results of the run.
 #[derive(Clone, Debug)]
-pub struct Fall {
-    /// b1 fitted to a fall of the arm that made (7), in N m s/rad.
+pub struct FreeFall {
+    /// b1 fitted to a fall of the arm of (7), in N m s/rad.
     pub b1_without: f64,
     /// Coulomb friction in N m with which the same fit gives the paper's b1.
     pub coulomb_nm: f64,
-    /// That fit, in N m s/rad.
+    /// b1 of that fit, in N m s/rad.
     pub b1_with: f64,
-    /// By how much that arm comes to rest short of hanging down, in degrees.
+    /// Angle between that arm at rest and hanging down, in degrees.
     pub short_deg: f64,
     /// Change of the time to a quarter turn, with half and one and a half times
     /// the inertia, in per cent.
     pub inertia_effect: [f64; 2],
-    /// The same with the friction.
+    /// Change of that time with half and one and a half times b1, in per cent.
     pub friction_effect: [f64; 2],
-    /// Angle over time of the arm with dry friction.
-    dropped: Sampled,
+    /// Fall of the arm with dry friction.
+    dry: SampledExperiment,
 }
 
-impl Fall {
-    /// Lets the arm fall, with and without dry friction, and fits.
-    pub fn find() -> Self {
+impl FreeFall {
+    /// Simulates falls with and without dry friction, and fits b1 to them.
+    pub fn compute() -> Self {
         let arm = Parameters::<f64>::paper();
-        let smooth = VirtualArm::paper(arm.b1, 0.0, 0).seen_exactly();
+        let smooth = VirtualArm::paper(arm.b1, 0.0, 0).with_ideal_encoder();
         let smooth = smooth.free_fall(NEAR_UPRIGHT_RAD, 4.0);
 
-        // More dry friction looks like more viscous friction: bisect.
+        // The fitted b1 increases with dry friction: bisect.
         let (mut low_nm, mut high_nm) = (0.02, 0.2);
         for _ in 0..16 {
             let middle_nm = f64::midpoint(low_nm, high_nm);
@@ -55,8 +55,8 @@ impl Fall {
         let fall = fall_with(coulomb_nm);
         let end_rad = fall.points().last().map_or(f64::NAN, |(_, q)| q);
 
-        let usual_s = quarter_turn_s(&arm);
-        let change = |arm: Parameters<f64>| 100.0 * (quarter_turn_s(&arm) / usual_s - 1.0);
+        let nominal_s = quarter_turn_s(&arm);
+        let change = |arm: Parameters<f64>| 100.0 * (quarter_turn_s(&arm) / nominal_s - 1.0);
         let inertia = |scale: f64| Parameters {
             i1x: arm.i1x * scale,
             i2x: arm.i2x * scale,
@@ -75,60 +75,59 @@ impl Fall {
             short_deg: (PI - end_rad).to_degrees(),
             inertia_effect: [0.5, 1.5].map(|scale| change(inertia(scale))),
             friction_effect: [0.5, 1.5].map(|scale| change(friction(scale))),
-            dropped: fall,
+            dry: fall,
         }
     }
 
     /// The claims about the free fall.
     pub fn claims(&self) -> Vec<Claim> {
-        vec![self.friction(), self.inertia()]
+        vec![self.friction_claim(), self.inertia_claim()]
     }
 
-    fn friction(&self) -> Claim {
-        let b1 = |what, found| Number::new(what, "N m s/rad", found, Rule::Within(B1_FALL, 0.002));
-        let dead_zone_nm = PwmLaw::find().dead_zone_half_nm();
+    fn friction_claim(&self) -> Claim {
+        let b1 = |quantity, found| {
+            Number::new(quantity, "N m s/rad", found, Rule::Within(B1_FALL, 0.002))
+        };
+        let dead_zone_nm = PwmLaw::compute().dead_zone_half_nm();
         Claim {
             id: "fall",
             title: "Fig. 5: free fall",
             paper: format!(
-                "Fitting a free fall gives b1 = {B1_FALL}. The form is not exactly that of the \
+                "A fit to a free fall gives b1 = {B1_FALL}. The form is not exactly that of the \
                  data, and the arm does not reach 180°, because of static friction."
             ),
-            find: format!(
-                "The arm that made (7) falls with b1 = {}, and the fit finds it: {}. With {} N m \
-                 of Coulomb friction on a b1 of {B1_PUSH}, the fit of viscous friction alone \
-                 gives {}, and the arm comes to rest {}° short of 180°.",
+            finding: format!(
+                "The arm of (7) has b1 = {}, and the fit recovers {}. With {} N m of Coulomb \
+                 friction and b1 = {B1_PUSH}, a fit of viscous friction alone gives {}, and the \
+                 arm comes to rest {}° short of 180°.",
                 Parameters::<f64>::paper().b1,
                 number(self.b1_without, 3),
                 number(self.coulomb_nm, 3),
                 number(self.b1_with, 3),
                 number(self.short_deg, 1),
             ),
-            why: format!(
-                "A fit that knows only viscous friction takes dry friction for more of it. The \
-                 paper's {B1_FALL} and {B1_PUSH} are then one arm seen by two tests. The dry \
-                 friction that this takes is {} times the dead zone's half width of {} N m: \
-                 turning a gear from the wrong end costs more.",
+            explanation: format!(
+                "A fit of viscous friction alone attributes dry friction to it. The paper's \
+                 {B1_FALL} and {B1_PUSH} then describe the same arm in two experiments. The dry \
+                 friction required is {} times the half width of the dead zone, {} N m: \
+                 back-driving a gear takes more torque.",
                 number(self.coulomb_nm / dead_zone_nm, 1),
                 number(dead_zone_nm, 2),
             ),
-            mend: "Fit Coulomb friction together with b1. Its measured curve is not available, \
-                   so the one drawn here is that of the simulated arm with dry friction."
+            remedy: "Fit Coulomb friction together with b1. The measured curve is not available; \
+                     the figure shows the simulated arm with dry friction."
                 .into(),
-            printed: vec![b1(
-                "b1 fitted to a fall of the arm that made (7)",
-                self.b1_without,
-            )],
+            printed: vec![b1("b1 fitted to a fall of the arm of (7)", self.b1_without)],
             reading: vec![
                 b1("b1 fitted to a fall with dry friction", self.b1_with),
                 Number::new(
-                    "Rest short of 180° with dry friction",
+                    "Distance from 180° at rest with dry friction",
                     "°",
                     self.short_deg,
                     Rule::AtLeast(1.0),
                 ),
                 Number::new(
-                    "Coulomb friction over the dead zone's half width",
+                    "Ratio of Coulomb friction to the dead zone's half width",
                     "",
                     self.coulomb_nm / dead_zone_nm,
                     Rule::AtMost(2.0),
@@ -138,28 +137,32 @@ impl Fall {
         }
     }
 
-    fn inertia(&self) -> Claim {
+    fn inertia_claim(&self) -> Claim {
         let largest = |effect: [f64; 2]| effect[0].abs().max(effect[1].abs());
-        let share = largest(self.inertia_effect) / largest(self.friction_effect);
+        let ratio = largest(self.inertia_effect) / largest(self.friction_effect);
         Claim {
             id: "inertia",
-            title: "The inertias matter little",
+            title: "The effect of the inertias",
             paper: "The inertia parameters have a relatively small effect on the overall system."
                 .into(),
-            find: format!(
-                "Half and one and a half times the moments of inertia change the time of the fall to 90° by {} \
-                 and {} %; half and one and a half times b1 change it by {} and {} %.",
+            finding: format!(
+                "Half and one and a half times the moments of inertia change the time of the fall \
+                 to 90° by {} and {} %; half and one and a half times b1 change it by {} and {} %.",
                 number(self.inertia_effect[0], 1),
                 number(self.inertia_effect[1], 1),
                 number(self.friction_effect[0], 1),
                 number(self.friction_effect[1], 1),
             ),
-            why: "The fall is slow, and friction, not mass, takes up gravity's torque.".into(),
-            mend: "Nothing to mend. It also means that a fall cannot tell the inertia.".into(),
+            explanation: "The fall is slow: friction, not inertia, balances the gravity torque."
+                .into(),
+            remedy:
+                "No correction is needed. It also follows that a free fall cannot identify the \
+                     inertia."
+                    .into(),
             printed: vec![Number::new(
-                "Effect of inertia over effect of friction on the fall",
+                "Ratio of the effects of inertia and friction on the fall",
                 "",
-                share,
+                ratio,
                 Rule::AtMost(0.5),
             )],
             reading: Vec::new(),
@@ -169,38 +172,38 @@ impl Fall {
 
     fn figure(&self) -> Figure {
         let arm = Parameters::<f64>::paper();
-        let degrees = self.dropped.points().map(|(t, q)| (t, q.to_degrees()));
-        let from_rad = self.dropped.start_rad;
-        let with = |b1| {
-            let numbers = Numbers {
+        let degrees = self.dry.points().map(|(t, q)| (t, q.to_degrees()));
+        let from_rad = self.dry.start_rad;
+        let motion = |b1| {
+            let numbers = JointParameters {
                 b1,
-                ..Numbers::of(&arm)
+                ..JointParameters::from_arm(&arm)
             };
-            let motion = numbers.motion(from_rad, PERIOD_S, self.dropped.angles_rad.len());
+            let motion = numbers.motion(from_rad, PERIOD_S, self.dry.angles_rad.len());
             motion.map(|(t, q)| (t, q.to_degrees())).collect()
         };
-        let mut part = Part::new(
+        let mut subplot = Subplot::new(
             "Joint 1",
             "angle (°)",
             vec![
                 Curve::new("dry friction", DIFFERENCE, degrees.collect()),
-                Curve::new("fit, viscous only", MODEL, with(self.b1_with)),
-                Curve::new("the true b1 alone", MENDED, with(B1_PUSH)),
+                Curve::new("fit, viscous only", MODEL, motion(self.b1_with)),
+                Curve::new("true b1, no dry friction", CORRECTED, motion(B1_PUSH)),
             ],
         );
-        part.y = Some([0.0, 195.0]);
-        part.levels = vec![Level {
+        subplot.y = Some([0.0, 195.0]);
+        subplot.levels = vec![Level {
             name: "hanging down".to_owned(),
             y: 180.0,
         }];
         Figure {
             name: "fig5",
-            of_paper: Some("Fig. 5"),
+            paper_figure: Some("Fig. 5"),
             caption: format!(
                 "Free fall of joint 1 from {} rad. The paper's measured curve is not available; \
-                 in its place falls the simulated arm with {} N m Coulomb friction and \
-                 b1 = {B1_PUSH}, which stops short of 180° as the paper's does. Fitted by \
-                 viscous friction alone, b1 = {}.",
+                 the curve is that of the simulated arm with {} N m of Coulomb friction and \
+                 b1 = {B1_PUSH}, which stops short of 180° as the paper's arm does. A fit of \
+                 viscous friction alone gives b1 = {}.",
                 number(from_rad, 3),
                 number(self.coulomb_nm, 3),
                 number(self.b1_with, 3),
@@ -209,29 +212,29 @@ impl Fall {
                 title: "Free fall",
                 x_title: "time (s)",
                 x: [0.0, 4.0],
-                panels: vec![part],
+                panels: vec![subplot],
             },
         }
     }
 }
 
-/// The arm that the constant input found, with dry friction, and falling.
-fn fall_with(coulomb_nm: f64) -> Sampled {
+/// Free fall with dry friction of the arm that the constant input identified.
+fn fall_with(coulomb_nm: f64) -> SampledExperiment {
     VirtualArm::paper(B1_PUSH, coulomb_nm, 0)
-        .seen_exactly()
+        .with_ideal_encoder()
         .paper_fall()
 }
 
-/// The b1 with which the model without dry friction comes nearest to a fall.
-fn fit_b1(fall: &Sampled) -> f64 {
-    let begin = Numbers::of(&Parameters::paper());
-    let found = fit(std::slice::from_ref(fall), VISCOUS, &begin);
-    found.map_or(f64::NAN, |fit| fit.numbers.b1)
+/// b1 of the model without dry friction, fitted to a fall.
+fn fit_b1(fall: &SampledExperiment) -> f64 {
+    let guess = JointParameters::from_arm(&Parameters::paper());
+    let fit = fit(std::slice::from_ref(fall), VISCOUS, &guess);
+    fit.map_or(f64::NAN, |fit| fit.parameters.b1)
 }
 
 /// Time in s of a fall from near upright to a quarter turn.
 fn quarter_turn_s(arm: &Parameters<f64>) -> f64 {
-    let motion = Numbers::of(arm).motion(NEAR_UPRIGHT_RAD, 0.005, 2000);
+    let motion = JointParameters::from_arm(arm).motion(NEAR_UPRIGHT_RAD, 0.005, 2000);
     let mut beyond = motion.filter(|(_, q)| *q >= FRAC_PI_2);
     beyond.next().map_or(f64::NAN, |(time_s, _)| time_s)
 }

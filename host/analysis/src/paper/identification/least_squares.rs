@@ -1,4 +1,4 @@
-//! Least squares as the search sees it: all residuals and their derivatives.
+//! Least-squares problem: all residuals and their derivatives.
 
 use core::ops::Range;
 
@@ -6,89 +6,94 @@ use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra_lm as lm;
 use num_dual::DualSVec64;
 
-use super::motion::angles;
-use super::numbers::{COUNT, Numbers, Unknown};
-use super::sampled::{Kind, Sampled};
+use super::joint_parameters::{COUNT, JointParameters, Unknown};
+use super::motion::simulate;
+use super::sampled_experiment::{ExperimentKind, SampledExperiment};
 
-/// Numbers of a start: angle and speed.
-const STARTS: usize = 2;
-/// Derivatives that a motion carries: the numbers, and how it begins.
-const LANES: usize = COUNT + STARTS;
-/// Error in rad of a motion that runs away: no real one is as large.
-const AWAY_RAD: f64 = 1e3;
+/// Components of an initial state: angle and speed.
+const STATES: usize = 2;
+/// Derivatives of a motion: with respect to the parameters and the initial state.
+const LANES: usize = COUNT + STATES;
+/// Residual in rad of a motion that diverges: larger than any real one.
+const DIVERGED_RAD: f64 = 1e3;
 
-/// The search, wherever it is.
+/// The problem at the current estimate.
 pub(super) struct Problem<'a> {
-    pub(super) sampled: &'a [Sampled],
+    pub(super) sampled: &'a [SampledExperiment],
     pub(super) unknowns: &'a [Unknown],
-    guess: Numbers,
-    /// Unknowns, and starts that are not known.
-    pub(super) at: lm::DVector<f64>,
+    guess: JointParameters,
+    /// Current estimate: the unknowns, then the unknown initial states.
+    pub(super) x: lm::DVector<f64>,
     pub(super) residuals: lm::DVector<f64>,
     pub(super) jacobian: lm::DMatrix<f64>,
-    /// The first experiment that does not move.
-    pub(super) sticks: Option<Kind>,
+    /// The first experiment in which the arm does not move.
+    pub(super) sticks: Option<ExperimentKind>,
 }
 
 impl<'a> Problem<'a> {
-    /// At its beginning.
-    pub(super) fn new(sampled: &'a [Sampled], unknowns: &'a [Unknown], guess: &Numbers) -> Self {
-        let known = unknowns.iter().map(|unknown| guess.get(*unknown));
-        let unknown = sampled.iter().flat_map(|sampled| {
+    /// Problem at the guess.
+    pub(super) fn new(
+        sampled: &'a [SampledExperiment],
+        unknowns: &'a [Unknown],
+        guess: &JointParameters,
+    ) -> Self {
+        let parameters = unknowns.iter().map(|unknown| guess.get(*unknown));
+        let starts = sampled.iter().flat_map(|sampled| {
             let start = [sampled.start_rad, 0.0];
             start.into_iter().take(sampled.start.unknowns())
         });
-        let at: Vec<f64> = known.chain(unknown).collect();
-        let rows = sampled.iter().map(Sampled::count).sum();
+        let x: Vec<f64> = parameters.chain(starts).collect();
+        let rows = sampled.iter().map(SampledExperiment::count).sum();
         let mut problem = Self {
             sampled,
             unknowns,
             guess: *guess,
             residuals: lm::DVector::zeros(rows),
-            jacobian: lm::DMatrix::zeros(rows, at.len()),
-            at: at.into(),
+            jacobian: lm::DMatrix::zeros(rows, x.len()),
+            x: x.into(),
             sticks: None,
         };
-        problem.look();
+        problem.evaluate();
         problem
     }
 
-    pub(super) fn numbers(&self) -> Numbers {
-        let found = self.unknowns.iter().zip(self.at.iter());
-        found.fold(self.guess, |numbers, (unknown, x)| {
-            numbers.with(*unknown, *x)
+    /// Parameters at the current estimate.
+    pub(super) fn parameters(&self) -> JointParameters {
+        let estimates = self.unknowns.iter().zip(self.x.iter());
+        estimates.fold(self.guess, |parameters, (unknown, x)| {
+            parameters.with(*unknown, *x)
         })
     }
 
-    /// Of each experiment: how it begins, and the columns of what is sought of that.
-    pub(super) fn starts(&self) -> Vec<([f64; STARTS], Range<usize>)> {
+    /// Initial state of each experiment, and the columns of its estimated components.
+    pub(super) fn starts(&self) -> Vec<([f64; STATES], Range<usize>)> {
         let mut next = self.unknowns.len();
-        let start = |sampled: &Sampled| {
+        let start = |sampled: &SampledExperiment| {
             let columns = next..next + sampled.start.unknowns();
             next = columns.end;
             let mut start = [sampled.start_rad, 0.0];
             for (number, column) in start.iter_mut().zip(columns.clone()) {
-                *number = self.at[column];
+                *number = self.x[column];
             }
             (start, columns)
         };
         self.sampled.iter().map(start).collect()
     }
 
-    /// Computes all motions, with their derivatives.
-    fn look(&mut self) {
+    /// Computes all residuals and their derivatives.
+    fn evaluate(&mut self) {
         type Dual = DualSVec64<LANES>;
-        let numbers = self.numbers().to_array();
-        let lanes = core::array::from_fn(|i| Dual::from_re(numbers[i]).derivative(i));
-        let numbers = Numbers::from_array(lanes);
+        let values = self.parameters().to_array();
+        let lanes = core::array::from_fn(|i| Dual::from_re(values[i]).derivative(i));
+        let parameters = JointParameters::from_array(lanes);
         self.sticks = None;
         let mut row = 0;
         for (sampled, (start, columns)) in self.sampled.iter().zip(self.starts()) {
             let lane = |i: usize| Dual::from_re(start[i]).derivative(COUNT + i);
             let start = core::array::from_fn(lane);
-            let is_pushed = sampled.kind == Kind::ConstantInput;
+            let is_pushed = sampled.kind == ExperimentKind::ConstantInput;
             let samples = sampled.angles_rad.len();
-            let model = angles(&numbers, is_pushed, start, sampled.period_s, samples);
+            let model = simulate(&parameters, is_pushed, start, sampled.period_s, samples);
             if model.sticks && self.sticks.is_none() {
                 self.sticks = Some(sampled.kind);
             }
@@ -98,7 +103,7 @@ impl<'a> Problem<'a> {
                 self.residuals[row] = if residual.is_finite() {
                     residual
                 } else {
-                    AWAY_RAD
+                    DIVERGED_RAD
                 };
                 let slope = |lane: usize| {
                     let slope = angle.eps.0.map_or(0.0, |eps| -eps[lane]);
@@ -122,14 +127,14 @@ impl LeastSquaresProblem<f64, lm::Dyn, lm::Dyn> for Problem<'_> {
     type ParameterStorage = lm::storage::Owned<f64, lm::Dyn>;
 
     fn set_params(&mut self, x: &lm::DVector<f64>) {
-        if *x != self.at {
-            self.at.copy_from(x);
-            self.look();
+        if *x != self.x {
+            self.x.copy_from(x);
+            self.evaluate();
         }
     }
 
     fn params(&self) -> lm::DVector<f64> {
-        self.at.clone()
+        self.x.clone()
     }
 
     fn residuals(&self) -> Option<lm::DVector<f64>> {
