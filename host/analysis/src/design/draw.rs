@@ -1,19 +1,19 @@
-//! The figure of a step's answers.
+//! Figure of the step responses.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Setup;
 
-use super::step::{Answers, Point, SHOWN_S, STEP_RAD};
+use super::step::{Responses, Point, SHOWN_S, STEP_RAD};
 use crate::plot::WIDTH;
 use crate::plot::axis::Axis;
 use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use crate::plot::panel::{ALARM, INK, JOINT, Key, MUTED, Panel, SETPOINT};
 
-/// What is shown before the step, in s.
+/// Time shown before the step, in s.
 const BEFORE_S: f64 = 0.1;
-/// Of the figure, in px.
+/// Height of the figure in px.
 const HEIGHT: f64 = 620.0;
-/// The linear loop.
+/// Stroke of the linear loop.
 const LINEAR: Stroke = Stroke {
     colour: INK,
     width: 1.2,
@@ -22,7 +22,7 @@ const LINEAR: Stroke = Stroke {
 
 type Quantity = fn(&Point) -> [f64; JOINTS];
 
-pub(super) fn figure(setup: &Setup, answers: &Answers) -> Drawing {
+pub(super) fn figure(setup: &Setup, responses: &Responses) -> Drawing {
     let mut drawing = Drawing::new(WIDTH, HEIGHT);
     let bold = Font {
         size: 17.0,
@@ -36,28 +36,28 @@ pub(super) fn figure(setup: &Setup, answers: &Answers) -> Drawing {
     let light = Font {
         size: 12.5,
         bold: false,
-        colour: if answers.fault.is_some() {
+        colour: if responses.fault.is_some() {
             ALARM
         } else {
             MUTED
         },
         anchor: Anchor::End,
     };
-    let ended = answers.fault.map_or_else(String::new, |fault| {
-        format!(" · ended in the fault \"{fault}\"")
+    let ended = responses.fault.map_or_else(String::new, |fault| {
+        format!(" · ended by the fault \"{fault}\"")
     });
-    let world = format!(
+    let conditions = format!(
         "simulated: bench with dry friction and sensor noise · period {} µs{ended}",
         setup.period_us
     );
-    drawing.text((WIDTH - 24.0, 32.0), &world, light, false);
+    drawing.text((WIDTH - 24.0, 32.0), &conditions, light, false);
     let rows: [(&str, Quantity); 2] = [
         ("angle (rad)", |point| point.angle_rad),
         ("torque (N m)", |point| point.torque_nm),
     ];
     for (row, (title, quantity)) in rows.into_iter().enumerate() {
         for joint in 0..JOINTS {
-            draw(&mut drawing, answers, (row, joint), title, quantity);
+            draw(&mut drawing, responses, (row, joint), title, quantity);
         }
     }
     drawing
@@ -65,7 +65,7 @@ pub(super) fn figure(setup: &Setup, answers: &Answers) -> Drawing {
 
 fn draw(
     drawing: &mut Drawing,
-    answers: &Answers,
+    responses: &Responses,
     (row, joint): (usize, usize),
     title: &str,
     quantity: Quantity,
@@ -78,7 +78,7 @@ fn draw(
             .map(|point| (point.at_s, quantity(point)[joint]))
             .collect::<Vec<_>>()
     };
-    let (linear, bench) = (shown(&answers.linear), shown(&answers.bench));
+    let (linear, bench) = (shown(&responses.linear), shown(&responses.bench));
     let values = linear.iter().chain(&bench).map(|(_, value)| *value);
     let is_angle = row == 0;
     let panel = Panel {
@@ -98,7 +98,7 @@ fn draw(
         String::new()
     };
     let y_title = (joint == 0).then_some(title);
-    // The joints' scales differ, so both have their labels.
+    // The joints' scales differ, so both have labels.
     panel.draw(
         drawing,
         &head,

@@ -1,28 +1,26 @@
-//! A set-up looked at before it moves anything: its gain, where the poles of the closed
-//! loop are, how much can be wrong before it is unstable, and how it answers a step.
+//! Linear analysis of a set-up before it moves anything: gain, closed-loop poles, stability
+//! margins and step response.
 //!
-//! # What is computed with
+//! # Model
 //!
 //! The gain is the board's own, designed by the same code in single precision. The loop is
-//! the linear one about upright: the arm that the set-up believes in, exactly discretised
-//! with the torque held for a period; the torque decided in one tick and acting from the
-//! next; the estimator as it is, given the torque that was asked for. A Kalman filter is
-//! taken where its gain has settled.
+//! linear about upright: the arm model of the set-up, exactly discretised with the torque
+//! held for a period; the torque computed in one tick acts from the next; the
+//! estimator's input is the requested torque. A Kalman filter has its steady-state gain.
 //!
-//! Left out is what is not linear: rounding to counts and PWM, limits, and dry friction
-//! with what is fed forward against it. A joint that slides feels dry friction as a
-//! constant, and the loop is the one that is looked at; one that is stuck is not moved by a
-//! loop at all.
+//! Nonlinear effects are excluded: rounding to counts and PWM, limits, and dry friction with
+//! its feed-forward. For a sliding joint, dry friction is a constant and the loop is the one
+//! analysed; a joint that sticks does not respond at all.
 //!
-//! | file      | what lives there                                    |
-//! |-----------|-----------------------------------------------------|
-//! | `model`   | arm, estimator and gain as one linear loop          |
-//! | `poles`   | eigenvalues, as z and as frequency and damping      |
-//! | `margins` | gain, phase, delay and disc margin, sensitivity     |
-//! | `place`   | the gain that has chosen poles                      |
-//! | `retune`   | the same control for another arm                    |
-//! | `step`    | answers to a step: of the loop, and of the bench    |
-//! | `draw`    | the figure of them                                  |
+//! | file      | contents                                              |
+//! |-----------|-------------------------------------------------------|
+//! | `model`   | arm, estimator and gain as one linear loop            |
+//! | `poles`   | eigenvalues, as z and as frequency and damping        |
+//! | `margins` | gain, phase, delay and disc margin, sensitivity       |
+//! | `place`   | pole placement                                        |
+//! | `retune`  | the same control for another arm                      |
+//! | `step`    | step responses of the loop and of the simulated bench |
+//! | `draw`    | figure of the step responses                          |
 
 mod draw;
 mod margins;
@@ -48,64 +46,64 @@ use armbridge_shared::link::message::{Refusal, Settings, Setup};
 use serde::Serialize;
 
 use crate::plot::PlotError;
-use model::Loop;
+use model::LinearLoop;
 
-/// What is known of a set-up before it moves anything.
+/// Linear analysis of a set-up.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Design {
-    /// Gain from state to torque: one row a torque, both angles before both speeds, in
-    /// N m/rad and N m s/rad. Of computed torque, what it comes to upright.
+    /// Gain from state to torque: one row per torque, both angles before both speeds, in
+    /// N m/rad and N m s/rad. For computed torque, its linearisation upright.
     pub gain: [[f64; 2 * JOINTS]; JOINTS],
-    /// Where the loop's poles are.
+    /// Poles of the loop.
     pub poles: Poles,
-    /// What can be wrong before it is unstable.
+    /// Stability margins.
     pub margins: Margins,
-    /// All eigenvalues of the whole loop are inside the unit circle.
+    /// All eigenvalues of the closed loop are inside the unit circle.
     pub is_stable: bool,
 }
 
-/// Why a figure cannot be drawn.
+/// Reason why a figure cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum FigureError {
-    /// The bench does not run with this set-up.
+    /// The step responses failed.
     #[error(transparent)]
     Step(#[from] StepError),
-    /// It cannot be written.
+    /// The figure cannot be written.
     #[error(transparent)]
     Plot(#[from] PlotError),
 }
 
 impl Design {
-    /// Looks at a set-up.
+    /// Analyses a set-up.
     ///
     /// # Errors
-    /// If no board would run with it.
-    pub fn of(setup: &Setup) -> Result<Self, Refusal> {
+    /// If a board would refuse it.
+    pub fn from_setup(setup: &Setup) -> Result<Self, Refusal> {
         let settings = Settings {
             setup: *setup,
             ..Settings::default()
         };
         why_not(&settings).map_or(Ok(()), Err)?;
-        let parts = Loop::of(setup)?;
+        let system = LinearLoop::from_setup(setup)?;
         Ok(Self {
             // Matrices are stored by columns: those of the transpose are the rows.
-            gain: parts.gain.transpose().data.0,
-            poles: Poles::of(&parts),
-            margins: Margins::of(&parts),
-            is_stable: model::radius(&parts.closed()) < 1.0,
+            gain: system.gain.transpose().data.0,
+            poles: Poles::from_loop(&system),
+            margins: Margins::from_loop(&system),
+            is_stable: model::spectral_radius(&system.closed()) < 1.0,
         })
     }
 }
 
-/// Draws how a set-up answers a step, on the bench and as the linear loop has it, to files
-/// of this name that end in `.svg` and `.png`.
+/// Draws the step responses of a set-up, on the simulated bench and by the linear loop, to
+/// files with the name of `file` and the extensions `.svg` and `.png`.
 ///
 /// # Errors
-/// If the bench does not run with it, or the files cannot be written.
+/// If the bench does not run with the set-up, or the files cannot be written.
 pub fn draw_step(setup: &Setup, file: &Path) -> Result<Vec<PathBuf>, FigureError> {
-    let answers = step::answers(setup)?;
+    let responses = step::responses(setup)?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let folder = file.parent().unwrap_or(Path::new(""));
-    let drawing = draw::figure(setup, &answers);
+    let drawing = draw::figure(setup, &responses);
     Ok(crate::plot::write_all(folder, [(&*name, drawing)])?)
 }

@@ -1,15 +1,15 @@
 //! Arm, estimator and gain about upright as one linear system.
 //!
-//! The state s is the arm's [q1, q2, dq1, dq2], then up to four numbers of each joint's
-//! estimator. With v the torque that acts and u the one that was asked for,
+//! The state s is the arm's [q1, q2, dq1, dq2], followed by up to four states of each
+//! joint's estimator. With v the torque that acts and u the requested torque,
 //!
 //! ```text
 //! s(k+1) = open s(k) + input v(k)        u(k) = -output s(k)
 //! ```
 //!
-//! u(k) is decided in tick k-1 from what the estimator then expects of tick k, which is
-//! the first half of its numbers. The estimator is given u; so `open` contains it, and the
-//! loop is broken at the torque alone. Closed, v = u.
+//! u(k) is computed in tick k-1 from the estimator's prediction for tick k, which is
+//! the first half of its states. The estimator's input is u; so `open` contains it, and the
+//! loop is broken at the torque alone. In the closed loop, v = u.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Discrete, Linear, Parameters};
@@ -19,9 +19,9 @@ use armbridge_shared::estimate::{Config, Estimator, Kalman, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Refusal, Setup};
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, SMatrix, Vector2, Vector3, Vector4};
 
-/// Numbers of the state.
+/// Dimension of the state.
 pub(super) const STATES: usize = 4 + JOINTS * MEMORY;
-/// Numbers of one joint's estimator, at most.
+/// Largest dimension of one joint's estimator.
 const MEMORY: usize = 4;
 
 pub(super) type Square = SMatrix<f64, STATES, STATES>;
@@ -30,7 +30,7 @@ pub(super) type Output = SMatrix<f64, JOINTS, STATES>;
 
 /// The loop, broken at the torque.
 #[derive(Clone, Debug)]
-pub(super) struct Loop {
+pub(super) struct LinearLoop {
     pub(super) period_s: f64,
     pub(super) arm: Linear<f64>,
     pub(super) discrete: Discrete<f64>,
@@ -42,35 +42,35 @@ pub(super) struct Loop {
 }
 
 /// One joint's estimator: `m(k+1) = memory m(k) + sample y(k) + torque u(k)`. Its first
-/// numbers are the angle and the speed that it expects at the next sample.
+/// states are the predicted angle and speed at the next sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Observer {
     pub(super) memory: Matrix4<f64>,
     pub(super) sample: Vector4<f64>,
     pub(super) torque: Vector4<f64>,
-    /// It has a disturbance, its third number, which is taken off the torque.
+    /// Its third state is a disturbance torque, which is subtracted from the torque.
     pub(super) has_disturbance: bool,
-    /// The error of what it expects dies away by itself, whatever the gain.
+    /// Its prediction error is independent of the gain.
     pub(super) is_separate: bool,
 }
 
-impl Loop {
-    /// Of a set-up that a board runs with.
-    pub(super) fn of(setup: &Setup) -> Result<Self, Refusal> {
+impl LinearLoop {
+    /// Loop of a set-up that a board accepts.
+    pub(super) fn from_setup(setup: &Setup) -> Result<Self, Refusal> {
         let period_s = f64::from(setup.period_us) * 1e-6;
-        let believed = setup.arm.map(f64::from);
-        let arm = believed.linearise(Vector2::zeros());
+        let parameters = setup.arm.map(f64::from);
+        let arm = parameters.linearise(Vector2::zeros());
         let discrete = arm.zero_order_hold(period_s);
-        let gain = gain(setup, &believed)?;
+        let gain = gain(setup, &parameters)?;
         let joints = discrete.joints();
         let inputs = [
             Vector2::new(discrete.b.m11, discrete.b.m31),
             Vector2::new(discrete.b.m22, discrete.b.m42),
         ];
         let observer = |joint: usize| {
-            Observer::of(
+            Observer::for_joint(
                 setup,
-                &believed,
+                &parameters,
                 period_s,
                 joint,
                 joints[joint],
@@ -118,19 +118,19 @@ impl Loop {
         })
     }
 
-    /// With the torque that was asked for acting.
+    /// Closed-loop matrix, in which the requested torque acts.
     pub(super) fn closed(&self) -> Square {
         self.with_torque_scaled([1.0; JOINTS])
     }
 
-    /// With so many times the torque that was asked for, of which the estimator knows
-    /// nothing.
+    /// Closed-loop matrix in which `scale` times the requested torque acts, unknown to the
+    /// estimator.
     pub(super) fn with_torque_scaled(&self, scale: [f64; JOINTS]) -> Square {
         let scale = Matrix2::from_diagonal(&scale.into());
         self.open - self.input * scale * self.output
     }
 
-    /// The state at rest at these angles, with an estimator that knows it.
+    /// State at rest at angles in rad, with an exact estimate.
     pub(super) fn at_rest(&self, angle_rad: [f64; JOINTS]) -> SMatrix<f64, STATES, 1> {
         let mut state = SMatrix::zeros();
         for (joint, (angle, observer)) in angle_rad.iter().zip(&self.observers).enumerate() {
@@ -147,7 +147,7 @@ impl Loop {
 }
 
 impl Observer {
-    fn of(
+    fn for_joint(
         setup: &Setup,
         arm: &Parameters<f64>,
         period_s: f64,
@@ -165,17 +165,17 @@ impl Observer {
                 let mut step = Matrix4::zeros();
                 step.fixed_view_mut::<2, 2>(0, 0).copy_from(&a);
                 let gain = Vector4::new(gain.x, gain.y, 0.0, 0.0);
-                Ok(Self::correcting(&step, gain, b, false))
+                Ok(Self::current(&step, gain, b, false))
             }
             Config::Kalman(tuning) => {
-                let gain = settled(arm, period_s, &tuning, joint).ok_or(Refusal::OutOfRange)?;
+                let gain = steady_state_gain(arm, period_s, &tuning, joint).ok_or(Refusal::OutOfRange)?;
                 let mut step = Matrix4::zeros();
                 step.fixed_view_mut::<2, 2>(0, 0).copy_from(&a);
-                // A disturbance acts as torque does, and stays.
+                // A constant disturbance acts like a torque.
                 step.fixed_view_mut::<2, 1>(0, 2).copy_from(&b);
                 step[(2, 2)] = 1.0;
                 let gain = Vector4::new(gain.x, gain.y, gain.z, 0.0);
-                Ok(Self::correcting(&step, gain, b, true))
+                Ok(Self::current(&step, gain, b, true))
             }
             Config::FiniteDifference { filter_s } => {
                 Ok(Self::difference(&a, b, period_s, f64::from(filter_s)))
@@ -183,16 +183,16 @@ impl Observer {
         }
     }
 
-    /// `m(k+1) = step (m + gain (y - m[0])) + b u`.
-    fn correcting(
+    /// Observer in current form: `m(k+1) = step (m + gain (y - m[0])) + b u`.
+    fn current(
         step: &Matrix4<f64>,
         gain: Vector4<f64>,
         b: Vector2<f64>,
         has_disturbance: bool,
     ) -> Self {
-        let seen = Vector4::new(1.0, 0.0, 0.0, 0.0).transpose();
+        let output = Vector4::new(1.0, 0.0, 0.0, 0.0).transpose();
         Self {
-            memory: step * (Matrix4::identity() - gain * seen),
+            memory: step * (Matrix4::identity() - gain * output),
             sample: step * gain,
             torque: Vector4::new(b.x, b.y, 0.0, 0.0),
             has_disturbance,
@@ -200,16 +200,17 @@ impl Observer {
         }
     }
 
-    /// What is expected, then the filtered speed v and the last sample.
+    /// Filtered difference: the states are the prediction, the filtered speed v and the last
+    /// sample.
     fn difference(a: &Matrix2<f64>, b: Vector2<f64>, period_s: f64, filter_s: f64) -> Self {
-        let share = if filter_s > 0.0 {
+        let weight = if filter_s > 0.0 {
             1.0 - (-period_s / filter_s).exp()
         } else {
             1.0
         };
-        // v' = (1 - share) v + rate (y - last); expected = A (y, v') + b u.
-        let rate = share / period_s;
-        let speed = Vector4::new(0.0, 0.0, 1.0 - share, -rate);
+        // v' = (1 - weight) v + rate (y - last); prediction = A (y, v') + b u.
+        let rate = weight / period_s;
+        let speed = Vector4::new(0.0, 0.0, 1.0 - weight, -rate);
         let mut memory = Matrix4::zeros();
         memory.set_row(0, &(speed * a.m12).transpose());
         memory.set_row(1, &(speed * a.m22).transpose());
@@ -224,7 +225,7 @@ impl Observer {
     }
 }
 
-/// The gain of the control law in force, as the board computes it.
+/// Gain of the set-up's control law, as the board computes it.
 fn gain(setup: &Setup, arm: &Parameters<f64>) -> Result<Matrix2x4<f64>, Refusal> {
     let lqr = match setup.controller {
         Controller::StateFeedback(Gains::Paper) => Lqr::paper(),
@@ -240,7 +241,7 @@ fn gain(setup: &Setup, arm: &Parameters<f64>) -> Result<Matrix2x4<f64>, Refusal>
             natural_rad_s,
             damping,
         } => {
-            // M (-kd dq - kp q) + F dq + G(q), and G(q) is its slope times q.
+            // M (-kd dq - kp q) + F dq + G(q), where G(q) is its slope times q.
             let upright = Vector2::zeros();
             let (mass, slope) = (arm.mass(upright).diagonal(), arm.gravity_slope(upright));
             let mut gain = Matrix2x4::zeros();
@@ -258,18 +259,18 @@ fn gain(setup: &Setup, arm: &Parameters<f64>) -> Result<Matrix2x4<f64>, Refusal>
     Ok(lqr.gain.map(f64::from))
 }
 
-/// The gain on angle, speed and disturbance to which the filter of a joint that slides
-/// comes: what the filter itself does with a small surprise.
-fn settled(
+/// Steady-state gain of a sliding joint's filter on angle, speed and disturbance: the
+/// filter's own response to a small innovation.
+fn steady_state_gain(
     arm: &Parameters<f64>,
     period_s: f64,
     tuning: &Tuning<f32>,
     joint: usize,
 ) -> Option<Vector3<f64>> {
-    /// Longer than any walk that is not absurdly slow takes to settle, in s.
+    /// Time in s, longer than the gain of any reasonable tuning takes to settle.
     const SETTLING_S: f64 = 30.0;
-    /// Too small for any limit, and exact in binary.
-    const SURPRISE_RAD: f64 = 1.0 / 1_048_576.0;
+    /// Innovation below every limit, exact in binary.
+    const INNOVATION_RAD: f64 = 1.0 / 1_048_576.0;
 
     let tuning = Tuning {
         angle_rad: f64::from(tuning.angle_rad),
@@ -284,33 +285,32 @@ fn settled(
         filter.correct(&mut estimate, [Some(0.0); JOINTS]);
         filter.advance(arm, &mut estimate, Vector2::zeros());
     }
-    let state = filter.correct(&mut estimate, [Some(SURPRISE_RAD); JOINTS]);
-    let moved = Vector3::new(
+    let state = filter.correct(&mut estimate, [Some(INNOVATION_RAD); JOINTS]);
+    let correction = Vector3::new(
         state.q[joint],
         state.dq[joint],
         estimate.disturbance()[joint],
     );
-    Some(moved / SURPRISE_RAD)
+    Some(correction / INNOVATION_RAD)
 }
 
-/// By how much a state grows each period in the long run: the largest magnitude of an
-/// eigenvalue.
-pub(super) fn radius(a: &Square) -> f64 {
-    /// 2^40 periods: what a matrix does to begin with counts for nothing.
+/// Spectral radius: the asymptotic growth of a state per period.
+pub(super) fn spectral_radius(a: &Square) -> f64 {
+    /// 2^40 periods, after which the initial transient is negligible.
     const SQUARINGS: i32 = 40;
 
     // ln |A^n| / n for n = 1, 2, 4, ..., the norm taken out at each step.
     let mut power = *a;
-    let (mut logarithm, mut share) = (0.0, 1.0);
+    let (mut logarithm, mut weight) = (0.0, 1.0);
     for _ in 0..SQUARINGS {
         let norm = power.norm();
         if norm <= 0.0 || !norm.is_finite() {
             return norm;
         }
-        logarithm += share * norm.ln();
+        logarithm += weight * norm.ln();
         power /= norm;
         power *= power;
-        share *= 0.5;
+        weight *= 0.5;
     }
     logarithm.exp()
 }

@@ -1,13 +1,13 @@
-//! State feedback with chosen poles.
+//! Pole placement for state feedback.
 //!
-//! About upright the joints do not couple, and the gain that gives a joint two poles is
+//! About upright the joints are decoupled, and the gain that gives a joint two poles is
 //! unique: `K = [0 1] [B AB]^-1 p(A)`, Ackermann's formula.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Setup;
 use nalgebra::{Matrix2, RowVector2, Vector2};
 
-/// Why there is no such gain.
+/// Reason why no gain exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlaceError {
     /// The torque does not move the joint.
@@ -15,7 +15,7 @@ pub enum PlaceError {
     Uncontrollable(usize),
 }
 
-/// Each joint about upright: its matrix from tick to tick, and what its torque adds.
+/// Discrete model of each joint about upright: state and input matrix.
 pub(super) fn joints(setup: &Setup) -> [(Matrix2<f64>, Vector2<f64>); JOINTS] {
     let period_s = f64::from(setup.period_us) * 1e-6;
     let arm = setup.arm.map(f64::from).linearise(Vector2::zeros());
@@ -27,11 +27,11 @@ pub(super) fn joints(setup: &Setup) -> [(Matrix2<f64>, Vector2<f64>); JOINTS] {
     ]
 }
 
-/// The gain, one row a torque, with which each joint of the set-up's arm has two poles of
-/// this sum and product.
+/// Gain, one row per torque, that gives each joint of the set-up's arm two poles with a sum
+/// and product.
 ///
 /// # Errors
-/// If a joint is not moved by its torque.
+/// If a torque does not move its joint.
 pub fn place(
     setup: &Setup,
     sums_and_products: [(f64, f64); JOINTS],
@@ -39,11 +39,11 @@ pub fn place(
     let mut gain = [[0.0; 2 * JOINTS]; JOINTS];
     for (joint, (a, b)) in joints(setup).into_iter().enumerate() {
         let (sum, product) = sums_and_products[joint];
-        let reach = Matrix2::from_columns(&[b, a * b]);
-        let inverse = reach.try_inverse();
+        let controllability = Matrix2::from_columns(&[b, a * b]);
+        let inverse = controllability.try_inverse();
         let inverse = inverse.ok_or(PlaceError::Uncontrollable(joint + 1))?;
-        let wanted = a * a - a * sum + Matrix2::identity() * product;
-        let row = RowVector2::new(0.0, 1.0) * inverse * wanted;
+        let polynomial = a * a - a * sum + Matrix2::identity() * product;
+        let row = RowVector2::new(0.0, 1.0) * inverse * polynomial;
         gain[joint][joint] = row.x as f32;
         gain[joint][JOINTS + joint] = row.y as f32;
     }

@@ -1,11 +1,11 @@
-//! The same control for another arm.
+//! Transfer of a controller to another arm.
 //!
-//! | controller                 | what becomes of it                                    |
-//! |----------------------------|-------------------------------------------------------|
-//! | weights, computed torque   | nothing: the board computes it from the arm it has    |
-//! | a gain of one's own        | the gain that gives the other arm the same poles      |
-//! | the same, joints coupled   | stays: no other gain is sure to be meant              |
-//! | the paper's printed gain   | stays: it is printed                                  |
+//! | controller                    | gain for the other arm                          |
+//! |-------------------------------|-------------------------------------------------|
+//! | weights, computed torque      | computed by the board from its arm              |
+//! | user gain, joints decoupled   | placed for the same poles                       |
+//! | user gain, joints coupled     | unchanged: no other gain is certainly intended  |
+//! | the paper's printed gain      | unchanged                                       |
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Controller, Gains, Setup};
@@ -13,32 +13,32 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::place::{PlaceError, joints, place};
 
-/// What became of the gains.
+/// Treatment of the gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Redesign {
     /// The board computes them from its arm.
     OnBoard,
-    /// Placed where the poles were.
+    /// They are placed for the previous poles.
     Placed,
-    /// They are as before, because they were set by hand.
+    /// They are unchanged, because they were set by hand.
     Kept,
 }
 
 impl Redesign {
-    /// In words.
+    /// Sentence part for messages.
     pub fn in_words(self) -> &'static str {
         match self {
-            Self::OnBoard => "the board designs its gains anew, for this arm",
-            Self::Placed => "the gain is a new one, with the poles that the old one had",
-            Self::Kept => "the gain stays as it was; `armbridge design` makes one for this arm",
+            Self::OnBoard => "the board computes new gains for this arm",
+            Self::Placed => "a new gain gives this arm the previous poles",
+            Self::Kept => "the gain is unchanged; `armbridge design` computes one for this arm",
         }
     }
 }
 
-/// `after`, whose controller is `before`'s, with gains for its own arm.
+/// Adapts the gains of `after`, whose controller is that of `before`, to its own arm.
 ///
 /// # Errors
-/// If no gain moves a joint of it.
+/// If a torque does not move its joint.
 pub fn retune(before: &Setup, after: &Setup) -> Result<(Setup, Redesign), PlaceError> {
     let gain = match after.controller {
         Controller::ComputedTorque { .. } | Controller::StateFeedback(Gains::Design { .. }) => {
@@ -65,7 +65,7 @@ pub fn retune(before: &Setup, after: &Setup) -> Result<(Setup, Redesign), PlaceE
     ))
 }
 
-/// Sum and product of each joint's poles under a gain that does not couple joints.
+/// Sum and product of each joint's poles under a gain without coupling.
 fn poles(setup: &Setup, gain: &[[f32; 2 * JOINTS]; JOINTS]) -> [(f64, f64); JOINTS] {
     let joints = joints(setup);
     core::array::from_fn(|joint| {
@@ -83,38 +83,38 @@ mod tests {
 
     #[test]
     fn another_arm_gets_the_poles_of_the_first() {
-        let wanted = [(1.96, 0.9605), (1.95, 0.9506)];
+        let poles = [(1.96, 0.9605), (1.95, 0.9506)];
         let mut before = Setup::default();
         before.controller =
-            Controller::StateFeedback(Gains::Given(place(&before, wanted).unwrap()));
+            Controller::StateFeedback(Gains::Given(place(&before, poles).unwrap()));
         let mut after = before;
         after.arm.i1x *= 1.5;
         after.arm.m2 *= 1.3;
-        let (after, what) = retune(&before, &after).unwrap();
-        assert_eq!(what, Redesign::Placed);
+        let (after, redesign) = retune(&before, &after).unwrap();
+        assert_eq!(redesign, Redesign::Placed);
         assert_ne!(before.controller, after.controller);
-        let [old, new] = [before, after].map(|setup| Design::of(&setup).unwrap().poles.controller);
+        let [old, new] = [before, after].map(|setup| Design::from_setup(&setup).unwrap().poles.controller);
         for (old, new) in old.iter().zip(&new) {
-            // What f32 gains leave.
+            // Rounding of f32 gains.
             assert!((old.re - new.re).abs() < 1e-5 && (old.im - new.im).abs() < 1e-4);
         }
     }
 
     #[test]
-    fn what_the_board_computes_is_left_to_it_and_what_is_nobodys_design_is_kept() {
+    fn gains_that_the_board_computes_and_coupled_or_printed_gains_are_unchanged() {
         let mut other = Setup::default();
         other.arm.m2 *= 1.3;
-        let with = |controller| {
+        let redesign = |controller| {
             let mut setup = other;
             setup.controller = controller;
-            let (after, what) = retune(&Setup::default(), &setup).unwrap();
+            let (after, redesign) = retune(&Setup::default(), &setup).unwrap();
             assert_eq!(after, setup);
-            what
+            redesign
         };
-        assert_eq!(with(Setup::default().controller), Redesign::OnBoard);
+        assert_eq!(redesign(Setup::default().controller), Redesign::OnBoard);
         let paper = Controller::StateFeedback(Gains::Paper);
-        assert_eq!(with(paper), Redesign::Kept);
+        assert_eq!(redesign(paper), Redesign::Kept);
         let coupled = Gains::Given([[1.0; 4]; 2]);
-        assert_eq!(with(Controller::StateFeedback(coupled)), Redesign::Kept);
+        assert_eq!(redesign(Controller::StateFeedback(coupled)), Redesign::Kept);
     }
 }

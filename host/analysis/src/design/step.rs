@@ -1,4 +1,4 @@
-//! How a set-up answers a step: the linear loop, and the whole simulated bench.
+//! Step responses of a set-up: of the linear loop and of the simulated bench.
 
 use armbridge_client::enum_names;
 use armbridge_client::refusal_text;
@@ -7,50 +7,50 @@ use armbridge_shared::actuator::Joint;
 use armbridge_shared::link::message::{Mode, Record, Refusal, Setup};
 use armbridge_sim::plant::PlantConfig;
 
-use super::model::Loop;
+use super::model::LinearLoop;
 use crate::monte_carlo::{Maneuver, Run, Trial, TrialError};
 
-/// The step: large beside the encoder's counts, and far from all limits.
+/// Step in rad: large relative to an encoder count, and far from all limits.
 pub(super) const STEP_RAD: [f32; JOINTS] = [0.15, -0.15];
-/// For how long after it the arm is looked at.
+/// Time shown after the step, in s.
 pub(super) const SHOWN_S: f64 = 2.0;
-/// How long the bench stands upright before, in s; see [`Maneuver::Step`].
+/// Time before the step in which the bench is upright, in s; see [`Maneuver::Step`].
 const BEFORE_S: f64 = 2.0;
 /// Seed of the bench's noise.
 const SEED: u64 = 1;
 
-/// Why there is no answer.
+/// Reason why there is no response.
 #[derive(Debug, thiserror::Error)]
 pub enum StepError {
     /// The bench did not run.
     #[error("the bench does not run with this set-up: {0}")]
     Trial(#[from] TrialError),
-    /// There is no loop.
+    /// The board would refuse the set-up.
     #[error("the board would refuse this set-up: {}", refusal_text::in_words(*.0))]
     Refused(Refusal),
 }
 
-/// A joint at an instant.
+/// A sample of a response.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
-    /// From the step on, in s.
+    /// Time since the step, in s.
     pub(super) at_s: f64,
     pub(super) angle_rad: [f64; JOINTS],
     pub(super) torque_nm: [f64; JOINTS],
 }
 
-/// Both answers.
+/// Both responses.
 #[derive(Clone, Debug)]
-pub(super) struct Answers {
+pub(super) struct Responses {
     pub(super) linear: Vec<Point>,
     pub(super) bench: Vec<Point>,
-    /// The fault in which the bench ended, if it did.
+    /// Fault that ended the bench's run, if any.
     pub(super) fault: Option<&'static str>,
 }
 
-/// Has the loop and the bench step.
-pub(super) fn answers(setup: &Setup) -> Result<Answers, StepError> {
-    let parts = Loop::of(setup).map_err(StepError::Refused)?;
+/// Computes the response of the loop and simulates that of the bench.
+pub(super) fn responses(setup: &Setup) -> Result<Responses, StepError> {
+    let system = LinearLoop::from_setup(setup).map_err(StepError::Refused)?;
     let arm = setup.arm.map(f64::from);
     let plant = PlantConfig {
         arm,
@@ -65,24 +65,24 @@ pub(super) fn answers(setup: &Setup) -> Result<Answers, StepError> {
         Mode::Fault(fault) => Some(enum_names::fault(fault)),
         _ => None,
     };
-    Ok(Answers {
-        linear: linear(&parts, arm.gravity(STEP_RAD.map(f64::from).into()).into()),
+    Ok(Responses {
+        linear: linear(&system, arm.gravity(STEP_RAD.map(f64::from).into()).into()),
         fault: run.records.iter().find_map(fault),
         bench: bench(&run, f64::from(setup.period_us) * 1e-6),
     })
 }
 
-/// The linear loop from rest, with a torque that holds the arm where it is to be.
-fn linear(parts: &Loop, holding_nm: [f64; JOINTS]) -> Vec<Point> {
+/// Response of the linear loop from rest; `holding_nm` holds the arm at the setpoint.
+fn linear(system: &LinearLoop, holding_nm: [f64; JOINTS]) -> Vec<Point> {
     let target = STEP_RAD.map(f64::from);
-    let mut state = parts.at_rest(target.map(|angle| -angle));
-    let closed = parts.closed();
-    let count = (SHOWN_S / parts.period_s) as usize;
+    let mut state = system.at_rest(target.map(|angle| -angle));
+    let closed = system.closed();
+    let count = (SHOWN_S / system.period_s) as usize;
     let mut points = Vec::with_capacity(count);
     for tick in 0..count {
-        let torque = -(parts.output * state);
+        let torque = -(system.output * state);
         points.push(Point {
-            at_s: tick as f64 * parts.period_s,
+            at_s: tick as f64 * system.period_s,
             angle_rad: [0, 1].map(|joint| target[joint] + state[joint]),
             torque_nm: [0, 1].map(|joint| holding_nm[joint] + torque[joint]),
         });
@@ -91,7 +91,7 @@ fn linear(parts: &Loop, holding_nm: [f64; JOINTS]) -> Vec<Point> {
     points
 }
 
-/// The true arm of the bench.
+/// Response of the bench's true arm.
 fn bench(run: &Run, period_s: f64) -> Vec<Point> {
     let pairs = run.records.iter().zip(&run.truth);
     pairs

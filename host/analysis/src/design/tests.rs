@@ -1,5 +1,5 @@
-//! The margins of a loop, against loops that are perturbed by as much and run: the
-//! shared estimator and the exact linear arm, tick by tick.
+//! Comparison of margins with simulations of loops perturbed by them, with the shared
+//! estimator and the exact linear arm, tick by tick.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::Parameters;
@@ -8,7 +8,7 @@ use armbridge_shared::estimate::{Config, Estimator, Tuning};
 use armbridge_shared::link::message::{Controller, Gains, Setup};
 use nalgebra::{Complex, Matrix2, Vector2, Vector4};
 
-use super::model::Loop;
+use super::model::LinearLoop;
 use super::*;
 
 /// Set-ups of every kind of controller and estimator, at short and long periods.
@@ -64,26 +64,26 @@ fn setups() -> Vec<(&'static str, Setup)> {
     ]
 }
 
-/// What is wrong with the torques, joint by joint.
+/// Error of the torques, joint by joint.
 #[derive(Clone, Copy)]
-struct Wrong {
+struct TorqueError {
     gain: [f64; JOINTS],
     delay_s: [f64; JOINTS],
 }
 
-const RIGHT: Wrong = Wrong {
+const NO_ERROR: TorqueError = TorqueError {
     gain: [1.0; JOINTS],
     delay_s: [0.0; JOINTS],
 };
 
-/// Whether a small deviation grows with a wrong torque: the linear arm stepped from one
-/// change of a torque to the next, under the shared estimator and control law.
-fn grows(setup: &Setup, wrong: Wrong) -> bool {
+/// Whether a small deviation grows under a torque error: the linear arm is stepped between
+/// changes of the torques, under the shared estimator and control law.
+fn grows(setup: &Setup, wrong: TorqueError) -> bool {
     const LONGEST_S: f64 = 200.0;
     const BEGIN: f64 = 1e-7;
 
-    let parts = Loop::of(setup).unwrap();
-    let period_s = parts.period_s;
+    let system = LinearLoop::from_setup(setup).unwrap();
+    let period_s = system.period_s;
     let (estimator, law, arm) = double(setup);
     let mut estimate = estimator.at_rest(Vector2::zeros());
     // The Kalman filter's gain settles first.
@@ -100,18 +100,18 @@ fn grows(setup: &Setup, wrong: Wrong) -> bool {
         let prior = estimate.state();
         let rest = Reference::at_rest(Vector2::zeros());
         let demand = law.demand(&arm, &prior, &rest, law.feed_forward(&arm, &rest));
-        let asked = demand.torque_nm - estimate.disturbance();
+        let requested = demand.torque_nm - estimate.disturbance();
         torques.rotate_right(1);
-        torques[0] = asked;
+        torques[0] = requested;
         estimator.correct(&mut estimate, [Some(state[0]), Some(state[1])]);
-        estimator.advance(&arm, &mut estimate, asked);
-        state = moved(&parts, state, &torques, wrong);
+        estimator.advance(&arm, &mut estimate, requested);
+        state = advance(&system, state, &torques, wrong);
         let size = state.norm();
-        // Long past what it may grow to at first, or gone.
+        // Larger than any transient, or decayed.
         if size > 1e4 * BEGIN {
             return true;
         }
-        if size < 1e-7 * BEGIN && asked.norm() < 1e-6 * BEGIN {
+        if size < 1e-7 * BEGIN && requested.norm() < 1e-6 * BEGIN {
             return false;
         }
         peaks[tick / quarter] = peaks[tick / quarter].max(size);
@@ -119,23 +119,23 @@ fn grows(setup: &Setup, wrong: Wrong) -> bool {
     peaks[3] > peaks[2]
 }
 
-/// The arm a period later: torques, the latest first, act as much later and stronger as
-/// they do.
-fn moved(
-    parts: &Loop,
+/// State of the arm a period later; torques, the latest first, act with the error's gain and
+/// delay.
+fn advance(
+    system: &LinearLoop,
     mut state: Vector4<f64>,
     torques: &[Vector2<f64>],
-    wrong: Wrong,
+    wrong: TorqueError,
 ) -> Vector4<f64> {
-    let periods = wrong.delay_s.map(|s| (s / parts.period_s).floor());
-    let late_s = [0, 1].map(|j| wrong.delay_s[j] - periods[j] * parts.period_s);
+    let periods = wrong.delay_s.map(|s| (s / system.period_s).floor());
+    let late_s = [0, 1].map(|j| wrong.delay_s[j] - periods[j] * system.period_s);
     let cut_s = late_s[0].max(late_s[1]);
-    for (length_s, is_first) in [(cut_s, true), (parts.period_s - cut_s, false)] {
+    for (length_s, is_first) in [(cut_s, true), (system.period_s - cut_s, false)] {
         let acting = Vector2::from_fn(|j, _| {
             let before = usize::from(is_first && late_s[j] > 0.0);
             wrong.gain[j] * torques[periods[j] as usize + before][j]
         });
-        state = parts.arm.zero_order_hold(length_s).step(state, acting);
+        state = system.arm.zero_order_hold(length_s).step(state, acting);
     }
     state
 }
@@ -172,7 +172,7 @@ fn double(setup: &Setup) -> (Estimator<f64>, Law<f64>, Parameters<f64>) {
             Law::ComputedTorque(ComputedTorque::new(&tuning, period_s).unwrap())
         }
         Controller::StateFeedback(_) => {
-            let [first, second] = Design::of(setup).unwrap().gain;
+            let [first, second] = Design::from_setup(setup).unwrap().gain;
             Law::StateFeedback(Lqr::of_rows(first, second))
         }
     };
@@ -182,19 +182,19 @@ fn double(setup: &Setup) -> (Estimator<f64>, Law<f64>, Parameters<f64>) {
 #[test]
 fn a_torque_wrong_by_a_margin_is_the_edge() {
     for (name, setup) in setups() {
-        let design = Design::of(&setup).unwrap();
-        assert!(design.is_stable && !grows(&setup, RIGHT), "{name}");
+        let design = Design::from_setup(&setup).unwrap();
+        assert!(design.is_stable && !grows(&setup, NO_ERROR), "{name}");
         for joint in 0..JOINTS {
             let margins = design.margins.joints[joint];
             let gain = |factor: f64| {
-                let mut gain = RIGHT.gain;
+                let mut gain = NO_ERROR.gain;
                 gain[joint] = factor;
-                Wrong { gain, ..RIGHT }
+                TorqueError { gain, ..NO_ERROR }
             };
             let delay = |s: f64| {
-                let mut delay_s = RIGHT.delay_s;
+                let mut delay_s = NO_ERROR.delay_s;
                 delay_s[joint] = s;
-                Wrong { delay_s, ..RIGHT }
+                TorqueError { delay_s, ..NO_ERROR }
             };
             let [low, high] = margins.gain.map(Option::unwrap);
             assert!(!grows(&setup, gain(low * 1.01)), "{name}: {low}");
@@ -208,24 +208,24 @@ fn a_torque_wrong_by_a_margin_is_the_edge() {
     }
 }
 
-/// By how much a loop grows with such complex factors on its torques.
-fn complex_radius(parts: &Loop, factors: [Complex<f64>; JOINTS]) -> f64 {
-    let whole = |x: f64| Complex::new(x, 0.0);
+/// Growth per period of a loop with complex factors on its torques.
+fn complex_growth(system: &LinearLoop, factors: [Complex<f64>; JOINTS]) -> f64 {
+    let real = |x: f64| Complex::new(x, 0.0);
     let factors = Matrix2::from_diagonal(&factors.into());
-    let fed = parts.input.map(whole) * factors * parts.output.map(whole);
-    let mut power = parts.open.map(whole) - fed;
-    let (mut logarithm, mut share) = (0.0, 1.0);
+    let feedback = system.input.map(real) * factors * system.output.map(real);
+    let mut power = system.open.map(real) - feedback;
+    let (mut logarithm, mut weight) = (0.0, 1.0);
     for _ in 0..30 {
         let norm = power.iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
-        logarithm += share * norm.ln();
-        power /= whole(norm);
+        logarithm += weight * norm.ln();
+        power /= real(norm);
         power *= power;
-        share *= 0.5;
+        weight *= 0.5;
     }
     logarithm.exp()
 }
 
-fn turned(radius: f64, angle_rad: f64) -> Complex<f64> {
+fn polar(radius: f64, angle_rad: f64) -> Complex<f64> {
     let (sin, cos) = angle_rad.sin_cos();
     Complex::new(radius * cos, radius * sin)
 }
@@ -233,14 +233,14 @@ fn turned(radius: f64, angle_rad: f64) -> Complex<f64> {
 #[test]
 fn a_turn_by_the_phase_margin_is_the_edge() {
     for (name, setup) in setups() {
-        let parts = Loop::of(&setup).unwrap();
-        let design = Design::of(&setup).unwrap();
+        let system = LinearLoop::from_setup(&setup).unwrap();
+        let design = Design::from_setup(&setup).unwrap();
         for joint in 0..JOINTS {
             let margin = design.margins.joints[joint].phase.unwrap().margin_deg;
             let grows = |degrees: f64| {
-                let mut factors = [turned(1.0, 0.0); JOINTS];
-                factors[joint] = turned(1.0, degrees.to_radians());
-                complex_radius(&parts, factors) > 1.0
+                let mut factors = [polar(1.0, 0.0); JOINTS];
+                factors[joint] = polar(1.0, degrees.to_radians());
+                complex_growth(&system, factors) > 1.0
             };
             assert!(!grows(margin * 0.99) && !grows(-margin * 0.99), "{name}");
             assert!(grows(margin * 1.01) || grows(-margin * 1.01), "{name}");
@@ -250,33 +250,33 @@ fn a_turn_by_the_phase_margin_is_the_edge() {
 
 #[test]
 fn inside_the_disc_nothing_grows_and_just_outside_something_does() {
-    let one = turned(1.0, 0.0);
+    let one = polar(1.0, 0.0);
     let factor = |d: Complex<f64>| (one + d * 0.5) / (one - d * 0.5);
     for (name, setup) in setups() {
-        let parts = Loop::of(&setup).unwrap();
-        let margins = Design::of(&setup).unwrap().margins;
+        let system = LinearLoop::from_setup(&setup).unwrap();
+        let margins = Design::from_setup(&setup).unwrap().margins;
         let alpha = margins.disc.alpha;
         let around = |size: f64| {
             (0..24 * 24).map(move |i| {
                 let angle = |i: usize| i as f64 * core::f64::consts::TAU / 24.0;
                 [
-                    factor(turned(size, angle(i / 24))),
-                    factor(turned(size, angle(i % 24))),
+                    factor(polar(size, angle(i / 24))),
+                    factor(polar(size, angle(i % 24))),
                 ]
             })
         };
         for factors in around(0.99 * alpha) {
-            assert!(complex_radius(&parts, factors) < 1.0, "{name}: {factors:?}");
+            assert!(complex_growth(&system, factors) < 1.0, "{name}: {factors:?}");
         }
         // Joints that do not couple have no margin left: the disc is not too small.
         if !name.starts_with("coupled") {
             let grows = (0..720).any(|i| {
                 let angle = f64::from(i) * core::f64::consts::TAU / 720.0;
-                let wrong = factor(turned(1.02 * alpha, angle));
+                let wrong = factor(polar(1.02 * alpha, angle));
                 let alone = [[wrong, one], [one, wrong]];
                 alone
                     .iter()
-                    .any(|factors| complex_radius(&parts, *factors) > 1.0)
+                    .any(|factors| complex_growth(&system, *factors) > 1.0)
             });
             assert!(grows, "{name}");
         }
@@ -300,9 +300,9 @@ fn inside_the_disc_nothing_grows_and_just_outside_something_does() {
 #[test]
 fn the_poles_are_those_that_were_asked_for() {
     let setup = Setup::default();
-    let parts = Loop::of(&setup).unwrap();
+    let system = LinearLoop::from_setup(&setup).unwrap();
     // 20 rad/s, damped by 0.7, and two real poles.
-    let (natural, damping, period_s) = (20.0, 0.7, parts.period_s);
+    let (natural, damping, period_s) = (20.0, 0.7, system.period_s);
     let (decay, turn): (f64, f64) = (
         (-damping * natural * period_s).exp(),
         natural * f64::sqrt(1.0 - damping * damping) * period_s,
@@ -315,7 +315,7 @@ fn the_poles_are_those_that_were_asked_for() {
         ],
     );
     let controller = Controller::StateFeedback(Gains::Given(gain.unwrap()));
-    let design = Design::of(&Setup {
+    let design = Design::from_setup(&Setup {
         controller,
         ..setup
     })
@@ -360,5 +360,5 @@ fn what_no_board_runs_with_is_refused() {
         controller,
         ..Setup::default()
     };
-    assert!(matches!(Design::of(&setup), Err(Refusal::Unstable { .. })));
+    assert!(matches!(Design::from_setup(&setup), Err(Refusal::Unstable { .. })));
 }

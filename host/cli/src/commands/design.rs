@@ -142,7 +142,7 @@ fn complex(text: &str) -> Option<(f64, f64)> {
 pub(crate) fn run(args: &DesignArgs) -> Outcome {
     let settings = settings(args)?;
     let setup = settings.setup;
-    let design = Design::of(&setup).map_err(|why| {
+    let design = Design::from_setup(&setup).map_err(|why| {
         format!(
             "the board would refuse this set-up: {}",
             refusal_text::in_words(why)

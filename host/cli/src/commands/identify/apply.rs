@@ -67,7 +67,7 @@ impl Apply<'_> {
                 Ok(new) => new,
                 Err(why) => return Ok(not_applied(&why)),
             };
-            let old = Design::of(&before.setup).ok();
+            let old = Design::from_setup(&before.setup).ok();
             self.print_text(&differences(&before, &after))?;
             self.print_text(&gains(old.as_ref(), &new, redesign))?;
             for note in fit.report.zero_notes() {
@@ -115,7 +115,7 @@ impl Apply<'_> {
 
 /// The control loop with these settings, if it is stable and a board would accept it.
 fn stable_design(after: &Settings) -> Result<Design, String> {
-    match Design::of(&after.setup) {
+    match Design::from_setup(&after.setup) {
         Ok(design) if design.is_stable => Ok(design),
         Ok(_) => Err("with this arm the loop would be unstable: `armbridge design`".into()),
         Err(why) => Err(format!(
