@@ -32,7 +32,11 @@ fn trial(config: &PlantConfig, setup: Setup, task: &str, duration_s: f64) -> Tri
 /// The outcomes of these seeds, none of which may end in a fault.
 fn outcomes(trial: &Trial, seeds: std::ops::RangeInclusive<u64>) -> Vec<Outcome> {
     let seeds: Vec<u64> = seeds.collect();
-    let one = |seed| trial.run(seed).map(|run| Outcome::of(trial, seed, &run));
+    let one = |seed| {
+        trial
+            .run(seed)
+            .map(|run| Outcome::from_run(trial, seed, &run))
+    };
     let outcomes = for_seeds(&seeds, one, |_| ()).unwrap();
     for outcome in &outcomes {
         assert_eq!(outcome.fault, None, "{outcome:?}");

@@ -114,7 +114,7 @@ fn the_table_is_as_it_was() {
         let run = trial.run(SEED)?;
         Ok::<_, armbridge_analysis::monte_carlo::TrialError>(row(
             name,
-            &Outcome::of(trial, SEED, &run),
+            &Outcome::from_run(trial, SEED, &run),
         ))
     };
     let rows = for_seeds(&indices, run, |_| ()).unwrap();

@@ -1,17 +1,17 @@
-//! Runs and what is made of them: scenarios, plans and their performance, plots, design of
-//! controllers, identification of an arm, and the paper that the arm is from.
+//! Runs and their analysis: scenarios, plan execution, plots, controller analysis,
+//! identification of an arm, and the recomputation of the paper that describes the arm.
 //!
-//! | module          | what                                                         |
+//! | module          | contents                                                     |
 //! |-----------------|--------------------------------------------------------------|
-//! | [`scenario`]    | what an arm is to do, as a file                              |
-//! | [`plan_runner`] | a host that works through a plan step by step                |
+//! | [`scenario`]    | files that describe a run                                    |
+//! | [`plan_runner`] | a host that performs a plan step by step                     |
 //! | [`run`]         | a run from its plan to its folder                            |
 //! | [`run_folder`]  | the folder of a run                                          |
-//! | [`monte_carlo`] | the same run on many virtual arms, judged by the true arm    |
+//! | [`monte_carlo`] | runs on many virtual arms, evaluated with the true arm       |
 //! | [`plot`]        | plots of a run                                               |
 //! | [`design`]      | a set-up's gain, poles, margins and step response            |
-//! | [`identify`]    | from logs of an unknown arm to the numbers of its model      |
-//! | [`paper`]       | the paper's numbers and figures, found anew                  |
+//! | [`identify`]    | identification of an arm's model from logs                   |
+//! | [`paper`]       | recomputation of the paper's numbers and figures             |
 #![forbid(unsafe_code)]
 
 pub mod design;

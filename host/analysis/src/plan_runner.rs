@@ -1,13 +1,14 @@
-//! Plan runner: a host that connects, sets up, arms, works through a [`Plan`] step by step,
-//! switches off, and hands on every record.
+//! Plan runner: a host that connects, sets up, arms, performs a [`Plan`] step by step,
+//! switches off, and passes on every record.
 //!
-//! Sans-io and clockless: the same runner works in virtual time and over a socket.
+//! The runner is sans-io and has no clock: it works in virtual time and over a socket.
 //!
-//! However a run ends once the arm has been armed, the motors are switched off and the
-//! board has acknowledged it before the runner is done, or gives up. A link that breaks
-//! and a board that is reset end the run: the runner sends a hello again, so that the log
-//! goes on, and sees that torque is off. It never arms a second time by itself.
+//! Once the arm has been armed, every end of the run switches the motors off, and the
+//! runner waits for the board's acknowledgement before it is done or fails. A broken link
+//! or a reset of the board ends the run: the runner sends a hello again, so that the log
+//! continues, and checks that torque is off. It never arms a second time by itself.
 
+mod action_text;
 mod error;
 mod on_message;
 mod outcome;
@@ -15,7 +16,6 @@ pub mod plan;
 mod queries;
 mod record_sink;
 mod timeline;
-mod words;
 
 pub use error::PlanError;
 pub use outcome::Ending;
@@ -35,15 +35,15 @@ use armbridge_client::session::{
 use armbridge_shared::link::message::{Command, Mode, OffReport, Record, Settings, Trip};
 use armbridge_sim::cosim::Interaction;
 
-use outcome::Watch;
-use plan::{Act, Begin};
-use timeline::{Due, Offset, Timeline};
+use outcome::StopMonitor;
+use plan::{Action, InitialSettings};
+use timeline::{ClockOffset, Due, Timeline};
 
 #[derive(Debug)]
 enum Phase {
     Connecting,
-    /// The board is about to say how it works.
-    Learning,
+    /// Waits for the board's settings.
+    ReadingSettings,
     SettingUp,
     WaitingForServos,
     Arming,
@@ -52,20 +52,20 @@ enum Phase {
     Over,
 }
 
-/// A host that works through a [`Plan`].
+/// A host that performs a [`Plan`].
 #[derive(Debug)]
 pub struct PlanRunner<K = AllRecords> {
     session: Session,
     plan: Plan,
     phase: Phase,
-    /// `None` before the first word in this phase.
+    /// `None` before the first call in this phase.
     entered_us: Option<u64>,
     trips: Vec<Trip>,
     off_reports: Vec<OffReport>,
-    /// Points of a stream that came too late.
+    /// Points of a stream that arrived too late.
     late_points: u64,
-    watch: Watch,
-    offset: Offset,
+    stop_monitor: StopMonitor,
+    clock_offset: ClockOffset,
     /// Commands still to be sent in this phase, in order.
     queue: VecDeque<Command>,
     /// As first and as last reported by the board.
@@ -73,43 +73,42 @@ pub struct PlanRunner<K = AllRecords> {
     begun_with: Option<Settings>,
     /// Name of the last command.
     last_command: &'static str,
-    /// Torque is on, or may be: what an idle board is a surprise to.
+    /// Torque is on or may be, so an idle board is unexpected.
     is_armed: bool,
-    /// Since when the board is idle all the same.
+    /// Start of an unexpected idle mode.
     idle_since_us: Option<u64>,
     received_us: u64,
     begun_us: Option<u64>,
     mode: Mode,
     pushes: Option<Sender<Interaction>>,
     ending: Option<Ending>,
-    /// Why to give up once the motors are off.
-    trouble: Option<PlanError>,
+    /// Error to return once the motors are off.
+    error: Option<PlanError>,
     interrupt: fn() -> bool,
-    keep: K,
+    sink: K,
 }
 
 impl PlanRunner {
-    /// A runner that has not begun and keeps everything in memory.
+    /// Runner that keeps everything in memory.
     pub fn new(plan: impl Into<Plan>) -> Self {
-        Self::keeping(plan, AllRecords::default())
+        Self::with_sink(plan, AllRecords::default())
     }
 
     /// The records so far.
     pub fn records(&self) -> &[Record] {
-        &self.keep.records
+        &self.sink.records
     }
 
-    /// Records and commands, with the time in µs at which these were given, and
-    /// what became of the link's frames.
+    /// Records, commands with their times in µs, and statistics of the link's frames.
     pub fn into_parts(self) -> (Vec<Record>, Vec<(u64, Command)>, LinkStats) {
         let stats = self.session.stats();
-        (self.keep.records, self.keep.commands, stats)
+        (self.sink.records, self.sink.commands, stats)
     }
 }
 
 impl<K: RecordSink> PlanRunner<K> {
-    /// A runner that has not begun and hands what comes to `keep`.
-    pub fn keeping(plan: impl Into<Plan>, keep: K) -> Self {
+    /// Runner that passes its data to `sink`.
+    pub fn with_sink(plan: impl Into<Plan>, sink: K) -> Self {
         Self {
             session: Session::default(),
             plan: plan.into(),
@@ -118,8 +117,8 @@ impl<K: RecordSink> PlanRunner<K> {
             trips: Vec::new(),
             off_reports: Vec::new(),
             late_points: 0,
-            watch: Watch::default(),
-            offset: Offset::default(),
+            stop_monitor: StopMonitor::default(),
+            clock_offset: ClockOffset::default(),
             queue: VecDeque::new(),
             settings: None,
             begun_with: None,
@@ -131,21 +130,21 @@ impl<K: RecordSink> PlanRunner<K> {
             mode: Mode::Boot,
             pushes: None,
             ending: None,
-            trouble: None,
+            error: None,
             interrupt: || false,
-            keep,
+            sink,
         }
     }
 
-    /// The same, which switches off and ends as soon as this is true.
+    /// Adds an interrupt: the runner switches off and ends as soon as it is true.
     #[must_use]
     pub fn interrupted_by(mut self, interrupt: fn() -> bool) -> Self {
         self.interrupt = interrupt;
         self
     }
 
-    /// The plan's pushes as they fall due, for a simulation of the arm. Without a
-    /// receiver there are none, as on a real arm.
+    /// Channel of the plan's pushes as they fall due, for a simulation of the arm. Without
+    /// a receiver there are none, as on a real arm.
     pub fn interactions(&mut self) -> Receiver<Interaction> {
         let (pushes, interactions) = channel();
         self.pushes = Some(pushes);
@@ -154,7 +153,7 @@ impl<K: RecordSink> PlanRunner<K> {
 
     fn command(&mut self, now_us: u64, command: Command) {
         self.last_command = enum_names::command(&command);
-        self.keep.command(now_us, &command);
+        self.sink.command(now_us, &command);
         self.session.request(now_us, Request::Command(command));
     }
 
@@ -163,7 +162,7 @@ impl<K: RecordSink> PlanRunner<K> {
         let session = report.map_or(0, |report| report.session);
         let command = Command::Arm { session };
         self.last_command = enum_names::command(&command);
-        self.keep.command(now_us, &command);
+        self.sink.command(now_us, &command);
         self.session.request(now_us, Request::Arm);
     }
 
@@ -181,24 +180,24 @@ impl<K: RecordSink> PlanRunner<K> {
             match timeline.take(elapsed_us, &self.plan.steps) {
                 None => {}
                 Some(Due::Point(point, begun_us)) => {
-                    let command = self.offset.stream(since_us, begun_us, &point);
+                    let command = self.clock_offset.stream(since_us, begun_us, &point);
                     self.command(now_us, command);
                 }
-                Some(Due::Step(act)) => self.act(now_us, act),
+                Some(Due::Step(action)) => self.perform(now_us, action),
             }
         }
     }
 
-    fn act(&mut self, now_us: u64, act: Act) {
-        match act {
-            Act::Tell(command) => {
+    fn perform(&mut self, now_us: u64, action: Action) {
+        match action {
+            Action::Command(command) => {
                 if *command == Command::Idle {
                     self.is_armed = false;
                 }
                 self.command(now_us, *command);
             }
-            Act::Arm => self.arm(now_us),
-            Act::Change(change) => {
+            Action::Arm => self.arm(now_us),
+            Action::Change(change) => {
                 let present = self
                     .settings
                     .map_or_else(Settings::default, |[_, last]| last);
@@ -207,28 +206,30 @@ impl<K: RecordSink> PlanRunner<K> {
                     Err(error) => self.give_up(now_us, error.into()),
                 }
             }
-            // Its points are due one by one.
-            Act::Stream(_) => {}
+            // Its points fall due one by one.
+            Action::Stream(_) => {}
         }
     }
 
-    /// Ends the run as planned, or by the board's word.
+    /// Ends the run as planned, or by a fault.
     fn end(&mut self, now_us: u64, ending: Ending) {
         self.ending.get_or_insert(ending);
         self.switch_off(now_us);
     }
 
-    /// Ends it otherwise: motors off first, whatever else.
-    fn give_up(&mut self, now_us: u64, trouble: PlanError) {
-        self.trouble.get_or_insert(trouble);
+    /// Ends the run with an error, after switching the motors off.
+    fn give_up(&mut self, now_us: u64, error: PlanError) {
+        self.error.get_or_insert(error);
         self.switch_off(now_us);
     }
 
     fn switch_off(&mut self, now_us: u64) {
         self.is_armed = false;
         self.queue.clear();
-        // What it was asked to change for this run alone is changed back.
-        if let (Begin::Changed(_), Some([first, last])) = (&self.plan.begin, &self.settings) {
+        // Restores the settings that the run changed.
+        if let (InitialSettings::Changed(_), Some([first, last])) =
+            (&self.plan.begin, &self.settings)
+        {
             self.queue.extend(plan::differences(last, first));
         }
         if self.plan.is_releasing {
@@ -243,11 +244,11 @@ impl<K: RecordSink> PlanRunner<K> {
         self.entered_us = Some(now_us);
     }
 
-    /// Ctrl-C: off at once, or over if nothing was changed yet.
+    /// Handles Ctrl-C: switches off at once, or ends if nothing was changed yet.
     fn interrupt(&mut self, now_us: u64) {
         self.ending.get_or_insert(Ending::Interrupted);
         match self.phase {
-            Phase::Connecting | Phase::Learning => self.enter(Phase::Over, now_us),
+            Phase::Connecting | Phase::ReadingSettings => self.enter(Phase::Over, now_us),
             Phase::SettingUp | Phase::WaitingForServos | Phase::Arming | Phase::Running(_) => {
                 self.switch_off(now_us);
             }
@@ -269,18 +270,18 @@ impl<K: RecordSink> Host for PlanRunner<K> {
                 let damaged = self.session.stats().damaged;
                 return Err(SessionError::NoBoard { damaged }.into());
             }
-            Phase::Learning | Phase::SettingUp | Phase::Arming | Phase::SwitchingOff
+            Phase::ReadingSettings | Phase::SettingUp | Phase::Arming | Phase::SwitchingOff
                 if waited_us > ANSWER_TIMEOUT_US =>
             {
                 let silent = || SessionError::Silent.into();
-                return Err(self.trouble.take().unwrap_or_else(silent));
+                return Err(self.error.take().unwrap_or_else(silent));
             }
             Phase::WaitingForServos if waited_us > SERVO_TIMEOUT_US => {
                 return Err(PlanError::Servos(self.session.status().obstacle));
             }
             Phase::Running(_) => self.run(now_us),
             Phase::Connecting
-            | Phase::Learning
+            | Phase::ReadingSettings
             | Phase::SettingUp
             | Phase::WaitingForServos
             | Phase::Arming
@@ -295,12 +296,12 @@ impl<K: RecordSink> Host for PlanRunner<K> {
             Phase::Running(timeline) => {
                 let over_us = self.plan.stop.after_us;
                 let next_us = timeline.due_us(&self.plan.steps);
-                // What is not acknowledged is waited for.
+                // An unacknowledged command is waited for.
                 let next_us = next_us.filter(|_| self.session.is_settled());
                 timeline.since_us + next_us.map_or(over_us, |due_us| due_us.min(over_us))
             }
             Phase::Connecting
-            | Phase::Learning
+            | Phase::ReadingSettings
             | Phase::SettingUp
             | Phase::WaitingForServos
             | Phase::Arming
@@ -315,8 +316,8 @@ impl<K: RecordSink> Host for PlanRunner<K> {
             let reported = self.session.status().report;
             match self.session.receive(now_us, &mut bytes) {
                 Ok(None) => return Ok(()),
-                Ok(Some(message)) => self.take(now_us, message, reported)?,
-                Err(error) => self.despair(now_us, error.into())?,
+                Ok(Some(message)) => self.on_message(now_us, message, reported)?,
+                Err(error) => self.fail(now_us, error.into())?,
             }
         }
     }
@@ -329,7 +330,7 @@ impl<K: RecordSink> Host for PlanRunner<K> {
         self.session.disconnected();
         match self.phase {
             Phase::Connecting
-            | Phase::Learning
+            | Phase::ReadingSettings
             | Phase::SettingUp
             | Phase::WaitingForServos
             | Phase::Arming => {
@@ -340,7 +341,7 @@ impl<K: RecordSink> Host for PlanRunner<K> {
             Phase::SwitchingOff => self.switch_off(now_us),
             Phase::Over => {}
         }
-        // Time without a link does not count.
+        // Timeouts exclude time without a link.
         self.entered_us = None;
     }
 }

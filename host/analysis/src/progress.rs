@@ -1,14 +1,14 @@
-//! How far a run has come, on a terminal only.
+//! Progress bar of a run, on a terminal only.
 //!
-//! Drawn on standard error, so that standard output stays clean for the
-//! summary. Silent when standard error is not a terminal, or when so requested.
+//! The bar is drawn on standard error, so that standard output contains only the
+//! summary. It is hidden if standard error is not a terminal, or on request.
 
 use std::io::IsTerminal;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Redraws per second; the eye asks for no more, and a run at 1 kHz would
-/// otherwise spend its time drawing.
+/// Redraws per second, limited because a run at 1 kHz would otherwise spend its time
+/// drawing.
 const REDRAWS_PER_S: u8 = 15;
 
 /// A progress bar over the time of a run.
@@ -18,7 +18,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// A bar for a run of this length, hidden if `quiet`.
+    /// Bar for a run of `total_s` seconds, hidden if `quiet`.
     pub fn new(total_s: f64, quiet: bool) -> Self {
         let visible = !quiet && std::io::stderr().is_terminal();
         let target = if visible {
@@ -27,27 +27,27 @@ impl Progress {
             ProgressDrawTarget::hidden()
         };
         let bar = ProgressBar::with_draw_target(Some(milliseconds(total_s)), target);
-        // A template that does not parse leaves the default style: still a bar.
+        // If the template does not parse, the bar has the default style.
         if let Ok(style) = ProgressStyle::with_template("{bar:20} {percent:>3} %  {wide_msg}") {
             bar.set_style(style.progress_chars("━━╌"));
         }
         Self { bar }
     }
 
-    /// The run has come to this time.
-    pub fn at(&self, now_s: f64) {
+    /// Sets the position, in the unit of the total.
+    pub fn set_position(&self, now_s: f64) {
         let now_ms = milliseconds(now_s);
         if now_ms != self.bar.position() {
             self.bar.set_position(now_ms);
         }
     }
 
-    /// Shows what the run is doing.
-    pub fn say(&self, what: impl Into<std::borrow::Cow<'static, str>>) {
-        self.bar.set_message(what);
+    /// Shows a message beside the bar.
+    pub fn set_message(&self, text: impl Into<std::borrow::Cow<'static, str>>) {
+        self.bar.set_message(text);
     }
 
-    /// Takes the bar off the terminal, to make room for what follows.
+    /// Removes the bar from the terminal.
     pub fn finish(self) {
         self.bar.finish_and_clear();
     }

@@ -1,8 +1,8 @@
-//! The folder that a run writes into: `runs/2026-11-21T10-55-00Z-demo/`.
+//! Folder of a run's files: `runs/2026-11-21T10-55-00Z-demo/`.
 //!
-//! Named after the UTC time of its making, with dashes where a colon would
-//! trouble some file systems, so that names sort by time. An existing folder
-//! is never written into: a second one of the same second gets `-2`, and so on.
+//! The name begins with the UTC time of creation, so that names sort by time, with dashes
+//! instead of colons, which some file systems reject. An existing folder is never reused: a
+//! second one in the same second gets `-2`, and so on.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -12,33 +12,33 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// Default folder for run folders.
 pub const DEFAULT_BASE: &str = "runs";
 
-/// Folders of the same second before something else must be wrong.
-const MOST_IN_ONE_SECOND: u32 = 1000;
+/// Largest number of folders of the same second.
+const MAX_PER_SECOND: u32 = 1000;
 
-/// A folder made for one run.
+/// Folder created for one run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunFolder {
     path: PathBuf,
 }
 
-/// The folder could not be made.
+/// The folder could not be created.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "cannot make the run folder {path}: {source}; choose another place with --out",
+    "cannot create the run folder {path}: {source}; choose another place with --out",
     path = path.display()
 )]
 pub struct RunFolderError {
-    /// Folder that was tried.
+    /// Path of the folder.
     pub path: PathBuf,
-    /// The system's error.
+    /// Error of the operating system.
     pub source: std::io::Error,
 }
 
 impl RunFolder {
-    /// Makes a folder for a run of this name, in `base` or [`DEFAULT_BASE`].
+    /// Creates a folder for a run with a name, in `base` or [`DEFAULT_BASE`].
     ///
     /// # Errors
-    /// When the folder cannot be made; the error names it.
+    /// If the folder cannot be created; the error names it.
     pub fn create(base: Option<&Path>, name: &str) -> Result<Self, RunFolderError> {
         let base = base.unwrap_or(Path::new(DEFAULT_BASE));
         fs::create_dir_all(base).map_err(|source| RunFolderError {
@@ -55,11 +55,10 @@ impl RunFolder {
         let stem = format!("{}-{name}", utc(now_s));
         let mut path = base.join(&stem);
         for next in 2.. {
-            // `create_dir` fails on an existing folder, so two programs that
-            // start together cannot end up in one.
+            // `create_dir` fails on an existing folder, so two programs never share one.
             match fs::create_dir(&path) {
                 Ok(()) => break,
-                Err(e) if e.kind() == ErrorKind::AlreadyExists && next <= MOST_IN_ONE_SECOND => {
+                Err(e) if e.kind() == ErrorKind::AlreadyExists && next <= MAX_PER_SECOND => {
                     path = base.join(format!("{stem}-{next}"));
                 }
                 Err(source) => return Err(RunFolderError { path, source }),
@@ -73,7 +72,7 @@ impl RunFolder {
         &self.path
     }
 
-    /// A file in the folder.
+    /// Path of a file in the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }

@@ -254,7 +254,7 @@ fn error_mrad(config: &PlantConfig, setup: Setup, task: &str, from_s: f64, seed:
     let task: Maneuver = task.parse().unwrap();
     let trial = Trial::new(config, task.script(setup, 8.0).unwrap());
     let run = trial.run(seed).unwrap();
-    let outcome = Outcome::of(&trial, seed, &run);
+    let outcome = Outcome::from_run(&trial, seed, &run);
     assert_eq!(outcome.fault, None, "{outcome:?}");
     let mut squares = 0.0;
     let ticks = run.records.iter().zip(&run.truth);

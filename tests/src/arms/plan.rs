@@ -1,6 +1,6 @@
 //! The default plan, performed by the board on an unknown virtual arm.
 
-use armbridge_analysis::plan_runner::plan::Begin;
+use armbridge_analysis::plan_runner::plan::InitialSettings;
 use armbridge_analysis::plan_runner::{Plan, PlanRunner};
 use armbridge_analysis::scenario::{Overrides, Scenario};
 use armbridge_client::Host;
@@ -20,7 +20,7 @@ pub fn shipped() -> (Plan, Setup) {
 /// Records of a board with this set-up.
 pub fn perform(plan: &Plan, setup: Setup, config: &PlantConfig, seed: u64) -> Vec<Record> {
     let mut plan = plan.clone();
-    plan.begin = Begin::With(Box::new(setup));
+    plan.begin = InitialSettings::Fixed(Box::new(setup));
     let mut channels = Channels::new();
     let board = VirtualBoard::new(channels.split()).unwrap();
     let bench = Bench::new(Plant::new(*config, seed));

@@ -3,7 +3,7 @@
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Setup;
 
-use super::step::{Responses, Point, SHOWN_S, STEP_RAD};
+use super::step::{Point, Responses, SHOWN_S, STEP_RAD};
 use crate::plot::WIDTH;
 use crate::plot::axis::Axis;
 use crate::plot::drawing::{Anchor, Drawing, Font, Rect, Stroke};

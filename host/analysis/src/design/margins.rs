@@ -87,8 +87,11 @@ pub struct Disc {
 impl Margins {
     pub(super) fn from_loop(system: &LinearLoop) -> Self {
         let half = Matrix2::identity() * Complex::new(0.5, 0.0);
-        let (sensitivity_rad_s, sensitivity) = peak(system, |l| largest_singular_value(&sensitivity_matrix(l)));
-        let (at_rad_s, size) = peak(system, |l| largest_singular_value(&(sensitivity_matrix(l) - half)));
+        let (sensitivity_rad_s, sensitivity) =
+            peak(system, |l| largest_singular_value(&sensitivity_matrix(l)));
+        let (at_rad_s, size) = peak(system, |l| {
+            largest_singular_value(&(sensitivity_matrix(l) - half))
+        });
         let alpha = (1.0 / size).min(2.0);
         let factor = (2.0 + alpha) / (2.0 - alpha);
         Self {
@@ -165,7 +168,11 @@ fn gain_range(system: &LinearLoop, scale: impl Fn(f64) -> [f64; JOINTS]) -> [Opt
 }
 
 /// Loop gain at a frequency in rad/s.
-fn response(system: &LinearLoop, w: f64, input: &SMatrix<Complex<f64>, STATES, JOINTS>) -> Response {
+fn response(
+    system: &LinearLoop,
+    w: f64,
+    input: &SMatrix<Complex<f64>, STATES, JOINTS>,
+) -> Response {
     let (sin, cos) = (w * system.period_s).sin_cos();
     let z = Complex::new(cos, sin);
     let open = system.open.map(|x| Complex::new(-x, 0.0));

@@ -168,7 +168,8 @@ impl Observer {
                 Ok(Self::current(&step, gain, b, false))
             }
             Config::Kalman(tuning) => {
-                let gain = steady_state_gain(arm, period_s, &tuning, joint).ok_or(Refusal::OutOfRange)?;
+                let gain =
+                    steady_state_gain(arm, period_s, &tuning, joint).ok_or(Refusal::OutOfRange)?;
                 let mut step = Matrix4::zeros();
                 step.fixed_view_mut::<2, 2>(0, 0).copy_from(&a);
                 // A constant disturbance acts like a torque.

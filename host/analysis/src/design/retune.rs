@@ -85,15 +85,15 @@ mod tests {
     fn another_arm_gets_the_poles_of_the_first() {
         let poles = [(1.96, 0.9605), (1.95, 0.9506)];
         let mut before = Setup::default();
-        before.controller =
-            Controller::StateFeedback(Gains::Given(place(&before, poles).unwrap()));
+        before.controller = Controller::StateFeedback(Gains::Given(place(&before, poles).unwrap()));
         let mut after = before;
         after.arm.i1x *= 1.5;
         after.arm.m2 *= 1.3;
         let (after, redesign) = retune(&before, &after).unwrap();
         assert_eq!(redesign, Redesign::Placed);
         assert_ne!(before.controller, after.controller);
-        let [old, new] = [before, after].map(|setup| Design::from_setup(&setup).unwrap().poles.controller);
+        let [old, new] =
+            [before, after].map(|setup| Design::from_setup(&setup).unwrap().poles.controller);
         for (old, new) in old.iter().zip(&new) {
             // Rounding of f32 gains.
             assert!((old.re - new.re).abs() < 1e-5 && (old.im - new.im).abs() < 1e-4);

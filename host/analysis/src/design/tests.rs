@@ -194,7 +194,10 @@ fn a_torque_wrong_by_a_margin_is_the_edge() {
             let delay = |s: f64| {
                 let mut delay_s = NO_ERROR.delay_s;
                 delay_s[joint] = s;
-                TorqueError { delay_s, ..NO_ERROR }
+                TorqueError {
+                    delay_s,
+                    ..NO_ERROR
+                }
             };
             let [low, high] = margins.gain.map(Option::unwrap);
             assert!(!grows(&setup, gain(low * 1.01)), "{name}: {low}");
@@ -266,7 +269,10 @@ fn inside_the_disc_nothing_grows_and_just_outside_something_does() {
             })
         };
         for factors in around(0.99 * alpha) {
-            assert!(complex_growth(&system, factors) < 1.0, "{name}: {factors:?}");
+            assert!(
+                complex_growth(&system, factors) < 1.0,
+                "{name}: {factors:?}"
+            );
         }
         // Joints that do not couple have no margin left: the disc is not too small.
         if !name.starts_with("coupled") {
@@ -360,5 +366,8 @@ fn what_no_board_runs_with_is_refused() {
         controller,
         ..Setup::default()
     };
-    assert!(matches!(Design::from_setup(&setup), Err(Refusal::Unstable { .. })));
+    assert!(matches!(
+        Design::from_setup(&setup),
+        Err(Refusal::Unstable { .. })
+    ));
 }

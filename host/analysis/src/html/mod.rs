@@ -1,5 +1,5 @@
-//! Pages that stand alone: their style and their drawings are in them, and they ask
-//! nothing of a network. Light or dark, as the reader's screen is, and fit for print.
+//! Self-contained HTML pages: they include their style and drawings and need no network
+//! access. Their colours follow the screen's light or dark theme; they can be printed.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use crate::plot::panel::{ALARM, FOURTH, FRAME, GOOD, GRID, INK, JOINT, MUTED};
 
 const STYLE: &str = include_str!("style.css");
 
-/// Colours of the drawings that a dark page turns round.
+/// Colours of the drawings on a light and on a dark page.
 const DARK: [(&str, &str); 10] = [
     ("#ffffff", "#14191f"),
     (INK, "#e3e8ee"),
@@ -26,7 +26,7 @@ const DARK: [(&str, &str); 10] = [
     (FOURTH, "#bd94e0"),
 ];
 
-/// A whole page of this title.
+/// HTML text of a page with a title.
 pub(crate) fn page(title: &str, contents: &Markup) -> String {
     let dark = DARK.map(|(light, dark)| {
         format!("svg [fill=\"{light}\"]{{fill:{dark}}}svg [stroke=\"{light}\"]{{stroke:{dark}}}\n")
@@ -51,14 +51,14 @@ pub(crate) fn page(title: &str, contents: &Markup) -> String {
     page.into_string()
 }
 
-/// Writes a page into an existing folder, as `report.html`; returns its path.
+/// Writes a page into an existing folder as `report.html`; returns its path.
 pub(crate) fn write(folder: &Path, page: &str) -> Result<PathBuf, PlotError> {
     let path = folder.join("report.html");
     plot::write(&path, page.as_bytes())?;
     Ok(path)
 }
 
-/// A table in a box that scrolls sideways; columns whose head begins with `#` are numbers.
+/// Table in a box that scrolls horizontally; a heading with `#` marks a column of numbers.
 pub(crate) fn table(heads: &[&str], rows: &Markup) -> Markup {
     html! {
         div.wide {
@@ -76,18 +76,18 @@ pub(crate) fn table(heads: &[&str], rows: &Markup) -> Markup {
     }
 }
 
-/// The class of a column's cells.
+/// CSS class of a column's cells.
 pub(crate) fn class(head: &str) -> Option<&'static str> {
     head.starts_with('#').then_some("n")
 }
 
-/// A drawing with its caption; `shows` is for those who cannot see it.
-pub(crate) fn figure(name: &str, drawing: &Drawing, shows: &str, caption: &str) -> Markup {
+/// Drawing with a caption; `description` is its text alternative.
+pub(crate) fn figure(name: &str, drawing: &Drawing, description: &str, caption: &str) -> Markup {
     let (width, height) = (drawing.width, drawing.height);
     html! {
         figure id=(name) {
-            // Its size is the page's business.
-            svg viewBox={ "0 0 " (width) " " (height) } role="img" aria-label=(shows)
+            // The page's style sets the size.
+            svg viewBox={ "0 0 " (width) " " (height) } role="img" aria-label=(description)
                 font-family="Noto Sans, Helvetica, Arial, sans-serif" {
                 (PreEscaped(drawing.svg_elements(&format!("{name}-"))))
             }
@@ -96,14 +96,17 @@ pub(crate) fn figure(name: &str, drawing: &Drawing, shows: &str, caption: &str) 
     }
 }
 
-/// No line ends between a number and its unit.
+/// Replaces the spaces between numbers and units by no-break spaces.
 pub(crate) fn unbroken(text: &str) -> String {
     const UNITS: [&str; 6] = ["mrad", "rad", "N m", "ms", "s", "%"];
     let mut text = text.to_owned();
     for unit in UNITS {
-        let whole = unit.replace(' ', "\u{a0}");
+        let unbroken_unit = unit.replace(' ', "\u{a0}");
         for digit in '0'..='9' {
-            text = text.replace(&format!("{digit} {unit}"), &format!("{digit}\u{a0}{whole}"));
+            text = text.replace(
+                &format!("{digit} {unit}"),
+                &format!("{digit}\u{a0}{unbroken_unit}"),
+            );
         }
     }
     text

@@ -1,12 +1,12 @@
-//! The same for many seeds, on all processors.
+//! Parallel runs over seeds.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
-/// Calls `run` for every seed, on as many threads as there are processors, and
-/// `done` on this one after each, with how many there have been. Results are in
-/// the order of the seeds.
+/// Calls `run` for every seed, on one thread per processor, and `done` on the calling
+/// thread after each, with the number of finished runs. Results are in the order of the
+/// seeds.
 ///
 /// # Errors
 ///
@@ -18,23 +18,23 @@ pub fn for_seeds<T: Send, E: Send>(
 ) -> Result<Vec<T>, E> {
     let threads = thread::available_parallelism().map_or(1, usize::from);
     let next = AtomicUsize::new(0);
-    let (tell, told) = mpsc::channel();
+    let (sender, receiver) = mpsc::channel();
     let mut results: Vec<(usize, Result<T, E>)> = Vec::new();
     thread::scope(|scope| {
         for _ in 0..threads.min(seeds.len()) {
-            let (next, run, tell) = (&next, &run, tell.clone());
+            let (next, run, sender) = (&next, &run, sender.clone());
             scope.spawn(move || {
                 while let Some((index, seed)) = {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     seeds.get(index).map(|seed| (index, *seed))
                 } {
-                    // Nobody listens any more only if this thread's scope ends.
-                    let _ = tell.send((index, run(seed)));
+                    // The receiver outlives this thread.
+                    let _ = sender.send((index, run(seed)));
                 }
             });
         }
-        drop(tell);
-        for result in told {
+        drop(sender);
+        for result in receiver {
             results.push(result);
             done(results.len());
         }

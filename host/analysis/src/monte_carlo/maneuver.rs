@@ -1,4 +1,4 @@
-//! What the arm is asked to do, as it is written on a command line.
+//! Maneuvers of the arm, as written on a command line.
 
 use std::str::FromStr;
 
@@ -10,40 +10,41 @@ use serde::Serialize;
 
 use crate::plan_runner::Script;
 
-/// Upright first, for so long; motions begin from there.
+/// Time upright before a motion, in s.
 const STAND_S: f32 = 2.0;
-/// Rest after a motion, so that the end of a run is rest.
+/// Time of rest after a motion, in s.
 const REST_S: f32 = 2.0;
-/// For a wave to grow, and to die away.
+/// Time in which a sine's amplitude grows and decays, in s.
 const RAMP_S: f32 = 1.0;
 
-/// What is asked of the arm.
+/// A maneuver of the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Maneuver {
-    /// Stand at these angles in rad, all the time.
+    /// Holds angles in rad throughout.
     Hold([f32; JOINTS]),
-    /// Stand upright, and at these angles in rad after 2 s: a step.
+    /// Holds upright for 2 s, then steps to angles in rad.
     Step([f32; JOINTS]),
-    /// Stand upright, and move there after 2 s with least jerk.
+    /// Holds upright for 2 s, then moves to angles along a minimum-jerk trajectory.
     MinimumJerk {
-        /// In rad.
+        /// Final angles in rad.
         to_rad: [f32; JOINTS],
-        /// In s; `None` for as soon as the board permits.
+        /// Duration in s; `None` for the shortest that the board permits.
         duration_s: Option<f32>,
     },
-    /// Stand upright for 2 s, swing until 2 s before the end, and stand.
+    /// Holds upright for 2 s, follows a sine or chirp until 2 s before the end, and holds
+    /// upright.
     Swing {
-        /// In rad.
+        /// Amplitudes in rad.
         amplitude_rad: [f32; JOINTS],
-        /// At the beginning, in Hz.
+        /// Initial frequency in Hz.
         from_hz: f32,
-        /// At the end, in Hz.
+        /// Final frequency in Hz.
         to_hz: f32,
     },
 }
 
-/// Why this is nothing that can be asked.
+/// Rejection of a maneuver's text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "expected upright, hold:Q1,Q2, step:Q1,Q2, min-jerk:Q1,Q2[,S], sine:A1,A2,HZ or \
@@ -52,31 +53,31 @@ pub enum Maneuver {
 pub struct ManeuverError;
 
 impl Maneuver {
-    /// Upright, all the time.
+    /// Holds upright throughout.
     pub const UPRIGHT: Self = Self::Hold([0.0; JOINTS]);
 
-    /// A script for this set-up and length.
+    /// Script for a set-up and a duration.
     ///
     /// # Errors
     ///
-    /// How long it must be at least, in s.
+    /// Returns the minimum duration in s, if `duration_s` is shorter.
     pub fn script(&self, setup: Setup, duration_s: f64) -> Result<Script, f64> {
         let duration_us = (duration_s * 1e6) as u64;
-        let (mut commands, at_least_s) = (vec![(0, Command::Regulate([0.0; JOINTS]))], STAND_S);
+        let (mut commands, min_duration_s) = (vec![(0, Command::Regulate([0.0; JOINTS]))], STAND_S);
         let then_us = (STAND_S * 1e6) as u64;
-        let at_least_s = match *self {
+        let min_duration_s = match *self {
             Self::Hold(q) => {
                 commands = vec![(0, Command::Regulate(q))];
                 0.0
             }
             Self::Step(q) => {
                 commands.push((then_us, Command::Regulate(q)));
-                at_least_s + REST_S
+                min_duration_s + REST_S
             }
             Self::MinimumJerk { to_rad, duration_s } => {
                 let motion = Motion::MinimumJerk { to_rad, duration_s };
                 commands.push((then_us, Command::Follow(motion)));
-                at_least_s + duration_s.unwrap_or(0.0) + REST_S
+                min_duration_s + duration_s.unwrap_or(0.0) + REST_S
             }
             Self::Swing {
                 amplitude_rad,
@@ -92,12 +93,12 @@ impl Maneuver {
                     duration_s: duration_s as f32 - STAND_S - REST_S,
                 };
                 commands.push((then_us, Command::Follow(motion)));
-                at_least_s + 2.0 * RAMP_S + REST_S
+                min_duration_s + 2.0 * RAMP_S + REST_S
             }
         };
-        let at_least_s = f64::from(at_least_s);
-        if duration_s < at_least_s {
-            return Err(at_least_s);
+        let min_duration_s = f64::from(min_duration_s);
+        if duration_s < min_duration_s {
+            return Err(min_duration_s);
         }
         Ok(Script {
             setup,
@@ -156,14 +157,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_is_what_is_asked() {
+    fn maneuvers_are_parsed() {
         assert_eq!("upright".parse(), Ok(Maneuver::UPRIGHT));
         assert_eq!("hold:0.2,-0.1".parse(), Ok(Maneuver::Hold([0.2, -0.1])));
-        let task: Maneuver = "min-jerk:0.3,0.3,1".parse().unwrap();
-        let script = task.script(Setup::best(), 8.0).unwrap();
+        let maneuver: Maneuver = "min-jerk:0.3,0.3,1".parse().unwrap();
+        let script = maneuver.script(Setup::best(), 8.0).unwrap();
         assert_eq!(script.commands.len(), 2);
-        let least_s = task.script(Setup::best(), 4.0).unwrap_err();
-        assert!((least_s - 5.0).abs() < 1e-9);
+        let min_duration_s = maneuver.script(Setup::best(), 4.0).unwrap_err();
+        assert!((min_duration_s - 5.0).abs() < 1e-9);
         for wrong in [
             "",
             "up",

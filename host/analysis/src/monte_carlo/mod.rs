@@ -1,11 +1,10 @@
-//! Trials: the board's code against a virtual arm of any kind, judged by where
-//! the arm truly was.
+//! Trials: runs of the board's code on any virtual arm, evaluated with the true motion of
+//! the arm.
 //!
-//! A [`Trial`] is everything but the seed. Its [`run`](Trial::run) is the whole
-//! bench, true to the byte, and a sample of the true arm at every tick; an
-//! [`Outcome`] is what these say in numbers. Equal trials with equal seeds are
-//! equal to the bit, so a difference between two is a difference between what
-//! was tried.
+//! A [`Trial`] contains everything but the seed. Its [`run`](Trial::run) simulates the whole
+//! bench byte by byte, and samples the true arm at every tick; an
+//! [`Outcome`] has the performance figures. Equal trials with equal seeds are
+//! equal to the bit, so two results differ only because their trials do.
 
 mod batch;
 mod maneuver;
@@ -31,57 +30,57 @@ use armbridge_sim::plant::{Plant, PlantConfig, Push};
 
 use crate::plan_runner::{PlanError, PlanRunner, Script};
 
-/// Everything but the seed.
+/// A trial, without its seed.
 #[derive(Clone, Debug)]
 pub struct Trial {
-    /// The arm as it really is.
+    /// True arm.
     pub plant: PlantConfig,
     /// Set-up, commands and duration.
     pub script: Script,
-    /// Somebody pushes; times count from the first command.
+    /// Pushes on the arm; times count from the first command.
     pub pushes: Vec<Push>,
-    /// Share of the servos' replies that the master cannot read, 0 to 1.
+    /// Fraction of the servos' replies that the master cannot read, 0 to 1.
     pub loss: f64,
 }
 
-/// What happened.
+/// Data of a run.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// What the board recorded, from the first command on.
+    /// The board's records from the first command on.
     pub records: Vec<Record>,
     /// The true arm at the tick after each record, to which the record's
-    /// reference belongs; the last records may lack theirs.
+    /// reference belongs; missing for the last records.
     pub truth: Vec<Truth>,
-    /// Commands and when they were given, in µs.
+    /// Commands and their times in µs.
     pub commands: Vec<(u64, Command)>,
-    /// When the first command was due, in µs.
+    /// Time of the first command in µs.
     pub begun_us: u64,
 }
 
-/// The true arm at an instant.
+/// True state of the arm at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// In rad.
+    /// Angles in rad.
     pub angle_rad: [f64; JOINTS],
-    /// In rad/s.
+    /// Speeds in rad/s.
     pub speed_rad_s: [f64; JOINTS],
-    /// Torque of the motors in N m.
+    /// Torques of the motors in N m.
     pub torque_nm: [f64; JOINTS],
 }
 
-/// Why there is no run.
+/// Failure of a trial.
 #[derive(Debug, thiserror::Error)]
 pub enum TrialError {
-    /// The runner gave up.
+    /// The plan runner failed.
     #[error(transparent)]
     PlanRunner(#[from] PlanError),
-    /// No share of replies.
-    #[error("a share of replies is from 0 to 1, not {0}")]
+    /// The loss is not a fraction.
+    #[error("the fraction of lost replies must be from 0 to 1, not {0}")]
     Loss(f64),
 }
 
 impl Trial {
-    /// The arm follows the script, undisturbed.
+    /// Trial without disturbances.
     pub fn new(plant: PlantConfig, script: Script) -> Self {
         Self {
             plant,
@@ -91,21 +90,21 @@ impl Trial {
         }
     }
 
-    /// Runs it.
+    /// Simulates the trial.
     ///
     /// # Errors
     ///
-    /// If the board refuses a command of the script, or `loss` is no share.
+    /// If the board refuses a command of the script, or `loss` is not from 0 to 1.
     pub fn run(&self, seed: u64) -> Result<Run, TrialError> {
-        self.run_heard(seed, None)
+        self.run_with_tap(seed, None)
     }
 
-    /// Runs it, with a tap on the link.
+    /// Simulates the trial with a tap on the link.
     ///
     /// # Errors
     ///
-    /// If the board refuses a command of the script, or `loss` is no share.
-    pub fn run_heard(&self, seed: u64, tap: Option<Box<dyn Tap>>) -> Result<Run, TrialError> {
+    /// If the board refuses a command of the script, or `loss` is not from 0 to 1.
+    pub fn run_with_tap(&self, seed: u64, tap: Option<Box<dyn Tap>>) -> Result<Run, TrialError> {
         let mut disturbance = match self.loss {
             0.0 => None,
             loss => Some(Disturbance::new(loss, seed).ok_or(TrialError::Loss(loss))?),
@@ -142,9 +141,9 @@ impl Trial {
                 && records.len() > truth.len()
                 && now_us >= self.next_start_us(last)
             {
-                // One each, if the board ever handed over two at once.
+                // One for each record, if the board returns several at once.
                 let count = records.len();
-                truth.resize(count, look(&mut cosim.bench, now_us));
+                truth.resize(count, true_state(&mut cosim.bench, now_us));
             }
         }
         let (records, commands, _) = cosim.host.host.into_parts();
@@ -165,16 +164,16 @@ impl Trial {
         }
     }
 
-    /// When the tick after this one was to start.
+    /// Planned start of the next tick in µs.
     fn next_start_us(&self, record: &Record) -> u64 {
         let period_us = self.script.setup.period_us;
-        // What begins late shortens the wait, by less than a period.
+        // A late start shortens the wait by less than a period.
         let late_us = record.timing.start_error_us % period_us.max(1);
         record.start_us + u64::from(period_us - late_us)
     }
 }
 
-fn look(bench: &mut Bench, at_us: u64) -> Truth {
+fn true_state(bench: &mut Bench, at_us: u64) -> Truth {
     let state = bench.state_at(at_us);
     Truth {
         angle_rad: state.q.into(),

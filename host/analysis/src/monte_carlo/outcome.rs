@@ -1,4 +1,4 @@
-//! A run in a few numbers, all of them from the true arm.
+//! Performance figures of a run, computed from the true arm.
 
 use armbridge_client::enum_names;
 use armbridge_shared::JOINTS;
@@ -8,50 +8,50 @@ use serde::Serialize;
 
 use super::{Run, Trial, Truth};
 
-/// An arm this near its reference for good has settled.
+/// Largest error of a settled arm, in rad.
 pub const SETTLED_RAD: f64 = 0.015;
 
 /// Length in s of the end of a run that counts as rest.
 pub const REST_S: f64 = 2.0;
 
-/// A number for each joint.
+/// One value per joint.
 pub type Joints = [f64; JOINTS];
 
-/// How one run went. Errors are true angle less reference.
+/// Performance figures of one run. Errors are true angle minus reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Outcome {
     /// Seed of everything random.
     pub seed: u64,
-    /// From torque on until both errors are below [`SETTLED_RAD`] for good, or
-    /// until the first push, in s; `None` for never.
+    /// Time in s from torque on until both errors stay below [`SETTLED_RAD`] to the end, or
+    /// to the first push; `None` for never.
     pub settling_s: Option<f64>,
-    /// The same from the beginning of the last push on.
+    /// Settling time in s from the beginning of the last push.
     pub recovery_s: Option<f64>,
     /// Largest error by magnitude since the first push, in mrad; `None` without
     /// one.
     pub displaced_mrad: Option<Joints>,
     /// Mean error over the last [`REST_S`], in mrad.
     pub mean_error_mrad: Joints,
-    /// Root mean square error over the same time, in mrad.
+    /// Root mean square error over the last [`REST_S`], in mrad.
     pub rms_error_mrad: Joints,
-    /// Largest less smallest error in that time, in mrad.
+    /// Largest minus smallest error over the last [`REST_S`], in mrad.
     pub peak_to_peak_mrad: Joints,
-    /// Root mean square error while the reference moved, in mrad; `None` if it
-    /// never did.
+    /// Root mean square error while the reference moves, in mrad; `None` if it
+    /// never moves.
     pub tracking_rms_mrad: Option<Joints>,
     /// Root mean square of the motors' torque over the last [`REST_S`], in N m.
     pub torque_rms_nm: Joints,
     /// Largest torque of each motor by magnitude, in N m.
     pub torque_peak_nm: Joints,
-    /// Root mean square of estimated less true speed, in rad/s.
+    /// Root mean square of estimated minus true speed, in rad/s.
     pub speed_error_rms_rad_s: Joints,
-    /// Share of ticks with the PWM of either motor at an end, 0 to 1.
+    /// Fraction of ticks with the PWM of either motor saturated, 0 to 1.
     pub saturated_share: f64,
     /// Ticks skipped while torque was on.
     pub missed_ticks: u32,
     /// Samples missing while torque was on.
     pub missing_samples: usize,
-    /// What ended the run early.
+    /// Fault that ended the run early.
     pub fault: Option<&'static str>,
 }
 
@@ -59,16 +59,16 @@ pub struct Outcome {
 #[derive(Clone, Copy)]
 struct Tick<'a> {
     record: &'a Record,
-    /// At the start of the tick, which is when its samples are meant.
+    /// State at the start of the tick, the nominal time of its samples.
     before: &'a Truth,
-    /// At the start of the next, to which the reference belongs.
+    /// State at the start of the next tick, to which the reference belongs.
     after: &'a Truth,
     error_rad: Joints,
 }
 
 impl Outcome {
-    /// Of a run of `trial`.
-    pub fn of(trial: &Trial, seed: u64, run: &Run) -> Self {
+    /// Performance figures of a run of `trial`.
+    pub fn from_run(trial: &Trial, seed: u64, run: &Run) -> Self {
         let ticks = ticks(run);
         let fault = run
             .records
@@ -81,9 +81,10 @@ impl Outcome {
         let (before, after): (Vec<Tick>, Vec<Tick>) = ticks
             .iter()
             .partition(|t| first_push_us.is_none_or(|push_us| t.record.start_us < push_us));
-        let stood = fault.is_none();
+        let has_no_fault = fault.is_none();
         let since_us = before.first().map(|t| t.record.start_us);
-        let settling = |ticks: &[Tick], since_us| settled_s(ticks, since_us).filter(|_| stood);
+        let settling =
+            |ticks: &[Tick], since_us| settled_s(ticks, since_us).filter(|_| has_no_fault);
         let end_us = ticks.last().map_or(0, |t| t.record.start_us);
         let resting: Vec<Tick> = ticks
             .iter()
@@ -105,7 +106,9 @@ impl Outcome {
             speed_error_rms_rad_s: rms(&ticks, |t, j| {
                 f64::from(t.record.speed_rad_s[j]) - t.before.speed_rad_s[j]
             }),
-            saturated_share: share(&ticks, |t| t.record.pwm_in_force.into_iter().any(at_an_end)),
+            saturated_share: fraction(&ticks, |t| {
+                t.record.pwm_in_force.into_iter().any(is_saturated)
+            }),
             missed_ticks: missed(&ticks),
             missing_samples: ticks.iter().flat_map(|t| t.record.samples).fold(0, absent),
             fault,
@@ -113,7 +116,7 @@ impl Outcome {
     }
 }
 
-/// Ticks with torque on, but the first, which has no truth before it.
+/// Ticks with torque on, except the first, which has no true state before it.
 fn ticks(run: &Run) -> Vec<Tick<'_>> {
     let pairs = run.records.iter().zip(&run.truth);
     let befores = run.truth.iter();
@@ -136,7 +139,7 @@ fn settled_s(ticks: &[Tick], since_us: u64) -> Option<f64> {
     let is_outside = |tick: &Tick| tick.error_rad.iter().any(|e| e.abs() >= SETTLED_RAD);
     let inside = match ticks.iter().rposition(is_outside) {
         None => ticks.first()?,
-        // Still outside at the end: never.
+        // Never settled if still outside at the end.
         Some(outside) => ticks.get(outside + 1)?,
     };
     Some(inside.record.start_us.saturating_sub(since_us) as f64 * 1e-6)
@@ -178,12 +181,12 @@ fn peak_to_peak(ticks: &[Tick]) -> Joints {
     })
 }
 
-fn share(ticks: &[Tick], counts: impl Fn(&Tick) -> bool) -> f64 {
-    let count = ticks.iter().filter(|t| counts(t)).count();
+fn fraction(ticks: &[Tick], condition: impl Fn(&Tick) -> bool) -> f64 {
+    let count = ticks.iter().filter(|t| condition(t)).count();
     count as f64 / ticks.len().max(1) as f64
 }
 
-fn at_an_end(pwm: u16) -> bool {
+fn is_saturated(pwm: u16) -> bool {
     pwm == Pwm::MIN.counts() || pwm == Pwm::MAX.counts()
 }
 

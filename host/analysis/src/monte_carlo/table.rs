@@ -1,11 +1,11 @@
-//! Outcomes as text for a terminal: a line a seed, and what is worst and usual.
+//! Text table of outcomes: one line per seed, then the worst and the mean.
 
 use std::fmt::{Result, Write};
 
 use super::{Joints, Outcome};
 
-/// Figures of the worse joint, as the table shows them: a heading, and what it
-/// makes of an outcome. An arm that never settles is worse than any that does.
+/// Column of the table: heading, decimals, and value of the worse joint. An arm that never
+/// settles is worse than any that does.
 type Column = (&'static str, usize, fn(&Outcome) -> Option<f64>);
 
 const COLUMNS: [Column; 10] = [
@@ -27,8 +27,7 @@ const UNITS: [&str; 10] = [
 ];
 const WIDTH: usize = 8;
 
-/// The outcomes as text, ending in a line feed. Columns are those of the worse
-/// joint.
+/// Table of outcomes, ending in a line feed, with the values of the worse joint.
 pub fn table(outcomes: &[Outcome]) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -70,7 +69,7 @@ fn write_words(out: &mut String, first: &str, words: [&str; 10]) -> Result {
         .try_for_each(|word| write!(out, "{word:>WIDTH$}"))
 }
 
-/// One line that sums all outcomes up.
+/// Writes one line that aggregates all outcomes.
 fn write_all(
     out: &mut String,
     name: &str,

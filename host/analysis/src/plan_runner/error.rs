@@ -1,4 +1,4 @@
-//! Why a run came to nothing, and what to do about it.
+//! Errors of a run, with remedies.
 
 use armbridge_client::error::{SessionError, end_in_words};
 use armbridge_client::params::ParameterError;
@@ -6,7 +6,7 @@ use armbridge_client::status::Obstacle;
 use armbridge_client::{enum_names, refusal_text};
 use armbridge_shared::link::message::{Fault, LastEnd, Refusal};
 
-/// Why a run came to nothing.
+/// Failure of a run.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {
     /// There is no session with a board.
@@ -18,15 +18,15 @@ pub enum PlanError {
     /// The board refused a command.
     #[error("the board refused `{command}`: {}", refusal_text::in_words(*.refusal))]
     Refused {
-        /// Its name.
+        /// Name of the command.
         command: &'static str,
-        /// Why.
+        /// Reason.
         refusal: Refusal,
     },
     /// The board has been reset, with its motors off.
     #[error("the board has been reset: {}", end_in_words(.0))]
     Reset(LastEnd),
-    /// Torque cannot come on.
+    /// A latched fault prevents torque.
     #[error(
         "a fault is latched on the board, `{}`: see to its cause, then clear it (`run --clear`)",
         enum_names::fault(*.0)
@@ -44,11 +44,11 @@ pub enum PlanError {
          then run again"
     )]
     Disarmed,
-    /// A setting of the scenario does not go with the board's.
+    /// A setting of the scenario is incompatible with the board's.
     #[error("{0}")]
     Setting(#[from] ParameterError),
-    /// The settings that come of both.
-    #[error("with the board's own settings, the scenario's cannot be: {}", refusal_text::in_words(*.0))]
+    /// The combination of both settings is refused.
+    #[error("the scenario's settings do not work with the board's own: {}", refusal_text::in_words(*.0))]
     Settings(Refusal),
 }
 

@@ -1,4 +1,4 @@
-//! Messages of the board: what each does to the run.
+//! Reactions of the runner to messages of the board.
 
 use armbridge_client::session::BoardMessage;
 use armbridge_shared::link::message::{
@@ -8,44 +8,44 @@ use armbridge_sim::cosim::Interaction;
 use armbridge_sim::plant::Push;
 
 use super::PlanError;
-use super::plan::{self, Begin};
+use super::plan::{self, InitialSettings};
 use super::timeline::Timeline;
 use super::{Phase, PlanRunner, RecordSink};
 
-/// For how long an armed board may say that it is idle: what it recorded before it was
-/// armed may arrive after its word that it is.
+/// Time in µs for which an armed board may report idle: records from before it was
+/// armed may arrive after the acknowledgement.
 const IDLE_US: u64 = 100_000;
 
 impl<K: RecordSink> PlanRunner<K> {
-    /// Takes a message; before it, this was the board's report.
-    pub(super) fn take(
+    /// Processes a message; `reported` is the board's previous report.
+    pub(super) fn on_message(
         &mut self,
         now_us: u64,
         message: BoardMessage,
         reported: Option<BoardReport>,
     ) -> Result<(), PlanError> {
         self.received_us = now_us;
-        self.note(&message);
+        self.store_fault_reports(&message);
         if let (BoardMessage::Other(ToHost::Board(report)), Some(before)) = (message, reported)
             && before.is_before_reset(&report)
         {
-            return self.despair(now_us, PlanError::Reset(report.last_end));
+            return self.fail(now_us, PlanError::Reset(report.last_end));
         }
         match (message, &self.phase) {
-            (BoardMessage::Hello(_), Phase::Connecting) => self.greeted(now_us),
+            (BoardMessage::Hello(_), Phase::Connecting) => self.on_hello(now_us),
             (BoardMessage::Other(ToHost::Settings(settings)), _) => {
-                self.take_settings(now_us, settings)?;
+                self.on_settings(now_us, settings)?;
             }
-            (BoardMessage::Other(ToHost::Record(record)), _) => self.recorded(now_us, &record)?,
+            (BoardMessage::Other(ToHost::Record(record)), _) => self.on_record(now_us, &record)?,
             (BoardMessage::Other(ToHost::Concluded(conclusion)), _) => {
-                self.keep.concluded(&conclusion);
+                self.sink.concluded(&conclusion);
             }
-            (BoardMessage::Done, Phase::SettingUp) => self.set_up(now_us),
+            (BoardMessage::Done, Phase::SettingUp) => self.continue_set_up(now_us),
             (BoardMessage::Done, Phase::Arming) => self.begin(now_us),
-            (BoardMessage::Done, Phase::Running(_)) => self.acted(),
-            // The one is done with, and whatever is refused at the end is left.
+            (BoardMessage::Done, Phase::Running(_)) => self.on_command_done(),
+            // Refusals at the end are ignored.
             (BoardMessage::Done | BoardMessage::Refused(_), Phase::SwitchingOff) => {
-                return self.switched_off(now_us);
+                return self.continue_switching_off(now_us);
             }
             (BoardMessage::Refused(refusal), Phase::Arming) => {
                 return Err(refused("arm", refusal));
@@ -66,11 +66,11 @@ impl<K: RecordSink> PlanRunner<K> {
                 }),
                 Phase::WaitingForServos,
             ) => self.command(now_us, Command::Prepare),
-            // Back from the host that has the bus.
+            // Takes the bus back from the transparent port.
             (BoardMessage::Other(ToHost::Passthrough), Phase::WaitingForServos) => {
                 self.command(now_us, Command::Idle);
             }
-            // News, or nothing to do now.
+            // No reaction.
             (
                 BoardMessage::Hello(_)
                 | BoardMessage::OtherSchema(_)
@@ -83,8 +83,8 @@ impl<K: RecordSink> PlanRunner<K> {
         Ok(())
     }
 
-    /// Keeps what the board reports of its faults.
-    fn note(&mut self, message: &BoardMessage) {
+    /// Stores the board's fault and stop reports.
+    fn store_fault_reports(&mut self, message: &BoardMessage) {
         match *message {
             // Repeated after a hello.
             BoardMessage::Other(ToHost::Tripped(trip)) if self.trips.last() == Some(&trip) => {}
@@ -94,51 +94,53 @@ impl<K: RecordSink> PlanRunner<K> {
         }
     }
 
-    /// The board cannot be worked with any more.
-    pub(super) fn despair(&mut self, now_us: u64, error: PlanError) -> Result<(), PlanError> {
+    /// Ends the run, or fails, because the session with the board is lost.
+    pub(super) fn fail(&mut self, now_us: u64, error: PlanError) -> Result<(), PlanError> {
         match (&self.phase, &error) {
-            // Its motors are off; let its record show that.
+            // The motors are off; wait until the records show it.
             (Phase::Running(_), PlanError::Reset(_)) => {
                 self.give_up(now_us, error);
                 Ok(())
             }
             (Phase::SwitchingOff, PlanError::Reset(_)) => Ok(()),
-            _ => Err(self.trouble.take().unwrap_or(error)),
+            _ => Err(self.error.take().unwrap_or(error)),
         }
     }
 
-    fn greeted(&mut self, now_us: u64) {
+    fn on_hello(&mut self, now_us: u64) {
         self.queue.clear();
         if self.plan.is_clearing {
             self.queue.push_back(Command::ClearFault);
         }
         match &self.plan.begin {
-            Begin::With(setup) => {
+            InitialSettings::Fixed(setup) => {
                 self.queue.push_back(Command::Configure(**setup));
                 self.enter(Phase::SettingUp, now_us);
-                self.set_up(now_us);
+                self.continue_set_up(now_us);
             }
-            Begin::Changed(_) => self.enter(Phase::Learning, now_us),
+            InitialSettings::Changed(_) => self.enter(Phase::ReadingSettings, now_us),
         }
     }
 
-    fn take_settings(&mut self, now_us: u64, settings: Settings) -> Result<(), PlanError> {
+    fn on_settings(&mut self, now_us: u64, settings: Settings) -> Result<(), PlanError> {
         let [_, last] = self.settings.get_or_insert([settings; 2]);
         *last = settings;
-        if let (Begin::Changed(change), Phase::Learning) = (&self.plan.begin, &self.phase) {
-            let wanted = change.apply(&settings)?;
-            if let Some(refusal) = armbridge_shared::bridge::why_not(&wanted) {
+        if let (InitialSettings::Changed(change), Phase::ReadingSettings) =
+            (&self.plan.begin, &self.phase)
+        {
+            let target = change.apply(&settings)?;
+            if let Some(refusal) = armbridge_shared::bridge::why_not(&target) {
                 return Err(PlanError::Settings(refusal));
             }
-            self.queue.extend(plan::differences(&settings, &wanted));
+            self.queue.extend(plan::differences(&settings, &target));
             self.enter(Phase::SettingUp, now_us);
-            self.set_up(now_us);
+            self.continue_set_up(now_us);
         }
         Ok(())
     }
 
-    /// The next of what there is to set up.
-    fn set_up(&mut self, now_us: u64) {
+    /// Sends the next command of the set-up, or waits for the servos.
+    fn continue_set_up(&mut self, now_us: u64) {
         if let Some(command) = self.queue.pop_front() {
             self.command(now_us, command);
             return;
@@ -164,25 +166,25 @@ impl<K: RecordSink> PlanRunner<K> {
         self.enter(Phase::Running(Timeline::new(now_us)), now_us);
     }
 
-    fn acted(&mut self) {
+    fn on_command_done(&mut self) {
         if self.last_command == "arm" {
             self.is_armed = true;
             self.idle_since_us = None;
         }
     }
 
-    fn switched_off(&mut self, now_us: u64) -> Result<(), PlanError> {
+    fn continue_switching_off(&mut self, now_us: u64) -> Result<(), PlanError> {
         if let Some(command) = self.queue.pop_front() {
             self.command(now_us, command);
             return Ok(());
         }
         self.enter(Phase::Over, now_us);
-        self.trouble.take().map_or(Ok(()), Err)
+        self.error.take().map_or(Ok(()), Err)
     }
 
-    fn recorded(&mut self, now_us: u64, record: &Record) -> Result<(), PlanError> {
+    fn on_record(&mut self, now_us: u64, record: &Record) -> Result<(), PlanError> {
         self.mode = record.mode;
-        self.offset.see(now_us, record.start_us);
+        self.clock_offset.update(now_us, record.start_us);
         match self.phase {
             Phase::WaitingForServos if record.mode == Mode::Idle && self.has_servos() => {
                 self.enter(Phase::Arming, now_us);
@@ -194,22 +196,21 @@ impl<K: RecordSink> PlanRunner<K> {
                 }
             }
             Phase::Running(_) => {
-                self.keep.record(record);
-                if let Some(ending) = self.watch.see(&self.plan.stop, record) {
+                self.sink.record(record);
+                if let Some(ending) = self.stop_monitor.check(&self.plan.stop, record) {
                     self.end(now_us, ending);
                 } else if self.is_disarmed(now_us) {
                     self.give_up(now_us, PlanError::Disarmed);
                 }
             }
             Phase::SwitchingOff => {
-                self.keep.record(record);
-                if let (None, None, Mode::Fault(fault)) = (self.ending, &self.trouble, record.mode)
-                {
+                self.sink.record(record);
+                if let (None, None, Mode::Fault(fault)) = (self.ending, &self.error, record.mode) {
                     self.ending = Some(super::Ending::Fault(fault));
                 }
             }
             Phase::Connecting
-            | Phase::Learning
+            | Phase::ReadingSettings
             | Phase::SettingUp
             | Phase::Arming
             | Phase::Over => {}
@@ -222,7 +223,7 @@ impl<K: RecordSink> PlanRunner<K> {
         servos.is_some_and(|servos| servos.is_ready)
     }
 
-    /// Whether torque is off for no reason that this host knows.
+    /// Whether torque is off without a command of this host or a fault.
     fn is_disarmed(&mut self, now_us: u64) -> bool {
         if !(self.is_armed && matches!(self.mode, Mode::Boot | Mode::Idle | Mode::Passthrough)) {
             self.idle_since_us = None;

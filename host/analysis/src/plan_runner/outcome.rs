@@ -1,4 +1,4 @@
-//! How a run ended, as far as it went.
+//! End of a run and its stop conditions.
 
 use armbridge_client::enum_names;
 use armbridge_shared::JOINTS;
@@ -6,23 +6,23 @@ use armbridge_shared::link::message::{Drive, Fault, Mode, Record};
 
 use super::plan::Stop;
 
-/// What ended a run.
+/// Cause of the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ending {
-    /// Its time was over.
+    /// The duration elapsed.
     Time,
-    /// A joint was beyond the angle at which to stop.
+    /// A joint exceeded the stop angle.
     Angle {
-        /// Counting from 0.
+        /// Joint, counting from 0.
         joint: usize,
-        /// Where it was.
+        /// Its angle in rad.
         angle_rad: f32,
     },
     /// A joint was too far from its reference.
     Error {
-        /// Counting from 0.
+        /// Joint, counting from 0.
         joint: usize,
-        /// Estimate less reference.
+        /// Estimate minus reference in rad.
         error_rad: f32,
     },
     /// The board switched torque off.
@@ -32,7 +32,7 @@ pub enum Ending {
 }
 
 impl Ending {
-    /// The word for it in scenario files; a fault's own name is another.
+    /// Name in scenario files; a fault also has its own name.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Time => "time",
@@ -43,7 +43,7 @@ impl Ending {
         }
     }
 
-    /// What happened, as part of a sentence.
+    /// Description as part of a sentence.
     pub fn in_words(&self) -> String {
         match self {
             Self::Time => "its time was over".into(),
@@ -66,16 +66,16 @@ impl Ending {
     }
 }
 
-/// Watches for the conditions of a [`Stop`].
+/// Monitor of the conditions of a [`Stop`].
 #[derive(Debug, Default)]
-pub(super) struct Watch {
-    /// Since when each joint is too far from its reference, on the board's clock.
-    apart_since_us: [Option<u64>; JOINTS],
+pub(super) struct StopMonitor {
+    /// Start of each joint's excessive error, on the board's clock.
+    error_since_us: [Option<u64>; JOINTS],
 }
 
-impl Watch {
-    /// Whether this tick ends the run.
-    pub(super) fn see(&mut self, stop: &Stop, record: &Record) -> Option<Ending> {
+impl StopMonitor {
+    /// Cause to end the run at this tick, if any.
+    pub(super) fn check(&mut self, stop: &Stop, record: &Record) -> Option<Ending> {
         if let Mode::Fault(fault) = record.mode {
             return Some(Ending::Fault(fault));
         }
@@ -88,15 +88,15 @@ impl Watch {
                 return Some(Ending::Angle { joint, angle_rad });
             }
             let error_rad = angle_rad - record.reference_rad[joint];
-            let is_asked = matches!(record.mode.drive(), Some(Drive::Regulate | Drive::Track));
-            let is_apart = stop
+            let has_reference = matches!(record.mode.drive(), Some(Drive::Regulate | Drive::Track));
+            let is_excessive = stop
                 .error_rad
                 .is_some_and(|limit| error_rad.abs() > limit[joint]);
-            if !(is_asked && is_apart) {
-                self.apart_since_us[joint] = None;
+            if !(has_reference && is_excessive) {
+                self.error_since_us[joint] = None;
                 return None;
             }
-            let since_us = *self.apart_since_us[joint].get_or_insert(record.start_us);
+            let since_us = *self.error_since_us[joint].get_or_insert(record.start_us);
             (record.start_us.saturating_sub(since_us) >= stop.error_for_us)
                 .then_some(Ending::Error { joint, error_rad })
         })

@@ -1,4 +1,4 @@
-//! What is to be done, in every detail: settings, steps on a timeline, when to stop.
+//! Plan of a run: settings, steps on a timeline, and stop conditions.
 
 use armbridge_client::params;
 use armbridge_client::params::ParameterError;
@@ -7,19 +7,19 @@ use armbridge_shared::link::message::{Command, Limits, Settings, Setup};
 use armbridge_sim::plant::Push;
 use toml::Value;
 
-/// Commands at times, and nothing else: what trials and tests want done.
+/// Timed commands alone, for trials and tests.
 #[derive(Clone, Debug)]
 pub struct Script {
-    /// How the board shall work.
+    /// Set-up of the board.
     pub setup: Setup,
-    /// What to command when, in µs since the first, which is at 0.
+    /// Commands with their times in µs since the first, which is at 0.
     pub commands: Vec<(u64, Command)>,
     /// Length of the run in µs since the first command.
     pub duration_us: u64,
 }
 
 impl Script {
-    /// To stand upright.
+    /// Script that holds the arm upright.
     pub fn upright(setup: Setup, duration_us: u64) -> Self {
         Self {
             setup,
@@ -28,7 +28,8 @@ impl Script {
         }
     }
 
-    /// Upright, then two setpoints nearby: at 40 % and at 70 % of the run.
+    /// Script that holds the arm upright, then at two nearby setpoints from 40 % and 70 % of
+    /// the run.
     pub fn demo(setup: Setup, duration_us: u64) -> Self {
         let setpoints = [
             (0, [0.0, 0.0]),
@@ -45,82 +46,81 @@ impl Script {
     }
 }
 
-/// A run, in every detail.
+/// Complete plan of a run.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// How the board is to work, from before it is armed.
-    pub begin: Begin,
-    /// In order of time.
+    /// Settings of the board from before it is armed.
+    pub begin: InitialSettings,
+    /// Steps in order of time.
     pub steps: Vec<Step>,
-    /// Pushes on the bench's arm; times count from the first step.
+    /// Pushes on the simulated arm; times count from the first step.
     pub pushes: Vec<Push>,
-    /// When the run is over.
+    /// Stop conditions.
     pub stop: Stop,
-    /// A fault that is latched before is cleared.
+    /// A latched fault is cleared first.
     pub is_clearing: bool,
-    /// In the end, stock servos get back the mode and return delay they were found
-    /// with, and the transparent port has the bus.
+    /// At the end, stock servos get back their original mode and return delay, and the
+    /// transparent port has the bus.
     pub is_releasing: bool,
 }
 
-/// How the board is to work.
+/// Settings of the board in a run.
 #[derive(Clone, Debug)]
-pub enum Begin {
-    /// Like this. It is left so.
-    With(Box<Setup>),
-    /// As it does, but for this. In the end it is as it was.
+pub enum InitialSettings {
+    /// This set-up, which remains after the run.
+    Fixed(Box<Setup>),
+    /// The board's own settings with a change, restored after the run.
     Changed(Change),
 }
 
-/// Something at a time.
+/// A timed action.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// In µs since the run began.
+    /// Time in µs since the run began.
     pub at_us: u64,
-    /// What.
-    pub act: Act,
+    /// Action.
+    pub action: Action,
 }
 
-/// What can be done in a step.
+/// Action of a step.
 #[derive(Clone, Debug)]
-pub enum Act {
-    /// A command that depends on nothing.
-    Tell(Box<Command>),
-    /// Arm again.
+pub enum Action {
+    /// Sends a command.
+    Command(Box<Command>),
+    /// Arms again.
     Arm,
-    /// Settings are changed while the arm moves.
+    /// Changes settings while the arm moves.
     Change(Change),
-    /// Points are sent ahead of their times.
+    /// Sends points ahead of their times.
     Stream(Vec<Point>),
 }
 
-/// Where the arm shall be at a time.
+/// Point of a streamed reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// In µs since the step.
+    /// Time in µs since the step.
     pub after_us: u64,
-    /// In rad.
+    /// Angles in rad.
     pub angle_rad: [f32; JOINTS],
-    /// In rad/s; `None` to have it made of the neighbours.
+    /// Speeds in rad/s; `None` to compute them from the neighbours.
     pub speed_rad_s: Option<[f32; JOINTS]>,
 }
 
-/// When a run is over.
+/// Stop conditions of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
-    /// In µs since the run began.
+    /// Duration in µs.
     pub after_us: u64,
-    /// As soon as an estimated angle is beyond this, in rad.
+    /// Largest estimated angles in rad.
     pub angle_rad: Option<[f32; JOINTS]>,
-    /// As soon as the estimate is so far from the reference, in rad, while there is
-    /// one.
+    /// Largest errors of the estimate in rad, while there is a reference.
     pub error_rad: Option<[f32; JOINTS]>,
-    /// For so long, in µs.
+    /// Duration of an excessive error that ends the run, in µs.
     pub error_for_us: u64,
 }
 
 impl Stop {
-    /// After so long.
+    /// Stop after a duration alone.
     pub fn after(after_us: u64) -> Self {
         Self {
             after_us,
@@ -131,7 +131,7 @@ impl Stop {
     }
 }
 
-/// Which control a change starts from.
+/// Control settings that a change starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Base {
     /// The board's own.
@@ -139,11 +139,11 @@ pub enum Base {
     Board,
     /// The paper's weights and an observer: [`Setup::default`].
     Paper,
-    /// Kalman filter, stiffer gains, friction fed forward: [`Setup::best`].
+    /// Kalman filter, stiffer gains, friction feed-forward: [`Setup::best`].
     Compensated,
 }
 
-/// A change of the board's settings. Arm and calibration stay the board's unless they
+/// Change of the board's settings. Arm and calibration remain the board's unless they
 /// are changed by name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Change {
@@ -154,10 +154,10 @@ pub struct Change {
 }
 
 impl Change {
-    /// The settings, changed.
+    /// Applies the change to settings.
     ///
     /// # Errors
-    /// If there is no such parameter, or it does not take the value.
+    /// If a parameter does not exist or rejects its value.
     pub fn apply(&self, settings: &Settings) -> Result<Settings, ParameterError> {
         let mut settings = *settings;
         let own = settings.setup;
@@ -181,10 +181,10 @@ impl From<Script> for Plan {
     fn from(script: Script) -> Self {
         let steps = script.commands.into_iter().map(|(at_us, command)| Step {
             at_us,
-            act: Act::Tell(Box::new(command)),
+            action: Action::Command(Box::new(command)),
         });
         Self {
-            begin: Begin::With(Box::new(script.setup)),
+            begin: InitialSettings::Fixed(Box::new(script.setup)),
             steps: steps.collect(),
             pushes: Vec::new(),
             stop: Stop::after(script.duration_us),
@@ -194,10 +194,10 @@ impl From<Script> for Plan {
     }
 }
 
-/// The commands that make a board work with `wanted`, one that works with `present`.
-pub(super) fn differences(present: &Settings, wanted: &Settings) -> Vec<Command> {
-    let limits: Option<&Limits> = (present.limits != wanted.limits).then_some(&wanted.limits);
-    let setup: Option<&Setup> = (present.setup != wanted.setup).then_some(&wanted.setup);
+/// Commands that change a board's settings from `present` to `target`.
+pub(super) fn differences(present: &Settings, target: &Settings) -> Vec<Command> {
+    let limits: Option<&Limits> = (present.limits != target.limits).then_some(&target.limits);
+    let setup: Option<&Setup> = (present.setup != target.setup).then_some(&target.setup);
     limits
         .map(|limits| Command::Limit(*limits))
         .into_iter()

@@ -1,18 +1,18 @@
-//! Queries of a runner, while it works and after.
+//! Queries of a runner, during and after its run.
 
 use armbridge_client::LinkStats;
 use armbridge_client::status::BoardStatus;
 use armbridge_shared::link::message::{Mode, OffReport, Settings, Trip};
 
-use super::plan::Act;
+use super::plan::Action;
 use super::{Ending, Phase, PlanRunner, RecordSink};
 
 impl<K: RecordSink> PlanRunner<K> {
-    /// How much of the run is over, 0 to 1.
+    /// Elapsed fraction of the run, 0 to 1.
     pub fn fraction(&self, now_us: u64) -> f64 {
         match &self.phase {
             Phase::Connecting
-            | Phase::Learning
+            | Phase::ReadingSettings
             | Phase::SettingUp
             | Phase::WaitingForServos
             | Phase::Arming => 0.0,
@@ -24,9 +24,9 @@ impl<K: RecordSink> PlanRunner<K> {
         }
     }
 
-    /// Which step is being done, from 1; of how many; and what it is. `None` before the
-    /// first and after the run.
-    pub fn doing(&self, now_us: u64) -> Option<(usize, usize, &Act)> {
+    /// Number of the current step from 1, number of steps, and action. `None` before the
+    /// first step and after the run.
+    pub fn current_step(&self, now_us: u64) -> Option<(usize, usize, &Action)> {
         let Phase::Running(timeline) = &self.phase else {
             return None;
         };
@@ -34,10 +34,10 @@ impl<K: RecordSink> PlanRunner<K> {
         let steps = &self.plan.steps;
         let number = steps.partition_point(|step| step.at_us <= elapsed_us);
         let step = steps.get(number.checked_sub(1)?)?;
-        Some((number, steps.len(), &step.act))
+        Some((number, steps.len(), &step.action))
     }
 
-    /// When the first command was due, in µs; `None` before and after the run.
+    /// Time of the first command in µs; `None` before and after the run.
     pub fn running_since_us(&self) -> Option<u64> {
         match &self.phase {
             Phase::Running(timeline) => Some(timeline.since_us),
@@ -45,17 +45,17 @@ impl<K: RecordSink> PlanRunner<K> {
         }
     }
 
-    /// When the run began, in µs, if it ever did.
+    /// Time at which the run began in µs, if it began.
     pub fn begun_us(&self) -> Option<u64> {
         self.begun_us
     }
 
-    /// What ended the run; `None` if it has not, or was not by its plan.
+    /// Cause of the end of the run; `None` if it has not ended, or ended with an error.
     pub fn ending(&self) -> Option<Ending> {
         self.ending
     }
 
-    /// What the board was doing last.
+    /// Last mode of the board.
     pub fn mode(&self) -> Mode {
         self.mode
     }
@@ -65,7 +65,7 @@ impl<K: RecordSink> PlanRunner<K> {
         self.begun_with.as_ref()
     }
 
-    /// Settings as last reported by the board; `None` before the first report.
+    /// Last settings reported by the board; `None` before the first report.
     pub fn settings(&self) -> Option<&Settings> {
         self.settings.as_ref().map(|[_, last]| last)
     }
@@ -75,28 +75,28 @@ impl<K: RecordSink> PlanRunner<K> {
         self.session.status()
     }
 
-    /// Why the board switched torque off, each time.
+    /// Reports of the board's faults that switched torque off.
     pub fn trips(&self) -> &[Trip] {
         &self.trips
     }
 
-    /// What the servos did after each of its stop sequences.
+    /// Reports on the servos after each of the board's stop sequences.
     pub fn off_reports(&self) -> &[OffReport] {
         &self.off_reports
     }
 
-    /// What became of the link's frames.
+    /// Statistics of the link's frames.
     pub fn stats(&self) -> LinkStats {
         self.session.stats()
     }
 
-    /// Who was handed what came.
-    pub fn keep(&self) -> &K {
-        &self.keep
+    /// The sink.
+    pub fn sink(&self) -> &K {
+        &self.sink
     }
 
-    /// The same, with nothing more to come.
-    pub fn into_keep(self) -> K {
-        self.keep
+    /// The sink, by value.
+    pub fn into_sink(self) -> K {
+        self.sink
     }
 }

@@ -1,28 +1,28 @@
-//! Who is handed what a run brings, as it comes: nothing is stored on the way.
+//! Receivers of the records, commands and conclusions of a run.
 
 use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::{Command, Record};
 
-/// Keeps of a run what it wants to.
+/// Receiver of a run's data as it arrives.
 pub trait RecordSink {
-    /// A tick, as the board recorded it.
+    /// Receives the record of a tick.
     fn record(&mut self, record: &Record);
 
-    /// A command, given at this time in µs.
+    /// Receives a command and its time in µs.
     fn command(&mut self, _at_us: u64, _command: &Command) {}
 
-    /// An experiment ended.
+    /// Receives the conclusion of an experiment.
     fn concluded(&mut self, _conclusion: &Conclusion) {}
 }
 
-/// Everything, in memory: for trials and tests, which are short.
+/// Sink that keeps everything in memory, for short trials and tests.
 #[derive(Clone, Debug, Default)]
 pub struct AllRecords {
     /// The ticks.
     pub records: Vec<Record>,
-    /// The commands and when they were given, in µs.
+    /// The commands and their times in µs.
     pub commands: Vec<(u64, Command)>,
-    /// How experiments ended.
+    /// Conclusions of experiments.
     pub conclusions: Vec<Conclusion>,
 }
 

@@ -1,40 +1,40 @@
-//! Where a run is on its timeline: which step is next, which point of a stream.
+//! Timeline of a run: the next step and the next point of a stream.
 
 use armbridge_shared::link::message::Command;
 
-use super::plan::{Act, Point, Step};
+use super::plan::{Action, Point, Step};
 
-/// Points of a stream that are on the board ahead of time, of the eight it keeps: the
-/// reference at a point is made of its neighbours, and the link may stutter.
+/// Points of a stream sent ahead of time, of the eight that the board buffers: the
+/// reference is interpolated between neighbours, and the link may be delayed.
 const AHEAD: usize = 5;
 
-/// What is to be done next.
+/// The item of the timeline that is due.
 #[derive(Debug)]
 pub(super) enum Due {
-    /// This.
-    Step(Act),
-    /// This point of a stream, which began so long after the run.
+    /// Action of a step.
+    Step(Action),
+    /// Point of a stream, and the stream's start in µs since the run began.
     Point(Point, u64),
 }
 
-/// A run's place on its timeline.
+/// Position of a run on its timeline.
 #[derive(Debug)]
 pub(super) struct Timeline {
     pub(super) since_us: u64,
     next: usize,
-    stream: Option<Streaming>,
+    stream: Option<ActiveStream>,
 }
 
 #[derive(Debug)]
-struct Streaming {
+struct ActiveStream {
     points: Vec<Point>,
     next: usize,
     begun_us: u64,
 }
 
-impl Streaming {
-    /// When the next point may be sent, in µs since the run began: the points before
-    /// it leave room.
+impl ActiveStream {
+    /// Time at which the board's buffer has room for the next point, in µs since the run
+    /// began.
     fn due_us(&self) -> Option<u64> {
         self.points.get(self.next)?;
         let room = self
@@ -54,33 +54,33 @@ impl Timeline {
         }
     }
 
-    /// When something is to be done next, in µs since the run began.
+    /// Time of the next item in µs since the run began.
     pub(super) fn due_us(&self, steps: &[Step]) -> Option<u64> {
         let step_us = steps.get(self.next).map(|step| step.at_us);
-        let point_us = self.stream.as_ref().and_then(Streaming::due_us);
+        let point_us = self.stream.as_ref().and_then(ActiveStream::due_us);
         step_us.into_iter().chain(point_us).min()
     }
 
-    /// What is to be done so long after the beginning, once each.
+    /// Removes and returns the next item that is due `elapsed_us` after the beginning.
     pub(super) fn take(&mut self, elapsed_us: u64, steps: &[Step]) -> Option<Due> {
         if let Some(step) = steps.get(self.next)
             && elapsed_us >= step.at_us
         {
             self.next += 1;
-            // Whatever drives the arm from here on takes the stream's place.
-            match &step.act {
-                Act::Change(_) => {}
-                Act::Stream(points) => {
-                    self.stream = Some(Streaming {
+            // The next action that drives the arm ends the stream.
+            match &step.action {
+                Action::Change(_) => {}
+                Action::Stream(points) => {
+                    self.stream = Some(ActiveStream {
                         points: points.clone(),
                         next: 0,
                         begun_us: step.at_us,
                     });
                     return self.take(elapsed_us, steps);
                 }
-                Act::Arm | Act::Tell(_) => self.stream = None,
+                Action::Arm | Action::Command(_) => self.stream = None,
             }
-            return Some(Due::Step(step.act.clone()));
+            return Some(Due::Step(step.action.clone()));
         }
         let stream = self.stream.as_mut()?;
         if stream.due_us()? > elapsed_us {
@@ -92,20 +92,20 @@ impl Timeline {
     }
 }
 
-/// Board's clock less host's, in µs, by the records that come: the least delay seen
-/// counts, and a drift is followed.
+/// Offset of the board's clock from the host's in µs, estimated from received records by
+/// their smallest delay, with tracking of drift.
 #[derive(Debug, Default)]
-pub(super) struct Offset(Option<i64>);
+pub(super) struct ClockOffset(Option<i64>);
 
-impl Offset {
-    pub(super) fn see(&mut self, now_us: u64, start_us: u64) {
-        let seen = start_us as i64 - now_us as i64;
-        let kept = self.0.get_or_insert(seen);
-        // One part in 256 a tick: 50 ppm of drift lag behind by microseconds.
-        *kept = seen.max(*kept - (*kept - seen) / 256);
+impl ClockOffset {
+    pub(super) fn update(&mut self, now_us: u64, start_us: u64) {
+        let observed = start_us as i64 - now_us as i64;
+        let estimate = self.0.get_or_insert(observed);
+        // One part in 256 per tick: a drift of 50 ppm is tracked to microseconds.
+        *estimate = observed.max(*estimate - (*estimate - observed) / 256);
     }
 
-    /// The command that streams a point, for a run that began at `since_us`.
+    /// Command that streams a point in a run that began at `since_us`.
     pub(super) fn stream(&self, since_us: u64, begun_us: u64, point: &Point) -> Command {
         let at_us = since_us + begun_us + point.after_us;
         Command::Stream {

@@ -10,7 +10,7 @@
 //! | `timing`   | start error, bus time and compute time of every tick, counted |
 //! | `spectrum` | power of error, torque and innovation over frequency          |
 //!
-//! [`draw_outlook`] draws what is to come, `preview`; [`compare()`] lays two runs on top of
+//! [`draw_preview`] draws what is to come, `preview`; [`compare()`] lays two runs on top of
 //! each other. Time is in s after the first record, as in the summary. Where records are
 //! missing, there is a gap.
 
@@ -19,10 +19,10 @@ pub(crate) mod axis;
 mod compare;
 mod decimate;
 pub(crate) mod drawing;
-mod outlook;
 pub(crate) mod panel;
 mod phase;
 mod png;
+mod preview;
 mod run;
 mod spectrum;
 mod svg;
@@ -33,8 +33,8 @@ mod tracking;
 mod welch;
 
 pub use compare::compare;
-pub use outlook::draw_outlook;
 pub use png::RasterError;
+pub use preview::draw_preview;
 
 use std::path::{Path, PathBuf};
 

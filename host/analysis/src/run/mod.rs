@@ -1,7 +1,7 @@
-//! A run from its plan to its folder, on any link: a plan runner works through the
-//! plan, the recorder writes the log, and in the end there are plots and a summary.
+//! A run from its plan to its folder, on any link: a plan runner performs the plan, the
+//! recorder writes the log, and at the end come plots and a summary.
 //!
-//! Nothing of it grows with the length of the run.
+//! Memory does not grow with the length of the run.
 
 mod run_stats;
 
@@ -25,26 +25,26 @@ use crate::plot;
 use crate::plot::PlotError;
 use crate::progress::Progress;
 use crate::run_folder::{RunFolder, RunFolderError};
-use crate::scenario::{Judge, Success};
-use run_stats::{RunStats, Thinned};
+use crate::scenario::{ExpectationMonitor, Success};
+use run_stats::{DecimatedRecords, RunStats};
 
-/// Time of the run between two looks at the progress bar.
-const LOOK_US: u64 = 50_000;
+/// Time in µs between updates of the progress bar.
+const PROGRESS_PERIOD_US: u64 = 50_000;
 
-/// What is to be done, and what is to be left of it.
+/// Specification of a run and its files.
 #[derive(Debug)]
 pub struct RunSpec {
-    /// What.
+    /// Plan.
     pub plan: Plan,
-    /// What is known before the first tick.
+    /// Facts known before the first tick.
     pub facts: RunFacts,
-    /// Ends that are as they should be.
+    /// Ends that count as success.
     pub success: Vec<Success>,
-    /// What is expected of the arm.
-    pub judge: Option<Judge>,
+    /// Monitor of the expectations.
+    pub judge: Option<ExpectationMonitor>,
     /// Files beside the log.
     pub files: Files,
-    /// Time waits for the disk, as virtual time can.
+    /// The run waits for the disk, which only virtual time permits.
     pub is_patient: bool,
     /// No progress bar.
     pub is_quiet: bool,
@@ -59,12 +59,12 @@ pub struct Files {
     pub plots: bool,
 }
 
-/// How a run went.
+/// Verdict on a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// As it should.
+    /// Success.
     Done,
-    /// Otherwise: the summary has the reason.
+    /// Failure; the summary has the reason.
     Failed,
     /// Ctrl-C ended it.
     Interrupted,
@@ -76,44 +76,44 @@ impl Verdict {
         match self {
             Self::Done => 0,
             Self::Failed => 1,
-            // As a shell has it: 128 and the signal's number.
+            // The shell's convention: 128 plus the signal's number.
             Self::Interrupted => 130,
         }
     }
 }
 
-/// A run that is over.
+/// A finished run.
 #[derive(Debug)]
 pub struct Finished {
-    /// In a few numbers.
+    /// Summary.
     pub summary: Summary,
-    /// Where its files are.
+    /// Folder of its files.
     pub folder: PathBuf,
-    /// How it went.
+    /// Verdict.
     pub verdict: Verdict,
 }
 
-/// Why there is no run.
+/// Failure of a run.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// No folder to write into.
+    /// The folder could not be created.
     #[error(transparent)]
     Folder(#[from] RunFolderError),
-    /// No log.
+    /// The log could not be written.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// No plots.
+    /// The plots could not be drawn.
     #[error(transparent)]
     Plot(#[from] PlotError),
     /// The link or the plan failed before the arm was armed.
     #[error(transparent)]
     Link(LinkError<PlanError>),
     /// Ctrl-C before the arm was armed.
-    #[error("ended by ctrl-c before the arm was armed; nothing has moved")]
+    #[error("ended by ctrl-c before the arm was armed; nothing moved")]
     Interrupted,
 }
 
-/// A run under way.
+/// A run in progress.
 pub struct RunHost {
     runner: PlanRunner<RunStats>,
     recorder: Recorder,
@@ -128,20 +128,20 @@ pub struct RunHost {
 }
 
 impl RunHost {
-    /// Makes the folder, in `base` or where run folders are, and begins the log.
+    /// Creates the run folder, in `base` or the default folder, and the log.
     ///
     /// # Errors
-    /// If either cannot be.
-    pub fn new(task: RunSpec, base: Option<&Path>) -> Result<Self, RunError> {
-        let folder = RunFolder::create(base, &task.facts.name)?;
-        Self::in_folder(task, folder)
+    /// If either cannot be created.
+    pub fn new(spec: RunSpec, base: Option<&Path>) -> Result<Self, RunError> {
+        let folder = RunFolder::create(base, &spec.facts.name)?;
+        Self::in_folder(spec, folder)
     }
 
-    /// Begins the log in a folder that is there.
+    /// Creates the log in an existing folder.
     ///
     /// # Errors
-    /// If there can be none.
-    pub fn in_folder(task: RunSpec, folder: RunFolder) -> Result<Self, RunError> {
+    /// If it cannot be created.
+    pub fn in_folder(spec: RunSpec, folder: RunFolder) -> Result<Self, RunError> {
         let RunSpec {
             plan,
             facts,
@@ -150,7 +150,7 @@ impl RunHost {
             files,
             is_patient,
             is_quiet,
-        } = task;
+        } = spec;
         let csv = files.csv.then(|| folder.file("run.csv"));
         let duration_s = plan.stop.after_us as f64 * 1e-6;
         let stats = RunStats::new(judge, csv.as_deref())?;
@@ -160,7 +160,7 @@ impl RunHost {
             Recorder::create
         };
         Ok(Self {
-            runner: PlanRunner::keeping(plan, stats).interrupted_by(interrupt::is_raised),
+            runner: PlanRunner::with_sink(plan, stats).interrupted_by(interrupt::is_raised),
             recorder: begin_log(&folder.file("run.mcap"), &facts)?,
             progress: Progress::new(duration_s, is_quiet),
             folder,
@@ -173,23 +173,23 @@ impl RunHost {
         })
     }
 
-    /// The tap by which the link is logged.
+    /// Tap that logs the link.
     pub fn tap(&self) -> Box<dyn Tap> {
         self.recorder.tap()
     }
 
-    /// The plan's pushes as they fall due, see [`PlanRunner::interactions`].
+    /// Channel of the plan's pushes, see [`PlanRunner::interactions`].
     pub fn interactions(&mut self) -> Receiver<Interaction> {
         self.runner.interactions()
     }
 
     /// Text beside the progress bar.
-    fn doing(&self, now_us: u64, now_s: f64) -> String {
+    fn progress_text(&self, now_us: u64, now_s: f64) -> String {
         let left_s = (self.duration_s - now_s).max(0.0);
-        match self.runner.doing(now_us) {
-            Some((number, of, act)) => format!(
-                "{left_s:.1} s left · step {number} of {of}: {}",
-                act.in_words()
+        match self.runner.current_step(now_us) {
+            Some((number, count, action)) => format!(
+                "{left_s:.1} s left · step {number} of {count}: {}",
+                action.in_words()
             ),
             None => format!(
                 "{now_s:.1} of {:.1} s · {}",
@@ -199,10 +199,11 @@ impl RunHost {
         }
     }
 
-    /// Closes the log, draws the plots, sums up: after the run came to this end.
+    /// Closes the log, draws the plots and computes the summary of a run that ended with
+    /// `result`.
     ///
     /// # Errors
-    /// If there was no run, or its plots cannot be written.
+    /// If the run did not begin, or its plots cannot be written.
     pub fn finish(self, result: Result<(), LinkError<PlanError>>) -> Result<Finished, RunError> {
         let wall: Duration = self.begun.elapsed();
         let Self {
@@ -220,7 +221,7 @@ impl RunHost {
         let failure = match result {
             _ if runner.begun_us().is_none() => {
                 drop(recorder);
-                // Nothing in it is worth keeping.
+                // Best effort: the folder holds no data.
                 let _ = std::fs::remove_dir_all(folder.path());
                 return Err(result.err().map_or(RunError::Interrupted, RunError::Link));
             }
@@ -234,7 +235,7 @@ impl RunHost {
 
         let ending = runner.ending();
         let is_success =
-            failure.is_none() && ending.is_some_and(|end| success.iter().any(|s| s.is(end)));
+            failure.is_none() && ending.is_some_and(|end| success.iter().any(|s| s.matches(end)));
         let ended = failure.or_else(|| match ending {
             // Faults are described in more detail elsewhere.
             Some(Ending::Time | Ending::Fault(_)) | None => None,
@@ -244,7 +245,7 @@ impl RunHost {
         });
         let (servos, port) = (runner.status().servos, runner.status().port);
         let (link, trips) = (runner.stats(), runner.trips().to_vec());
-        let mut stats = runner.into_keep();
+        let mut stats = runner.into_sink();
         let csv_trouble = stats.close().map(|error| error.to_string());
 
         let tally = &stats.tally;
@@ -264,13 +265,13 @@ impl RunHost {
         if let Some(judge) = stats.judge.take()
             && is_success
         {
-            summary.missed_expectations = judge.verdict(tally, &summary);
+            summary.missed_expectations = judge.misses(tally, &summary);
         }
         let mut summary = summary.with_causes(&trips);
         summary.remarks.append(&mut stats.conclusions);
         summary.remarks.extend(csv_trouble);
         if has_plots {
-            let Thinned { records, every, .. } = &stats.plotted;
+            let DecimatedRecords { records, every, .. } = &stats.plotted;
             if *every > 1 {
                 let remark = format!("the plots show one tick in {every}");
                 summary.remarks.push(remark);
@@ -293,7 +294,7 @@ impl RunHost {
     }
 }
 
-/// What became of the log, whatever became of it.
+/// Closes the log; returns its summary, with its error if there is one.
 fn close(recorder: Recorder) -> LogSummary {
     let so_far = recorder.report();
     let (report, error) = match recorder.finish() {
@@ -314,10 +315,10 @@ impl Host for RunHost {
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], PlanError> {
         if now_us >= self.look_us {
-            self.look_us = now_us + LOOK_US;
+            self.look_us = now_us + PROGRESS_PERIOD_US;
             let now_s = self.runner.fraction(now_us) * self.duration_s;
-            self.progress.at(now_s);
-            self.progress.say(self.doing(now_us, now_s));
+            self.progress.set_position(now_s);
+            self.progress.set_message(self.progress_text(now_us, now_s));
         }
         self.runner.transmit(now_us)
     }
@@ -335,7 +336,7 @@ impl Host for RunHost {
     }
 
     fn disconnected(&mut self, now_us: u64) {
-        self.progress.say("the link broke; waiting for it");
+        self.progress.set_message("the link broke; waiting for it");
         self.runner.disconnected(now_us);
     }
 }

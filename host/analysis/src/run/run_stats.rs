@@ -1,5 +1,5 @@
-//! What is kept of a run while it goes on: counts, a verdict to be, and for the plots as
-//! many ticks as fit, however long it takes.
+//! Statistics of a run in progress: counts, expectations, and a bounded number of ticks for
+//! the plots.
 
 use std::path::Path;
 
@@ -10,43 +10,44 @@ use armbridge_shared::link::experiment::Conclusion;
 use armbridge_shared::link::message::Record;
 
 use crate::plan_runner::RecordSink;
-use crate::scenario::Judge;
+use crate::scenario::ExpectationMonitor;
 
-/// Ticks for the plots: two minutes at 1 kHz, one tick in two of four, and so on.
+/// Largest number of ticks for the plots: all of two minutes at 1 kHz, every second of four
+/// minutes, and so on.
 const PLOTTED_MAX: usize = 120_000;
 
-/// Everything that a run leaves but its log.
+/// Results of a run except its log.
 pub(super) struct RunStats {
     pub(super) tally: Tally,
-    pub(super) judge: Option<Judge>,
-    pub(super) plotted: Thinned,
-    /// How experiments ended, in words.
+    pub(super) judge: Option<ExpectationMonitor>,
+    pub(super) plotted: DecimatedRecords,
+    /// Texts on the ends of experiments.
     pub(super) conclusions: Vec<String>,
     csv: Option<CsvWriter>,
     csv_error: Option<LogError>,
 }
 
-/// Every so manyth tick.
+/// Records of every `every`th tick.
 #[derive(Debug)]
-pub(super) struct Thinned {
+pub(super) struct DecimatedRecords {
     pub(super) records: Vec<Record>,
-    /// One tick in how many.
+    /// Decimation factor.
     pub(super) every: u64,
-    seen: u64,
+    count: u64,
 }
 
-impl Default for Thinned {
+impl Default for DecimatedRecords {
     fn default() -> Self {
         Self {
             records: Vec::new(),
             every: 1,
-            seen: 0,
+            count: 0,
         }
     }
 }
 
-impl Thinned {
-    fn see(&mut self, record: &Record) {
+impl DecimatedRecords {
+    fn add(&mut self, record: &Record) {
         if self.records.len() >= PLOTTED_MAX {
             let mut is_kept = false;
             self.records.retain(|_| {
@@ -55,27 +56,30 @@ impl Thinned {
             });
             self.every *= 2;
         }
-        if self.seen.is_multiple_of(self.every) {
+        if self.count.is_multiple_of(self.every) {
             self.records.push(*record);
         }
-        self.seen += 1;
+        self.count += 1;
     }
 }
 
 impl RunStats {
-    /// An empty one, with a CSV file if that is wanted.
-    pub(super) fn new(judge: Option<Judge>, csv: Option<&Path>) -> Result<Self, LogError> {
+    /// Empty statistics, with a CSV file if `csv` is given.
+    pub(super) fn new(
+        judge: Option<ExpectationMonitor>,
+        csv: Option<&Path>,
+    ) -> Result<Self, LogError> {
         Ok(Self {
             tally: Tally::default(),
             judge,
-            plotted: Thinned::default(),
+            plotted: DecimatedRecords::default(),
             conclusions: Vec::new(),
             csv: csv.map(CsvWriter::create).transpose()?,
             csv_error: None,
         })
     }
 
-    /// Closes the CSV file; what went wrong with it.
+    /// Closes the CSV file; returns its first error.
     pub(super) fn close(&mut self) -> Option<LogError> {
         let closed = self.csv.take().map_or(Ok(()), CsvWriter::finish);
         self.csv_error.take().or(closed.err())
@@ -85,14 +89,14 @@ impl RunStats {
 impl RecordSink for RunStats {
     fn record(&mut self, record: &Record) {
         self.tally.see(record);
-        self.plotted.see(record);
+        self.plotted.add(record);
         if let Some(judge) = &mut self.judge {
-            judge.see(record);
+            judge.on_record(record);
         }
         if let Some(csv) = &mut self.csv
             && let Err(error) = csv.record(record)
         {
-            // The run goes on, and the arm with it.
+            // The run continues without the file.
             self.csv_error = Some(error);
             self.csv = None;
         }
@@ -102,7 +106,7 @@ impl RecordSink for RunStats {
         self.conclusions
             .push(experiment_text::conclusion(conclusion));
         if let Some(judge) = &mut self.judge {
-            judge.see_end(conclusion);
+            judge.on_experiment_end(conclusion);
         }
     }
 }
@@ -114,29 +118,29 @@ mod tests {
     use armbridge_shared::link::message::Setup;
 
     #[test]
-    fn a_long_run_is_thinned_evenly() {
+    fn a_long_run_is_decimated_evenly() {
         let mut records = one_record();
-        let mut thinned = Thinned::default();
+        let mut decimated = DecimatedRecords::default();
         for tick in 0..(5 * PLOTTED_MAX as u32) {
             records.tick = tick;
-            thinned.see(&records);
+            decimated.add(&records);
         }
-        assert_eq!(thinned.every, 8);
-        assert!(thinned.records.len() <= PLOTTED_MAX);
-        let even = thinned
+        assert_eq!(decimated.every, 8);
+        assert!(decimated.records.len() <= PLOTTED_MAX);
+        let even = decimated
             .records
             .windows(2)
             .all(|two| two[1].tick - two[0].tick == 8);
-        assert!(even && thinned.records[0].tick == 0);
+        assert!(even && decimated.records[0].tick == 0);
     }
 
-    /// The bench's first record.
+    /// First record of a simulated run.
     fn one_record() -> Record {
         use armbridge_sim::link::{BoardUri, Options, drive};
         use armbridge_sim::plant::{Plant, PlantConfig};
         let bench = armbridge_sim::Bench::new(Plant::new(PlantConfig::default(), 1));
         let script = Script::upright(Setup::default(), 10_000);
-        let runner = PlanRunner::keeping(script, AllRecords::default());
+        let runner = PlanRunner::with_sink(script, AllRecords::default());
         let (runner, result) = drive(&BoardUri::Sim, Options::new(bench), runner);
         result.unwrap();
         runner.records()[0]

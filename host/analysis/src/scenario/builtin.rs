@@ -1,39 +1,39 @@
-//! The scenarios that ship: the files of `host/scenarios`, in the program itself.
+//! Built-in scenarios: the files of `host/scenarios`, compiled into the program.
 
 use std::path::PathBuf;
 
-/// A scenario that ships.
+/// A built-in scenario.
 #[derive(Clone, Copy, Debug)]
-pub struct Shipped {
-    /// As `armbridge run` takes it.
+pub struct Builtin {
+    /// Name for `armbridge run`.
     pub name: &'static str,
-    /// The file.
+    /// Text of the file.
     pub text: &'static str,
 }
 
-impl Shipped {
-    /// The one of this name.
+impl Builtin {
+    /// The built-in scenario with a name.
     pub fn find(name: &str) -> Option<&'static Self> {
-        SHIPPED.iter().find(|shipped| shipped.name == name)
+        BUILTINS.iter().find(|builtin| builtin.name == name)
     }
 
-    /// Where it is in the project.
+    /// Path of the file in the project.
     pub fn file(&self) -> PathBuf {
         format!("host/scenarios/{}.toml", self.name).into()
     }
 }
 
-macro_rules! shipped {
+macro_rules! builtin {
     ($($name:literal),* $(,)?) => {
-        &[$(Shipped {
+        &[$(Builtin {
             name: $name,
             text: include_str!(concat!("../../../scenarios/", $name, ".toml")),
         }),*]
     };
 }
 
-/// All of them, in the order in which they are listed.
-pub const SHIPPED: &[Shipped] = shipped![
+/// All built-in scenarios in the order of the list.
+pub const BUILTINS: &[Builtin] = builtin![
     "demo",
     "upright",
     "push",

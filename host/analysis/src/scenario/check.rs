@@ -1,5 +1,5 @@
-//! From what is written to what is done: everything that can be known to be wrong is
-//! found here, before anything moves.
+//! Conversion of a scenario file to a plan, with all checks that are possible before
+//! anything moves.
 
 use std::path::Path;
 
@@ -14,50 +14,50 @@ use armbridge_sim::servo_kind::ServoKind;
 use nalgebra::Vector2;
 
 use super::file::{BenchKeys, Expect, File, Pair, ServoName, StepKeys, StopKeys};
-use super::location::{Place, Wrong};
+use super::mistake::{KeyPath, Mistake};
 use super::steps::{self, microseconds, pairs, times};
 use super::{BenchSpec, Overrides, Scenario, Success};
-use crate::plan_runner::plan::{Begin, Change, Plan, Stop};
+use crate::plan_runner::plan::{Change, InitialSettings, Plan, Stop};
 
-/// Where the arm is held at first, in rad, unless the scenario has another.
+/// Default initial angles of the arm in rad.
 pub(super) const INITIAL_RAD: [f64; JOINTS] = [0.30, -0.25];
 /// Largest initial angle: inside the board's angle limit.
 const INITIAL_MAX_RAD: f64 = 1.4;
-/// Torque in N m beyond which no hand pushes.
+/// Largest torque of a push in N m.
 const PUSH_MAX_NM: f64 = 10.0;
 
-/// Works a file out. Files that it names are beside `folder`.
+/// Converts a file; files that it names are in `folder`.
 pub(super) fn scenario(
     file: &File,
     name: &str,
     folder: Option<&Path>,
     overrides: &Overrides,
-) -> Result<Scenario, Wrong> {
+) -> Result<Scenario, Mistake> {
     let (stop, success) = stop(&file.stop, overrides)?;
     let mut change = Change {
         base: overrides.control.unwrap_or(file.control.into()),
         set: pairs(&file.set),
     };
     change.set.extend(overrides.set.iter().cloned());
-    let set = Place::top("set");
+    let set = KeyPath::top("set");
     let settings = change
         .apply(&overrides.board.unwrap_or_default())
-        .map_err(|error| Wrong::new(set.key(error.key()), &error))?;
-    params::check(&settings).map_err(|unfit| Wrong::new(set, unfit))?;
+        .map_err(|error| Mistake::new(set.key(error.key()), &error))?;
+    params::check(&settings).map_err(|error| Mistake::new(set, error))?;
     let bench = bench(&file.bench, folder, overrides)?;
     let initial_rad: Pair = bench.plant.initial.q.map(|q| q as f32).into();
-    // A run that is asked to be shorter ends before its last steps.
+    // A shortened run omits its last steps.
     let is_kept = |step: &&StepKeys| overrides.duration_s.is_none_or(|end_s| step.at_s < end_s);
     let kept = file.step.iter().take_while(is_kept).count();
     let plan = Plan {
-        begin: Begin::Changed(change),
+        begin: InitialSettings::Changed(change),
         steps: steps::steps(&file.step[..kept], stop.after_us, &settings, initial_rad)?,
         pushes: pushes(&file.bench, stop.after_us)?,
         stop,
         is_clearing: false,
         is_releasing: false,
     };
-    expected(&file.expect)?;
+    check_expectations(&file.expect)?;
     Ok(Scenario {
         name: name.into(),
         title: file.title.clone(),
@@ -70,12 +70,12 @@ pub(super) fn scenario(
     })
 }
 
-fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), Wrong> {
-    let place = Place::top("stop");
+fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), Mistake> {
+    let place = KeyPath::top("stop");
     let after_s = overrides.duration_s.unwrap_or(keys.after_s);
     let after_us = microseconds(&place.at("after_s"), after_s)?;
     if after_us == 0 {
-        return Err(Wrong::new(place.at("after_s"), "expected more than 0 s"));
+        return Err(Mistake::new(place.at("after_s"), "expected more than 0 s"));
     }
     for (name, angles) in [
         ("angle_beyond_rad", keys.angle_beyond_rad),
@@ -83,7 +83,7 @@ fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), 
     ] {
         let is_wrong = |angle: &f32| !(*angle > 0.0 && angle.is_finite());
         if angles.is_some_and(|angles| angles.iter().any(is_wrong)) {
-            return Err(Wrong::new(place.at(name), "expected two angles above 0"));
+            return Err(Mistake::new(place.at(name), "expected two angles above 0"));
         }
     }
     let stop = Stop {
@@ -93,21 +93,21 @@ fn stop(keys: &StopKeys, overrides: &Overrides) -> Result<(Stop, Vec<Success>), 
         error_for_us: microseconds(&place.at("error_for_s"), keys.error_for_s)?,
     };
     let place = place.at("success");
-    let Some(written) = &keys.success else {
+    let Some(names) = &keys.success else {
         return Ok((stop, vec![Success::Time]));
     };
-    let success = written.iter().enumerate();
+    let success = names.iter().enumerate();
     let success = success.map(|(number, name)| {
-        Success::of(name).ok_or_else(|| {
+        Success::from_name(name).ok_or_else(|| {
             let ends = ["time", "angle", "error", "fault"].into_iter();
             let known = ends.chain(enum_names::FAULTS.map(enum_names::fault));
             let meant = params::nearest(name, known)
                 .map_or_else(String::new, |known| format!(" Is it `{known}`?"));
             let message = format!(
-                "no run ends by `{name}`.{meant} Expected time, angle, error, fault or a fault's \
-                 own name"
+                "`{name}` is no end of a run.{meant} Expected time, angle, error, fault or the \
+                 name of a fault"
             );
-            Wrong::new(place.nth(number), message)
+            Mistake::new(place.nth(number), message)
         })
     });
     Ok((stop, success.collect::<Result<_, _>>()?))
@@ -117,29 +117,29 @@ fn bench(
     keys: &BenchKeys,
     folder: Option<&Path>,
     overrides: &Overrides,
-) -> Result<BenchSpec, Wrong> {
-    let place = Place::top("bench");
+) -> Result<BenchSpec, Mistake> {
+    let place = KeyPath::top("bench");
     let initial_rad = keys.initial_rad.unwrap_or(INITIAL_RAD);
     if !initial_rad.iter().all(|q| q.abs() <= INITIAL_MAX_RAD) {
         let message =
             format!("expected two angles from -{INITIAL_MAX_RAD} to {INITIAL_MAX_RAD} rad");
-        return Err(Wrong::new(place.at("initial_rad"), message));
+        return Err(Mistake::new(place.at("initial_rad"), message));
     }
     let initial_rad = overrides.initial_rad.unwrap_or(initial_rad);
     let mut plant = match (overrides.plant, &keys.plant_file, &keys.plant) {
         (Some(file), ..) => file.config(initial_rad),
         (None, Some(_), Some(_)) => {
             let message = "a scenario has one arm: `plant_file` or `[bench.plant]`";
-            return Err(Wrong::new(place.at("plant_file"), message));
+            return Err(Mistake::new(place.at("plant_file"), message));
         }
         (None, Some(name), None) => {
             let path = folder.map_or_else(|| name.into(), |folder| folder.join(name));
             let at = place.at("plant_file");
-            let file = PlantFile::read(&path).map_err(|error| Wrong::new(at, error))?;
+            let file = PlantFile::read(&path).map_err(|error| Mistake::new(at, error))?;
             file.config(initial_rad)
         }
         (None, None, Some(file)) => match file.clash() {
-            Some(Clash { key, what }) => return Err(Wrong::new(place.at("plant").at(key), what)),
+            Some(Clash { key, what }) => return Err(Mistake::new(place.at("plant").at(key), what)),
             None => file.config(initial_rad),
         },
         (None, None, None) => PlantConfig {
@@ -163,7 +163,7 @@ fn bench(
     let servos = SERVO_IDS.iter().zip(firmwares);
     let servos = servos.map(|(id, firmware)| ServoKind::new(firmware, id.get(), baud));
     let servos: Result<Vec<ServoKind>, _> = servos.collect();
-    let servos = servos.map_err(|error| Wrong::new(place.at("baud"), error))?;
+    let servos = servos.map_err(|error| Mistake::new(place.at("baud"), error))?;
     Ok(BenchSpec {
         plant,
         seed: overrides.seed.or(keys.seed).unwrap_or(1),
@@ -171,22 +171,22 @@ fn bench(
     })
 }
 
-fn pushes(keys: &BenchKeys, end_us: u64) -> Result<Vec<Push>, Wrong> {
+fn pushes(keys: &BenchKeys, end_us: u64) -> Result<Vec<Push>, Mistake> {
     let mut pushes = Vec::new();
     for (number, key) in keys.push.iter().enumerate() {
-        let place = Place::top("bench").at("push").nth(number);
+        let place = KeyPath::top("bench").at("push").nth(number);
         let joint = key.joint.wrapping_sub(1);
         if joint >= JOINTS {
-            return Err(Wrong::new(place.at("joint"), "expected joint 1 or 2"));
+            return Err(Mistake::new(place.at("joint"), "expected joint 1 or 2"));
         }
         if key.torque_nm.is_nan() || key.torque_nm.abs() > PUSH_MAX_NM {
             let message = format!("expected a torque from -{PUSH_MAX_NM} to {PUSH_MAX_NM} N m");
-            return Err(Wrong::new(place.at("torque_nm"), message));
+            return Err(Mistake::new(place.at("torque_nm"), message));
         }
         let duration_us = microseconds(&place.at("duration_s"), key.duration_s)?;
         let at_us = microseconds(&place.at("at_s"), key.at_s)?;
-        let all = times(&place, at_us, key.every_s, end_us)?;
-        pushes.extend(all.into_iter().map(|at_us| Push {
+        let times = times(&place, at_us, key.every_s, end_us)?;
+        pushes.extend(times.into_iter().map(|at_us| Push {
             joint,
             torque_nm: key.torque_nm,
             start_ns: at_us * 1_000,
@@ -197,7 +197,7 @@ fn pushes(keys: &BenchKeys, end_us: u64) -> Result<Vec<Push>, Wrong> {
     Ok(pushes)
 }
 
-fn expected(expect: &Expect) -> Result<(), Wrong> {
+fn check_expectations(expect: &Expect) -> Result<(), Mistake> {
     for (name, value) in [
         ("settles_within_s", expect.settles_within_s),
         ("rests_within_rad", expect.rests_within_rad),
@@ -206,8 +206,8 @@ fn expected(expect: &Expect) -> Result<(), Wrong> {
         ("torque_within_nm", expect.torque_within_nm),
     ] {
         if value.is_some_and(|value| !(value > 0.0 && value.is_finite())) {
-            let place = Place::top("expect").at(name);
-            return Err(Wrong::new(place, "expected a number above 0"));
+            let place = KeyPath::top("expect").at(name);
+            return Err(Mistake::new(place, "expected a number above 0"));
         }
     }
     Ok(())

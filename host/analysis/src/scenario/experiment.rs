@@ -1,27 +1,27 @@
-//! Where in a step an experiment is wrong.
+//! Places of mistakes in an experiment.
 
 use armbridge_client::experiment_text;
 use armbridge_shared::link::experiment::{Measure, Objection};
 
-use super::location::{Place, Wrong};
+use super::mistake::{KeyPath, Mistake};
 
-/// What the board would object to, at the key of the step that it is about.
-pub(super) fn wrong(at: &Place, objection: Objection) -> Wrong {
-    let of = |key: &str, joint: u8| at.at(key).nth(joint.into());
+/// Converts the board's objection to a mistake at the key that it concerns.
+pub(super) fn mistake(at: &KeyPath, objection: Objection) -> Mistake {
+    let joint_key = |key: &str, joint: u8| at.at(key).nth(joint.into());
     let place = match objection {
         Objection::Duration { .. } => at.at("duration_s"),
         Objection::Envelope { joint }
         | Objection::Edge { joint, .. }
-        | Objection::Outside { joint, .. } => of("angle_rad", joint),
+        | Objection::Outside { joint, .. } => joint_key("angle_rad", joint),
         Objection::Moving { joint, .. }
         | Objection::Beyond {
             joint,
             measure: Measure::Speed,
             ..
-        } => of("speed_rad_s", joint),
+        } => joint_key("speed_rad_s", joint),
         Objection::Signal { joint, .. }
         | Objection::Rough { joint }
-        | Objection::Beyond { joint, .. } => of("roles", joint),
+        | Objection::Beyond { joint, .. } => joint_key("roles", joint),
     };
-    Wrong::new(place, experiment_text::objection(objection))
+    Mistake::new(place, experiment_text::objection(objection))
 }

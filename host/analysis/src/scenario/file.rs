@@ -1,4 +1,4 @@
-//! The keys of a scenario file, as they are written.
+//! Keys of a scenario file.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::experiment::Experiment;
@@ -8,7 +8,7 @@ use toml::Table;
 
 use crate::plan_runner::plan::Base;
 
-/// All of a file.
+/// Top level of a file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
@@ -17,7 +17,7 @@ pub(super) struct File {
     pub(super) about: String,
     #[serde(default)]
     pub(super) control: Control,
-    /// Parameters by name, from before the arm is armed.
+    /// Parameters by name, set before the arm is armed.
     #[serde(default)]
     pub(super) set: Table,
     #[serde(default)]
@@ -29,7 +29,7 @@ pub(super) struct File {
     pub(super) expect: Expect,
 }
 
-/// What controls the arm, but for what is set by name.
+/// Control settings before those set by name.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Control {
@@ -56,7 +56,7 @@ pub(super) struct BenchKeys {
     pub(super) seed: Option<u64>,
     pub(super) initial_rad: Option<[f64; JOINTS]>,
     pub(super) friction: Option<bool>,
-    /// Beside the scenario's own.
+    /// File in the scenario's folder.
     pub(super) plant_file: Option<String>,
     pub(super) plant: Option<PlantFile>,
     pub(super) servos: Option<[ServoName; JOINTS]>,
@@ -72,7 +72,7 @@ pub(super) enum ServoName {
     Stock,
 }
 
-/// Somebody pushes.
+/// A push on the virtual arm.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PushKeys {
@@ -83,7 +83,7 @@ pub(super) struct PushKeys {
     pub(super) duration_s: f64,
 }
 
-/// A step: when, and one thing to do.
+/// A step: a time and one action.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct StepKeys {
@@ -145,7 +145,7 @@ pub(super) struct ChirpKeys {
     pub(super) duration_s: f32,
 }
 
-/// When the run is over.
+/// Stop conditions.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct StopKeys {
@@ -154,15 +154,15 @@ pub(super) struct StopKeys {
     pub(super) error_beyond_rad: Option<Pair>,
     #[serde(default)]
     pub(super) error_for_s: f64,
-    /// Ends that are what the scenario is about; all others are failures.
+    /// Ends that count as success; all others are failures.
     pub(super) success: Option<Vec<String>>,
 }
 
-/// How an experiment ends, in a word.
+/// Name of the end of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EndName {
-    /// Its time is over.
+    /// Its duration elapsed.
     Finished,
     /// A joint left the envelope.
     Angle,
@@ -170,12 +170,11 @@ pub enum EndName {
     Speed,
 }
 
-/// What is expected of the arm; a run that misses it has failed.
+/// Expectations of the arm; a run that misses one has failed.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Expect {
-    /// Both joints are within 20 mrad of every setpoint, for as long as it is there,
-    /// after this.
+    /// After this time both joints stay within 20 mrad of each setpoint until it changes.
     pub settles_within_s: Option<f64>,
     /// Mean error of either joint over the last 0.5 s at every setpoint.
     pub rests_within_rad: Option<f64>,
@@ -184,8 +183,8 @@ pub struct Expect {
     /// After every push, both joints are within 20 mrad of the reference for good, or
     /// until the next push.
     pub recovers_within_s: Option<f64>,
-    /// Torque of either joint is never more.
+    /// Largest torque of either joint.
     pub torque_within_nm: Option<f64>,
-    /// There are experiments, and every one ends so.
+    /// End of every experiment, of which there is at least one.
     pub experiments_end: Option<EndName>,
 }

@@ -1,8 +1,8 @@
-//! Scenarios: what an arm is to do, as a file that a person writes.
+//! Scenarios: hand-written files that describe a run.
 //!
 //! ```toml
 //! title = "There and back"
-//! control = "compensated"        # or "paper", or "board": whatever the board has
+//! control = "compensated"        # or "paper", or "board": the board's own control
 //!
 //! [set]                          # parameters by name, as `armbridge params` lists them
 //! limits.speed_rad_s = [6.0, 6.0]
@@ -13,7 +13,7 @@
 //!
 //! [[step]]
 //! at_s = 2.0
-//! every_s = 4.0                  # again and again until the end
+//! every_s = 4.0                  # repeated until the end
 //! minimum_jerk = { to_rad = [0.3, 0.2], duration_s = 1.0 }
 //!
 //! [stop]
@@ -46,30 +46,30 @@
 //! speed_rad_s = [1.0, 2.0]
 //! ```
 //!
-//! Times count in s from when the arm is armed. Arm and calibration are the board's
-//! own, whatever `control` is; in the end its settings are as they were. `[bench]` is
+//! Times are in s since the arm was armed. Arm and calibration are the board's
+//! own, whatever `control` is; at the end its settings are restored. `[bench]` is
 //! for the virtual arm; a real one is not pushed.
 //!
-//! Every mistake is reported with file, line and column, and so is everything that a board
-//! would refuse and can be known before: motions are planned by the board's planner,
-//! gains judged by the board's code.
+//! Every mistake is reported with file, line and column, as is everything that a board
+//! would predictably refuse: motions are planned by the board's planner and gains checked
+//! by the board's code.
 
 mod builtin;
 mod check;
-mod expect;
+mod expectation;
 mod experiment;
 mod file;
-mod location;
-mod outlook;
+mod mistake;
+mod preview;
 mod reference;
 mod steps;
 #[cfg(test)]
 mod tests;
 
-pub use builtin::{SHIPPED, Shipped};
-pub use expect::Judge;
+pub use builtin::{BUILTINS, Builtin};
+pub use expectation::ExpectationMonitor;
 pub use file::{EndName, Expect};
-pub use outlook::{Asked, Outlook, Stage, Swept};
+pub use preview::{JointPreview, Preview, ReferencePoint, Stage};
 
 use std::path::Path;
 
@@ -85,87 +85,87 @@ use toml::Value;
 
 use crate::plan_runner::plan::Base;
 use crate::plan_runner::{Ending, Plan};
-use location::Text;
+use mistake::Text;
 
-/// A scenario, worked out.
+/// A checked scenario.
 #[derive(Clone, Debug)]
 pub struct Scenario {
-    /// Of the file, without its ending.
+    /// Name of the file without extension.
     pub name: String,
-    /// In a few words.
+    /// Title.
     pub title: String,
-    /// In some more; may be empty.
+    /// Description; may be empty.
     pub about: String,
-    /// What is done.
+    /// Plan of the run.
     pub plan: Plan,
-    /// Settings in force meanwhile, on a board that begins with the given ones or the defaults.
+    /// Settings during the run, on a board that begins with the given ones or the defaults.
     pub settings: Settings,
     /// The virtual arm.
     pub bench: BenchSpec,
-    /// Ends that are as they should be.
+    /// Ends that count as success.
     pub success: Vec<Success>,
-    /// What the arm should do.
+    /// Expectations of the arm.
     pub expect: Expect,
 }
 
 /// The virtual arm of a scenario.
 #[derive(Clone, Debug)]
 pub struct BenchSpec {
-    /// As it truly is.
+    /// True arm.
     pub plant: PlantConfig,
-    /// Of its encoders' noise.
+    /// Seed of the encoders' noise.
     pub seed: u64,
-    /// What moves it.
+    /// Servos.
     pub servos: Vec<ServoKind>,
 }
 
 impl BenchSpec {
-    /// At time 0.
+    /// Builds the bench at time 0.
     pub fn build(&self) -> Bench {
         Bench::with_servos(Plant::new(self.plant, self.seed), &self.servos)
     }
 }
 
-/// What the command line overrides.
+/// Overrides from the command line.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
-    /// Control that the board's settings start from.
+    /// Control settings that the board's settings start from.
     pub control: Option<Base>,
-    /// Parameters by name, after those of the scenario.
+    /// Parameters by name, applied after those of the scenario.
     pub set: Vec<(String, Value)>,
-    /// Length of the run.
+    /// Duration of the run.
     pub duration_s: Option<f64>,
     /// Seed of the bench.
     pub seed: Option<u64>,
-    /// Where the bench's arm is at first.
+    /// Initial angles of the bench's arm.
     pub initial_rad: Option<[f64; JOINTS]>,
-    /// The bench's arm, in place of the scenario's.
+    /// The bench's arm instead of the scenario's.
     pub plant: Option<PlantFile>,
     /// Whether the bench's arm has dry friction.
     pub friction: Option<bool>,
     /// The bench's servos.
     pub servos: Option<Vec<ServoKind>>,
-    /// Settings of the board that is to do it; without any it has the defaults.
+    /// Settings of the board; `None` for the defaults.
     pub board: Option<Settings>,
 }
 
-/// An end that a scenario is about.
+/// An end of a run that counts as success.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Success {
-    /// Its time is over.
+    /// The duration elapses.
     Time,
-    /// A joint is beyond the angle at which to stop.
+    /// A joint exceeds the stop angle.
     Angle,
     /// A joint is too far from its reference.
     Error,
     /// Any fault.
     Fault,
-    /// The fault of this name.
+    /// The fault with this name.
     Named(&'static str),
 }
 
 impl Success {
-    fn of(name: &str) -> Option<Self> {
+    fn from_name(name: &str) -> Option<Self> {
         match name {
             "time" => Some(Self::Time),
             "angle" => Some(Self::Angle),
@@ -178,8 +178,8 @@ impl Success {
         }
     }
 
-    /// Whether a run that ended so is one.
-    pub fn is(self, ending: Ending) -> bool {
+    /// Whether an end of a run counts as this success.
+    pub fn matches(self, ending: Ending) -> bool {
         match ending {
             Ending::Time => self == Self::Time,
             Ending::Angle { .. } => self == Self::Angle,
@@ -192,28 +192,28 @@ impl Success {
     }
 }
 
-/// Why there is no scenario.
+/// Failure to load a scenario.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
-    /// There is neither a file of this name nor one that ships.
+    /// There is neither a file nor a built-in scenario with this name.
     #[error(
-        "there is no scenario `{name}`{}: `armbridge run --list` shows those that ship, and a \
-         file of your own is named by its path",
+        "there is no scenario `{name}`{}: `armbridge run --list` shows the built-in ones; name a \
+         file of your own by its path",
         nearest.map_or_else(String::new, |name| format!("; is it `{name}`?"))
     )]
     Unknown {
-        /// As asked for.
+        /// Requested name.
         name: String,
-        /// The one whose name is nearest.
+        /// The nearest built-in name.
         nearest: Option<&'static str>,
     },
-    /// It cannot be read, or something in it is wrong.
+    /// The file cannot be read or contains a mistake.
     #[error(transparent)]
     File(#[from] DocumentError),
 }
 
 impl Scenario {
-    /// The scenario of this path, or the one that ships under this name.
+    /// Loads the file with this path, or the built-in scenario with this name.
     ///
     /// # Errors
     /// See [`ScenarioError`].
@@ -223,11 +223,11 @@ impl Scenario {
             .extension()
             .is_some_and(|extension| extension == "toml")
             || path.components().count() > 1;
-        if let (false, Some(shipped)) = (is_path, Shipped::find(name)) {
-            return Ok(Self::parse(&shipped.file(), shipped.text, overrides)?);
+        if let (false, Some(builtin)) = (is_path, Builtin::find(name)) {
+            return Ok(Self::parse(&builtin.file(), builtin.text, overrides)?);
         }
         if !is_path && !path.exists() {
-            let names = SHIPPED.iter().map(|shipped| shipped.name);
+            let names = BUILTINS.iter().map(|builtin| builtin.name);
             return Err(ScenarioError::Unknown {
                 name: name.into(),
                 nearest: params::nearest(name, names),
@@ -240,15 +240,15 @@ impl Scenario {
         Ok(Self::parse(path, &text, overrides)?)
     }
 
-    /// The scenario of this text in this file; others that it names are beside it.
+    /// Parses the text of a file; other files that it names are in the same folder.
     ///
     /// # Errors
-    /// The first thing that is wrong.
+    /// The first mistake.
     pub fn parse(file: &Path, text: &str, overrides: &Overrides) -> Result<Self, DocumentError> {
         let text = Text { file, text };
         let keys = text.parse()?;
         let name = file.file_stem().unwrap_or_default();
         check::scenario(&keys, &name.to_string_lossy(), file.parent(), overrides)
-            .map_err(|wrong| text.wrong(wrong))
+            .map_err(|mistake| text.locate(mistake))
     }
 }

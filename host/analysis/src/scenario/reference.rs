@@ -1,4 +1,4 @@
-//! Where the reference will be, by the planner of the board.
+//! Prediction of the reference by the board's planner.
 
 use armbridge_shared::bridge::limits::MOTION;
 use armbridge_shared::bridge::permits;
@@ -13,97 +13,92 @@ use armbridge_shared::link::message::{Command, Settings};
 
 use super::experiment;
 use super::file::Pair;
-use super::location::{Place, Wrong};
+use super::mistake::{KeyPath, Mistake};
 use crate::plan_runner::plan;
-use crate::plan_runner::plan::{Act, Step};
+use crate::plan_runner::plan::{Action, Step};
 
-/// From a motion's command to its beginning, in µs: as long as the board takes to plan.
+/// Time from a motion's command to its beginning, in µs: the board's planning time.
 const LEAD_US: u64 = 50_000;
 
-/// What the arm is asked to follow.
+/// Source of the reference at a step.
 #[derive(Debug)]
-pub(super) struct Course {
+pub(super) struct ReferenceSource {
     guess_rad: Pair,
-    way: Way,
+    source: Source,
 }
 
 #[derive(Debug)]
-enum Way {
-    /// Motors off, or constant torque: the arm is where it is.
+enum Source {
+    /// Motors off, or constant torque: there is no reference.
     Unknown,
     Planned {
         trajectory: Box<Trajectory<f32>>,
         since_us: u64,
     },
-    /// At rest at the end, as far as a step after it is concerned.
+    /// A stream; later steps begin at rest at its last point.
     Streamed(Pair),
 }
 
-impl Course {
-    /// Nothing is followed yet; the arm is about here.
+impl ReferenceSource {
+    /// No reference yet; the arm is approximately at `guess_rad`.
     pub(super) fn unknown(guess_rad: Pair) -> Self {
         Self {
             guess_rad,
-            way: Way::Unknown,
+            source: Source::Unknown,
         }
     }
 
-    /// Nothing is followed any more.
-    pub(super) fn lose(&mut self) {
-        self.way = Way::Unknown;
+    /// Ends the reference.
+    pub(super) fn clear(&mut self) {
+        self.source = Source::Unknown;
     }
 
-    /// Nothing is followed any more; the arm is about here.
-    fn guess(&mut self, guess_rad: Pair) {
-        *self = Self::unknown(guess_rad);
-    }
-
-    /// What is asked of the arm at this time.
+    /// Reference at a time.
     pub(super) fn at(&self, at_us: u64) -> Reference<f32> {
-        match &self.way {
-            // The best guess there is.
-            Way::Unknown => Reference::at_rest(self.guess_rad.into()),
-            Way::Planned {
+        match &self.source {
+            // The best available estimate.
+            Source::Unknown => Reference::at_rest(self.guess_rad.into()),
+            Source::Planned {
                 trajectory,
                 since_us,
             } => trajectory.at(at_us.saturating_sub(*since_us) as f32 * 1e-6),
-            Way::Streamed(end) => Reference::at_rest((*end).into()),
+            Source::Streamed(end) => Reference::at_rest((*end).into()),
         }
     }
 
-    /// Whether what is followed has come to its end by this time.
+    /// Whether the reference has reached its end at a time.
     pub(super) fn is_over(&self, at_us: u64) -> bool {
-        match &self.way {
-            Way::Unknown => false,
-            Way::Planned {
+        match &self.source {
+            Source::Unknown => false,
+            Source::Planned {
                 trajectory,
                 since_us,
             } => at_us as f64 >= *since_us as f64 + 1e6 * f64::from(trajectory.duration_s()),
-            Way::Streamed(_) => true,
+            Source::Streamed(_) => true,
         }
     }
 
-    /// Where the arm rests at this time, if that is known.
+    /// Setpoint at which the arm rests at a time, if known.
     pub(super) fn rest(&self, at_us: u64) -> Option<Pair> {
-        let reference = match &self.way {
-            Way::Unknown => return None,
-            Way::Planned { .. } | Way::Streamed(_) => self.at(at_us),
+        let reference = match &self.source {
+            Source::Unknown => return None,
+            Source::Planned { .. } | Source::Streamed(_) => self.at(at_us),
         };
         (reference.dq == nalgebra::Vector2::zeros()).then(|| reference.q.into())
     }
 
-    /// Follows a step, if the board would.
-    pub(super) fn take(
+    /// Applies a step, if the board would accept it.
+    pub(super) fn apply(
         &mut self,
         step: &Step,
         settings: &Settings,
-        place: &Place,
-    ) -> Result<(), Wrong> {
+        place: &KeyPath,
+    ) -> Result<(), Mistake> {
         let since_us = step.at_us + LEAD_US;
-        match &step.act {
-            Act::Tell(command) => match **command {
+        match &step.action {
+            Action::Command(command) => match **command {
                 Command::Regulate(q) => {
-                    self.way = Way::Planned {
+                    self.source = Source::Planned {
                         trajectory: Box::new(Trajectory::hold(q.into())),
                         since_us: step.at_us,
                     };
@@ -111,18 +106,18 @@ impl Course {
                 Command::Follow(motion) => {
                     let shape = motion.shape();
                     let trajectory = Trajectory::plan(self.at(since_us), &shape, &MOTION)
-                        .map_err(|error| wrong(place, &error))?;
-                    self.way = Way::Planned {
+                        .map_err(|error| mistake(place, &error))?;
+                    self.source = Source::Planned {
                         trajectory: Box::new(trajectory),
                         since_us,
                     };
                 }
-                Command::Torque(_) => self.lose(),
+                Command::Torque(_) => self.clear(),
                 Command::Experiment(ref plan) => {
                     let rest = self.rest(step.at_us);
-                    permitted(settings, plan, rest)
-                        .map_err(|objection| experiment::wrong(place, objection))?;
-                    self.guess(rest.unwrap_or(self.guess_rad));
+                    check_experiment(settings, plan, rest)
+                        .map_err(|objection| experiment::mistake(place, objection))?;
+                    *self = Self::unknown(rest.unwrap_or(self.guess_rad));
                 }
                 Command::Idle
                 | Command::Arm { .. }
@@ -134,23 +129,31 @@ impl Course {
                 | Command::Limit(_)
                 | Command::Save => {}
             },
-            Act::Stream(points) => {
+            Action::Stream(points) => {
                 self.stream(step.at_us, points, place)?;
             }
-            Act::Arm | Act::Change(_) => {}
+            Action::Arm | Action::Change(_) => {}
         }
         Ok(())
     }
 
-    /// Sends all points as the player will: a few ahead of time.
-    fn stream(&mut self, at_us: u64, points: &[plan::Point], place: &Place) -> Result<(), Wrong> {
-        /// As many as the player keeps on the board.
+    /// Checks all points with the runner's schedule: a few ahead of time.
+    fn stream(
+        &mut self,
+        at_us: u64,
+        points: &[plan::Point],
+        place: &KeyPath,
+    ) -> Result<(), Mistake> {
+        /// Number of points that the runner keeps on the board.
         const AHEAD: usize = 5;
         let Some(end) = points.last() else {
-            return Err(Wrong::new(place.clone(), "a stream has at least one point"));
+            return Err(Mistake::new(
+                place.clone(),
+                "a stream has at least one point",
+            ));
         };
         let mut stream =
-            Stream::new(&self.at(at_us), at_us, &MOTION).map_err(|error| wrong(place, &error))?;
+            Stream::new(&self.at(at_us), at_us, &MOTION).map_err(|error| mistake(place, &error))?;
         for (number, point) in points.iter().enumerate() {
             let room = number.checked_sub(AHEAD).and_then(|k| points.get(k));
             let now_us = at_us + room.map_or(0, |room| room.after_us);
@@ -160,24 +163,24 @@ impl Course {
                 dq: point.speed_rad_s.map(Into::into),
             };
             let pushed = stream.push(now_us, point);
-            pushed.map_err(|error| wrong_point(&place.nth(number), &error))?;
+            pushed.map_err(|error| point_mistake(&place.nth(number), &error))?;
             stream.advance(now_us);
             if stream.skipped() > 0 {
-                let message = "the first point comes too soon after the step: the arm cannot be \
-                            there by then; give it a larger `after_s`";
-                return Err(Wrong::new(place.nth(0).at("after_s"), message));
+                let message = "the first point is too soon after the step for the arm to reach \
+                               it; give it a larger `after_s`";
+                return Err(Mistake::new(place.nth(0).at("after_s"), message));
             }
         }
-        self.way = Way::Streamed(end.angle_rad);
+        self.source = Source::Streamed(end.angle_rad);
         Ok(())
     }
 
-    /// Whether it ends where the board's limits let it be.
-    pub(super) fn check_limits(&self, limits: &Limits, place: &Place) -> Result<(), Wrong> {
-        let end = match &self.way {
-            Way::Unknown => return Ok(()),
-            Way::Planned { trajectory, .. } => trajectory.end().into(),
-            Way::Streamed(end) => *end,
+    /// Checks that the reference ends within the board's limits.
+    pub(super) fn check_limits(&self, limits: &Limits, place: &KeyPath) -> Result<(), Mistake> {
+        let end = match &self.source {
+            Source::Unknown => return Ok(()),
+            Source::Planned { trajectory, .. } => trajectory.end().into(),
+            Source::Streamed(end) => *end,
         };
         let beyond = (end.iter().zip(limits.angle_rad)).position(|(q, limit)| q.abs() >= limit);
         beyond.map_or(Ok(()), |joint| {
@@ -187,15 +190,19 @@ impl Course {
                 end[joint],
                 limits.angle_rad[joint]
             );
-            Err(Wrong::new(place.clone(), message))
+            Err(Mistake::new(place.clone(), message))
         })
     }
 }
 
-/// Whether the board would begin this experiment. Where the arm's rest is not known
-/// then, it is asked for the middle of the envelope, and where joints may swing to is left
-/// to the board.
-fn permitted(settings: &Settings, plan: &Experiment, rest: Option<Pair>) -> Result<(), Objection> {
+/// Checks whether the board would accept an experiment. If the arm's angles are unknown, the
+/// check uses the middle of the envelope, and leaves the range of the reference to the
+/// board.
+fn check_experiment(
+    settings: &Settings,
+    plan: &Experiment,
+    rest: Option<Pair>,
+) -> Result<(), Objection> {
     if let Some(rest) = rest {
         return permits(settings, plan, rest);
     }
@@ -217,14 +224,14 @@ fn unit(quantity: Quantity) -> &'static str {
     }
 }
 
-fn wrong(place: &Place, error: &Error<f32>) -> Wrong {
+fn mistake(place: &KeyPath, error: &Error<f32>) -> Mistake {
     let (place, message) = match error {
         Error::NotFinite(_) | Error::NoRoom(_) => {
             (place.clone(), "a number in it is not finite".into())
         }
         Error::Duration { value_s } => (
             place.at("duration_s"),
-            format!("a motion takes from {DURATION_MIN_S} to {DURATION_MAX_S} s, not {value_s}"),
+            format!("a motion takes from {DURATION_MIN_S} to {DURATION_MAX_S} s, not {value_s} s"),
         ),
         Error::Ramp { value_s } => (
             place.at("ramp_s"),
@@ -248,20 +255,20 @@ fn wrong(place: &Place, error: &Error<f32>) -> Wrong {
         ),
         Error::Uneven => (
             place.clone(),
-            "no smooth way leads through these: their times are too uneven".into(),
+            "no smooth path leads through these waypoints: their times are too uneven".into(),
         ),
-        Error::Exceeds(peak) => (place.clone(), beyond(peak)),
+        Error::Exceeds(peak) => (place.clone(), peak_text(peak)),
         Error::NoDuration(peak) => (
             place.clone(),
-            format!("no duration is long enough: {}", beyond(peak)),
+            format!("no duration is long enough: {}", peak_text(peak)),
         ),
     };
-    Wrong { place, message }
+    Mistake { place, message }
 }
 
-fn beyond(peak: &Peak<f32>) -> String {
+fn peak_text(peak: &Peak<f32>) -> String {
     format!(
-        "joint {} would come to {:.3} {unit} after {:.3} s, more than the board allows: {} {unit}",
+        "joint {} would reach {:.3} {unit} after {:.3} s, more than the board allows: {} {unit}",
         peak.joint + 1,
         peak.value,
         peak.at_s,
@@ -270,7 +277,7 @@ fn beyond(peak: &Peak<f32>) -> String {
     )
 }
 
-fn wrong_point(place: &Place, error: &stream::Error<f32>) -> Wrong {
+fn point_mistake(place: &KeyPath, error: &stream::Error<f32>) -> Mistake {
     let (place, message) = match error {
         stream::Error::NotFinite => (place.clone(), "a number in it is not finite".into()),
         stream::Error::Late => (
@@ -289,12 +296,12 @@ fn wrong_point(place: &Place, error: &stream::Error<f32>) -> Wrong {
         } => (
             place.clone(),
             format!(
-                "joint {} would come to {value:.3} {unit}, more than the board allows: {} {unit}",
+                "joint {} would reach {value:.3} {unit}, more than the board allows: {} {unit}",
                 joint + 1,
                 MOTION.of(*quantity),
                 unit = unit(*quantity)
             ),
         ),
     };
-    Wrong { place, message }
+    Mistake { place, message }
 }

@@ -1,4 +1,4 @@
-//! Steps as they are written, put on one timeline.
+//! Conversion of written steps to a timeline.
 
 use armbridge_client::params;
 use armbridge_shared::JOINTS;
@@ -11,48 +11,48 @@ use toml::Table;
 
 use super::experiment;
 use super::file::{Pair, StepKeys, ViaKeys};
-use super::location::{Place, Wrong};
-use super::reference::Course;
-use crate::plan_runner::plan::{Act, Base, Change, Point, Step};
+use super::mistake::{KeyPath, Mistake};
+use super::reference::ReferenceSource;
+use crate::plan_runner::plan::{Action, Base, Change, Point, Step};
 
-/// Steps of a run, repetitions counted: more is a scenario that was not meant.
+/// Largest number of steps of a run, with repetitions: more is a mistake.
 const STEPS_MAX: usize = 20_000;
 
-/// A step on the timeline, and where it is written.
+/// A step on the timeline with its place in the file.
 struct Planned {
     step: Step,
-    /// Of the file's steps, from 1.
+    /// Number of the step in the file, from 1.
     number: usize,
-    place: Place,
-    /// Of what is done.
-    act: Place,
+    place: KeyPath,
+    /// Place of the step's action.
+    action_place: KeyPath,
 }
 
-/// Seconds from 0 up, as µs.
-pub(super) fn microseconds(place: &Place, seconds: f64) -> Result<u64, Wrong> {
-    /// A day: a mistake, and far from what µs can count.
-    const MOST_S: f64 = 86_400.0;
-    if (0.0..=MOST_S).contains(&seconds) {
+/// Converts seconds, not negative, to µs.
+pub(super) fn microseconds(place: &KeyPath, seconds: f64) -> Result<u64, Mistake> {
+    /// Largest time in s, a day: more is a mistake.
+    const MAX_S: f64 = 86_400.0;
+    if (0.0..=MAX_S).contains(&seconds) {
         return Ok((seconds * 1e6).round() as u64);
     }
-    let message = format!("expected a time from 0 to {MOST_S} s, not {seconds}");
-    Err(Wrong::new(place.clone(), message))
+    let message = format!("expected a time from 0 to {MAX_S} s, not {seconds}");
+    Err(Mistake::new(place.clone(), message))
 }
 
 /// All times from `at_us` on, `every_s` apart if given, until the run ends.
 pub(super) fn times(
-    place: &Place,
+    place: &KeyPath,
     at_us: u64,
     every_s: Option<f64>,
     end_us: u64,
-) -> Result<Vec<u64>, Wrong> {
+) -> Result<Vec<u64>, Mistake> {
     let at = place.at("at_s");
     if at_us >= end_us {
         let message = format!(
-            "this is after the end: the run is over after {} s (`after_s` in `[stop]`)",
+            "this is after the end: the run ends after {} s (`after_s` in `[stop]`)",
             end_us as f64 * 1e-6
         );
-        return Err(Wrong::new(at, message));
+        return Err(Mistake::new(at, message));
     }
     let Some(every_s) = every_s else {
         return Ok(vec![at_us]);
@@ -60,106 +60,113 @@ pub(super) fn times(
     let every = place.at("every_s");
     let every_us = microseconds(&every, every_s)?;
     if every_us < 1_000 {
-        return Err(Wrong::new(every, "expected 0.001 s or more"));
+        return Err(Mistake::new(every, "expected 0.001 s or more"));
     }
     if (end_us - at_us) / every_us > STEPS_MAX as u64 {
-        let message = format!("so often is more than {STEPS_MAX} times");
-        return Err(Wrong::new(every, message));
+        let message = format!("this repeats more than {STEPS_MAX} times");
+        return Err(Mistake::new(every, message));
     }
     Ok((at_us..end_us).step_by(every_us as usize).collect())
 }
 
-/// The steps in order of time, each of which a board that begins with `settings` and
-/// an arm that is at `initial_rad` will do.
+/// Steps in order of time, checked for a board that begins with `settings` and an arm at
+/// `initial_rad`.
 pub(super) fn steps(
     keys: &[StepKeys],
     end_us: u64,
     settings: &Settings,
     initial_rad: Pair,
-) -> Result<Vec<Step>, Wrong> {
+) -> Result<Vec<Step>, Mistake> {
     let mut planned: Vec<Planned> = Vec::new();
     let mut before_us = 0;
     for (number, key) in keys.iter().enumerate() {
-        let place = Place::top("step").nth(number);
+        let place = KeyPath::top("step").nth(number);
         let at_us = microseconds(&place.at("at_s"), key.at_s)?;
         if at_us < before_us {
             let message = "steps are in order of time, and this is before the one above it";
-            return Err(Wrong::new(place.at("at_s"), message));
+            return Err(Mistake::new(place.at("at_s"), message));
         }
         before_us = at_us;
-        let (act, at) = key.act(&place)?;
+        let (action, action_place) = key.action(&place)?;
         for at_us in times(&place, at_us, key.every_s, end_us)? {
             let step = Step {
                 at_us,
-                act: act.clone(),
+                action: action.clone(),
             };
             planned.push(Planned {
                 step,
                 number: number + 1,
                 place: place.clone(),
-                act: at.clone(),
+                action_place: action_place.clone(),
             });
         }
         if planned.len() > STEPS_MAX {
             let message = format!("with all repetitions, these are more than {STEPS_MAX} steps");
-            return Err(Wrong::new(place, message));
+            return Err(Mistake::new(place, message));
         }
     }
     planned.sort_by_key(|planned| planned.step.at_us);
-    rehearse(&planned, settings, initial_rad)?;
+    dry_run(&planned, settings, initial_rad)?;
     Ok(planned.into_iter().map(|planned| planned.step).collect())
 }
 
-/// Goes through all steps as the board will.
-fn rehearse(planned: &[Planned], settings: &Settings, initial_rad: Pair) -> Result<(), Wrong> {
-    let mut rehearsal = Rehearsal {
+/// Checks all steps in the order in which the board performs them.
+fn dry_run(planned: &[Planned], settings: &Settings, initial_rad: Pair) -> Result<(), Mistake> {
+    let mut dry_run = DryRun {
         settings: *settings,
-        course: Course::unknown(initial_rad),
+        reference: ReferenceSource::unknown(initial_rad),
         idle_since_s: None,
     };
     planned.iter().try_for_each(|planned| {
-        rehearsal.take(planned).map_err(|Wrong { place, message }| {
-            let at_s = planned.step.at_us as f64 * 1e-6;
-            let message = format!("step {} at {at_s} s: {message}", planned.number);
-            Wrong { place, message }
-        })
+        dry_run
+            .check(planned)
+            .map_err(|Mistake { place, message }| {
+                let at_s = planned.step.at_us as f64 * 1e-6;
+                let message = format!("step {} at {at_s} s: {message}", planned.number);
+                Mistake { place, message }
+            })
     })
 }
 
-/// What a board would have come to.
-struct Rehearsal {
+/// Expected state of the board and the reference.
+struct DryRun {
     settings: Settings,
-    course: Course,
+    reference: ReferenceSource,
     idle_since_s: Option<f64>,
 }
 
-impl Rehearsal {
-    fn take(&mut self, planned: &Planned) -> Result<(), Wrong> {
+impl DryRun {
+    fn check(&mut self, planned: &Planned) -> Result<(), Mistake> {
         let Planned {
-            step, place, act, ..
+            step,
+            place,
+            action_place,
+            ..
         } = planned;
-        match &step.act {
-            Act::Tell(command) if **command == Command::Idle => {
+        match &step.action {
+            Action::Command(command) if **command == Command::Idle => {
                 self.idle_since_s = Some(step.at_us as f64 * 1e-6);
-                self.course.lose();
+                self.reference.clear();
             }
-            Act::Arm => self.idle_since_s = None,
-            Act::Change(change) => {
+            Action::Arm => self.idle_since_s = None,
+            Action::Change(change) => {
                 self.settings = change
                     .apply(&self.settings)
-                    .map_err(|error| Wrong::new(act.key(error.key()), &error))?;
-                params::check(&self.settings).map_err(|unfit| Wrong::new(act.clone(), unfit))?;
+                    .map_err(|error| Mistake::new(action_place.key(error.key()), &error))?;
+                params::check(&self.settings)
+                    .map_err(|error| Mistake::new(action_place.clone(), error))?;
             }
-            Act::Tell(_) | Act::Stream(_) => {
+            Action::Command(_) | Action::Stream(_) => {
                 if let Some(since_s) = self.idle_since_s {
                     let message = format!(
-                        "the arm is idle since the step at {since_s} s; put a step with \
+                        "the arm has been idle since the step at {since_s} s; put a step with \
                          `arm = true` before this one"
                     );
-                    return Err(Wrong::new(place.clone(), message));
+                    return Err(Mistake::new(place.clone(), message));
                 }
-                self.course.take(step, &self.settings, act)?;
-                self.course.check_limits(&self.settings.limits, act)?;
+                self.reference.apply(step, &self.settings, action_place)?;
+                self.reference
+                    .check_limits(&self.settings.limits, action_place)?;
             }
         }
         Ok(())
@@ -167,9 +174,9 @@ impl Rehearsal {
 }
 
 impl StepKeys {
-    /// The one thing that the step does, and where it is written.
-    fn act(&self, place: &Place) -> Result<(Act, Place), Wrong> {
-        let acts = [
+    /// The step's action and its place in the file.
+    fn action(&self, place: &KeyPath) -> Result<(Action, KeyPath), Mistake> {
+        let actions = [
             ("regulate_rad", self.regulate_rad.is_some()),
             ("torque_nm", self.torque_nm.is_some()),
             ("minimum_jerk", self.minimum_jerk.is_some()),
@@ -182,35 +189,35 @@ impl StepKeys {
             ("idle", self.idle.is_some()),
             ("arm", self.arm.is_some()),
         ];
-        let mut given = acts.iter().filter(|(_, is_given)| *is_given);
+        let mut given = actions.iter().filter(|(_, is_given)| *is_given);
         let ((name, _), None) = (
             given.next().ok_or_else(|| {
-                let names = acts.map(|(name, _)| name).join(", ");
-                Wrong::new(
+                let names = actions.map(|(name, _)| name).join(", ");
+                Mistake::new(
                     place.clone(),
                     format!("this step does nothing; give it one of {names}"),
                 )
             })?,
             given.next(),
         ) else {
-            let message = "a step does one thing; put the second into a step of its own, with the \
-                        same `at_s`";
-            return Err(Wrong::new(place.clone(), message));
+            let message = "a step has one action; put the second into a step of its own with the \
+                           same `at_s`";
+            return Err(Mistake::new(place.clone(), message));
         };
-        let at = place.at(name);
-        let act = self.command(&at)?;
-        Ok((act, at))
+        let place = place.at(name);
+        let action = self.parse_action(&place)?;
+        Ok((action, place))
     }
 
-    fn command(&self, at: &Place) -> Result<Act, Wrong> {
-        let follow = |motion| Act::Tell(Box::new(Command::Follow(motion)));
+    fn parse_action(&self, at: &KeyPath) -> Result<Action, Mistake> {
+        let follow = |motion| Action::Command(Box::new(Command::Follow(motion)));
         if let Some(angles) = self.regulate_rad {
             within(at, angles, REFERENCE_MAX_RAD, "rad")?;
-            return Ok(Act::Tell(Box::new(Command::Regulate(angles))));
+            return Ok(Action::Command(Box::new(Command::Regulate(angles))));
         }
         if let Some(torques) = self.torque_nm {
             within(at, torques, hard::TORQUE_NM, "N m")?;
-            return Ok(Act::Tell(Box::new(Command::Torque(torques))));
+            return Ok(Action::Command(Box::new(Command::Torque(torques))));
         }
         if let Some(keys) = &self.minimum_jerk {
             return Ok(follow(Motion::MinimumJerk {
@@ -242,51 +249,51 @@ impl StepKeys {
             }));
         }
         if let Some(keys) = &self.stream {
-            return points(at, keys).map(Act::Stream);
+            return points(at, keys).map(Action::Stream);
         }
         if let Some(plan) = self.experiment {
             plan.check()
-                .map_err(|objection| experiment::wrong(at, objection))?;
-            return Ok(Act::Tell(Box::new(Command::Experiment(plan))));
+                .map_err(|objection| experiment::mistake(at, objection))?;
+            return Ok(Action::Command(Box::new(Command::Experiment(plan))));
         }
         if let Some(table) = &self.set {
-            return change_under_torque(at, table).map(Act::Change);
+            return change_under_torque(at, table).map(Action::Change);
         }
         match (self.idle, self.arm) {
-            (Some(true), _) => Ok(Act::Tell(Box::new(Command::Idle))),
-            (_, Some(true)) => Ok(Act::Arm),
-            _ => Err(Wrong::new(
+            (Some(true), _) => Ok(Action::Command(Box::new(Command::Idle))),
+            (_, Some(true)) => Ok(Action::Arm),
+            _ => Err(Mistake::new(
                 at.clone(),
-                "expected true, or no such key at all",
+                "expected true; otherwise leave this key out",
             )),
         }
     }
 }
 
-fn within(at: &Place, values: [f32; JOINTS], most: f32, unit: &str) -> Result<(), Wrong> {
+fn within(at: &KeyPath, values: [f32; JOINTS], limit: f32, unit: &str) -> Result<(), Mistake> {
     let beyond = values
         .iter()
-        .position(|value| value.is_nan() || value.abs() > most);
+        .position(|value| value.is_nan() || value.abs() > limit);
     beyond.map_or(Ok(()), |joint| {
         let message = format!(
-            "{} {unit} for joint {} is more than the board takes: from -{most} to {most}",
+            "{} {unit} for joint {} is outside the board's range from -{limit} to {limit}",
             values[joint],
             joint + 1
         );
-        Err(Wrong::new(at.nth(joint), message))
+        Err(Mistake::new(at.nth(joint), message))
     })
 }
 
-fn waypoints(at: &Place, keys: &[ViaKeys]) -> Result<Motion, Wrong> {
+fn waypoints(at: &KeyPath, keys: &[ViaKeys]) -> Result<Motion, Mistake> {
     let mut vias = [None; WAYPOINTS_MAX];
     if keys.len() > WAYPOINTS_MAX {
-        let message = format!("at most {WAYPOINTS_MAX} waypoints; go on in another step");
-        return Err(Wrong::new(at.nth(WAYPOINTS_MAX), message));
+        let message = format!("at most {WAYPOINTS_MAX} waypoints; continue in another step");
+        return Err(Mistake::new(at.nth(WAYPOINTS_MAX), message));
     }
     for (number, (via, key)) in vias.iter_mut().zip(keys).enumerate() {
         if key.speed_rad_s.is_some() {
-            let message = "waypoints are passed as smoothly as can be; speeds are for `stream`";
-            return Err(Wrong::new(at.nth(number).at("speed_rad_s"), message));
+            let message = "the planner chooses speeds at waypoints; use `stream` to set them";
+            return Err(Mistake::new(at.nth(number).at("speed_rad_s"), message));
         }
         *via = Some(Via {
             at_s: key.after_s as f32,
@@ -296,7 +303,7 @@ fn waypoints(at: &Place, keys: &[ViaKeys]) -> Result<Motion, Wrong> {
     Ok(Motion::Waypoints(vias))
 }
 
-fn points(at: &Place, keys: &[ViaKeys]) -> Result<Vec<Point>, Wrong> {
+fn points(at: &KeyPath, keys: &[ViaKeys]) -> Result<Vec<Point>, Mistake> {
     let points = keys.iter().enumerate().map(|(number, key)| {
         Ok(Point {
             after_us: microseconds(&at.nth(number).at("after_s"), key.after_s)?,
@@ -307,12 +314,12 @@ fn points(at: &Place, keys: &[ViaKeys]) -> Result<Vec<Point>, Wrong> {
     points.collect()
 }
 
-fn change_under_torque(at: &Place, table: &Table) -> Result<Change, Wrong> {
+fn change_under_torque(at: &KeyPath, table: &Table) -> Result<Change, Mistake> {
     let set = pairs(table);
     let is_fixed = |key: &str| key.starts_with("limits.") || key == "setup.period_us";
     if let Some((key, _)) = set.iter().find(|(key, _)| is_fixed(key)) {
-        let message = "this can only be set while the arm is idle: put it into `[set]`";
-        return Err(Wrong::new(at.key(key), message));
+        let message = "this can be set only while the arm is idle: put it into `[set]`";
+        return Err(Mistake::new(at.key(key), message));
     }
     Ok(Change {
         base: Base::Board,
@@ -320,7 +327,7 @@ fn change_under_torque(at: &Place, table: &Table) -> Result<Change, Wrong> {
     })
 }
 
-/// A table of parameters, `controller.q = ..` and the like, as pairs.
+/// Flattens a table of parameters such as `controller.q = ..` to pairs of key and value.
 pub(super) fn pairs(table: &Table) -> Vec<(String, toml::Value)> {
     let mut pairs = Vec::new();
     for (name, value) in table {

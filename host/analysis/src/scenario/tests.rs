@@ -36,13 +36,13 @@ fn mistakes_have_a_place_and_say_what_is_right() {
         (
             "[[step]]\nat_s = 7\nregulate_rad = [0, 0]",
             "5:8",
-            "over after 5 s",
+            "ends after 5 s",
         ),
         ("[[step]]\nat_s = 1", "4:1", "does nothing"),
         (
             "[[step]]\nat_s = 1\narm = true\nidle = true",
             "4:1",
-            "one thing",
+            "one action",
         ),
         (
             "[[step]]\nat_s = 1\narm = true\n[[step]]\nat_s = 0.5\narm = true",
@@ -57,7 +57,7 @@ fn mistakes_have_a_place_and_say_what_is_right() {
         (
             "[[step]]\nat_s = 1\nminimum_jerk = { to_rad = [0.9, 0], duration_s = 0.2 }",
             "6:1",
-            "joint 1 would come to",
+            "joint 1 would reach",
         ),
         (
             "[[step]]\nat_s = 1\nwaypoints = [{ after_s = 1, angle_rad = [0, 0] }, { after_s = 1, \
@@ -183,17 +183,17 @@ fn an_unknown_name_is_told_the_nearest() {
 #[derive(Debug)]
 struct Judged {
     tally: Tally,
-    judge: Judge,
+    judge: ExpectationMonitor,
 }
 
 impl RecordSink for Judged {
     fn record(&mut self, record: &Record) {
         self.tally.see(record);
-        self.judge.see(record);
+        self.judge.on_record(record);
     }
 
     fn concluded(&mut self, conclusion: &Conclusion) {
-        self.judge.see_end(conclusion);
+        self.judge.on_experiment_end(conclusion);
     }
 }
 
@@ -201,39 +201,39 @@ impl RecordSink for Judged {
 fn play(scenario: &Scenario) -> (Option<Ending>, Vec<String>, u64) {
     let keep = Judged {
         tally: Tally::default(),
-        judge: Judge::new(scenario.expect, &scenario.plan.pushes),
+        judge: ExpectationMonitor::new(scenario.expect, &scenario.plan.pushes),
     };
-    let runner = PlanRunner::keeping(scenario.plan.clone(), keep);
+    let runner = PlanRunner::with_sink(scenario.plan.clone(), keep);
     let options = Options::new(scenario.bench.build());
     let (runner, result) = drive(&BoardUri::Sim, options, runner);
     let name = &scenario.name;
     result.unwrap_or_else(|error| panic!("{name}: {error}"));
     let ending = runner.ending();
-    let Judged { tally, judge } = runner.into_keep();
+    let Judged { tally, judge } = runner.into_sink();
     let facts = armbridge_log::run_info::RunFacts::of(name, "simulated: bench", &scenario.settings);
     let summary = tally.summary(&facts, LinkStats::default(), 1.0, 1.0);
     let ticks = summary.ticks;
-    (ending, judge.verdict(&tally, &summary), ticks)
+    (ending, judge.misses(&tally, &summary), ticks)
 }
 
 #[test]
 fn every_scenario_that_ships_ends_as_it_should() {
-    for shipped in SHIPPED {
+    for builtin in BUILTINS {
         // An hour is too long for a test.
         let overrides = Overrides {
-            duration_s: (shipped.name == "hour").then_some(60.0),
+            duration_s: (builtin.name == "hour").then_some(60.0),
             ..Overrides::default()
         };
-        let scenario = Scenario::load(shipped.name, &overrides)
-            .unwrap_or_else(|error| panic!("{}: {error}", shipped.name));
+        let scenario = Scenario::load(builtin.name, &overrides)
+            .unwrap_or_else(|error| panic!("{}: {error}", builtin.name));
         let (ending, missed, ticks) = play(&scenario);
         println!(
             "{}: {ending:?}, {ticks} ticks, missed {missed:?}",
-            shipped.name
+            builtin.name
         );
-        let is_success = ending.is_some_and(|end| scenario.success.iter().any(|s| s.is(end)));
-        assert!(is_success, "{}: {ending:?}", shipped.name);
-        assert_eq!(missed, Vec::<String>::new(), "{}", shipped.name);
+        let is_success = ending.is_some_and(|end| scenario.success.iter().any(|s| s.matches(end)));
+        assert!(is_success, "{}: {ending:?}", builtin.name);
+        assert_eq!(missed, Vec::<String>::new(), "{}", builtin.name);
     }
 }
 

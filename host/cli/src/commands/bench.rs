@@ -212,11 +212,11 @@ pub(crate) fn run(args: &BenchArgs) -> Outcome {
         // The log of the first seed alone is kept.
         let is_shown = args.plot.is_some() && seeds.first() == Some(&seed);
         let tap = recorder.as_ref().filter(|_| is_shown).map(Recorder::tap);
-        let run = trial.run_heard(seed, tap)?;
-        let outcome = Trialled::of(&trial, seed, &run);
+        let run = trial.run_with_tap(seed, tap)?;
+        let outcome = Trialled::from_run(&trial, seed, &run);
         Ok::<_, monte_carlo::TrialError>((outcome, is_shown.then_some(run)))
     };
-    let results = monte_carlo::for_seeds(seeds, one, |done| progress.at(done as f64))?;
+    let results = monte_carlo::for_seeds(seeds, one, |done| progress.set_position(done as f64))?;
     progress.finish();
     recorder.map(Recorder::finish).transpose()?;
     let (outcomes, mut runs): (Vec<_>, Vec<_>) = results.into_iter().unzip();

@@ -109,7 +109,7 @@ fn campaign(args: &FaultCampaignArgs) -> Report {
     let seeds: Vec<u64> = (0..args.seeds).filter(is_wanted).collect();
     let progress = Progress::new(seeds.len() as f64, args.quiet || args.json);
     let one = |seed| Ok::<_, Infallible>(fault_campaign::run(seed, servos));
-    let outcomes = monte_carlo::for_seeds(&seeds, one, |done| progress.at(done as f64));
+    let outcomes = monte_carlo::for_seeds(&seeds, one, |done| progress.set_position(done as f64));
     progress.finish();
     Report::of(&outcomes.unwrap_or_else(|never| match never {}))
 }

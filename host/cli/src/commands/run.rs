@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use armbridge::config::Config;
 use armbridge_analysis::plan_runner::plan::Base;
 use armbridge_analysis::run::{Files, RunHost, RunSpec};
-use armbridge_analysis::scenario::{Judge, Overrides, SHIPPED, Scenario, Shipped};
+use armbridge_analysis::scenario::{BUILTINS, Builtin, ExpectationMonitor, Overrides, Scenario};
 use armbridge_client::params;
 use armbridge_client::transport::LinkUri;
 use armbridge_log::run_info::RunFacts;
@@ -240,7 +240,7 @@ impl Staging<'_> {
         };
         armbridge_client::interrupt::listen()?;
         Ok(RunSpec {
-            judge: Some(Judge::new(expect, &plan.pushes)),
+            judge: Some(ExpectationMonitor::new(expect, &plan.pushes)),
             plan,
             facts,
             success,
@@ -263,10 +263,10 @@ struct Listed {
 }
 
 fn list(as_json: bool) -> Outcome {
-    let listed = SHIPPED.iter().map(|shipped| {
-        let scenario = Scenario::load(shipped.name, &Overrides::default())?;
+    let listed = BUILTINS.iter().map(|builtin| {
+        let scenario = Scenario::load(builtin.name, &Overrides::default())?;
         Ok(Listed {
-            name: shipped.name,
+            name: builtin.name,
             title: scenario.title,
             duration_s: scenario.plan.stop.after_us as f64 * 1e-6,
         })
@@ -288,8 +288,8 @@ fn list(as_json: bool) -> Outcome {
 }
 
 fn show(name: &str) -> Outcome {
-    let shipped = Shipped::find(name)
+    let builtin = Builtin::find(name)
         .ok_or_else(|| format!("no scenario `{name}` ships: `armbridge run --list` shows them"))?;
-    print!("{}", shipped.text);
+    print!("{}", builtin.text);
     Ok(ExitCode::SUCCESS)
 }

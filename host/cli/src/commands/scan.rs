@@ -71,8 +71,8 @@ pub(crate) fn run(args: &ScanArgs) -> Outcome {
     let total_s = pings as f64 * s_per_ping;
     let progress = Progress::new(total_s, args.quiet || args.json);
     let report = scan(&mut client, &area, |step: Step| {
-        progress.at(total_s * step.done as f64 / step.total as f64);
-        progress.say(match step.baud {
+        progress.set_position(total_s * step.done as f64 / step.total as f64);
+        progress.set_message(match step.baud {
             Some(baud) => format!("{baud} baud, id {}", step.id),
             None => format!("id {}", step.id),
         });

@@ -219,7 +219,13 @@ mod tests {
             // The simulator stops or reverses at the end of a step of 0.1 ms.
             let tolerance = if coulomb_nm > 0.0 { 3e-4 } else { 1e-6 };
             let parameters = parameters(b1, torque_nm, coulomb_nm);
-            let model = simulate(&parameters, true, [start_rad, 0.0], PERIOD_S, true_rad.len());
+            let model = simulate(
+                &parameters,
+                true,
+                [start_rad, 0.0],
+                PERIOD_S,
+                true_rad.len(),
+            );
             for (k, (model, truth)) in model.rad.iter().zip(&true_rad).enumerate() {
                 let error = (model - truth).abs();
                 assert!(

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use armbridge::config::Config;
 use armbridge_analysis::run::{Finished, RunHost, Verdict};
 use armbridge_analysis::run_folder::RunFolder;
-use armbridge_analysis::scenario::{Outlook, Overrides, Scenario};
+use armbridge_analysis::scenario::{Overrides, Preview, Scenario};
 use armbridge_client::interrupt;
 use armbridge_client::params;
 use armbridge_client::params::settings_exchange::Exchange;
@@ -114,12 +114,12 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
         return show(args, &scenario, &folder, Some(&uri));
     }
     let folder = RunFolder::create(Some(&base), &scenario.name)?;
-    let outlook = scenario.outlook();
-    let files = preview::draw(folder.path(), &outlook, Some(&uri.to_string()))?;
+    let preview = scenario.preview();
+    let files = preview::draw(folder.path(), &preview, Some(&uri.to_string()))?;
     let is_confirmed = args.yes || uri.is_simulated();
     // The question is about this motion.
     if !args.output.quiet || !is_confirmed {
-        print_text(args, &shown(&outlook, &files))?;
+        print_text(args, &shown(&preview, &files))?;
     }
     let question = format!(
         "The arm at {uri} will move. See that nothing is in its way, and hold it near where it \
@@ -149,23 +149,23 @@ fn show(
     folder: &RunFolder,
     uri: Option<&BoardUri>,
 ) -> Outcome {
-    let outlook = scenario.outlook();
+    let preview = scenario.preview();
     let board = uri.map(ToString::to_string);
-    let files = preview::draw(folder.path(), &outlook, board.as_deref())?;
+    let files = preview::draw(folder.path(), &preview, board.as_deref())?;
     let text = if args.output.json {
-        json!({ "outlook": outlook, "preview": files }).to_string() + "\n"
+        json!({ "outlook": preview, "preview": files }).to_string() + "\n"
     } else {
-        shown(&outlook, &files)
+        shown(&preview, &files)
     };
     write!(std::io::stdout(), "{text}")?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn shown(outlook: &Outlook, files: &[PathBuf]) -> String {
+fn shown(preview: &Preview, files: &[PathBuf]) -> String {
     let files = files.iter().map(|file| format!("{}\n", file.display()));
     format!(
         "{}\n{}",
-        preview::as_text(outlook),
+        preview::as_text(preview),
         files.collect::<String>()
     )
 }

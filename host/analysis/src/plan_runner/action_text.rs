@@ -1,17 +1,17 @@
-//! What a step does, in a few words.
+//! Descriptions of steps.
 
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, Role};
 use armbridge_shared::link::message::Command;
 use armbridge_shared::link::motion::Motion;
 
-use super::plan::Act;
+use super::plan::Action;
 
-impl Act {
-    /// One line, without a full stop.
+impl Action {
+    /// Description in one line, without a full stop.
     pub fn in_words(&self) -> String {
         match self {
-            Self::Tell(command) => of_command(command),
+            Self::Command(command) => command_text(command),
             Self::Arm => "arm again".into(),
             Self::Change(_) => "change settings".into(),
             Self::Stream(points) => format!("follow {} points", points.len()),
@@ -19,7 +19,7 @@ impl Act {
     }
 }
 
-fn of_command(command: &Command) -> String {
+fn command_text(command: &Command) -> String {
     match command {
         Command::Idle => "motors off".into(),
         Command::Torque([first, second]) => {
@@ -38,7 +38,7 @@ fn of_command(command: &Command) -> String {
             Motion::Chirp { .. } => "follow a chirp".into(),
         },
         Command::Stream { .. } => "follow a point".into(),
-        Command::Experiment(plan) => of_experiment(plan),
+        Command::Experiment(plan) => experiment_text(plan),
         Command::Arm { .. } => "arm again".into(),
         Command::Prepare => "prepare the servos".into(),
         Command::Release => "release the servos".into(),
@@ -48,8 +48,8 @@ fn of_command(command: &Command) -> String {
     }
 }
 
-fn of_experiment(plan: &Experiment) -> String {
-    let [first, second] = plan.roles.map(|role| of_role(&role));
+fn experiment_text(plan: &Experiment) -> String {
+    let [first, second] = plan.roles.map(|role| role_text(&role));
     if first == second {
         format!("both joints: {first}")
     } else {
@@ -57,7 +57,7 @@ fn of_experiment(plan: &Experiment) -> String {
     }
 }
 
-fn of_role(role: &Role) -> String {
+fn role_text(role: &Role) -> String {
     let (quantity, signal) = match role {
         Role::Off => return "off".into(),
         Role::Hold => return "held".into(),

@@ -1,4 +1,4 @@
-//! Whether the arm did what a scenario expects of it.
+//! Monitor of a scenario's expectations.
 
 use armbridge_client::experiment_text;
 use armbridge_log::summary::{SETTLED_RAD, Summary, Tally};
@@ -9,31 +9,31 @@ use armbridge_sim::plant::Push;
 
 use super::{EndName, Expect};
 
-/// Watches a run, and judges it in the end.
+/// Monitor that observes a run and evaluates its expectations at the end.
 #[derive(Clone, Debug)]
-pub struct Judge {
+pub struct ExpectationMonitor {
     expect: Expect,
-    /// From when to when each push lasts, in µs since the run began, in order.
+    /// Start and end of each push in µs since the run began, in order.
     pushes: Vec<[u64; 2]>,
     next: usize,
-    /// On the board's clock.
+    /// Start of the run on the board's clock.
     begun_us: Option<u64>,
-    open: Option<Open>,
+    recovery: Option<Recovery>,
     slowest_s: f64,
-    /// Of experiments.
+    /// Conclusions of experiments.
     ends: Vec<Conclusion>,
 }
 
-/// A push that is over.
+/// Recovery from a push.
 #[derive(Clone, Copy, Debug)]
-struct Open {
+struct Recovery {
     since_us: u64,
-    /// Since when both joints are where they should be, if they are.
+    /// Time since which both joints are near the reference, if they are.
     inside_us: Option<u64>,
 }
 
-impl Judge {
-    /// Of a run with these pushes.
+impl ExpectationMonitor {
+    /// Monitor of a run with these pushes.
     pub fn new(expect: Expect, pushes: &[Push]) -> Self {
         let span = |push: &Push| [push.start_ns, push.start_ns + push.duration_ns];
         Self {
@@ -44,34 +44,34 @@ impl Judge {
                 .collect(),
             next: 0,
             begun_us: None,
-            open: None,
+            recovery: None,
             slowest_s: 0.0,
             ends: Vec::new(),
         }
     }
 
-    /// Takes the end of an experiment.
-    pub fn see_end(&mut self, conclusion: &Conclusion) {
+    /// Records the end of an experiment.
+    pub fn on_experiment_end(&mut self, conclusion: &Conclusion) {
         self.ends.push(*conclusion);
     }
 
-    /// Takes the next tick.
-    pub fn see(&mut self, record: &Record) {
+    /// Observes the next tick.
+    pub fn on_record(&mut self, record: &Record) {
         let begun_us = *self.begun_us.get_or_insert(record.start_us);
         let now_us = record.start_us.saturating_sub(begun_us);
         if let Some([from_us, until_us]) = self.pushes.get(self.next).copied() {
             if now_us >= from_us {
-                self.close();
+                self.end_recovery();
             }
             if now_us >= until_us {
                 self.next += 1;
-                self.open = Some(Open {
+                self.recovery = Some(Recovery {
                     since_us: now_us,
                     inside_us: None,
                 });
             }
         }
-        let Some(open) = &mut self.open else {
+        let Some(recovery) = &mut self.recovery else {
             return;
         };
         let is_inside = (0..JOINTS).all(|joint| {
@@ -79,28 +79,28 @@ impl Judge {
             f64::from(error_rad.abs()) < SETTLED_RAD
         });
         if is_inside && record.mode.drive().is_some() {
-            open.inside_us.get_or_insert(now_us);
+            recovery.inside_us.get_or_insert(now_us);
         } else {
-            open.inside_us = None;
+            recovery.inside_us = None;
         }
     }
 
-    fn close(&mut self) {
-        if let Some(open) = self.open.take() {
-            let took_s = open.inside_us.map_or(f64::INFINITY, |inside_us| {
-                (inside_us - open.since_us) as f64 * 1e-6
+    fn end_recovery(&mut self) {
+        if let Some(recovery) = self.recovery.take() {
+            let duration_s = recovery.inside_us.map_or(f64::INFINITY, |inside_us| {
+                (inside_us - recovery.since_us) as f64 * 1e-6
             });
-            self.slowest_s = self.slowest_s.max(took_s);
+            self.slowest_s = self.slowest_s.max(duration_s);
         }
     }
 
-    /// What was expected and is not so, each in a sentence.
-    pub fn verdict(mut self, tally: &Tally, summary: &Summary) -> Vec<String> {
+    /// Expectations that were not met, one sentence each.
+    pub fn misses(mut self, tally: &Tally, summary: &Summary) -> Vec<String> {
         if self.next < self.pushes.len() {
-            // The run ended before.
+            // The run ended before the last push.
             self.slowest_s = f64::INFINITY;
         }
-        self.close();
+        self.end_recovery();
         let worse = |[a, b]: [f64; JOINTS]| a.max(b);
         let seconds = |s: f64| {
             if s.is_finite() {
@@ -135,44 +135,43 @@ impl Judge {
         ]
         .into_iter()
         .flatten()
-        .chain(self.other_ends())
+        .chain(self.unexpected_ends())
         .collect()
     }
 
-    /// Experiments that ended otherwise than they should.
-    fn other_ends(&self) -> Vec<String> {
+    /// Experiments with an unexpected end.
+    fn unexpected_ends(&self) -> Vec<String> {
         let Some(expected) = self.expect.experiments_end else {
             return Vec::new();
         };
         if self.ends.is_empty() {
-            return vec!["there was no experiment to judge".into()];
+            return vec!["there was no experiment to evaluate".into()];
         }
-        let is_so = |conclusion: &&Conclusion| match conclusion.end {
+        let is_expected = |conclusion: &&Conclusion| match conclusion.end {
             ExperimentEnd::Finished => expected == EndName::Finished,
             ExperimentEnd::Angle { .. } => expected == EndName::Angle,
             ExperimentEnd::Speed { .. } => expected == EndName::Speed,
             ExperimentEnd::HostQuiet | ExperimentEnd::Replaced => false,
         };
-        let others = self.ends.iter().filter(|end| !is_so(end));
-        others.map(experiment_text::conclusion).collect()
+        let unexpected = self.ends.iter().filter(|end| !is_expected(end));
+        unexpected.map(experiment_text::conclusion).collect()
     }
 }
 
-/// What to say of an expectation that something was to be within a limit; a thing that
-/// never came to be is beyond it.
+/// Message if a quantity exceeds its limit, or was never measured.
 fn miss(
     limit: Option<f64>,
     found: Option<f64>,
-    say: impl Fn(f64, f64) -> String,
+    message: impl Fn(f64, f64) -> String,
 ) -> Option<String> {
     let limit = limit?;
     match found {
         None => Some(format!(
-            "{}: there was nothing to judge",
-            say(f64::INFINITY, limit)
+            "{}: there was nothing to evaluate",
+            message(f64::INFINITY, limit)
         )),
-        // Not true of a NaN either.
+        // A NaN exceeds every limit.
         Some(found) if found <= limit => None,
-        Some(found) => Some(say(found, limit)),
+        Some(found) => Some(message(found, limit)),
     }
 }

@@ -1,4 +1,4 @@
-//! Mistakes, and where in the file they are.
+//! Mistakes in a scenario file with their places.
 
 use std::fmt;
 use std::ops::Range;
@@ -10,51 +10,51 @@ use armbridge_client::toml_file::DocumentError;
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 
-/// A key's way down from the top: names, and numbers of what is in a list.
+/// Path of a key from the top of the file: names, and indices in lists.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Place(Vec<Part>);
+pub(super) struct KeyPath(Vec<Segment>);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Part {
+enum Segment {
     Name(String),
-    Number(usize),
+    Index(usize),
 }
 
-impl Place {
+impl KeyPath {
     pub(super) fn top(name: &str) -> Self {
         Self::default().at(name)
     }
 
-    /// What has this name in it.
+    /// Path of a named entry.
     pub(super) fn at(&self, name: &str) -> Self {
-        self.with(Part::Name(name.into()))
+        self.with(Segment::Name(name.into()))
     }
 
-    /// A parameter, which is written `group.name`: a key in a table.
+    /// Path of a parameter, whose name is `group.name`.
     pub(super) fn key(&self, key: &str) -> Self {
         key.split('.')
             .fold(self.clone(), |place, name| place.at(name))
     }
 
-    /// What has this number in it, from 0.
+    /// Path of a list's entry, from 0.
     pub(super) fn nth(&self, number: usize) -> Self {
-        self.with(Part::Number(number))
+        self.with(Segment::Index(number))
     }
 
-    fn with(&self, part: Part) -> Self {
+    fn with(&self, part: Segment) -> Self {
         Self(self.0.iter().cloned().chain([part]).collect())
     }
 }
 
-/// Something wrong at a place.
+/// A mistake and its place.
 #[derive(Clone, Debug)]
-pub(super) struct Wrong {
-    pub(super) place: Place,
+pub(super) struct Mistake {
+    pub(super) place: KeyPath,
     pub(super) message: String,
 }
 
-impl Wrong {
-    pub(super) fn new(place: Place, message: impl fmt::Display) -> Self {
+impl Mistake {
+    pub(super) fn new(place: KeyPath, message: impl fmt::Display) -> Self {
         Self {
             place,
             message: message.to_string(),
@@ -62,7 +62,7 @@ impl Wrong {
     }
 }
 
-/// A scenario's text, and what it is called.
+/// Text of a scenario and the path of its file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Text<'a> {
     pub(super) file: &'a Path,
@@ -70,49 +70,49 @@ pub(super) struct Text<'a> {
 }
 
 impl Text<'_> {
-    /// Reads it as what is wanted.
+    /// Parses the text.
     pub(super) fn parse<T: for<'de> Deserialize<'de>>(&self) -> Result<T, DocumentError> {
         toml::from_str(self.text).map_err(|error| {
-            let at = error.span().unwrap_or_default().start;
-            self.mistake(at, in_words(error.message()))
+            let byte = error.span().unwrap_or_default().start;
+            self.error(byte, reworded(error.message()))
         })
     }
 
-    /// The same mistake, with line and column.
-    pub(super) fn wrong(&self, Wrong { place, message }: Wrong) -> DocumentError {
-        self.mistake(self.find(&place).unwrap_or_default().start, message)
+    /// Error of a mistake with line and column.
+    pub(super) fn locate(&self, Mistake { place, message }: Mistake) -> DocumentError {
+        self.error(self.find(&place).unwrap_or_default().start, message)
     }
 
-    fn mistake(&self, byte: usize, message: String) -> DocumentError {
+    fn error(&self, byte: usize, message: String) -> DocumentError {
         DocumentError::Wrong {
             place: toml_file::Place::of(self.file, self.text, byte),
             what: message,
         }
     }
 
-    /// Where a place is, or the nearest above it that is in the file.
-    fn find(&self, place: &Place) -> Option<Range<usize>> {
+    /// Byte range of a place, or of its nearest parent in the file.
+    fn find(&self, place: &KeyPath) -> Option<Range<usize>> {
         let document = DeTable::parse(self.text).ok()?;
         let mut found = None;
         let mut value = DeValue::Table(document.into_inner());
         let mut parts = place.0.iter().peekable();
         while let Some(part) = parts.next() {
             let next = match part {
-                Part::Name(name) => {
+                Segment::Name(name) => {
                     let DeValue::Table(table) = value else {
                         return found;
                     };
                     let is_last = parts.peek().is_none();
                     let entry = table.into_iter().find(|(key, _)| **key.get_ref() == **name);
                     entry.map(|(key, inner)| {
-                        // A wrong value is where the value is, but that of a table
-                        // begins with its key.
+                        // The place of a value is that of the value; that of a table is
+                        // its key.
                         let is_plain = is_last && !matches!(inner.get_ref(), DeValue::Table(_));
                         let span = if is_plain { inner.span() } else { key.span() };
                         (span, inner.into_inner())
                     })
                 }
-                Part::Number(number) => {
+                Segment::Index(number) => {
                     let DeValue::Array(list) = value else {
                         return found;
                     };
@@ -130,9 +130,8 @@ impl Text<'_> {
     }
 }
 
-/// The parser's message, reworded: an unknown key with the one that may have
-/// been meant.
-fn in_words(message: &str) -> String {
+/// The parser's message in plain words; an unknown key with the nearest known one.
+fn reworded(message: &str) -> String {
     let message = message.replace('\n', ", ");
     let Some(unknown) = message.strip_prefix("unknown field ") else {
         return message
