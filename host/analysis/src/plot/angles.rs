@@ -10,9 +10,9 @@ use super::decimate::distinct;
 use super::drawing::{Drawing, Stroke};
 use super::figure;
 use super::panel::{ALARM, GAP, GOOD, JOINT, JOINT_TINT, Key, MUTED, Panel, SETPOINT};
-use super::run::{NOTE, Part, Run};
+use super::run::{NOTE, Run, SetpointInterval};
 
-/// Least distance in px of the lines between setpoints.
+/// Smallest distance in px of the lines between setpoints.
 const SPACING_PX: f64 = 12.0;
 
 /// Estimates.
@@ -20,18 +20,18 @@ const ESTIMATE_WIDTH: f64 = 1.7;
 
 pub(super) fn draw(run: &Run) -> Drawing {
     let mut drawing = figure(640.0, "Joint angles", run.facts);
-    let parts = run.parts();
+    let intervals = run.setpoint_intervals();
     for joint in 0..JOINTS {
         let panel = Panel::angle(&mut drawing, joint, run.time_axis(), angle_axis(run, joint));
         draw_joint(&mut drawing, &panel, run, joint);
-        draw_setpoints(&mut drawing, &panel, &parts, joint);
+        draw_setpoints(&mut drawing, &panel, &intervals, joint);
         draw_motion(&mut drawing, &panel, run, joint);
         run.draw_faults(&mut drawing, &panel);
     }
     drawing
 }
 
-/// Everything that is drawn, and room above it for what is written there.
+/// Axis that contains all curves, with space for text above them.
 fn angle_axis(run: &Run, joint: usize) -> Axis {
     let shown = run.shown().iter().filter(|r| enum_names::is_up(r.mode));
     let shown = shown.flat_map(|record| {
@@ -95,7 +95,7 @@ fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     panel.legend(drawing, &legend);
 }
 
-/// The reference while it moves.
+/// Draws the moving reference.
 fn draw_motion(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     let reference = |r: &Record| match r.mode.drive() {
         Some(Drive::Track | Drive::Hold) => f64::from(r.reference_rad[joint]),
@@ -104,21 +104,29 @@ fn draw_motion(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     panel.curve(drawing, run.over_time(reference), SETPOINT);
 }
 
-/// The setpoint, the band in which a joint counts as settled, and how it went.
-fn draw_setpoints(drawing: &mut Drawing, panel: &Panel, parts: &[Part], joint: usize) {
+/// Draws the setpoints, the bands in which a joint counts as settled, and the results.
+fn draw_setpoints(
+    drawing: &mut Drawing,
+    panel: &Panel,
+    intervals: &[SetpointInterval],
+    joint: usize,
+) {
     let mut path = Vec::new();
-    for part in parts {
+    for interval in intervals {
         let JointSummary {
             reference_rad,
             settling_time_s,
             steady_state_error_mrad,
             ..
-        } = part.joints[joint];
+        } = interval.joints[joint];
         let reference = f64::from(reference_rad);
-        let (from, to) = (part.from_s.max(panel.x.low), part.to_s.min(panel.x.high));
+        let (from, to) = (
+            interval.from_s.max(panel.x.low),
+            interval.to_s.min(panel.x.high),
+        );
         let (low, high) = (reference - SETTLED_RAD, reference + SETTLED_RAD);
         panel.area(drawing, (from, low), (to, high), GOOD, 0.14);
-        // Parts that do not touch are not joined.
+        // Intervals that do not touch are not joined.
         let is_next = path
             .last()
             .is_none_or(|(end, _): &(f64, f64)| from - end < 1e-3);
@@ -132,16 +140,16 @@ fn draw_setpoints(drawing: &mut Drawing, panel: &Panel, parts: &[Part], joint: u
         let long = format!("{settled}, rests {rest} off");
         let short = format!("{settled}, {rest}");
         let (left, right) = (panel.at(from, low).0 + 7.0, panel.at(to, low).0);
-        // Only what fits between this setpoint and the next.
+        // Only a text that fits between this setpoint and the next.
         let fits = |text: &&String| left + NOTE.width(text) < right;
         if let Some(text) = [&long, &short, &settled].into_iter().find(fits) {
             drawing.note((left, panel.frame.y + 16.0), text, NOTE);
         }
     }
     let mut drawn = panel.frame.x;
-    for part in parts.iter().skip(1) {
-        let (x, _) = panel.at(part.from_s, panel.y.low);
-        // Closer together they would hide the curve.
+    for interval in intervals.iter().skip(1) {
+        let (x, _) = panel.at(interval.from_s, panel.y.low);
+        // Closer lines would hide the curve.
         if x - drawn < SPACING_PX {
             continue;
         }

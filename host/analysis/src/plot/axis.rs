@@ -1,13 +1,13 @@
-//! Axes: where a value goes, and which values are written beside it.
+//! Axes: positions of values, and tick labels.
 
-/// How values are spread over an axis.
+/// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Scale {
-    /// Evenly.
+    /// Linear.
     Linear,
-    /// By ratio; for positive values.
+    /// Logarithmic, for positive values.
     Log,
-    /// By ratio from one unit on, evenly below; for values that may be zero.
+    /// Logarithmic from one unit on and linear below, for values that may be zero.
     LogFromOne,
 }
 
@@ -22,7 +22,7 @@ pub(crate) struct Axis {
 impl Scale {
     fn apply(self, value: f64) -> f64 {
         match self {
-            // `max` would make a number of what is none.
+            // `max` would turn a NaN into a number.
             _ if value.is_nan() => value,
             Self::Linear => value,
             Self::Log => value.max(f64::MIN_POSITIVE).ln(),
@@ -32,7 +32,7 @@ impl Scale {
 }
 
 impl Axis {
-    /// A linear axis between these ends.
+    /// Linear axis between two ends.
     pub(crate) fn linear(low: f64, high: f64) -> Self {
         Self {
             scale: Scale::Linear,
@@ -41,7 +41,8 @@ impl Axis {
         }
     }
 
-    /// A linear axis over these values, with some room at both ends.
+    /// Linear axis that contains values, with a margin `room` at both ends, as a fraction of
+    /// the range.
     pub(crate) fn around(values: impl Iterator<Item = f64>, room: f64) -> Self {
         let (low, high) = values
             .filter(|v| v.is_finite())
@@ -55,13 +56,13 @@ impl Axis {
         Self::linear(low - room, high + room)
     }
 
-    /// Where a value is: 0 at the low end, 1 at the high end.
+    /// Position of a value: 0 at the low end, 1 at the high end.
     pub(crate) fn position(&self, value: f64) -> f64 {
         let (low, high) = (self.scale.apply(self.low), self.scale.apply(self.high));
         (self.scale.apply(value) - low) / (high - low)
     }
 
-    /// Values to write beside the axis, at most about this many.
+    /// Tick values and labels, at most about `most`.
     pub(crate) fn ticks(&self, most: f64) -> Vec<(f64, String)> {
         match self.scale {
             Scale::Linear => self.even_ticks(most),
@@ -80,7 +81,7 @@ impl Axis {
             .unwrap_or(decade * 10.0);
         let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
         let (first, last) = (
-            // Ends are often ticks themselves, give or take a rounding.
+            // The ends are often ticks, up to rounding.
             (self.low / step - 1e-9).ceil() as i64,
             (self.high / step + 1e-9).floor() as i64,
         );
@@ -92,8 +93,8 @@ impl Axis {
             .collect()
     }
 
-    /// Zero where the scale has it, powers of ten, and their doubles and halves where
-    /// there is room.
+    /// Zero if the scale includes it, powers of ten, and their doubles and halves if there
+    /// is room.
     fn decade_ticks(&self, most: f64) -> Vec<(f64, String)> {
         let zero = (self.scale == Scale::LogFromOne).then(|| (0.0, "0".to_owned()));
         let decades = (self.high / self.low.max(f64::MIN_POSITIVE)).log10();

@@ -1,7 +1,7 @@
-//! Two runs on top of each other, and their difference.
+//! Overlay of two runs, and their difference.
 //!
-//! Both begin where the arm is first driven. Differences are of ticks that both
-//! have; where one has none, there is a gap.
+//! Both begin where the arm is first driven. The difference is that of ticks present in
+//! both; elsewhere there is a gap.
 
 use std::path::{Path, PathBuf};
 
@@ -15,21 +15,21 @@ use super::drawing::{Drawing, Rect, Stroke};
 use super::panel::{JOINT, Key, Panel};
 use super::{Formats, PlotError, titled, write_as};
 
-/// The first run, the second, and the second minus the first.
+/// Strokes of the first run, the second, and the second minus the first.
 const A: Stroke = Stroke::solid(JOINT[0], 2.2);
 const B: Stroke = Stroke::solid(JOINT[1], 1.2);
 const DIFFERENCE: Stroke = Stroke::solid(super::panel::INK, 1.2);
 const ZERO: Stroke = Stroke::solid(super::panel::FRAME, 1.2);
 
-/// A quantity of each joint, on an axis of its own and its difference on another.
+/// A quantity of each joint, with axes for its values and for the difference.
 struct Quantity {
     name: &'static str,
     title: &'static str,
     axis_title: &'static str,
     difference_title: &'static str,
-    /// Units of the difference in one of the quantity.
+    /// Units of the difference per unit of the quantity.
     scale: f64,
-    of: fn(&Record, usize) -> f64,
+    value: fn(&Record, usize) -> f64,
 }
 
 const QUANTITIES: [Quantity; 2] = [
@@ -39,7 +39,7 @@ const QUANTITIES: [Quantity; 2] = [
         axis_title: "angle (rad)",
         difference_title: "B − A (mrad)",
         scale: 1e3,
-        of: |record, joint| f64::from(record.angle_rad[joint]),
+        value: |record, joint| f64::from(record.angle_rad[joint]),
     },
     Quantity {
         name: "compare-torque",
@@ -47,14 +47,14 @@ const QUANTITIES: [Quantity; 2] = [
         axis_title: "torque (N m)",
         difference_title: "B − A (mN m)",
         scale: 1e3,
-        of: |record, joint| f64::from(record.torque_nm[joint]),
+        value: |record, joint| f64::from(record.torque_nm[joint]),
     },
 ];
 
-/// Draws two runs on top of each other into a folder; returns the files.
+/// Draws an overlay of two runs into a folder; returns the files.
 ///
 /// # Errors
-/// When a file cannot be written or a drawing not be turned into pixels.
+/// If a file cannot be written or a drawing cannot be rendered.
 pub fn compare(
     folder: &Path,
     formats: Formats,
@@ -82,7 +82,7 @@ fn draw(quantity: &Quantity, a: &Log, b: &Log, pairs: &[[&Record; 2]]) -> Drawin
     for joint in 0..JOINTS {
         let y = 78.0 + 364.0 * joint as f64;
         let frame = Rect::row(y, 180.0);
-        let value = |record: &Record| (quantity.of)(record, joint);
+        let value = |record: &Record| (quantity.value)(record, joint);
         let both = left.iter().chain(right).map(value);
         let panel = Panel {
             frame,
@@ -108,7 +108,7 @@ fn draw(quantity: &Quantity, a: &Log, b: &Log, pairs: &[[&Record; 2]]) -> Drawin
         };
         let last = joint + 1 == JOINTS;
         let x_title = last.then_some("time since the arm was first driven (s)");
-        let title = in_words(pairs.iter().map(difference));
+        let title = difference_text(pairs.iter().map(difference));
         panel.draw(
             &mut drawing,
             &title,
@@ -129,8 +129,8 @@ fn draw(quantity: &Quantity, a: &Log, b: &Log, pairs: &[[&Record; 2]]) -> Drawin
     drawing
 }
 
-/// How much they differ.
-fn in_words(differences: impl Iterator<Item = f64>) -> String {
+/// Text with the largest and RMS difference.
+fn difference_text(differences: impl Iterator<Item = f64>) -> String {
     let (mut most, mut squares, mut count) = (0.0_f64, 0.0, 0_u32);
     for difference in differences.filter(|difference| difference.is_finite()) {
         most = most.max(difference.abs());
@@ -151,7 +151,7 @@ fn since_s(ticks: &[Record], record: &Record) -> f64 {
     record.start_us.saturating_sub(ticks[0].start_us) as f64 * 1e-6
 }
 
-/// A quantity over time; not a number between ticks that do not follow each other.
+/// A quantity over time in s, with NaN between ticks that are not consecutive.
 fn over_time(ticks: &[Record], value: impl Fn(&Record) -> f64) -> impl Iterator<Item = (f64, f64)> {
     ticks.iter().enumerate().flat_map(move |(at, record)| {
         let time_s = since_s(ticks, record);

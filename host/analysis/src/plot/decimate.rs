@@ -1,20 +1,20 @@
-//! Fewer points, same picture.
+//! Decimation of curves without visible change.
 //!
-//! A run has more ticks than a figure has columns. Of all points that fall
-//! into one column only the first, lowest, highest and last can be seen; the
-//! others are left out. No peak is ever lost.
+//! A run has more ticks than a figure has columns. Of all points in one column only
+//! the first, lowest, highest and last are visible; the others are omitted. No peak is
+//! lost.
 
 /// Width of a column in px: that of a pixel of the PNG.
 const COLUMN_PX: f64 = 0.5;
 
-/// Points of a line are level when they differ by less than is written.
+/// Largest difference in px of points on a level line: less than the resolution of the
+/// file.
 const LEVEL_PX: f64 = 0.05;
 
 /// Side of a square in px through which a curve is traced once.
 const TRACE_PX: f64 = 1.0;
 
-/// Leaves out what cannot be seen. Points come in order of x; one that is not
-/// finite makes a gap.
+/// Omits invisible points. Points are in order of x; one that is not finite makes a gap.
 pub(super) fn decimate(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
     let mut pieces = Vec::new();
     let mut piece: Vec<(f64, f64)> = Vec::new();
@@ -69,8 +69,8 @@ fn keep_visible(column: &mut Vec<(f64, f64)>, piece: &mut Vec<(f64, f64)>) {
     column.clear();
 }
 
-/// Leaves out what would be drawn where the curve has been before. A point that is
-/// not finite makes a gap.
+/// Omits pieces of a curve where it has already been drawn. A point that is not finite
+/// makes a gap.
 pub(super) fn unvisited(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
     let mut seen = std::collections::HashSet::new();
     let mut pieces = Vec::new();
@@ -92,7 +92,7 @@ pub(super) fn unvisited(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f6
             continue;
         }
         if seen.insert(cell) {
-            // Comes out of where it has been: joined to that.
+            // Where the curve leaves the drawn area, it is joined to it.
             if let (true, Some((_, last))) = (piece.is_empty(), before) {
                 piece.push(last);
             }
@@ -107,7 +107,7 @@ pub(super) fn unvisited(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f6
     pieces
 }
 
-/// One dot where several would lie on top of each other.
+/// Reduces overlapping dots to one.
 pub(super) fn distinct(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     let mut seen = std::collections::HashSet::new();
     points

@@ -1,10 +1,9 @@
 //! Drawings of rectangles, polylines, dots and text, before they are SVG or PNG.
 //!
-//! Plot libraries were weighed against this: what these figures need beyond
-//! their common core (panels that share an axis, gaps where samples are
-//! missing, dashes, marginal histograms, clipped bands) would have been drawn
-//! by hand on top of them anyway, and one short file of shapes is less to
-//! keep than a library and its exceptions.
+//! No plot library is used: these figures need panels that share an axis, gaps where
+//! samples are missing, dashes, marginal histograms and clipped bands, which common
+//! libraries lack, and one short file of shapes is less to maintain than a library and
+//! its exceptions.
 
 /// A rectangle in px; y grows downwards.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +15,7 @@ pub(crate) struct Rect {
 }
 
 impl Rect {
-    /// As wide as a figure has room for, between its y axis and its right edge.
+    /// Rectangle of a figure's full width, between its y axis and its right edge.
     pub(crate) fn row(y: f64, h: f64) -> Self {
         Self {
             x: 84.0,
@@ -35,7 +34,7 @@ impl Rect {
     }
 }
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stroke {
     pub(crate) colour: &'static str,
@@ -54,7 +53,7 @@ impl Stroke {
     }
 }
 
-/// Which point of a text is at its coordinates.
+/// Anchor of a text at its coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Anchor {
     Start,
@@ -62,7 +61,7 @@ pub(crate) enum Anchor {
     End,
 }
 
-/// How a text is set.
+/// Style of a text.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Font {
     pub(crate) size: f64,
@@ -72,7 +71,7 @@ pub(crate) struct Font {
 }
 
 impl Font {
-    /// Width of a text in px, about: fonts differ, and none is asked.
+    /// Approximate width of a text in px, without font metrics.
     pub(crate) fn width(&self, text: &str) -> f64 {
         // Mean advance of Noto Sans over English text, in em.
         text.chars().count() as f64 * self.size * if self.bold { 0.60 } else { 0.555 }
@@ -111,7 +110,7 @@ pub(super) enum Shape {
         font: Font,
         turned: bool,
     },
-    /// What follows shows only inside this rectangle.
+    /// Begins a clip: following shapes are visible only inside this rectangle.
     BeginClip(Rect),
     /// Ends the clip.
     EndClip,
@@ -198,7 +197,7 @@ impl Drawing {
         });
     }
 
-    /// A text that begins here, on a light ground that keeps it legible over curves.
+    /// Adds a text that begins at a point, on a light background that keeps it legible.
     pub(crate) fn note(&mut self, (x, y): (f64, f64), text: &str, font: Font) {
         let ground = Rect {
             x: x - 2.0,
@@ -210,8 +209,8 @@ impl Drawing {
         self.text((x, y), text, font, false);
     }
 
-    /// What is drawn next, up to [`end_clip`](Self::end_clip), shows only
-    /// inside this rectangle. Clips do not nest.
+    /// Limits the shapes up to [`end_clip`](Self::end_clip) to a rectangle. Clips do not
+    /// nest.
     pub(crate) fn begin_clip(&mut self, area: Rect) {
         self.shapes.push(Shape::BeginClip(area));
     }

@@ -1,18 +1,17 @@
-//! Plots of a run, each as SVG and PNG. The parts that they are drawn with serve
-//! the [`paper`](crate::paper)'s figures as well.
+//! Plots of a run, each as SVG and PNG. The [`paper`](crate::paper)'s figures use the same
+//! panels and drawings.
 //!
 //! | figure     | shows                                                         |
 //! |------------|---------------------------------------------------------------|
 //! | `angles`   | samples, estimate and setpoint of both joints                 |
-//! | `tracking` | estimate minus reference, with the band of what is settled    |
-//! | `torque`   | torque and PWM of both joints, with what the servos can do    |
+//! | `tracking` | estimate minus reference, with the settling band              |
+//! | `torque`   | torque and PWM of both joints, with the servos' limits        |
 //! | `phase`    | speed over angle of both joints                               |
 //! | `timing`   | start error, bus time and compute time of every tick, counted |
 //! | `spectrum` | power of error, torque and innovation over frequency          |
 //!
-//! [`draw_preview`] draws what is to come, `preview`; [`compare()`] lays two runs on top of
-//! each other. Time is in s after the first record, as in the summary. Where records are
-//! missing, there is a gap.
+//! [`draw_preview`] draws a planned run, `preview`; [`compare()`] overlays two runs. Time is
+//! in s after the first record, as in the summary. Missing records make a gap.
 
 mod angles;
 pub(crate) mod axis;
@@ -48,7 +47,7 @@ use run::Run;
 /// Width of every figure in px.
 pub(crate) const WIDTH: f64 = 1040.0;
 
-/// Why the plots could not be drawn.
+/// Failure to draw the plots.
 #[derive(Debug, thiserror::Error)]
 pub enum PlotError {
     /// A file cannot be written.
@@ -56,20 +55,20 @@ pub enum PlotError {
     Write {
         /// File being written.
         path: PathBuf,
-        /// The system's error.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The drawing could not be turned into pixels.
+    /// The drawing could not be rendered.
     #[error("cannot draw {path}: {source}", path = path.display())]
     Raster {
         /// File being drawn.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: RasterError,
     },
 }
 
-/// Figures to choose from.
+/// A figure of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Figure {
     /// Samples, estimate and setpoint.
@@ -87,7 +86,7 @@ pub enum Figure {
 }
 
 impl Figure {
-    /// All of them.
+    /// All figures.
     pub const ALL: [Self; 6] = [
         Self::Angles,
         Self::Tracking,
@@ -97,7 +96,7 @@ impl Figure {
         Self::Spectrum,
     ];
 
-    /// Name of its files.
+    /// Name of the figure's files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Angles => "angles",
@@ -121,27 +120,27 @@ impl Figure {
     }
 }
 
-/// What is written of each figure.
+/// File formats written for each figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Formats {
-    /// For print and editing.
+    /// SVG, for print and editing.
     pub svg: bool,
-    /// For everything else.
+    /// PNG, for everything else.
     pub png: bool,
 }
 
 impl Formats {
-    /// Both.
+    /// Both formats.
     pub const ALL: Self = Self {
         svg: true,
         png: true,
     };
 }
 
-/// Draws the figures that a run folder has; returns the files, SVG before PNG.
+/// Draws the figures of a run folder; returns the files, SVG before PNG.
 ///
 /// # Errors
-/// When a file cannot be written or a drawing not be turned into pixels.
+/// If a file cannot be written or a drawing cannot be rendered.
 pub fn draw_all(
     folder: &Path,
     facts: &RunFacts,
@@ -151,11 +150,11 @@ pub fn draw_all(
     draw(folder, &figures, Formats::ALL, facts, records, [None; 2])
 }
 
-/// Draws figures into a folder, of the whole run or of what lies between two times
-/// in s after its first record; returns the files, SVG before PNG.
+/// Draws figures into a folder, of the whole run or of the time between `from_s` and `to_s`
+/// after its first record; returns the files, SVG before PNG.
 ///
 /// # Errors
-/// When a file cannot be written or a drawing not be turned into pixels.
+/// If a file cannot be written or a drawing cannot be rendered.
 pub fn draw(
     folder: &Path,
     figures: &[Figure],
@@ -183,7 +182,7 @@ pub fn draw(
     write_as(folder, formats, drawn)
 }
 
-/// Writes drawings by these names into a folder, as SVG and PNG.
+/// Writes named drawings into a folder, as SVG and PNG.
 pub(crate) fn write_all<'a>(
     folder: &Path,
     figures: impl IntoIterator<Item = (&'a str, Drawing)>,
@@ -191,15 +190,13 @@ pub(crate) fn write_all<'a>(
     write_as(folder, Formats::ALL, figures)
 }
 
-/// Writes drawings by these names into a folder; returns the files, SVG before
-/// PNG.
+/// Writes named drawings into a folder; returns the files, SVG before PNG.
 fn write_as<'a>(
     folder: &Path,
     formats: Formats,
     figures: impl IntoIterator<Item = (&'a str, Drawing)>,
 ) -> Result<Vec<PathBuf>, PlotError> {
-    // Drawing pixels is most of the work, and the figures have nothing to do
-    // with each other.
+    // Rendering pixels takes most of the time, and the figures are independent.
     std::thread::scope(|scope| {
         let spawn = |(name, drawing): (&'a str, Drawing)| {
             scope.spawn(move || {
@@ -240,13 +237,13 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), PlotError> {
     })
 }
 
-/// A figure with its title line.
+/// Empty figure of a run with its title.
 fn figure(height: f64, title: &str, facts: &RunFacts) -> Drawing {
     let title = format!("{title} · armbridge {}", facts.name);
     titled(height, &title, &facts.describe())
 }
 
-/// A figure with a title, and what it is about beside it.
+/// Empty figure with a title and a note beside it.
 pub(crate) fn titled(height: f64, title: &str, about: &str) -> Drawing {
     let mut drawing = Drawing::new(WIDTH, height);
     let bold = Font {

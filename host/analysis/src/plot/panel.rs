@@ -1,4 +1,4 @@
-//! A panel: a framed area with two axes, a title, a legend, and things in it.
+//! Panels: framed areas with two axes, a title, a legend, and curves.
 
 use armbridge_shared::JOINTS;
 
@@ -6,38 +6,38 @@ use super::axis::Axis;
 use super::decimate::{decimate, distinct, unvisited};
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 
-/// Text and frames, from dark to light.
+/// Colours of text and frames, from dark to light.
 pub(crate) const INK: &str = "#1f2933";
 pub(crate) const MUTED: &str = "#5f6c7b";
 pub(crate) const FRAME: &str = "#aab4bf";
 pub(crate) const GRID: &str = "#e9edf1";
-/// The colour of each joint, and its light tint for samples.
+/// Colour of each joint, and its light tint for samples.
 pub(crate) const JOINT: [&str; 2] = ["#1769aa", "#c8561b"];
 pub(crate) const JOINT_TINT: [&str; 2] = ["#9cc3e3", "#f0b996"];
-/// Limits, faults, what is missing.
+/// Colour of limits, faults and missing data.
 pub(crate) const ALARM: &str = "#b4232f";
-/// Where there are no records.
+/// Colour of intervals without records.
 pub(crate) const GAP: &str = "#dfe4e9";
-/// Where things are as they should be.
+/// Colour of permitted ranges and good results.
 pub(crate) const GOOD: &str = "#2a9d6a";
 
-/// A fourth curve.
+/// Colour of a fourth curve.
 pub(crate) const FOURTH: &str = "#8250a8";
 
-/// Axis titles, tick labels and legends.
+/// Font of axis titles, tick labels and legends.
 pub(crate) const LABEL: Font = Font {
     size: 12.0,
     bold: false,
     colour: MUTED,
     anchor: Anchor::Middle,
 };
-/// Setpoints.
+/// Stroke of setpoints.
 pub(crate) const SETPOINT: Stroke = Stroke {
     colour: INK,
     width: 1.3,
     dash: &[6.0, 4.0],
 };
-/// Limits of what a servo can do.
+/// Stroke of a servo's limits.
 pub(crate) const LIMIT: Stroke = Stroke {
     colour: ALARM,
     width: 1.2,
@@ -56,7 +56,7 @@ pub(crate) struct Panel {
     pub(crate) y: Axis,
 }
 
-/// How an entry of a legend looks.
+/// Symbol of a legend's entry.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Key {
     Line(Stroke),
@@ -165,7 +165,7 @@ impl Panel {
         }
     }
 
-    /// A curve over its own past, with a gap at each value that is not finite.
+    /// Draws a curve that may cross itself, with a gap at each value that is not finite.
     pub(crate) fn trace(
         &self,
         drawing: &mut Drawing,
@@ -239,7 +239,7 @@ impl Panel {
     }
 }
 
-/// Where a legend's entry whose text begins at `left` shows an area.
+/// Rectangle of an area's symbol in a legend, for a text that begins at `left`.
 fn swatch(left: f64, y: f64) -> Rect {
     Rect {
         x: left - 28.0,

@@ -1,7 +1,7 @@
-//! `phase`: how each joint moves, as speed over angle.
+//! `phase`: speed over angle of each joint.
 //!
-//! A place that the curve has passed is not drawn again, so that an hour is as
-//! light as a minute.
+//! The curve is not drawn again where it has already been, so the file of an hour is as
+//! small as that of a minute.
 
 use armbridge_client::enum_names;
 use armbridge_shared::link::message::Record;
@@ -54,7 +54,7 @@ fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize, str
         }
     };
     let records = run.shown();
-    // Where ticks do not follow each other, neither do states.
+    // Ticks that are not consecutive make a gap.
     let states = records.iter().enumerate().flat_map(|(at, record)| {
         let gap = at > 0 && record.tick != records[at - 1].tick.wrapping_add(1);
         let gap = gap.then_some((f64::NAN, f64::NAN));
@@ -66,8 +66,8 @@ fn draw_joint(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize, str
         dash: &[],
         ..SETPOINT
     };
-    for part in run.parts() {
-        let reference = f64::from(part.joints[joint].reference_rad);
+    for interval in run.setpoint_intervals() {
+        let reference = f64::from(interval.joints[joint].reference_rad);
         let (x, y) = panel.at(reference, 0.0);
         if (panel.frame.x..=panel.frame.right()).contains(&x) {
             drawing.cross((x, y), setpoint);

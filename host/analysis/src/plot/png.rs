@@ -14,7 +14,7 @@ use super::text::Fonts;
 /// Pixels of the PNG per px of the drawing, for sharp screens and print.
 const SCALE: f32 = 2.0;
 
-/// Why a drawing has no pixels.
+/// Failure to render a drawing.
 #[derive(Debug, thiserror::Error)]
 pub enum RasterError {
     /// Its width or height is zero, or too large.
@@ -37,7 +37,7 @@ pub(super) fn png(drawing: &Drawing) -> Result<Vec<u8>, RasterError> {
         clip: None,
     };
     for shape in &drawing.shapes {
-        // What has no extent, such as a path without points, leaves no trace.
+        // Shapes without extent, such as a path without points, are skipped.
         let _ = page.draw(shape);
     }
     let file = page.pixels.encode_png();

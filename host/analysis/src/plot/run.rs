@@ -1,4 +1,4 @@
-//! A run as figures see it: records with their times, and what part is shown.
+//! Data of a run for the figures: records with their times, and the time window.
 
 use armbridge_client::enum_names;
 use armbridge_log::run_info::RunFacts;
@@ -10,31 +10,31 @@ use super::axis::Axis;
 use super::drawing::{Anchor, Drawing, Font, Rect, Stroke};
 use super::panel::{ALARM, GAP, MUTED, Panel};
 
-/// Narrowest mark of a gap in px, so that a single missing record is seen.
+/// Smallest width of a gap's mark in px, so that a single missing record is visible.
 const GAP_PX: f64 = 1.6;
 
-/// A run and the part of it that is shown.
+/// A run and the window shown.
 #[derive(Debug)]
 pub(super) struct Run<'a> {
     pub(super) facts: &'a RunFacts,
     pub(super) records: &'a [Record],
-    /// Time of each record in s after the first; it goes on over a reset of the
-    /// board, whose clock begins anew.
+    /// Time of each record in s after the first; it continues after a reset of the
+    /// board, which restarts the board's clock.
     times: Vec<f64>,
-    /// First and last time that is shown, in s.
+    /// First and last time shown, in s.
     window: [f64; 2],
 }
 
-/// A setpoint, how well each joint went there, and when that was in s.
+/// Time interval of a setpoint in s, with the result of each joint.
 #[derive(Debug)]
-pub(super) struct Part {
+pub(super) struct SetpointInterval {
     pub(super) from_s: f64,
     pub(super) to_s: f64,
     pub(super) joints: [JointSummary; JOINTS],
 }
 
 impl<'a> Run<'a> {
-    /// A run of which everything is shown, or what lies between two times.
+    /// Run with a window from `from_s` to `to_s`; `None` for the ends of the run.
     pub(super) fn new(
         facts: &'a RunFacts,
         records: &'a [Record],
@@ -72,26 +72,26 @@ impl<'a> Run<'a> {
         Axis::linear(low, high)
     }
 
-    /// The records that are shown.
+    /// Records in the window.
     pub(super) fn shown(&self) -> &'a [Record] {
-        let (from, to) = self.places();
+        let (from, to) = self.index_range();
         &self.records[from..to]
     }
 
-    fn places(&self) -> (usize, usize) {
+    fn index_range(&self) -> (usize, usize) {
         let [from_s, to_s] = self.window;
         let from = self.times.partition_point(|time| *time < from_s);
         let to = self.times.partition_point(|time| *time <= to_s);
         (from.min(to), to)
     }
 
-    /// A quantity of each tick that is shown, over time; not a number between
-    /// ticks that do not follow each other.
+    /// A quantity over time in s of each tick in the window, with NaN between ticks that
+    /// are not consecutive.
     pub(super) fn over_time(
         &self,
         quantity: impl Fn(&Record) -> f64,
     ) -> impl Iterator<Item = (f64, f64)> {
-        let (from, to) = self.places();
+        let (from, to) = self.index_range();
         (from..to).flat_map(move |at| {
             let record = &self.records[at];
             let gap = at > from && !follows(&self.records[at - 1], record);
@@ -101,22 +101,22 @@ impl<'a> Run<'a> {
     }
 
     /// The setpoints that are shown.
-    pub(super) fn parts(&self) -> Vec<Part> {
+    pub(super) fn setpoint_intervals(&self) -> Vec<SetpointInterval> {
         let [shown_from, shown_to] = self.window;
         let period_s = f64::from(self.facts.period_us) * 1e-6;
-        let parts = segments(self.records).into_iter().filter_map(|segment| {
+        let intervals = segments(self.records).into_iter().filter_map(|segment| {
             let from_s = self.times[segment.ticks.start];
             let to_s = self.times[segment.ticks.end - 1] + period_s;
-            (to_s > shown_from && from_s < shown_to).then(|| Part {
+            (to_s > shown_from && from_s < shown_to).then(|| SetpointInterval {
                 from_s,
                 to_s,
                 joints: SegmentSummary::of(self.records, &segment, self.facts).joints,
             })
         });
-        parts.collect()
+        intervals.collect()
     }
 
-    /// Angle by the encoder in rad; NaN where its sample is missing.
+    /// Angle by the encoder in rad; NaN if the sample is missing.
     pub(super) fn measured_rad(&self, record: &Record, joint: usize) -> f64 {
         match record.samples[joint] {
             Sample::Counts(count) => self.facts.angle_rad(joint, count),
@@ -124,16 +124,16 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Whether records are missing among those that are shown.
+    /// Whether records are missing in the window.
     pub(super) fn has_gaps(&self) -> bool {
         self.shown()
             .windows(2)
             .any(|two| !follows(&two[0], &two[1]))
     }
 
-    /// Shades where there are no records.
+    /// Shades intervals without records.
     pub(super) fn draw_gaps(&self, drawing: &mut Drawing, panel: &Panel) {
-        let (from, to) = self.places();
+        let (from, to) = self.index_range();
         let mut marked = f64::NEG_INFINITY;
         for at in from + 1..to {
             if follows(&self.records[at - 1], &self.records[at]) {
@@ -141,7 +141,7 @@ impl<'a> Run<'a> {
             }
             let (left, top) = panel.at(self.times[at - 1], panel.y.high);
             let (right, bottom) = panel.at(self.times[at], panel.y.low);
-            // What lies within the mark before it cannot be seen.
+            // A gap within the previous mark is not visible.
             if right < marked + GAP_PX {
                 continue;
             }
@@ -158,7 +158,7 @@ impl<'a> Run<'a> {
 
     /// Shades the time spent in faults and names each.
     pub(super) fn draw_faults(&self, drawing: &mut Drawing, panel: &Panel) {
-        let (from, to) = self.places();
+        let (from, to) = self.index_range();
         let mut at = from;
         let mut free = panel.frame.x;
         let alike =
@@ -174,12 +174,12 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Whether one record is that of the tick after another.
+/// Whether two records are those of consecutive ticks.
 fn follows(before: &Record, after: &Record) -> bool {
     after.tick == before.tick.wrapping_add(1)
 }
 
-/// One fault; `free` is where nothing is written yet.
+/// Draws one fault; `free` is the left end of the space without text.
 fn draw_fault(
     drawing: &mut Drawing,
     panel: &Panel,
@@ -204,7 +204,7 @@ fn draw_fault(
     let x = x.max(panel.frame.x);
     drawing.line((x, panel.frame.y), (x, bottom), Stroke::solid(ALARM, 1.2));
     let width = font.width(text);
-    // In the shade, unless the frame ends too soon.
+    // Right of the line if there is room, else left.
     let mut left = x + 7.0;
     if left + width > panel.frame.right() {
         left = x - 7.0 - width;
@@ -215,7 +215,7 @@ fn draw_fault(
     }
 }
 
-/// Small grey words inside a panel.
+/// Font of small grey notes inside a panel.
 pub(super) const NOTE: Font = Font {
     size: 11.0,
     bold: false,

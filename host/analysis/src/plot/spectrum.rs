@@ -1,8 +1,7 @@
-//! `spectrum`: at which frequencies does the arm tremble, and why?
+//! `spectrum`: power spectral density of error, torque and innovation.
 //!
-//! The innovation is the sample less the estimate of the tick before, carried on
-//! at its speed; a sample that is missing has none. Only ticks in which the arm is
-//! driven count.
+//! The innovation is the sample minus the estimate of the previous tick, extrapolated at
+//! its speed; a missing sample has none. Only ticks in which the arm is driven count.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::Record;
@@ -14,10 +13,10 @@ use super::panel::{JOINT, Key, MUTED, Panel};
 use super::run::{NOTE, Run};
 use super::welch::{self, Spectrum};
 
-/// Decades that are shown below the largest power.
+/// Number of decades shown below the largest power.
 const DECADES: f64 = 8.0;
 
-/// A signal of each joint, from a tick and the one before.
+/// A signal of each joint, computed from a tick and the previous one.
 struct Signal {
     title: &'static str,
     axis_title: &'static str,
@@ -43,7 +42,7 @@ const SIGNALS: [Signal; 3] = [
             let carried =
                 f64::from(before.angle_rad[j]) + period_s * f64::from(before.speed_rad_s[j]);
             let innovation = 1e3 * (run.measured_rad(r, j) - carried);
-            // The estimator goes on as if the sample had been what it expected.
+            // The estimator continues with its prediction.
             if innovation.is_nan() { 0.0 } else { innovation }
         },
     },
@@ -63,7 +62,7 @@ pub(super) fn draw(run: &Run) -> Drawing {
     drawing
 }
 
-/// A signal of ticks that follow each other, in which the arm is driven.
+/// Pieces of a signal from consecutive ticks in which the arm is driven.
 fn pieces(run: &Run, signal: &Signal, joint: usize) -> Vec<Vec<f64>> {
     let mut pieces = vec![Vec::new()];
     for two in run.shown().windows(2) {
@@ -129,7 +128,7 @@ fn draw_signal(
     note(drawing, &panel, spectra);
 }
 
-/// What the curves are the mean of.
+/// Draws a note on the windows that the curves average.
 fn note(drawing: &mut Drawing, panel: &Panel, spectra: &[Option<Spectrum>]) {
     let Some(spectrum) = spectra.iter().flatten().next() else {
         let font = Font {
@@ -148,11 +147,11 @@ fn note(drawing: &mut Drawing, panel: &Panel, spectra: &[Option<Spectrum>]) {
         return;
     };
     let Spectrum {
-        stretches,
-        stretch_s,
+        segments,
+        segment_s,
         ..
     } = spectrum;
-    let words = format!("mean of {stretches} Hann windows of {stretch_s:.2} s");
+    let words = format!("mean of {segments} Hann windows of {segment_s:.2} s");
     let (left, bottom) = (panel.frame.x + 9.0, panel.frame.bottom() - 9.0);
     drawing.text((left, bottom), &words, NOTE, false);
 }

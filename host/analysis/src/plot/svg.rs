@@ -6,7 +6,7 @@ use std::fmt::{Result, Write};
 
 use super::drawing::{Anchor, Drawing, Rect, Shape};
 
-/// Fonts in order of preference; the first is the one PNGs are drawn with.
+/// Fonts in order of preference; PNGs use the first.
 const FONTS: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
 impl Drawing {
@@ -20,7 +20,7 @@ impl Drawing {
         )
     }
 
-    /// The elements inside, a line each; names of clips begin with `name`.
+    /// SVG elements, one per line; names of clips begin with `name`.
     pub(crate) fn svg_elements(&self, name: &str) -> String {
         let mut lines = String::with_capacity(1 << 17);
         let mut clips = 0;
@@ -74,7 +74,7 @@ fn element(file: &mut String, shape: &Shape, clip: &str) -> Result {
             diameter,
             colour,
         } => {
-            // One path of strokes without length.
+            // One path of zero-length strokes.
             write!(file, "<path d=\"")?;
             for (x, y) in centres {
                 write!(file, "M{x:.1},{y:.1}h.01")?;

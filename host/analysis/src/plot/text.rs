@@ -1,5 +1,5 @@
-//! Outlines of text in Noto Sans, which is part of the program: a machine without
-//! any fonts draws the same picture.
+//! Outlines of text in Noto Sans, which is part of the program, so that figures do not
+//! depend on installed fonts.
 
 use tiny_skia::{Path, PathBuilder, Transform};
 use ttf_parser::gpos::{PairAdjustment, PositioningSubtable};
@@ -7,7 +7,7 @@ use ttf_parser::{Face, FaceParsingError, GlyphId, OutlineBuilder, Tag};
 
 use super::drawing::{Anchor, Font};
 
-/// The fonts that texts are set in.
+/// Fonts of the texts.
 pub(super) struct Fonts {
     regular: Face<'static>,
     bold: Face<'static>,
@@ -21,7 +21,7 @@ impl Fonts {
         })
     }
 
-    /// A text in px about its anchor; `None` if nothing of it is visible.
+    /// Path of a text in px relative to its anchor; `None` if it is invisible.
     pub(super) fn path(&self, text: &str, font: &Font) -> Option<Path> {
         let face = if font.bold { &self.bold } else { &self.regular };
         let scale = font.size as f32 / f32::from(face.units_per_em());
@@ -31,7 +31,7 @@ impl Fonts {
             let glyph = face.glyph_index(letter).unwrap_or_default();
             let kerning = last.and_then(|last| kerning(face, last, glyph));
             outline.x += kerning.unwrap_or_default();
-            // One without an outline, such as a space, has a width all the same.
+            // A glyph without an outline, such as a space, still has a width.
             face.outline_glyph(glyph, &mut outline);
             outline.x += f32::from(face.glyph_hor_advance(glyph).unwrap_or_default());
             last = Some(glyph);
@@ -41,13 +41,13 @@ impl Fonts {
             Anchor::Middle => -outline.x / 2.0,
             Anchor::End => -outline.x,
         };
-        // Fonts have y upwards.
+        // In fonts, y points upwards.
         let place = Transform::from_scale(scale, -scale).pre_translate(left, 0.0);
         outline.path.finish()?.transform(place)
     }
 }
 
-/// By how much two letters stand farther apart than their widths say, in font units.
+/// Kerning of two glyphs in font units.
 fn kerning(face: &Face<'_>, left: GlyphId, right: GlyphId) -> Option<f32> {
     let table = face.tables().gpos?;
     let feature = table.features.find(Tag::from_bytes(b"kern"))?;
@@ -71,11 +71,11 @@ fn kerning(face: &Face<'_>, left: GlyphId, right: GlyphId) -> Option<f32> {
     pairs.find_map(advance)
 }
 
-/// Letters side by side, in font units.
+/// Outline of a line of glyphs, in font units.
 #[derive(Default)]
 struct Outline {
     path: PathBuilder,
-    /// Where the next letter begins.
+    /// Start of the next glyph.
     x: f32,
 }
 

@@ -1,8 +1,7 @@
-//! `timing`: did every tick start when it should and end before the next?
+//! `timing`: start error, bus time and compute time of every tick.
 //!
-//! Each quantity over time, and beside it, on the same axis, how often each
-//! value came. Counts are on a logarithmic axis: the one tick in ten thousand
-//! is what one looks for.
+//! Each quantity is drawn over time, with a histogram on the same axis beside it. Counts
+//! are on a logarithmic axis, so that one tick in ten thousand is visible.
 
 use armbridge_client::enum_names;
 use armbridge_log::summary::Spread;
@@ -14,24 +13,24 @@ use super::panel::{INK, Key, LIMIT, Panel};
 use super::run::Run;
 use super::{WIDTH, figure};
 
-/// Colours that say "not a joint".
+/// Colours of curves that belong to no joint.
 const DOT: &str = "#4b6478";
 const BAR: &str = "#8aa3b5";
 
 /// Height of a bar of a histogram in px.
 const BIN_PX: f64 = 4.0;
 
-/// One of the quantities.
+/// A quantity of the figure.
 struct Quantity {
     title: &'static str,
     axis_title: &'static str,
-    /// Its value in the record's own unit; none where there is none.
+    /// Value in the record's own unit; none if it is missing.
     of: fn(&Record) -> Option<u32>,
     /// µs of that unit.
     us: f64,
-    /// Its axis, from its lowest and highest value and the period in µs.
+    /// Axis for the lowest and highest value and the period in µs.
     axis: fn(f64, f64, f64) -> Axis,
-    /// Whether the period is a limit to it.
+    /// Whether the period is a limit of the quantity.
     within_period: bool,
 }
 
@@ -41,7 +40,7 @@ const QUANTITIES: [Quantity; 3] = [
         axis_title: "late by (µs)",
         of: |r| enum_names::is_up(r.mode).then_some(r.timing.start_error_us),
         us: 1.0,
-        // Zero is common, and outliers are what matters.
+        // Zero is common, and outliers matter.
         axis: |_, highest, _| Axis {
             scale: Scale::LogFromOne,
             low: 0.0,
@@ -54,7 +53,7 @@ const QUANTITIES: [Quantity; 3] = [
         axis_title: "bus time (µs)",
         of: |r| enum_names::is_up(r.mode).then_some(r.timing.bus_us),
         us: 1.0,
-        // The share of the period is what matters.
+        // The fraction of the period matters.
         axis: |_, highest, period_us| Axis::linear(0.0, highest.max(period_us) * 1.06),
         within_period: true,
     },
@@ -159,8 +158,7 @@ fn whole_decades(lowest: f64, highest: f64) -> Axis {
     }
 }
 
-/// How often each value came, beside the panel and on its axis; `ticks` is
-/// how many there can be.
+/// Draws a histogram beside the panel, on its axis; `ticks` is the largest possible count.
 fn draw_histogram(
     drawing: &mut Drawing,
     beside: &Panel,
@@ -203,7 +201,7 @@ fn draw_histogram(
     }
 }
 
-/// Mean, 99th percentile and maximum above the histogram.
+/// Writes mean, 99th percentile and maximum above the histogram.
 fn draw_spread(drawing: &mut Drawing, beside: &Panel, spread: Spread, us: f64) {
     let decimals = usize::from(us < 1.0 || spread.max < 100);
     let show = |value: f64| format!("{:.decimals$}", value * us);

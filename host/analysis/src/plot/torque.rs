@@ -8,7 +8,7 @@ use super::figure;
 use super::panel::{JOINT, Key, LIMIT, Panel};
 use super::run::Run;
 
-/// Where a servo is off.
+/// Stroke of the PWM of a servo that is off.
 const OFF: Stroke = Stroke {
     colour: super::panel::FRAME,
     width: 1.2,

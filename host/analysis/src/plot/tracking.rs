@@ -1,7 +1,7 @@
-//! `tracking`: by how much does each joint miss its reference?
+//! `tracking`: error of each joint against its reference.
 //!
-//! The whole error above; where it is small, the same enlarged below, with the band
-//! in which a joint counts as settled and a mark where it does.
+//! The upper panel shows the full error; the lower one enlarges small errors, with the band
+//! in which a joint counts as settled and a mark where it settles.
 
 use armbridge_log::summary::{JointSummary, SETTLED_RAD};
 use armbridge_shared::JOINTS;
@@ -11,18 +11,18 @@ use super::axis::Axis;
 use super::drawing::{Drawing, Rect, Stroke};
 use super::figure;
 use super::panel::{GAP, GOOD, JOINT, Key, Panel};
-use super::run::{NOTE, Part, Run};
+use super::run::{NOTE, Run, SetpointInterval};
 
-/// Half the enlarged axis in units of the band, if the error at rest is within.
+/// Half the enlarged axis in units of the band, if the error at rest is within it.
 const ENLARGED: f64 = 1.6;
 
-/// Largest error at rest in mrad for which the enlarged axis makes room.
-const MOST_MRAD: f64 = 80.0;
+/// Largest error at rest in mrad that extends the enlarged axis.
+const MAX_REST_MRAD: f64 = 80.0;
 
-/// Least distance in px of the marks where a joint has settled.
+/// Smallest distance in px of the settling marks.
 const SPACING_PX: f64 = 12.0;
 
-/// Zero.
+/// Stroke of zero.
 const ZERO: Stroke = Stroke {
     colour: super::panel::FRAME,
     width: 1.2,
@@ -31,7 +31,7 @@ const ZERO: Stroke = Stroke {
 
 pub(super) fn draw(run: &Run) -> Drawing {
     let mut drawing = figure(860.0, "Tracking error", run.facts);
-    let parts = run.parts();
+    let intervals = run.setpoint_intervals();
     for joint in 0..JOINTS {
         let y = 78.0 + 384.0 * joint as f64;
         let whole = Rect::row(y, 120.0);
@@ -54,11 +54,11 @@ pub(super) fn draw(run: &Run) -> Drawing {
         legend(&mut drawing, &panel, run, joint);
         run.draw_faults(&mut drawing, &panel);
 
-        let most = most_mrad(&parts, joint);
+        let most = enlarged_mrad(&intervals, joint);
         let panel = Panel {
             frame: enlarged,
             x,
-            // Words are written above.
+            // Text is written above.
             y: Axis::linear(-most, 1.3 * most),
         };
         let last = joint + 1 == JOINTS;
@@ -70,12 +70,12 @@ pub(super) fn draw(run: &Run) -> Drawing {
             Some("error (mrad)"),
         );
         draw_error(&mut drawing, &panel, run, joint);
-        draw_parts(&mut drawing, &panel, &parts, joint);
+        draw_intervals(&mut drawing, &panel, &intervals, joint);
     }
     drawing
 }
 
-/// Estimate minus reference; not a number while nothing is driven.
+/// Estimate minus reference in mrad; NaN while the arm is not driven.
 fn error_mrad(record: &Record, joint: usize) -> f64 {
     if record.mode.drive().is_none() {
         return f64::NAN;
@@ -83,12 +83,12 @@ fn error_mrad(record: &Record, joint: usize) -> f64 {
     1e3 * (f64::from(record.angle_rad[joint]) - f64::from(record.reference_rad[joint]))
 }
 
-/// Half the enlarged axis: the band, and every error at rest that is small.
-fn most_mrad(parts: &[Part], joint: usize) -> f64 {
-    let rests = parts
+/// Half the enlarged axis in mrad: the band, and every small error at rest.
+fn enlarged_mrad(intervals: &[SetpointInterval], joint: usize) -> f64 {
+    let rests = intervals
         .iter()
-        .map(|part| part.joints[joint].steady_state_error_mrad);
-    let most = rests.map(f64::abs).filter(|rest| *rest < MOST_MRAD);
+        .map(|interval| interval.joints[joint].steady_state_error_mrad);
+    let most = rests.map(f64::abs).filter(|rest| *rest < MAX_REST_MRAD);
     most.fold(1e3 * SETTLED_RAD * ENLARGED, |most, rest| {
         most.max(1.2 * rest)
     })
@@ -116,21 +116,26 @@ fn legend(drawing: &mut Drawing, panel: &Panel, run: &Run, joint: usize) {
     panel.legend(drawing, &legend);
 }
 
-/// When each setpoint was reached, and what error remained.
-fn draw_parts(drawing: &mut Drawing, panel: &Panel, parts: &[Part], joint: usize) {
+/// Draws the settling mark, settling time and error at rest of each setpoint.
+fn draw_intervals(
+    drawing: &mut Drawing,
+    panel: &Panel,
+    intervals: &[SetpointInterval],
+    joint: usize,
+) {
     let (mut free, mut marked) = (panel.frame.x, f64::NEG_INFINITY);
-    for part in parts {
+    for interval in intervals {
         let JointSummary {
             settling_time_s,
             steady_state_error_mrad: rest_mrad,
             ..
-        } = part.joints[joint];
-        let from = part.from_s.max(panel.x.low);
-        let to = part.to_s.min(panel.x.high);
-        let settled = settling_time_s.map(|time| part.from_s + time);
+        } = interval.joints[joint];
+        let from = interval.from_s.max(panel.x.low);
+        let to = interval.to_s.min(panel.x.high);
+        let settled = settling_time_s.map(|time| interval.from_s + time);
         if let Some(at) = settled.filter(|at| (panel.x.low..=panel.x.high).contains(at)) {
             let centre = panel.at(at, 0.0);
-            // Closer together they would hide the curve.
+            // Closer marks would hide the curve.
             if centre.0 - marked > SPACING_PX {
                 drawing.ring(centre, GOOD);
                 marked = centre.0;

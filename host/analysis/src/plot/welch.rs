@@ -1,34 +1,33 @@
-//! Power over frequency by Welch's method: the mean over stretches that overlap by
-//! half, each less its mean and under a Hann window.
+//! Power spectral density by Welch's method: the mean over segments that overlap by
+//! half, each with its mean removed and a Hann window applied.
 
 use realfft::RealFftPlanner;
 
-/// Longest stretch, in samples: 4 s at 1 kHz, a resolution of 0.24 Hz.
+/// Longest segment in samples: 4 s at 1 kHz, a resolution of 0.24 Hz.
 const LONGEST: usize = 4096;
 
-/// Shortest stretch, below which there is nothing to tell.
+/// Shortest segment in samples.
 const SHORTEST: usize = 64;
 
-/// Power of a signal over frequency.
+/// Power spectral density of a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Spectrum {
     /// Frequency in Hz and power density in unit²/Hz, from the first frequency
     /// above zero on.
     pub(super) density: Vec<(f64, f64)>,
-    /// Stretches of which this is the mean.
-    pub(super) stretches: usize,
-    /// Their length in s.
-    pub(super) stretch_s: f64,
+    /// Number of segments averaged.
+    pub(super) segments: usize,
+    /// Length of a segment in s.
+    pub(super) segment_s: f64,
 }
 
-/// Of samples taken `rate_hz` times a second, in pieces without gaps; none if there
-/// are too few.
+/// Spectrum of samples at `rate_hz`, in pieces without gaps; none if there are too few.
 pub(super) fn spectrum(pieces: &[Vec<f64>], rate_hz: f64) -> Option<Spectrum> {
     let longest = pieces.iter().map(Vec::len).max()?;
     if longest < SHORTEST {
         return None;
     }
-    // At least a few stretches in the longest piece, if it can be had.
+    // Several segments in the longest piece, if possible.
     let length = (longest / 4).clamp(SHORTEST, LONGEST);
     let length = 1 << length.ilog2();
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
@@ -36,13 +35,13 @@ pub(super) fn spectrum(pieces: &[Vec<f64>], rate_hz: f64) -> Option<Spectrum> {
     let window: Vec<f64> = (0..length).map(|i| 0.5 - 0.5 * phase(i).cos()).collect();
     let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
     let mut sums = vec![0.0; output.len()];
-    let mut stretches = 0;
-    for stretch in pieces.iter().flat_map(|piece| {
+    let mut segments = 0;
+    for segment in pieces.iter().flat_map(|piece| {
         let starts = (0..=piece.len().saturating_sub(length)).step_by(length / 2);
         starts.filter_map(|start| piece.get(start..start + length))
     }) {
-        let mean = stretch.iter().sum::<f64>() / length as f64;
-        for ((input, sample), weight) in input.iter_mut().zip(stretch).zip(&window) {
+        let mean = segment.iter().sum::<f64>() / length as f64;
+        for ((input, sample), weight) in input.iter_mut().zip(segment).zip(&window) {
             *input = (sample - mean) * weight;
         }
         // Fails only on vectors of the wrong length.
@@ -50,19 +49,19 @@ pub(super) fn spectrum(pieces: &[Vec<f64>], rate_hz: f64) -> Option<Spectrum> {
         for (sum, value) in sums.iter_mut().zip(&output) {
             *sum += value.norm_sqr();
         }
-        stretches += 1;
+        segments += 1;
     }
-    // Both signs of a frequency together, over the window's power.
+    // Positive and negative frequencies together, divided by the window's power.
     let power: f64 = window.iter().map(|weight| weight * weight).sum();
-    let scale = 2.0 / (rate_hz * power * f64::from(stretches));
+    let scale = 2.0 / (rate_hz * power * f64::from(segments));
     let step_hz = rate_hz / length as f64;
     let density = sums.iter().enumerate().skip(1);
     Some(Spectrum {
         density: density
             .map(|(i, sum)| (i as f64 * step_hz, sum * scale))
             .collect(),
-        stretches: stretches as usize,
-        stretch_s: length as f64 / rate_hz,
+        segments: segments as usize,
+        segment_s: length as f64 / rate_hz,
     })
 }
 
@@ -88,12 +87,12 @@ mod tests {
         assert!((peak.unwrap().0 - 50.0).abs() < step_hz, "{peak:?}");
         let high = spectrum.density.iter().filter(|(hz, _)| *hz > 100.0);
         let floor = high.clone().map(|(_, d)| d).sum::<f64>() / high.count() as f64;
-        // A variance spread over half the rate.
+        // The variance is spread over half the sampling rate.
         assert!((floor * 500.0 * 12.0 - 1.0).abs() < 0.05, "{floor}");
     }
 
     #[test]
-    fn what_is_too_short_has_none() {
+    fn a_signal_that_is_too_short_has_no_spectrum() {
         assert_eq!(spectrum(&[vec![1.0; SHORTEST - 1]], 1000.0), None);
         assert_eq!(spectrum(&[], 1000.0), None);
     }
