@@ -1,9 +1,9 @@
 //! The paper's identification of joint 1, section 3, repeated on simulated samples: every
 //! 45 ms, 2 mrad of noise, 300°/1023 of rounding.
 //!
-//! The reference drew its noise elsewhere, so estimates differ from its by as much as
-//! their standard errors say, and are compared with them; what does not depend on the
-//! draw (standard errors per noise, correlations, condition numbers) is compared itself.
+//! The reference has other noise, so estimates may differ from its estimates by their
+//! standard errors; quantities that do not depend on the noise (standard errors per noise,
+//! correlations, condition numbers) are compared directly.
 #![expect(
     clippy::float_cmp,
     reason = "where numbers are compared exactly, exactness is the claim"
@@ -26,7 +26,7 @@ use crate::paper::reference::{at, number};
 const PUSH_NM: f64 = -0.3924;
 /// Draws of the noise.
 const SEEDS: u64 = 10;
-/// The scale, which no motion tells.
+/// Unknowns whose common scale no motion identifies.
 const SCALE: &[Unknown] = &[
     Unknown::Viscous,
     Unknown::Torque,
@@ -38,7 +38,7 @@ fn reference(name: &str) -> &'static Value {
     at(&["identification", name])
 }
 
-/// Not where it is.
+/// Guess away from the true parameters.
 fn guess() -> JointParameters {
     JointParameters {
         b1: 0.3,
@@ -51,17 +51,18 @@ fn found(sampled: &SampledExperiment, unknowns: &[Unknown]) -> Fit {
     fit(std::slice::from_ref(sampled), unknowns, &guess()).expect("numbers")
 }
 
-/// Estimate a share of the larger of the two.
-fn alike(what: &str, found: f64, expected: f64, share: f64) {
+/// Asserts that two values differ by at most a fraction of the larger one.
+fn alike(name: &str, found: f64, expected: f64, share: f64) {
     let error = (found - expected).abs();
     assert!(
         error <= share * found.abs().max(expected.abs()),
-        "{what}: {found}, not {expected}"
+        "{name}: {found}, not {expected}"
     );
 }
 
-/// Fits of samples with several draws of noise against a line of the reference. Slopes are
-/// taken at the estimates, so what is made of them may differ by this share.
+/// Compares fits of samples with several draws of noise with a line of the reference.
+/// Derivatives are evaluated at the estimates, so quantities computed from them may differ by
+/// the fraction `share`.
 fn compare(
     name: &str,
     unknowns: &[Unknown],
@@ -123,7 +124,7 @@ fn fallen(start: InitialState) -> impl Fn(u64) -> SampledExperiment {
 }
 
 #[test]
-fn a_constant_input_tells_friction_and_torque() {
+fn a_constant_input_identifies_friction_and_torque() {
     let name = "ident const input T=3.0 (b,tau)";
     compare(name, VISCOUS_TORQUE, 0.01, pushed(3.0));
     let name = "ident const input T=1.5 (b,tau)";
@@ -131,7 +132,7 @@ fn a_constant_input_tells_friction_and_torque() {
 }
 
 #[test]
-fn a_long_constant_input_tells_the_inertia_and_a_short_one_hardly() {
+fn a_long_constant_input_identifies_the_inertia_and_a_short_one_hardly() {
     let name = "ident const input T=3.0 (b,tau,M11)";
     compare(name, VISCOUS_TORQUE_INERTIA, 0.03, pushed(3.0));
     let name = "ident const input T=1.5 (b,tau,M11)";
@@ -140,7 +141,7 @@ fn a_long_constant_input_tells_the_inertia_and_a_short_one_hardly() {
 }
 
 #[test]
-fn a_free_fall_tells_friction() {
+fn a_free_fall_identifies_friction() {
     compare(
         "ident free fall (b), q0 known",
         VISCOUS,
@@ -203,13 +204,13 @@ fn condition_by_differences(duration_s: f64) -> f64 {
 }
 
 #[test]
-fn no_motion_tells_the_scale() {
+fn no_motion_identifies_the_scale() {
     for (duration_s, name) in [(1.5, "T=1.5"), (3.0, "T=3.0")] {
         let fit = found(&pushed(duration_s)(1), SCALE);
         assert!(fit.condition > 1e9, "{name}: {:e}", fit.condition);
-        let words = fit.unidentifiable().expect("a blind spot");
-        assert!(words.contains("weight, which a scale"), "{words}");
-        // Ratios are reported all the same.
+        let words = fit.unidentifiable().expect("unidentifiable parameters");
+        assert!(words.contains("weight, measured with a scale"), "{words}");
+        // Ratios are identifiable.
         let [b1, torque] = [Unknown::Viscous, Unknown::Torque].map(|u| fit.parameters.get(u));
         alike(name, b1 / torque, 0.24 / PUSH_NM, 0.02);
         println!("{name}: condition {:.1e}, {words}", fit.condition);
@@ -322,7 +323,7 @@ fn a_constant_input_takes_dry_friction_for_torque() {
 
             // One way only, the two are one torque.
             let blind = found(&push, VISCOUS_TORQUE_COULOMB);
-            let words = blind.unidentifiable().expect("a blind spot");
+            let words = blind.unidentifiable().expect("unidentifiable parameters");
             assert!(words.contains("torque and dry friction"), "{words}");
             let sum_nm = blind.parameters.torque_nm + blind.parameters.coulomb_nm;
             assert!((sum_nm - torque_nm).abs() < errors[1]);

@@ -62,17 +62,17 @@ impl Axis {
         (self.scale.apply(value) - low) / (high - low)
     }
 
-    /// Tick values and labels, at most about `most`.
-    pub(crate) fn ticks(&self, most: f64) -> Vec<(f64, String)> {
+    /// Tick values and labels, at most about `max_ticks`.
+    pub(crate) fn ticks(&self, max_ticks: f64) -> Vec<(f64, String)> {
         match self.scale {
-            Scale::Linear => self.even_ticks(most),
-            Scale::Log | Scale::LogFromOne => self.decade_ticks(most),
+            Scale::Linear => self.even_ticks(max_ticks),
+            Scale::Log | Scale::LogFromOne => self.decade_ticks(max_ticks),
         }
     }
 
     /// Multiples of 1, 2 or 5 times a power of ten.
-    fn even_ticks(&self, most: f64) -> Vec<(f64, String)> {
-        let raw = (self.high - self.low) / most.max(1.0);
+    fn even_ticks(&self, max_ticks: f64) -> Vec<(f64, String)> {
+        let raw = (self.high - self.low) / max_ticks.max(1.0);
         let decade = 10f64.powf(raw.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0]
             .into_iter()
@@ -95,10 +95,10 @@ impl Axis {
 
     /// Zero if the scale includes it, powers of ten, and their doubles and halves if there
     /// is room.
-    fn decade_ticks(&self, most: f64) -> Vec<(f64, String)> {
+    fn decade_ticks(&self, max_ticks: f64) -> Vec<(f64, String)> {
         let zero = (self.scale == Scale::LogFromOne).then(|| (0.0, "0".to_owned()));
         let decades = (self.high / self.low.max(f64::MIN_POSITIVE)).log10();
-        let is_roomy = self.scale == Scale::Log && 3.0 * decades <= most + 1e-9;
+        let is_roomy = self.scale == Scale::Log && 3.0 * decades <= max_ticks + 1e-9;
         let factors: &[f64] = if is_roomy { &[1.0, 2.0, 5.0] } else { &[1.0] };
         let powers = (-15..=9).flat_map(|power| {
             let power_of_ten = 10f64.powi(power);

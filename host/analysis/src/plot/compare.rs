@@ -131,18 +131,18 @@ fn draw(quantity: &Quantity, a: &Log, b: &Log, pairs: &[[&Record; 2]]) -> Drawin
 
 /// Text with the largest and RMS difference.
 fn difference_text(differences: impl Iterator<Item = f64>) -> String {
-    let (mut most, mut squares, mut count) = (0.0_f64, 0.0, 0_u32);
+    let (mut largest, mut squares, mut count) = (0.0_f64, 0.0, 0_u32);
     for difference in differences.filter(|difference| difference.is_finite()) {
-        most = most.max(difference.abs());
+        largest = largest.max(difference.abs());
         squares += difference * difference;
         count += 1;
     }
     match count {
         0 => "difference: no tick is in both".to_owned(),
-        _ if most == 0.0 => "difference: none".to_owned(),
+        _ if largest == 0.0 => "difference: none".to_owned(),
         _ => {
             let rms = (squares / f64::from(count)).sqrt();
-            format!("difference: at most {most:.3}, rms {rms:.3}")
+            format!("difference: at most {largest:.3}, rms {rms:.3}")
         }
     }
 }

@@ -34,17 +34,17 @@ pub(super) fn draw(run: &Run) -> Drawing {
     let intervals = run.setpoint_intervals();
     for joint in 0..JOINTS {
         let y = 78.0 + 384.0 * joint as f64;
-        let whole = Rect::row(y, 120.0);
+        let full = Rect::row(y, 120.0);
         let enlarged = Rect {
             y: y + 158.0,
             h: 178.0,
-            ..whole
+            ..full
         };
         let x = run.time_axis();
         let all = run.shown().iter().map(|record| error_mrad(record, joint));
         let around_zero = all.chain([-1.0, 1.0]);
         let panel = Panel {
-            frame: whole,
+            frame: full,
             x,
             y: Axis::around(around_zero, 0.08),
         };
@@ -54,12 +54,12 @@ pub(super) fn draw(run: &Run) -> Drawing {
         legend(&mut drawing, &panel, run, joint);
         run.draw_faults(&mut drawing, &panel);
 
-        let most = enlarged_mrad(&intervals, joint);
+        let half_mrad = enlarged_mrad(&intervals, joint);
         let panel = Panel {
             frame: enlarged,
             x,
             // Text is written above.
-            y: Axis::linear(-most, 1.3 * most),
+            y: Axis::linear(-half_mrad, 1.3 * half_mrad),
         };
         let last = joint + 1 == JOINTS;
         let x_title = last.then_some("time (s)");
@@ -88,9 +88,9 @@ fn enlarged_mrad(intervals: &[SetpointInterval], joint: usize) -> f64 {
     let rests = intervals
         .iter()
         .map(|interval| interval.joints[joint].steady_state_error_mrad);
-    let most = rests.map(f64::abs).filter(|rest| *rest < MAX_REST_MRAD);
-    most.fold(1e3 * SETTLED_RAD * ENLARGED, |most, rest| {
-        most.max(1.2 * rest)
+    let half_mrad = rests.map(f64::abs).filter(|rest| *rest < MAX_REST_MRAD);
+    half_mrad.fold(1e3 * SETTLED_RAD * ENLARGED, |half_mrad, rest| {
+        half_mrad.max(1.2 * rest)
     })
 }
 

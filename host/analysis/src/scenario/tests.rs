@@ -175,49 +175,49 @@ fn what_repeats_does_so_until_the_end() {
 }
 
 #[test]
-fn an_unknown_name_is_told_the_nearest() {
+fn an_unknown_name_gets_the_nearest_one() {
     let error = Scenario::load("uprihgt", &Overrides::default()).unwrap_err();
     assert!(error.to_string().contains("is it `upright`?"), "{error}");
 }
 
 #[derive(Debug)]
-struct Judged {
+struct ExpectationSink {
     tally: Tally,
-    judge: ExpectationMonitor,
+    monitor: ExpectationMonitor,
 }
 
-impl RecordSink for Judged {
+impl RecordSink for ExpectationSink {
     fn record(&mut self, record: &Record) {
         self.tally.see(record);
-        self.judge.on_record(record);
+        self.monitor.on_record(record);
     }
 
     fn concluded(&mut self, conclusion: &Conclusion) {
-        self.judge.on_experiment_end(conclusion);
+        self.monitor.on_experiment_end(conclusion);
     }
 }
 
-/// Plays a scenario on the bench; what it missed.
-fn play(scenario: &Scenario) -> (Option<Ending>, Vec<String>, u64) {
-    let keep = Judged {
+/// Runs a scenario on the bench; returns its end and missed expectations.
+fn simulate(scenario: &Scenario) -> (Option<Ending>, Vec<String>, u64) {
+    let sink = ExpectationSink {
         tally: Tally::default(),
-        judge: ExpectationMonitor::new(scenario.expect, &scenario.plan.pushes),
+        monitor: ExpectationMonitor::new(scenario.expect, &scenario.plan.pushes),
     };
-    let runner = PlanRunner::with_sink(scenario.plan.clone(), keep);
+    let runner = PlanRunner::with_sink(scenario.plan.clone(), sink);
     let options = Options::new(scenario.bench.build());
     let (runner, result) = drive(&BoardUri::Sim, options, runner);
     let name = &scenario.name;
     result.unwrap_or_else(|error| panic!("{name}: {error}"));
     let ending = runner.ending();
-    let Judged { tally, judge } = runner.into_sink();
+    let ExpectationSink { tally, monitor } = runner.into_sink();
     let facts = armbridge_log::run_info::RunFacts::of(name, "simulated: bench", &scenario.settings);
     let summary = tally.summary(&facts, LinkStats::default(), 1.0, 1.0);
     let ticks = summary.ticks;
-    (ending, judge.misses(&tally, &summary), ticks)
+    (ending, monitor.misses(&tally, &summary), ticks)
 }
 
 #[test]
-fn every_scenario_that_ships_ends_as_it_should() {
+fn every_built_in_scenario_succeeds() {
     for builtin in BUILTINS {
         // An hour is too long for a test.
         let overrides = Overrides {
@@ -226,7 +226,7 @@ fn every_scenario_that_ships_ends_as_it_should() {
         };
         let scenario = Scenario::load(builtin.name, &overrides)
             .unwrap_or_else(|error| panic!("{}: {error}", builtin.name));
-        let (ending, missed, ticks) = play(&scenario);
+        let (ending, missed, ticks) = simulate(&scenario);
         println!(
             "{}: {ending:?}, {ticks} ticks, missed {missed:?}",
             builtin.name
@@ -238,12 +238,12 @@ fn every_scenario_that_ships_ends_as_it_should() {
 }
 
 #[test]
-fn an_expectation_that_is_not_met_is_told() {
+fn a_missed_expectation_is_reported() {
     let text = "title = \"t\"\ncontrol = \"paper\"\n[[step]]\nat_s = 0\nregulate_rad = [0, 0]\n\
                 [[bench.push]]\nat_s = 2.9\njoint = 1\ntorque_nm = 0.5\nduration_s = 0.05\n\
                 [stop]\nafter_s = 3.0\n[expect]\nrests_within_rad = 0.001\nsettles_within_s = 0.1\n\
                 tracks_within_rad = 0.1\nrecovers_within_s = 0.5\ntorque_within_nm = 0.1";
-    let (ending, missed, _) = play(&parse(text).unwrap());
+    let (ending, missed, _) = simulate(&parse(text).unwrap());
     assert_eq!(
         (ending, missed.len()),
         (Some(Ending::Time), 5),

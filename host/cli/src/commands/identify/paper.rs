@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use armbridge_analysis::paper::identification::{PaperComparison, SampledExperiment, experiments};
+use armbridge_analysis::paper::identification::{self, PaperComparison, SampledExperiment};
 use armbridge_analysis::run_folder::{DEFAULT_BASE, RunFolder};
 use armbridge_log::log_path::find;
 use armbridge_log::recording::Recording;
@@ -86,8 +86,8 @@ pub(super) fn run(args: &PaperArgs) -> Outcome {
 
 fn from_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
     let mut first: Option<(PathBuf, Parameters<f32>)> = None;
-    let mut all: Vec<SampledExperiment> = Vec::new();
-    let mut about: Vec<String> = Vec::new();
+    let mut experiments: Vec<SampledExperiment> = Vec::new();
+    let mut names: Vec<String> = Vec::new();
     let mut worlds: Vec<String> = Vec::new();
     for log in &args.logs {
         let path = find(Some(log), Path::new(DEFAULT_BASE))?;
@@ -99,12 +99,12 @@ fn from_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
         let (named, arm) = first.get_or_insert_with(|| (path.clone(), facts.setup.arm));
         if *arm != facts.setup.arm {
             let (a, b) = (named.display(), path.display());
-            return Err(format!("{a} and {b} are of boards that believe in different arms").into());
+            return Err(format!("{a} and {b} are from boards with different arm models").into());
         }
-        let found = experiments(&recording.records(), facts)
+        let found = identification::experiments(&recording.records(), facts)
             .map_err(|error| format!("{}: {error}", path.display()))?;
-        all.extend(found);
-        about.push(facts.name.clone());
+        experiments.extend(found);
+        names.push(facts.name.clone());
         if !worlds.contains(&facts.world) {
             worlds.push(facts.world.clone());
         }
@@ -113,14 +113,14 @@ fn from_logs(args: &PaperArgs) -> Result<PaperComparison, Error> {
         return Err("name a log".into());
     };
     if args.as_paper {
-        for sampled in &mut all {
-            *sampled = sampled.at_paper_period();
+        for experiment in &mut experiments {
+            *experiment = experiment.at_paper_period();
         }
     }
-    let source = format!("{} · {}", about.join(", "), worlds.join(", "));
+    let source = format!("{} · {}", names.join(", "), worlds.join(", "));
     Ok(PaperComparison::from_experiments(
         source,
-        all,
+        experiments,
         &arm.map(f64::from),
     )?)
 }
