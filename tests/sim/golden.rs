@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 
-use armbridge_sim::morpheus_servo::{Deafness, Receiving, Servo};
+use armbridge_sim::morpheus_servo::{Deafness, ReceiverState, Servo};
 use armbridge_tests::replay::{Outcome, Replay};
 use armbridge_tests::trace::{After, Exchange, Hex, load};
 
@@ -210,15 +210,15 @@ impl Comparison<'_> {
         }
         if !recorded.varies_for("rx_state", i) {
             let waits_for = match state.receiving {
-                Receiving::Idle => "idle",
-                Receiving::Length => "length",
-                Receiving::Header => "header",
-                Receiving::Body => "body",
-                Receiving::SyncAddress => "sync_addr",
-                Receiving::SyncSize => "sync_size",
-                Receiving::SyncScan => "sync_scan",
-                Receiving::SyncTake => "sync_take",
-                Receiving::SyncTail => "sync_tail",
+                ReceiverState::Idle => "idle",
+                ReceiverState::Length => "length",
+                ReceiverState::Header => "header",
+                ReceiverState::Body => "body",
+                ReceiverState::SyncAddress => "sync_addr",
+                ReceiverState::SyncSize => "sync_size",
+                ReceiverState::SyncScan => "sync_scan",
+                ReceiverState::SyncData => "sync_take",
+                ReceiverState::SyncTail => "sync_tail",
             };
             self.same(&format!("rx_state[{i}]"), &*after.rx_state, waits_for);
         }

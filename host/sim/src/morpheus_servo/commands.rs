@@ -6,7 +6,7 @@ use super::registers::{
     self, POSITION_HIGH, POSITION_LOW, PWM_LOW, REGISTERS, ROM_REGISTERS, SPEED, TEMPERATURE_HIGH,
     TEMPERATURE_LOW,
 };
-use super::state::{Bus, Job, Stage};
+use super::state::{CycleState, Job, Stage};
 use super::{Action, cycle_costs};
 
 pub(super) const PING: u8 = 0x01;
@@ -19,85 +19,88 @@ pub(super) const OK: u8 = 0x04;
 pub(super) const REFUSED: u8 = 0x08;
 const BROADCAST: u8 = 0xFF;
 
-/// Ticks of a START slot, times the id.
+/// Ticks from START to a servo's slot, per unit of its id.
 const SLOT_TICKS: u16 = 100;
-/// Ticks of CYCLE's fail-safe, times the baud register and the number of
-/// packets seen while waiting for the slot.
+/// Ticks of CYCLE's fail-safe, per unit of the baud register and per packet
+/// received while waiting for the slot.
 const FAILSAFE_TICKS: u16 = 2;
 
 impl Mcu {
-    pub(super) fn look(&mut self, now: u64) -> Option<Action> {
+    /// Opens a waiting message.
+    pub(super) fn poll_messages(&mut self, now: u64) -> Option<Action> {
         if self.job == Job::Boot {
             self.job = Job::None;
         }
         let mut head = [0; 3];
-        let stuck = self.inbox.stuck();
-        if !stuck && let Some(length) = self.inbox.read(0, &mut head) {
+        let stuck = self.receiver.stuck();
+        if !stuck && let Some(length) = self.receiver.read(0, &mut head) {
             self.scratch[..3].copy_from_slice(&head);
             if length < 0x80 {
                 self.message_length = length;
-                return self.go(Stage::Obey, now + cycle_costs::ACCEPT);
+                return self.enter(Stage::Dispatch, now + cycle_costs::ACCEPT);
             }
         }
-        self.chain(now)
+        self.send_unsolicited(now)
     }
 
-    pub(super) fn obey(&mut self, now: u64) -> Option<Action> {
+    /// Executes the present stage of a message.
+    pub(super) fn execute(&mut self, now: u64) -> Option<Action> {
         match self.stage {
-            Stage::Obey => self.dispatch(now),
-            Stage::Write => self.write_next(now),
-            Stage::Store { address, value } => self.store(now, address, value),
-            Stage::Settle => self.settle(now),
-            Stage::Reset => {
+            Stage::Dispatch => self.dispatch(now),
+            Stage::WriteByte => self.write_next(now),
+            Stage::StoreByte { address, value } => self.store(now, address, value),
+            Stage::ApplyWrites => self.apply_writes(now),
+            Stage::ClearMarker => {
                 self.rom[usize::from(registers::MARKER)] = 0;
                 self.rom_ready = now + cycle_costs::ROM_WRITE;
-                self.go(Stage::Load { restored: 0 }, self.rom_ready)
+                self.enter(Stage::LoadEeprom { restored: 0 }, self.rom_ready)
             }
-            Stage::Load { restored } => self.load(now, restored),
-            Stage::Loaded => self.loaded(now),
-            Stage::Reply => {
-                self.send_reply();
-                if self.job == Job::Unasked {
+            Stage::LoadEeprom { restored } => self.load(now, restored),
+            Stage::EepromLoaded => self.loaded(now),
+            Stage::QueueReply => {
+                self.queue_reply();
+                if self.job == Job::UnsolicitedReply {
                     self.job = Job::None;
                     self.finish_turn(now)
                 } else {
-                    self.done(now)
+                    self.finish_message(now)
                 }
             }
-            _ => self.done(now),
+            _ => self.finish_message(now),
         }
     }
 
-    pub(super) fn done(&mut self, now: u64) -> Option<Action> {
+    /// Closes the message.
+    pub(super) fn finish_message(&mut self, now: u64) -> Option<Action> {
         self.job = Job::None;
-        self.inbox.close();
-        self.chain(now)
+        self.receiver.close();
+        self.send_unsolicited(now)
     }
 
-    /// Sends without a request when its START slot or CYCLE's fail-safe is due.
-    pub(super) fn chain(&mut self, now: u64) -> Option<Action> {
+    /// Replies without a request when its START slot or CYCLE's fail-safe is due.
+    pub(super) fn send_unsolicited(&mut self, now: u64) -> Option<Action> {
         if self.delay_ticks == 0 {
-            if self.bus == Bus::Slot {
-                self.bus = Bus::Member;
-                self.job = Job::Unasked;
-                return self.answer(now - cycle_costs::REPLY_UNASKED, &[PING]);
+            if self.cycle_state == CycleState::AwaitingSlot {
+                self.cycle_state = CycleState::Member;
+                self.job = Job::UnsolicitedReply;
+                return self.build_reply(now - cycle_costs::REPLY_UNSOLICITED, &[PING]);
             }
-            if self.bus == Bus::Member && self.cycle_pending {
+            if self.cycle_state == CycleState::Member && self.cycle_pending {
                 self.cycle_pending = false;
-                self.job = Job::Unasked;
-                return self.answer_position(now);
+                self.job = Job::UnsolicitedReply;
+                return self.reply_position(now);
             }
         }
         self.finish_turn(now)
     }
 
     /// Builds a reply: AA, length, destination, source, data, checksum.
-    pub(super) fn answer(&mut self, now: u64, data: &[u8]) -> Option<Action> {
+    pub(super) fn build_reply(&mut self, now: u64, data: &[u8]) -> Option<Action> {
         let head = [data.len() as u8 + 2, self.master, self.id];
-        let checked = || head.iter().chain(data);
-        let checksum = checked().fold(0_u8, |sum, &byte| sum.wrapping_add(!byte));
+        let body = || head.iter().chain(data);
+        let checksum = body().fold(0_u8, |sum, &byte| sum.wrapping_add(!byte));
         self.reply.push_back(0xAA);
-        self.reply.extend(checked());
+        self.reply.extend(body());
         self.reply.push_back(checksum);
         if self.job == Job::None {
             self.job = Job::Reply;
@@ -106,18 +109,19 @@ impl Mcu {
             0 => cycle_costs::REPLY - cycle_costs::REPLY_EMPTY,
             bytes => cycle_costs::REPLY + cycle_costs::REPLY_BYTE * (bytes - 1),
         };
-        self.go(Stage::Reply, now + cost)
+        self.enter(Stage::QueueReply, now + cost)
     }
 
-    fn answer_position(&mut self, now: u64) -> Option<Action> {
+    fn reply_position(&mut self, now: u64) -> Option<Action> {
         let position = (self.control.position as u16).to_be_bytes();
-        self.answer(now + cycle_costs::POSITION, &position)
+        self.build_reply(now + cycle_costs::POSITION, &position)
     }
 
-    fn ignore(&mut self, now: u64) -> Option<Action> {
-        self.go(Stage::Done, now)
+    fn end_message(&mut self, now: u64) -> Option<Action> {
+        self.enter(Stage::MessageDone, now)
     }
 
+    /// Executes the command of the message, or tracks the order of the other servos.
     fn dispatch(&mut self, now: u64) -> Option<Action> {
         let [destination, source, command] = [self.scratch[0], self.scratch[1], self.scratch[2]];
         let left = u16::from(self.message_length).wrapping_sub(4);
@@ -125,10 +129,10 @@ impl Mcu {
             match command {
                 START => {
                     self.master = source;
-                    self.bus = Bus::Slot;
+                    self.cycle_state = CycleState::AwaitingSlot;
                     self.predecessor = 0;
                     self.delay_ticks = u16::from(self.id) * SLOT_TICKS;
-                    self.ignore(now + cycle_costs::START)
+                    self.end_message(now + cycle_costs::START)
                 }
                 WRITE => self.write(now, left, false),
                 SYNC_WRITE => self.sync_write(now),
@@ -136,7 +140,7 @@ impl Mcu {
                 RESET => self.reset(now, false),
                 _ => {
                     self.master = source;
-                    self.answer(now - cycle_costs::REFUSED_TO_ALL, &[REFUSED])
+                    self.build_reply(now - cycle_costs::REFUSED_BROADCAST, &[REFUSED])
                 }
             }
         } else if destination == self.id {
@@ -144,67 +148,67 @@ impl Mcu {
             match command {
                 WRITE => self.write(now, left, true),
                 READ => self.read(now),
-                PING => self.answer(now, &[PING]),
+                PING => self.build_reply(now, &[PING]),
                 RESET => self.reset(now, true),
-                _ => self.answer(now, &[REFUSED]),
+                _ => self.build_reply(now, &[REFUSED]),
             }
         } else if source == self.predecessor {
-            if self.bus == Bus::Member && self.cycle_pending {
+            if self.cycle_state == CycleState::Member && self.cycle_pending {
                 self.cycle_pending = false;
-                return self.answer_position(now);
+                return self.reply_position(now);
             }
-            self.ignore(now)
+            self.end_message(now)
         } else {
-            if self.bus == Bus::Slot {
+            if self.cycle_state == CycleState::AwaitingSlot {
                 self.predecessor = source;
                 self.predecessors = self.predecessors.wrapping_add(1);
-                return self.ignore(now - cycle_costs::LEARNT);
+                return self.end_message(now - cycle_costs::PREDECESSOR_LEARNT);
             }
-            self.ignore(now)
+            self.end_message(now)
         }
     }
 
     fn cycle(&mut self, now: u64, source: u8) -> Option<Action> {
         let now = now + cycle_costs::CYCLE;
-        if self.bus != Bus::Member {
-            return self.ignore(now + cycle_costs::CYCLE_IGNORED);
+        if self.cycle_state != CycleState::Member {
+            return self.end_message(now + cycle_costs::CYCLE_IGNORED);
         }
         self.master = source;
         if self.predecessor == 0 {
             self.cycle_pending = false;
-            return self.answer_position(now);
+            return self.reply_position(now);
         }
         self.cycle_pending = true;
         self.delay_ticks = FAILSAFE_TICKS
             .wrapping_mul(self.baud.into())
             .wrapping_mul(self.predecessors.into());
-        self.ignore(now + cycle_costs::CYCLE_WAITS)
+        self.end_message(now + cycle_costs::CYCLE_WAITS)
     }
 
-    /// Missing arguments of a packet are stale memory.
+    /// READ. Missing arguments of a packet are stale memory.
     fn read(&mut self, now: u64) -> Option<Action> {
         let mut arguments = [0; 2];
-        if self.inbox.read(3, &mut arguments).is_some() {
+        if self.receiver.read(3, &mut arguments).is_some() {
             self.scratch[2..4].copy_from_slice(&arguments);
         }
         let [first, count] = [self.scratch[2], self.scratch[3]];
         if u16::from(first) + u16::from(count) > REGISTERS.into() {
-            return self.answer(now + cycle_costs::READ_REFUSED, &[REFUSED]);
+            return self.build_reply(now + cycle_costs::READ_REFUSED, &[REFUSED]);
         }
         let mut cost = cycle_costs::READ;
         for i in 0..count {
             // Only the first address decides between EEPROM and the rest.
-            let place = usize::from(4 + i);
+            let index = usize::from(4 + i);
             if first < ROM_REGISTERS {
-                self.scratch[place] = registers::cell(&self.rom, first + i);
+                self.scratch[index] = registers::cell(&self.rom, first + i);
                 cost += cycle_costs::READ_ROM_BYTE;
             } else if first < REGISTERS {
-                self.scratch[place] = self.register(first + i);
+                self.scratch[index] = self.register(first + i);
                 cost += cycle_costs::READ_BYTE;
             }
         }
         let data = self.scratch;
-        self.answer(now + cost, &data[4..4 + usize::from(count)])
+        self.build_reply(now + cost, &data[4..4 + usize::from(count)])
     }
 
     fn register(&self, address: u8) -> u8 {

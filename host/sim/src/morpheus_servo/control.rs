@@ -1,7 +1,7 @@
-//! From converter readings to the PWM: the servo's control step.
+//! Control step of the servo: from converter readings to the PWM.
 //!
-//! Either the commanded PWM is applied as it is, or a goal position
-//! is approached at a set speed and then held by a PID controller. All
+//! Either the commanded PWM is applied, or a goal position is approached at a set
+//! speed and then held by a PID controller. All
 //! arithmetic is 16 bits wide and wraps, as on the microcontroller.
 
 use std::cmp::Ordering;
@@ -16,7 +16,7 @@ const FULL_SCALE: i16 = 1023;
 pub(super) const OFF: u16 = 1000;
 /// Largest PWM.
 const FULL: u16 = 2000;
-/// Integral terms stop growing here.
+/// Limit of the integral terms.
 const WINDUP: i16 = 10_000;
 
 /// Settings that the control step takes from the EEPROM variables.
@@ -30,7 +30,7 @@ pub(super) struct Gains {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mode {
-    /// A PWM is applied as it is.
+    /// The commanded PWM is applied.
     Pwm(u16),
     /// Position and speed control decide the PWM.
     Position,
@@ -72,7 +72,7 @@ fn integrate(sum: &mut i16, gain: u8, error: i16) -> i64 {
     beyond
 }
 
-/// The effort, and the cost of its division.
+/// Output of a PID controller, and the cost of its division.
 fn pid(gains: [u8; 3], error: i16, sum: i16, change: i16, divisor: i16) -> (i16, i64) {
     let [p, i, d] = gains.map(i16::from);
     let term = i.wrapping_mul(sum);
@@ -125,21 +125,21 @@ impl Control {
         let goal = goal as i16;
         let inside = goal >= i16::from(gains.lower_margin)
             && goal <= FULL_SCALE - i16::from(gains.upper_margin);
-        let taken = inside && speed <= 10;
-        if taken {
+        let is_accepted = inside && speed <= 10;
+        if is_accepted {
             self.goal = goal;
             self.goal_speed = speed as i16;
             self.moving = true;
             self.mode = Mode::Position;
         }
-        taken
+        is_accepted
     }
 
-    /// Processes a new position reading and decides the PWM. Returns the cost of the
-    /// step cost, in cycles.
+    /// Processes a new position reading and computes the PWM. Returns the cost of the
+    /// step, in cycles.
     pub(super) fn step(&mut self, reading: u16, gains: Gains) -> u64 {
         self.position = reading as i16;
-        let mut cost = self.remember();
+        let mut cost = self.push_history();
         self.speed = self.position.wrapping_sub(self.history[self.newest]);
         if self.speed < 0 {
             self.speed = self.speed.wrapping_neg();
@@ -151,8 +151,8 @@ impl Control {
                 pwm
             }
             Mode::Position => {
-                let (pwm, following) = self.follow(gains);
-                cost += following + if pwm < 0 { cycle_costs::LIMITED } else { 0 };
+                let (pwm, step_cost) = self.position_pwm(gains);
+                cost += step_cost + if pwm < 0 { cycle_costs::LIMITED } else { 0 };
                 pwm.clamp(0, FULL as i16) as u16
             }
         };
@@ -167,10 +167,10 @@ impl Control {
         }
     }
 
-    /// The first reading fills all places but the last, which stays 0 until
-    /// it is reached: the speed shows one false value 7 ms after power-up.
-    /// Returns the additional cost.
-    fn remember(&mut self) -> u64 {
+    /// Adds the position to the history. The first one fills all elements but the last,
+    /// which stays 0 until it is reached: the speed has one false value 7 ms after
+    /// power-up. Returns the additional cost.
+    fn push_history(&mut self) -> u64 {
         if !self.started {
             self.history[..HISTORY - 1].fill(self.position);
             self.started = true;
@@ -185,7 +185,8 @@ impl Control {
         }
     }
 
-    fn follow(&mut self, gains: Gains) -> (i16, u64) {
+    /// PWM in position mode, and its cost.
+    fn position_pwm(&mut self, gains: Gains) -> (i16, u64) {
         if self.position > FULL_SCALE - i16::from(gains.upper_margin) {
             return (300, cycle_costs::CONTROL_ABOVE);
         }

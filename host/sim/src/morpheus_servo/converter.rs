@@ -1,5 +1,5 @@
-//! The analogue-digital converter and the rhythm in which the firmware uses it:
-//! a position every eleventh tick, and a temperature every 1001 positions.
+//! The analogue-digital converter and its schedule in the firmware: a position every
+//! eleventh tick, and a temperature every 1001 positions.
 
 use super::cycle_costs;
 
@@ -7,6 +7,8 @@ use super::cycle_costs;
 const TICKS_PER_CONVERSION: u8 = 10;
 /// Position conversions between two of the temperature.
 const POSITIONS_PER_TEMPERATURE: u16 = 1000;
+
+/// State of the present conversion.
 #[derive(Debug, Clone, Copy)]
 enum Conversion {
     Off,
@@ -14,23 +16,24 @@ enum Conversion {
     Ready,
 }
 
-/// A result.
+/// Result of a conversion.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Sample {
     Position(u16),
     Temperature(u16),
 }
 
+/// The converter, and the firmware's flags about it.
 #[derive(Debug, Clone)]
-#[allow(clippy::struct_excessive_bools)] // The firmware's flags, each on its own.
+#[allow(clippy::struct_excessive_bools)] // Independent flags of the firmware.
 pub(super) struct Converter {
     power_up: u64,
     conversion: Conversion,
-    of_temperature: bool,
-    used: bool,
+    is_temperature: bool,
+    has_converted: bool,
     reading: u16,
-    want_position: bool,
-    want_temperature: bool,
+    position_due: bool,
+    temperature_due: bool,
     result_waits: bool,
     ticks_to_conversion: u8,
     positions: u16,
@@ -41,18 +44,18 @@ impl Converter {
         Self {
             power_up: now,
             conversion: Conversion::Off,
-            of_temperature: false,
-            used: false,
+            is_temperature: false,
+            has_converted: false,
             reading: 0,
-            want_position: false,
-            want_temperature: false,
+            position_due: false,
+            temperature_due: false,
             result_waits: false,
             ticks_to_conversion: TICKS_PER_CONVERSION,
             positions: 0,
         }
     }
 
-    /// When the running conversion is done.
+    /// End of the running conversion.
     pub(super) fn result_at(&self) -> u64 {
         match self.conversion {
             Conversion::Running { ready } => ready,
@@ -64,21 +67,21 @@ impl Converter {
         self.conversion = Conversion::Ready;
     }
 
-    /// Its inputs.
+    /// Stores the reading of its inputs.
     pub(super) fn converted(&mut self, position: u16, temperature: u16) {
-        self.reading = if self.of_temperature {
+        self.reading = if self.is_temperature {
             temperature
         } else {
             position
         };
     }
 
-    /// Its interrupt is pending.
+    /// Whether its interrupt is pending.
     pub(super) fn interrupts(&self) -> bool {
         matches!(self.conversion, Conversion::Ready)
     }
 
-    /// The interrupt handler has run.
+    /// Acknowledges the interrupt, at the end of its handler.
     pub(super) fn acknowledge(&mut self) {
         self.conversion = Conversion::Off;
         self.result_waits = true;
@@ -87,25 +90,25 @@ impl Converter {
     pub(super) fn take_result(&mut self) -> Option<Sample> {
         if !std::mem::take(&mut self.result_waits) {
             None
-        } else if self.of_temperature {
+        } else if self.is_temperature {
             Some(Sample::Temperature(self.reading))
         } else {
             Some(Sample::Position(self.reading))
         }
     }
 
-    /// The timer tick: starts a conversion when one is wanted and the converter
-    /// is free. Returns its cost.
+    /// Timer tick: starts a conversion when one is due and the converter is free.
+    /// Returns its cost.
     pub(super) fn tick(&mut self, now: u64) -> u64 {
         let due = self.ticks_to_conversion == 0;
         let mut cost = 0;
         if due {
             self.ticks_to_conversion = TICKS_PER_CONVERSION;
-            self.want_position = true;
+            self.position_due = true;
             cost = cycle_costs::TICK_DUE;
             if self.positions == POSITIONS_PER_TEMPERATURE {
                 self.positions = 0;
-                self.want_temperature = true;
+                self.temperature_due = true;
             } else {
                 self.positions += 1;
             }
@@ -115,26 +118,26 @@ impl Converter {
         if !matches!(self.conversion, Conversion::Off) || self.result_waits {
             return cost;
         }
-        if !self.want_temperature && !self.want_position {
+        if !self.temperature_due && !self.position_due {
             return cost + cycle_costs::TICK_NOT_CONVERTING;
         }
-        self.of_temperature = self.want_temperature;
-        let start = if self.want_temperature {
-            self.want_temperature = false;
+        self.is_temperature = self.temperature_due;
+        let start = if self.temperature_due {
+            self.temperature_due = false;
             cost = cycle_costs::TICK_TEMPERATURE;
-            cycle_costs::SAMPLE_TO_TEMPERATURE
+            cycle_costs::CONVERTER_TO_TEMPERATURE
         } else {
-            self.want_position = false;
+            self.position_due = false;
             cost += cycle_costs::TICK_NOT_CONVERTING + cycle_costs::TICK_CONVERT;
             if due {
-                cycle_costs::SAMPLE_TO_CONVERSION
+                cycle_costs::CONVERTER_TO_CONVERSION
             } else {
-                cycle_costs::SAMPLE_TO_LATE_CONVERSION
+                cycle_costs::CONVERTER_TO_LATE_CONVERSION
             }
         };
         let mut length = cycle_costs::CONVERT;
-        if !self.used {
-            self.used = true;
+        if !self.has_converted {
+            self.has_converted = true;
             length += cycle_costs::CONVERT_FIRST;
         }
         let edge = (now + start - self.power_up - cycle_costs::CONVERTER_PHASE)

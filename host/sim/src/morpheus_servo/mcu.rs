@@ -1,23 +1,23 @@
 //! The microcontroller: the main loop, its interrupts and its clock.
 //!
-//! The firmware is one endless loop that looks for a message, executes it, and
+//! The firmware is one endless loop that polls for a message, executes it, and
 //! every seventh turn ticks a timer; every eleventh tick starts a conversion,
-//! whose result the next tick turns into a PWM. Bytes are received by an
+//! from whose result the next tick computes a PWM. Bytes are received by an
 //! interrupt that stretches the present stage of the loop. EEPROM writes run with
 //! interrupts off.
 //!
-//! The loop is not executed turn by turn. It is a chain of [`Stage`]s, each
-//! ending at a known cycle; an interrupt moves the end of the stage it falls
-//! into. Idle turns up to the next tick are one stage, cut short when a
+//! The loop is not executed turn by turn. It is a sequence of [`Stage`]s, each
+//! ending at a known cycle; an interrupt delays the end of the stage in which it
+//! occurs. Idle turns up to the next tick are one stage, which ends early when a
 //! message is complete.
 
 use std::collections::VecDeque;
 
 use super::control::{Control, Gains};
 use super::converter::Converter;
-use super::receiver::Inbox;
+use super::receiver::Receiver;
 use super::registers::{self, ROM_SIZE, Requests};
-use super::state::{Bus, Job, Stage};
+use super::state::{CycleState, Job, Stage};
 use super::uart::Uart;
 use super::{Action, cycle_costs};
 
@@ -26,14 +26,15 @@ const TRANSMIT_BUFFER: usize = 200;
 /// The bit clock at power-up, modulo one bit at 1 Mbaud.
 const BIT_CLOCK_PHASE: u64 = 14;
 
-/// Task of the running interrupt handler.
+/// The running interrupt handler.
 #[derive(Debug, Clone, Copy)]
-enum Handling {
-    Nothing,
-    Byte(u8),
+enum Handler {
+    None,
+    Receive(u8),
     Conversion,
 }
 
+/// State of the microcontroller.
 #[derive(Debug, Clone)]
 pub(super) struct Mcu {
     pub(super) stage: Stage,
@@ -42,12 +43,12 @@ pub(super) struct Mcu {
     pub(super) idle_turns: u8,
     /// Turns until the next tick.
     pub(super) turns_left: u8,
-    handling: Handling,
+    handler: Handler,
     /// End of the running interrupt handler, or of the last one.
     handler_end: u64,
 
     pub(super) uart: Uart,
-    pub(super) inbox: Inbox,
+    pub(super) receiver: Receiver,
     pub(super) transmit: VecDeque<u8>,
     pub(super) driving: bool,
 
@@ -62,14 +63,14 @@ pub(super) struct Mcu {
     pub(super) requests: Requests,
 
     pub(super) job: Job,
-    /// The interpreter's working memory; stale contents show in replies to
+    /// Working memory of the interpreter; its stale contents appear in replies to
     /// requests without arguments.
     pub(super) scratch: [u8; 256],
     pub(super) message_length: u8,
     /// Turns of a runaway WRITE inside the current stage.
     pub(super) runaway_turns: u16,
     pub(super) reply: VecDeque<u8>,
-    pub(super) bus: Bus,
+    pub(super) cycle_state: CycleState,
     pub(super) predecessor: u8,
     pub(super) predecessors: u8,
     pub(super) cycle_pending: bool,
@@ -81,14 +82,14 @@ impl Mcu {
     /// Powered up at cycle `now` with this EEPROM.
     pub(super) fn new(now: u64, rom: [u8; ROM_SIZE]) -> Self {
         let mut mcu = Self {
-            stage: Stage::Load { restored: 0 },
+            stage: Stage::LoadEeprom { restored: 0 },
             stage_end: now + cycle_costs::BOOT,
             idle_turns: 0,
             turns_left: 0,
-            handling: Handling::Nothing,
+            handler: Handler::None,
             handler_end: now,
             uart: Uart::new(now + BIT_CLOCK_PHASE, 1),
-            inbox: Inbox::new(),
+            receiver: Receiver::new(),
             transmit: VecDeque::new(),
             driving: false,
             converter: Converter::new(now),
@@ -104,7 +105,7 @@ impl Mcu {
             message_length: 0,
             runaway_turns: 0,
             reply: VecDeque::new(),
-            bus: Bus::Unknown,
+            cycle_state: CycleState::NotStarted,
             predecessor: 0,
             predecessors: 0,
             cycle_pending: false,
@@ -119,7 +120,7 @@ impl Mcu {
         mcu
     }
 
-    /// A long operation, during which the servo neither receives nor replies.
+    /// Whether a long operation runs, during which the servo neither receives nor replies.
     pub(super) fn busy(&self) -> bool {
         !self.interrupts_on() || self.runaway()
     }
@@ -127,37 +128,40 @@ impl Mcu {
     fn interrupts_on(&self) -> bool {
         !matches!(
             self.stage,
-            Stage::Store { .. } | Stage::Load { .. } | Stage::Loaded | Stage::Reset
+            Stage::StoreByte { .. }
+                | Stage::LoadEeprom { .. }
+                | Stage::EepromLoaded
+                | Stage::ClearMarker
         )
     }
 
-    /// The receiver is set up at the end of the start-up.
+    /// Whether the receiver is set up, at the end of the start-up.
     pub(super) fn listening(&self) -> bool {
         self.job != Job::Boot
     }
 
     fn interrupt_at(&self) -> u64 {
         let pending = self.uart.has_byte() || self.converter.interrupts();
-        let handling = !matches!(self.handling, Handling::Nothing);
-        if pending && !handling && self.interrupts_on() {
+        let handler = !matches!(self.handler, Handler::None);
+        if pending && !handler && self.interrupts_on() {
             self.handler_end
         } else {
             u64::MAX
         }
     }
 
-    /// The cycle of the next event inside.
+    /// Cycle of the next internal event.
     pub(super) fn next_event(&self) -> u64 {
         self.stage_end
             .min(self.interrupt_at())
             .min(self.converter.result_at())
-            .min(self.handled_at())
+            .min(self.handler_effect_at())
     }
 
-    /// Makes the event due at `now` happen.
+    /// Executes the event due at `now`.
     pub(super) fn step(&mut self, now: u64) -> Option<Action> {
-        if self.handled_at() <= now {
-            self.handled();
+        if self.handler_effect_at() <= now {
+            self.finish_handler();
             return None;
         }
         if self.converter.result_at() <= now {
@@ -165,52 +169,54 @@ impl Mcu {
             return Some(Action::Convert);
         }
         if self.interrupt_at() <= now {
-            self.interrupt(now);
+            self.start_handler(now);
             return None;
         }
         self.run(now)
     }
 
-    /// An interrupt handler starts. It delays the main loop at once, and its
-    /// effects are there shortly before it ends.
-    fn interrupt(&mut self, now: u64) {
+    /// Starts an interrupt handler. It delays the main loop at once, and takes effect
+    /// shortly before it ends.
+    fn start_handler(&mut self, now: u64) {
         let mut cost = cycle_costs::INTERRUPT;
-        self.handling = if let Some(byte) = self.uart.take() {
-            cost += self.inbox.cost(byte, self.id);
-            Handling::Byte(byte)
+        self.handler = if let Some(byte) = self.uart.take() {
+            cost += self.receiver.cost(byte, self.id);
+            Handler::Receive(byte)
         } else {
             cost += cycle_costs::CONVERTED;
-            Handling::Conversion
+            Handler::Conversion
         };
         self.handler_end = now + cost;
         self.stage_end += cost;
     }
 
-    fn handled_at(&self) -> u64 {
-        if matches!(self.handling, Handling::Nothing) {
+    /// Cycle at which the running handler takes effect.
+    fn handler_effect_at(&self) -> u64 {
+        if matches!(self.handler, Handler::None) {
             u64::MAX
         } else {
             self.handler_end - cycle_costs::HANDLER_RETURN
         }
     }
 
-    fn handled(&mut self) {
-        match std::mem::replace(&mut self.handling, Handling::Nothing) {
-            Handling::Nothing => {}
-            Handling::Byte(byte) => {
-                if let Some(pwm) = self.inbox.push(byte, self.id) {
+    fn finish_handler(&mut self) {
+        match std::mem::replace(&mut self.handler, Handler::None) {
+            Handler::None => {}
+            Handler::Receive(byte) => {
+                if let Some(pwm) = self.receiver.push(byte, self.id) {
                     self.requests.pwm_sync = pwm;
                 }
-                self.cut_runaway(self.handler_end);
-                self.cut_idle_turns(self.handler_end);
+                self.shorten_runaway(self.handler_end);
+                self.shorten_idle_turns(self.handler_end);
             }
-            Handling::Conversion => {
+            Handler::Conversion => {
                 self.converter.acknowledge();
             }
         }
     }
 
-    pub(super) fn go(&mut self, stage: Stage, end: u64) -> Option<Action> {
+    /// Enters a stage that ends at cycle `end`.
+    pub(super) fn enter(&mut self, stage: Stage, end: u64) -> Option<Action> {
         self.stage = stage;
         self.stage_end = end;
         None
@@ -218,26 +224,26 @@ impl Mcu {
 
     fn run(&mut self, now: u64) -> Option<Action> {
         match self.stage {
-            Stage::Look => self.look(now),
+            Stage::PollMessages => self.poll_messages(now),
             Stage::Tick => self.tick(now),
-            Stage::Sample => self.sample(now),
-            Stage::Control => {
+            Stage::ReadConverter => self.sample(now),
+            Stage::ApplyPwm => {
                 self.after_tick(now);
                 Some(Action::Pwm(self.control.applied))
             }
-            Stage::Feed => self.feed(now),
-            Stage::Release => {
+            Stage::Transmit => self.transmit_byte(now),
+            Stage::ReleaseBus => {
                 self.driving = false;
                 self.uart.clear_ran_empty(now);
-                self.go(Stage::Look, now + cycle_costs::RELEASE_TO_LOOK);
+                self.enter(Stage::PollMessages, now + cycle_costs::RELEASE_TO_POLL);
                 Some(Action::Release)
             }
-            _ => self.obey(now),
+            _ => self.execute(now),
         }
     }
 
-    /// Puts a packet into the transmit buffer.
-    pub(super) fn send_reply(&mut self) {
+    /// Moves the reply to the transmit buffer.
+    pub(super) fn queue_reply(&mut self) {
         while let Some(byte) = self.reply.pop_front() {
             if self.transmit.len() < TRANSMIT_BUFFER {
                 self.transmit.push_back(byte);

@@ -1,28 +1,28 @@
 //! A virtual servo: an AX-12A that runs the Morpheus V1.2 firmware.
 //!
 //! The firmware has its own protocol (`AA LEN DEST SRC data checksum`),
-//! applies PWM as commanded and has many traps: servos go deaf when they
+//! applies PWM as commanded and has many hazards: servos stop receiving when they
 //! misread each other's replies, a long packet stops command processing until
-//! power-off, an EEPROM write deafens for 8.4 ms a byte, and no time-out ever
-//! stops the motor. All of that is modelled, because a master has to be tested
-//! against it.
+//! power-off, an EEPROM write disables reception for 8.4 ms a byte, and no timeout
+//! ever stops the motor. All of these are modelled, because a master has to be tested
+//! against them.
 //!
-//! | module      | model of                                                  |
-//! |-------------|-----------------------------------------------------------|
-//! | `uart`      | the serial port: two byte buffer, overruns, bit clock     |
-//! | `receiver`     | the receive state machine and the two message buffers     |
-//! | `commands`      | the commands                                              |
-//! | `write`     | those that write registers                                |
-//! | `registers` | the EEPROM and the register map                           |
-//! | `control`   | PWM, position and speed control                           |
-//! | `converter` | when position and temperature are sampled                 |
-//! | `mcu`       | the main loop and the interrupts in time                  |
-//! | `main_loop`      | one turn of the main loop: timer tick, transmitter         |
-//! | `cycle_costs`     | how long each piece of the firmware takes                 |
+//! | module        | model of                                                |
+//! |---------------|---------------------------------------------------------|
+//! | `uart`        | the serial port: two byte buffer, overruns, bit clock   |
+//! | `receiver`    | the receive state machine and the two message buffers   |
+//! | `commands`    | the commands                                            |
+//! | `write`       | the commands that write registers                       |
+//! | `registers`   | the EEPROM and the register map                         |
+//! | `control`     | PWM, position and speed control                         |
+//! | `converter`   | sampling times of position and temperature              |
+//! | `mcu`         | the main loop and the interrupts in time                |
+//! | `main_loop`   | one turn of the main loop: timer tick, transmitter      |
+//! | `cycle_costs` | execution time of each part of the firmware             |
 //!
-//! Time inside is counted in processor cycles of 62.5 ns, outside in
-//! nanoseconds. A servo acts only at events, so it does not matter in which
-//! steps time is advanced.
+//! Internal times are processor cycles of 62.5 ns, times of the interface are
+//! nanoseconds. A servo acts only at events, so the result does not depend on the
+//! steps in which time is advanced.
 
 mod commands;
 mod control;
@@ -36,7 +36,7 @@ mod state;
 mod uart;
 mod write;
 
-pub use receiver::Receiving;
+pub use receiver::ReceiverState;
 pub use registers::{DEFAULT_ROM, ROM_SIZE};
 
 use control::Mode;
@@ -51,14 +51,14 @@ pub struct Reading {
     pub temperature: u16,
 }
 
-/// Why a servo would not answer a ping.
+/// Reason for which a servo does not answer a ping.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Deafness {
-    /// Its receiver waits for the rest of something.
+    /// Its receiver waits for the rest of a packet.
     MidPacket,
     /// It processes no packet until it is switched off and on.
     MessageStuck,
-    /// It is inside a long operation.
+    /// It executes a long operation.
     Busy,
 }
 
@@ -75,7 +75,7 @@ pub(crate) enum Action {
     Send { byte: u8, start_ns: u64 },
 }
 
-/// Registers and variables, for comparing and showing.
+/// Registers and variables, for tests and displays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct State {
     /// PWM on the motor, 0..=2000, 1000 = off.
@@ -83,7 +83,7 @@ pub struct State {
     /// Position and speed control decide the PWM.
     pub position_mode: bool,
     /// State of the receiver.
-    pub receiving: Receiving,
+    pub receiving: ReceiverState,
     /// Bytes after which the receiver resets itself.
     pub failsafe: u8,
     /// Baud register in use.
@@ -114,7 +114,7 @@ pub struct State {
     pub goal_speed: u16,
 }
 
-/// One servo. It is powered up with the wire it is given to.
+/// One servo, powered up together with its wire.
 #[derive(Debug, Clone)]
 pub struct Servo {
     mcu: Mcu,
@@ -162,23 +162,23 @@ impl Servo {
         self.mcu.control.applied
     }
 
-    /// Joined to the wire?
+    /// Whether it is connected to the wire.
     pub fn connected(&self) -> bool {
         self.connected
     }
 
-    /// Bytes lost in its receiver since the beginning.
+    /// Bytes lost in its receiver since power-up.
     pub fn overruns(&self) -> u32 {
         self.overruns + self.mcu.uart.overruns()
     }
 
-    /// Why it would not answer a ping now; `None` if it would.
+    /// Reason for which it does not answer a ping now; `None` if it does.
     pub fn deafness(&self) -> Option<Deafness> {
         if self.mcu.busy() {
             Some(Deafness::Busy)
-        } else if self.mcu.inbox.stuck() {
+        } else if self.mcu.receiver.stuck() {
             Some(Deafness::MessageStuck)
-        } else if self.mcu.inbox.state() != Receiving::Idle {
+        } else if self.mcu.receiver.state() != ReceiverState::Idle {
             Some(Deafness::MidPacket)
         } else {
             None
@@ -191,8 +191,8 @@ impl Servo {
         State {
             pwm: mcu.control.applied,
             position_mode: mcu.control.mode == Mode::Position,
-            receiving: mcu.inbox.state(),
-            failsafe: mcu.inbox.failsafe(),
+            receiving: mcu.receiver.state(),
+            failsafe: mcu.receiver.failsafe(),
             baud: mcu.baud,
             rom: mcu.rom,
             position: mcu.control.position as u16,
@@ -213,13 +213,13 @@ impl Servo {
         self.connected = connected;
     }
 
-    /// Off and on again: everything but the EEPROM is forgotten.
+    /// Power-cycles it: only the EEPROM is retained.
     pub(crate) fn power_cycle(&mut self, at_ns: u64) {
         self.overruns = self.overruns();
         self.mcu = Mcu::new(cycle(at_ns), self.mcu.rom);
     }
 
-    /// Its bus driver is on, and its receiver cut off.
+    /// Whether its bus driver is on, which disconnects its receiver.
     pub(crate) fn driving(&self) -> bool {
         self.mcu.driving
     }
@@ -233,7 +233,7 @@ impl Servo {
         nanoseconds(self.mcu.next_event())
     }
 
-    /// Makes the event due at `at_ns` happen.
+    /// Executes the event due at `at_ns`.
     pub(crate) fn step(&mut self, at_ns: u64) -> Option<Action> {
         self.mcu.step(cycle(at_ns))
     }
@@ -244,12 +244,12 @@ impl Servo {
             .converted(reading.position, reading.temperature);
     }
 
-    /// A start bit reaches its receiver.
+    /// Signals a start bit to its receiver.
     pub(crate) fn start_bit(&mut self) {
         self.mcu.uart.start_bit();
     }
 
-    /// A byte has been received.
+    /// Processes a received byte.
     pub(crate) fn receive(&mut self, byte: u8) {
         if self.mcu.listening() {
             self.mcu.uart.arrived(byte);

@@ -1,30 +1,30 @@
 //! The receive state machine and the two message buffers.
 //!
-//! Every received byte passes [`Inbox::push`] in the interrupt handler. A
+//! Every received byte passes [`Receiver::push`] in the interrupt handler. A
 //! packet whose checksum is right becomes a message in one of two buffers,
-//! and the main loop looks only at the one completed last: an older message
+//! and the main loop polls only the one completed last: an older message
 //! that still waits is lost. A sync write is different. The handler itself
-//! picks the servo's own bytes out of it, and a PWM takes effect at once,
-//! before the checksum has been seen.
+//! extracts the servo's own bytes, and a PWM takes effect at once,
+//! before the checksum has been received.
 //!
-//! Lengths and indices are bytes and wrap as bytes, on purpose: several of
-//! the firmware's hazards follow from that.
+//! Lengths and indices are bytes and wrap as bytes, as in the firmware: several of
+//! its hazards follow from that.
 
 /// First byte of every packet.
 const HEADER: u8 = 0xAA;
-/// The command whose packets are taken apart while they arrive.
+/// Command whose packets are parsed while they arrive.
 pub(super) const SYNC_WRITE: u8 = 0x83;
-/// The register whose sync write acts at once.
+/// Register whose sync write takes effect at once.
 const PWM_ADDRESS: u8 = 0x10;
 /// Longest length byte that is accepted, and the number of bytes after which
-/// the receiver starts afresh.
+/// the receiver resets itself.
 const LONGEST: u8 = 200;
-/// Marks the buffer that the main loop works on.
+/// Length that marks the buffer of the open message.
 const IN_USE: u8 = 0xFF;
 
-/// State of the receiver.
+/// State of the receiver: the item that it expects next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Receiving {
+pub enum ReceiverState {
     /// A header.
     Idle,
     /// The length byte.
@@ -40,26 +40,27 @@ pub enum Receiving {
     /// The servo's own id at the head of a block.
     SyncScan,
     /// The servo's own bytes.
-    SyncTake,
+    SyncData,
     /// The end of the sync write.
     SyncTail,
 }
 
-/// The message the main loop works on.
+/// The message that the main loop executes.
 #[derive(Debug, Clone, Copy)]
-struct Open {
+struct OpenMessage {
     buffer: usize,
     length: u8,
 }
 
+/// The receive state machine with its buffers.
 #[derive(Debug, Clone)]
-pub(super) struct Inbox {
-    state: Receiving,
+pub(super) struct Receiver {
+    state: ReceiverState,
     failsafe: u8,
     buffers: [[u8; 256]; 2],
     lengths: [u8; 2],
     filling: usize,
-    open: Option<Open>,
+    open: Option<OpenMessage>,
     length: u8,
     count: u8,
     checksum: u8,
@@ -68,10 +69,10 @@ pub(super) struct Inbox {
     taken: u8,
 }
 
-impl Inbox {
+impl Receiver {
     pub(super) fn new() -> Self {
         Self {
-            state: Receiving::Idle,
+            state: ReceiverState::Idle,
             failsafe: LONGEST,
             buffers: [[0; 256]; 2],
             lengths: [0; 2],
@@ -86,7 +87,7 @@ impl Inbox {
         }
     }
 
-    pub(super) fn state(&self) -> Receiving {
+    pub(super) fn state(&self) -> ReceiverState {
         self.state
     }
 
@@ -94,13 +95,13 @@ impl Inbox {
         self.failsafe
     }
 
-    /// A message is open whose length, read as a signed byte, is negative: it
+    /// Whether a message is open whose length, read as a signed byte, is negative: it
     /// is never processed and never closed.
     pub(super) fn stuck(&self) -> bool {
         self.open.is_some_and(|open| open.length >= 0x80)
     }
 
-    /// A message waits to be opened.
+    /// Whether a message waits to be opened.
     pub(super) fn waiting(&self) -> bool {
         self.open.is_none() && self.lengths[1 - self.filling] != 0
     }
@@ -118,7 +119,7 @@ impl Inbox {
         let open = self.open.or_else(|| {
             let buffer = 1 - self.filling;
             let length = self.lengths[buffer];
-            (length != 0 && !into.is_empty()).then_some(Open { buffer, length })
+            (length != 0 && !into.is_empty()).then_some(OpenMessage { buffer, length })
         })?;
         if end > usize::from(open.length) {
             if was_open {
@@ -149,14 +150,14 @@ impl Inbox {
         self.buffers[self.filling][usize::from(at)]
     }
 
-    /// The packet in `filling` is complete.
+    /// Completes the packet in `filling`.
     fn complete(&mut self, length: u8) {
         self.lengths[self.filling] = length;
         self.filling = 1 - self.filling;
     }
 
-    fn start_afresh(&mut self) {
-        self.state = Receiving::Idle;
+    fn reset(&mut self) {
+        self.state = ReceiverState::Idle;
         self.length = 0;
         self.count = 0;
         self.checksum = 0;
@@ -168,7 +169,7 @@ impl Inbox {
         self.failsafe = LONGEST;
     }
 
-    /// How long the interrupt handler takes for this byte, in cycles.
+    /// Execution time of the interrupt handler for this byte, in cycles.
     pub(super) fn cost(&self, byte: u8, own_id: u8) -> u64 {
         let last = self.count == self.length;
         let block_over = self.block_over();
@@ -176,58 +177,60 @@ impl Inbox {
             return if byte == HEADER { 140 } else { 116 };
         }
         match self.state {
-            Receiving::Idle if byte == HEADER => 137,
-            Receiving::Idle => 113,
-            Receiving::Length if byte > LONGEST => 117,
-            Receiving::Length => 124,
-            Receiving::Header if self.count == 2 && byte == SYNC_WRITE => 146,
-            Receiving::Header if self.count == 2 => 144,
-            Receiving::Header => 138,
-            Receiving::Body if last && byte == self.checksum => 159,
-            Receiving::Body if last => 151,
-            Receiving::Body | Receiving::SyncSize => 143,
-            Receiving::SyncAddress => 136,
-            Receiving::SyncScan if !block_over => 136,
-            Receiving::SyncScan if last => 146,
-            Receiving::SyncScan if byte == own_id => 169,
-            Receiving::SyncScan => 148,
-            Receiving::SyncTake if self.block_count != self.block_size => 151,
-            Receiving::SyncTake if self.stored(self.taken.wrapping_sub(4)) == PWM_ADDRESS => 182,
-            Receiving::SyncTake => 165,
-            Receiving::SyncTail if !last => 127,
-            Receiving::SyncTail if byte != self.checksum => 133,
-            Receiving::SyncTail if self.five_back() == PWM_ADDRESS => 156,
-            Receiving::SyncTail => 169,
+            ReceiverState::Idle if byte == HEADER => 137,
+            ReceiverState::Idle => 113,
+            ReceiverState::Length if byte > LONGEST => 117,
+            ReceiverState::Length => 124,
+            ReceiverState::Header if self.count == 2 && byte == SYNC_WRITE => 146,
+            ReceiverState::Header if self.count == 2 => 144,
+            ReceiverState::Header => 138,
+            ReceiverState::Body if last && byte == self.checksum => 159,
+            ReceiverState::Body if last => 151,
+            ReceiverState::Body | ReceiverState::SyncSize => 143,
+            ReceiverState::SyncAddress => 136,
+            ReceiverState::SyncScan if !block_over => 136,
+            ReceiverState::SyncScan if last => 146,
+            ReceiverState::SyncScan if byte == own_id => 169,
+            ReceiverState::SyncScan => 148,
+            ReceiverState::SyncData if self.block_count != self.block_size => 151,
+            ReceiverState::SyncData if self.stored(self.taken.wrapping_sub(4)) == PWM_ADDRESS => {
+                182
+            }
+            ReceiverState::SyncData => 165,
+            ReceiverState::SyncTail if !last => 127,
+            ReceiverState::SyncTail if byte != self.checksum => 133,
+            ReceiverState::SyncTail if self.register_of_block() == PWM_ADDRESS => 156,
+            ReceiverState::SyncTail => 169,
         }
     }
 
-    /// Takes a received byte; `own_id` is the servo's id. Returns a PWM that
+    /// Processes a received byte; `own_id` is the servo's id. Returns a PWM that
     /// takes effect at the next tick.
     pub(super) fn push(&mut self, byte: u8, own_id: u8) -> Option<u16> {
         if self.failsafe == 0 {
-            self.start_afresh();
+            self.reset();
         } else {
             self.failsafe -= 1;
         }
         match self.state {
-            Receiving::Idle => self.idle(byte),
-            Receiving::Length => self.take_length(byte),
-            Receiving::Header => self.header(byte),
-            Receiving::Body => self.body(byte),
-            Receiving::SyncAddress => {
+            ReceiverState::Idle => self.idle(byte),
+            ReceiverState::Length => self.length_byte(byte),
+            ReceiverState::Header => self.header(byte),
+            ReceiverState::Body => self.body(byte),
+            ReceiverState::SyncAddress => {
                 self.append(byte);
-                self.state = Receiving::SyncSize;
+                self.state = ReceiverState::SyncSize;
             }
-            Receiving::SyncSize => {
+            ReceiverState::SyncSize => {
                 self.append(byte);
                 self.block_size = byte;
                 self.block_count = byte.wrapping_add(1);
                 self.taken = self.count;
-                self.state = Receiving::SyncScan;
+                self.state = ReceiverState::SyncScan;
             }
-            Receiving::SyncScan => self.scan(byte, own_id),
-            Receiving::SyncTake => return self.take_own(byte),
-            Receiving::SyncTail => self.tail(byte),
+            ReceiverState::SyncScan => self.scan(byte, own_id),
+            ReceiverState::SyncData => return self.own_block(byte),
+            ReceiverState::SyncTail => self.tail(byte),
         }
         None
     }
@@ -253,17 +256,17 @@ impl Inbox {
         // A message still waiting in this buffer is lost here.
         self.lengths[self.filling] = 0;
         self.failsafe = LONGEST;
-        self.state = Receiving::Length;
+        self.state = ReceiverState::Length;
     }
 
-    fn take_length(&mut self, byte: u8) {
+    fn length_byte(&mut self, byte: u8) {
         self.count = 0;
         if byte > LONGEST {
-            self.state = Receiving::Idle;
+            self.state = ReceiverState::Idle;
         } else {
             self.length = byte;
             self.checksum = !byte;
-            self.state = Receiving::Header;
+            self.state = ReceiverState::Header;
         }
     }
 
@@ -271,9 +274,9 @@ impl Inbox {
         self.append(byte);
         if self.count == 3 {
             self.state = if byte == SYNC_WRITE {
-                Receiving::SyncAddress
+                ReceiverState::SyncAddress
             } else {
-                Receiving::Body
+                ReceiverState::Body
             };
         }
     }
@@ -287,39 +290,39 @@ impl Inbox {
         if self.checksum == byte {
             self.complete(self.length);
         }
-        self.state = Receiving::Idle;
+        self.state = ReceiverState::Idle;
     }
 
-    /// Between two blocks, where an id stands. Blocks of 255 bytes never end:
-    /// the firmware compares with 256.
+    /// Whether the next byte is an id, between two blocks. Blocks of 255 bytes never
+    /// end: the firmware compares with 256.
     fn block_over(&self) -> bool {
         u16::from(self.block_count) == u16::from(self.block_size) + 1
     }
 
-    /// At the end given by the packet's length, the checksum is in
-    /// place of an id.
+    /// Searches for the servo's block. At the end given by the packet's length, the
+    /// checksum is in place of an id.
     fn scan(&mut self, byte: u8, own_id: u8) {
         if self.block_over() {
             self.block_count = 0;
             if self.count == self.length {
-                self.state = Receiving::Idle;
+                self.state = ReceiverState::Idle;
             } else if byte == own_id {
                 self.store(self.taken, byte);
                 self.taken = self.taken.wrapping_add(1);
-                self.state = Receiving::SyncTake;
+                self.state = ReceiverState::SyncData;
             }
         }
         self.block_count = self.block_count.wrapping_add(1);
         self.count_in(byte);
     }
 
-    /// The byte five places back: the register when a block has two bytes,
-    /// something else when it has another size.
-    fn five_back(&self) -> u8 {
+    /// The byte five indices back: the register if a block has two bytes, another
+    /// byte if it has another size.
+    fn register_of_block(&self) -> u8 {
         self.stored(self.taken.wrapping_sub(5))
     }
 
-    fn take_own(&mut self, byte: u8) -> Option<u16> {
+    fn own_block(&mut self, byte: u8) -> Option<u16> {
         self.store(self.taken, byte);
         self.taken = self.taken.wrapping_add(1);
         self.count_in(byte);
@@ -328,10 +331,10 @@ impl Inbox {
         if !last {
             return None;
         }
-        self.state = Receiving::SyncTail;
+        self.state = ReceiverState::SyncTail;
         let low = self.stored(self.taken.wrapping_sub(2));
         let high = self.stored(self.taken.wrapping_sub(1));
-        (self.five_back() == PWM_ADDRESS).then_some(u16::from_le_bytes([low, high]))
+        (self.register_of_block() == PWM_ADDRESS).then_some(u16::from_le_bytes([low, high]))
     }
 
     fn tail(&mut self, byte: u8) {
@@ -339,9 +342,9 @@ impl Inbox {
             self.count_in(byte);
             return;
         }
-        if self.checksum == byte && self.five_back() != PWM_ADDRESS {
+        if self.checksum == byte && self.register_of_block() != PWM_ADDRESS {
             self.complete(self.block_size.wrapping_add(6));
         }
-        self.state = Receiving::Idle;
+        self.state = ReceiverState::Idle;
     }
 }

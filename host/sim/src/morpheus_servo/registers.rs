@@ -34,15 +34,15 @@ pub(super) const TEMPERATURE_HIGH: u8 = 0x0F;
 pub(super) const PWM_LOW: u8 = 0x10;
 pub(super) const PWM_HIGH: u8 = 0x11;
 
-/// The EEPROM as the firmware's defaults leave it: id 1, 1 Mbaud.
+/// The EEPROM with the firmware's defaults: id 1, 1 Mbaud.
 pub const DEFAULT_ROM: [u8; ROM_SIZE] = [MARKER_VALID, 1, 2, 2, 0x28, 1, 10, 0x28, 10, 0, 1];
-/// The order in which the defaults are restored: the marker last.
+/// Order in which the defaults are restored: the marker last.
 pub(super) const RESTORE_ORDER: [u8; ROM_SIZE] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 0];
 
 /// Rates that are accepted: 2M, 1M, 500k, 115200, 57600 and 9600 baud.
 const BAUD_ACCEPTED: [u8; 6] = [0, 1, 3, 16, 34, 207];
 
-/// Would the firmware store this value?
+/// Whether the firmware stores this value.
 pub(super) fn storable(address: u8, value: u8) -> bool {
     match address {
         ID => value != 0 && value != 0xFF,
@@ -51,7 +51,7 @@ pub(super) fn storable(address: u8, value: u8) -> bool {
     }
 }
 
-/// Reads an EEPROM cell; those beyond the registers were never written.
+/// Reads an EEPROM cell; cells beyond the registers are erased.
 pub(super) fn cell(rom: &[u8; ROM_SIZE], address: u8) -> u8 {
     rom.get(usize::from(address)).copied().unwrap_or(0xFF)
 }
@@ -66,7 +66,7 @@ pub(super) fn gains(rom: &[u8; ROM_SIZE]) -> Gains {
     }
 }
 
-/// Commanded values, beside those in force.
+/// Commanded values, and the previous ones.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Requests {
     pub(super) goal: u16,

@@ -1,53 +1,54 @@
-//! States of the main loop: its stage, the message that it executes, its place on the bus.
+//! States of the main loop: its stage, the message being executed, and the progress of
+//! START and CYCLE.
 
 /// Next stage of the main loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stage {
-    /// Looks for a message.
-    Look,
-    /// Acts on the message just opened.
-    Obey,
+    /// Polls the receiver for a message.
+    PollMessages,
+    /// Dispatches the message just opened.
+    Dispatch,
     /// Writes the next byte of a WRITE or `SYNC_WR`.
-    Write,
+    WriteByte,
     /// Stores `value`, once the EEPROM is ready. Interrupts are off.
-    Store { address: u8, value: u8 },
+    StoreByte { address: u8, value: u8 },
     /// Applies the written values.
-    Settle,
-    /// Clears the marker, so that `Load` restores the defaults. Interrupts off.
-    Reset,
-    /// Loads the variables from the EEPROM, restoring the defaults from place
+    ApplyWrites,
+    /// Clears the marker, so that `LoadEeprom` restores the defaults. Interrupts off.
+    ClearMarker,
+    /// Loads the variables from the EEPROM, restoring the defaults from index
     /// `restored` on if the marker is wrong. Interrupts are off.
-    Load { restored: usize },
+    LoadEeprom { restored: usize },
     /// The variables are loaded.
-    Loaded,
-    /// A reply has been built.
-    Reply,
-    /// The message is done with.
-    Done,
+    EepromLoaded,
+    /// Moves a complete reply to the transmit buffer.
+    QueueReply,
+    /// The message is finished.
+    MessageDone,
     /// The timer tick.
     Tick,
-    /// The tick looks for a result of the converter.
-    Sample,
+    /// The tick polls the converter for a result.
+    ReadConverter,
     /// The rest of the tick: the PWM changes.
-    Control,
-    /// Feeds the transmitter.
-    Feed,
+    ApplyPwm,
+    /// Passes a byte to the transmitter.
+    Transmit,
     /// Switches the bus driver off.
-    Release,
+    ReleaseBus,
 }
 
-/// Where the servo stands in START and CYCLE.
+/// Progress of the servo in START and CYCLE.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Bus {
+pub(super) enum CycleState {
     /// No START since power-up.
-    Unknown,
+    NotStarted,
     /// Waiting for its slot.
-    Slot,
+    AwaitingSlot,
     /// Takes part in CYCLE.
     Member,
 }
 
-/// A message that takes several stages.
+/// Operation that takes several stages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Job {
     /// Starting up.
@@ -56,15 +57,15 @@ pub(super) enum Job {
     None,
     /// A reply is being built.
     Reply,
-    /// A reply outside any message is being built.
-    Unasked,
+    /// A reply without a request is being built.
+    UnsolicitedReply,
     Write {
         /// Bytes left, as the firmware counts them: 16 bits, from -1 when the
         /// packet has no address.
         left: u16,
-        /// Where the next byte is in the message.
+        /// Index of the next byte in the message.
         index: u8,
-        /// The register it goes to.
+        /// The register that it is written to.
         address: u8,
         sync: bool,
         answer: bool,

@@ -1,15 +1,14 @@
-//! The serial port of the microcontroller: what happens between the wire and
-//! the program.
+//! The serial port of the microcontroller, between the wire and the program.
 //!
-//! Receiving, it holds two complete bytes and a third in its shift register;
-//! the next start bit overwrites the third. Sending, it holds one byte behind
-//! the one on the wire, and starts a byte only on a tick of its bit clock,
-//! which runs from the moment the port was set up.
+//! The receiver holds two complete bytes and a third in its shift register; the next
+//! start bit overwrites the third. The transmitter buffers one byte behind the one on
+//! the wire, and starts a byte only on a tick of its bit clock, which runs from the
+//! set-up of the port.
 
-/// Time is in processor cycles.
+/// The serial port; times are in processor cycles.
 #[derive(Debug, Clone)]
 pub(super) struct Uart {
-    /// When the bit clock was started.
+    /// Start of the bit clock.
     epoch: u64,
     /// Length of one bit.
     bit: u64,
@@ -17,11 +16,11 @@ pub(super) struct Uart {
     held: usize,
     shifted_in: Option<u8>,
     overruns: u32,
-    /// Start of the newest byte given to the transmitter.
+    /// Start of the newest byte in the transmitter.
     start: u64,
     /// Its end.
     end: u64,
-    /// Something was sent since the flag below was last cleared.
+    /// A byte was sent since the flag below was last cleared.
     sent: bool,
     /// Transmitter-empty flag, not yet cleared.
     ran_empty: bool,
@@ -59,14 +58,14 @@ impl Uart {
         self.overruns
     }
 
-    /// A start bit arrives.
+    /// Processes a start bit.
     pub(super) fn start_bit(&mut self) {
         if self.shifted_in.take().is_some() {
             self.overruns += 1;
         }
     }
 
-    /// The stop bit of a byte was sampled.
+    /// Stores a byte, when its stop bit is sampled.
     pub(super) fn arrived(&mut self, byte: u8) {
         match self.received.get_mut(self.held) {
             Some(place) => {
@@ -94,12 +93,12 @@ impl Uart {
         Some(byte)
     }
 
-    /// Room for another byte to send?
+    /// Whether there is room for another byte to send.
     pub(super) fn can_send(&self, now: u64) -> bool {
         now >= self.start
     }
 
-    /// Takes a byte to send; returns when its start bit begins.
+    /// Sends a byte; returns the start of its start bit.
     pub(super) fn send(&mut self, now: u64) -> u64 {
         self.ran_empty = self.ran_empty(now);
         self.start = if now > self.end {
@@ -112,7 +111,7 @@ impl Uart {
         self.start
     }
 
-    /// The flag that the transmitter ran empty.
+    /// State of the transmitter-empty flag.
     pub(super) fn ran_empty(&self, now: u64) -> bool {
         self.ran_empty || (self.sent && now >= self.end)
     }

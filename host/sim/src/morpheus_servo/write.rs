@@ -1,9 +1,9 @@
 //! Writing registers: WRITE, `SYNC_WR` and RESET.
 //!
-//! Every byte is a step of its own, because an EEPROM byte waits for the one
-//! before it, with interrupts off. When the last byte is in, a new goal or PWM
-//! takes effect, and if an EEPROM byte was among them all variables are loaded
-//! again, which may restore the defaults first.
+//! Every byte is a stage of its own, because an EEPROM byte waits for the one
+//! before it, with interrupts off. After the last byte a new goal or PWM takes
+//! effect; if an EEPROM byte was written, all variables are loaded again, which may
+//! restore the defaults first.
 //!
 //! A WRITE without even an address counts its bytes from -1, as 16 bits: it
 //! writes, or at least counts, for 266 ms.
@@ -22,21 +22,22 @@ use super::{Action, cycle_costs};
 const LONGEST_DATA: u16 = 200;
 
 impl Mcu {
-    /// Caught in the loop of a WRITE without data.
+    /// Whether it executes the runaway loop of a WRITE without data.
     pub(super) fn runaway(&self) -> bool {
         self.runaway_turns > 0 || matches!(self.job, Job::Write { left, .. } if left > LONGEST_DATA)
     }
 
+    /// Starts a WRITE.
     pub(super) fn write(&mut self, now: u64, left: u16, answer: bool) -> Option<Action> {
         let mut address = [0];
-        if self.inbox.read(3, &mut address).is_some() {
+        if self.receiver.read(3, &mut address).is_some() {
             self.scratch[1] = address[0];
         }
-        // With no address in the packet, the source stands in for it.
+        // Without an address in the packet, the source is used as address.
         let address = self.scratch[1];
         let last = i32::from(left as i16) + i32::from(address);
         if answer && last > REGISTERS.into() {
-            return self.answer(now + cycle_costs::WRITE_REFUSED, &[REFUSED]);
+            return self.build_reply(now + cycle_costs::WRITE_REFUSED, &[REFUSED]);
         }
         self.job = Job::Write {
             left,
@@ -46,23 +47,28 @@ impl Mcu {
             answer,
             rom_changed: false,
         };
-        let to_all = if answer { 0 } else { cycle_costs::WRITE_TO_ALL };
-        self.go(Stage::Write, now + cycle_costs::WRITE - to_all)
+        let broadcast = if answer {
+            0
+        } else {
+            cycle_costs::WRITE_BROADCAST
+        };
+        self.enter(Stage::WriteByte, now + cycle_costs::WRITE - broadcast)
     }
 
+    /// Starts a `SYNC_WR`.
     pub(super) fn sync_write(&mut self, now: u64) -> Option<Action> {
         let mut head = [0; 2];
-        if self.inbox.read(3, &mut head).is_some() {
+        if self.receiver.read(3, &mut head).is_some() {
             self.scratch[..2].copy_from_slice(&head);
         }
         let [address, count] = [self.scratch[0], self.scratch[1]];
         let mut data = [0; 256];
         let data = &mut data[..usize::from(count)];
-        if self.inbox.read(6, data).is_some() {
+        if self.receiver.read(6, data).is_some() {
             let room = data.len().min(self.scratch.len() - 3);
             self.scratch[2..2 + room].copy_from_slice(&data[..room]);
         }
-        self.inbox.close();
+        self.receiver.close();
         self.job = Job::Write {
             left: count.into(),
             index: 2,
@@ -71,10 +77,10 @@ impl Mcu {
             answer: false,
             rom_changed: false,
         };
-        self.go(Stage::Write, now + cycle_costs::SYNC_WRITE)
+        self.enter(Stage::WriteByte, now + cycle_costs::SYNC_WRITE)
     }
 
-    /// One byte of a WRITE or `SYNC_WR`.
+    /// Writes one byte of a WRITE or `SYNC_WR`.
     pub(super) fn write_next(&mut self, now: u64) -> Option<Action> {
         let Job::Write {
             left,
@@ -85,17 +91,17 @@ impl Mcu {
             rom_changed,
         } = self.job
         else {
-            return self.done(now);
+            return self.finish_message(now);
         };
         if left == 0 {
             self.runaway_turns = 0;
-            return self.go(Stage::Settle, now);
+            return self.enter(Stage::ApplyWrites, now);
         }
         if sync {
             self.scratch[0] = self.scratch[usize::from(index)];
         } else {
             let mut byte = [0];
-            if self.inbox.read(index, &mut byte).is_some() {
+            if self.receiver.read(index, &mut byte).is_some() {
                 self.scratch[0] = byte[0];
             }
         }
@@ -111,7 +117,7 @@ impl Mcu {
         };
         if to_rom && registers::storable(address, value) {
             let at = self.rom_ready.max(now + cycle_costs::ROM_CALL);
-            return self.go(Stage::Store { address, value }, at);
+            return self.enter(Stage::StoreByte { address, value }, at);
         }
         let mut cost = 0;
         if !to_rom && address < REGISTERS {
@@ -134,34 +140,35 @@ impl Mcu {
             ..
         } = &mut self.job
         else {
-            return self.done(now);
+            return self.finish_message(now);
         };
         if *sync {
-            return self.go(Stage::Write, now + cycle_costs::SYNC_WRITE_BYTE);
+            return self.enter(Stage::WriteByte, now + cycle_costs::SYNC_WRITE_BYTE);
         }
         if *left <= LONGEST_DATA {
-            return self.go(Stage::Write, now + cycle_costs::WRITE_BYTE);
+            return self.enter(Stage::WriteByte, now + cycle_costs::WRITE_BYTE);
         }
-        if *address < REGISTERS || self.inbox.is_open() || self.inbox.waiting() {
-            return self.go(Stage::Write, now + cycle_costs::RUNAWAY_TURN);
+        if *address < REGISTERS || self.receiver.is_open() || self.receiver.waiting() {
+            return self.enter(Stage::WriteByte, now + cycle_costs::RUNAWAY_TURN);
         }
         // Nothing can happen until the count runs out: one long stage.
         let turns = *left;
         *index = index.wrapping_add(turns as u8);
         *left = 0;
         self.runaway_turns = turns;
-        self.go(
-            Stage::Write,
+        self.enter(
+            Stage::WriteByte,
             now + u64::from(turns) * cycle_costs::RUNAWAY_TURN,
         )
     }
 
-    /// A message that arrives during a runaway is eaten by it.
-    pub(super) fn cut_runaway(&mut self, now: u64) {
+    /// Ends a long runaway stage early: a message that arrives during a runaway is
+    /// consumed by it.
+    pub(super) fn shorten_runaway(&mut self, now: u64) {
         let Job::Write { left, index, .. } = &mut self.job else {
             return;
         };
-        if self.runaway_turns == 0 || !self.inbox.waiting() {
+        if self.runaway_turns == 0 || !self.receiver.waiting() {
             return;
         }
         let turns = self.stage_end.saturating_sub(now) / cycle_costs::RUNAWAY_TURN;
@@ -179,17 +186,17 @@ impl Mcu {
         self.next_byte(now)
     }
 
-    /// A new goal wins over a new PWM, and sets the remembered PWM to 1000
-    /// even when the goal is refused.
-    pub(super) fn settle(&mut self, now: u64) -> Option<Action> {
+    /// Applies a new goal or PWM. A goal takes precedence over a PWM, and sets the stored
+    /// PWM to 1000 even when the goal is refused.
+    pub(super) fn apply_writes(&mut self, now: u64) -> Option<Action> {
         let mut now = now;
         let requests = &mut self.requests;
         if requests.goal != requests.goal_before {
             requests.goal_before = requests.goal;
-            let taken = self
+            let accepted = self
                 .control
                 .set_goal(requests.goal, requests.speed, self.gains);
-            now += if taken {
+            now += if accepted {
                 cycle_costs::NEW_GOAL
             } else {
                 cycle_costs::OUT_OF_RANGE
@@ -214,29 +221,29 @@ impl Mcu {
                 rom_changed: true, ..
             } => {
                 let at = self.rom_ready.max(now + cycle_costs::ROM_CALL);
-                self.go(Stage::Load { restored: 0 }, at)
+                self.enter(Stage::LoadEeprom { restored: 0 }, at)
             }
-            Job::Write { answer: true, .. } => self.answer(now, &[OK]),
-            _ => self.done(now),
+            Job::Write { answer: true, .. } => self.build_reply(now, &[OK]),
+            _ => self.finish_message(now),
         }
     }
 
     pub(super) fn reset(&mut self, now: u64, answer: bool) -> Option<Action> {
         self.job = Job::Reset { answer };
-        self.go(Stage::Reset, now + cycle_costs::ROM_CALL)
+        self.enter(Stage::ClearMarker, now + cycle_costs::ROM_CALL)
     }
 
     pub(super) fn load(&mut self, now: u64, restored: usize) -> Option<Action> {
         let valid = self.rom[usize::from(MARKER)] == MARKER_VALID;
         match RESTORE_ORDER.get(restored) {
             Some(&address) if restored > 0 || !valid => {
-                let place = usize::from(address);
-                self.rom[place] = DEFAULT_ROM[place];
+                let index = usize::from(address);
+                self.rom[index] = DEFAULT_ROM[index];
                 self.rom_ready = now + cycle_costs::ROM_NEXT + cycle_costs::ROM_WRITE;
                 let restored = restored + 1;
-                self.go(Stage::Load { restored }, self.rom_ready)
+                self.enter(Stage::LoadEeprom { restored }, self.rom_ready)
             }
-            _ => self.go(Stage::Loaded, now + cycle_costs::ROM_LOAD),
+            _ => self.enter(Stage::EepromLoaded, now + cycle_costs::ROM_LOAD),
         }
     }
 
@@ -244,10 +251,10 @@ impl Mcu {
         self.load_variables();
         self.uart.set_up(now, self.baud);
         match self.job {
-            Job::Boot => self.go(Stage::Tick, now),
-            Job::Write { answer: true, .. } => self.answer(now, &[OK]),
-            Job::Reset { answer: true } => self.answer(now, &[PING]),
-            _ => self.done(now),
+            Job::Boot => self.enter(Stage::Tick, now),
+            Job::Write { answer: true, .. } => self.build_reply(now, &[OK]),
+            Job::Reset { answer: true } => self.build_reply(now, &[PING]),
+            _ => self.finish_message(now),
         }
     }
 }
