@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use armbridge_client::tcp_pump;
 use armbridge_shared::link::message::SettingsFrom;
 use armbridge_sim::emulator::{Failure, Provocation, Qemu, QemuOptions, Time, qemu};
-use armbridge_sim::raw_bus_server::LiveBench;
+use armbridge_sim::raw_bus_server::WallClockBench;
 use armbridge_tests::command_host::{CommandHost, SAVE, bench, configure};
 
 #[test]
@@ -28,7 +28,7 @@ fn firmware_keeps_settings_across_a_reset() {
     .unwrap();
     let (from, to) = (qemu.bus.try_clone().unwrap(), qemu.bus.try_clone().unwrap());
     // Ends with QEMU.
-    std::thread::spawn(move || LiveBench::new(bench(), SLOW).serve(from, to, || None, false));
+    std::thread::spawn(move || WallClockBench::new(bench(), SLOW).serve(from, to, || None, false));
 
     let mut first = CommandHost::new([configure(2_000), SAVE]);
     tcp_pump::run(&mut qemu.link, &mut first, SLOW).unwrap();

@@ -15,7 +15,7 @@ pub fn campaign(seeds: u64, servos: Firmware) -> (Vec<Outcome>, Report) {
     let seeds: Vec<u64> = (0..seeds).collect();
     let run = |seed| Ok::<_, Infallible>(fault_campaign::run(seed, servos));
     let outcomes = for_seeds(&seeds, run, |_| ()).unwrap();
-    let report = Report::of(&outcomes);
+    let report = Report::new(&outcomes);
     assert!(report.holds(), "{}", fault_campaign::table(&report));
     (outcomes, report)
 }

@@ -3,7 +3,7 @@
 use armbridge_shared::link::limits::Limits;
 use armbridge_shared::link::message::{Command, Setup, ToBoard};
 use armbridge_shared::link::motion::Motion;
-use armbridge_sim::half_duplex_bus::{ByteFault, Damage, Way};
+use armbridge_sim::half_duplex_bus::{BusDirection, ByteDamage, ByteFault};
 
 use crate::experiments::{experiment, number};
 use crate::plant;
@@ -87,8 +87,8 @@ pub fn run(seed: u64) -> (u64, usize) {
         |now_ms, bench, board| {
             if now_ms == 50 {
                 bench.inject(ByteFault {
-                    way: Way::ToMaster,
-                    damage: Damage::Lost,
+                    direction: BusDirection::ToMaster,
+                    damage: ByteDamage::Lost,
                     share,
                     from_ns: 100_000_000,
                     until_ns: u64::MAX,

@@ -11,7 +11,7 @@ use armbridge_client::servo_table::MORPHEUS;
 use armbridge_shared::servo::Firmware as Kind;
 use armbridge_sim::Bench;
 use armbridge_sim::plant::{Plant, PlantConfig};
-use armbridge_sim::raw_bus_server::LiveBench;
+use armbridge_sim::raw_bus_server::WallClockBench;
 use armbridge_sim::servo_kind::ServoKind;
 
 const PATIENCE: Duration = Duration::from_millis(200);
@@ -22,13 +22,13 @@ pub const MORPHEUS_ARM: [(Kind, u8); 2] = [(Kind::Morpheus, 1), (Kind::Morpheus,
 pub const STOCK_ARM: [(Kind, u8); 2] = [(Kind::Stock, 1), (Kind::Stock, 2)];
 
 /// Virtual servos with these ids.
-pub fn bench(servos: &[(Kind, u8, u32)]) -> LiveBench {
+pub fn bench(servos: &[(Kind, u8, u32)]) -> WallClockBench {
     let plant = Plant::new(PlantConfig::default(), 1);
     let kinds: Vec<_> = servos
         .iter()
         .map(|(kind, id, baud)| ServoKind::new(*kind, *id, *baud).unwrap())
         .collect();
-    LiveBench::new(Bench::with_servos(plant, &kinds), 1)
+    WallClockBench::new(Bench::with_servos(plant, &kinds), 1)
 }
 
 /// Virtual servos on a socket, to one program after the other.

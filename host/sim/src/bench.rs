@@ -33,16 +33,16 @@ impl Bench {
             .iter()
             .map(|id| Servo::with_id(id.get()).into())
             .collect();
-        Self::of(plant, servos)
+        Self::assemble(plant, servos)
     }
 
     /// These servos, powered up at time 0. The first two move the joints of
     /// `plant`, in this order; any others turn a free shaft.
     pub fn with_servos(plant: Plant, servos: &[ServoKind]) -> Self {
-        Self::of(plant, servos.iter().map(|kind| kind.build()).collect())
+        Self::assemble(plant, servos.iter().map(|kind| kind.build()).collect())
     }
 
-    fn of(plant: Plant, servos: Vec<Device>) -> Self {
+    fn assemble(plant: Plant, servos: Vec<Device>) -> Self {
         Self {
             joints: Joints::new(plant, servos.len()),
             wire: Wire::new(servos),
@@ -103,15 +103,15 @@ impl Bench {
         wanted: Option<usize>,
         mut take: impl FnMut(ReceivedByte),
     ) -> u64 {
-        let enough = wanted.unwrap_or(usize::MAX);
+        let count_max = wanted.unwrap_or(usize::MAX);
         self.wire
-            .advance_until(until_us.saturating_mul(1_000), enough, &mut self.joints);
+            .advance_until(until_us.saturating_mul(1_000), count_max, &mut self.joints);
         let mut count = 0;
         while let Some(byte) = self.wire.take_received() {
             self.framing_errors += u64::from(byte.framing_error);
             take(byte);
             count += 1;
-            if count >= enough {
+            if count >= count_max {
                 return byte.end_ns.div_ceil(1_000);
             }
         }
@@ -129,7 +129,7 @@ impl Bench {
         self.wire.servos()
     }
 
-    /// One of them, to change what a master cannot: its supply, its heat.
+    /// Mutable access to a servo, for properties that a master cannot change: supply, heat.
     pub fn servo_mut(&mut self, servo: usize) -> &mut Device {
         self.wire.servo_mut(servo)
     }
@@ -149,7 +149,7 @@ impl Bench {
         self.wire.connect(servo, false);
     }
 
-    /// Disturbs the servos' replies from now on.
+    /// Corrupts the servos' replies from now on.
     pub fn disturb(&mut self, disturbance: Disturbance) {
         self.wire.disturb(disturbance);
     }
@@ -174,17 +174,17 @@ impl Bench {
         self.wire.hold_high(duration_us * 1_000);
     }
 
-    /// Whether the master receives what it sends; at first it does not.
+    /// Sets whether the master receives its own bytes; initially it does not.
     pub fn echo(&mut self, on: bool) {
         self.wire.echo(on);
     }
 
-    /// Whether servo `servo` does not reply, though it receives and executes.
+    /// Sets whether servo `servo` is mute: it receives and executes, but does not reply.
     pub(crate) fn mute(&mut self, servo: usize, is_mute: bool) {
         self.wire.mute(servo, is_mute);
     }
 
-    /// Whether servo `servo` receives nothing, and so keeps its last command.
+    /// Sets whether servo `servo` is deaf: it receives nothing, and keeps its last command.
     pub fn deafen(&mut self, servo: usize, is_deaf: bool) {
         self.wire.deafen(servo, is_deaf);
     }

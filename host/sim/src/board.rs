@@ -1,4 +1,5 @@
 //! Board in virtual time: the interface to the bench, and the application core in this
+//! process.
 
 use std::collections::VecDeque;
 
@@ -12,9 +13,9 @@ use armbridge_shared::store::memory::Memory;
 
 use super::uart::{Direction, Uart};
 
-/// More than a bridge can have to do at one instant: the end of an exchange, and
-/// a few steps of bring-up that take no time.
-const MOST_POLLS: usize = 1_000;
+/// Limit of the bridge's work at one instant, which is the end of an exchange and a few
+/// steps of bring-up that take no time.
+const POLLS_MAX: usize = 1_000;
 
 /// Inputs of a board.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,8 +45,8 @@ pub struct Output {
     pub link: Vec<u8>,
 }
 
-/// When a board must run again: at a time, or after a number of bytes
-/// from the bus, whichever is first.
+/// Condition for the next run of a board: a time, or a number of bytes from the bus,
+/// whichever is first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wake {
     /// Latest time, in µs.
@@ -74,13 +75,13 @@ pub trait Board {
 
 /// Bytes of a page of a virtual board's flash.
 const FLASH_PAGE: usize = 8 * 1_024;
-/// Saves for which a boot makes room.
+/// Saves for which a boot reserves space.
 const SAVES: u32 = 16;
 
 /// Flash of a virtual board, with its settings.
 pub type Flash = Memory<Vec<u8>, FLASH_PAGE>;
 
-/// Flash ex works.
+/// Erased flash.
 pub fn blank_flash() -> Flash {
     Memory(vec![0xFF; 2 * FLASH_PAGE])
 }
@@ -158,8 +159,8 @@ impl<'a> VirtualBoard<'a> {
         self.store.flash()
     }
 
-    /// Shifts the board's clock, ahead or back. Its serial port has a clock of its
-    /// own, which does not.
+    /// Shifts the board's clock, ahead or back. Its serial port has a separate clock,
+    /// which is not shifted.
     pub fn shift_clock(&mut self, by_us: i64) {
         self.skew_us += by_us;
     }
@@ -203,7 +204,7 @@ impl Board for VirtualBoard<'_> {
         let mut polls = 0;
         while let Ok(progress) = self.bridge.poll(clock_us) {
             polls += 1;
-            assert!(polls < MOST_POLLS, "the bridge does not come to rest");
+            assert!(polls < POLLS_MAX, "the bridge does not come to rest");
             if progress == Progress::Sampled {
                 self.bridge.decide();
                 self.bridge.publish(0);

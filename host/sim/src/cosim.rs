@@ -1,9 +1,8 @@
 //! Co-simulation: board, bus, arm and host in one virtual time.
 //!
-//! Nothing sleeps and nothing is stepped at a fixed rate: time jumps to the
-//! next event, a byte on the wire, an alarm of the
-//! board, a message of the host. Two runs with the same seed are equal to the
-//! bit. The link between board and host takes no time.
+//! Time jumps to the next event: a byte on the wire, an alarm of the board, a message
+//! of the host. Nothing sleeps, and there is no fixed step. Two runs with the same seed
+//! are equal to the bit. The link between board and host takes no time.
 
 use std::fmt;
 use std::sync::mpsc::Receiver;
@@ -81,9 +80,9 @@ impl PortClient for NoPortClient {
 /// Reason for the early end of a run.
 #[derive(Debug)]
 pub enum CosimError<B, H> {
-    /// The board is gone.
+    /// The board can no longer run.
     Board(B),
-    /// The host gave up.
+    /// Error of the host.
     Host(H),
 }
 
@@ -149,7 +148,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
     /// Runs until the host is done.
     ///
     /// # Errors
-    /// If the board is gone, or the host gives up.
+    /// If the board can no longer run, or the host returns an error.
     pub fn run(&mut self) -> Result<(), CosimError<B::Error, H::Error>> {
         while !self.host.is_done() {
             self.step()?;
@@ -160,16 +159,15 @@ impl<B: Board, H: Host> Cosim<B, H> {
     /// Advances to the next event.
     ///
     /// # Errors
-    /// If the board is gone, or the host gives up.
+    /// If the board can no longer run, or the host returns an error.
     pub fn step(&mut self) -> Result<(), CosimError<B::Error, H::Error>> {
         self.step_until(u64::MAX)
     }
 
-    /// The same, but no farther than to `latest_us`, at which the caller
-    /// acts.
+    /// Advances to the next event, at most to `latest_us`.
     ///
     /// # Errors
-    /// If the board is gone, or the host gives up.
+    /// If the board can no longer run, or the host returns an error.
     pub fn step_until(&mut self, latest_us: u64) -> Result<(), CosimError<B::Error, H::Error>> {
         let Self {
             board,

@@ -14,13 +14,13 @@ const TEMPERATURE: u16 = 300;
 /// No-load speed at full duty: 59 rpm (e-Manual), in counts of 300/1023
 /// degree a second.
 const NO_LOAD_COUNTS_PER_S: f64 = 59.0 / 60.0 * 360.0 / (300.0 / 1023.0);
-/// Counts of a whole turn, of which the converter sees 0..=1023.
+/// Counts of a turn; the converter covers 0..=1023.
 const TURN_COUNTS: f64 = 360.0 / (300.0 / 1023.0);
 /// The PWM that switches a motor off.
 const OFF: u16 = 1000;
-/// A motor this close is off: a part of the stop sequence sends a value one
+/// Deviation up to which a motor counts as off: the stop sequence sends a value one
 /// count off, which is 1.2 mN m, before 1000.
-const STEP_ASIDE: u16 = 1;
+const OFF_TOLERANCE: u16 = 1;
 
 /// The arm and the shafts.
 #[derive(Debug)]
@@ -37,11 +37,11 @@ pub(super) struct Joints {
 #[derive(Clone, Copy, Debug)]
 struct Motor {
     pwm: u16,
-    /// Start of the present, or of the last, time on.
+    /// Start of the present or the last on-time.
     on_ns: u64,
-    /// Start of the present, or of the last, time off.
+    /// Start of the present or the last off-time.
     off_ns: u64,
-    /// Time on before that.
+    /// On-time before that.
     earlier_ns: u64,
     /// Largest distance from off since it was read last, in counts.
     most: u16,
@@ -57,7 +57,7 @@ struct Shaft {
 }
 
 impl Shaft {
-    /// In the middle, at rest.
+    /// Middle position, at rest.
     const START: Self = Self {
         at_ns: 0,
         counts: 512.0,
@@ -70,7 +70,7 @@ impl Shaft {
         self.at_ns = self.at_ns.max(to_ns);
     }
 
-    /// In the gap of 60 degrees the converter is at one of its ends.
+    /// Reading of the converter, which is at one of its ends in the gap of 60 degrees.
     fn position(&self) -> u16 {
         let middle_of_gap = f64::midpoint(1023.0, TURN_COUNTS);
         if self.counts > middle_of_gap {
@@ -103,7 +103,7 @@ impl Joints {
         }
     }
 
-    /// Joint of this servo of the arm.
+    /// Joint that this servo moves.
     fn joint(&self, servo: usize) -> usize {
         if self.is_swapped {
             JOINTS - 1 - servo
@@ -157,7 +157,7 @@ impl Motor {
     }
 
     fn is_off(&self) -> bool {
-        self.pwm.abs_diff(OFF) <= STEP_ASIDE
+        self.pwm.abs_diff(OFF) <= OFF_TOLERANCE
     }
 }
 

@@ -8,12 +8,12 @@
 //! # One host
 //!
 //! A board has one host. A second connection receives [`IN_USE`] and is closed; the first
-//! is not disturbed. A terminal is opened by our own program, exclusively.
+//! is not affected. A terminal is opened exclusively by a program of this project.
 //!
 //! # A host that does not read
 //!
-//! A board does not wait for its host. What does not fit into a full socket is dropped in
-//! whole frames, and the frame numbers show the host how many. A host that does not send
+//! A board does not wait for its host. Frames that do not fit into a full socket are
+//! dropped completely, and the frame numbers show the host how many. A host that does not send
 //! either is silent: the board brakes and switches off.
 
 use std::io::{self, Write};
@@ -33,7 +33,7 @@ use crate::pacer::Pacer;
 /// Virtual time between two polls of the port.
 const POLL_US: u64 = 1_000;
 
-/// Where programs connect.
+/// Port to which programs connect.
 #[derive(Debug)]
 enum Port {
     /// One connection at a time, without end.
@@ -52,7 +52,7 @@ enum Port {
     },
 }
 
-/// Why a link cannot be served.
+/// Reason for which a link cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
     /// The port does not open.
@@ -84,20 +84,21 @@ pub struct LinkServer {
 }
 
 impl LinkServer {
-    /// On this listener, without a connection.
+    /// A server on this listener, without a connection.
     ///
     /// # Errors
     /// If the listener cannot be polled.
     pub fn new(listener: TcpListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
-        Ok(Self::at(Port::Socket {
+        Ok(Self::with_port(Port::Socket {
             listener,
             peer: None,
             rejected: None,
         }))
     }
 
-    /// On the port of this name; also returns the name under which programs connect.
+    /// Opens a server on the port of this name; also returns the name for programs that
+    /// connect.
     ///
     /// # Errors
     /// If the port does not open.
@@ -119,7 +120,7 @@ impl LinkServer {
     fn offer_terminal() -> Result<(Self, LinkUri), ServeError> {
         let pty = Pty::open().map_err(ServeError::Terminal)?;
         let at = LinkUri::Pty(Some(pty.name().into()));
-        let server = Self::at(Port::Terminal {
+        let server = Self::with_port(Port::Terminal {
             controller: nonblocking::controller(&pty).map_err(ServeError::Terminal)?,
             pty: pty.for_one(),
             is_open: false,
@@ -132,7 +133,7 @@ impl LinkServer {
         Err(ServeError::NoTerminals)
     }
 
-    fn at(port: Port) -> Self {
+    fn with_port(port: Port) -> Self {
         Self {
             port,
             unsent: Vec::new(),
@@ -152,7 +153,7 @@ impl LinkServer {
                 if rejected.as_mut().is_some_and(is_gone) {
                     *rejected = None;
                 }
-                // Before the next is accepted: it may arrive at the same moment.
+                // Checked before the next connection is accepted: it may arrive at the same moment.
                 if peer
                     .as_mut()
                     .is_some_and(|peer| !nonblocking::read(peer, &mut self.bytes))
@@ -186,7 +187,7 @@ impl LinkServer {
         Ok(())
     }
 
-    /// Sends as much as there is room for.
+    /// Sends as many bytes as fit, and stores the rest of a partial frame.
     fn send(&mut self, bytes: &[u8]) {
         let stream: &mut dyn Write = match &mut self.port {
             Port::Socket {
@@ -211,7 +212,7 @@ impl LinkServer {
     }
 }
 
-/// Best effort: a close alone is understood as well.
+/// Closes a second connection after [`IN_USE`], best effort: the close alone suffices.
 fn reject(mut stream: &TcpStream) {
     let _ = stream.write_all(IN_USE);
     let _ = stream.shutdown(Shutdown::Write);
@@ -221,8 +222,8 @@ fn is_gone(stream: &mut TcpStream) -> bool {
     !nonblocking::read(stream, &mut Vec::new())
 }
 
-/// Remainder of the frame that was cut after `sent` bytes. What follows it is whole
-/// frames, which may be dropped.
+/// Remainder of the frame that was cut after `sent` bytes. Complete frames follow, which
+/// may be dropped.
 fn rest_of_frame(bytes: &[u8], sent: usize) -> &[u8] {
     let rest = &bytes[sent..];
     if sent == 0 || bytes[sent - 1] == 0 {

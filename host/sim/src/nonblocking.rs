@@ -1,5 +1,5 @@
-//! Reads and writes that never wait, on sockets and pseudo-terminals: virtual time must
-//! not stand still for another program.
+//! Non-blocking reads and writes on sockets and pseudo-terminals: another program must
+//! not stop virtual time.
 
 #[cfg(unix)]
 use std::fs::File;

@@ -3,25 +3,25 @@
 //! Virtual time is computed faster than it passes: 70 times by the bench, several times by
 //! the emulator. A user in real time waits now and then for the wall clock. On a busy
 //! machine virtual time falls behind, and catches up as fast as it can be computed. A lag
-//! beyond [`LAG_MAX`], after a suspension for example, is left out of the wall clock.
+//! beyond [`LAG_MAX`], after a suspension for example, is subtracted from the wall clock.
 //! Simulation results do not depend on any of that.
 
 use std::time::{Duration, Instant};
 
 /// Longest lag that is caught up.
 const LAG_MAX: Duration = Duration::from_millis(100);
-/// Finest step of the wall clock: what a sleeping thread can keep.
+/// Step of the wall clock: the resolution of a sleeping thread.
 const STEP: Duration = Duration::from_micros(500);
 
 /// Start of virtual time on the wall clock.
 #[derive(Clone, Debug)]
 pub(crate) struct Pacer {
-    /// When virtual time was 0.
+    /// Wall-clock time of virtual time 0.
     epoch: Instant,
 }
 
 impl Pacer {
-    /// Virtual time 0 is at this moment.
+    /// Starts virtual time 0 now.
     pub(crate) fn begin() -> Self {
         Self::begin_at(Instant::now())
     }
@@ -38,7 +38,7 @@ impl Pacer {
         }
     }
 
-    /// How far virtual time is ahead; moves the epoch by a lag beyond [`LAG_MAX`].
+    /// Lead of virtual time; moves the epoch by a lag beyond [`LAG_MAX`].
     fn lead(&mut self, now_us: u64, wall: Instant) -> Duration {
         let due = self.epoch + Duration::from_micros(now_us);
         let late = wall.saturating_duration_since(due);
@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_lag_is_made_up_for_and_a_suspension_is_not() {
+    fn a_lag_is_caught_up_and_a_suspension_is_not() {
         let ms = Duration::from_millis;
         let begun = Instant::now();
         let mut pacer = Pacer::begin_at(begun);

@@ -1,12 +1,11 @@
 //! The virtual arm: exact dynamics, dry friction, end stops, PWM in, encoder
 //! counts out.
 //!
-//! [`Plant`] is the arm of two servos. Time is virtual, in ns since the
-//! arm came to be, and passed in with every call; calls are made in the order
-//! of time, and one that comes late counts as made at the time of the latest.
-//! Nothing sleeps, and the same configuration, seed and calls give the same
-//! bits. The motion depends on the commands and their times alone, see
-//! [`body`]; the noise of an encoder on how often that encoder was read.
+//! [`Plant`] is the arm with two servos. Time is virtual, in ns since its creation, and
+//! an argument of every call; calls are in the order of time, and a late one is executed
+//! at the time of the latest. Equal configuration, seed and calls give results equal to
+//! the bit. The motion depends only on the commands and their times, see [`body`]; the
+//! noise of an encoder depends on the number of its readings.
 //!
 //! | step              | simulation                                          |
 //! |-------------------|-----------------------------------------------------|
@@ -24,7 +23,7 @@ mod file;
 
 pub use body::{Body, Friction};
 pub use config::PlantConfig;
-pub use file::{Clash, PlantFile};
+pub use file::{KeyConflict, PlantFile};
 
 use std::collections::VecDeque;
 
@@ -48,8 +47,8 @@ pub struct Plant {
     body: Body,
     now_ns: u64,
     held: bool,
-    /// Counts from off at which a hand does not let go.
-    slack: u16,
+    /// Deviation from off, in counts, up to which a held arm is not released.
+    release_counts: u16,
     motor_nm: Vector2<f64>,
     push_nm: Vector2<f64>,
     /// Future changes of torque, earliest first. A servo's own keep
@@ -58,21 +57,21 @@ pub struct Plant {
     noise: [Pcg32; JOINTS],
 }
 
-/// Something other than the motors that turns a joint.
+/// External torque on a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Push {
     /// Joint, counting from 0.
     pub joint: usize,
-    /// In N m.
+    /// Torque, in N m.
     pub torque_nm: f64,
-    /// When it begins, in ns.
+    /// Start, in ns.
     pub start_ns: u64,
-    /// How long it lasts, in ns.
+    /// Duration, in ns.
     pub duration_ns: u64,
 }
 
-/// The arm as it begins.
-fn at_first(config: &PlantConfig) -> Body {
+/// The arm at time zero.
+fn initial_body(config: &PlantConfig) -> Body {
     Body::new(
         config.true_arm(),
         config.true_friction(),
@@ -84,26 +83,26 @@ fn at_first(config: &PlantConfig) -> Body {
 #[derive(Clone, Copy, Debug)]
 struct Change {
     at_ns: u64,
-    what: What,
+    kind: ChangeKind,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum What {
-    /// A motor gets another PWM.
+enum ChangeKind {
+    /// Another PWM of a motor.
     Pwm { servo: usize, pwm: u16 },
     /// Adds to the external torque.
-    Push { joint: usize, more_nm: f64 },
+    Push { joint: usize, delta_nm: f64 },
 }
 
 impl Plant {
-    /// At time zero, motors off. The seed is that of the encoders' noise.
+    /// The arm at time zero, with motors off and this seed of the encoders' noise.
     pub fn new(config: PlantConfig, seed: u64) -> Self {
         Self {
-            body: at_first(&config),
+            body: initial_body(&config),
             config,
             now_ns: 0,
             held: config.held,
-            slack: 0,
+            release_counts: 0,
             motor_nm: Vector2::from_fn(|servo, _| config.torque(servo, OFF)),
             push_nm: Vector2::zeros(),
             due: VecDeque::new(),
@@ -112,7 +111,7 @@ impl Plant {
         }
     }
 
-    /// A servo applies a PWM from `at_ns` on.
+    /// Applies a PWM to a servo from `at_ns` on.
     ///
     /// # Panics
     ///
@@ -122,7 +121,7 @@ impl Plant {
         self.advance(at_ns);
         self.change(
             self.now_ns + self.config.input_delay_ns[servo],
-            What::Pwm { servo, pwm },
+            ChangeKind::Pwm { servo, pwm },
         );
     }
 
@@ -134,29 +133,28 @@ impl Plant {
     pub fn push(&mut self, push: Push) {
         let Push {
             joint,
-            torque_nm: more_nm,
+            torque_nm: delta_nm,
             start_ns,
             duration_ns,
         } = push;
         assert!(joint < JOINTS, "no joint {joint} on this arm");
         let start_ns = start_ns.max(self.now_ns);
-        self.change(start_ns, What::Push { joint, more_nm });
-        let more_nm = -more_nm;
-        self.change(start_ns + duration_ns, What::Push { joint, more_nm });
+        self.change(start_ns, ChangeKind::Push { joint, delta_nm });
+        let delta_nm = -delta_nm;
+        self.change(start_ns + duration_ns, ChangeKind::Push { joint, delta_nm });
     }
 
-    /// Returns the arm to its initial position, and holds it until a motor drives
-    /// it. A stop sequence, which is one count from off for a moment, is not taken for
-    /// that.
+    /// Returns the arm to its initial position, and holds it until a motor drives it. A
+    /// stop sequence, which is briefly one count from off, does not release it.
     pub fn lift(&mut self) {
-        self.body = at_first(&self.config);
+        self.body = initial_body(&self.config);
         self.body.hold(self.now_ns);
         self.body
             .set_torque(self.now_ns, self.motor_nm + self.push_nm);
-        (self.held, self.slack) = (true, 1);
+        (self.held, self.release_counts) = (true, 1);
     }
 
-    /// A servo converts its position: encoder counts at `at_ns`.
+    /// Reads a servo's encoder at `at_ns`, in counts.
     ///
     /// # Panics
     ///
@@ -171,7 +169,7 @@ impl Plant {
             .clamp(0.0, LARGEST_COUNT) as u16
     }
 
-    /// Lets time pass.
+    /// Advances time.
     pub fn advance(&mut self, to_ns: u64) {
         self.now_ns = self.now_ns.max(to_ns);
         while let Some(&change) = self.due.front() {
@@ -188,37 +186,37 @@ impl Plant {
         }
     }
 
-    /// True angles and speeds, now.
+    /// True angles and speeds.
     pub fn state(&self) -> State<f64> {
         self.body.state(self.now_ns)
     }
 
-    /// True motor torque in N m, now.
+    /// True motor torque in N m.
     pub fn torque(&self) -> Vector2<f64> {
         self.motor_nm
     }
 
-    /// At once if it is time, or else in its turn.
-    fn change(&mut self, at_ns: u64, what: What) {
-        let change = Change { at_ns, what };
+    /// Applies a change if it is due, and queues it otherwise.
+    fn change(&mut self, at_ns: u64, kind: ChangeKind) {
+        let change = Change { at_ns, kind };
         if at_ns <= self.now_ns {
             self.apply(change);
         } else {
-            let place = self.due.partition_point(|other| other.at_ns <= at_ns);
-            self.due.insert(place, change);
+            let index = self.due.partition_point(|other| other.at_ns <= at_ns);
+            self.due.insert(index, change);
         }
     }
 
-    fn apply(&mut self, Change { at_ns, what }: Change) {
+    fn apply(&mut self, Change { at_ns, kind }: Change) {
         if self.held {
             self.body.hold(at_ns);
         }
-        match what {
-            What::Pwm { servo, pwm } => {
-                self.held &= pwm.abs_diff(OFF) <= self.slack;
+        match kind {
+            ChangeKind::Pwm { servo, pwm } => {
+                self.held &= pwm.abs_diff(OFF) <= self.release_counts;
                 self.motor_nm[servo] = self.config.torque(servo, pwm);
             }
-            What::Push { joint, more_nm } => self.push_nm[joint] += more_nm,
+            ChangeKind::Push { joint, delta_nm } => self.push_nm[joint] += delta_nm,
         }
         self.body.set_torque(at_ns, self.motor_nm + self.push_nm);
     }

@@ -6,18 +6,18 @@
 //! last bit would have arrived. With echo, sent bytes come back first, as on a single wire
 //! whose receiver stays on.
 //!
-//! A terminal has a rate, which the other side sets; from the next chunk on it is that of
-//! the bus master. Bytes that are garbled by a wrong rate or by a collision of servos are
+//! A terminal has a rate, which the other side sets; the bus master uses it from the next
+//! chunk on. Bytes that are garbled by a wrong rate or by a collision of servos are
 //! forwarded as a receiver decodes them.
 //!
 //! # Falling behind
 //!
-//! The bench follows the wall clock and catches up after a delay of up to 0.1 s. Of a
-//! longer one, after a suspension or a peer that did not read, the rest is left out, and
-//! the arm is where it was.
+//! The bench follows the wall clock and catches up after a delay of up to 0.1 s. The rest
+//! of a longer delay, after a suspension or a peer that did not read, is skipped, and the
+//! arm does not move in it.
 //!
-//! The other side cannot get ahead either. The bus carries a byte in 10 µs; with 20 ms of
-//! bytes queued for it nothing more is read, and the other side's writes block.
+//! The other side cannot run ahead. The bus carries a byte in 10 µs; with 20 ms of bytes
+//! queued, reading stops, and the other side's writes block.
 
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
@@ -27,9 +27,9 @@ use std::time::{Duration, Instant};
 
 use crate::{Bench, nonblocking};
 
-/// Finest step of the wall clock: what a sleeping thread can keep.
+/// Step of the wall clock: the resolution of a sleeping thread.
 const STEP: Duration = Duration::from_micros(200);
-/// Between two polls for a connection.
+/// Interval of polls for a connection.
 const WAITING_STEP: Duration = Duration::from_millis(5);
 /// Longest delay that the bench catches up, in its own time.
 const LAG_MAX_US: u64 = 100_000;
@@ -57,10 +57,10 @@ struct Chunk {
 
 /// A bench that follows the wall clock.
 #[derive(Debug)]
-pub struct LiveBench {
+pub struct WallClockBench {
     bench: Bench,
     slow: u32,
-    /// When the bench's time was [`STARTED_US`].
+    /// Wall-clock time of bench time [`STARTED_US`].
     epoch: Instant,
     now_us: u64,
     /// Bytes queued for the bus, each with the time at which its last one is sent.
@@ -68,9 +68,9 @@ pub struct LiveBench {
     received: Vec<u8>,
 }
 
-impl LiveBench {
-    /// From now on, `slow` times slower than the wall clock, with servos that have
-    /// started.
+impl WallClockBench {
+    /// A bench that starts now, `slow` times slower than the wall clock, with servos that
+    /// have started.
     pub fn new(mut bench: Bench, slow: u32) -> Self {
         bench.advance(STARTED_US, None, &mut Vec::new());
         Self {
@@ -94,13 +94,13 @@ impl LiveBench {
                 stream.set_nonblocking(false)?;
                 return Ok((stream, peer));
             }
-            self.follow(Instant::now());
+            self.advance_to(Instant::now());
             std::thread::sleep(WAITING_STEP);
         }
     }
 
     /// Serves a connection until the other side closes and the last reply is sent.
-    /// A second connection finds the servos as the first left them. `baud` returns
+    /// The servos keep their state for the next connection. `baud` returns
     /// the rate that the other side has set, if it can set one.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl LiveBench {
     ) -> io::Result<()> {
         let chunks = spawn_reader(from, baud);
         // Bytes from before the connection are dropped.
-        self.follow(Instant::now());
+        self.advance_to(Instant::now());
         self.echoes.clear();
         self.received.clear();
         loop {
@@ -134,7 +134,7 @@ impl LiveBench {
                 },
                 Err(RecvTimeoutError::Disconnected) => break,
             };
-            self.follow(at);
+            self.advance_to(at);
             if let Some(baud) = baud.filter(|baud| *baud != self.bench.baud()) {
                 self.bench.set_baud(baud);
             }
@@ -149,14 +149,14 @@ impl LiveBench {
             + ANSWER_BITS * 1_000_000 / u64::from(self.bench.baud());
         while self.now_us < last_us {
             std::thread::sleep(STEP);
-            self.follow(Instant::now());
+            self.advance_to(Instant::now());
             self.forward(&mut to)?;
         }
         Ok(())
     }
 
     /// Advances the bench to this time, or by [`LAG_MAX_US`] if it is farther behind.
-    fn follow(&mut self, at: Instant) {
+    fn advance_to(&mut self, at: Instant) {
         let wall = at.saturating_duration_since(self.epoch) / self.slow;
         let wall_us = STARTED_US + wall.as_micros() as u64;
         let until_us = wall_us.clamp(self.now_us, self.now_us + LAG_MAX_US);
@@ -219,8 +219,8 @@ mod tests {
     const PING: [u8; 6] = [0xAA, 3, 1, 0xFE, 1, 0xF9];
     const PONG: [u8; 6] = [0xAA, 3, 0xFE, 1, 1, 0xF9];
 
-    fn live() -> LiveBench {
-        LiveBench::new(Bench::new(Plant::new(PlantConfig::default(), 1)), 1)
+    fn live() -> WallClockBench {
+        WallClockBench::new(Bench::new(Plant::new(PlantConfig::default(), 1)), 1)
     }
 
     #[test]
@@ -238,19 +238,19 @@ mod tests {
     #[test]
     fn a_suspension_is_left_out() {
         let mut live = live();
-        live.follow(live.epoch + Duration::from_secs(3600));
+        live.advance_to(live.epoch + Duration::from_secs(3600));
         let then_us = STARTED_US + LAG_MAX_US;
         assert_eq!(live.now_us, then_us);
         // From there on as fast as the wall clock, and never back.
         let resumed = live.epoch + Duration::from_micros(LAG_MAX_US);
-        live.follow(resumed + Duration::from_millis(7));
+        live.advance_to(resumed + Duration::from_millis(7));
         assert_eq!(live.now_us, then_us + 7_000);
-        live.follow(resumed);
+        live.advance_to(resumed);
         assert_eq!(live.now_us, then_us + 7_000);
     }
 
     #[test]
-    fn more_than_the_bus_carries_takes_its_time() {
+    fn bytes_beyond_the_bus_rate_are_delayed() {
         let (mut live, mut received) = (live(), Vec::new());
         let bytes: Vec<u8> = [0xFF; 4_000].into_iter().chain(PING).collect();
         live.serve(io::Cursor::new(bytes), &mut received, || None, false)

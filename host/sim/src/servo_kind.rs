@@ -21,7 +21,7 @@ pub fn firmware(name: &str) -> Result<Firmware, KindError> {
     }
 }
 
-/// A servo for the bench, apart from these properties as ex works.
+/// A servo for the bench: these properties, and factory settings otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ServoKind {
     firmware: Firmware,
@@ -169,16 +169,16 @@ mod tests {
     }
 
     #[test]
-    fn impossible_servos_are_refused_with_what_is_possible() {
-        let why = |firmware, id, baud| {
+    fn impossible_servos_are_refused_with_the_possible_values() {
+        let refusal = |firmware, id, baud| {
             ServoKind::new(firmware, id, baud)
                 .map_err(|error| error.to_string())
                 .unwrap_err()
         };
-        assert!(why(Firmware::Morpheus, 0, 1_000_000).contains("1 to 253"));
-        assert!(why(Firmware::Stock, 254, 1_000_000).contains("0 to 253"));
-        assert!(why(Firmware::Morpheus, 1, 250_000).contains("115200"));
-        assert!(why(Firmware::Stock, 1, 750_000).contains("divided"));
+        assert!(refusal(Firmware::Morpheus, 0, 1_000_000).contains("1 to 253"));
+        assert!(refusal(Firmware::Stock, 254, 1_000_000).contains("0 to 253"));
+        assert!(refusal(Firmware::Morpheus, 1, 250_000).contains("115200"));
+        assert!(refusal(Firmware::Stock, 1, 750_000).contains("divided"));
         assert!(ServoKind::new(Firmware::Stock, 0, 250_000).is_ok());
         assert_eq!(firmware("xl"), Err(KindError::Firmware));
     }

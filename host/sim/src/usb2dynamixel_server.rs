@@ -20,7 +20,7 @@ use crate::pacer::Pacer;
 /// Virtual time between two polls of the port.
 const POLL_US: u64 = 500;
 
-/// Where the program connects.
+/// Port to which the program connects.
 #[derive(Debug)]
 enum Port {
     /// One connection at a time, without end. A socket has no rate.
@@ -43,31 +43,31 @@ pub struct PortServer {
 }
 
 impl PortServer {
-    /// On this listener, without a connection.
+    /// A server on this listener, without a connection.
     ///
     /// # Errors
     /// If the listener cannot be polled.
     pub fn on_socket(listener: TcpListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
-        Ok(Self::at(Port::Socket {
+        Ok(Self::with_port(Port::Socket {
             listener,
             peer: None,
         }))
     }
 
-    /// On a terminal, whose rate the program sets.
+    /// A server on a terminal, whose rate the program sets.
     ///
     /// # Errors
     /// If the terminal cannot be polled.
     #[cfg(unix)]
     pub fn on_terminal(pty: Pty) -> io::Result<Self> {
-        Ok(Self::at(Port::Terminal {
+        Ok(Self::with_port(Port::Terminal {
             controller: nonblocking::controller(&pty)?,
             _pty: pty,
         }))
     }
 
-    fn at(port: Port) -> Self {
+    fn with_port(port: Port) -> Self {
         Self {
             port,
             pacer: Pacer::begin(),

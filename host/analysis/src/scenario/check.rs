@@ -9,7 +9,7 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
 use armbridge_shared::bridge::SERVO_IDS;
 use armbridge_shared::servo::Firmware;
-use armbridge_sim::plant::{Clash, PlantConfig, PlantFile, Push};
+use armbridge_sim::plant::{KeyConflict, PlantConfig, PlantFile, Push};
 use armbridge_sim::servo_kind::ServoKind;
 use nalgebra::Vector2;
 
@@ -138,8 +138,10 @@ fn bench(
             let file = PlantFile::read(&path).map_err(|error| Mistake::new(at, error))?;
             file.config(initial_rad)
         }
-        (None, None, Some(file)) => match file.clash() {
-            Some(Clash { key, what }) => return Err(Mistake::new(place.at("plant").at(key), what)),
+        (None, None, Some(file)) => match file.conflict() {
+            Some(KeyConflict { key, message }) => {
+                return Err(Mistake::new(place.at("plant").at(key), message));
+            }
             None => file.config(initial_rad),
         },
         (None, None, None) => PlantConfig {

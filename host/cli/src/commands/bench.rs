@@ -268,7 +268,7 @@ impl Described {
     fn of(trial: &Trial, reference: Maneuver) -> Self {
         Self {
             setup: trial.script.setup,
-            plant: PlantFile::of(&trial.plant),
+            plant: PlantFile::from_config(&trial.plant),
             reference,
             pushes: trial.pushes.clone(),
             duration_s: trial.script.duration_us as f64 * 1e-6,

@@ -80,7 +80,7 @@ pub(crate) fn run(args: &FaultCampaignArgs) -> Outcome {
     let (report, text) = match args.seed {
         Some(seed) => {
             let (outcome, story) = fault_campaign::run_with_trace(seed, args.servos.into());
-            (Report::of(&[outcome]), Some(story))
+            (Report::new(&[outcome]), Some(story))
         }
         None => (campaign(args), None),
     };
@@ -111,5 +111,5 @@ fn campaign(args: &FaultCampaignArgs) -> Report {
     let one = |seed| Ok::<_, Infallible>(fault_campaign::run(seed, servos));
     let outcomes = monte_carlo::for_seeds(&seeds, one, |done| progress.set_position(done as f64));
     progress.finish();
-    Report::of(&outcomes.unwrap_or_else(|never| match never {}))
+    Report::new(&outcomes.unwrap_or_else(|never| match never {}))
 }

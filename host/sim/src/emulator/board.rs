@@ -1,9 +1,8 @@
 //! Emulated board in virtual time.
 //!
-//! Each run is one exchange: a grant sends all bytes that have arrived;
-//! when the board has nothing left to do, its reply has the next time, and
-//! its output. No clock is involved: a busy machine changes nothing but the wall time
-//! of a run.
+//! Each run is one exchange: a grant sends all received bytes; when the board is idle, its
+//! reply has its next time and its output. No clock is involved: load of the machine
+//! changes only the wall time of a run.
 
 use std::collections::VecDeque;
 use std::io::{self, BufReader, Read, Write};
@@ -23,7 +22,7 @@ const DEAD_AFTER: Duration = Duration::from_secs(30);
 pub struct EmulatedBoard {
     qemu: Qemu,
     reader: BufReader<UnixStream>,
-    /// A message on its way, kept for its memory.
+    /// Buffer of a message, kept to reuse its memory.
     message: Vec<u8>,
     /// Bytes without room in the board wait, as they would in a USB host.
     from_client: VecDeque<u8>,

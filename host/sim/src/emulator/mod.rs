@@ -16,7 +16,7 @@
 //! the bus master with its buffers and its pace included, is what runs in wall-clock
 //! time and on the board.
 //!
-//! | module     | what                                                    |
+//! | module     | contents                                                |
 //! |------------|---------------------------------------------------------|
 //! | [`qemu`]   | the process, its command line and its sockets           |
 //! | [`board`]  | the emulated board in virtual time                      |

@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// The emulator. On the search path wherever it is installed.
+/// Name of the emulator, which is on the search path if it is installed.
 const PROGRAM: &str = "qemu-system-arm";
 
-/// How long QEMU may take to connect its sockets: a second on a loaded machine.
+/// Timeout for QEMU to connect its sockets: it takes a second on a loaded machine.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Time base of the board.
@@ -31,7 +31,7 @@ pub enum Time {
 pub struct Provocation {
     /// The failure.
     pub failure: Failure,
-    /// When, in ms of the board's time since boot.
+    /// Time of the failure, in ms of the board's time since boot.
     pub at_ms: u32,
 }
 
@@ -182,7 +182,7 @@ impl Qemu {
             io::ErrorKind::NotFound => QemuError::NotInstalled,
             _ => QemuError::Start(error),
         })?;
-        // With it goes our hold on QEMU's end of `from_board`.
+        // Closes our copy of QEMU's end of `from_board`.
         drop(command);
         let to_board = process.stdin.take();
         let to_board = to_board.ok_or(QemuError::Died(ProcessEnd::NoInput))?;
@@ -203,7 +203,7 @@ impl Qemu {
 
     /// Turns an error on a socket into its cause, if QEMU has ended.
     pub fn explain(&mut self, error: io::Error) -> QemuError {
-        // Its last words may take a moment after the socket closes.
+        // Its last output may arrive shortly after the socket closes.
         std::thread::sleep(Duration::from_millis(100));
         process_end(&mut self.process).map_or(QemuError::Socket(error), QemuError::Died)
     }
@@ -217,7 +217,7 @@ impl Drop for Qemu {
     }
 }
 
-/// QEMU would run whatever it is given.
+/// Checks that the file is an ELF image; QEMU would run any file.
 fn check_image(image: &Path) -> Result<(), QemuError> {
     let mut file = File::open(image).map_err(|_| QemuError::NoImage(image.into()))?;
     let mut magic = [0; 4];
@@ -299,7 +299,7 @@ fn process_end(process: &mut Child) -> Option<ProcessEnd> {
     })
 }
 
-/// Where `cargo build-emulator` puts the image, seen from the workspace.
+/// Path of the image that `cargo build-emulator` builds.
 pub fn default_image() -> PathBuf {
     let relative = Path::new("thumbv7em-none-eabihf/firmware/mps2-an386");
     std::env::var_os("CARGO_TARGET_DIR")

@@ -1,9 +1,8 @@
-//! A case: what the arm is doing, and what goes wrong meanwhile. All of it is
-//! derived from the seed.
+//! A case: a scenario and injected faults, derived from the seed.
 //!
-//! Seed 2k is one fault, seed 2k + 1 a pair. Kinds, pairs and scenarios take
-//! turns, so that any run of seeds covers all evenly: 34 kinds in six scenarios
-//! are 204 singles, and there are 561 pairs. The rest is drawn.
+//! Seed 2k has one fault, seed 2k + 1 a pair. Kinds, pairs and scenarios alternate, so
+//! that any sequence of seeds covers all evenly: 34 kinds in six scenarios are 204
+//! singles, and there are 561 pairs. All other properties are random.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::State;
@@ -13,17 +12,17 @@ use armbridge_shared::servo::Firmware;
 use nalgebra::Vector2;
 use serde::Serialize;
 
-use super::draw::Draw;
-use super::kind::{Harm, Kind};
+use super::draw::Random;
+use super::kind::{DamageKind, Kind};
 use crate::plant::PlantConfig;
 
 /// Observation time of a fault, in µs: three times the longest time that a limit
 /// permits, which is the host's silence.
-const WATCHED_US: u64 = 1_500_000;
+const OBSERVATION_US: u64 = 1_500_000;
 /// The same for heat: a Morpheus servo reads its temperature every 0.8 s.
-const WATCHED_HOT_US: u64 = 3_000_000;
+const OBSERVATION_HOT_US: u64 = 3_000_000;
 
-/// What the arm is doing.
+/// Motion of the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scenario {
@@ -62,18 +61,18 @@ impl Scenario {
     }
 }
 
-/// One fault, and how bad it is.
+/// One fault, with its time and magnitude.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Injection {
-    /// What.
+    /// Kind of fault.
     pub kind: Kind,
     /// Delay after the start of the scenario, in µs.
     pub after_us: u64,
-    /// How long it lasts, in µs.
+    /// Duration, in µs.
     pub lasts_us: u64,
     /// Servo or joint, for kinds that affect one.
     pub servo: usize,
-    /// How much: share of bytes, N m, counts a second, ms.
+    /// Magnitude: share of bytes, N m, counts a second, ms.
     pub amount: f64,
     /// Delay of late bytes, in µs.
     pub late_us: u64,
@@ -84,7 +83,7 @@ pub struct Injection {
 /// One run.
 #[expect(
     clippy::struct_excessive_bools,
-    reason = "each is drawn on its own, and they do not exclude each other"
+    reason = "each is drawn independently, and they do not exclude each other"
 )]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Case {
@@ -92,7 +91,7 @@ pub struct Case {
     pub seed: u64,
     /// Firmware of the servos.
     pub servos: Firmware,
-    /// What the arm is doing.
+    /// Motion of the arm.
     pub scenario: Scenario,
     /// [`Setup::best`] rather than the default.
     pub is_best: bool,
@@ -111,31 +110,31 @@ pub struct Case {
 }
 
 impl Case {
-    /// Everything that follows from a seed, with servos of this firmware.
+    /// The case of a seed, with servos of this firmware.
     pub fn new(seed: u64, servos: Firmware) -> Self {
-        let mut draw = Draw::new(seed);
-        let turn = seed / 2;
+        let mut draw = Random::new(seed);
+        let index = seed / 2;
         let (kinds, rounds) = if seed.is_multiple_of(2) {
             let kinds = Kind::ALL.len() as u64;
-            (vec![Kind::ALL[(turn % kinds) as usize]], turn / kinds)
+            (vec![Kind::ALL[(index % kinds) as usize]], index / kinds)
         } else {
-            let (a, b, pairs) = pair(turn);
+            let (a, b, pairs) = pair(index);
             // The next occurrence of a pair has another scenario.
-            (vec![a, b], 2 * (turn / pairs) + turn)
+            (vec![a, b], 2 * (index / pairs) + index)
         };
         let scenario = Scenario::ALL[(rounds % Scenario::ALL.len() as u64) as usize];
         // Without a closed loop only friction holds the arm.
         let holds = !scenario.is_closed();
         let reach = if holds { 0.02 } else { 0.25 };
-        let mut angles = |reach: f64| [0; JOINTS].map(|_| draw.within(-reach, reach));
+        let mut angles = |reach: f64| [0; JOINTS].map(|_| draw.uniform(-reach, reach));
         let (initial_rad, to_rad) = (angles(reach), angles(0.3).map(|q| q as f32));
-        let first_us = draw.us_of_ms(300.0, 800.0);
+        let first_us = draw.log_uniform_us(300.0, 800.0);
         let mut injections: Vec<Injection> = kinds
             .iter()
             .enumerate()
             .map(|(nth, kind)| {
                 let later_us = if nth == 0 { 0 } else { draw.below(100_000) };
-                inject(*kind, first_us + later_us, &mut draw)
+                draw_injection(*kind, first_us + later_us, &mut draw)
             })
             .collect();
         injections.sort_by_key(|injection| injection.after_us);
@@ -143,10 +142,10 @@ impl Case {
             seed,
             servos,
             scenario,
-            is_best: draw.either(),
-            friction: draw.either() || holds,
+            is_best: draw.coin(),
+            friction: draw.coin() || holds,
             is_tight: draw.below(4) == 0,
-            is_cleared: draw.either(),
+            is_cleared: draw.coin(),
             initial_rad,
             to_rad,
             injections,
@@ -206,7 +205,7 @@ impl Case {
         })
     }
 
-    /// Whether the master hears itself from the beginning.
+    /// Whether the master receives its echo from the beginning.
     pub fn echoes(&self) -> bool {
         self.has(Kind::EchoOff)
     }
@@ -216,23 +215,23 @@ impl Case {
         self.injections.iter().any(|i| i.kind == kind)
     }
 
-    /// How long it is watched after the last injection, in µs.
-    pub(crate) fn watched_us(&self) -> u64 {
+    /// Observation time after the last injection, in µs.
+    pub(crate) fn observation_us(&self) -> u64 {
         if self.has(Kind::Hot) {
-            WATCHED_HOT_US
+            OBSERVATION_HOT_US
         } else {
-            WATCHED_US
+            OBSERVATION_US
         }
     }
 }
 
-/// Whose turn it is of all pairs, and how many there are.
-fn pair(turn: u64) -> (Kind, Kind, u64) {
+/// Pair of kinds with this index, and the number of pairs.
+fn pair(index: u64) -> (Kind, Kind, u64) {
     let kinds = Kind::ALL.len();
     let pairs = (kinds * (kinds - 1) / 2) as u64;
-    // A stride without common divisor visits all of them, and not all of one
-    // kind in a row.
-    let mut left = (turn.wrapping_mul(271) % pairs) as usize;
+    // A stride coprime to the number of pairs visits all of them, and separates those
+    // of one kind.
+    let mut left = (index.wrapping_mul(271) % pairs) as usize;
     let mut first = 0;
     while left >= kinds - 1 - first {
         left -= kinds - 1 - first;
@@ -242,50 +241,50 @@ fn pair(turn: u64) -> (Kind, Kind, u64) {
 }
 
 /// Draws duration and amount of a fault.
-fn inject(kind: Kind, after_us: u64, draw: &mut Draw) -> Injection {
-    /// Until the faults are removed.
-    const FOR_EVER_US: u64 = u64::MAX / 4;
+fn draw_injection(kind: Kind, after_us: u64, draw: &mut Random) -> Injection {
+    /// Duration of faults that last until they are removed.
+    const UNTIL_REMOVED_US: u64 = u64::MAX / 4;
 
     let (lasts_us, amount) = match kind {
         Kind::Bytes(..) => match draw.below(3) {
-            // Now and then.
-            0 => (FOR_EVER_US, draw.magnitude(1e-4, 5e-3)),
+            // Rarely, without end.
+            0 => (UNTIL_REMOVED_US, draw.log_uniform(1e-4, 5e-3)),
             // Often, for a while.
-            1 => (draw.us_of_ms(5.0, 800.0), draw.magnitude(0.02, 0.9)),
+            1 => (draw.log_uniform_us(5.0, 800.0), draw.log_uniform(0.02, 0.9)),
             // All or nearly all.
-            _ => (draw.us_of_ms(1.0, 800.0), draw.within(0.95, 1.0)),
+            _ => (draw.log_uniform_us(1.0, 800.0), draw.uniform(0.95, 1.0)),
         },
-        Kind::EchoOn | Kind::EchoOff => (draw.us_of_ms(1.0, 1_000.0), 0.0),
+        Kind::EchoOn | Kind::EchoOff => (draw.log_uniform_us(1.0, 1_000.0), 0.0),
         Kind::LineLow | Kind::LineHigh | Kind::ServoMute | Kind::ServoDeaf => {
-            (draw.us_of_ms(0.05, 800.0), 0.0)
+            (draw.log_uniform_us(0.05, 800.0), 0.0)
         }
-        Kind::Hot => (FOR_EVER_US, draw.within(300.0, 1_000.0)),
+        Kind::Hot => (UNTIL_REMOVED_US, draw.uniform(300.0, 1_000.0)),
         Kind::HostVanish => {
-            let is_short = draw.either();
-            let short_us = draw.us_of_ms(30.0, 450.0);
-            (if is_short { short_us } else { FOR_EVER_US }, 0.0)
+            let is_short = draw.coin();
+            let short_us = draw.log_uniform_us(30.0, 450.0);
+            (if is_short { short_us } else { UNTIL_REMOVED_US }, 0.0)
         }
-        Kind::HostFlood => (draw.us_of_ms(20.0, 500.0), 0.0),
+        Kind::HostFlood => (draw.log_uniform_us(20.0, 500.0), 0.0),
         // Beside the host's own frames, or instead of them.
-        Kind::HostReplay => (FOR_EVER_US, draw.below(2) as f64),
-        Kind::ClockAhead | Kind::ClockBack => (0, draw.magnitude(1.0, 100.0)),
+        Kind::HostReplay => (UNTIL_REMOVED_US, draw.below(2) as f64),
+        Kind::ClockAhead | Kind::ClockBack => (0, draw.log_uniform(1.0, 100.0)),
         Kind::Push => {
-            let torque_nm = draw.within(0.3, 3.0);
-            let sign = if draw.either() { 1.0 } else { -1.0 };
-            (draw.us_of_ms(50.0, 500.0), sign * torque_nm)
+            let torque_nm = draw.uniform(0.3, 3.0);
+            let sign = if draw.coin() { 1.0 } else { -1.0 };
+            (draw.log_uniform_us(50.0, 500.0), sign * torque_nm)
         }
         Kind::ServosSwapped
         | Kind::Frozen
         | Kind::DeadZone
         | Kind::HostGarbage
         | Kind::HostSchema
-        | Kind::HostRange => (FOR_EVER_US, 0.0),
+        | Kind::HostRange => (UNTIL_REMOVED_US, 0.0),
         Kind::ServoReset | Kind::Goodbye | Kind::Corrupt | Kind::StopHost | Kind::StopPin => {
             (0, 0.0)
         }
     };
     let late_us = match kind {
-        Kind::Bytes(_, Harm::Late) => draw.us_of_ms(0.02, 2.0),
+        Kind::Bytes(_, DamageKind::Late) => draw.log_uniform_us(0.02, 2.0),
         _ => 0,
     };
     Injection {

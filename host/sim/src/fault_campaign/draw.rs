@@ -6,11 +6,11 @@ use rand_pcg::Pcg32;
 /// Stream of the generator; the bench uses 0 to 5.
 const STREAM: u64 = 6;
 
-/// A sequence of random numbers.
+/// Generator of random numbers.
 #[derive(Clone, Debug)]
-pub(super) struct Draw(Pcg32);
+pub(super) struct Random(Pcg32);
 
-impl Draw {
+impl Random {
     pub(super) fn new(seed: u64) -> Self {
         Self(Pcg32::new(seed, STREAM))
     }
@@ -21,22 +21,22 @@ impl Draw {
     }
 
     /// From `least` to `most`.
-    pub(super) fn within(&mut self, least: f64, most: f64) -> f64 {
+    pub(super) fn uniform(&mut self, least: f64, most: f64) -> f64 {
         Uniform::new_inclusive(least, most).map_or(least, |range| range.sample(&mut self.0))
     }
 
-    /// The same, each power of ten as likely as the next.
-    pub(super) fn magnitude(&mut self, least: f64, most: f64) -> f64 {
-        self.within(least.ln(), most.ln()).exp()
+    /// From `least` to `most`, uniform in the logarithm.
+    pub(super) fn log_uniform(&mut self, least: f64, most: f64) -> f64 {
+        self.uniform(least.ln(), most.ln()).exp()
     }
 
-    /// A time from `least` to `most` milliseconds, in µs, short ones as likely as
-    /// long ones.
-    pub(super) fn us_of_ms(&mut self, least: f64, most: f64) -> u64 {
-        (1e3 * self.magnitude(least, most)) as u64
+    /// A time from `least` to `most` milliseconds, in µs, uniform in the logarithm.
+    pub(super) fn log_uniform_us(&mut self, least: f64, most: f64) -> u64 {
+        (1e3 * self.log_uniform(least, most)) as u64
     }
 
-    pub(super) fn either(&mut self) -> bool {
+    /// True with probability 0.5.
+    pub(super) fn coin(&mut self) -> bool {
         self.below(2) == 0
     }
 }

@@ -1,7 +1,7 @@
 //! Host of a case: brings the board up, starts the scenario, keeps the session alive,
 //! injects the host's own faults, and clears the board's fault at the end.
 //!
-//! It never gives up: what the board sends is kept, to be checked.
+//! It never ends by itself; the board's messages are stored for the checks.
 
 use std::convert::Infallible;
 
@@ -28,10 +28,10 @@ pub(super) enum HostFault {
     OtherSchema,
     /// It commands numbers that are out of range.
     OutOfRange,
-    /// It sends a goodbye,
-    Leaves,
-    /// and then nothing.
-    Gone,
+    /// It sends a goodbye, and then nothing.
+    Goodbye,
+    /// It sends nothing.
+    Silent,
 }
 
 /// Progress of the host.
@@ -64,7 +64,7 @@ pub(super) struct Driver {
     faulty_bytes: Vec<u8>,
     turn: usize,
     session: u32,
-    /// Whether servos were found, and may be given torque.
+    /// Whether the servos accept torque; `None` before they are found.
     is_ready: Option<bool>,
     /// The board's report of the latest fault.
     pub(super) trip: Option<Trip>,
@@ -73,8 +73,8 @@ pub(super) struct Driver {
     /// The latest record.
     pub(super) record: Option<Record>,
     /// Largest torque of all records, in N m.
-    pub(super) most_nm: f32,
-    /// How often a command out of range was accepted.
+    pub(super) max_torque_nm: f32,
+    /// Accepted commands that were out of range.
     pub(super) accepted_invalid: u32,
 }
 
@@ -99,7 +99,7 @@ impl Driver {
             trip: None,
             off: None,
             record: None,
-            most_nm: 0.0,
+            max_torque_nm: 0.0,
             accepted_invalid: 0,
         }
     }
@@ -129,22 +129,22 @@ impl Driver {
         self.client.command(Command::ClearFault);
     }
 
-    fn next(&mut self, phase: Phase, command: Command) {
+    fn send_command(&mut self, phase: Phase, command: Command) {
         self.phase = phase;
         self.client.command(command);
     }
 
-    fn take(&mut self, message: BoardMessage) {
+    fn process(&mut self, message: BoardMessage) {
         match (message, self.phase) {
             (BoardMessage::Hello(_), Phase::Connecting) => {
-                self.next(Phase::SettingUp, Command::Configure(self.setup));
+                self.send_command(Phase::SettingUp, Command::Configure(self.setup));
             }
             (BoardMessage::Done, Phase::SettingUp) => {
-                self.next(Phase::Limiting, Command::Limit(self.limits));
+                self.send_command(Phase::Limiting, Command::Limit(self.limits));
             }
             (BoardMessage::Done, Phase::Limiting) => self.phase = Phase::Waiting,
             (BoardMessage::Done, Phase::Arming) => match self.command {
-                Some(command) => self.next(Phase::Commanding, command),
+                Some(command) => self.send_command(Phase::Commanding, command),
                 None => self.phase = Phase::Working,
             },
             (BoardMessage::Done, Phase::Commanding) => self.phase = Phase::Working,
@@ -160,23 +160,24 @@ impl Driver {
             (BoardMessage::Other(ToHost::Record(record)), phase) => {
                 self.record = Some(record);
                 let torques = record.torque_nm.iter();
-                self.most_nm = torques.fold(self.most_nm, |most, nm| most.max(nm.abs()));
+                self.max_torque_nm =
+                    torques.fold(self.max_torque_nm, |most, nm| most.max(nm.abs()));
                 if record.mode == Mode::Idle {
-                    self.begin(phase);
+                    self.arm_when_ready(phase);
                 }
             }
             _ => {}
         }
     }
 
-    /// Arms the idle board if its servos are ready, and has stock servos configured if
-    /// they are not.
-    fn begin(&mut self, phase: Phase) {
+    /// Arms the idle board if its servos are ready, and requests the configuration of stock
+    /// servos if they are not.
+    fn arm_when_ready(&mut self, phase: Phase) {
         match (phase, self.is_ready) {
-            (Phase::Waiting, Some(false)) => self.next(Phase::Preparing, Command::Prepare),
+            (Phase::Waiting, Some(false)) => self.send_command(Phase::Preparing, Command::Prepare),
             (Phase::Waiting | Phase::Preparing, Some(true)) if self.arms => {
                 let session = self.session;
-                self.next(Phase::Arming, Command::Arm { session });
+                self.send_command(Phase::Arming, Command::Arm { session });
             }
             (Phase::Waiting | Phase::Preparing, Some(true)) => self.phase = Phase::Working,
             _ => {}
@@ -187,8 +188,8 @@ impl Driver {
     fn send_fault(&mut self) {
         self.turn += 1;
         match self.fault {
-            HostFault::None | HostFault::Gone => {}
-            HostFault::Leaves => self.client.send(ToBoard::Goodbye),
+            HostFault::None | HostFault::Silent => {}
+            HostFault::Goodbye => self.client.send(ToBoard::Goodbye),
             HostFault::OtherSchema => {
                 let hello = Hello {
                     schema: schema::HASH.map(|byte| !byte),
@@ -204,7 +205,7 @@ impl Driver {
     }
 }
 
-/// Commands with numbers that a board must refuse.
+/// A command with numbers that a board must refuse.
 fn out_of_range(turn: usize) -> Command {
     let limits = Limits::default();
     let commands = [
@@ -250,8 +251,8 @@ impl Host for Driver {
             self.send_fault();
         }
         match self.fault {
-            HostFault::OtherSchema | HostFault::Gone => return Ok(&self.faulty_bytes),
-            HostFault::Leaves => self.fault = HostFault::Gone,
+            HostFault::OtherSchema | HostFault::Silent => return Ok(&self.faulty_bytes),
+            HostFault::Goodbye => self.fault = HostFault::Silent,
             HostFault::None | HostFault::OutOfRange => {}
         }
         Ok(self.client.transmit(now_us))
@@ -259,7 +260,7 @@ impl Host for Driver {
 
     fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Infallible> {
         while let Some(message) = self.client.receive(&mut bytes) {
-            self.take(message);
+            self.process(message);
         }
         Ok(())
     }
@@ -267,9 +268,9 @@ impl Host for Driver {
     fn wake_at_us(&self) -> u64 {
         match self.fault {
             HostFault::None => self.client.wake_at_us(),
-            HostFault::Gone => u64::MAX,
+            HostFault::Silent => u64::MAX,
             HostFault::OtherSchema => self.next_fault_us,
-            HostFault::OutOfRange | HostFault::Leaves => {
+            HostFault::OutOfRange | HostFault::Goodbye => {
                 self.next_fault_us.min(self.client.wake_at_us())
             }
         }

@@ -2,7 +2,7 @@
 //!
 //! A fault is right if a person who observes the arm would agree with it. Where an
 //! injection has no effect, or one that the loop is designed to tolerate, no fault is right
-//! too; [`requirement`] decides whether there has to be one.
+//! too; [`fault_expectation`] decides whether one is required.
 
 use Fault::{
     AngleLimit, Clock, Corrupted, DeadZone, Diverged, EmergencyStop, HostSilent, Overrun, PwmLimit,
@@ -13,8 +13,8 @@ use armbridge_shared::link::message::{Fault, StopSource};
 use armbridge_shared::servo::Firmware;
 
 use super::case::{Case, Injection, Scenario};
-use super::kind::{Harm, Kind};
-use crate::half_duplex_bus::Way;
+use super::kind::{DamageKind, Kind};
+use crate::half_duplex_bus::BusDirection;
 
 /// From a fault to motors off, where the bus carries packets, in µs.
 pub const STOP_US: u64 = 20_000;
@@ -23,7 +23,7 @@ pub const STOP_US: u64 = 20_000;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Expected {
     /// Kinds of the row.
-    is_about: fn(Kind) -> bool,
+    matches_kind: fn(Kind) -> bool,
     /// Permitted faults, if there is one.
     pub(super) faults: &'static [Fault],
     /// Why these.
@@ -34,7 +34,7 @@ pub(super) struct Expected {
 macro_rules! rows {
     ($($kinds:pat => [$($fault:expr),*] $reason:literal;)*) => {
         [$(Expected {
-            is_about: |kind| matches!(kind, $kinds),
+            matches_kind: |kind| matches!(kind, $kinds),
             faults: &[$($fault),*],
             reason: $reason,
         }),*]
@@ -44,13 +44,13 @@ macro_rules! rows {
 /// Permitted faults of each kind, in one row each. A row holds for both firmwares unless
 /// [`STOCK`] has another.
 const TABLE: [Expected; 19] = rows! {
-    Kind::Bytes(Way::ToServos, _) => [SamplesLost, SamplesRare, ServoSilent, Diverged]
+    Kind::Bytes(BusDirection::ToServos, _) => [SamplesLost, SamplesRare, ServoSilent, Diverged]
         "a servo does not answer a damaged request; if only a PWM value is lost, the arm \
          departs from the model";
-    Kind::Bytes(Way::ToMaster, _) => [SamplesLost, SamplesRare, ServoSilent]
+    Kind::Bytes(BusDirection::ToMaster, _) => [SamplesLost, SamplesRare, ServoSilent]
         "replies are damaged or lost";
     Kind::EchoOn | Kind::EchoOff => [SamplesLost, SamplesRare, ServoSilent]
-        "the master either separates its echo from the replies or loses samples";
+        "the master coin separates its echo from the replies or loses samples";
     Kind::LineLow | Kind::LineHigh => [SamplesLost, ServoSilent]
         "no servo replies; a stuck line and servos without power look alike";
     Kind::ServoReset => [ServoReset]
@@ -107,20 +107,20 @@ pub(super) fn expected(kind: Kind, servos: Firmware) -> &'static Expected {
     };
     let [first, ..] = &TABLE;
     let mut rows = stock.iter().chain(&TABLE);
-    let row = rows.find(|row| (row.is_about)(kind));
+    let row = rows.find(|row| (row.matches_kind)(kind));
     // Every kind has a row, as a test shows.
     row.unwrap_or(first)
 }
 
-/// Whether there has to be a fault.
+/// Whether a case requires a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Requirement {
-    /// There must be one.
-    Must,
-    /// There may be one.
-    May,
-    /// There must be none.
-    No,
+pub(super) enum FaultExpectation {
+    /// There must be a fault.
+    Required,
+    /// There may be a fault.
+    Allowed,
+    /// There must be no fault.
+    Forbidden,
 }
 
 /// Outage that is tolerated: half the time for which samples may be missing by default.
@@ -136,10 +136,10 @@ const ALL: f64 = 0.94;
 /// Amount of a replay that replaces all other frames.
 const REPLAY_ALONE: f64 = 0.5;
 
-/// Whether there has to be a fault in this case. A board that is not armed may detect
-/// one, but need not.
-pub(super) fn requirement(injection: &Injection, case: &Case) -> Requirement {
-    use Requirement::{May, Must, No};
+/// Whether this case requires a fault. A board that is not armed may detect one, but
+/// need not.
+pub(super) fn fault_expectation(injection: &Injection, case: &Case) -> FaultExpectation {
+    use FaultExpectation::{Allowed, Forbidden, Required};
     let Injection {
         kind,
         lasts_us,
@@ -147,39 +147,41 @@ pub(super) fn requirement(injection: &Injection, case: &Case) -> Requirement {
         ..
     } = *injection;
     let is_armed = case.scenario != Scenario::Idle;
-    let if_armed = if is_armed { Must } else { May };
+    let required_if_armed = if is_armed { Required } else { Allowed };
     let lasting = |tolerated_us, detected_us| match lasts_us {
-        _ if lasts_us < tolerated_us => No,
-        _ if lasts_us > detected_us => if_armed,
-        _ => May,
+        _ if lasts_us < tolerated_us => Forbidden,
+        _ if lasts_us > detected_us => required_if_armed,
+        _ => Allowed,
     };
     match kind {
-        Kind::Bytes(_, harm) if harm == Harm::Late || amount < ALL => May,
+        Kind::Bytes(_, damage) if damage == DamageKind::Late || amount < ALL => Allowed,
         Kind::Bytes(..) | Kind::LineLow | Kind::LineHigh | Kind::ServoMute | Kind::ServoDeaf => {
             lasting(TOLERATED_US, DETECTED_US)
         }
-        Kind::HostVanish | Kind::HostSchema | Kind::HostReplay | Kind::Push if !is_armed => No,
-        Kind::HostReplay if amount < REPLAY_ALONE => No,
+        Kind::HostVanish | Kind::HostSchema | Kind::HostReplay | Kind::Push if !is_armed => {
+            Forbidden
+        }
+        Kind::HostReplay if amount < REPLAY_ALONE => Forbidden,
         Kind::HostVanish | Kind::HostSchema => {
             lasting(SILENCE_US - HEARTBEAT_US, SILENCE_US + HEARTBEAT_US)
         }
-        Kind::Frozen if is_armed && case.is_tight => Must,
-        Kind::Frozen if !case.scenario.is_driven() => No,
+        Kind::Frozen if is_armed && case.is_tight => Required,
+        Kind::Frozen if !case.scenario.is_driven() => Forbidden,
         Kind::HostReplay
         | Kind::EchoOn
         | Kind::EchoOff
         | Kind::ServosSwapped
         | Kind::Frozen
         | Kind::ClockAhead
-        | Kind::Push => May,
-        Kind::HostGarbage | Kind::HostRange | Kind::Goodbye => No,
+        | Kind::Push => Allowed,
+        Kind::HostGarbage | Kind::HostRange | Kind::Goodbye => Forbidden,
         Kind::ServoReset
         | Kind::DeadZone
         | Kind::Hot
         | Kind::HostFlood
         | Kind::ClockBack
-        | Kind::Corrupt => if_armed,
-        Kind::StopHost | Kind::StopPin => Must,
+        | Kind::Corrupt => required_if_armed,
+        Kind::StopHost | Kind::StopPin => Required,
     }
 }
 
@@ -190,7 +192,7 @@ mod tests {
     #[test]
     fn every_kind_has_one_row() {
         for kind in Kind::ALL {
-            let rows = TABLE.iter().filter(|row| (row.is_about)(kind));
+            let rows = TABLE.iter().filter(|row| (row.matches_kind)(kind));
             assert_eq!(rows.count(), 1, "{kind}");
         }
     }

@@ -17,7 +17,7 @@ use crate::board::VirtualBoard;
 use crate::cosim::{Cosim, CosimError};
 use crate::faults::host::{FaultyHost, LinkFault};
 use crate::faults::sensor::SensorFault;
-use crate::half_duplex_bus::{ByteFault, Way};
+use crate::half_duplex_bus::{BusDirection, ByteFault};
 use crate::morpheus_servo::Deafness;
 use crate::plant::{Plant, Push};
 use crate::servo_kind::{KindError, ServoKind};
@@ -28,32 +28,32 @@ const BAUD: u32 = 1_000_000;
 /// of 70 °C, 45 above the air, is reached in 0.5 to 1.5 s.
 const CELSIUS_PER_COUNT: f64 = 0.1;
 
-/// All ends of a board's channels.
+/// Ends of a board's channels.
 pub(super) type Ends<'a> = (BridgeEnd<'a>, LinkEnd<'a>, PortEnd<'a>);
 
-/// Share of damaged bytes to the servos beyond which no packet is sure to arrive: the
-/// stop sequence has 270 bytes, some of them redundant. A late byte is as bad as a lost
-/// one: it collides with a reply.
+/// Share of damaged bytes to the servos above which a packet may not arrive: the stop
+/// sequence has 270 bytes, some of them redundant. A late byte counts like a lost one,
+/// because it collides with a reply.
 const BLOCKING_SHARE: f64 = 0.01;
 
 /// Board, bench and host of a case.
-pub(super) struct World<'a> {
+pub(super) struct Fixture<'a> {
     pub(super) cosim: Cosim<MonitoredBoard<'a>, FaultyHost<Driver>>,
     echoes: bool,
     is_swapped: bool,
-    is_well: bool,
+    is_fault_free: bool,
     /// Times at which a servo could not be reached, in µs.
     blocked: Vec<(usize, Range<u64>)>,
-    /// Times at which bytes to the servos were damaged, however few, in µs: a checksum of
-    /// eight bits passes one damaged packet in 256, and the stop sequence has packets
+    /// Times at which bytes to the servos were damaged, at any rate, in µs: a checksum of
+    /// eight bits accepts one damaged packet in 256, and the stop sequence has packets
     /// without a checksum.
-    garbled: Vec<Range<u64>>,
+    corruption_us: Vec<Range<u64>>,
     /// End of each servo's operation that a damaged packet has started, during which the
     /// servo receives nothing, in µs.
     busy_us: [u64; JOINTS],
 }
 
-impl<'a> World<'a> {
+impl<'a> Fixture<'a> {
     pub(super) fn new(case: &Case, ends: Ends<'a>) -> Result<Self, String> {
         let limits = case.limits();
         let board = VirtualBoard::new(ends).map_err(refusal_text::in_words)?;
@@ -71,9 +71,9 @@ impl<'a> World<'a> {
             cosim: Cosim::new(board, bench, FaultyHost::new(driver)),
             echoes: case.echoes(),
             is_swapped: false,
-            is_well: true,
+            is_fault_free: true,
             blocked: Vec::new(),
-            garbled: Vec::new(),
+            corruption_us: Vec::new(),
             busy_us: [0; JOINTS],
         })
     }
@@ -109,16 +109,17 @@ impl<'a> World<'a> {
     }
 
     /// Whether no fault has been injected yet.
-    pub(super) fn is_well(&self) -> bool {
-        self.is_well
+    pub(super) fn is_fault_free(&self) -> bool {
+        self.is_fault_free
     }
 
     /// Whether servos may receive packets that the board did not send.
-    pub(super) fn is_garbled(&self) -> bool {
+    pub(super) fn is_corrupting(&self) -> bool {
         let now_us = self.now_us();
-        let mut garbled = self.garbled.iter();
+        let mut corruption_us = self.corruption_us.iter();
         // A servo may execute a packet a little later.
-        garbled.any(|at_us| (at_us.start..at_us.end.saturating_add(STOP_US)).contains(&now_us))
+        corruption_us
+            .any(|at_us| (at_us.start..at_us.end.saturating_add(STOP_US)).contains(&now_us))
     }
 
     /// Duration in µs for which this servo's motor was on without a break since then, when
@@ -138,7 +139,7 @@ impl<'a> World<'a> {
 
     /// Starts an injection.
     pub(super) fn begin(&mut self, injection: &Injection) {
-        self.is_well = false;
+        self.is_fault_free = false;
         let now_us = self.now_us();
         let Injection {
             kind,
@@ -158,17 +159,17 @@ impl<'a> World<'a> {
             self.blocked
                 .extend(servos.map(|servo| (servo, during_us.clone())));
         }
-        if let Kind::Bytes(Way::ToServos, _) | Kind::LineLow | Kind::LineHigh = kind {
-            self.garbled.push(during_us.clone());
+        if let Kind::Bytes(BusDirection::ToServos, _) | Kind::LineLow | Kind::LineHigh = kind {
+            self.corruption_us.push(during_us.clone());
         }
         let Cosim {
             board, bench, host, ..
         } = &mut self.cosim;
         let mut inject = |fault| host.inject(fault, during_us.clone(), seed);
         match kind {
-            Kind::Bytes(way, harm) => bench.inject(ByteFault {
-                way,
-                damage: harm.damage(injection.late_us * 1_000),
+            Kind::Bytes(direction, damage) => bench.inject(ByteFault {
+                direction,
+                damage: damage.damage(injection.late_us * 1_000),
                 share: amount,
                 from_ns: during_us.start * 1_000,
                 until_ns: during_us.end.saturating_mul(1_000),
@@ -202,7 +203,7 @@ impl<'a> World<'a> {
             Kind::HostReplay => inject(LinkFault::Repeat),
             Kind::HostSchema => host.host.inject(HostFault::OtherSchema),
             Kind::HostRange => host.host.inject(HostFault::OutOfRange),
-            Kind::Goodbye => host.host.inject(HostFault::Leaves),
+            Kind::Goodbye => host.host.inject(HostFault::Goodbye),
             Kind::ClockAhead => board.board.shift_clock((amount * 1e3) as i64),
             Kind::ClockBack => board.board.shift_clock(-(amount * 1e3) as i64),
             Kind::Push => bench.push(Push {
@@ -232,7 +233,7 @@ impl<'a> World<'a> {
     pub(super) fn repair(&mut self) {
         let now_us = self.now_us();
         let blocked = self.blocked.iter_mut().map(|(_, during_us)| during_us);
-        for during_us in blocked.chain(&mut self.garbled) {
+        for during_us in blocked.chain(&mut self.corruption_us) {
             during_us.end = during_us.end.min(now_us);
         }
         for servo in 0..JOINTS {
@@ -262,11 +263,11 @@ impl<'a> World<'a> {
     }
 }
 
-/// Whether no packet is sure to reach the servo during the injection.
+/// Whether packets may not reach the servo during the injection.
 pub(super) fn blocks(injection: &Injection) -> bool {
     match injection.kind {
         Kind::LineLow | Kind::LineHigh | Kind::ServoDeaf => true,
-        Kind::Bytes(Way::ToServos, _) => injection.amount > BLOCKING_SHARE,
+        Kind::Bytes(BusDirection::ToServos, _) => injection.amount > BLOCKING_SHARE,
         _ => false,
     }
 }

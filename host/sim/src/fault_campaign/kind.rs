@@ -5,13 +5,13 @@ use std::str::FromStr;
 
 use serde::{Serialize, Serializer};
 
-use crate::half_duplex_bus::{Damage, Way};
+use crate::half_duplex_bus::{BusDirection, ByteDamage};
 
 /// Kinds of faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// Bytes of one direction are damaged.
-    Bytes(Way, Harm),
+    Bytes(BusDirection, DamageKind),
     /// The master begins to receive its own bytes.
     EchoOn,
     /// The master no longer receives its own bytes.
@@ -26,7 +26,7 @@ pub enum Kind {
     ServoMute,
     /// A servo receives nothing, and keeps its last command.
     ServoDeaf,
-    /// The servos change places.
+    /// The servos are swapped.
     ServosSwapped,
     /// A potentiometer's reading stays at one count.
     Frozen,
@@ -34,7 +34,7 @@ pub enum Kind {
     DeadZone,
     /// A motor heats up.
     Hot,
-    /// The host is gone.
+    /// No bytes of the host arrive.
     HostVanish,
     /// Garbage comes at full rate.
     HostFlood,
@@ -46,15 +46,15 @@ pub enum Kind {
     HostReplay,
     /// Commands with numbers that are out of range.
     HostRange,
-    /// The host leaves politely.
+    /// The host ends its session with a goodbye.
     Goodbye,
-    /// The board's clock leaps ahead.
+    /// The board's clock jumps forward.
     ClockAhead,
-    /// The board's clock leaps back.
+    /// The board's clock jumps back.
     ClockBack,
     /// The arm is pushed.
     Push,
-    /// A bit of a parameter in force is turned.
+    /// A bit of a parameter in force is flipped.
     Corrupt,
     /// The host requests an emergency stop.
     StopHost,
@@ -62,9 +62,9 @@ pub enum Kind {
     StopPin,
 }
 
-/// Damage to bytes.
+/// Kinds of damage to bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Harm {
+pub enum DamageKind {
     /// They never arrive.
     Lost,
     /// They arrive late.
@@ -77,24 +77,24 @@ pub enum Harm {
     CutOff,
 }
 
-impl Harm {
-    /// The same for the bench; late bytes are `late_ns` late.
-    pub(super) fn damage(self, late_ns: u64) -> Damage {
+impl DamageKind {
+    /// Damage on the bench; late bytes are delayed by `late_ns`.
+    pub(super) fn damage(self, late_ns: u64) -> ByteDamage {
         match self {
-            Self::Lost => Damage::Lost,
-            Self::Late => Damage::Late { ns: late_ns },
-            Self::Doubled => Damage::Doubled,
-            Self::Flipped => Damage::Flipped,
-            Self::CutOff => Damage::CutOff,
+            Self::Lost => ByteDamage::Lost,
+            Self::Late => ByteDamage::Late { ns: late_ns },
+            Self::Doubled => ByteDamage::Doubled,
+            Self::Flipped => ByteDamage::Flipped,
+            Self::CutOff => ByteDamage::CutOff,
         }
     }
 }
 
 impl Kind {
-    /// Every one.
+    /// All kinds.
     pub const ALL: [Self; 34] = {
-        use Harm::{CutOff, Doubled, Flipped, Late, Lost};
-        use Way::{ToMaster, ToServos};
+        use BusDirection::{ToMaster, ToServos};
+        use DamageKind::{CutOff, Doubled, Flipped, Late, Lost};
         [
             Self::Bytes(ToServos, Lost),
             Self::Bytes(ToServos, Late),
@@ -135,8 +135,8 @@ impl Kind {
 
     /// Name on the command line.
     pub const fn name(self) -> &'static str {
-        use Harm::{CutOff, Doubled, Flipped, Late, Lost};
-        use Way::{ToMaster, ToServos};
+        use BusDirection::{ToMaster, ToServos};
+        use DamageKind::{CutOff, Doubled, Flipped, Late, Lost};
         match self {
             Self::Bytes(ToServos, Lost) => "lost-to-servos",
             Self::Bytes(ToServos, Late) => "late-to-servos",
@@ -191,15 +191,15 @@ impl Serialize for Kind {
 /// There is no kind of this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no fault `{0}`; there are: {all}", all = Kind::ALL.map(Kind::name).join(", "))]
-pub struct NoKind(String);
+pub struct UnknownKind(String);
 
 impl FromStr for Kind {
-    type Err = NoKind;
+    type Err = UnknownKind;
 
-    fn from_str(text: &str) -> Result<Self, NoKind> {
+    fn from_str(text: &str) -> Result<Self, UnknownKind> {
         let mut all = Self::ALL.into_iter();
         all.find(|kind| kind.name() == text)
-            .ok_or_else(|| NoKind(text.to_owned()))
+            .ok_or_else(|| UnknownKind(text.to_owned()))
     }
 }
 

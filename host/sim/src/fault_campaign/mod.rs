@@ -1,7 +1,7 @@
 //! Fault campaign: thousands of runs on the bench with injected faults, singly and in
 //! pairs, and the board's reactions.
 //!
-//! A case follows from its seed alone: one that fails can be repeated to the bit.
+//! A case depends only on its seed: a failing one can be repeated to the bit.
 //! Requirements on every case:
 //!
 //! * no panic, and no hang;
@@ -12,11 +12,11 @@
 //!   or a damaged packet has started a long operation of the servo's firmware (it writes
 //!   registers for a third of a second then). While a line keeps damaging bytes, a damaged
 //!   packet may switch a motor on again, until the next tick switches it off;
-//! * the fault is the expected one: `expect` has the table, and [`NAMED_RIGHT`] of all
+//! * the fault is the expected one: `expect` has the table, and [`EXPECTED_SHARE_MIN`] of all
 //!   singles must match it;
 //! * when all faults are removed and the fault is cleared, the board is idle again.
 //!
-//! | module     | what                                              |
+//! | module     | contents                                          |
 //! |------------|---------------------------------------------------|
 //! | [`Kind`]   | kinds of injected faults                          |
 //! | [`Case`]   | the case that follows from a seed                 |
@@ -44,8 +44,8 @@ mod watch;
 
 pub use case::{Case, Injection, Scenario};
 pub use expect::STOP_US;
-pub use kind::{Harm, Kind, NoKind};
+pub use kind::{DamageKind, Kind, UnknownKind};
 pub use outcome::Outcome;
-pub use report::{Failure, NAMED_RIGHT, Report, Row};
+pub use report::{EXPECTED_SHARE_MIN, Failure, Report, Row};
 pub use run::{run, run_with_events, run_with_trace};
 pub use table::table;

@@ -15,26 +15,26 @@ pub struct Outcome {
     /// Fault of the board, if there was one.
     pub fault: Option<&'static str>,
     /// Whether that is an expected one.
-    pub is_named_right: bool,
+    pub is_fault_expected: bool,
     /// From the first injection to the fault, in ms.
     pub detected_ms: Option<f64>,
     /// Longest time for which a motor was on in a mode that does not drive it, in ms,
     /// not counting time in which its servo could not be reached.
     pub stop_ms: f64,
-    /// Whether the board was idle after the fault was cleared, where that was tried.
+    /// Whether the board was idle after the fault was cleared; `None` if it was not cleared.
     pub is_cleared: Option<bool>,
     /// Violated requirements.
     pub failures: Vec<String>,
 }
 
 impl Outcome {
-    /// Before the start of a case.
+    /// Outcome before the start of a case.
     pub(super) fn new(case: &Case) -> Self {
         Self {
             seed: case.seed,
             kinds: case.injections.iter().map(|i| i.kind).collect(),
             fault: None,
-            is_named_right: true,
+            is_fault_expected: true,
             detected_ms: None,
             stop_ms: 0.0,
             is_cleared: None,
@@ -48,16 +48,16 @@ impl Outcome {
     }
 
     /// Adds a violated requirement, once.
-    pub(super) fn fail(&mut self, why: String) {
-        if !self.failures.contains(&why) {
-            self.failures.push(why);
+    pub(super) fn fail(&mut self, reason: String) {
+        if !self.failures.contains(&reason) {
+            self.failures.push(reason);
         }
     }
 
     /// The outcome with a violated requirement.
     #[must_use]
-    pub(super) fn failed(mut self, why: String) -> Self {
-        self.fail(why);
+    pub(super) fn failed(mut self, reason: String) -> Self {
+        self.fail(reason);
         self
     }
 }

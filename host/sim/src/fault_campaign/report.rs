@@ -1,4 +1,4 @@
-//! A campaign in numbers, kind by kind.
+//! Results of a campaign, kind by kind.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use super::kind::Kind;
 use super::outcome::Outcome;
 
 /// Share of singles whose fault must be an expected one.
-pub const NAMED_RIGHT: f64 = 0.99;
+pub const EXPECTED_SHARE_MIN: f64 = 0.99;
 
 /// Results of the cases of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -18,7 +18,7 @@ pub struct Row {
     /// Number of cases.
     pub cases: usize,
     /// Those with an expected fault.
-    pub named_right: usize,
+    pub as_expected: usize,
     /// From injection to fault, in ms: median,
     pub median_detected_ms: Option<f64>,
     /// and maximum.
@@ -26,7 +26,7 @@ pub struct Row {
     /// From there to both motors off, in ms, in the worst case.
     pub worst_stop_ms: f64,
     /// Number of cases by fault.
-    pub called: BTreeMap<&'static str, usize>,
+    pub faults: BTreeMap<&'static str, usize>,
 }
 
 /// A case that violates a requirement.
@@ -54,36 +54,36 @@ pub struct Report {
     /// Cases that violate a requirement.
     pub failures: Vec<Failure>,
     /// Singles with an unexpected fault.
-    pub misnamed: Vec<Failure>,
+    pub unexpected: Vec<Failure>,
 }
 
 impl Report {
-    /// Report on these cases.
-    pub fn of(outcomes: &[Outcome]) -> Self {
+    /// Summarises these cases.
+    pub fn new(outcomes: &[Outcome]) -> Self {
         let singles = || outcomes.iter().filter(|outcome| outcome.is_single());
         let rows = Kind::ALL.into_iter().map(|kind| {
-            let of_kind = singles().filter(|outcome| outcome.kinds == [kind]);
-            Row::of(kind.name(), of_kind)
+            let cases = singles().filter(|outcome| outcome.kinds == [kind]);
+            Row::new(kind.name(), cases)
         });
         let failed = outcomes
             .iter()
             .filter(|outcome| !outcome.failures.is_empty());
-        let misnamed = singles().filter(|outcome| !outcome.is_named_right);
+        let unexpected = singles().filter(|outcome| !outcome.is_fault_expected);
         Self {
             singles: rows.filter(|row| row.cases > 0).collect(),
-            all_singles: Row::of("singles", singles()),
-            all_pairs: Row::of("pairs", outcomes.iter().filter(|o| !o.is_single())),
+            all_singles: Row::new("singles", singles()),
+            all_pairs: Row::new("pairs", outcomes.iter().filter(|o| !o.is_single())),
             cleared: outcomes
                 .iter()
                 .filter(|o| o.is_cleared == Some(true))
                 .count(),
             failures: failed
-                .map(|outcome| Failure::of(outcome, outcome.failures.clone()))
+                .map(|outcome| Failure::new(outcome, outcome.failures.clone()))
                 .collect(),
-            misnamed: misnamed
+            unexpected: unexpected
                 .map(|outcome| {
-                    let called = outcome.fault.unwrap_or("nothing");
-                    Failure::of(outcome, vec![format!("called {called}")])
+                    let fault = outcome.fault.unwrap_or("none");
+                    Failure::new(outcome, vec![format!("fault {fault}")])
                 })
                 .collect(),
         }
@@ -92,14 +92,14 @@ impl Report {
     /// Whether all requirements are met.
     pub fn holds(&self) -> bool {
         let Row {
-            cases, named_right, ..
+            cases, as_expected, ..
         } = self.all_singles;
-        self.failures.is_empty() && named_right as f64 >= NAMED_RIGHT * cases as f64
+        self.failures.is_empty() && as_expected as f64 >= EXPECTED_SHARE_MIN * cases as f64
     }
 }
 
 impl Failure {
-    fn of(outcome: &Outcome, why: Vec<String>) -> Self {
+    fn new(outcome: &Outcome, why: Vec<String>) -> Self {
         Self {
             seed: outcome.seed,
             kinds: outcome.kinds.clone(),
@@ -109,23 +109,23 @@ impl Failure {
 }
 
 impl Row {
-    fn of<'a>(name: &'static str, outcomes: impl Iterator<Item = &'a Outcome>) -> Self {
+    fn new<'a>(name: &'static str, outcomes: impl Iterator<Item = &'a Outcome>) -> Self {
         let mut row = Self {
             name,
             cases: 0,
-            named_right: 0,
+            as_expected: 0,
             median_detected_ms: None,
             worst_detected_ms: None,
             worst_stop_ms: 0.0,
-            called: BTreeMap::new(),
+            faults: BTreeMap::new(),
         };
         let mut detected_ms = Vec::new();
         for outcome in outcomes {
             row.cases += 1;
-            row.named_right += usize::from(outcome.is_named_right);
+            row.as_expected += usize::from(outcome.is_fault_expected);
             row.worst_stop_ms = row.worst_stop_ms.max(outcome.stop_ms);
-            *row.called
-                .entry(outcome.fault.unwrap_or("nothing"))
+            *row.faults
+                .entry(outcome.fault.unwrap_or("none"))
                 .or_default() += 1;
             detected_ms.extend(outcome.detected_ms);
         }

@@ -7,7 +7,7 @@ use armbridge_shared::bridge::Channels;
 use armbridge_shared::servo::Firmware;
 
 use super::case::Case;
-use super::fixture::World;
+use super::fixture::Fixture;
 use super::oracle::CaseRunner;
 use super::outcome::Outcome;
 use super::trace::Trace;
@@ -37,12 +37,12 @@ pub fn run_with_trace(seed: u64, servos: Firmware) -> (Outcome, String) {
 fn run_case(case: &Case, trace: &mut Trace, on_event: Option<&mut dyn FnMut(Event)>) -> Outcome {
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         let mut channels = Channels::new();
-        match World::new(case, channels.split()) {
-            Ok(mut world) => {
+        match Fixture::new(case, channels.split()) {
+            Ok(mut fixture) => {
                 if let Some(on_event) = on_event {
-                    world.cosim.board.decode_link(on_event);
+                    fixture.cosim.board.decode_link(on_event);
                 }
-                CaseRunner::new(case, world, trace).run()
+                CaseRunner::new(case, fixture, trace).run()
             }
             Err(why) => Outcome::new(case).failed(why),
         }

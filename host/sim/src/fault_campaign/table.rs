@@ -1,4 +1,4 @@
-//! A campaign as text for a terminal.
+//! Report of a campaign as text for a terminal.
 
 use std::fmt::{Result, Write};
 
@@ -18,12 +18,12 @@ pub fn table(report: &Report) -> String {
 fn write_table(out: &mut String, report: &Report) -> Result {
     writeln!(
         out,
-        "{:<18}{:>6}{:>7}{:>10}{:>10}{:>8}  called",
-        "fault", "cases", "right", "detected", "at worst", "off"
+        "{:<18}{:>6}{:>10}{:>10}{:>10}{:>8}  faults",
+        "fault", "cases", "expected", "detected", "at worst", "off"
     )?;
     writeln!(
         out,
-        "{:<18}{:>6}{:>7}{:>10}{:>10}{:>8}",
+        "{:<18}{:>6}{:>10}{:>10}{:>10}{:>8}",
         "", "", "%", "ms", "ms", "ms"
     )?;
     let rows = report.singles.iter();
@@ -32,12 +32,12 @@ fn write_table(out: &mut String, report: &Report) -> Result {
     }
     writeln!(out, "{} faults cleared", report.cleared)?;
     write_failures(out, "failed", &report.failures)?;
-    write_failures(out, "misnamed", &report.misnamed)
+    write_failures(out, "unexpected", &report.unexpected)
 }
 
 fn write_row(out: &mut String, row: &Row) -> Result {
-    let share = 1e2 * row.named_right as f64 / row.cases.max(1) as f64;
-    write!(out, "{:<18}{:>6}{share:>7.1}", row.name, row.cases)?;
+    let share = 1e2 * row.as_expected as f64 / row.cases.max(1) as f64;
+    write!(out, "{:<18}{:>6}{share:>10.1}", row.name, row.cases)?;
     for ms in [row.median_detected_ms, row.worst_detected_ms] {
         match ms {
             Some(ms) => write!(out, "{ms:>10.1}")?,
@@ -45,24 +45,24 @@ fn write_row(out: &mut String, row: &Row) -> Result {
         }
     }
     write!(out, "{:>8.1} ", row.worst_stop_ms)?;
-    for (name, count) in &row.called {
+    for (name, count) in &row.faults {
         write!(out, " {name} {count}")?;
     }
     writeln!(out)
 }
 
-fn write_failures(out: &mut String, what: &str, failures: &[Failure]) -> Result {
+fn write_failures(out: &mut String, label: &str, failures: &[Failure]) -> Result {
     for Failure { seed, kinds, why } in failures.iter().take(LISTED_MAX) {
         let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
         writeln!(
             out,
-            "{what}: seed {seed}, {}: {}",
+            "{label}: seed {seed}, {}: {}",
             kinds.join(" and "),
             why.join("; ")
         )?;
     }
     if failures.len() > LISTED_MAX {
-        writeln!(out, "{what}: {} more", failures.len() - LISTED_MAX)?;
+        writeln!(out, "{label}: {} more", failures.len() - LISTED_MAX)?;
     }
     Ok(())
 }

@@ -7,8 +7,8 @@ use armbridge_shared::link::message::Mode;
 use armbridge_shared::servo::Firmware;
 
 use super::case::{Case, Injection};
-use super::expect::{self, Requirement};
-use super::fixture::World;
+use super::expect::{self, FaultExpectation};
+use super::fixture::Fixture;
 use super::outcome::Outcome;
 
 /// Text of a case; none is formatted if it is off.
@@ -62,16 +62,16 @@ impl Trace {
                 .map(|fault| enum_names::fault(*fault))
                 .collect();
             let (kind, names) = (injection.kind, names.join(", "));
-            self.line(&match expect::requirement(injection, case) {
-                Requirement::Must => format!("{kind}: must be called {names}"),
-                Requirement::May => format!("{kind}: nothing, or {names}"),
-                Requirement::No => format!("{kind}: must be called nothing"),
+            self.line(&match expect::fault_expectation(injection, case) {
+                FaultExpectation::Required => format!("{kind}: fault {names} required"),
+                FaultExpectation::Allowed => format!("{kind}: no fault, or {names}"),
+                FaultExpectation::Forbidden => format!("{kind}: no fault permitted"),
             });
             self.line(&format!("  {}", expected.reason));
         }
     }
 
-    pub(super) fn injects(&mut self, now_us: u64, injection: &Injection) {
+    pub(super) fn injection(&mut self, now_us: u64, injection: &Injection) {
         self.append(now_us, || {
             let Injection {
                 kind,
@@ -90,12 +90,18 @@ impl Trace {
         });
     }
 
-    pub(super) fn changes(&mut self, now_us: u64, from: Mode, to: Mode, world: &mut World<'_>) {
+    pub(super) fn mode_change(
+        &mut self,
+        now_us: u64,
+        from: Mode,
+        to: Mode,
+        fixture: &mut Fixture<'_>,
+    ) {
         if self.is_off {
             return;
         }
-        let record = world.driver().record;
-        let trip = world.driver().trip;
+        let record = fixture.driver().record;
+        let trip = fixture.driver().trip;
         self.append(now_us, || {
             let state = record.map_or_else(String::new, |record| {
                 format!(
@@ -116,14 +122,14 @@ impl Trace {
     }
 
     pub(super) fn end(&mut self, outcome: &Outcome) {
-        let named = if outcome.is_named_right {
-            "right"
+        let verdict = if outcome.is_fault_expected {
+            "expected"
         } else {
-            "wrong"
+            "unexpected"
         };
         self.line(&format!(
-            "called {}, which is {named}; detected after {:?} ms, motors off after {:.3} ms",
-            outcome.fault.unwrap_or("nothing"),
+            "fault {}, {verdict}; detected after {:?} ms, motors off after {:.3} ms",
+            outcome.fault.unwrap_or("none"),
             outcome.detected_ms,
             outcome.stop_ms
         ));

@@ -13,10 +13,10 @@ struct PwmPacket {
     /// Its first bytes.
     head: [u8; 7],
     len: usize,
-    /// Place of each servo's value in it, low byte first.
+    /// Bytes of each servo's value in it, low byte first.
     at: [Range<usize>; JOINTS],
-    /// Distance of a value from off, in counts.
-    from_off: fn(u16) -> u16,
+    /// Deviation of a value from off, in counts.
+    deviation: fn(u16) -> u16,
 }
 
 const PWM_PACKETS: [PwmPacket; 2] = [
@@ -26,7 +26,7 @@ const PWM_PACKETS: [PwmPacket; 2] = [
         head: [0xAA, 13, 0xFF, 0xFE, 0x83, 0x0F, 3],
         len: 16,
         at: [9..11, 13..15],
-        from_off: |pwm| pwm.abs_diff(Pwm::OFF.counts()),
+        deviation: |pwm| pwm.abs_diff(Pwm::OFF.counts()),
     },
     // Stock: `SYNC_WRITE` of the moving speed, two bytes each: the duty, 1023 for all,
     // with bit 10 for the sign.
@@ -34,7 +34,7 @@ const PWM_PACKETS: [PwmPacket; 2] = [
         head: [0xFF, 0xFF, 0xFE, 10, 0x83, 32, 2],
         len: 14,
         at: [8..10, 11..13],
-        from_off: |duty| {
+        deviation: |duty| {
             let share = f64::from(duty & 1023) / 1023.0;
             (share * f64::from(Pwm::OFF.counts())).round() as u16
         },
@@ -44,19 +44,19 @@ const PWM_PACKETS: [PwmPacket; 2] = [
 /// The board of a case.
 pub(super) struct MonitoredBoard<'a> {
     pub(super) board: VirtualBoard<'a>,
-    /// Largest distance from off that it may send, in counts.
-    pub(super) allowed: u16,
-    /// First packet beyond that: its time in µs, and its distance from off in counts.
+    /// Largest deviation from off that it may send, in counts.
+    pub(super) max_deviation: u16,
+    /// First packet beyond that: its time in µs, and its deviation in counts.
     pub(super) beyond: Option<(u64, u16)>,
-    /// Decoder of the link, and what takes its messages.
+    /// Decoder of the link, and the receiver of its messages.
     decoder: Option<(LinkDecoder, &'a mut dyn FnMut(Event))>,
 }
 
 impl<'a> MonitoredBoard<'a> {
-    pub(super) fn new(board: VirtualBoard<'a>, allowed: u16) -> Self {
+    pub(super) fn new(board: VirtualBoard<'a>, max_deviation: u16) -> Self {
         Self {
             board,
-            allowed,
+            max_deviation,
             beyond: None,
             decoder: None,
         }
@@ -89,13 +89,13 @@ impl Board for MonitoredBoard<'_> {
         if let Some((decoder, on_event)) = &mut self.decoder {
             decoder.take(Direction::ToHost, now_us * 1_000, &output.link, on_event);
         }
-        let allowed = if was_driven || self.is_driven() {
-            self.allowed
+        let max_deviation = if was_driven || self.is_driven() {
+            self.max_deviation
         } else {
             0
         };
-        for counts in sent_counts(&output.bus) {
-            if counts > allowed {
+        for counts in sent_deviations(&output.bus) {
+            if counts > max_deviation {
                 self.beyond.get_or_insert((now_us, counts));
             }
         }
@@ -103,8 +103,8 @@ impl Board for MonitoredBoard<'_> {
     }
 }
 
-/// Distances from off, in counts, of all PWM values in these bytes.
-fn sent_counts(bytes: &[u8]) -> impl Iterator<Item = u16> {
+/// Deviations from off, in counts, of all PWM values in these bytes.
+fn sent_deviations(bytes: &[u8]) -> impl Iterator<Item = u16> {
     PWM_PACKETS.iter().flat_map(|layout| {
         bytes
             .windows(layout.len)
@@ -113,7 +113,7 @@ fn sent_counts(bytes: &[u8]) -> impl Iterator<Item = u16> {
                 layout.at.clone().map(|at| {
                     let bytes = at.rev().filter_map(|byte| packet.get(byte));
                     let number = bytes.fold(0, |number, byte| number << 8 | u16::from(*byte));
-                    (layout.from_off)(number)
+                    (layout.deviation)(number)
                 })
             })
     })
@@ -131,13 +131,13 @@ mod tests {
         let [a, b] = [1_200, 3].map(|pwm| Pwm::new(pwm).unwrap());
         let mut bytes = Request::Cycle.encode().to_vec();
         bytes.extend(Request::Drive([(SERVO_IDS[0], a), (SERVO_IDS[1], b)]).encode());
-        assert_eq!(sent_counts(&bytes).collect::<Vec<_>>(), [200, 997]);
+        assert_eq!(sent_deviations(&bytes).collect::<Vec<_>>(), [200, 997]);
         let speeds = Instruction::SyncWrite {
             address: 32,
             count: 2,
             blocks: &[1, 0xFF, 0x03, 2, 0x00, 0x06],
         };
         let bytes = speeds.encode::<16>(BROADCAST).unwrap();
-        assert_eq!(sent_counts(&bytes).collect::<Vec<_>>(), [1_000, 500]);
+        assert_eq!(sent_deviations(&bytes).collect::<Vec<_>>(), [1_000, 500]);
     }
 }

@@ -16,7 +16,7 @@ use rand_pcg::Pcg32;
 const FLOOD_BYTES: usize = 19 * 64;
 /// Period of a flood, in µs.
 const FLOOD_US: u64 = 1_000;
-/// Most bytes of garbage between two frames.
+/// Largest number of garbage bytes between two frames.
 const GARBAGE_BYTES: usize = 40;
 /// Number of frames that are kept for repetition.
 const MEMORY: usize = 64;
@@ -24,9 +24,9 @@ const MEMORY: usize = 64;
 /// Fault of a host's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkFault {
-    /// None arrive, either way.
+    /// No bytes arrive, in either direction.
     Vanish,
-    /// Random bytes arrive beside them, as many as fit.
+    /// Random bytes arrive in addition, up to the capacity.
     Flood,
     /// Random bytes precede each message, some of which end where a frame
     /// begins and some do not.
@@ -56,7 +56,7 @@ pub struct FaultyHost<H> {
 }
 
 impl<H> FaultyHost<H> {
-    /// Without faults.
+    /// A host without faults.
     pub fn new(host: H) -> Self {
         Self {
             host,
@@ -68,7 +68,7 @@ impl<H> FaultyHost<H> {
 
     /// Injects a fault during this time, in µs, reproducible by its seed.
     pub fn inject(&mut self, kind: LinkFault, during_us: Range<u64>, seed: u64) {
-        /// Apart from those of bus and sensors, which are 0 to 4.
+        /// Stream of the generator; bus and sensors use 0 to 4.
         const STREAM: u64 = 5;
 
         self.faults.push(ActiveFault {
@@ -107,8 +107,8 @@ impl ActiveFault {
                 bytes.splice(0..0, garbage);
             }
             LinkFault::Garbage if !bytes.is_empty() => {
-                let many = self.below(GARBAGE_BYTES) + 1;
-                let mut garbage = self.garbage(many);
+                let count = self.below(GARBAGE_BYTES) + 1;
+                let mut garbage = self.garbage(count);
                 if self.below(2) == 0 {
                     garbage.push(0);
                 }
@@ -122,8 +122,8 @@ impl ActiveFault {
                     // At the rate of a host's own messages.
                     self.next_us = now_us + 50_000;
                     if !history.is_empty() {
-                        let which = self.below(history.len());
-                        bytes.extend(history.get(which).into_iter().flatten());
+                        let index = self.below(history.len());
+                        bytes.extend(history.get(index).into_iter().flatten());
                     }
                 }
             }
@@ -131,8 +131,8 @@ impl ActiveFault {
         }
     }
 
-    fn garbage(&mut self, many: usize) -> Vec<u8> {
-        (0..many).map(|_| self.below(256) as u8).collect()
+    fn garbage(&mut self, count: usize) -> Vec<u8> {
+        (0..count).map(|_| self.below(256) as u8).collect()
     }
 
     fn below(&mut self, end: usize) -> usize {
@@ -141,11 +141,11 @@ impl ActiveFault {
 
     /// Earliest time of its own next bytes.
     fn wake_at_us(&self) -> u64 {
-        let speaks = match self.kind {
+        let sends_bytes = match self.kind {
             LinkFault::Flood | LinkFault::Repeat | LinkFault::RepeatOnly => true,
             LinkFault::Vanish | LinkFault::Garbage => false,
         };
-        if speaks && self.during_us.contains(&self.next_us) {
+        if sends_bytes && self.during_us.contains(&self.next_us) {
             self.next_us
         } else {
             u64::MAX
@@ -194,7 +194,7 @@ mod tests {
     /// Sends the number of the millisecond, each millisecond.
     struct Counter {
         next_us: u64,
-        said: [u8; 1],
+        bytes: [u8; 1],
         received: usize,
     }
 
@@ -206,8 +206,8 @@ mod tests {
                 return Ok(&[]);
             }
             self.next_us = now_us + 1_000;
-            self.said = [(now_us / 1_000) as u8];
-            Ok(&self.said)
+            self.bytes = [(now_us / 1_000) as u8];
+            Ok(&self.bytes)
         }
 
         fn receive(&mut self, _now_us: u64, bytes: &[u8]) -> Result<(), Self::Error> {
@@ -228,7 +228,7 @@ mod tests {
     fn arrives(kind: LinkFault) -> (Vec<Vec<u8>>, usize) {
         let mut host = FaultyHost::new(Counter {
             next_us: 0,
-            said: [0],
+            bytes: [0],
             received: 0,
         });
         host.inject(kind, 5_000..8_000, 1);
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn each_meddles_in_its_way_and_in_its_time() {
+    fn each_fault_acts_during_its_time_only() {
         let own = |ms: u8| vec![ms];
         let (vanished, received) = arrives(LinkFault::Vanish);
         assert_eq!((vanished.len(), received), (10, 7));
@@ -256,13 +256,13 @@ mod tests {
                 .iter()
                 .all(|bytes| bytes.len() == FLOOD_BYTES + 1)
         );
-        let (babbled, _) = arrives(LinkFault::Garbage);
-        assert!((5..8).all(|ms| babbled[ms].len() > 1 && babbled[ms].ends_with(&[ms as u8])));
+        let (mixed, _) = arrives(LinkFault::Garbage);
+        assert!((5..8).all(|ms| mixed[ms].len() > 1 && mixed[ms].ends_with(&[ms as u8])));
         let (repeated, _) = arrives(LinkFault::Repeat);
         assert!(repeated[5][0] == 5 && repeated[5][1] < 5 && repeated[6] == own(6));
         let (repeated, _) = arrives(LinkFault::RepeatOnly);
         assert!(repeated[5][0] < 5 && repeated[6].is_empty());
-        for bytes in [flooded, babbled, repeated] {
+        for bytes in [flooded, mixed, repeated] {
             assert_eq!((&bytes[4], &bytes[8]), (&own(4), &own(8)));
         }
     }

@@ -7,8 +7,8 @@ use crate::morpheus_servo::Reading;
 
 /// Largest count of the converter.
 const LARGEST_COUNT: u16 = 1023;
-/// How near its ends the converter is while the wiper is off the track, in
-/// counts: its input floats.
+/// Range at its ends that the converter reads while the wiper is off the track and its
+/// input floats, in counts.
 const FLOATING_COUNTS: u16 = 6;
 
 /// Kinds of sensor faults.
@@ -32,7 +32,7 @@ pub enum SensorFault {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sensors {
     position: Position,
-    /// Since when it heats up, once it has been read, and how fast.
+    /// Time of the first reading while it heats up, and the rate.
     heat: Option<(Option<u64>, f64)>,
 }
 
@@ -46,7 +46,7 @@ enum Position {
 
 impl Sensors {
     pub(crate) fn fail(&mut self, fault: SensorFault) {
-        /// Apart from the bus's streams, which are 0 to 3.
+        /// Stream of the generator; the bus uses 0 to 3.
         const STREAM: u64 = 4;
 
         match fault {
@@ -68,13 +68,13 @@ impl Sensors {
         let position = match &mut self.position {
             Position::True => truth.position,
             Position::Frozen(count) => *count.get_or_insert(truth.position),
-            Position::OffTrack(draw) => float(draw),
+            Position::OffTrack(draw) => floating_input(draw),
         };
-        let more = self.heat.as_mut().map_or(0.0, |(since_ns, counts_per_s)| {
+        let added = self.heat.as_mut().map_or(0.0, |(since_ns, counts_per_s)| {
             let since_ns = *since_ns.get_or_insert(at_ns);
             at_ns.saturating_sub(since_ns) as f64 * 1e-9 * *counts_per_s
         });
-        let temperature = f64::from(truth.temperature) + more;
+        let temperature = f64::from(truth.temperature) + added;
         Reading {
             position,
             temperature: temperature.clamp(0.0, LARGEST_COUNT.into()) as u16,
@@ -82,7 +82,7 @@ impl Sensors {
     }
 }
 
-fn float(draw: &mut Pcg32) -> u16 {
+fn floating_input(draw: &mut Pcg32) -> u16 {
     let Ok(all) = Uniform::new(0, 2 * FLOATING_COUNTS) else {
         return 0;
     };
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_lies_in_its_way() {
+    fn each_fault_changes_the_readings() {
         let truth = |position| Reading {
             position,
             temperature: 300,

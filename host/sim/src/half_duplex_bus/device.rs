@@ -1,4 +1,4 @@
-//! Either kind of servo, as the wire sees it.
+//! Servo of either firmware, as a device on the wire.
 
 use super::line::Decoded;
 use crate::morpheus_servo::{Action, Reading, Servo};
@@ -7,7 +7,7 @@ use crate::stock_servo::Ax12a;
 /// A servo on the wire.
 #[expect(
     clippy::large_enum_variant,
-    reason = "a bus has few, and they stay where they are"
+    reason = "a bus has few, and they are not moved"
 )]
 #[derive(Clone, Debug)]
 pub enum Device {
@@ -30,7 +30,7 @@ impl From<Ax12a> for Device {
 }
 
 impl Device {
-    /// If it runs Morpheus.
+    /// The servo, if it runs Morpheus.
     pub fn morpheus(&self) -> Option<&Servo> {
         match self {
             Self::Morpheus(servo) => Some(servo),
@@ -38,7 +38,7 @@ impl Device {
         }
     }
 
-    /// If it runs the stock firmware.
+    /// The servo, if it runs the stock firmware.
     pub fn stock(&self) -> Option<&Ax12a> {
         match self {
             Self::Morpheus(_) => None,
@@ -46,7 +46,7 @@ impl Device {
         }
     }
 
-    /// The same, to change what a master cannot.
+    /// Mutable access, to properties that a master cannot change.
     pub fn stock_mut(&mut self) -> Option<&mut Ax12a> {
         match self {
             Self::Morpheus(_) => None,
@@ -70,7 +70,7 @@ impl Device {
         }
     }
 
-    /// Joined to the wire?
+    /// Whether it is connected to the wire.
     pub fn connected(&self) -> bool {
         match self {
             Self::Morpheus(servo) => servo.connected(),
@@ -92,7 +92,7 @@ impl Device {
         }
     }
 
-    /// Its bus driver is on, and its receiver cut off.
+    /// Whether its bus driver is on, which disconnects its receiver.
     pub(super) fn driving(&self) -> bool {
         match self {
             Self::Morpheus(servo) => servo.driving(),
@@ -117,7 +117,7 @@ impl Device {
         }
     }
 
-    /// Makes the event due at `now_ns` happen.
+    /// Executes the event due at `now_ns`.
     pub(super) fn step(&mut self, now_ns: u64) -> Option<Action> {
         match self {
             Self::Morpheus(servo) => servo.step(now_ns),
@@ -125,7 +125,7 @@ impl Device {
         }
     }
 
-    /// Its converter's reading, as requested.
+    /// Passes the requested reading to its converter.
     pub(super) fn converted(&mut self, reading: Reading) {
         match self {
             Self::Morpheus(servo) => servo.converted(reading),
@@ -133,7 +133,7 @@ impl Device {
         }
     }
 
-    /// A start bit reaches its receiver.
+    /// Signals a start bit to its receiver.
     pub(super) fn start_bit(&mut self) {
         match self {
             Self::Morpheus(servo) => servo.start_bit(),
@@ -142,7 +142,7 @@ impl Device {
         }
     }
 
-    /// A byte has been received.
+    /// Processes a received byte.
     pub(super) fn receive(&mut self, decoded: Decoded, now_ns: u64) {
         match self {
             // Morpheus ignores the stop bit.

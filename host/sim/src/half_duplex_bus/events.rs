@@ -1,24 +1,24 @@
 //! Events on the wire, one at a time, in causal order: a byte
 //! begins, a receiver has one, a servo acts.
 
-use super::line::{Frame, Listening};
+use super::line::{Frame, SenderFilter};
 use super::{Mechanics, ReceivedByte, Record, Wire};
 use crate::morpheus_servo::Action;
 
 impl Wire {
-    /// Executes one event at `now`. Senders precede receivers,
-    /// and those precede the servos.
-    pub(super) fn happen(&mut self, now: u64, to_ns: u64, mechanics: &mut impl Mechanics) {
+    /// Executes one event at `now`. Senders precede receivers, and receivers precede the
+    /// servos.
+    pub(super) fn execute_event(&mut self, now: u64, to_ns: u64, mechanics: &mut impl Mechanics) {
         if self.due.front().is_some_and(|f| f.start_ns <= now) {
             self.begin_frame(now);
             return;
         }
         if self.master.next_ns() <= now {
             if !self.master.receiving() {
-                self.master.look(now, &self.frames);
+                self.master.process_edge(now, &self.frames);
             } else if let Some(decoded) = self.master.finish(now, &self.frames) {
-                let byte = self.disturbed(decoded.byte, now);
-                self.plug_out(ReceivedByte {
+                let byte = self.apply_disturbance(decoded.byte, now);
+                self.deliver_to_master(ReceivedByte {
                     byte,
                     end_ns: now,
                     framing_error: decoded.framing_error,
@@ -27,14 +27,14 @@ impl Wire {
             return;
         }
         if self.faults.next_ns() <= now {
-            self.late_byte();
+            self.deliver_late_byte();
             return;
         }
         if let Some(monitor) = &mut self.monitor
             && monitor.next_ns() <= now
         {
             if !monitor.receiving() {
-                monitor.look(now, &self.frames);
+                monitor.process_edge(now, &self.frames);
             } else if let Some(decoded) = monitor.finish(now, &self.frames) {
                 self.records.push(Record::Decoded(decoded.byte));
             }
@@ -42,7 +42,7 @@ impl Wire {
         }
         for servo in 0..self.servos.len() {
             if self.receivers[servo].next_ns() <= now {
-                self.servo_hears(servo, now);
+                self.servo_receiver_event(servo, now);
                 return;
             }
         }
@@ -54,15 +54,15 @@ impl Wire {
         }
     }
 
-    /// A byte from a servo as the master receives it.
-    fn disturbed(&mut self, byte: u8, now: u64) -> u8 {
+    /// A servo's byte as received by the master.
+    fn apply_disturbance(&mut self, byte: u8, now: u64) -> u8 {
         let Some(disturbance) = &mut self.disturbance else {
             return byte;
         };
         let servos = 0..self.servos.len();
-        let under_way =
+        let is_sending =
             |f: &&Frame| servos.contains(&f.sender) && f.start_ns <= now && now < f.end_ns();
-        match self.frames.iter().find(under_way) {
+        match self.frames.iter().find(is_sending) {
             Some(frame) => disturbance.byte(frame.sender, byte),
             None => byte,
         }
@@ -72,7 +72,7 @@ impl Wire {
         let Some(frame) = self.due.pop_front() else {
             return;
         };
-        if self.faults.keep_off(frame.sender, now) {
+        if self.faults.blocks_sender(frame.sender, now) {
             return;
         }
         if let Some(servo) = self.servos.get(frame.sender) {
@@ -87,18 +87,18 @@ impl Wire {
                 return;
             }
         }
-        self.forget_old(now);
+        self.drop_old_frames(now);
         self.frames.push(frame);
         if self.master.waiting() {
-            self.master.seek(now, &self.frames);
+            self.master.find_start_bit(now, &self.frames);
         }
         if let Some(monitor) = &mut self.monitor
             && monitor.waiting()
         {
-            monitor.seek(now, &self.frames);
+            monitor.find_start_bit(now, &self.frames);
         }
         for (servo, receiver) in self.receivers.iter_mut().enumerate() {
-            if receiver.waiting() && receiver.seek(now, &self.frames) {
+            if receiver.waiting() && receiver.find_start_bit(now, &self.frames) {
                 self.servos[servo].start_bit();
             }
         }
@@ -110,21 +110,21 @@ impl Wire {
         }
     }
 
-    fn forget_old(&mut self, now: u64) {
+    fn drop_old_frames(&mut self, now: u64) {
         let needed = self
             .receivers
             .iter()
             .chain([&self.master])
             .chain(&self.monitor)
-            .map(|receiver| receiver.needs_from(now))
+            .map(|receiver| receiver.earliest_sample_ns(now))
             .fold(now, u64::min);
         self.frames.retain(|frame| frame.end_ns() + 1 >= needed);
     }
 
-    fn servo_hears(&mut self, servo: usize, now: u64) {
+    fn servo_receiver_event(&mut self, servo: usize, now: u64) {
         let receiver = &mut self.receivers[servo];
         if !receiver.receiving() {
-            if receiver.look(now, &self.frames) {
+            if receiver.process_edge(now, &self.frames) {
                 self.servos[servo].start_bit();
             }
         } else if let Some(decoded) = receiver.finish(now, &self.frames) {
@@ -133,17 +133,16 @@ impl Wire {
         }
     }
 
-    /// Runs one servo, as long as no other event is due and
-    /// its actions are internal.
+    /// Runs one servo while its actions are internal and no other event is due.
     fn run_servo(&mut self, servo: usize, now: u64, to_ns: u64, mechanics: &mut impl Mechanics) {
         let own = std::mem::replace(&mut self.servo_next_ns[servo], u64::MAX);
         let others = self.next_event_ns();
         self.servo_next_ns[servo] = own;
         let mut now = now;
         loop {
-            let inside = self.servo_acts(servo, now, mechanics);
+            let is_internal = self.step_servo(servo, now, mechanics);
             let next = self.servo_next_ns[servo].max(now);
-            if !inside || next >= others || next > to_ns {
+            if !is_internal || next >= others || next > to_ns {
                 return;
             }
             now = next;
@@ -151,24 +150,25 @@ impl Wire {
         }
     }
 
-    /// One event of a servo. Returns whether the wire stayed as it was.
-    fn servo_acts(&mut self, servo: usize, now: u64, mechanics: &mut impl Mechanics) -> bool {
-        let mut inside = true;
+    /// Executes one event of a servo. Returns whether it is internal: the wire does not
+    /// change.
+    fn step_servo(&mut self, servo: usize, now: u64, mechanics: &mut impl Mechanics) -> bool {
+        let mut is_internal = true;
         let device = &mut self.servos[servo];
         match device.step(now) {
             None => {}
             Some(Action::Convert) => device.converted(mechanics.convert(servo, now)),
             Some(Action::Pwm(pwm)) => mechanics.drive(servo, now, pwm),
             Some(Action::Release) => {
-                inside = false;
+                is_internal = false;
                 if let Some(disturbance) = &mut self.disturbance {
                     disturbance.released(servo);
                 }
                 self.records_push(Record::Released { servo, at_ns: now });
-                self.refresh_ears(servo);
+                self.update_receiver(servo);
             }
             Some(Action::Send { byte, start_ns }) => {
-                inside = false;
+                is_internal = false;
                 let bit_ns = device.bit_ns();
                 self.enqueue(Frame {
                     sender: servo,
@@ -176,23 +176,23 @@ impl Wire {
                     start_ns,
                     bit_ns,
                 });
-                self.refresh_ears(servo);
+                self.update_receiver(servo);
             }
         }
         self.servo_changed(servo);
-        inside
+        is_internal
     }
 
-    /// A servo receives while it is connected and not driving the line.
-    pub(super) fn refresh_ears(&mut self, servo: usize) {
+    /// Updates a servo's receiver: enabled while it is connected and not driving the line.
+    pub(super) fn update_receiver(&mut self, servo: usize) {
         let device = &self.servos[servo];
         let listens = device.connected() && !device.driving() && !self.faults.is_deaf(servo);
-        let listening = if listens {
-            Listening::All
+        let filter = if listens {
+            SenderFilter::All
         } else {
-            Listening::None
+            SenderFilter::None
         };
-        if self.receivers[servo].set_listening(listening, self.now_ns, &self.frames) {
+        if self.receivers[servo].set_filter(filter, self.now_ns, &self.frames) {
             self.servos[servo].start_bit();
         }
     }

@@ -7,23 +7,23 @@
 
 /// Bits of a byte on the wire.
 pub(super) const BITS: u64 = 10;
-/// From three quarters of the stop bit, where its last sample is taken, to the
-/// byte being there: up to two cycles of the servos' processor. Found from the
-/// recorded latencies at 9600 to 2 000 000 baud, which no fraction of a bit
-/// alone explains.
+/// From three quarters of the stop bit, the time of its last sample, to the
+/// reception of the byte: up to two cycles of the servos' processor. Fitted to the
+/// recorded latencies at 9600 to 2 000 000 baud, which a fraction of a bit
+/// alone does not explain.
 const SYNCHRONISED_NS: u64 = 94;
 
-/// One byte on its way.
+/// One byte on the line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
-    /// Which sender: a servo's index, or [`MASTER`].
+    /// Sender: a servo's index, or [`MASTER`].
     pub(super) sender: usize,
     pub(super) byte: u8,
     pub(super) start_ns: u64,
     pub(super) bit_ns: u64,
 }
 
-/// The master as a sender.
+/// Index of the master as a sender.
 pub(super) const MASTER: usize = usize::MAX;
 
 impl Frame {
@@ -49,7 +49,7 @@ impl Frame {
 
 /// Senders that a receiver can receive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Listening {
+pub(super) enum SenderFilter {
     /// All.
     All,
     /// All but the master.
@@ -58,12 +58,12 @@ pub(super) enum Listening {
     None,
 }
 
-impl Listening {
+impl SenderFilter {
     fn includes(self, frame: &Frame) -> bool {
         match self {
-            Listening::All => true,
-            Listening::Servos => frame.sender != MASTER,
-            Listening::None => false,
+            SenderFilter::All => true,
+            SenderFilter::Servos => frame.sender != MASTER,
+            SenderFilter::None => false,
         }
     }
 }
@@ -79,27 +79,27 @@ pub(super) struct Decoded {
 /// in its middle.
 #[derive(Debug, Clone)]
 pub(super) struct Receiver {
-    listening: Listening,
+    filter: SenderFilter,
     /// Start of the present receiver state, and the state before.
     since_ns: u64,
-    before: Listening,
+    before: SenderFilter,
     bit_ns: u64,
     start_ns: Option<u64>,
-    /// A falling edge that may yet prove not to be a start bit.
-    doubtful_ns: Option<u64>,
-    /// When a byte is complete, or the next falling edge known of.
+    /// A falling edge that is not yet confirmed as a start bit.
+    unconfirmed_edge_ns: Option<u64>,
+    /// End of the present byte, or the next known falling edge.
     next_ns: u64,
 }
 
 impl Receiver {
-    pub(super) fn new(listening: Listening, bit_ns: u64) -> Self {
+    pub(super) fn new(filter: SenderFilter, bit_ns: u64) -> Self {
         Self {
-            listening,
+            filter,
             since_ns: 0,
-            before: listening,
+            before: filter,
             bit_ns,
             start_ns: None,
-            doubtful_ns: None,
+            unconfirmed_edge_ns: None,
             next_ns: u64::MAX,
         }
     }
@@ -109,8 +109,8 @@ impl Receiver {
     }
 
     /// The earliest time at which it may have to sample the line.
-    pub(super) fn needs_from(&self, now_ns: u64) -> u64 {
-        self.start_ns.or(self.doubtful_ns).unwrap_or(now_ns)
+    pub(super) fn earliest_sample_ns(&self, now_ns: u64) -> u64 {
+        self.start_ns.or(self.unconfirmed_edge_ns).unwrap_or(now_ns)
     }
 
     /// Length of a bit at its rate.
@@ -124,33 +124,33 @@ impl Receiver {
     }
 
     fn low(&self, frames: &[Frame], at_ns: u64) -> bool {
-        let listening = if at_ns >= self.since_ns {
-            self.listening
+        let filter = if at_ns >= self.since_ns {
+            self.filter
         } else {
             self.before
         };
-        frames.iter().any(|f| listening.includes(f) && f.low(at_ns))
+        frames.iter().any(|f| filter.includes(f) && f.low(at_ns))
     }
 
     /// Enables or disables it. Returns true if a start bit is detected at once.
-    pub(super) fn set_listening(
+    pub(super) fn set_filter(
         &mut self,
-        listening: Listening,
+        filter: SenderFilter,
         now_ns: u64,
         frames: &[Frame],
     ) -> bool {
-        if listening == self.listening {
+        if filter == self.filter {
             return false;
         }
-        self.before = self.listening;
-        self.listening = listening;
+        self.before = self.filter;
+        self.filter = filter;
         self.since_ns = now_ns;
-        self.waiting() && self.seek(now_ns, frames)
+        self.waiting() && self.find_start_bit(now_ns, frames)
     }
 
     /// Waiting for a start bit: detects one at `now_ns`. If there is none, stores the
     /// next known falling edge.
-    pub(super) fn seek(&mut self, now_ns: u64, frames: &[Frame]) -> bool {
+    pub(super) fn find_start_bit(&mut self, now_ns: u64, frames: &[Frame]) -> bool {
         self.next_ns = u64::MAX;
         let Some(edge) = self.falling_edge(now_ns, frames) else {
             return false;
@@ -165,7 +165,7 @@ impl Receiver {
         if self.low(frames, middle) {
             return self.begin(edge);
         }
-        self.doubtful_ns = Some(edge);
+        self.unconfirmed_edge_ns = Some(edge);
         self.next_ns = middle;
         false
     }
@@ -176,11 +176,11 @@ impl Receiver {
         true
     }
 
-    /// The awaited edge is due while no byte is being received: detects a start bit.
-    pub(super) fn look(&mut self, now_ns: u64, frames: &[Frame]) -> bool {
-        match self.doubtful_ns.take() {
+    /// Detects a start bit at the expected edge, while no byte is being received.
+    pub(super) fn process_edge(&mut self, now_ns: u64, frames: &[Frame]) -> bool {
+        match self.unconfirmed_edge_ns.take() {
             Some(edge) if self.low(frames, now_ns) => self.begin(edge),
-            _ => self.seek(now_ns, frames),
+            _ => self.find_start_bit(now_ns, frames),
         }
     }
 
@@ -192,7 +192,7 @@ impl Receiver {
             return Some(from_ns);
         }
         // The sender of the edge begins a low bit then.
-        let received = frames.iter().filter(|f| self.listening.includes(f));
+        let received = frames.iter().filter(|f| self.filter.includes(f));
         let edges = received.filter_map(|f| {
             let first = from_ns.saturating_sub(f.start_ns).div_ceil(f.bit_ns);
             (first..BITS)
@@ -205,7 +205,7 @@ impl Receiver {
 
     /// Whether it waits for a falling edge.
     pub(super) fn waiting(&self) -> bool {
-        self.start_ns.is_none() && self.doubtful_ns.is_none()
+        self.start_ns.is_none() && self.unconfirmed_edge_ns.is_none()
     }
 
     /// Whether it is in the middle of a byte.
@@ -219,14 +219,14 @@ impl Receiver {
         let start = self.start_ns.take()?;
         let decoded = self.decode(start, now_ns, frames);
         self.next_ns = u64::MAX;
-        self.seek(now_ns + 1, frames);
+        self.find_start_bit(now_ns + 1, frames);
         Some(decoded)
     }
 
     fn decode(&self, start: u64, now_ns: u64, frames: &[Frame]) -> Decoded {
         let mut received = frames
             .iter()
-            .filter(|f| self.listening.includes(f) && f.start_ns <= now_ns && f.end_ns() > start);
+            .filter(|f| self.filter.includes(f) && f.start_ns <= now_ns && f.end_ns() > start);
         if let (Some(only), None) = (received.next(), received.next())
             && only.start_ns == start
             && only.bit_ns == self.bit_ns

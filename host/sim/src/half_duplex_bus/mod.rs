@@ -13,8 +13,8 @@
 //! receiver decodes the result. A servo whose bus driver is on receives
 //! nothing; a disconnected one neither receives nor is received.
 //!
-//! The master's own bytes are not handed back: an adapter that echoes adds
-//! its echo itself.
+//! The master does not receive its own bytes: an adapter that echoes adds its echo
+//! itself.
 
 mod device;
 mod disturbance;
@@ -24,13 +24,13 @@ mod line;
 
 pub use device::Device;
 pub use disturbance::Disturbance;
-pub use faults::{ByteFault, Damage, Way};
+pub use faults::{BusDirection, ByteDamage, ByteFault};
 
 use std::collections::VecDeque;
 
 use super::morpheus_servo::{Reading, Servo};
 use faults::Faults;
-use line::{Frame, Listening, MASTER, Receiver};
+use line::{Frame, MASTER, Receiver, SenderFilter};
 
 /// One bit at 1 Mbaud.
 const DEFAULT_BIT_NS: u64 = 1_000;
@@ -54,7 +54,7 @@ pub trait Mechanics {
 pub struct ReceivedByte {
     /// The byte.
     pub byte: u8,
-    /// When the receiver has it, three quarters into its stop bit.
+    /// Time of reception, three quarters into its stop bit.
     pub end_ns: u64,
     /// The stop bit was not high: bytes collided.
     pub framing_error: bool,
@@ -81,7 +81,7 @@ pub enum Record {
         /// Its time.
         at_ns: u64,
     },
-    /// A byte as a receiver decodes it that is always on.
+    /// A byte as decoded by a receiver that is always on.
     Decoded(u8),
 }
 
@@ -96,7 +96,7 @@ pub struct Wire {
     records: Vec<Record>,
     /// Bytes not yet begun, in order of their start.
     due: VecDeque<Frame>,
-    /// Bytes that have begun and still matter.
+    /// Bytes that have begun and are still needed by a receiver.
     frames: Vec<Frame>,
     received: VecDeque<ReceivedByte>,
     disturbance: Option<Disturbance>,
@@ -111,14 +111,14 @@ impl Wire {
         let servos: Vec<Device> = servos.into_iter().map(Into::into).collect();
         let receivers = servos
             .iter()
-            .map(|servo| Receiver::new(Listening::All, servo.bit_ns()))
+            .map(|servo| Receiver::new(SenderFilter::All, servo.bit_ns()))
             .collect();
         let servo_next_ns = servos.iter().map(Device::next_event_ns).collect();
         Self {
             now_ns: 0,
             servos,
             receivers,
-            master: Receiver::new(Listening::Servos, DEFAULT_BIT_NS),
+            master: Receiver::new(SenderFilter::Servos, DEFAULT_BIT_NS),
             monitor: None,
             records: Vec::new(),
             due: VecDeque::new(),
@@ -145,14 +145,14 @@ impl Wire {
         self.servos.iter().filter_map(Device::morpheus)
     }
 
-    /// One of the servos, to change what a master cannot: its supply, its heat.
+    /// Mutable access to a servo, for properties that a master cannot change: supply, heat.
     pub fn servo_mut(&mut self, servo: usize) -> &mut Device {
         &mut self.servos[servo]
     }
 
     /// Starts to record [`Record`]s, for tests and tools.
     pub fn record(&mut self) {
-        self.monitor = Some(Receiver::new(Listening::All, DEFAULT_BIT_NS));
+        self.monitor = Some(Receiver::new(SenderFilter::All, DEFAULT_BIT_NS));
     }
 
     /// The records since the last call.
@@ -174,7 +174,7 @@ impl Wire {
     /// not before now nor before the end of its previous byte.
     pub fn send(&mut self, start_ns: u64, byte: u8, baud: u32) {
         self.listen_at(baud);
-        self.plug_in(Frame {
+        self.send_frame(Frame {
             sender: MASTER,
             byte,
             start_ns: start_ns.max(self.now_ns),
@@ -184,8 +184,8 @@ impl Wire {
 
     fn enqueue(&mut self, frame: Frame) {
         let later = |f: &&Frame| f.start_ns > frame.start_ns;
-        let place = self.due.len() - self.due.iter().rev().take_while(later).count();
-        self.due.insert(place, frame);
+        let index = self.due.len() - self.due.iter().rev().take_while(later).count();
+        self.due.insert(index, frame);
     }
 
     /// The oldest byte received from the servos and not yet taken.
@@ -201,7 +201,7 @@ impl Wire {
     /// Connects a servo to the wire or disconnects it. It stays powered.
     pub fn connect(&mut self, servo: usize, connected: bool) {
         self.servos[servo].connect(connected);
-        self.refresh_ears(servo);
+        self.update_receiver(servo);
     }
 
     /// Power-cycles a servo.
@@ -209,11 +209,11 @@ impl Wire {
         self.servos[servo].power_cycle(self.now_ns);
         mechanics.drive(servo, self.now_ns, self.servos[servo].pwm());
         self.due.retain(|frame| frame.sender != servo);
-        self.refresh_ears(servo);
+        self.update_receiver(servo);
         self.servo_changed(servo);
     }
 
-    /// When the next event is due; `u64::MAX` if none is.
+    /// Time of the next event; `u64::MAX` if there is none.
     pub fn next_event_ns(&self) -> u64 {
         let due = self.due.front().map_or(u64::MAX, |frame| frame.start_ns);
         let mut next = due.min(self.master.next_ns()).min(self.faults.next_ns());
@@ -245,7 +245,7 @@ impl Wire {
                 return;
             }
             self.now_ns = next;
-            self.happen(next, to_ns, mechanics);
+            self.execute_event(next, to_ns, mechanics);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Boards by URI, real and simulated, and a host driven on one.
 //!
-//! | name                        | what                                                  |
+//! | name                        | board                                                 |
 //! |-----------------------------|-------------------------------------------------------|
 //! | `usb:`, `serial:`, `tcp:`, `pty:` | a board at a byte stream, see [`transport`]     |
 //! | `sim:`                      | the board's code and the bench, in this process       |

@@ -157,7 +157,7 @@ impl BoardUri {
         }
     }
 
-    /// World of code and arm, as text: simulated ones are named so.
+    /// World of code and arm, as text; a simulated one begins with `simulated`.
     pub fn world(&self) -> String {
         match self {
             Self::Sim => "simulated: bench".into(),

@@ -12,7 +12,7 @@ use crate::cosim::{Cosim, CosimError};
 use crate::pacer::Pacer;
 
 /// Longest interval between two calls of a paced host.
-const ASK_US: u64 = 20_000;
+const CALL_INTERVAL_US: u64 = 20_000;
 
 /// Like [`drive`](super::drive), on this board.
 pub fn run<B: Board, H: Host>(
@@ -25,11 +25,11 @@ where
 {
     let paced = Paced {
         host: Tapped::new(host, options.link.taps),
-        held: match options.pace {
+        pacer: match options.pace {
             Pace::Free => None,
             Pace::WallClock => Some(Pacer::begin()),
         },
-        ask_us: match options.pace {
+        next_call_us: match options.pace {
             Pace::Free => u64::MAX,
             Pace::WallClock => 0,
         },
@@ -51,17 +51,17 @@ where
 /// A host with an optional pacer.
 struct Paced<H> {
     host: H,
-    held: Option<Pacer>,
-    ask_us: u64,
+    pacer: Option<Pacer>,
+    next_call_us: u64,
 }
 
 impl<H: Host> Host for Paced<H> {
     type Error = H::Error;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], H::Error> {
-        if let Some(held) = &mut self.held {
-            self.ask_us = now_us + ASK_US;
-            held.wait(now_us);
+        if let Some(pacer) = &mut self.pacer {
+            self.next_call_us = now_us + CALL_INTERVAL_US;
+            pacer.wait(now_us);
         }
         self.host.transmit(now_us)
     }
@@ -71,7 +71,7 @@ impl<H: Host> Host for Paced<H> {
     }
 
     fn wake_at_us(&self) -> u64 {
-        self.host.wake_at_us().min(self.ask_us)
+        self.host.wake_at_us().min(self.next_call_us)
     }
 
     fn is_done(&self) -> bool {

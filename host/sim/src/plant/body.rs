@@ -4,10 +4,10 @@
 //!
 //! Runge-Kutta of fourth order on a fixed grid of [`STEP_NS`]. The torque is
 //! constant between changes, and a change off the grid cuts the step there; the
-//! next step ends on the grid again. Looking at the arm between grid points
-//! takes a partial step that is then thrown away. So the motion depends on the
-//! torque and the times of its changes only, never on how often or when one
-//! looks: splitting an advance in two gives the same bits.
+//! next step ends on the grid again. A state between grid points is
+//! computed by a partial step that is then discarded. So the motion depends only on the
+//! torque and the times of its changes, never on the times of readings: splitting an
+//! advance in two gives the same bits.
 //!
 //! # Dry friction
 //!
@@ -29,9 +29,9 @@ use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Parameters, State};
 use nalgebra::{ComplexField, Vector2};
 
-/// Most stops of joints within a step. The rest of a step with more is lost:
-/// nothing moves far in it.
-const TURNS_MAX: usize = 4;
+/// Limit of the reversals of joints within a step. The rest of a step with more is
+/// skipped; the motion in it is small.
+const REVERSALS_MAX: usize = 4;
 /// Grid of the integration, in ns.
 pub const STEP_NS: u64 = 100_000;
 
@@ -88,12 +88,12 @@ pub struct Body {
     state: State<f64>,
     contact: [Contact; JOINTS],
     torque_nm: Vector2<f64>,
-    /// Nothing moves until the torque changes.
+    /// All joints are at rest until the torque changes.
     still: bool,
 }
 
 impl Body {
-    /// At time zero, without torque. `stops_rad` are the smallest and largest
+    /// The arm at time zero, without torque. `stops_rad` are the smallest and largest
     /// angle of each joint.
     pub fn new(
         arm: Parameters<f64>,
@@ -122,7 +122,7 @@ impl Body {
         }
     }
 
-    /// Moves on to the last grid point that is not after `to_ns`.
+    /// Advances to the last grid point that is not after `to_ns`.
     pub fn advance(&mut self, to_ns: u64) {
         while let Some(next_ns) = self.next_grid_point().filter(|&next| next <= to_ns) {
             self.step(next_ns);
@@ -175,29 +175,28 @@ impl Body {
             return;
         }
         let mut rest_s = step_s;
-        for _ in 0..TURNS_MAX {
+        for _ in 0..REVERSALS_MAX {
             self.break_away();
             if self.contact == [Contact::Stuck; JOINTS] {
                 self.still = true;
                 return;
             }
             let next = self.runge_kutta(rest_s);
-            let Some((joint, turn_s)) = self.turn(&next, rest_s) else {
+            let Some((joint, reversal_s)) = self.first_reversal(&next, rest_s) else {
                 self.state = next;
                 self.stop_and_stick();
                 return;
             };
-            self.state = self.runge_kutta(turn_s);
+            self.state = self.runge_kutta(reversal_s);
             self.state.dq[joint] = 0.0;
             self.stop_and_stick();
-            rest_s -= turn_s;
+            rest_s -= reversal_s;
         }
     }
 
-    /// Which sliding joint comes to rest first on the way to `next`, and after how many of
-    /// these seconds.
-    fn turn(&self, next: &State<f64>, step_s: f64) -> Option<(usize, f64)> {
-        let turns = (0..JOINTS).filter_map(|joint| {
+    /// First sliding joint whose speed changes sign before `next`, and the time of that, in s.
+    fn first_reversal(&self, next: &State<f64>, step_s: f64) -> Option<(usize, f64)> {
+        let reversals = (0..JOINTS).filter_map(|joint| {
             let Contact::Sliding(direction) = self.contact[joint] else {
                 return None;
             };
@@ -206,14 +205,14 @@ impl Body {
                 // Speed is nearly linear over a step: one more step of the secant is exact.
                 let per_s = (to - from) / step_s;
                 let near_s = -from / per_s;
-                let turn_s = near_s - self.runge_kutta(near_s).dq[joint] / per_s;
-                (joint, turn_s.clamp(0.0, step_s))
+                let reversal_s = near_s - self.runge_kutta(near_s).dq[joint] / per_s;
+                (joint, reversal_s.clamp(0.0, step_s))
             })
         });
-        turns.min_by(|a, b| a.1.total_cmp(&b.1))
+        reversals.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Decides which joints at rest leave it.
+    /// Releases stuck joints whose torque exceeds static friction.
     fn break_away(&mut self) {
         if !self.contact.contains(&Contact::Stuck) {
             return;
@@ -335,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_turns_round_when_its_speed_is_none_not_at_the_next_step() {
+    fn a_joint_reverses_when_its_speed_is_zero_not_at_the_next_step() {
         let friction = Friction {
             coulomb_nm: 0.04,
             static_nm: 0.06,

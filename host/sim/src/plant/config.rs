@@ -1,4 +1,4 @@
-//! Every switch and number of the virtual arm.
+//! Configuration of the virtual arm.
 
 use core::f64::consts::FRAC_PI_2;
 
@@ -19,8 +19,7 @@ pub struct PlantConfig {
     pub inertia_scale: f64,
     /// Factor on the gravity torque.
     pub gravity_scale: f64,
-    /// The servos' true calibration. Dead-zone compensation has no meaning
-    /// here and is not looked at.
+    /// The servos' true calibration. Dead-zone compensation is ignored.
     pub joints: [Joint<f64>; JOINTS],
     /// Whether there is dry friction.
     pub friction_on: bool,
@@ -41,7 +40,7 @@ pub struct PlantConfig {
     pub stops_rad: [[f64; 2]; JOINTS],
     /// Standard deviation of the encoders' noise in counts.
     pub noise_lsb_rms: f64,
-    /// Where the arm is at time zero.
+    /// State at time zero.
     pub initial: State<f64>,
     /// The arm is held where it is until the first servo receives a PWM
     /// other than 1000.
@@ -86,7 +85,7 @@ impl PlantConfig {
     /// The dead zone that the paper describes: no torque for 950 < PWM < 1050.
     pub const PAPER_DEAD_ZONE_COUNTS: [u16; 2] = [49, 49];
 
-    /// The parameters that the arm really has.
+    /// True parameters of the arm, with both scales.
     pub(super) fn true_arm(&self) -> Parameters<f64> {
         let (arm, scale) = (self.arm, self.inertia_scale);
         Parameters {
@@ -118,8 +117,8 @@ impl PlantConfig {
         }
     }
 
-    /// Joint torque in N m that a servo makes of a PWM: equation (5) with the
-    /// motor's true zero and gain.
+    /// Joint torque in N m of a servo at a PWM: equation (5) with the motor's true zero
+    /// and gain.
     pub(super) fn torque(&self, servo: usize, pwm: u16) -> f64 {
         let off = Pwm::OFF.counts();
         let [below, above] = self.dead_zone_counts[servo];

@@ -11,18 +11,17 @@ use rand_pcg::Pcg32;
 
 use super::{Friction, PlantConfig};
 
-/// Apart from those of the encoders' noise, faults and campaigns, which are 0 to 6.
+/// Stream of the generator; the encoders' noise, faults and campaigns use 0 to 6.
 const STREAM: u64 = 7;
-/// An arm of no mass is none.
+/// Limit of the spread, so that masses stay positive.
 const SPREAD_MAX: f64 = 0.9;
-/// Counts by which a horn sits off the middle, for a spread of 1.
+/// Offset of the encoder's zero from the middle in counts, for a spread of 1.
 const ZERO_COUNTS: f64 = 50.0;
-/// A dead zone as the paper's would be if part of it was friction.
+/// Nominal dead zone: part of the paper's, which includes friction.
 const DEAD_ZONE_COUNTS: f64 = 30.0;
-/// Three ticks of 1 kHz.
+/// Nominal delay: three ticks at 1 kHz.
 const DELAY_US: f64 = 3_000.0;
-/// A joint at rest withstands more than it feels while it slides: at least so many
-/// times as much.
+/// Minimum ratio of static friction to Coulomb friction.
 const STATIC_RATIO: f64 = 1.1;
 
 impl PlantConfig {
@@ -63,7 +62,7 @@ impl PlantConfig {
     }
 }
 
-/// One number after the other.
+/// Generator of the numbers of an arm.
 struct Draw {
     random: Pcg32,
     /// From -spread to spread.
@@ -127,24 +126,24 @@ mod tests {
     /// Each number over its nominal one; what is rounded may be off by half a count.
     fn factors(config: &PlantConfig) -> Vec<f64> {
         let nominal = PlantConfig::default();
-        let (arm, of) = (config.arm, nominal.arm);
+        let (arm, nominal_arm) = (config.arm, nominal.arm);
         let mut factors = vec![
-            arm.l1 / of.l1,
-            arm.l2 / of.l2,
-            arm.m1 / of.m1,
-            arm.m2 / of.m2,
-            arm.i1x / of.i1x,
-            arm.i2y / of.i2y,
-            arm.b1 / of.b1,
-            arm.b2 / of.b2,
+            arm.l1 / nominal_arm.l1,
+            arm.l2 / nominal_arm.l2,
+            arm.m1 / nominal_arm.m1,
+            arm.m2 / nominal_arm.m2,
+            arm.i1x / nominal_arm.i1x,
+            arm.i2y / nominal_arm.i2y,
+            arm.b1 / nominal_arm.b1,
+            arm.b2 / nominal_arm.b2,
         ];
         for j in 0..JOINTS {
-            let (joint, of) = (config.joints[j], nominal.joints[j]);
+            let (joint, nominal_joint) = (config.joints[j], nominal.joints[j]);
             factors.extend([
                 config.friction[j].coulomb_nm / nominal.friction[j].coulomb_nm,
-                joint.gain_counts_per_nm / of.gain_counts_per_nm,
-                joint.offset_counts / of.offset_counts,
-                1.0 + (joint.zero_count - of.zero_count) / ZERO_COUNTS,
+                joint.gain_counts_per_nm / nominal_joint.gain_counts_per_nm,
+                joint.offset_counts / nominal_joint.offset_counts,
+                1.0 + (joint.zero_count - nominal_joint.zero_count) / ZERO_COUNTS,
                 config.input_delay_ns[j] as f64 * 1e-3 / DELAY_US,
             ]);
         }
@@ -152,19 +151,19 @@ mod tests {
     }
 
     #[test]
-    fn numbers_spread_as_far_as_said_and_each_by_itself() {
+    fn numbers_are_independent_and_cover_the_spread() {
         let arms: Vec<_> = (0..SEEDS)
             .map(|seed| PlantConfig::drawn(seed, SPREAD))
             .collect();
         let all: Vec<_> = arms.iter().map(factors).collect();
         for number in 0..all[0].len() {
-            let of_arms = all.iter().map(|factors| factors[number]);
-            let least = of_arms.clone().fold(f64::MAX, f64::min);
-            let most = of_arms.clone().fold(f64::MIN, f64::max);
+            let values = all.iter().map(|factors| factors[number]);
+            let least = values.clone().fold(f64::MAX, f64::min);
+            let most = values.clone().fold(f64::MIN, f64::max);
             // Of so many, some come near either end.
             assert!((0.599_9..0.62).contains(&least), "{number}: {least}");
             assert!((1.38..1.400_1).contains(&most), "{number}: {most}");
-            let mean = of_arms.sum::<f64>() / SEEDS as f64;
+            let mean = values.sum::<f64>() / SEEDS as f64;
             assert!((mean - 1.0).abs() < 0.04, "{number}: {mean}");
         }
         assert_ne!(arms[0], arms[1]);
@@ -194,14 +193,14 @@ mod tests {
     }
 
     #[test]
-    fn every_arm_is_one_and_the_same_in_a_file() {
+    fn every_drawn_arm_is_valid_and_survives_a_file() {
         for seed in 0..SEEDS {
             // Up to the most there is, and beyond.
             let spread = seed as f64 / SEEDS as f64 * 1.1 - 0.1;
             let config = PlantConfig::drawn(seed, spread);
             assert!(config.arm.is_valid(), "seed {seed}: {config:?}");
             assert!(config.joints.iter().all(Joint::is_valid), "seed {seed}");
-            let text = toml::to_string(&PlantFile::of(&config)).unwrap();
+            let text = toml::to_string(&PlantFile::from_config(&config)).unwrap();
             let file: PlantFile = toml::from_str(&text).unwrap();
             assert_eq!(file.config([9.0; JOINTS]), config, "seed {seed}");
             assert_eq!(config, PlantConfig::drawn(seed, spread));

@@ -1,8 +1,8 @@
 //! A virtual arm described in a file, `host/plants/default.toml` and its like.
 //!
-//! Every switch and number of [`PlantConfig`] is a key; one that a file leaves
-//! out has its default, and one that does not exist is an error that names
-//! those that do. Errors are one line with file, line and column.
+//! Every field of [`PlantConfig`] is a key. A missing key has its default, and an unknown
+//! key is an error that lists the known ones. Errors are one line with file, line and
+//! column.
 
 mod joint;
 mod range;
@@ -26,7 +26,7 @@ use super::PlantConfig;
 #[serde(deny_unknown_fields, default)]
 pub struct PlantFile {
     friction: bool,
-    /// The paper's, or none, of both joints.
+    /// The paper's dead zone, or none, for both joints.
     #[serde(skip_serializing_if = "Option::is_none")]
     dead_zone: Option<bool>,
     held: bool,
@@ -40,7 +40,7 @@ pub struct PlantFile {
     pwm_offset_counts: f64,
     #[serde(deserialize_with = "range::torque")]
     torque_limit_nm: f64,
-    /// That of both joints.
+    /// Delay of both joints.
     #[serde(
         deserialize_with = "range::maybe_delay",
         skip_serializing_if = "Option::is_none"
@@ -56,11 +56,11 @@ pub struct PlantFile {
 
 /// Two keys of a file with the same meaning.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Clash {
-    /// The one that is of both joints.
+pub struct KeyConflict {
+    /// The key for both joints.
     pub key: &'static str,
-    /// Which they are.
-    pub what: String,
+    /// Description of the conflict.
+    pub message: String,
 }
 
 /// Keys of [`Parameters`], with their ranges.
@@ -97,13 +97,13 @@ struct ArmKeys {
     b1: f64,
     #[serde(deserialize_with = "range::viscous")]
     b2: f64,
-    #[serde(with = "Way")]
+    #[serde(with = "MountingName")]
     mounting: Mounting,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Mounting", rename_all = "lowercase")]
-enum Way {
+enum MountingName {
     Upright,
     Hanging,
 }
@@ -120,7 +120,7 @@ impl Default for PlantFile {
         Self {
             joint1: joint(0),
             joint2: joint(1),
-            ..Self::of(&config)
+            ..Self::from_config(&config)
         }
     }
 }
@@ -138,21 +138,23 @@ impl PlantFile {
         })?;
         let file: Self =
             toml::from_str(&text).map_err(|error| toml_file::not_toml(path, &text, &error))?;
-        match file.clash() {
-            Some(Clash { key, what }) => Err(Document::parse(path, text)?.wrong_key(key, what)),
+        match file.conflict() {
+            Some(KeyConflict { key, message }) => {
+                Err(Document::parse(path, text)?.wrong_key(key, message))
+            }
             None => Ok(file),
         }
     }
 
-    /// Values that are given twice: for both joints by one key of the file, and for one by its own.
-    pub fn clash(&self) -> Option<Clash> {
-        let of_both = |key, is_said: bool, [of_1, of_2]: [bool; JOINTS], own: &str| {
-            (is_said && (of_1 || of_2)).then(|| Clash {
+    /// Conflict of a key for both joints with the same key of one joint.
+    pub fn conflict(&self) -> Option<KeyConflict> {
+        let conflict_of = |key, is_set: bool, [is_set_1, is_set_2]: [bool; JOINTS], own: &str| {
+            (is_set && (is_set_1 || is_set_2)).then(|| KeyConflict {
                 key,
-                what: format!(
+                message: format!(
                     "`{key}` is that of both joints, and `joint{}.{own}` repeats it; keep \
                      one of the two",
-                    if of_1 { 1 } else { 2 },
+                    if is_set_1 { 1 } else { 2 },
                 ),
             })
         };
@@ -160,12 +162,12 @@ impl PlantFile {
         let has_zone = joints.map(|joint| joint.dead_zone_counts.is_some());
         let has_delay = joints.map(|joint| joint.input_delay_us.is_some());
         let (zone, delay) = (self.dead_zone.is_some(), self.input_delay_us.is_some());
-        of_both("dead_zone", zone, has_zone, "dead_zone_counts")
-            .or_else(|| of_both("input_delay_us", delay, has_delay, "input_delay_us"))
+        conflict_of("dead_zone", zone, has_zone, "dead_zone_counts")
+            .or_else(|| conflict_of("input_delay_us", delay, has_delay, "input_delay_us"))
     }
 
     /// All keys of a file for this arm.
-    pub fn of(config: &PlantConfig) -> Self {
+    pub fn from_config(config: &PlantConfig) -> Self {
         Self {
             friction: config.friction_on,
             dead_zone: None,
@@ -178,8 +180,8 @@ impl PlantFile {
             input_delay_us: None,
             noise_lsb_rms: config.noise_lsb_rms,
             arm: config.arm,
-            joint1: JointKeys::of(config, 0),
-            joint2: JointKeys::of(config, 1),
+            joint1: JointKeys::from_config(config, 0),
+            joint2: JointKeys::from_config(config, 1),
         }
     }
 

@@ -1,10 +1,8 @@
-//! Control table as bytes: persistent, volatile and writable ones.
-//! written.
+//! Control table: persistent and volatile bytes, and the checks of a write.
 //!
-//! Addresses without a register read 0, and writes to them are dropped.
-//! A write is checked whole before any of it is done: one value out of its
-//! register's range, one register that is only read, one address beyond the
-//! table, and nothing is written.
+//! Addresses without a register read 0, and writes to them are dropped. A write is
+//! checked as a whole: nothing is written if a value is out of its register's range, a
+//! register is read-only, or an address is beyond the table.
 
 use std::ops::RangeInclusive;
 
@@ -13,11 +11,11 @@ use armbridge_shared::servo::protocol1::Alarms;
 
 /// Bytes of the table.
 pub(super) const SIZE: usize = AX12A.size as usize;
-/// Those below this address are kept without power.
+/// First address of the RAM; the bytes below are persistent.
 const RAM: u8 = at::TORQUE_ENABLE;
 /// Registers that can still be written when [`at::LOCK`] is set (manual of 2006, "Lock").
 const NEVER_LOCKED: RangeInclusive<u8> = at::TORQUE_ENABLE..=at::TORQUE_LIMIT;
-/// Of servos sold today. Nothing depends on it.
+/// Firmware version of current servos. Nothing depends on it.
 const FIRMWARE_VERSION: u8 = 24;
 
 /// Addresses of registers that the servo itself uses.
@@ -60,7 +58,7 @@ pub(super) struct Memory {
 }
 
 impl Memory {
-    /// As ex works, powered up.
+    /// Factory settings, powered up.
     pub(super) fn new() -> Self {
         let mut memory = Self { bytes: [0; SIZE] };
         memory.bytes[usize::from(at::FIRMWARE_VERSION)] = FIRMWARE_VERSION;
@@ -69,14 +67,14 @@ impl Memory {
         memory
     }
 
-    /// Everything but the EEPROM is back at its initial value.
+    /// Resets everything but the EEPROM to its initial value.
     pub(super) fn power_up(&mut self) {
         self.bytes[usize::from(RAM)..].fill(0);
         self.restore(Storage::Ram);
         self.set_word(at::TORQUE_LIMIT, self.word(at::MAX_TORQUE));
     }
 
-    /// The EEPROM as ex works.
+    /// Restores the factory settings of the EEPROM.
     pub(super) fn reset(&mut self) {
         self.restore(Storage::Eeprom);
     }
@@ -110,30 +108,30 @@ impl Memory {
         self.bytes[start..start + data.len()].copy_from_slice(data);
     }
 
-    /// This many bytes from there on; `None` if they are not all in the table.
+    /// `count` bytes from `address` on; `None` if they are not all in the table.
     pub(super) fn read(&self, address: u8, count: u8) -> Option<&[u8]> {
         let start = usize::from(address);
         self.bytes.get(start..start + usize::from(count))
     }
 
-    /// Both angle limits are 0: endless turning.
+    /// Whether both angle limits are 0: wheel mode.
     pub(super) fn is_wheel(&self) -> bool {
         self.word(at::CW_ANGLE_LIMIT) == 0 && self.word(at::CCW_ANGLE_LIMIT) == 0
     }
 
-    /// Torque is on, and not limited to nothing.
+    /// Whether torque is on, and its limit is not 0.
     pub(super) fn torque_on(&self) -> bool {
         self.byte(at::TORQUE_ENABLE) != 0 && self.word(at::TORQUE_LIMIT) != 0
     }
 
-    /// Error of writing this there.
+    /// Alarms of writing `data` at `address`.
     pub(super) fn check(&self, address: u8, data: &[u8]) -> Alarms {
         let start = usize::from(address);
         let mut after = self.bytes;
-        let Some(place) = after.get_mut(start..start + data.len()) else {
+        let Some(bytes) = after.get_mut(start..start + data.len()) else {
             return Alarms::RANGE;
         };
-        place.copy_from_slice(data);
+        bytes.copy_from_slice(data);
         let mut alarms = Alarms::NONE;
         for register in written(address, data.len()) {
             let value = register.value_in(&after, 0).unwrap_or_default();
@@ -168,7 +166,7 @@ impl Memory {
     }
 }
 
-/// Registers that this many bytes from there on are a part of.
+/// Registers that overlap `count` bytes from `address` on.
 fn written(address: u8, count: usize) -> impl Iterator<Item = &'static Register> {
     let (start, end) = (usize::from(address), usize::from(address) + count);
     AX12A
@@ -177,7 +175,7 @@ fn written(address: u8, count: usize) -> impl Iterator<Item = &'static Register>
         .filter(move |r| usize::from(r.address) < end && start < usize::from(r.end()))
 }
 
-/// Bytes of EEPROM registers that writing this changes.
+/// Number of EEPROM bytes among `count` bytes from `address` on.
 pub(super) fn eeprom_bytes(address: u8, count: usize) -> u64 {
     let end = (usize::from(address) + count).min(usize::from(RAM));
     end.saturating_sub(usize::from(address)) as u64
@@ -188,7 +186,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_those_of_the_table() {
+    fn addresses_are_those_of_the_table() {
         for (address, name) in [
             (at::FIRMWARE_VERSION, "firmware_version"),
             (at::ID, "id"),
@@ -223,8 +221,8 @@ mod tests {
             assert_eq!(AX12A.by_name(name).unwrap().address, address, "{name}");
         }
         for register in AX12A.registers {
-            let kept = register.storage == Storage::Eeprom;
-            assert_eq!(kept, register.address < RAM, "{}", register.name);
+            let is_persistent = register.storage == Storage::Eeprom;
+            assert_eq!(is_persistent, register.address < RAM, "{}", register.name);
         }
     }
 

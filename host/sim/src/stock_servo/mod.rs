@@ -3,13 +3,13 @@
 //! | module    | model of                                                    |
 //! |-----------|-------------------------------------------------------------|
 //! | `memory`  | the control table: EEPROM, RAM, write checks                |
-//! | `receiver`   | instruction packets out of bytes                            |
+//! | `receiver` | the decoder of instruction packets                         |
 //! | `commands` | the instructions, and their replies                        |
-//! | `transmitter` | the transmitter and the bus driver                          |
+//! | `transmitter` | the transmitter and the bus driver                      |
 //! | `motor`   | wheel and joint mode: from the position to the duty         |
 //! | `protect` | heat, overload and supply; the alarms                       |
 //!
-//! # Where it comes from
+//! # Sources
 //!
 //! The firmware is closed. Its behaviour is taken from ROBOTIS's e-Manual
 //! ("AX-12A", "DYNAMIXEL Protocol 1.0") and the AX-12 manual of 2006; its timing
@@ -23,7 +23,7 @@
 //!
 //! # Assumptions
 //!
-//! No source has these; a master should not depend on them.
+//! These have no source; a master should not depend on them.
 //! - The control period is a thousandth longer than a millisecond, so that it
 //!   slides past a master's own, and begins with a phase that depends on the id.
 //!   Nothing is received before the first.
@@ -37,9 +37,9 @@
 //!   not answered, or the two would reply without end.
 //! - Parameters that do not fit are an instruction error. An unknown instruction,
 //!   or a damaged packet, is answered where the status return level has a WRITE answered.
-//! - Those of `motor` and `protect`, which see.
+//! - See also those of `motor` and `protect`.
 //!
-//! The LED is a register and no more; the supply does not sag. Duties become the
+//! The LED is only a register; the supply does not sag. Duties become the
 //! PWM that [`Mechanics`](super::half_duplex_bus::Mechanics) takes, 1000 for off: all that
 //! is known of either bridge is its duty.
 
@@ -60,23 +60,23 @@ use commands::{Deferred, Packet, Write};
 use memory::{Memory, at};
 use motor::{FULL, Motor};
 use protect::Protection;
-use receiver::Inbox;
-use transmitter::Sending;
+use receiver::Receiver;
+use transmitter::Transmitter;
 
-/// Between two control steps.
+/// Period of the control step.
 const PERIOD_NS: u64 = 1_001_000;
 /// The same in s.
 const PERIOD_S: f64 = PERIOD_NS as f64 * 1e-9;
-/// How long a control step takes.
+/// Execution time of a control step.
 const INTERRUPT_NS: u64 = 130_000;
-/// Of the control period, from one id to the next.
+/// Phase difference of the control period between consecutive ids.
 const PHASE_NS: u64 = 377_000;
 /// Time for one byte of EEPROM.
 const EEPROM_BYTE_NS: u64 = 6_000_000;
 /// The PWM that switches the motor off.
 const OFF: u16 = 1000;
 
-/// Where the control step is.
+/// State of the control step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     /// Waiting for its time.
@@ -85,14 +85,14 @@ enum Stage {
     Running,
 }
 
-/// One servo. It is powered up with the wire it is given to.
+/// One servo, powered up together with its wire.
 #[derive(Clone, Debug)]
 pub struct Ax12a {
     memory: Memory,
-    inbox: Inbox,
+    receiver: Receiver,
     registered: Option<Write>,
     deferred: Option<Deferred>,
-    sending: Sending,
+    transmitter: Transmitter,
     motor: Motor,
     protection: Protection,
     stage: Stage,
@@ -103,25 +103,25 @@ pub struct Ax12a {
     connected: bool,
 }
 
-/// As `Mechanics` counts: off is 1000, full 0 and 2000.
+/// PWM of a duty, in counts of `Mechanics`: off is 1000, full 0 and 2000.
 fn pwm(duty: i16) -> u16 {
     let share = f64::from(duty) / f64::from(FULL);
     (f64::from(OFF) * (1.0 + share)).round() as u16
 }
 
 impl Ax12a {
-    /// As ex works, but with this id, and a rate of 2 000 000 / (`baud_rate` +
-    /// 1) baud.
+    /// A servo with factory settings except this id, and a rate of
+    /// 2 000 000 / (`baud_rate` + 1) baud.
     pub fn new(id: u8, baud_rate: u8) -> Self {
         let mut memory = Memory::new();
         memory.set_byte(at::ID, id);
         memory.set_byte(at::BAUD_RATE, baud_rate);
         let mut servo = Self {
             memory,
-            inbox: Inbox::new(),
+            receiver: Receiver::new(),
             registered: None,
             deferred: None,
-            sending: Sending::new(),
+            transmitter: Transmitter::new(),
             motor: Motor::new(),
             protection: Protection::new(),
             stage: Stage::Idle,
@@ -158,27 +158,27 @@ impl Ax12a {
         self.protection.alarms(&self.memory)
     }
 
-    /// Joined to the wire?
+    /// Whether it is connected to the wire.
     pub fn connected(&self) -> bool {
         self.connected
     }
 
-    /// Gives it this much supply, in 0.1 V.
+    /// Sets the supply voltage, in 0.1 V.
     pub fn set_supply(&mut self, decivolt: u8) {
         self.protection.supply_decivolt = decivolt;
     }
 
-    /// Makes it this hot, in °C.
+    /// Sets the temperature, in °C.
     pub fn set_temperature(&mut self, celsius: f64) {
         self.protection.temperature_c = celsius;
     }
 
-    /// Begins to heat it from outside, at this rate in °C a second.
+    /// Starts external heating, in °C a second.
     pub fn heat(&mut self, celsius_per_s: f64) {
-        self.protection.heated_c_per_s = celsius_per_s;
+        self.protection.external_c_per_s = celsius_per_s;
     }
 
-    /// Ends the heating from outside; its temperature is that of the air.
+    /// Ends external heating, and sets the temperature to that of the air.
     pub fn cool(&mut self) {
         self.protection.cool();
     }
@@ -187,13 +187,13 @@ impl Ax12a {
         self.connected = connected;
     }
 
-    /// Off and on again: everything but EEPROM and heat is forgotten.
+    /// Power-cycles it: only EEPROM and temperature are retained.
     pub(crate) fn power_cycle(&mut self, at_ns: u64) {
         self.memory.power_up();
-        self.inbox = Inbox::new();
+        self.receiver = Receiver::new();
         self.registered = None;
         self.deferred = None;
-        self.sending = Sending::new();
+        self.transmitter = Transmitter::new();
         self.motor = Motor::new();
         self.protection.power_up();
         self.stage = Stage::Idle;
@@ -202,9 +202,9 @@ impl Ax12a {
         self.deaf_until_ns = self.stage_end_ns + INTERRUPT_NS;
     }
 
-    /// Its bus driver is on, and its receiver cut off.
+    /// Whether its bus driver is on, which disconnects its receiver.
     pub(crate) fn driving(&self) -> bool {
-        self.sending.driving()
+        self.transmitter.driving()
     }
 
     /// Length of one bit at its present rate.
@@ -213,21 +213,21 @@ impl Ax12a {
     }
 
     pub(crate) fn next_event_ns(&self) -> u64 {
-        self.stage_end_ns.min(self.sending.next_event_ns())
+        self.stage_end_ns.min(self.transmitter.next_event_ns())
     }
 
-    /// Makes the event due at `now_ns` happen.
+    /// Executes the event due at `now_ns`.
     pub(crate) fn step(&mut self, now_ns: u64) -> Option<Action> {
         if self.stage_end_ns <= now_ns {
             return self.control(now_ns);
         }
         if self.stage == Stage::Running {
-            self.sending.wait_until(self.stage_end_ns);
+            self.transmitter.wait_until(self.stage_end_ns);
             return None;
         }
-        let action = self.sending.step(now_ns, self.bit_ns());
+        let action = self.transmitter.step(now_ns, self.bit_ns());
         if let Some(Action::Release) = action {
-            self.do_deferred(now_ns);
+            self.run_deferred(now_ns);
         }
         action
     }
@@ -266,20 +266,20 @@ impl Ax12a {
         self.position = reading.position;
     }
 
-    /// A byte has been received, three quarters into its stop bit.
+    /// Processes a received byte, three quarters into its stop bit.
     pub(crate) fn receive(&mut self, byte: u8, framing_error: bool, now_ns: u64) {
         if now_ns < self.deaf_until_ns {
-            self.inbox.clear();
+            self.receiver.clear();
             return;
         }
         let id = self.id();
-        let packet = match self.inbox.push(byte, framing_error, now_ns) {
-            Some(Ok(frame)) if frame.id == id || frame.id == BROADCAST => Packet::of(&frame),
+        let packet = match self.receiver.push(byte, framing_error, now_ns) {
+            Some(Ok(frame)) if frame.id == id || frame.id == BROADCAST => Packet::intact(&frame),
             Some(Err(Damage::Checksum { id: to })) if to == id => Packet::damaged(),
             _ => return,
         };
-        // The answer is timed from the end of the stop bit.
+        // The delay of the reply starts at the end of the stop bit.
         let end_ns = now_ns + self.bit_ns() / 4;
-        self.obey(&packet, end_ns);
+        self.execute(&packet, end_ns);
     }
 }

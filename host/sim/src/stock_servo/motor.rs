@@ -1,11 +1,11 @@
-//! From the position to the motor's duty: one step of the servo's control.
+//! Control step of the servo: from the position to the motor's duty.
 //!
 //! Wheel mode (both angle limits 0): the moving speed register is the duty,
 //! open loop, bit 10 for clockwise. Joint mode:
 //!
 //! ```text
 //! duty
-//! 1023 |              ____     error = where it should be by now - where it is
+//! 1023 |              ____     error = setpoint - position
 //!      |            /
 //! punch|          _/           none within the margin, then at once the punch,
 //!      |         |             and full duty at margin + slope
@@ -13,10 +13,9 @@
 //!              margin
 //! ```
 //!
-//! Where it should be by now moves to the goal at the moving speed, or is the
-//! goal at once if that is 0. Margin and slope are those of the direction in
-//! which the servo drives; the e-Manual's figure can be read either way. The
-//! torque limit cuts the duty, in either mode.
+//! The setpoint moves to the goal at the moving speed, or is the goal at once if the
+//! speed is 0. Margin and slope are those of the direction in which the servo drives;
+//! the e-Manual's figure is ambiguous. The torque limit limits the duty in both modes.
 //!
 //! Duties are -1023..=1023, positive counter-clockwise, towards higher counts.
 
@@ -35,25 +34,25 @@ const WINDOW: usize = 32;
 /// Result of a control step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Output {
-    /// For the motor.
+    /// Duty of the motor.
     pub(super) duty: i16,
-    /// It is all that the torque limit allows, and would be more or is full.
+    /// The torque limit is reached.
     pub(super) is_limited: bool,
 }
 
 /// State of the control.
 #[derive(Clone, Debug)]
 pub(super) struct Motor {
-    /// Positions of the last samples; `newest` is the place of the last one.
+    /// Positions of the last samples; `newest` is the index of the last one.
     history: Option<[u16; WINDOW]>,
     newest: usize,
-    /// Where it should be by now, in counts.
-    wanted: f64,
+    /// Setpoint, in counts.
+    setpoint: f64,
     /// Samples since the goal was written, until it is reached.
-    under_way: Option<usize>,
+    samples_since_goal: Option<usize>,
 }
 
-/// Sign and magnitude, as in the registers.
+/// Number of a register with sign and magnitude.
 fn signed(raw: u16) -> i16 {
     let magnitude = (raw & (CLOCKWISE - 1)) as i16;
     if raw & CLOCKWISE == 0 {
@@ -63,7 +62,7 @@ fn signed(raw: u16) -> i16 {
     }
 }
 
-/// The same, the other way.
+/// Register value of a number, with sign and magnitude.
 fn raw(signed: i16) -> u16 {
     let sign = if signed < 0 { CLOCKWISE } else { 0 };
     signed.unsigned_abs().min(CLOCKWISE - 1) | sign
@@ -79,46 +78,49 @@ impl Motor {
         Self {
             history: None,
             newest: 0,
-            wanted: 0.0,
-            under_way: None,
+            setpoint: 0.0,
+            samples_since_goal: None,
         }
     }
 
-    /// A goal has been written.
+    /// Starts the motion to a new goal.
     pub(super) fn new_goal(&mut self) {
-        self.under_way = Some(0);
+        self.samples_since_goal = Some(0);
     }
 
-    /// Takes a sample, `period_s` after the last, keeps the registers that show
-    /// it, and decides.
+    /// Processes a sample, `period_s` after the last: updates the registers, and computes
+    /// the duty.
     pub(super) fn step(&mut self, memory: &mut Memory, position: u16, period_s: f64) -> Output {
         let speed = self.speed(memory, position);
         let output = if !memory.torque_on() {
-            self.wanted = f64::from(position);
-            self.under_way = None;
+            self.setpoint = f64::from(position);
+            self.samples_since_goal = None;
             Output::default()
         } else if memory.is_wheel() {
-            self.wanted = f64::from(position);
-            self.under_way = None;
+            self.setpoint = f64::from(position);
+            self.samples_since_goal = None;
             limited(memory, signed(memory.word(at::MOVING_SPEED)))
         } else {
-            self.follow(memory, period_s);
-            limited(memory, compliant(memory, self.wanted - f64::from(position)))
+            self.update_setpoint(memory, period_s);
+            limited(
+                memory,
+                compliance_duty(memory, self.setpoint - f64::from(position)),
+            )
         };
-        self.arrive(memory, position, speed);
+        self.update_moving(memory, position, speed);
         memory.set_word(at::PRESENT_POSITION, position);
         memory.set_word(at::PRESENT_SPEED, raw(speed));
         memory.set_word(at::PRESENT_LOAD, raw(output.duty));
-        memory.set_byte(at::MOVING, u8::from(self.under_way.is_some()));
+        memory.set_byte(at::MOVING, u8::from(self.samples_since_goal.is_some()));
         output
     }
 
-    /// In 0.111 rpm. After power-up the goal is where the servo is.
+    /// Speed in 0.111 rpm. After power-up the goal is the present position.
     fn speed(&mut self, memory: &mut Memory, position: u16) -> i16 {
         let Some(history) = &mut self.history else {
             self.history = Some([position; WINDOW]);
             memory.set_word(at::GOAL_POSITION, position);
-            self.wanted = f64::from(position);
+            self.setpoint = f64::from(position);
             return 0;
         };
         self.newest = (self.newest + 1) % WINDOW;
@@ -127,28 +129,29 @@ impl Motor {
         (moved / (WINDOW as f64 * super::PERIOD_S) / COUNTS_PER_S).round() as i16
     }
 
-    fn follow(&mut self, memory: &Memory, period_s: f64) {
+    fn update_setpoint(&mut self, memory: &Memory, period_s: f64) {
         let goal = f64::from(memory.word(at::GOAL_POSITION));
         let speed = memory.word(at::MOVING_SPEED) & (CLOCKWISE - 1);
-        self.wanted = if speed == 0 {
+        self.setpoint = if speed == 0 {
             goal
         } else {
             let step = f64::from(speed) * COUNTS_PER_S * period_s;
-            self.wanted + (goal - self.wanted).clamp(-step, step)
+            self.setpoint + (goal - self.setpoint).clamp(-step, step)
         };
     }
 
-    /// The goal is reached: within the margin, or at rest as near as it gets.
-    fn arrive(&mut self, memory: &Memory, position: u16, speed: i16) {
-        let Some(samples) = self.under_way else {
+    /// Ends the motion when the goal is reached: within the margin, or at rest with the
+    /// setpoint at the goal.
+    fn update_moving(&mut self, memory: &Memory, position: u16, speed: i16) {
+        let Some(samples) = self.samples_since_goal else {
             return;
         };
         let goal = memory.word(at::GOAL_POSITION);
         let margin = margin_and_slope(memory, goal > position).0;
-        let is_there = f64::from(goal.abs_diff(position)) <= margin;
-        let is_due = (self.wanted - f64::from(goal)).abs() < 0.5;
+        let is_within_margin = f64::from(goal.abs_diff(position)) <= margin;
+        let is_due = (self.setpoint - f64::from(goal)).abs() < 0.5;
         let is_at_rest = samples >= WINDOW && speed == 0 && is_due;
-        self.under_way = (!is_there && !is_at_rest).then_some(samples + 1);
+        self.samples_since_goal = (!is_within_margin && !is_at_rest).then_some(samples + 1);
     }
 }
 
@@ -162,8 +165,8 @@ fn margin_and_slope(memory: &Memory, counter_clockwise: bool) -> (f64, f64) {
     (memory.byte(margin).into(), steps.into())
 }
 
-/// The duty against an error in counts.
-fn compliant(memory: &Memory, error: f64) -> i16 {
+/// Duty of the compliance curve, for an error in counts.
+fn compliance_duty(memory: &Memory, error: f64) -> i16 {
     let (margin, slope) = margin_and_slope(memory, error > 0.0);
     let beyond = error.abs() - margin;
     if beyond <= 0.0 {
@@ -235,7 +238,7 @@ mod tests {
             (33.0, 1023),
             (500.0, 1023),
         ] {
-            assert_eq!(compliant(&memory, error), duty, "{error}");
+            assert_eq!(compliance_duty(&memory, error), duty, "{error}");
         }
         let steps = [0, 3, 4, 7, 8, 25, 63, 64, 127, 128, 254].map(slope);
         assert_eq!(steps, [2, 2, 4, 4, 8, 16, 32, 64, 64, 128, 128]);
@@ -246,9 +249,9 @@ mod tests {
         let mut memory = memory(&[]);
         memory.set_byte(at::CCW_MARGIN, 10);
         memory.set_byte(at::CW_SLOPE, 128);
-        assert_eq!(compliant(&memory, 10.0), 0);
-        assert_eq!(compliant(&memory, -65.0), -528);
-        assert_eq!(compliant(&memory, 42.0), 1023);
+        assert_eq!(compliance_duty(&memory, 10.0), 0);
+        assert_eq!(compliance_duty(&memory, -65.0), -528);
+        assert_eq!(compliance_duty(&memory, 42.0), 1023);
     }
 
     #[test]
@@ -264,7 +267,7 @@ mod tests {
         let mut position = 100;
         loop {
             motor.step(&mut memory, position, PERIOD_S);
-            position = motor.wanted.floor() as u16;
+            position = motor.setpoint.floor() as u16;
             if memory.byte(at::MOVING) == 0 {
                 break;
             }

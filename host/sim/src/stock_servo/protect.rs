@@ -6,14 +6,14 @@
 //! | overheating   | temperature above its limit                             |
 //! | overload      | all that the torque limit allows for [`STALL_NS`], and less than [`PROGRESS_COUNTS`] of motion that way |
 //!
-//! They show in every status packet for as long as the condition lasts. That of
-//! an overload lasts until torque is allowed again: off, the servo cannot know.
+//! They are set in every status packet while the condition lasts. An overload lasts until
+//! torque is enabled again: with torque off the servo cannot detect its end.
 //!
 //! # Heat
 //!
 //! One body that the motor heats and the air cools. The motor turns 18 W into
 //! heat at full duty (stall: 1.5 A at 12 V, e-Manual) and as its square below;
-//! that a turning motor draws less is left out, so the servo is hotter than a
+//! the lower current of a turning motor is neglected, so the servo is hotter than a
 //! real one that moves. Its 54.6 g (e-Manual) hold about 55 J/K, at 1 J/(g K),
 //! between steel and plastic; 8 K/W to the air are assumed. So a stalled servo
 //! goes from 25 to 70 degrees in 150 s, and half duty is about its continuous
@@ -24,27 +24,27 @@ use armbridge_shared::servo::protocol1::Alarms;
 use super::memory::{Memory, at};
 use super::motor::{FULL, Output};
 
-/// Time until a load counts as too large. Assumed: there is no source.
+/// Time at the torque limit until an overload. Assumed: there is no source.
 const STALL_NS: u64 = 1_000_000_000;
-/// Motion that shows that the load can be moved: 3 degrees, beyond any noise.
+/// Motion that excludes an overload: 3 degrees, above the noise.
 const PROGRESS_COUNTS: i32 = 10;
-/// Heat of a stalled motor at full duty.
+/// Heat power of a stalled motor at full duty.
 const STALL_W: f64 = 18.0;
-/// Heat for one degree.
+/// Heat capacity.
 const HEAT_J_PER_K: f64 = 55.0;
-/// From the motor to the air.
+/// Thermal resistance from the motor to the air.
 const RESISTANCE_K_PER_W: f64 = 8.0;
 /// Temperature of the air.
 const AIR_C: f64 = 25.0;
-/// Recommendation of the e-Manual.
+/// Supply recommended by the e-Manual.
 const SUPPLY_DECIVOLT: u8 = 111;
 
-/// Since when, and where, the motor does all it may in one direction.
+/// Start of the present time at the torque limit in one direction.
 #[derive(Clone, Copy, Debug)]
-struct Effort {
+struct LimitPhase {
     since_ns: u64,
     position: u16,
-    towards: i16,
+    direction: i16,
 }
 
 /// State of the protection.
@@ -52,9 +52,9 @@ struct Effort {
 pub(super) struct Protection {
     pub(super) temperature_c: f64,
     pub(super) supply_decivolt: u8,
-    /// Heating from outside.
-    pub(super) heated_c_per_s: f64,
-    effort: Option<Effort>,
+    /// External heating.
+    pub(super) external_c_per_s: f64,
+    limit_phase: Option<LimitPhase>,
     is_overloaded: bool,
 }
 
@@ -63,21 +63,21 @@ impl Protection {
         Self {
             temperature_c: AIR_C,
             supply_decivolt: SUPPLY_DECIVOLT,
-            heated_c_per_s: 0.0,
-            effort: None,
+            external_c_per_s: 0.0,
+            limit_phase: None,
             is_overloaded: false,
         }
     }
 
-    /// The microcontroller forgets; the motor stays as hot as it is.
+    /// Resets the state of the microcontroller; the temperature remains.
     pub(super) fn power_up(&mut self) {
-        self.effort = None;
+        self.limit_phase = None;
         self.is_overloaded = false;
     }
 
-    /// As cold as the air, and heated by nothing outside.
+    /// Sets the temperature of the air, and ends external heating.
     pub(super) fn cool(&mut self) {
-        (self.temperature_c, self.heated_c_per_s) = (AIR_C, 0.0);
+        (self.temperature_c, self.external_c_per_s) = (AIR_C, 0.0);
     }
 
     /// Evaluates a control step, updates the registers of heat
@@ -112,7 +112,7 @@ impl Protection {
             ),
         ]
         .into_iter()
-        .filter(|(is_so, _)| *is_so)
+        .filter(|(is_active, _)| *is_active)
         .fold(Alarms::NONE, |alarms, (_, alarm)| alarms.or(alarm))
     }
 
@@ -121,27 +121,27 @@ impl Protection {
         let in_w = STALL_W * share * share;
         let out_w = (self.temperature_c - AIR_C) / RESISTANCE_K_PER_W;
         let own_c_per_s = (in_w - out_w) / HEAT_J_PER_K;
-        self.temperature_c += (own_c_per_s + self.heated_c_per_s) * period_s;
+        self.temperature_c += (own_c_per_s + self.external_c_per_s) * period_s;
     }
 
     fn is_stalled(&mut self, memory: &Memory, output: Output, now_ns: u64) -> bool {
         if !output.is_limited {
-            self.effort = None;
+            self.limit_phase = None;
             return false;
         }
-        let (position, towards) = (memory.word(at::PRESENT_POSITION), output.duty.signum());
-        let fresh = Effort {
+        let (position, direction) = (memory.word(at::PRESENT_POSITION), output.duty.signum());
+        let fresh = LimitPhase {
             since_ns: now_ns,
             position,
-            towards,
+            direction,
         };
-        let effort = self.effort.get_or_insert(fresh);
-        let progress =
-            (i32::from(position) - i32::from(effort.position)) * i32::from(effort.towards);
-        if effort.towards != towards || progress >= PROGRESS_COUNTS {
-            *effort = fresh;
+        let limit_phase = self.limit_phase.get_or_insert(fresh);
+        let progress = (i32::from(position) - i32::from(limit_phase.position))
+            * i32::from(limit_phase.direction);
+        if limit_phase.direction != direction || progress >= PROGRESS_COUNTS {
+            *limit_phase = fresh;
         }
-        now_ns - effort.since_ns >= STALL_NS
+        now_ns - limit_phase.since_ns >= STALL_NS
     }
 }
 
@@ -152,7 +152,7 @@ mod tests {
     const STEP_NS: u64 = 1_000_000;
 
     /// Full duty at these positions, a step each; the step at which it switches off.
-    fn gives_up_at(positions: impl Iterator<Item = u16>) -> Option<u64> {
+    fn overload_step(positions: impl Iterator<Item = u16>) -> Option<u64> {
         let (mut memory, mut protection) = (Memory::new(), Protection::new());
         memory.set_byte(at::TORQUE_ENABLE, 1);
         let output = Output {
@@ -171,14 +171,14 @@ mod tests {
     }
 
     #[test]
-    fn overload_is_a_load_that_does_not_move() {
+    fn overload_needs_a_load_without_motion() {
         let noise = |step: u64| 500 + (step * 7 % 5) as u16;
-        assert_eq!(gives_up_at((0..3_000).map(noise)), Some(1_000));
+        assert_eq!(overload_step((0..3_000).map(noise)), Some(1_000));
         // 12 counts a second clockwise, and the same the other way.
         let turning = |step: u64| 500 - (step * 12 / 1_000) as u16;
-        assert_eq!(gives_up_at((0..3_000).map(turning)), None);
+        assert_eq!(overload_step((0..3_000).map(turning)), None);
         let back = |step: u64| 500 + (step * 12 / 1_000) as u16;
-        assert_eq!(gives_up_at((0..3_000).map(back)), Some(1_000));
+        assert_eq!(overload_step((0..3_000).map(back)), Some(1_000));
     }
 
     #[test]

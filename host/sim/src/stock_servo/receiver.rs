@@ -1,4 +1,4 @@
-//! Instruction packets out of bytes.
+//! Decoder of instruction packets.
 
 use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
 use armbridge_shared::servo::protocol1::{Damage, Frame, Parser};
@@ -8,12 +8,12 @@ const PAUSE_MAX_NS: u64 = 100_000_000;
 
 /// The receive state machine.
 #[derive(Clone, Debug)]
-pub(super) struct Inbox {
+pub(super) struct Receiver {
     parser: Parser<FRAME_MAX>,
     last_byte_ns: u64,
 }
 
-impl Inbox {
+impl Receiver {
     pub(super) fn new() -> Self {
         Self {
             parser: Parser::new(),
@@ -21,9 +21,8 @@ impl Inbox {
         }
     }
 
-    /// Takes a byte; a packet if it ends one, intact or with a wrong checksum.
-    ///
-    /// A byte without a stop bit ends its packet.
+    /// Processes a byte; returns the packet that it completes, intact or with a wrong
+    /// checksum. A byte without a stop bit discards the packet.
     pub(super) fn push(
         &mut self,
         byte: u8,
@@ -41,7 +40,7 @@ impl Inbox {
         self.parser.push(byte)
     }
 
-    /// Forgets a packet that has begun.
+    /// Discards an incomplete packet.
     pub(super) fn clear(&mut self) {
         self.parser.reset();
     }
@@ -55,10 +54,10 @@ mod tests {
 
     /// Pings found among these bytes, with `pause_ns` before byte `at`.
     fn pings(bytes: &[u8], at: usize, pause_ns: u64) -> usize {
-        let (mut inbox, mut now_ns, mut found) = (Inbox::new(), 0, 0);
+        let (mut receiver, mut now_ns, mut found) = (Receiver::new(), 0, 0);
         for (index, byte) in bytes.iter().enumerate() {
             now_ns += if index == at { pause_ns } else { 10_000 };
-            found += usize::from(matches!(inbox.push(*byte, false, now_ns), Some(Ok(_))));
+            found += usize::from(matches!(receiver.push(*byte, false, now_ns), Some(Ok(_))));
         }
         found
     }
@@ -74,11 +73,11 @@ mod tests {
 
     #[test]
     fn a_framing_error_is_no_byte() {
-        let mut inbox = Inbox::new();
+        let mut receiver = Receiver::new();
         for byte in &PING[..5] {
-            assert!(inbox.push(*byte, false, 0).is_none());
+            assert!(receiver.push(*byte, false, 0).is_none());
         }
-        assert!(inbox.push(PING[5], true, 0).is_none());
-        assert!(inbox.push(PING[5], false, 0).is_none());
+        assert!(receiver.push(PING[5], true, 0).is_none());
+        assert!(receiver.push(PING[5], false, 0).is_none());
     }
 }

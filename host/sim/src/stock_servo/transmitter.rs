@@ -9,15 +9,15 @@ const BITS: u64 = 10;
 
 /// A status packet on its way.
 #[derive(Clone, Debug)]
-pub(super) struct Sending {
+pub(super) struct Transmitter {
     bytes: VecDeque<u8>,
-    /// When the next byte begins, or the last ends.
+    /// Start of the next byte, or end of the last one.
     next_ns: u64,
     driving: bool,
 }
 
-impl Sending {
-    /// With nothing to send.
+impl Transmitter {
+    /// A transmitter with nothing to send.
     pub(super) fn new() -> Self {
         Self {
             bytes: VecDeque::new(),
@@ -26,7 +26,7 @@ impl Sending {
         }
     }
 
-    /// A packet that begins then.
+    /// Sends a packet that begins at `at_ns`.
     pub(super) fn begin(&mut self, at_ns: u64, packet: &[u8]) {
         self.bytes = packet.iter().copied().collect();
         self.next_ns = at_ns;
@@ -44,12 +44,12 @@ impl Sending {
         }
     }
 
-    /// Nothing can be done before.
+    /// Delays the next step to `at_ns` at the earliest.
     pub(super) fn wait_until(&mut self, at_ns: u64) {
         self.next_ns = self.next_ns.max(at_ns);
     }
 
-    /// The next byte, or after the last one the driver off.
+    /// Sends the next byte, or switches the driver off after the last one.
     pub(super) fn step(&mut self, now_ns: u64, bit_ns: u64) -> Option<Action> {
         match self.bytes.pop_front() {
             Some(byte) => {

@@ -6,7 +6,7 @@ use armbridge_client::endpoint::Endpoint;
 use armbridge_client::transport::LinkUri;
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::Bench;
-use armbridge_sim::raw_bus_server::LiveBench;
+use armbridge_sim::raw_bus_server::WallClockBench;
 use armbridge_sim::servo_kind;
 use armbridge_sim::servo_kind::{KindError, ServoKind};
 use clap::Args;
@@ -118,7 +118,7 @@ pub(super) fn run(args: &ServosArgs) -> Outcome {
     let kinds = args.kinds()?;
     let mut bench = Bench::with_servos(plant, &kinds);
     bench.set_baud(args.baud);
-    let mut bench = LiveBench::new(bench, args.slow);
+    let mut bench = WallClockBench::new(bench, args.slow);
     let who = in_words(&kinds);
     match &args.listen {
         LinkUri::Tcp(endpoint) => on_tcp(args, &who, endpoint, &mut bench),
@@ -136,7 +136,12 @@ fn in_words(kinds: &[ServoKind]) -> String {
     each.join(" and ")
 }
 
-fn on_tcp(args: &ServosArgs, who: &str, endpoint: &Endpoint, bench: &mut LiveBench) -> Outcome {
+fn on_tcp(
+    args: &ServosArgs,
+    who: &str,
+    endpoint: &Endpoint,
+    bench: &mut WallClockBench,
+) -> Outcome {
     let (listener, at) = endpoint.listen()?;
     eprintln!(
         "virtual servos {who} on {at}, raw bus bytes at {} baud; end with ctrl-c",
@@ -153,7 +158,7 @@ fn on_tcp(args: &ServosArgs, who: &str, endpoint: &Endpoint, bench: &mut LiveBen
 }
 
 #[cfg(unix)]
-fn on_pty(args: &ServosArgs, who: &str, bench: &mut LiveBench) -> Outcome {
+fn on_pty(args: &ServosArgs, who: &str, bench: &mut WallClockBench) -> Outcome {
     use armbridge_client::pty::Pty;
 
     let pty = Pty::open()?;
@@ -166,7 +171,7 @@ fn on_pty(args: &ServosArgs, who: &str, bench: &mut LiveBench) -> Outcome {
 }
 
 #[cfg(not(unix))]
-fn on_pty(_: &ServosArgs, _: &str, _: &mut LiveBench) -> Outcome {
+fn on_pty(_: &ServosArgs, _: &str, _: &mut WallClockBench) -> Outcome {
     Err("there are no pseudo-terminals on this system: use --listen tcp://127.0.0.1:PORT".into())
 }
 

@@ -1,5 +1,5 @@
 //! Damage to bytes between the master and its bus: a worn plug, an
-//! adapter whose buffer runs over, a line driver that is switched too late.
+//! adapter with a buffer overflow, a line driver that is switched too late.
 //!
 //! Damage occurs at the master's plug. Bytes of the master reach all servos alike, and
 //! a servo's reply reaches the other servos undamaged.
@@ -9,13 +9,13 @@ use rand_pcg::Pcg32;
 
 use super::super::line::BITS;
 
-/// A silence of this length ends a packet: twice the longest between two bytes of a
-/// servo's answer, and less than any that the master leaves between packets.
+/// Silence that ends a packet: twice the longest between two bytes of a servo's reply,
+/// and less than any between packets of the master.
 const PAUSE_NS: u64 = 20_000;
 
-/// Which way a byte goes.
+/// Direction of a byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Way {
+pub enum BusDirection {
     /// From the master to the servos.
     ToServos,
     /// From a servo to the master.
@@ -24,18 +24,18 @@ pub enum Way {
 
 /// Kinds of damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Damage {
-    /// It never arrives; those after it arrive when they should.
+pub enum ByteDamage {
+    /// It never arrives; later bytes arrive in time.
     Lost,
-    /// It arrives later, and with it all of its packet that comes after it. Of a
-    /// packet one byte at most is hit, and nothing overtakes it.
+    /// It arrives later, and so does the rest of its packet. At most one byte of a
+    /// packet is delayed, and the order of bytes is kept.
     Late {
         /// Its delay.
         ns: u64,
     },
-    /// It arrives twice; the rest of its packet has to wait.
+    /// It arrives twice, which delays the rest of its packet.
     Doubled,
-    /// One of its bits is turned.
+    /// One of its bits is flipped.
     Flipped,
     /// It never arrives, nor does the rest of its packet.
     CutOff,
@@ -44,42 +44,42 @@ pub enum Damage {
 /// Damage to bytes of one direction, each with the same probability.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ByteFault {
-    /// Which bytes.
-    pub way: Way,
+    /// Direction of the bytes.
+    pub direction: BusDirection,
     /// Kind of damage.
-    pub damage: Damage,
-    /// Share of bytes that are hit, 0 to 1.
+    pub damage: ByteDamage,
+    /// Probability for each byte, 0 to 1.
     pub share: f64,
-    /// From then on, in ns,
+    /// Start, in ns.
     pub from_ns: u64,
-    /// and until then.
+    /// End, in ns.
     pub until_ns: u64,
-    /// Which ones: the same for the same seed.
+    /// Seed of the random selection.
     pub seed: u64,
 }
 
-/// One direction, and its faults.
+/// One direction of the bus, with its faults.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Channel {
+pub(super) struct FaultyChannel {
     faults: Vec<(ByteFault, Bernoulli, Pcg32)>,
     /// Time of the last byte, without damage.
     last_ns: u64,
-    /// How late the packet under way is.
+    /// Delay of the present packet.
     late_ns: u64,
-    /// When the next byte can arrive at the earliest.
+    /// Earliest arrival of the next byte.
     free_ns: u64,
-    /// The rest of the packet under way is lost.
+    /// The rest of the present packet is lost.
     is_cut: bool,
 }
 
-/// A byte, and when it arrives.
-pub(super) type Passed = (u8, u64);
+/// A byte, and its arrival in ns.
+pub(super) type DeliveredByte = (u8, u64);
 
-impl Channel {
-    /// A share that is none hits nothing.
+impl FaultyChannel {
+    /// Adds a fault; one whose share is not a probability has no effect.
     pub(super) fn add(&mut self, fault: ByteFault) {
-        /// Apart from the encoders' streams and those of
-        /// [`Disturbance`](super::super::Disturbance), which are 0 to 2.
+        /// Stream of the generator; the encoders and
+        /// [`Disturbance`](super::super::Disturbance) use 0 to 2.
         const STREAM: u64 = 3;
 
         if let Ok(hits) = Bernoulli::new(fault.share) {
@@ -94,44 +94,44 @@ impl Channel {
     }
 
     /// Whether bytes pass undamaged.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn has_no_faults(&self) -> bool {
         self.faults.is_empty()
     }
 
-    /// A byte that should arrive at `at_ns`, as it does: not at all, once or
+    /// Applies the faults to a byte that is due at `at_ns`; it arrives not at all, once or
     /// twice.
-    pub(super) fn pass(&mut self, byte: u8, at_ns: u64, bit_ns: u64) -> [Option<Passed>; 2] {
+    pub(super) fn pass(&mut self, byte: u8, at_ns: u64, bit_ns: u64) -> [Option<DeliveredByte>; 2] {
         let byte_ns = BITS * bit_ns;
         if at_ns > self.last_ns + byte_ns + PAUSE_NS {
             self.late_ns = 0;
             self.is_cut = false;
         }
         self.last_ns = at_ns;
-        let (mut byte, mut count, mut more_ns) = (byte, usize::from(!self.is_cut), 0);
+        let (mut byte, mut count, mut added_ns) = (byte, usize::from(!self.is_cut), 0);
         for (fault, hits, draw) in &mut self.faults {
             let is_now = (fault.from_ns..fault.until_ns).contains(&at_ns);
             if !is_now || !hits.sample(draw) {
                 continue;
             }
             match fault.damage {
-                Damage::Lost => count = 0,
-                Damage::Late { ns } => self.late_ns = self.late_ns.max(ns),
-                Damage::Doubled => {
+                ByteDamage::Lost => count = 0,
+                ByteDamage::Late { ns } => self.late_ns = self.late_ns.max(ns),
+                ByteDamage::Doubled => {
                     count *= 2;
-                    more_ns = byte_ns;
+                    added_ns = byte_ns;
                 }
-                Damage::Flipped => {
+                ByteDamage::Flipped => {
                     let bit = Uniform::new(0, 8).map_or(0, |bits| bits.sample(draw));
                     byte ^= 1 << bit;
                 }
-                Damage::CutOff => {
+                ByteDamage::CutOff => {
                     self.is_cut = true;
                     count = 0;
                 }
             }
         }
         let first_ns = self.free_ns.max(at_ns + self.late_ns);
-        self.late_ns += more_ns;
+        self.late_ns += added_ns;
         self.free_ns = first_ns + byte_ns * count as u64;
         [
             (count > 0).then_some((byte, first_ns)),
@@ -147,12 +147,12 @@ mod tests {
     const BIT_NS: u64 = 1_000;
     const BYTE_NS: u64 = BITS * BIT_NS;
 
-    /// Two packets of four bytes with a pause between, as they come out when
-    /// the second byte of the first, and no other, is hit.
-    fn passed(damage: Damage) -> Vec<Passed> {
-        let mut channel = Channel::default();
+    /// Two packets of four bytes with a pause between them, with damage to only the second
+    /// byte of the first.
+    fn passed(damage: ByteDamage) -> Vec<DeliveredByte> {
+        let mut channel = FaultyChannel::default();
         channel.add(ByteFault {
-            way: Way::ToMaster,
+            direction: BusDirection::ToMaster,
             damage,
             share: 1.0,
             from_ns: BYTE_NS,
@@ -169,31 +169,34 @@ mod tests {
     }
 
     #[test]
-    fn harm_stays_within_the_packet() {
+    fn damage_stays_within_the_packet() {
         let second = [(4, 10), (5, 11), (6, 12), (7, 13)];
-        let cases: [(_, &[Passed]); 4] = [
-            (Damage::Lost, &[(0, 0), (2, 2), (3, 3)]),
-            (Damage::CutOff, &[(0, 0)]),
-            (Damage::Doubled, &[(0, 0), (1, 1), (1, 2), (2, 3), (3, 4)]),
+        let cases: [(_, &[DeliveredByte]); 4] = [
+            (ByteDamage::Lost, &[(0, 0), (2, 2), (3, 3)]),
+            (ByteDamage::CutOff, &[(0, 0)]),
             (
-                Damage::Late { ns: 3 * BYTE_NS },
+                ByteDamage::Doubled,
+                &[(0, 0), (1, 1), (1, 2), (2, 3), (3, 4)],
+            ),
+            (
+                ByteDamage::Late { ns: 3 * BYTE_NS },
                 &[(0, 0), (1, 4), (2, 5), (3, 6)],
             ),
         ];
         for (damage, first) in cases {
             assert_eq!(passed(damage), [first, &second].concat(), "{damage:?}");
         }
-        let flipped = passed(Damage::Flipped);
+        let flipped = passed(ByteDamage::Flipped);
         assert_eq!((flipped[1].0 ^ 1).count_ones(), 1);
         assert_eq!((flipped.len(), flipped[2]), (8, (2, 2)));
     }
 
     #[test]
-    fn as_many_are_hit_as_were_asked_for() {
-        let mut channel = Channel::default();
+    fn the_share_of_damaged_bytes_is_the_configured_one() {
+        let mut channel = FaultyChannel::default();
         channel.add(ByteFault {
-            way: Way::ToServos,
-            damage: Damage::Lost,
+            direction: BusDirection::ToServos,
+            damage: ByteDamage::Lost,
             share: 0.1,
             from_ns: 0,
             until_ns: u64::MAX,

@@ -11,14 +11,14 @@
 
 mod bytes;
 
-pub use bytes::{ByteFault, Damage, Way};
+pub use bytes::{BusDirection, ByteDamage, ByteFault};
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::line::{Frame, Listening, MASTER};
+use super::line::{Frame, MASTER, SenderFilter};
 use super::{ReceivedByte, Wire};
-use bytes::Channel;
+use bytes::FaultyChannel;
 
 /// Index of the sender that holds the line low.
 pub(super) const FAULT_SENDER: usize = MASTER - 1;
@@ -26,9 +26,9 @@ pub(super) const FAULT_SENDER: usize = MASTER - 1;
 /// Active faults.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faults {
-    to_servos: Channel,
-    to_master: Channel,
-    /// Bytes on their way to the master, earliest first.
+    to_servos: FaultyChannel,
+    to_master: FaultyChannel,
+    /// Delayed bytes to the master, earliest first.
     late: VecDeque<ReceivedByte>,
     /// The line is held high.
     high_ns: Range<u64>,
@@ -37,15 +37,15 @@ pub(super) struct Faults {
 }
 
 impl Faults {
-    /// When the next late byte is there.
+    /// Arrival of the next late byte.
     pub(super) fn next_ns(&self) -> u64 {
         self.late
             .front()
             .map_or(u64::MAX, |received| received.end_ns)
     }
 
-    /// Whether bytes that this sender begins now never reach the line.
-    pub(super) fn keep_off(&self, sender: usize, now_ns: u64) -> bool {
+    /// Whether bytes of this sender do not reach the line now.
+    pub(super) fn blocks_sender(&self, sender: usize, now_ns: u64) -> bool {
         sender != FAULT_SENDER && (self.high_ns.contains(&now_ns) || self.muted.contains(&sender))
     }
 
@@ -58,9 +58,9 @@ impl Faults {
 impl Wire {
     /// Damages bytes between the master and the bus.
     pub fn inject(&mut self, fault: ByteFault) {
-        match fault.way {
-            Way::ToServos => self.faults.to_servos.add(fault),
-            Way::ToMaster => self.faults.to_master.add(fault),
+        match fault.direction {
+            BusDirection::ToServos => self.faults.to_servos.add(fault),
+            BusDirection::ToMaster => self.faults.to_master.add(fault),
         }
     }
 
@@ -86,32 +86,31 @@ impl Wire {
         self.faults.high_ns = self.now_ns..self.now_ns.saturating_add(duration_ns);
     }
 
-    /// Whether the master receives what it sends.
+    /// Sets whether the master receives its own bytes.
     pub fn echo(&mut self, on: bool) {
-        let listening = if on {
-            Listening::All
+        let filter = if on {
+            SenderFilter::All
         } else {
-            Listening::Servos
+            SenderFilter::Servos
         };
-        self.master
-            .set_listening(listening, self.now_ns, &self.frames);
+        self.master.set_filter(filter, self.now_ns, &self.frames);
     }
 
-    /// Whether a servo does not reply, though it receives and executes.
+    /// Sets whether a servo is mute: it receives and executes, but does not reply.
     pub(crate) fn mute(&mut self, servo: usize, is_mute: bool) {
         set(&mut self.faults.muted, servo, is_mute);
     }
 
-    /// Whether a servo receives nothing, and so keeps its last command.
+    /// Sets whether a servo is deaf: it receives nothing, and keeps its last command.
     pub fn deafen(&mut self, servo: usize, is_deaf: bool) {
         set(&mut self.faults.deaf, servo, is_deaf);
-        self.refresh_ears(servo);
+        self.update_receiver(servo);
     }
 
-    /// A byte from the master behind its plug.
-    pub(super) fn plug_in(&mut self, frame: Frame) {
+    /// Puts a byte of the master on the line, with faults applied.
+    pub(super) fn send_frame(&mut self, frame: Frame) {
         let channel = &mut self.faults.to_servos;
-        if channel.is_sound() {
+        if channel.has_no_faults() {
             return self.enqueue(frame);
         }
         let passed = channel.pass(frame.byte, frame.start_ns, frame.bit_ns);
@@ -124,29 +123,29 @@ impl Wire {
         }
     }
 
-    /// A byte for the master before its plug.
-    pub(super) fn plug_out(&mut self, received: ReceivedByte) {
+    /// Passes a byte to the master, with faults applied.
+    pub(super) fn deliver_to_master(&mut self, received: ReceivedByte) {
         let bit_ns = self.master.bit_ns();
         let Faults {
             to_master, late, ..
         } = &mut self.faults;
-        if to_master.is_sound() {
+        if to_master.has_no_faults() {
             return self.received.push_back(received);
         }
         let passed = to_master.pass(received.byte, received.end_ns, bit_ns);
         for (byte, end_ns) in passed.into_iter().flatten() {
-            let place = late.partition_point(|other| other.end_ns <= end_ns);
+            let index = late.partition_point(|other| other.end_ns <= end_ns);
             let received = ReceivedByte {
                 byte,
                 end_ns,
                 ..received
             };
-            late.insert(place, received);
+            late.insert(index, received);
         }
     }
 
-    /// The first late byte arrives.
-    pub(super) fn late_byte(&mut self) {
+    /// Passes the first late byte to the master.
+    pub(super) fn deliver_late_byte(&mut self) {
         self.received.extend(self.faults.late.pop_front());
     }
 }
@@ -169,9 +168,9 @@ mod tests {
     const BAUD: u32 = 1_000_000;
     const MS: u64 = 1_000_000;
 
-    struct Nothing;
+    struct NoMechanics;
 
-    impl Mechanics for Nothing {
+    impl Mechanics for NoMechanics {
         fn convert(&mut self, _servo: usize, _at_ns: u64) -> Reading {
             Reading::default()
         }
@@ -180,22 +179,22 @@ mod tests {
     }
 
     /// Sends a packet and returns the bytes that the master receives within 2 ms.
-    fn say(wire: &mut Wire, packet: &[u8]) -> Vec<u8> {
+    fn exchange(wire: &mut Wire, packet: &[u8]) -> Vec<u8> {
         let begin_ns = wire.now_ns();
         for (start_ns, byte) in (begin_ns..).step_by(10_000).zip(packet) {
             wire.send(start_ns, *byte, BAUD);
         }
-        wire.advance(begin_ns + 2 * MS, &mut Nothing);
+        wire.advance(begin_ns + 2 * MS, &mut NoMechanics);
         std::iter::from_fn(|| wire.take_received())
             .map(|received| received.byte)
             .collect()
     }
 
-    /// Bytes that each of two servos answers to a ping.
+    /// Length of the reply of each of two servos to a ping.
     fn pinged(wire: &mut Wire) -> [usize; 2] {
         [1, 2].map(|id| {
             let ping = Request::Ping(ServoId::new(id).unwrap()).encode();
-            say(wire, &ping).len()
+            exchange(wire, &ping).len()
         })
     }
 
@@ -204,9 +203,9 @@ mod tests {
     }
 
     #[test]
-    fn line_and_servos_fail_as_they_are_told_and_recover() {
+    fn injected_faults_of_line_and_servos_take_effect_and_end() {
         let mut wire = Wire::new(vec![Servo::with_id(1), Servo::with_id(2)]);
-        wire.advance(20 * MS, &mut Nothing);
+        wire.advance(20 * MS, &mut NoMechanics);
         assert_eq!(pinged(&mut wire), [6, 6]);
 
         wire.hold_high(4 * MS);
@@ -221,7 +220,7 @@ mod tests {
         wire.mute(0, true);
         assert_eq!(pinged(&mut wire), [0, 6]);
         let stop = Request::StopAll.encode();
-        say(&mut wire, &stop);
+        exchange(&mut wire, &stop);
         wire.mute(0, false);
         wire.deafen(1, true);
         assert_eq!(pinged(&mut wire), [6, 0]);
@@ -236,19 +235,19 @@ mod tests {
     }
 
     #[test]
-    fn the_deaf_goes_on_and_the_mute_obeys() {
+    fn a_deaf_servo_keeps_its_command_and_a_mute_one_executes() {
         let mut wire = Wire::new(vec![Servo::with_id(1), Servo::with_id(2)]);
-        wire.advance(20 * MS, &mut Nothing);
+        wire.advance(20 * MS, &mut NoMechanics);
         let ids = [1, 2].map(|id| ServoId::new(id).unwrap());
         let drive = |pwm: u16| {
             let pwm = Pwm::new(pwm).unwrap();
             Request::Drive(ids.map(|id| (id, pwm))).encode()
         };
-        say(&mut wire, &drive(1200));
+        exchange(&mut wire, &drive(1200));
         assert_eq!(pwm(&wire), [1200, 1200]);
         wire.mute(0, true);
         wire.deafen(1, true);
-        say(&mut wire, &drive(1100));
+        exchange(&mut wire, &drive(1100));
         assert_eq!(pwm(&wire), [1100, 1200]);
     }
 }

@@ -38,7 +38,7 @@ pub(super) struct JointKeys {
         skip_serializing_if = "Option::is_none"
     )]
     pub(super) input_delay_us: Option<u32>,
-    #[serde(with = "Turning")]
+    #[serde(with = "DirectionName")]
     pub(super) direction: Direction,
     #[serde(deserialize_with = "range::zero")]
     pub(super) zero_count: f64,
@@ -52,7 +52,7 @@ pub(super) struct JointKeys {
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Direction", rename_all = "lowercase")]
-enum Turning {
+enum DirectionName {
     Forward,
     Reverse,
 }
@@ -65,13 +65,13 @@ impl Default for JointKeys {
             stops_rad: None,
             dead_zone_counts: None,
             input_delay_us: None,
-            ..Self::of(&PlantConfig::default(), 0)
+            ..Self::from_config(&PlantConfig::default(), 0)
         }
     }
 }
 
 impl JointKeys {
-    pub(super) fn of(config: &PlantConfig, joint: usize) -> Self {
+    pub(super) fn from_config(config: &PlantConfig, joint: usize) -> Self {
         let Joint {
             zero_count,
             rad_per_count,

@@ -1,5 +1,5 @@
-//! Ranges of a file's numbers: wide, but every arm is inside. They are checked
-//! while the file is parsed, so that an error has its place.
+//! Ranges of a file's numbers, which every arm meets. They are checked while the file is
+//! parsed, so that an error has its line and column.
 
 use core::ops::RangeInclusive;
 
@@ -65,8 +65,8 @@ pub(super) fn maybe_dead_zone<'de, D: Deserializer<'de>>(
     if counts.iter().all(|&counts| counts <= 500) {
         Ok(Some(counts))
     } else {
-        let what = "expected PWM counts below and above off, from 0 to 500";
-        Err(D::Error::custom(what))
+        let message = "expected PWM counts below and above off, from 0 to 500";
+        Err(D::Error::custom(message))
     }
 }
 
@@ -85,7 +85,7 @@ pub(super) fn maybe_stops<'de, D: Deserializer<'de>>(
     if -3.2 <= low && low < high && high <= 3.2 {
         Ok(Some([low, high]))
     } else {
-        let what = "expected the smallest and the largest angle, from -3.2 to 3.2";
-        Err(D::Error::custom(what))
+        let message = "expected the smallest and the largest angle, from -3.2 to 3.2";
+        Err(D::Error::custom(message))
     }
 }

@@ -13,11 +13,11 @@ fn default_toml_is_the_default_and_has_every_key() {
     let path = shipped("default.toml");
     let file = PlantFile::read(&path).unwrap();
     assert_eq!(file.config([9.0; JOINTS]), PlantConfig::default());
-    let of_code: toml::Table = serde_json::from_value(
-        serde_json::to_value(PlantFile::of(&PlantConfig::default())).unwrap(),
+    let code_table: toml::Table = serde_json::from_value(
+        serde_json::to_value(PlantFile::from_config(&PlantConfig::default())).unwrap(),
     )
     .unwrap();
-    let of_file: toml::Table = toml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let file_table: toml::Table = toml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let keys = |table: &toml::Table| {
         let within = |value: &toml::Value| value.as_table().map(|t| t.keys().cloned().collect());
         let keys: Vec<(String, Option<Vec<String>>)> = table
@@ -26,7 +26,7 @@ fn default_toml_is_the_default_and_has_every_key() {
             .collect();
         keys
     };
-    assert_eq!(keys(&of_file), keys(&of_code));
+    assert_eq!(keys(&file_table), keys(&code_table));
 }
 
 #[test]
@@ -46,10 +46,10 @@ fn every_shipped_arm_can_be_read() {
 }
 
 #[test]
-fn what_a_file_says_is_so() {
+fn keys_of_a_file_set_the_configuration() {
     let config = |text: &str| {
         let file: PlantFile = toml::from_str(text).unwrap();
-        assert_eq!(file.clash(), None);
+        assert_eq!(file.conflict(), None);
         file.config([0.0; JOINTS])
     };
     let hanging = config("arm.mounting = 'hanging'").arm;
@@ -74,7 +74,7 @@ fn what_a_file_says_is_so() {
 }
 
 #[test]
-fn mistakes_are_named_with_their_place() {
+fn errors_have_key_line_and_column() {
     let folder = std::env::temp_dir();
     let path = folder.join(format!("armbridge-plant-{}.toml", std::process::id()));
     for (text, at, words) in [

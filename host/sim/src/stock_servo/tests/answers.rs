@@ -170,7 +170,7 @@ fn to_all_only_pings_are_answered() {
 
 #[test]
 fn return_level_says_what_is_answered() {
-    for (level, answered) in [
+    for (level, reply_level) in [
         (0, [true, false, false]),
         (1, [true, true, false]),
         (2, [true; 3]),
@@ -190,8 +190,8 @@ fn return_level_says_what_is_answered() {
                 data: &[0, 2],
             },
         ];
-        let is_answered = instructions.map(|instruction| !rig.ask(1, instruction).is_empty());
-        assert_eq!(is_answered, answered, "level {level}");
+        let is_replied = instructions.map(|instruction| !rig.ask(1, instruction).is_empty());
+        assert_eq!(is_replied, reply_level, "level {level}");
         assert_eq!(rig.register(0, "goal_position"), 512, "obeyed all the same");
         assert_eq!(
             rig.exchange(&[0xFF, 0xFF, 1, 2, 9, 0]).is_empty(),

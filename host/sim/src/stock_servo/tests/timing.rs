@@ -98,9 +98,9 @@ fn an_eeprom_byte_deafens_for_6_ms() {
     let ping = Instruction::Ping.encode::<6>(1).unwrap();
     // Two of them, from the end of the answer on.
     rig.set_word(1, at::MAX_TORQUE, 1000);
-    let answered = rig.now_us;
+    let reply_level = rig.now_us;
     while rig.exchange(&ping).is_empty() {}
-    let deaf_us = rig.now_us - answered;
+    let deaf_us = rig.now_us - reply_level;
     assert!((10_000..=14_000).contains(&deaf_us), "{deaf_us} us");
     // The RAM takes no time.
     rig.set_word(1, at::MOVING_SPEED, 1000);
