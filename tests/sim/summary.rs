@@ -42,7 +42,7 @@ fn decay() -> Vec<Record> {
 }
 
 fn summary(records: &[Record], facts: &RunFacts) -> Summary {
-    Summary::of(records, facts, LINK, 4.0, 0.1)
+    Summary::from_records(records, facts, LINK, 4.0, 0.1)
 }
 
 #[test]
@@ -108,7 +108,7 @@ fn faults_and_losses_are_said() {
         damaged: 1,
         dropped: 0,
     };
-    let summary = Summary::of(&records, &synthetic::facts(None), link, 4.0, 0.1);
+    let summary = Summary::from_records(&records, &synthetic::facts(None), link, 4.0, 0.1);
     assert_eq!(summary.faults.len(), 1);
     assert!((summary.faults[0].time_s - 3.0).abs() < 1e-9);
     assert_eq!(summary.missing_samples["silence"], 2);
@@ -146,7 +146,8 @@ fn the_rest_is_blamed_on_stiction_only_where_it_explains_it() {
 
 #[test]
 fn a_run_without_ticks_has_a_summary_too() {
-    let summary = Summary::of(&[], &synthetic::facts(None), LinkStats::default(), 0.0, 0.0);
+    let summary =
+        Summary::from_records(&[], &synthetic::facts(None), LinkStats::default(), 0.0, 0.0);
     assert!(summary.segments.is_empty() && summary.faults.is_empty());
     assert!(summary.table().contains("0 recorded"));
 }
@@ -156,7 +157,7 @@ fn table_fits_and_json_keeps_its_keys() {
     let records = synthetic::run(0.06);
     let facts = synthetic::facts(Some(0.06));
     assert_eq!(segments(&records).len(), synthetic::SETPOINTS.len());
-    let summary = Summary::of(&records, &facts, LINK, 10.02, 0.31);
+    let summary = Summary::from_records(&records, &facts, LINK, 10.02, 0.31);
     let text = summary.table();
     let widest = text.lines().map(|line| line.chars().count()).max();
     assert!(widest <= Some(100) && !text.contains('\u{1b}'), "{text}");

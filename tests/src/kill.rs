@@ -48,7 +48,7 @@ pub fn record_until_killed() {
     let Some(path) = std::env::var_os(LOG).map(PathBuf::from) else {
         return;
     };
-    let facts = RunFacts::of("test", "simulated: nothing", &Settings::default());
+    let facts = RunFacts::from_settings("test", "simulated: nothing", &Settings::default());
     let recorder = Recorder::create(&path, &facts).unwrap();
     let (mut tap, mut board) = (recorder.tap(), Encoder::default());
     let (start, mut count) = (Instant::now(), 0);

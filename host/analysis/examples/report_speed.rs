@@ -26,7 +26,7 @@ const TICKS: usize = 600_000;
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::temp_dir().join(format!("armbridge-{}.mcap", std::process::id()));
     let records = synthetic::run(0.06);
-    let facts = RunFacts::of("report_speed", "simulated: nothing", &Settings::default());
+    let facts = RunFacts::from_settings("report_speed", "simulated: nothing", &Settings::default());
     let mut board = Encoder::default();
     let mut link = vec![
         board

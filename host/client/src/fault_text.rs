@@ -6,31 +6,31 @@ use armbridge_shared::link::message::{Drive, Fault, Mode, OffReport, OffState, S
 
 /// Explanation of a trip for the user. Lines without a full stop.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Account {
+pub struct FaultDescription {
     /// Cause.
     pub cause: String,
     /// Value against limit; `None` where there are no numbers.
-    pub seen: Option<String>,
+    pub measured: Option<String>,
     /// Remedy.
-    pub advice: &'static str,
+    pub remedy: &'static str,
 }
 
 /// Explains a trip.
-pub fn in_words(trip: &Trip) -> Account {
-    let (cause, advice) = words(trip.fault);
+pub fn in_words(trip: &Trip) -> FaultDescription {
+    let (cause, remedy) = cause_and_remedy(trip.fault);
     let joint = trip.joint.map(|joint| u32::from(joint) + 1);
-    Account {
+    FaultDescription {
         cause: joint.map_or_else(
             || cause.to_owned(),
             |joint| format!("joint {joint}: {cause}"),
         ),
-        seen: seen(trip),
-        advice,
+        measured: measured(trip),
+        remedy,
     }
 }
 
 /// Cause and remedy of a fault.
-pub fn words(fault: Fault) -> (&'static str, &'static str) {
+pub fn cause_and_remedy(fault: Fault) -> (&'static str, &'static str) {
     match fault {
         Fault::EmergencyStop(StopSource::Host) => (
             "emergency stop, asked for by the host",
@@ -128,7 +128,7 @@ pub fn words(fault: Fault) -> (&'static str, &'static str) {
 }
 
 /// Value against limit, in the unit of the limit.
-fn seen(trip: &Trip) -> Option<String> {
+fn measured(trip: &Trip) -> Option<String> {
     let Trip { value, limit, .. } = *trip;
     let against = |unit: &str, digits: usize| {
         Some(format!(
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn every_fault_is_told_with_what_to_do_and_the_numbers_it_has() {
         for fault in FAULTS {
-            let account = in_words(&Trip {
+            let description = in_words(&Trip {
                 fault,
                 joint: Some(1),
                 tick: 3,
@@ -233,11 +233,11 @@ mod tests {
                 value: 1.6,
                 limit: 1.5,
             });
-            assert!(account.cause.starts_with("joint 2: "), "{fault:?}");
-            assert!(!account.advice.is_empty() && !account.advice.ends_with('.'));
+            assert!(description.cause.starts_with("joint 2: "), "{fault:?}");
+            assert!(!description.remedy.is_empty() && !description.remedy.ends_with('.'));
             // Each fits into a line of a terminal, with the text around it.
-            let lengths = [&account.cause, account.advice].map(|text| text.chars().count());
-            assert!(lengths[0] <= 70 && lengths[1] <= 65, "{account:?}");
+            let lengths = [&description.cause, description.remedy].map(|text| text.chars().count());
+            assert!(lengths[0] <= 70 && lengths[1] <= 65, "{description:?}");
         }
         let trip = Trip {
             fault: Fault::HostSilent,
@@ -248,7 +248,7 @@ mod tests {
             limit: 0.5,
         };
         assert_eq!(
-            in_words(&trip).seen.as_deref(),
+            in_words(&trip).measured.as_deref(),
             Some("512.3 ms, allowed are 500.0")
         );
     }

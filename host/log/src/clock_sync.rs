@@ -1,28 +1,27 @@
 //! Mapping of the board's clock to the host's.
 //!
-//! A frame reaches the host some time after its tick: never too early,
-//! and now and then much too late. So the relation of the two clocks is the lower
-//! envelope of `host - board`, and a distance above it is delay.
+//! A frame reaches the host after its tick with a variable, occasionally long delay. So
+//! the relation of the two clocks is the lower envelope of `host - board`, and the
+//! distance above it is delay.
 //!
 //! * [`Mapping`] maps a tick to the host's clock while the log is written, from the
 //!   frames so far; ticks are spaced evenly, whatever the delays of the link.
 //! * [`Envelope`] keeps the minimum of each second, in bounded memory, and [`Line`] is
 //!   the line below all of them: offset, drift, and delays of frames.
 
-/// Window in ns of which the minimum is kept.
+/// Window in ns whose minimum is stored.
 const WINDOW_NS: u64 = 1_000_000_000;
 
-/// Windows before neighbours are merged: over an hour of seconds.
+/// Limit of the windows, beyond which neighbours are merged: over an hour of seconds.
 const WINDOWS_MAX: usize = 4_096;
 
 /// Fraction of the offset error that is corrected per window.
-const MEND: f64 = 0.2;
+const CORRECTION: f64 = 0.2;
 
-/// Largest correction per window, so that time never runs more than a hundredth
-/// too fast or too slow.
-const MEND_MOST_NS: f64 = 10e6;
+/// Largest correction per window: the mapped rate is off by at most 1 %.
+const CORRECTION_MAX_NS: f64 = 10e6;
 
-/// Maps the board's times to the host's clock, as they arrive.
+/// Online mapping of the board's times to the host's clock.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Mapping {
     /// `host - board` in ns at the start of the window, and its change per ns
@@ -31,35 +30,36 @@ pub(crate) struct Mapping {
     slope: f64,
     window_from_ns: u64,
     least_ns: f64,
-    is_begun: bool,
+    has_offset: bool,
 }
 
 impl Mapping {
     /// Restarts after a reset of the board: its clock restarted too.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn reset(&mut self) {
         *self = Self::default();
     }
 
-    /// The host's time of a board's time that was received just now.
+    /// Host time of a board time that was received at `host_ns`.
     pub(crate) fn host_ns(&mut self, host_ns: u64, board_us: u64) -> u64 {
         let board_ns = board_us.saturating_mul(1_000);
         // Times since 1970 in ns need 61 bits: the difference is exact only as an
         // integer.
         let ahead_ns = (i128::from(host_ns) - i128::from(board_ns)) as f64;
-        if !self.is_begun || board_ns < self.window_from_ns {
+        if !self.has_offset || board_ns < self.window_from_ns {
             *self = Self {
                 offset_ns: ahead_ns,
                 slope: 0.0,
                 window_from_ns: board_ns,
                 least_ns: ahead_ns,
-                is_begun: true,
+                has_offset: true,
             };
         }
         let within_ns = (board_ns - self.window_from_ns) as f64;
         let offset_ns = self.offset_ns + self.slope * within_ns.min(WINDOW_NS as f64);
         if within_ns >= WINDOW_NS as f64 {
-            let off_ns = (self.least_ns - offset_ns) * MEND;
-            self.slope = off_ns.clamp(-MEND_MOST_NS, MEND_MOST_NS) / WINDOW_NS as f64;
+            let correction_ns = (self.least_ns - offset_ns) * CORRECTION;
+            self.slope =
+                correction_ns.clamp(-CORRECTION_MAX_NS, CORRECTION_MAX_NS) / WINDOW_NS as f64;
             self.offset_ns = offset_ns;
             self.window_from_ns = board_ns;
             self.least_ns = ahead_ns;
@@ -128,7 +128,7 @@ impl Envelope {
     /// The line below all minima; `None` before the second window.
     pub fn line(&self) -> Option<Line> {
         let (host_base, board_base) = self.base?;
-        let (slope, at_base_ns) = below(&self.points)?;
+        let (slope, at_base_ns) = lower_tangent(&self.points)?;
         let last = self.points.last()?;
         let above = |point: &Point| point.ahead_ns - at_base_ns - slope * point.board_ns;
         let mut above: Vec<f64> = self.points.iter().map(above).collect();
@@ -160,11 +160,9 @@ pub struct Line {
     pub residual_most_us: f64,
 }
 
-/// Slope and height at zero of the highest line below all points: the edge of their
-/// lower hull across their middle.
-///
-/// Late frames are far above, and no part of the hull.
-fn below(points: &[Point]) -> Option<(f64, f64)> {
+/// Slope and intercept of the highest line below all points: the edge of their lower
+/// hull at their mean time. Late frames are far above the hull.
+fn lower_tangent(points: &[Point]) -> Option<(f64, f64)> {
     if points.len() < 2 {
         return None;
     }
@@ -242,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_stand_evenly_on_the_hosts_clock() {
+    fn ticks_are_evenly_spaced_on_the_hosts_clock() {
         let mut mapping = Mapping::default();
         let mut before = 0;
         for (i, (host_ns, board_us)) in received(40_000, 50.0).enumerate() {
@@ -261,11 +259,11 @@ mod tests {
     }
 
     #[test]
-    fn a_board_that_begins_anew_is_mapped_anew() {
+    fn a_reset_of_the_board_resets_the_mapping() {
         let mut mapping = Mapping::default();
         assert_eq!(mapping.host_ns(10_000_000_000, 5_000_000), 10_000_000_000);
         assert_eq!(mapping.host_ns(11_000_000_000, 20), 11_000_000_000);
-        mapping.forget();
+        mapping.reset();
         assert_eq!(mapping.host_ns(12_000_000_000, 6_000_000), 12_000_000_000);
     }
 }

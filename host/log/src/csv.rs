@@ -3,8 +3,8 @@
 //! Columns are those of [`export::column`](mod@crate::export::column), joint 1's before
 //! joint 2's; names carry units. `time_s` is the board's clock. A missing sample leaves
 //! `count` empty and has its reason in `missing`; `alarms` are a stock servo's, with `+`
-//! between them; `fault` is empty but in mode `fault`; `guards` names the limits that
-//! changed the wanted torque. Rows end in a line feed.
+//! between them; `fault` is empty but in mode `fault`; `guards` lists the limiters that
+//! changed the commanded torque. Rows end in a line feed.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -59,12 +59,12 @@ impl Column {
 
     fn field(&self, record: &Record) -> Field<'_> {
         match self.values {
-            Values::F64(of) => Field::F64(of(record)),
-            Values::F32(of) => Field::F32(of(record, self.joint)),
-            Values::U32(of) => Field::Integer(Some(of(record))),
-            Values::U16(of) => Field::Integer(Some(of(record, self.joint).into())),
-            Values::Sample(of) => Field::Integer(of(record, self.joint).map(u32::from)),
-            Values::Word(_, of) => Field::Word(&self.words[of(record, self.joint)]),
+            Values::F64(get) => Field::F64(get(record)),
+            Values::F32(get) => Field::F32(get(record, self.joint)),
+            Values::U32(get) => Field::Integer(Some(get(record))),
+            Values::U16(get) => Field::Integer(Some(get(record, self.joint).into())),
+            Values::Sample(get) => Field::Integer(get(record, self.joint).map(u32::from)),
+            Values::Word(_, get) => Field::Word(&self.words[get(record, self.joint)]),
         }
     }
 }

@@ -4,7 +4,7 @@ use armbridge_shared::link::message::{self as link, Drive, StopSource};
 
 use super::proto;
 
-/// The mode's number, and its fault's.
+/// Numbers of a mode and its fault.
 pub(super) fn mode(mode: link::Mode) -> (proto::Mode, proto::Fault) {
     let drives = match mode {
         link::Mode::Boot => proto::Mode::Boot,
@@ -106,7 +106,7 @@ fn fault_from(fault: proto::Fault) -> Option<link::Fault> {
     })
 }
 
-/// The number of a kind of missing sample; that of a sample is `None`'s.
+/// Number of a kind of missing sample.
 pub(super) fn missing(missing: link::Missing) -> proto::Missing {
     match missing {
         link::Missing::NotAsked => proto::Missing::NotAsked,
@@ -139,7 +139,7 @@ mod tests {
     use armbridge_client::enum_names::{FAULTS, MISSING, MODES};
 
     #[test]
-    fn every_number_means_what_it_was_made_of() {
+    fn every_number_maps_back_to_its_value() {
         let modes = MODES.into_iter();
         for known in modes.chain(FAULTS.into_iter().map(link::Mode::Fault)) {
             let (number, fault) = mode(known);

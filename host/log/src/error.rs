@@ -23,7 +23,7 @@ pub enum LogError {
     },
     /// The file ends before the run did.
     #[error("{0}")]
-    BrokenOff(String),
+    Truncated(String),
     /// Error of the CSV library.
     #[error("cannot write {path}: {source}", path = path.display())]
     Csv {

@@ -141,13 +141,13 @@ pub(super) fn board_event(host_ns: u64, sequence: u16, content: &ToHost) -> prot
 
 /// Message for an event of the link itself; `None` for a message of host or
 /// board.
-pub(super) fn happened(host_ns: u64, what: &EventKind) -> Option<proto::Event> {
+pub(super) fn link_event(host_ns: u64, kind: &EventKind) -> Option<proto::Event> {
     let event = proto::Event {
         host_ns,
         severity: proto::Severity::Warning.into(),
         ..proto::Event::default()
     };
-    match *what {
+    match *kind {
         EventKind::Sent(..) | EventKind::Received(..) => None,
         EventKind::Lost(direction, count) => Some(proto::Event {
             kind: "lost".into(),

@@ -30,8 +30,8 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
             result: Err(refusal),
             ..
         } => {
-            let why = refusal_text::in_words(*refusal);
-            let text = format!("command in frame {sequence} refused: {why}");
+            let reason = refusal_text::in_words(*refusal);
+            let text = format!("command in frame {sequence} refused: {reason}");
             ("ack", Severity::Warning, text)
         }
         ToHost::Departs { sequence, moment } => {
@@ -126,12 +126,12 @@ fn missing_reply(missing: Missing) -> &'static str {
 }
 
 fn tripped(tripped: &Trip) -> String {
-    let account = fault_text::in_words(tripped);
-    let seen = account
-        .seen
-        .map_or_else(String::new, |seen| format!(" ({seen})"));
-    let (cause, tick, advice) = (account.cause, tripped.tick, account.advice);
-    format!("fault in tick {tick}: {cause}{seen}; {advice}")
+    let description = fault_text::in_words(tripped);
+    let measured = description
+        .measured
+        .map_or_else(String::new, |measured| format!(" ({measured})"));
+    let (cause, tick, remedy) = (description.cause, tripped.tick, description.remedy);
+    format!("fault in tick {tick}: {cause}{measured}; {remedy}")
 }
 
 fn board_severity(report: &BoardReport) -> Severity {
@@ -201,7 +201,7 @@ pub(super) fn mode(mode: Mode) -> (Severity, String) {
     let (name, meaning) = fault_text::mode(mode);
     match mode {
         Mode::Fault(fault) => {
-            let (cause, _) = fault_text::words(fault);
+            let (cause, _) = fault_text::cause_and_remedy(fault);
             (Severity::Error, format!("{name}: {cause}; {meaning}"))
         }
         Mode::Degraded(_) => (Severity::Warning, format!("{name}: {meaning}")),

@@ -1,14 +1,13 @@
 //! Thread that syncs a file to the disk.
 //!
-//! A disk takes seconds to make a file survive a power cut when it is
-//! busy. The log's writer must not wait for it meanwhile: the data that it would hold
-//! back would be lost when the program is killed.
+//! A sync takes seconds on a busy disk. The log's writer must not wait for it: data that
+//! is buffered meanwhile would be lost when the program is killed.
 
 use std::io;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 
-/// Returns when the written data survives a power cut.
+/// Syncs the written data; it survives a power cut afterwards.
 pub(super) type SyncFn = Box<dyn FnMut() -> io::Result<()> + Send>;
 
 /// Handle of the thread.
@@ -19,7 +18,7 @@ pub(super) struct Syncer {
 
 impl Syncer {
     pub(super) fn start(mut sync: SyncFn) -> io::Result<Self> {
-        // At most one request waits: it stands for all data written before it.
+        // At most one request is queued: it covers all data written before it.
         let (requests, received) = sync_channel(1);
         let thread = std::thread::Builder::new()
             .name("recorder-sync".into())
@@ -37,7 +36,7 @@ impl Syncer {
     ///
     /// # Errors
     /// That of an earlier sync.
-    pub(super) fn ask(&mut self) -> io::Result<()> {
+    pub(super) fn request(&mut self) -> io::Result<()> {
         match self.requests.try_send(()) {
             Ok(()) | Err(TrySendError::Full(())) => Ok(()),
             Err(TrySendError::Disconnected(())) => join(&mut self.thread),
@@ -58,7 +57,7 @@ impl Syncer {
     }
 }
 
-/// It does not panic, and each error is reported once.
+/// Joins the thread, which does not panic; each error is reported once.
 fn join(thread: &mut Option<JoinHandle<io::Result<()>>>) -> io::Result<()> {
     match thread.take().map(JoinHandle::join) {
         Some(Ok(done)) => done,

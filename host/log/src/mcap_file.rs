@@ -1,9 +1,8 @@
-//! MCAP file of a log: a writer that leaves, at any instant, a file that can be
-//! read up to the last flush.
+//! MCAP file of a log, which is readable up to the last flush at any time.
 //!
-//! Chunks are written as a whole, with their index behind them, and written data
-//! is never changed: a killed program leaves a file without its last chunk
-//! and without a summary, which readers can do without.
+//! Chunks are written as a whole, followed by their index, and written data is never
+//! changed: a killed program leaves a file without its last chunk and without a summary,
+//! which readers do not need.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -136,7 +135,7 @@ impl LogFile {
 
     /// Requests that the flushed data is synced, so that it survives a power cut.
     pub(super) fn sync(&mut self) -> McapResult<()> {
-        Ok(self.syncer.ask()?)
+        Ok(self.syncer.request()?)
     }
 
     /// Bytes written so far.

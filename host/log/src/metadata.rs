@@ -9,7 +9,7 @@
 //! | `clock`      | the two clocks: `offset_ns`, `at_board_us`, `drift_ppm`, `residual_us`, `residual_most_us` |
 //! | `end`        | `ticks`, `missing_ticks`, `unwritten_bytes`; only of a log that was closed |
 //!
-//! Later information is written again: of records of one name, the last holds.
+//! Changed information is written again: the last record of a name is valid.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -134,7 +134,7 @@ pub(super) fn facts(run: &BTreeMap<String, String>) -> Option<RunFacts> {
     serde_json::from_str(run.get("json")?).ok()
 }
 
-/// Plain data: always has a form in JSON.
+/// JSON of plain data, which cannot fail.
 fn json(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
 }

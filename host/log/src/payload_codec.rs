@@ -9,8 +9,7 @@ use super::proto::Exact;
 /// Both forms of a value.
 pub(super) fn exact(value: &impl Serialize) -> Exact {
     Exact {
-        // Values of the link are plain data: neither can fail, and if one did, the
-        // other would be there.
+        // Values of the link are plain data: neither encoding can fail, and one suffices.
         json: serde_json::to_string(value).unwrap_or_default(),
         postcard: postcard::to_stdvec(value).unwrap_or_default(),
     }

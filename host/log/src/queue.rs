@@ -1,8 +1,8 @@
 //! Queue of a link's bytes to the thread that writes them.
 //!
-//! The link's thread copies the bytes into bounded memory, and goes
-//! on: for a real board it never waits for a disk. Bytes that do not fit are counted. A
-//! virtual board can wait, so it does, and nothing is lost however slow the disk is.
+//! The link's thread copies the bytes into bounded memory and continues: for a real board
+//! it never waits for a disk. Bytes that do not fit are counted. For a virtual board it
+//! waits, and nothing is lost at any speed of the disk.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -12,120 +12,120 @@ use armbridge_client::event::Direction;
 
 use super::raw_link_bytes;
 
-/// Most bytes in the queue; as many again are being written. At 1 kHz
-/// they are four minutes.
-pub(super) const MOST: usize = 32 << 20;
+/// Capacity in bytes; as many again may be being written. At 1 kHz this is four minutes.
+pub(super) const CAPACITY: usize = 32 << 20;
 
-/// Bytes at which the recorder is woken before its time, rather than for each write.
-const HANDFUL: usize = 256 << 10;
+/// Queued bytes at which the recorder is woken before its deadline, rather than at each
+/// write.
+const WAKE_BYTES: usize = 256 << 10;
 
 /// Queue between a link and its recorder.
 #[derive(Debug)]
 pub(super) struct Queue {
-    waiting: Mutex<Waiting>,
-    /// Enough bytes are queued, or no more will come.
+    contents: Mutex<Contents>,
+    /// Signalled when enough bytes are queued, or the queue is closed.
     filled: Condvar,
-    /// There is room.
+    /// Signalled when there is room.
     emptied: Condvar,
-    /// Whether the link waits for room.
-    is_patient: bool,
-    most: usize,
+    /// Whether a full queue blocks the link.
+    blocks_when_full: bool,
+    capacity: usize,
 }
 
 /// Contents of the queue.
 #[derive(Debug, Default)]
-struct Waiting {
+struct Contents {
     framed: Vec<u8>,
-    fullest: usize,
+    peak_bytes: usize,
     unwritten: u64,
     is_closed: bool,
 }
 
 /// Bytes taken out of the queue.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Taken {
+pub(super) struct Drained {
     /// Bytes of the link that did not fit so far.
     pub(super) unwritten: u64,
     /// Largest number of queued bytes so far.
-    pub(super) fullest: usize,
-    /// The last bytes.
+    pub(super) peak_bytes: usize,
+    /// The queue is closed: these are the last bytes.
     pub(super) is_last: bool,
 }
 
 impl Queue {
-    pub(super) fn new(is_patient: bool, most: usize) -> Arc<Self> {
+    pub(super) fn new(blocks_when_full: bool, capacity: usize) -> Arc<Self> {
         Arc::new(Self {
-            waiting: Mutex::default(),
+            contents: Mutex::default(),
             filled: Condvar::new(),
             emptied: Condvar::new(),
-            is_patient,
-            most,
+            blocks_when_full,
+            capacity,
         })
     }
 
-    /// The lock is held for a copy or a swap only, which cannot panic.
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Locks the contents, for a copy or a swap only, which cannot panic.
+    fn lock(&self) -> MutexGuard<'_, Contents> {
+        self.contents.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn handful(&self) -> usize {
-        HANDFUL.min(self.most / 2)
+    fn wake_bytes(&self) -> usize {
+        WAKE_BYTES.min(self.capacity / 2)
     }
 
     fn put(&self, piece: raw_link_bytes::Piece<'_>) {
         let len = piece.framed_len();
-        let mut waiting = self.lock();
-        while self.is_patient
-            && !waiting.is_closed
-            && !waiting.framed.is_empty()
-            && waiting.framed.len() + len > self.most
+        let mut contents = self.lock();
+        while self.blocks_when_full
+            && !contents.is_closed
+            && !contents.framed.is_empty()
+            && contents.framed.len() + len > self.capacity
         {
-            waiting = self
+            contents = self
                 .emptied
-                .wait(waiting)
+                .wait(contents)
                 .unwrap_or_else(PoisonError::into_inner);
         }
-        let fits = waiting.framed.len() + len <= self.most;
+        let fits = contents.framed.len() + len <= self.capacity;
         // A piece longer than the queue is accepted when it is alone.
-        let is_alone = self.is_patient && waiting.framed.is_empty();
-        if waiting.is_closed || !(fits || is_alone) {
-            waiting.unwritten += piece.bytes.len() as u64;
+        let is_alone = self.blocks_when_full && contents.framed.is_empty();
+        if contents.is_closed || !(fits || is_alone) {
+            contents.unwritten += piece.bytes.len() as u64;
             return;
         }
-        let was_less = waiting.framed.len() < self.handful();
-        piece.write(&mut waiting.framed);
-        waiting.fullest = waiting.fullest.max(waiting.framed.len());
-        let is_enough = waiting.framed.len() >= self.handful();
-        drop(waiting);
-        if was_less && is_enough {
+        let was_below = contents.framed.len() < self.wake_bytes();
+        piece.write(&mut contents.framed);
+        contents.peak_bytes = contents.peak_bytes.max(contents.framed.len());
+        let is_reached = contents.framed.len() >= self.wake_bytes();
+        drop(contents);
+        if was_below && is_reached {
             self.filled.notify_one();
         }
     }
 
     /// Takes all queued bytes in exchange for an empty buffer; waits until there are
     /// enough, or until this instant.
-    pub(super) fn take(&self, into: &mut Vec<u8>, until: Instant) -> Taken {
+    pub(super) fn take(&self, into: &mut Vec<u8>, until: Instant) -> Drained {
         into.clear();
-        let mut waiting = self.lock();
-        while waiting.framed.len() < self.handful() && !waiting.is_closed {
+        let mut contents = self.lock();
+        while contents.framed.len() < self.wake_bytes() && !contents.is_closed {
             let left = until.saturating_duration_since(Instant::now());
             if left == Duration::ZERO {
                 break;
             }
-            (waiting, _) = self
+            (contents, _) = self
                 .filled
-                .wait_timeout(waiting, left)
+                .wait_timeout(contents, left)
                 .unwrap_or_else(PoisonError::into_inner);
         }
-        std::mem::swap(&mut waiting.framed, into);
-        let taken = Taken {
-            unwritten: waiting.unwritten,
-            fullest: waiting.fullest,
-            is_last: waiting.is_closed,
+        std::mem::swap(&mut contents.framed, into);
+        let drained = Drained {
+            unwritten: contents.unwritten,
+            peak_bytes: contents.peak_bytes,
+            is_last: contents.is_closed,
         };
-        drop(waiting);
+        drop(contents);
         self.emptied.notify_all();
-        taken
+        drained
     }
 
     /// Closes the queue; later bytes are counted as not written.
@@ -157,7 +157,7 @@ impl Tap for QueueTap {
     fn disconnected(&mut self, host_ns: u64) {
         self.0.put(raw_link_bytes::Piece {
             host_ns,
-            kind: raw_link_bytes::Kind::Parted,
+            kind: raw_link_bytes::PieceKind::Disconnected,
             bytes: &[],
         });
     }
@@ -168,24 +168,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_finds_no_room_is_counted_and_nobody_waits() {
+    fn bytes_without_room_are_counted_without_blocking() {
         let queue = Queue::new(false, 100);
         let mut tap = QueueTap(Arc::clone(&queue));
         tap.bytes(Direction::ToHost, 1, &[1; 60]);
         tap.bytes(Direction::ToHost, 2, &[2; 60]);
         tap.bytes(Direction::ToHost, 3, &[3; 10]);
         let mut framed = Vec::new();
-        let taken = queue.take(&mut framed, Instant::now());
-        assert_eq!(taken.unwritten, 60);
+        let drained = queue.take(&mut framed, Instant::now());
+        assert_eq!(drained.unwritten, 60);
         let times: Vec<_> = raw_link_bytes::pieces(&framed)
             .map(|piece| piece.unwrap().host_ns)
             .collect();
         assert_eq!(times, [1, 3]);
-        assert!(taken.fullest <= 100 && !taken.is_last);
+        assert!(drained.peak_bytes <= 100 && !drained.is_last);
     }
 
     #[test]
-    fn who_is_patient_waits_for_room() {
+    fn a_blocking_queue_waits_for_room() {
         let queue = Queue::new(true, 100);
         let mut tap = QueueTap(Arc::clone(&queue));
         let sender = std::thread::spawn(move || {
@@ -196,10 +196,10 @@ mod tests {
         });
         let (mut framed, mut count) = (Vec::new(), 0);
         loop {
-            let taken = queue.take(&mut framed, Instant::now() + Duration::from_secs(10));
+            let drained = queue.take(&mut framed, Instant::now() + Duration::from_secs(10));
             count += raw_link_bytes::pieces(&framed).count();
-            if taken.is_last {
-                assert_eq!(taken.unwritten, 0);
+            if drained.is_last {
+                assert_eq!(drained.unwritten, 0);
                 break;
             }
         }

@@ -27,14 +27,14 @@ const HEADER: usize = 1 + 8 + 4;
 
 /// Kind of a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum PieceKind {
     /// Bytes of this direction.
     Bytes(Direction),
     /// The connection broke.
-    Parted,
+    Disconnected,
 }
 
-impl From<Direction> for Kind {
+impl From<Direction> for PieceKind {
     fn from(direction: Direction) -> Self {
         Self::Bytes(direction)
     }
@@ -46,23 +46,23 @@ pub struct Piece<'a> {
     /// On the host's clock in ns.
     pub host_ns: u64,
     /// Its kind.
-    pub kind: Kind,
+    pub kind: PieceKind,
     /// The bytes.
     pub bytes: &'a [u8],
 }
 
 impl Piece<'_> {
-    /// Its length in an attachment.
+    /// Length in an attachment.
     pub(super) fn framed_len(&self) -> usize {
         HEADER + self.bytes.len()
     }
 
-    /// Appends it.
+    /// Appends the piece to an attachment.
     pub(super) fn write(&self, to: &mut Vec<u8>) {
         to.push(match self.kind {
-            Kind::Bytes(Direction::ToHost) => 0,
-            Kind::Bytes(Direction::ToBoard) => 1,
-            Kind::Parted => 2,
+            PieceKind::Bytes(Direction::ToHost) => 0,
+            PieceKind::Bytes(Direction::ToBoard) => 1,
+            PieceKind::Disconnected => 2,
         });
         to.extend_from_slice(&self.host_ns.to_le_bytes());
         to.extend_from_slice(&(self.bytes.len() as u32).to_le_bytes());
@@ -70,12 +70,12 @@ impl Piece<'_> {
     }
 }
 
-/// The limits between pieces are lost.
+/// Error of an attachment whose pieces cannot be separated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("what was kept of the link's bytes is damaged")]
 pub struct Damaged;
 
-/// The pieces of an attachment; a damaged one ends them.
+/// Pieces of an attachment, up to a damaged one.
 pub fn pieces(mut framed: &[u8]) -> impl Iterator<Item = Result<Piece<'_>, Damaged>> {
     std::iter::from_fn(move || {
         if framed.is_empty() {
@@ -99,9 +99,9 @@ fn split(framed: &[u8]) -> Option<(Piece<'_>, &[u8])> {
     let (len, rest) = rest.split_first_chunk()?;
     let (bytes, rest) = rest.split_at_checked(u32::from_le_bytes(*len) as usize)?;
     let kind = match kind {
-        0 => Kind::Bytes(Direction::ToHost),
-        1 => Kind::Bytes(Direction::ToBoard),
-        2 => Kind::Parted,
+        0 => PieceKind::Bytes(Direction::ToHost),
+        1 => PieceKind::Bytes(Direction::ToBoard),
+        2 => PieceKind::Disconnected,
         _ => return None,
     };
     let host_ns = u64::from_le_bytes(*host_ns);
@@ -118,8 +118,10 @@ fn split(framed: &[u8]) -> Option<(Piece<'_>, &[u8])> {
 /// Decodes one piece.
 pub(super) fn decode(decoder: &mut LinkDecoder, piece: Piece<'_>, mut on_event: impl FnMut(Event)) {
     match piece.kind {
-        Kind::Bytes(direction) => decoder.take(direction, piece.host_ns, piece.bytes, on_event),
-        Kind::Parted => {
+        PieceKind::Bytes(direction) => {
+            decoder.take(direction, piece.host_ns, piece.bytes, on_event)
+        }
+        PieceKind::Disconnected => {
             // A partial frame does not continue on the next connection.
             *decoder = LinkDecoder::default();
             on_event(Event {

@@ -22,7 +22,7 @@ use crate::run_info::RunFacts;
 pub struct Reader {
     path: PathBuf,
     records: Records,
-    /// Present chunk: its records, from here on.
+    /// Records of the present chunk, from `at` on.
     chunk: Vec<u8>,
     at: usize,
     channels: BTreeMap<u16, Topic>,
@@ -54,9 +54,9 @@ impl Reader {
                 "it is no MCAP file; logs of Armbridge are called run.mcap".into(),
             ));
         };
-        let known = read_metadata(&mut records).map_err(failed_io)?;
+        let metadata_by_name = read_metadata(&mut records).map_err(failed_io)?;
         records.rewind().map_err(failed_io)?;
-        let schema = known
+        let schema = metadata_by_name
             .get(metadata::BUILD)
             .and_then(|build| build.get("schema"));
         let is_same_schema = schema.is_none_or(|schema| *schema == metadata::schema_hash());
@@ -74,8 +74,8 @@ impl Reader {
             chunk: Vec::new(),
             at: 0,
             channels: BTreeMap::new(),
-            facts: facts(&known),
-            metadata: known,
+            facts: facts(&metadata_by_name),
+            metadata: metadata_by_name,
             is_same_schema,
             chunks: 0,
             unreadable: 0,
@@ -113,7 +113,7 @@ impl Reader {
         &self.damage
     }
 
-    /// The events, decoded events from the raw bytes in the log.
+    /// Events decoded from the raw bytes in the log.
     ///
     /// # Errors
     /// When the file can no longer be read.
@@ -127,10 +127,10 @@ impl Reader {
             })
     }
 
-    /// Reads until the topics are known, which come first.
+    /// Reads up to the channels of the topics, which precede all messages.
     fn find_channels(&mut self) -> Result<(), String> {
         while self.channels.is_empty() {
-            if !self.load().map_err(|error| error.to_string())? {
+            if !self.load_chunk().map_err(|error| error.to_string())? {
                 return Err("it breaks off before anything was recorded".into());
             }
             let chunk = std::mem::take(&mut self.chunk);
@@ -138,7 +138,7 @@ impl Reader {
             while let Some((opcode, body, after)) = split(rest) {
                 rest = after;
                 if opcode == op::CHANNEL {
-                    self.learn(body)?;
+                    self.register_channel(body)?;
                 }
             }
             self.chunk = chunk;
@@ -146,7 +146,7 @@ impl Reader {
         Ok(())
     }
 
-    fn learn(&mut self, body: &[u8]) -> Result<(), String> {
+    fn register_channel(&mut self, body: &[u8]) -> Result<(), String> {
         let Ok(Record::Channel(channel)) = mcap::parse_record(op::CHANNEL, body) else {
             return Ok(());
         };
@@ -173,7 +173,7 @@ impl Reader {
     }
 
     /// Loads the next intact chunk; `false` at the end.
-    fn load(&mut self) -> io::Result<bool> {
+    fn load_chunk(&mut self) -> io::Result<bool> {
         while !self.is_over {
             match self.records.next()? {
                 Next::Record(op::CHUNK) => {
@@ -194,21 +194,23 @@ impl Reader {
                     }
                 }
                 Next::Record(_) => {}
-                Next::End => self.ends("was not closed: its program was killed, or power failed"),
+                Next::End => {
+                    self.end_with("was not closed: its program was killed, or power failed")
+                }
                 Next::Cut(Some(op::CHUNK)) => {
                     let at = self.chunks + 1;
-                    self.ends(&format!("breaks off in the middle of chunk {at}"));
+                    self.end_with(&format!("breaks off in the middle of chunk {at}"));
                 }
-                Next::Cut(_) => self.ends("breaks off"),
+                Next::Cut(_) => self.end_with("breaks off"),
                 Next::Garbage(byte) => {
-                    self.ends(&format!("is damaged from byte {byte} on"));
+                    self.end_with(&format!("is damaged from byte {byte} on"));
                 }
             }
         }
         Ok(false)
     }
 
-    fn ends(&mut self, how: &str) {
+    fn end_with(&mut self, how: &str) {
         self.is_over = true;
         let after = self.after_tick();
         self.damage
@@ -253,12 +255,12 @@ impl Reader {
         false
     }
 
-    fn message(
+    fn decode_message(
         &mut self,
         topic: Topic,
         bytes: &[u8],
     ) -> Result<Option<Event>, event_messages::Unreadable> {
-        let same = self.is_same_schema;
+        let is_same_schema = self.is_same_schema;
         let unreadable = |_| event_messages::Unreadable;
         let (host_ns, kind) = match topic {
             Topic::Telemetry => {
@@ -273,21 +275,21 @@ impl Reader {
             }
             Topic::Commands => {
                 let message = proto::Command::decode(bytes).map_err(unreadable)?;
-                let kind = event_messages::host_message(&message, same)
+                let kind = event_messages::host_message(&message, is_same_schema)
                     .ok_or(event_messages::Unreadable)?;
                 (message.host_ns, kind)
             }
             Topic::Events => {
                 let message = proto::Event::decode(bytes).map_err(unreadable)?;
-                match event_messages::event(&message, same)? {
+                match event_messages::event(&message, is_same_schema)? {
                     Some(kind) => (message.host_ns, kind),
                     None => return Ok(None),
                 }
             }
             Topic::Parameters => {
                 let message = proto::Parameters::decode(bytes).map_err(unreadable)?;
-                let kind =
-                    event_messages::settings(&message, same).ok_or(event_messages::Unreadable)?;
+                let kind = event_messages::settings(&message, is_same_schema)
+                    .ok_or(event_messages::Unreadable)?;
                 (message.host_ns, kind)
             }
             // Derived from the other messages.
@@ -308,11 +310,11 @@ impl Reader {
         Some((opcode, start..self.at))
     }
 
-    fn receive(&mut self, opcode: u8, body: &[u8]) -> Option<Event> {
+    fn event_of_record(&mut self, opcode: u8, body: &[u8]) -> Option<Event> {
         match mcap::parse_record(opcode, body) {
             Ok(Record::Message { header, data }) => {
                 let topic = *self.channels.get(&header.channel_id)?;
-                self.message(topic, &data).unwrap_or_else(|_| {
+                self.decode_message(topic, &data).unwrap_or_else(|_| {
                     self.unreadable += 1;
                     None
                 })
@@ -322,7 +324,7 @@ impl Reader {
         }
     }
 
-    fn close(&mut self) {
+    fn report_unreadable(&mut self) {
         if self.unreadable > 0 {
             self.damage.push(format!(
                 "{} messages are of another version and were left out",
@@ -339,17 +341,17 @@ impl Iterator for Reader {
     fn next(&mut self) -> Option<Event> {
         loop {
             let Some((opcode, body)) = self.record() else {
-                match self.load() {
+                match self.load_chunk() {
                     Ok(true) => continue,
                     Ok(false) => {}
-                    Err(error) => self.ends(&format!("cannot be read further ({error})")),
+                    Err(error) => self.end_with(&format!("cannot be read further ({error})")),
                 }
-                self.close();
+                self.report_unreadable();
                 return None;
             };
-            // Taken for a moment, so that the reader can be changed.
+            // Moved out temporarily, so that the reader can be borrowed mutably.
             let chunk = std::mem::take(&mut self.chunk);
-            let event = self.receive(opcode, chunk.get(body).unwrap_or_default());
+            let event = self.event_of_record(opcode, chunk.get(body).unwrap_or_default());
             self.chunk = chunk;
             if event.is_some() {
                 return event;
@@ -368,20 +370,27 @@ fn is_closed(path: &Path) -> io::Result<bool> {
 }
 
 /// Metadata by name and key.
-type Known = BTreeMap<String, BTreeMap<String, String>>;
+type Metadata = BTreeMap<String, BTreeMap<String, String>>;
 
-fn settings(known: &Known) -> Option<Settings> {
-    serde_json::from_str(known.get(metadata::PARAMETERS)?.get("json")?).ok()
+fn settings(metadata_by_name: &Metadata) -> Option<Settings> {
+    serde_json::from_str(metadata_by_name.get(metadata::PARAMETERS)?.get("json")?).ok()
 }
 
-fn facts(known: &Known) -> RunFacts {
-    let recorded = known.get(metadata::RUN).and_then(metadata::facts);
-    recorded
-        .unwrap_or_else(|| RunFacts::of("unknown", "unknown", &settings(known).unwrap_or_default()))
+fn facts(metadata_by_name: &Metadata) -> RunFacts {
+    let recorded = metadata_by_name
+        .get(metadata::RUN)
+        .and_then(metadata::facts);
+    recorded.unwrap_or_else(|| {
+        RunFacts::from_settings(
+            "unknown",
+            "unknown",
+            &settings(metadata_by_name).unwrap_or_default(),
+        )
+    })
 }
 
 /// All metadata of a file; for a repeated name, the last.
-fn read_metadata(records: &mut Records) -> io::Result<Known> {
+fn read_metadata(records: &mut Records) -> io::Result<Metadata> {
     let (mut all, mut body) = (BTreeMap::new(), Vec::new());
     while let Next::Record(opcode) = records.next()? {
         if opcode == op::METADATA {

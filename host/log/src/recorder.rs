@@ -4,11 +4,11 @@
 //! link --bytes--> tap --copies--> queue --> thread: decoder, topics --> file
 //! ```
 //!
-//! The recorder takes the raw bytes of both directions. Every fifth of
-//! a second at the latest it closes a chunk and keeps the raw bytes as an attachment,
-//! which survive the end of the program; each half second it requests a sync to the disk,
-//! after which they survive a power cut; the recorder does not wait for it. When
-//! the disk is full or fails, the report has the error, and the link goes on.
+//! The recorder takes the raw bytes of both directions. At least
+//! every 0.2 s it closes a chunk and writes the raw bytes as an attachment; both survive
+//! the end of the program. Each half second it requests a sync to the disk, after which
+//! they survive a power cut, and does not wait for it. When the disk is full or fails,
+//! the report has the error, and the link continues.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ pub struct Recorder {
 
 impl Recorder {
     /// Creates the file, and the thread that writes it. Never blocks the link: bytes that
-    /// the disk is too slow for are counted.
+    /// do not fit into the queue are counted.
     ///
     /// # Errors
     /// When the file cannot be created or written.
@@ -54,7 +54,7 @@ impl Recorder {
         Self::on_file(path, facts, true)
     }
 
-    fn on_file(path: &Path, facts: &RunFacts, is_patient: bool) -> Result<Self, LogError> {
+    fn on_file(path: &Path, facts: &RunFacts, blocks_when_full: bool) -> Result<Self, LogError> {
         let failed = |source| LogError::Io {
             path: path.to_path_buf(),
             source,
@@ -76,7 +76,7 @@ impl Recorder {
             Box::new(file),
             Box::new(sync),
             facts,
-            Queue::new(is_patient, queue::MOST),
+            Queue::new(blocks_when_full, queue::CAPACITY),
         )
     }
 
@@ -142,9 +142,9 @@ impl Recorder {
     pub fn finish(mut self) -> Result<RecorderReport, LogError> {
         self.join();
         let report = self.report();
-        let is_broken_off = self.shared.lock().is_broken_off;
+        let is_truncated = self.shared.lock().is_truncated;
         match &report.trouble {
-            Some(trouble) if is_broken_off => Err(LogError::BrokenOff(trouble.clone())),
+            Some(trouble) if is_truncated => Err(LogError::Truncated(trouble.clone())),
             Some(_) | None => Ok(report),
         }
     }
@@ -201,7 +201,7 @@ mod tests {
     fn record(name: &str, room: usize, is_held: bool, queue: Arc<Queue>) -> (PathBuf, Recorder) {
         let path = std::env::temp_dir().join(format!("armbridge-{}-{name}", std::process::id()));
         let file = std::fs::File::create(&path).unwrap();
-        let facts = RunFacts::of("test", "simulated: nothing", &Settings::default());
+        let facts = RunFacts::from_settings("test", "simulated: nothing", &Settings::default());
         let hold = Arc::new(Mutex::new(()));
         let disk = Box::new(Poor {
             file,

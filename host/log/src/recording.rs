@@ -1,4 +1,4 @@
-//! Recording: a log, read as a whole.
+//! Recording: a log in memory.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -31,8 +31,7 @@ pub struct Recording {
 
 impl Recording {
     /// Reads a log up to its first damage; a folder means the log in it. An hour at 1 kHz
-    ///  takes gigabytes of memory:
-    /// [`Reader`] needs some megabytes.
+    /// takes gigabytes of memory; [`Reader`] needs some megabytes.
     ///
     /// # Errors
     /// When nothing can be read.

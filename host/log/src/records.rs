@@ -9,12 +9,12 @@ use std::path::Path;
 
 use mcap::MAGIC;
 
-/// Opcode and length.
+/// Size of opcode and length.
 const HEADER: usize = 1 + 8;
 
 /// Longest record that is read into memory. The recorder's have some MiB; a length
 /// beyond this is damage.
-const MOST: u64 = 1 << 30;
+const LENGTH_MAX: u64 = 1 << 30;
 
 /// Reader of the records.
 #[derive(Debug)]
@@ -83,7 +83,7 @@ impl Records {
         let len = u64::from_le_bytes(len);
         let start = self.at;
         self.at += HEADER as u64;
-        if opcode == 0 || len > MOST {
+        if opcode == 0 || len > LENGTH_MAX {
             return Ok(Next::Garbage(start));
         }
         if len > rest - HEADER as u64 {

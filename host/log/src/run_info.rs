@@ -10,11 +10,11 @@ use armbridge_shared::link::message::{Controller, Gains, Settings, Setup};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-/// PWM value at which a servo is off; the register ranges from 0 to
-/// [`PWM_MAX`] and drives the other way below this.
+/// PWM value at which a servo is off; the register ranges from 0 to [`PWM_MAX`], and
+/// smaller values drive in the opposite direction.
 pub const PWM_OFF: u16 = 1000;
 
-/// Largest PWM value a servo takes.
+/// Largest PWM value.
 pub const PWM_MAX: u16 = 2000;
 
 /// Facts of one run.
@@ -47,8 +47,8 @@ pub struct RunFacts {
 }
 
 impl RunFacts {
-    /// Facts of a run on a board of which only the settings are known.
-    pub fn of(name: &str, world: &str, settings: &Settings) -> Self {
+    /// Facts of a run on a board whose settings are known.
+    pub fn from_settings(name: &str, world: &str, settings: &Settings) -> Self {
         let joints = settings.setup.joints;
         Self {
             name: name.into(),
@@ -92,7 +92,7 @@ impl RunFacts {
             seed: self.seed,
             static_friction_nm: self.static_friction_nm,
             stiction_offset_mrad: self.stiction_offset_mrad,
-            ..Self::of(&self.name, &self.world, settings)
+            ..Self::from_settings(&self.name, &self.world, settings)
         }
     }
 

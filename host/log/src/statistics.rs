@@ -30,7 +30,7 @@ impl Counters {
         }
     }
 
-    pub(super) fn travelled(&mut self, direction: Direction, bytes: usize) {
+    pub(super) fn count_bytes(&mut self, direction: Direction, bytes: usize) {
         match direction {
             Direction::ToBoard => self.totals.bytes_to_board += bytes as u64,
             Direction::ToHost => self.totals.bytes_to_host += bytes as u64,

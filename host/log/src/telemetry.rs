@@ -93,9 +93,9 @@ pub(super) fn record(message: &proto::Telemetry) -> Option<(u16, Record)> {
 
 fn both<T>(
     [first, second]: [&proto::Joint; JOINTS],
-    of: impl Fn(&proto::Joint) -> Option<T>,
+    value: impl Fn(&proto::Joint) -> Option<T>,
 ) -> Option<[T; JOINTS]> {
-    Some([of(first)?, of(second)?])
+    Some([value(first)?, value(second)?])
 }
 
 fn sample(joint: &proto::Joint) -> Option<Sample> {

@@ -41,7 +41,7 @@ pub enum Topic {
 }
 
 impl Topic {
-    /// All of them.
+    /// All topics.
     pub const ALL: [Self; 9] = [
         Self::Telemetry,
         Self::Commands,
@@ -106,9 +106,9 @@ impl Topic {
 pub struct Message<'a> {
     /// Its topic.
     pub topic: Topic,
-    /// On the host's clock in ns; never earlier than the previous one on its topic.
+    /// Time on the host's clock in ns; never earlier than the previous one on its topic.
     pub log_time_ns: u64,
-    /// In protobuf.
+    /// Protobuf encoding.
     pub bytes: &'a [u8],
 }
 
@@ -122,8 +122,8 @@ pub struct Encoder {
     counters: Counters,
     session: Option<armbridge_shared::link::message::BoardReport>,
     last_tick: Option<(u32, u64)>,
-    has_parted: bool,
-    posed_us: Option<u64>,
+    is_disconnected: bool,
+    last_pose_us: Option<u64>,
     statistics_at_ns: Option<u64>,
     latest_ns: [u64; Topic::ALL.len()],
     bytes: Vec<u8>,
@@ -149,8 +149,8 @@ impl Encoder {
         }
         self.counters.count(&event.kind);
         match &event.kind {
-            EventKind::Sent(sequence, said) => {
-                let message = event_messages::command(at_ns, *sequence, said);
+            EventKind::Sent(sequence, content) => {
+                let message = event_messages::command(at_ns, *sequence, content);
                 self.put(Topic::Commands, at_ns, &message, put)
             }
             EventKind::Received(sequence, ToHost::Record(record)) => {
@@ -162,20 +162,20 @@ impl Encoder {
                 self.put(Topic::Parameters, at_ns, &message, put)?;
                 self.scene(at_ns, put)
             }
-            EventKind::Received(sequence, said) => {
-                if let ToHost::Board(report) = said {
+            EventKind::Received(sequence, content) => {
+                if let ToHost::Board(report) = content {
                     let is_reset = self.session.is_some_and(|old| old.is_before_reset(report));
                     if is_reset {
-                        self.begin_anew();
+                        self.reset_clock();
                     }
                     self.session = Some(*report);
                 }
-                self.say(event_messages::board_event(at_ns, *sequence, said), put)
+                self.put_event(event_messages::board_event(at_ns, *sequence, content), put)
             }
             EventKind::Lost(..) | EventKind::Damaged(..) | EventKind::Disconnected => {
-                self.has_parted |= event.kind == EventKind::Disconnected;
-                match event_messages::happened(at_ns, &event.kind) {
-                    Some(message) => self.say(message, put),
+                self.is_disconnected |= event.kind == EventKind::Disconnected;
+                match event_messages::link_event(at_ns, &event.kind) {
+                    Some(message) => self.put_event(message, put),
                     None => Ok(()),
                 }
             }
@@ -183,12 +183,12 @@ impl Encoder {
     }
 
     /// Counts bytes of a direction.
-    pub fn travelled(&mut self, direction: Direction, bytes: usize) {
-        self.counters.travelled(direction, bytes);
+    pub fn count_bytes(&mut self, direction: Direction, bytes: usize) {
+        self.counters.count_bytes(direction, bytes);
     }
 
-    /// State of the queue to the disk in bytes: present size, largest size, and bytes
-    /// that did not fit. An increase of these is an event.
+    /// Records the state of the queue to the disk in bytes: present size, largest size, and
+    /// bytes that did not fit. An increase of the last is an event.
     ///
     /// # Errors
     /// Those of `put`.
@@ -210,7 +210,7 @@ impl Encoder {
             count: more,
             ..proto::Event::default()
         };
-        self.say(event, put)
+        self.put_event(event, put)
     }
 
     /// Received ticks, and missing ticks between them.
@@ -237,12 +237,12 @@ impl Encoder {
         self.scene(at_ns, put)
     }
 
-    /// The board's clock restarts at zero.
-    fn begin_anew(&mut self) {
-        self.mapping.forget();
+    /// Resets the clock mapping: the board's clock restarts at zero.
+    fn reset_clock(&mut self) {
+        self.mapping.reset();
         self.envelope = Envelope::default();
         self.last_tick = None;
-        self.posed_us = None;
+        self.last_pose_us = None;
     }
 
     fn tick<E>(
@@ -254,11 +254,11 @@ impl Encoder {
     ) -> Result<(), E> {
         match self.last_tick {
             // A reset of the board without a message.
-            Some((_, at_us)) if record.start_us < at_us => self.begin_anew(),
+            Some((_, at_us)) if record.start_us < at_us => self.reset_clock(),
             Some((tick, _)) => self.gap(host_ns, tick, record.tick, put)?,
             None => {}
         }
-        self.has_parted = false;
+        self.is_disconnected = false;
         self.last_tick = Some((record.tick, record.start_us));
         let at_ns = self.mapping.host_ns(host_ns, record.start_us);
         self.envelope.add(host_ns, record.start_us);
@@ -281,13 +281,13 @@ impl Encoder {
                 tick: Some(record.tick),
                 ..proto::Event::default()
             };
-            self.say(event, put)?;
+            self.put_event(event, put)?;
         }
         let is_due = self
-            .posed_us
+            .last_pose_us
             .is_none_or(|at_us| record.start_us >= at_us.saturating_add(POSE_US));
         if is_due {
-            self.posed_us = Some(record.start_us);
+            self.last_pose_us = Some(record.start_us);
             self.put(
                 Topic::JointStates,
                 at_ns,
@@ -301,7 +301,7 @@ impl Encoder {
         Ok(())
     }
 
-    /// Names the ticks between two records that are not in the log.
+    /// Puts an event for ticks between two records that are not in the log.
     fn gap<E>(
         &mut self,
         host_ns: u64,
@@ -313,7 +313,7 @@ impl Encoder {
         if missing == 0 {
             return Ok(());
         }
-        let why = if self.has_parted {
+        let why = if self.is_disconnected {
             ": the link was broken"
         } else {
             self.counters.missing(missing);
@@ -329,11 +329,11 @@ impl Encoder {
             tick: Some(first),
             ..proto::Event::default()
         };
-        self.say(event, put)
+        self.put_event(event, put)
     }
 
-    /// An event, and its text.
-    fn say<E>(
+    /// Puts an event, and its text.
+    fn put_event<E>(
         &mut self,
         event: proto::Event,
         put: &mut impl FnMut(Message<'_>) -> Result<(), E>,

@@ -4,9 +4,8 @@
 //! table --Rx(foot + q1)--> link1 --l1 along z, Ry(q2)--> link2 --l2 along z--> tip
 //! ```
 //!
-//! At zero both links point straight up, along z, and the foot is 0. A hanging arm is
-//! turned over: its foot is half a turn, and its base is above it.
-//! Angles are the estimated ones.
+//! At zero both links point up, along z, and the foot angle is 0. A hanging arm has a foot
+//! angle of half a turn, and its base is above it. Angles are the estimated ones.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::arm::{Mounting, Parameters};
@@ -162,7 +161,7 @@ fn lengths_m(settings: Option<&Settings>) -> [f64; 2] {
     [arm.l1.into(), arm.l2.into()]
 }
 
-/// Angle by which the arm is turned over.
+/// Rotation of the base about x: half a turn for a hanging arm.
 fn foot_rad(settings: Option<&Settings>) -> f64 {
     match settings.map_or(Mounting::Upright, |settings| settings.setup.arm.mounting) {
         Mounting::Upright => 0.0,
@@ -210,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn an_arm_that_hangs_is_drawn_hanging() {
+    fn a_hanging_arm_is_drawn_below_its_base() {
         const TURNED: [f32; JOINTS] = [core::f32::consts::FRAC_PI_2, 0.0];
 
         let mut settings = Settings::default();

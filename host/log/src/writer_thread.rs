@@ -1,5 +1,5 @@
-//! Thread of a recorder: takes bytes from the queue, decodes them, and
-//! writes both.
+//! Thread of a recorder: takes bytes from the queue, decodes them, and writes bytes and
+//! messages.
 
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,20 +10,20 @@ use armbridge_shared::link::message::{Settings, ToHost};
 use mcap::{McapError, McapResult};
 
 use super::mcap_file::LogFile;
-use super::queue::{Queue, Taken};
+use super::queue::{Drained, Queue};
 use super::topics::Encoder;
 use super::{metadata, raw_link_bytes};
 use crate::run_info::RunFacts;
 
-/// Longest wall time between two chunks: the data that a kill loses.
+/// Longest wall time between two chunks: data that is lost when the program is killed.
 const FLUSH: Duration = Duration::from_millis(200);
 
-/// Wall time after which a sync to the disk is requested: the data that a power cut
-/// loses, plus the disk's own delay.
+/// Wall time after which a sync to the disk is requested: data that is lost in a power
+/// cut, apart from the disk's delay.
 const SYNC: Duration = Duration::from_millis(500);
 
 /// Bytes of the link at which a chunk is closed early.
-const RAW_MOST: usize = 1 << 20;
+const RAW_CHUNK_MAX: usize = 1 << 20;
 
 /// Report of a recorder.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,11 +52,11 @@ pub(super) struct Shared {
 pub(super) struct State {
     pub(super) report: RecorderReport,
     /// The file ends before the run.
-    pub(super) is_broken_off: bool,
+    pub(super) is_truncated: bool,
 }
 
 impl Shared {
-    /// No code panics with the lock held.
+    /// Locks the state; no code panics with the lock held.
     pub(super) fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -74,7 +74,7 @@ pub(super) struct LogWriter {
     raw: Vec<u8>,
     latest_ns: u64,
     /// Received and missing ticks, in the flushed data.
-    kept: (u64, u64),
+    flushed_ticks: (u64, u64),
     flushed: Instant,
     synced: Instant,
 }
@@ -101,7 +101,7 @@ impl LogWriter {
             encoder: Encoder::default(),
             raw: Vec::new(),
             latest_ns: 0,
-            kept: (0, 0),
+            flushed_ticks: (0, 0),
             flushed: Instant::now(),
             synced: Instant::now(),
         })
@@ -111,35 +111,35 @@ impl LogWriter {
     pub(super) fn run(mut self) {
         let mut framed = Vec::new();
         loop {
-            let taken = self.queue.take(&mut framed, self.flushed + FLUSH);
+            let drained = self.queue.take(&mut framed, self.flushed + FLUSH);
             if let Some(mut file) = self.file.take() {
-                match self.write(&mut file, &framed, taken) {
+                match self.write(&mut file, &framed, drained) {
                     Ok(()) => self.file = Some(file),
-                    Err(error) => self.give_up(&error, file.size()),
+                    Err(error) => self.abort(&error, file.size()),
                 }
             } else {
                 self.shared.lock().report.unwritten += raw_link_bytes::bytes(&framed);
                 self.flushed = Instant::now();
             }
-            self.update_report(taken);
-            if taken.is_last {
+            self.update_report(drained);
+            if drained.is_last {
                 break;
             }
         }
         if let Some(file) = self.file.take() {
             let size = file.size();
             if let Err(error) = self.finish(file) {
-                self.give_up(&error, size);
+                self.abort(&error, size);
             }
         }
     }
 
-    fn write(&mut self, file: &mut LogFile, framed: &[u8], taken: Taken) -> McapResult<()> {
+    fn write(&mut self, file: &mut LogFile, framed: &[u8], drained: Drained) -> McapResult<()> {
         self.raw.extend_from_slice(framed);
         for piece in raw_link_bytes::pieces(framed).flatten() {
             self.latest_ns = self.latest_ns.max(piece.host_ns);
-            if let raw_link_bytes::Kind::Bytes(direction) = piece.kind {
-                self.encoder.travelled(direction, piece.bytes.len());
+            if let raw_link_bytes::PieceKind::Bytes(direction) = piece.kind {
+                self.encoder.count_bytes(direction, piece.bytes.len());
             }
             let mut decoder = std::mem::take(&mut self.decoder);
             let mut done = Ok(());
@@ -151,11 +151,15 @@ impl LogWriter {
             self.decoder = decoder;
             done?;
         }
-        let queue = [framed.len() as u64, taken.fullest as u64, taken.unwritten];
+        let queue = [
+            framed.len() as u64,
+            drained.peak_bytes as u64,
+            drained.unwritten,
+        ];
         self.encoder
             .queue(self.latest_ns, queue, &mut |message| file.message(message))?;
         let is_due = self.flushed.elapsed() >= FLUSH;
-        if is_due || self.raw.len() >= RAW_MOST {
+        if is_due || self.raw.len() >= RAW_CHUNK_MAX {
             self.flush(file)?;
         }
         if self.synced.elapsed() >= SYNC {
@@ -195,7 +199,7 @@ impl LogWriter {
             self.raw.clear();
         }
         file.flush()?;
-        self.kept = self.encoder.ticks();
+        self.flushed_ticks = self.encoder.ticks();
         self.flushed = Instant::now();
         Ok(())
     }
@@ -213,31 +217,32 @@ impl LogWriter {
         Ok(())
     }
 
-    /// Ends the file; the queue is still emptied, so that nothing waits for it.
-    fn give_up(&mut self, error: &McapError, size: u64) {
+    /// Ends the file after an error; the queue is still emptied, so that the link is not
+    /// blocked.
+    fn abort(&mut self, error: &McapError, size: u64) {
         let mut shared = self.shared.lock();
-        shared.is_broken_off = true;
-        (shared.report.records, shared.report.lost) = self.kept;
+        shared.is_truncated = true;
+        (shared.report.records, shared.report.lost) = self.flushed_ticks;
         shared.report.size = size;
         shared.report.unwritten += raw_link_bytes::bytes(&self.raw);
-        let last = match self.kept.0 {
+        let last = match self.flushed_ticks.0 {
             0 => "before its first tick".into(),
             count => format!("after {count} ticks"),
         };
         shared.report.trouble = Some(match error {
-            McapError::Io(error) => format!("{}; the log ends {last}", io_in_words(error)),
+            McapError::Io(error) => format!("{}; the log ends {last}", io_error_text(error)),
             other => format!("cannot write the log: {other}; it ends {last}"),
         });
     }
 
-    fn update_report(&self, taken: Taken) {
+    fn update_report(&self, drained: Drained) {
         let mut shared = self.shared.lock();
         let report = &mut shared.report;
         if let Some(file) = &self.file {
             (report.records, report.lost) = self.encoder.ticks();
             report.size = file.size();
         }
-        if taken.unwritten > 0 && report.trouble.is_none() {
+        if drained.unwritten > 0 && report.trouble.is_none() {
             report.trouble = Some(
                 "the disk is too slow: not all of the link is in the log; \
                  write it to a faster disk"
@@ -248,7 +253,7 @@ impl LogWriter {
 }
 
 /// Error of a file, and its remedy.
-fn io_in_words(error: &io::Error) -> String {
+fn io_error_text(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::StorageFull => "the disk is full: make room, or log to another".into(),
         io::ErrorKind::QuotaExceeded => {

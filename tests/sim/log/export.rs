@@ -141,7 +141,7 @@ impl Expected<'_> {
 }
 
 fn export_all(folder: &Path, records: &[Record], settings: &Settings) {
-    let facts = RunFacts::of("demo", "simulated: bench", settings);
+    let facts = RunFacts::from_settings("demo", "simulated: bench", settings);
     let about = About {
         facts: &facts,
         settings: settings::list(settings),

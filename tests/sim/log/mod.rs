@@ -21,5 +21,5 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn facts() -> RunFacts {
-    RunFacts::of("test", "simulated: nothing", &Settings::default())
+    RunFacts::from_settings("test", "simulated: nothing", &Settings::default())
 }

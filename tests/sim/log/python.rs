@@ -18,7 +18,7 @@ use super::folder;
 /// A run of 5 s on the bench, recorded.
 fn recorded(name: &str) -> PathBuf {
     let path = folder(name).join("run.mcap");
-    let facts = RunFacts::of("test", "simulated: bench", &Settings::default());
+    let facts = RunFacts::from_settings("test", "simulated: bench", &Settings::default());
     let recorder = Recorder::create_waiting(&path, &facts).unwrap();
     let mut options = Options::new(Bench::new(Plant::new(PlantConfig::default(), 1)));
     options.link.taps.push(recorder.tap());

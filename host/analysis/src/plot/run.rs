@@ -110,7 +110,7 @@ impl<'a> Run<'a> {
             (to_s > shown_from && from_s < shown_to).then(|| SetpointInterval {
                 from_s,
                 to_s,
-                joints: SegmentSummary::of(self.records, &segment, self.facts).joints,
+                joints: SegmentSummary::evaluate(self.records, &segment, self.facts).joints,
             })
         });
         intervals.collect()

@@ -136,7 +136,7 @@ fn draw_quantity(drawing: &mut Drawing, frame: Rect, quantity: &Quantity, last: 
         false,
     );
     if !values.is_empty() {
-        draw_spread(drawing, &panel, Spread::of(values), quantity.us);
+        draw_spread(drawing, &panel, Spread::from_values(values), quantity.us);
     }
 }
 

@@ -88,7 +88,7 @@ impl RunStats {
 
 impl RecordSink for RunStats {
     fn record(&mut self, record: &Record) {
-        self.tally.see(record);
+        self.tally.add(record);
         self.plotted.add(record);
         if let Some(judge) = &mut self.judge {
             judge.on_record(record);

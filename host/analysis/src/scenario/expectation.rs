@@ -110,7 +110,7 @@ impl ExpectationMonitor {
             }
         };
         let settles_s = tally.slowest_settling_s();
-        let rests_rad = tally.worst_rest_rad();
+        let rests_rad = tally.worst_steady_error_rad();
         let tracks_rad = tally.tracking_rms_mrad().map(|rms| worse(rms) * 1e-3);
         let torque_nm = worse(summary.peak_torque_nm);
         let expect = self.expect;

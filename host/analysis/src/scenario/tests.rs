@@ -188,7 +188,7 @@ struct ExpectationSink {
 
 impl RecordSink for ExpectationSink {
     fn record(&mut self, record: &Record) {
-        self.tally.see(record);
+        self.tally.add(record);
         self.monitor.on_record(record);
     }
 
@@ -210,7 +210,7 @@ fn simulate(scenario: &Scenario) -> (Option<Ending>, Vec<String>, u64) {
     result.unwrap_or_else(|error| panic!("{name}: {error}"));
     let ending = runner.ending();
     let ExpectationSink { tally, monitor } = runner.into_sink();
-    let facts = armbridge_log::run_info::RunFacts::of(name, "simulated: bench", &scenario.settings);
+    let facts = armbridge_log::run_info::RunFacts::from_settings(name, "simulated: bench", &scenario.settings);
     let summary = tally.summary(&facts, LinkStats::default(), 1.0, 1.0);
     let ticks = summary.ticks;
     (ending, monitor.misses(&tally, &summary), ticks)

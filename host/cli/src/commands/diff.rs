@@ -35,7 +35,7 @@ pub(crate) struct DiffArgs {
 pub(crate) fn run(args: &DiffArgs) -> Outcome {
     let load = |path: &PathBuf| Log::load(&find(Some(path), Path::new(DEFAULT_BASE))?);
     let [a, b] = [load(&args.a)?, load(&args.b)?];
-    let diff = Diff::of(&a, &b);
+    let diff = Diff::compare(&a, &b);
     let text = if args.json {
         serde_json::to_string(&diff)?
     } else {

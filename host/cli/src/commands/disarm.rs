@@ -22,7 +22,7 @@ pub(crate) fn run(args: &TaskArgs) -> Outcome {
             let account = fault_text::in_words(&tripped);
             format!(
                 "motors are off; a fault is latched: {}; {}",
-                account.cause, account.advice
+                account.cause, account.remedy
             )
         },
     );

@@ -233,10 +233,10 @@ impl Staging<'_> {
         } = scenario;
         let is_simulated = self.link.is_simulated();
         let facts = if is_simulated {
-            RunFacts::of(&name, &self.link.world(), &settings)
+            RunFacts::from_settings(&name, &self.link.world(), &settings)
                 .simulated(bench.seed, bench.plant.static_friction_nm())
         } else {
-            RunFacts::of(&name, &self.link.to_string(), &settings)
+            RunFacts::from_settings(&name, &self.link.to_string(), &settings)
         };
         armbridge_client::interrupt::listen()?;
         Ok(RunSpec {

@@ -96,6 +96,6 @@ impl OpenedLink {
 
 fn recorder(path: &Path, name: &str, world: &str) -> Result<Recorder, Error> {
     // Until the board reports its own, which go into the log too.
-    let facts = RunFacts::of(name, world, &Settings::default());
+    let facts = RunFacts::from_settings(name, world, &Settings::default());
     Ok(Recorder::create(path, &facts)?)
 }

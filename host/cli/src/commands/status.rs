@@ -160,18 +160,18 @@ fn mode(host: &TaskHost<Status>) -> Vec<[String; 2]> {
     let (name, means) = fault_text::mode(now);
     let mut rows = vec![["mode".into(), format!("{name}: {means}")]];
     if let Some(tripped) = status.trip {
-        let account = fault_text::in_words(&tripped);
-        let seen = account
-            .seen
-            .map_or_else(String::new, |seen| format!(": {seen}"));
+        let description = fault_text::in_words(&tripped);
+        let measured = description
+            .measured
+            .map_or_else(String::new, |measured| format!(": {measured}"));
         rows.push([
             "fault".into(),
-            format!("{}{seen} (tick {})", account.cause, tripped.tick),
+            format!("{}{measured} (tick {})", description.cause, tripped.tick),
         ]);
         if let Some(report) = &status.off {
             rows.push(["after it".into(), fault_text::off(report)]);
         }
-        rows.push(["what to do".into(), account.advice.into()]);
+        rows.push(["what to do".into(), description.remedy.into()]);
     }
     rows
 }
@@ -265,7 +265,7 @@ fn as_json(uri: &BoardUri, host: &TaskHost<Status>) -> Value {
         "mode": mode.map(enum_names::mode),
         "fault": mode.and_then(enum_names::fault_of).map(enum_names::fault),
         "cause": status.trip.map(|tripped| fault_text::in_words(&tripped).cause),
-        "advice": status.trip.map(|tripped| fault_text::in_words(&tripped).advice),
+        "advice": status.trip.map(|tripped| fault_text::in_words(&tripped).remedy),
         "joints": joints,
         "frames_per_s": host.task.frames_per_s(),
         "lost": stats.lost,

@@ -54,7 +54,7 @@ fn record(
     let Some(path) = &args.record else {
         return Ok(None);
     };
-    let facts = RunFacts::of(name, &uri.world(), &Settings::default());
+    let facts = RunFacts::from_settings(name, &uri.world(), &Settings::default());
     let recorder = Recorder::create(&file(path, name)?, &facts)?;
     options.link.taps.push(recorder.tap());
     Ok(Some(recorder))

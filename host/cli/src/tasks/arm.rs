@@ -243,11 +243,14 @@ impl Outcome {
         match self {
             Self::Disarmed => "disarmed".into(),
             Self::Tripped(tripped) => {
-                let account = fault_text::in_words(tripped);
-                let seen = account
-                    .seen
-                    .map_or_else(String::new, |seen| format!(" ({seen})"));
-                format!("torque off: {}{seen}; {}", account.cause, account.advice)
+                let description = fault_text::in_words(tripped);
+                let measured = description
+                    .measured
+                    .map_or_else(String::new, |measured| format!(" ({measured})"));
+                format!(
+                    "torque off: {}{measured}; {}",
+                    description.cause, description.remedy
+                )
             }
             Self::Reset(end) => format!(
                 "the board was reset, its motors are off: {}",

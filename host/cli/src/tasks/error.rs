@@ -80,7 +80,7 @@ pub enum TaskError {
 
 fn cause_and_advice(trip: &Trip) -> String {
     let account = fault_text::in_words(trip);
-    format!("{}; {}", account.cause, account.advice)
+    format!("{}; {}", account.cause, account.remedy)
 }
 
 fn reason(obstacle: Option<&Obstacle>, otherwise: &str) -> String {

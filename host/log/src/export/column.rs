@@ -1,9 +1,8 @@
 //! Columns of a record: one table for every file format.
 //!
 //! A quantity is one column, or one for each joint; values are those of the
-//! [`Record`], to the bit. An enum or a set of bits is a word
-//! here: an index into a list of [`Words`], whose first is empty for no
-//! value.
+//! [`Record`], to the bit. An enum or a set of bits is a word: an index into a list of
+//! [`Words`], whose first is empty for no value.
 
 use armbridge_client::enum_names;
 use armbridge_shared::link::message::{Guards, Record};
@@ -75,11 +74,11 @@ impl Words {
             }
             Self::Guards => {
                 let guards = [Guards::BRAKED, Guards::TORQUE, Guards::RATE, Guards::PWM];
-                let of = |bits: usize| {
+                let text = |bits: usize| {
                     let set = guards.into_iter().filter(|g| bits & g.bits() as usize != 0);
                     enum_names::guards(set.fold(Guards::NONE, Guards::or))
                 };
-                (0..GUARDS).map(of).collect()
+                (0..GUARDS).map(text).collect()
             }
             Self::Missing => {
                 let kinds = enum_names::MISSING.into_iter().map(enum_names::missing);
@@ -109,17 +108,19 @@ fn mode(record: &Record, _: usize) -> usize {
 }
 
 fn fault(record: &Record, _: usize) -> usize {
-    enum_names::fault_of(record.mode).map_or(0, |fault| place(&enum_names::FAULTS, &fault))
+    enum_names::fault_of(record.mode).map_or(0, |fault| word_index(&enum_names::FAULTS, &fault))
 }
 
 fn missing(record: &Record, joint: usize) -> usize {
     let missing = record.samples[joint].missing();
-    missing.map_or(0, |kind| place(&enum_names::MISSING, &kind))
+    missing.map_or(0, |kind| word_index(&enum_names::MISSING, &kind))
 }
 
 /// Index in a list whose words begin with an empty one.
-fn place<T: PartialEq>(list: &[T], of: &T) -> usize {
-    list.iter().position(|one| one == of).map_or(0, |at| at + 1)
+fn word_index<T: PartialEq>(list: &[T], value: &T) -> usize {
+    list.iter()
+        .position(|one| one == value)
+        .map_or(0, |at| at + 1)
 }
 
 /// `"name" [columns] "unit" "meaning" values;` of each quantity.

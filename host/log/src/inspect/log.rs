@@ -1,7 +1,7 @@
 //! Log for inspection: its ticks, commands, and other messages.
 //!
-//! Of a log that is read event by event, only ticks and commands stay in memory:
-//! 0.5 GB for an hour at 1 kHz.
+//! The log is read event by event, and only ticks and commands stay in memory: 0.5 GB for
+//! an hour at 1 kHz.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -28,7 +28,7 @@ pub struct Log {
     /// The ticks, in order of arrival.
     pub records: Vec<Record>,
     /// Commands of the host.
-    pub orders: Vec<Order>,
+    pub commands: Vec<SentCommand>,
 }
 
 /// Metadata of a log.
@@ -49,7 +49,7 @@ pub struct Head {
 
 /// A command, with all its repetitions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Order {
+pub struct SentCommand {
     /// Sequence number of the last frame that carried it.
     pub sequence: u16,
     /// The last tick that was received before its first frame; none before
@@ -65,16 +65,16 @@ pub struct Order {
 
 /// Collects commands from events.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Orders {
-    all: Vec<Order>,
+pub(crate) struct CommandCollector {
+    all: Vec<SentCommand>,
     tick: Option<u32>,
 }
 
-impl Orders {
+impl CommandCollector {
     /// Processes an event.
     pub(crate) fn take(&mut self, event: &Event) {
         match event.kind {
-            EventKind::Sent(sequence, ToBoard::Command(command)) => self.ask(sequence, command),
+            EventKind::Sent(sequence, ToBoard::Command(command)) => self.add(sequence, command),
             EventKind::Received(_, ToHost::Record(record)) => self.tick = Some(record.tick),
             EventKind::Received(
                 _,
@@ -84,10 +84,10 @@ impl Orders {
                     moment,
                 },
             ) => {
-                let mut orders = self.all.iter_mut().rev();
-                if let Some(order) = orders.find(|order| order.sequence == sequence) {
-                    order.result = Some(result);
-                    order.moment = moment;
+                let mut commands = self.all.iter_mut().rev();
+                if let Some(sent) = commands.find(|sent| sent.sequence == sequence) {
+                    sent.result = Some(result);
+                    sent.moment = moment;
                 }
             }
             EventKind::Sent(..)
@@ -98,8 +98,8 @@ impl Orders {
         }
     }
 
-    /// A command is repeated until it is acknowledged: that is one entry.
-    fn ask(&mut self, sequence: u16, command: Command) {
+    /// Adds a command; its repetitions until the acknowledgement are one entry.
+    fn add(&mut self, sequence: u16, command: Command) {
         match self.all.last_mut() {
             Some(last)
                 if last.command == command
@@ -107,7 +107,7 @@ impl Orders {
             {
                 last.sequence = sequence;
             }
-            _ => self.all.push(Order {
+            _ => self.all.push(SentCommand {
                 sequence,
                 tick: self.tick,
                 command,
@@ -118,7 +118,7 @@ impl Orders {
     }
 
     /// All commands, in order.
-    pub(crate) fn into_all(self) -> Vec<Order> {
+    pub(crate) fn into_commands(self) -> Vec<SentCommand> {
         self.all
     }
 }
@@ -129,15 +129,15 @@ impl Log {
     /// # Errors
     /// When nothing can be read.
     pub fn load(path: &Path) -> Result<Self, ReadError> {
-        let (mut orders, mut records) = (Orders::default(), Vec::new());
+        let (mut commands, mut records) = (CommandCollector::default(), Vec::new());
         let head = Head::read(path, |event| {
-            orders.take(event);
+            commands.take(event);
             records.extend(event.record());
         })?;
         Ok(Self {
             head,
             records,
-            orders: orders.into_all(),
+            commands: commands.into_commands(),
         })
     }
 
@@ -153,20 +153,20 @@ impl Head {
     ///
     /// # Errors
     /// When nothing can be read.
-    pub fn read(path: &Path, mut look: impl FnMut(&Event)) -> Result<Self, ReadError> {
+    pub fn read(path: &Path, mut on_event: impl FnMut(&Event)) -> Result<Self, ReadError> {
         let mut reader = Reader::open(path)?;
         let (mut settings, mut is_driven) = (None, false);
         for event in reader.by_ref() {
             match event.kind {
-                EventKind::Received(_, ToHost::Settings(told)) if !is_driven => {
-                    settings = Some(told);
+                EventKind::Received(_, ToHost::Settings(reported)) if !is_driven => {
+                    settings = Some(reported);
                 }
                 EventKind::Received(_, ToHost::Record(record)) => {
                     is_driven |= record.mode.drive().is_some();
                 }
                 _ => {}
             }
-            look(&event);
+            on_event(&event);
         }
         Ok(Self {
             path: path.to_path_buf(),
@@ -212,7 +212,7 @@ pub fn topics(path: &Path) -> BTreeMap<String, u64> {
     summary.channels.iter().map(topic).collect()
 }
 
-/// Reads only the end of the file.
+/// Reads the summary from the end of the file.
 fn summary(mut file: File) -> Option<mcap::Summary> {
     let mut reader = SummaryReader::new();
     while let Some(event) = reader.next_event() {

@@ -6,14 +6,14 @@ use armbridge_client::params::Parameter;
 use armbridge_shared::link::message::Settings;
 use serde::Serialize;
 
-/// A setting as shown.
+/// A setting with its name and unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Setting {
     /// Its name, as `limits.hold_ms`.
     pub key: &'static str,
     /// Its value.
     pub value: toml::Value,
-    /// As `rad`; empty for a number without one.
+    /// Unit, such as `rad`; empty for a number without one.
     pub unit: &'static str,
 }
 
@@ -51,8 +51,8 @@ pub fn differing(a: &Settings, b: &Settings) -> Vec<Differing> {
 
 impl Differing {
     /// The value on one of them, with its unit; `-` where it is not in use.
-    pub fn show(&self, which: usize) -> String {
-        let value = self.values[which].as_ref();
+    pub fn show(&self, index: usize) -> String {
+        let value = self.values[index].as_ref();
         let shown = value.map(|value| format!("{} {}", params::to_text(value), self.unit));
         shown.map_or_else(|| "-".to_owned(), |text| text.trim_end().to_owned())
     }

@@ -20,7 +20,7 @@
 //! nothing before them has to be known.
 //!
 //! The caller keeps the order: events before a tick, the tick's beginning, events before
-//! its decision, the decision. Orders from outside the tick are in `orders`.
+//! its decision, the decision. Commands from outside the tick are in `commands`.
 
 mod commands;
 
@@ -49,7 +49,7 @@ pub(super) struct Board {
 }
 
 impl Board {
-    /// A board that has just begun with these settings.
+    /// A board just started with these settings.
     ///
     /// # Errors
     /// A [`Refusal`] if no controller exists for the set-up.
@@ -91,7 +91,7 @@ impl Board {
         };
     }
 
-    /// Takes the mode from this record. Comes after [`Self::begin`], before the decision.
+    /// Adopts the mode of this record. Called after [`Self::begin`], before the decision.
     pub(super) fn assume(&mut self, record: &Record) {
         let trip = match record.mode {
             Mode::Fault(fault) => {
@@ -110,19 +110,19 @@ impl Board {
         self.core.resume_mode(record.mode, trip);
     }
 
-    /// Takes what the record shows of the time before it, if the record before is not
-    /// known. Comes after [`Self::begin`], before the decision.
+    /// Adopts the record's information on the time before it, if the record before is not
+    /// known. Called after [`Self::begin`], before the decision.
     pub(super) fn assume_before(&mut self, record: &Record) {
         self.core
             .resume_before(record.timing.missed, is_off(record));
     }
 
-    /// Forgets the past, except that nothing drives the motors.
+    /// Resets the state, with the motors not driven.
     pub(super) fn forget(&mut self) {
         self.core.forget();
     }
 
-    /// Goes on from this record, of whose tick all else is unknown.
+    /// Continues from this record; everything else of its tick is unknown.
     pub(super) fn resume_from(&mut self, record: &Record) {
         self.assume(record);
         self.is_ticking = true;
@@ -178,12 +178,12 @@ impl Board {
         let state = self.core.state();
         let before = self.core.drive();
         match (recorded, before) {
-            _ if !state.is_armed() => HostEvent::Nothing,
+            _ if !state.is_armed() => HostEvent::None,
             // The command ended by its age.
             (Mode::Running(_) | Mode::Degraded(_) | Mode::Armed, _)
                 if self.core.is_command_aged() =>
             {
-                HostEvent::Nothing
+                HostEvent::None
             }
             (Mode::Fault(Fault::HostSilent), _) => HostEvent::LongSilence,
             (Mode::Fault(Fault::Corrupted), _) => HostEvent::Corruption,
@@ -197,7 +197,7 @@ impl Board {
             {
                 HostEvent::Silence
             }
-            _ => HostEvent::Nothing,
+            _ => HostEvent::None,
         }
     }
 
@@ -214,7 +214,7 @@ impl Board {
     pub(super) fn decide(&mut self, inputs: &Record, event: HostEvent) -> Record {
         let limits = self.core.config().limits();
         let silent_ms = match event {
-            HostEvent::Nothing | HostEvent::Corruption => None,
+            HostEvent::None | HostEvent::Corruption => None,
             HostEvent::Silence => Some(limits.hold_ms),
             HostEvent::LongSilence => Some(limits.silence_ms),
         };

@@ -89,27 +89,27 @@ pub(super) fn difference(recorded: &Record, computed: &Record) -> Option<Differe
 /// Causes before their effects.
 fn first(recorded: &Record, computed: &Record) -> Option<(String, String, String)> {
     let (was, is) = (recorded, computed);
-    whole("missed", [was.timing.missed], [is.timing.missed])
-        .or_else(|| whole("pwm_in_force", was.pwm_in_force, is.pwm_in_force))
-        .or_else(|| number("angle_rad", was.angle_rad, is.angle_rad))
-        .or_else(|| number("speed_rad_s", was.speed_rad_s, is.speed_rad_s))
-        .or_else(|| number("disturbance_nm", was.disturbance_nm, is.disturbance_nm))
-        .or_else(|| number("reference_rad", was.reference_rad, is.reference_rad))
+    first_differing_integer("missed", [was.timing.missed], [is.timing.missed])
+        .or_else(|| first_differing_integer("pwm_in_force", was.pwm_in_force, is.pwm_in_force))
+        .or_else(|| first_differing_number("angle_rad", was.angle_rad, is.angle_rad))
+        .or_else(|| first_differing_number("speed_rad_s", was.speed_rad_s, is.speed_rad_s))
+        .or_else(|| first_differing_number("disturbance_nm", was.disturbance_nm, is.disturbance_nm))
+        .or_else(|| first_differing_number("reference_rad", was.reference_rad, is.reference_rad))
         .or_else(|| {
             let [was, is] = [was, is].map(|record| record.reference_speed_rad_s);
-            number("reference_speed_rad_s", was, is)
+            first_differing_number("reference_speed_rad_s", was, is)
         })
         .or_else(|| {
             let [was, is] = [was.mode, is.mode].map(mode);
             (was != is).then(|| ("mode".into(), was, is))
         })
-        .or_else(|| whole("guards", [was.guards.bits()], [is.guards.bits()]))
-        .or_else(|| number("torque_nm", was.torque_nm, is.torque_nm))
-        .or_else(|| whole("pwm_next", was.pwm_next, is.pwm_next))
+        .or_else(|| first_differing_integer("guards", [was.guards.bits()], [is.guards.bits()]))
+        .or_else(|| first_differing_number("torque_nm", was.torque_nm, is.torque_nm))
+        .or_else(|| first_differing_integer("pwm_next", was.pwm_next, is.pwm_next))
 }
 
 /// The first integer that differs.
-fn whole<T: Copy + PartialEq + fmt::Display, const N: usize>(
+fn first_differing_integer<T: Copy + PartialEq + fmt::Display, const N: usize>(
     name: &str,
     recorded: [T; N],
     computed: [T; N],
@@ -125,7 +125,7 @@ fn whole<T: Copy + PartialEq + fmt::Display, const N: usize>(
 }
 
 /// The joint whose number differs in a bit.
-fn number(
+fn first_differing_number(
     name: &str,
     recorded: [f32; JOINTS],
     computed: [f32; JOINTS],

@@ -8,15 +8,14 @@
 //! ```
 //!
 //! Raw counts, alarms and timing come from the records, commands from the host's
-//! frames, at the moments of their acknowledgements. Every output of
-//! every record is compared bit for bit, and every reply to a command. The same
-//! with other settings shows the board's reaction to them, open-loop: the arm's
-//! motion is the recorded one.
+//! frames, at the moments of their acknowledgements. Every output of every record and
+//! every reply to a command is compared bit for bit. A replay with other settings shows
+//! the board's reaction to them, open-loop: the arm's motion is the recorded one.
 //!
 //! A tick is not compared where an input before it is missing. Comparison resumes
 //! where the board restarts: with a hello, with arming, after bring-up.
 //!
-//! | module    | what                                                          |
+//! | module    | contents                                                      |
 //! |-----------|---------------------------------------------------------------|
 //! | `replayer` | events in, ticks out; state of the knowledge about the board |
 //! | `board`   | the core that boards run, with the inputs of records          |

@@ -1,9 +1,9 @@
-//! Messages of the board beside records, and their places among the ticks.
+//! Pending messages of the board other than records, and their places among the ticks.
 //!
 //! The board sends messages before queued records, so an
 //! acknowledgement may arrive long before the record of its tick;
-//! sometimes it arrives just after it. Messages themselves
-//! are in order.
+//! sometimes it arrives just after it. Messages
+//! are in order among themselves.
 
 use std::collections::VecDeque;
 
@@ -15,7 +15,7 @@ use super::tick_facts::is_external;
 /// A message that is replayed or checked at its place.
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::large_enum_variant, reason = "few wait at a time")]
-pub(super) enum Note {
+pub(super) enum PendingMessage {
     /// A command was accepted.
     Ack {
         sequence: u16,
@@ -29,7 +29,7 @@ pub(super) enum Note {
         moment: Moment,
         settings: Option<Settings>,
         /// The previous session ended with a goodbye.
-        has_left: bool,
+        ended_by_goodbye: bool,
     },
     /// Cause of a fault.
     Tripped(Trip),
@@ -55,11 +55,11 @@ pub(super) enum Place<'a> {
 
 /// Messages that wait for their place.
 #[derive(Debug, Default)]
-pub(super) struct Notes(VecDeque<Note>);
+pub(super) struct PendingMessages(VecDeque<PendingMessage>);
 
-impl Notes {
-    pub(super) fn push(&mut self, note: Note) {
-        self.0.push_back(note);
+impl PendingMessages {
+    pub(super) fn push(&mut self, message: PendingMessage) {
+        self.0.push_back(message);
     }
 
     pub(super) fn clear(&mut self) {
@@ -68,26 +68,33 @@ impl Notes {
 
     /// Whether a host that sent a goodbye says hello again within the tick of this record.
     pub(super) fn has_goodbye(&self, record: &Record) -> bool {
-        self.0.iter().any(|note| {
-            let is_here = belongs(note, Place::Within(record)) == Some(true);
-            is_here && matches!(note, Note::Began { has_left: true, .. })
+        self.0.iter().any(|message| {
+            let is_due_here = belongs(message, Place::Within(record)) == Some(true);
+            is_due_here
+                && matches!(
+                    message,
+                    PendingMessage::Began {
+                        ended_by_goodbye: true,
+                        ..
+                    }
+                )
         })
     }
 
-    /// The next message whose place is here, or that precedes one whose place is here. One
-    /// without a place of its own is here if the next is, or if
-    /// another event shows that it `is_due`.
-    pub(super) fn next(&mut self, place: Place<'_>, is_due: bool) -> Option<Note> {
+    /// The next message that belongs to this place, or precedes one that does. A message
+    /// without a fixed place belongs here if the next one does, or if another event shows
+    /// that it `is_due`.
+    pub(super) fn next(&mut self, place: Place<'_>, is_due: bool) -> Option<PendingMessage> {
         let first = self.0.front()?;
-        let is_here = belongs(first, place).unwrap_or_else(|| {
-            is_due || self.0.iter().find_map(|note| belongs(note, place)) == Some(true)
+        let is_due_here = belongs(first, place).unwrap_or_else(|| {
+            is_due || self.0.iter().find_map(|message| belongs(message, place)) == Some(true)
         });
         // A trip is repeated after a hello, with its original tick.
-        let mut orders = self
+        let mut ordered = self
             .0
             .iter()
-            .filter(|note| !matches!(note, Note::Tripped(_)));
-        if is_here || orders.any(|note| belongs(note, place) == Some(true)) {
+            .filter(|message| !matches!(message, PendingMessage::Tripped(_)));
+        if is_due_here || ordered.any(|message| belongs(message, place) == Some(true)) {
             self.0.pop_front()
         } else {
             None
@@ -95,14 +102,15 @@ impl Notes {
     }
 }
 
-/// Whether a message belongs here, or before; `None` if it has no place of its own.
-fn belongs(note: &Note, place: Place<'_>) -> Option<bool> {
-    let (tick, is_decided) = match note {
-        Note::Ack { moment, .. } | Note::Departs { moment, .. } | Note::Began { moment, .. } => {
-            (moment.tick, moment.is_decided)
-        }
-        Note::Tripped(trip) => return Some(trip_belongs(trip, place)),
-        Note::Found { .. } | Note::Passthrough => return None,
+/// Whether a message belongs to this place or an earlier one; `None` if it has no fixed
+/// place.
+fn belongs(message: &PendingMessage, place: Place<'_>) -> Option<bool> {
+    let (tick, is_decided) = match message {
+        PendingMessage::Ack { moment, .. }
+        | PendingMessage::Departs { moment, .. }
+        | PendingMessage::Began { moment, .. } => (moment.tick, moment.is_decided),
+        PendingMessage::Tripped(trip) => return Some(trip_belongs(trip, place)),
+        PendingMessage::Found { .. } | PendingMessage::Passthrough => return None,
     };
     Some(match place {
         Place::Between(record) => is_before(tick, record.tick),

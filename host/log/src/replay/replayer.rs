@@ -15,7 +15,7 @@ use self::conclusions::Conclusions;
 use super::board::Board;
 use super::compare;
 use super::loss::Loss;
-use super::pending::{Note, Notes, Place, is_before};
+use super::pending::{PendingMessage, PendingMessages, Place, is_before};
 use super::report::{Report, Tally};
 use super::tick_facts::{self, HostEvent};
 use super::what_if::{ChangeError, Changes, Sums};
@@ -46,7 +46,7 @@ pub enum ReplayError {
 /// Replays a log, event by event, in little memory.
 #[expect(
     clippy::struct_excessive_bools,
-    reason = "each says something else that is true until the next tick"
+    reason = "independent flags, valid until the next tick"
 )]
 pub struct Replayer {
     board: Board,
@@ -54,25 +54,25 @@ pub struct Replayer {
     settings: Settings,
     reported: Option<Settings>,
     changes: Changes,
-    changed: Vec<String>,
+    changed_pairs: Vec<String>,
     knowledge: Knowledge,
-    /// The mode is not known, not even from the tick before.
-    is_strange: bool,
+    /// The mode is unknown, also from the tick before.
+    is_mode_unknown: bool,
     commands: HashMap<u16, Command>,
-    departures: HashMap<u16, StartPoint>,
-    has_left: bool,
-    notes: Notes,
+    start_points: HashMap<u16, StartPoint>,
+    ended_by_goodbye: bool,
+    pending: PendingMessages,
     conclusions: Conclusions,
-    /// A record is processed when the next has arrived: a message that precedes it may arrive
-    /// just after it.
-    held: Option<Record>,
+    /// Latest record, processed when the next one has arrived: a message that precedes it
+    /// may arrive just after it.
+    pending_record: Option<Record>,
     /// The tick before, and the planned start of the next.
     last: Option<Record>,
     planned_us: u64,
-    /// A fault has changed that plan.
-    is_stopped: bool,
-    /// So has bring-up.
-    is_lined_up: bool,
+    /// A fault has changed the planned start.
+    is_stopped_by_fault: bool,
+    /// Bring-up has changed the planned start.
+    is_restarted_by_bring_up: bool,
     frames_lost: bool,
     tally: Tally,
     sums: Sums,
@@ -90,19 +90,19 @@ impl Replayer {
             settings,
             reported: None,
             changes,
-            changed: Vec::new(),
+            changed_pairs: Vec::new(),
             knowledge: Knowledge::Part(Loss::NoHello),
-            is_strange: true,
+            is_mode_unknown: true,
             commands: HashMap::new(),
-            departures: HashMap::new(),
-            has_left: false,
-            notes: Notes::default(),
+            start_points: HashMap::new(),
+            ended_by_goodbye: false,
+            pending: PendingMessages::default(),
             conclusions: Conclusions::default(),
-            held: None,
+            pending_record: None,
             last: None,
             planned_us: 0,
-            is_stopped: false,
-            is_lined_up: false,
+            is_stopped_by_fault: false,
+            is_restarted_by_bring_up: false,
             frames_lost: false,
             tally: Tally::default(),
             sums: Sums::default(),
@@ -118,7 +118,7 @@ impl Replayer {
             EventKind::Sent(sequence, ToBoard::Command(command)) => {
                 self.commands.insert(sequence, command);
             }
-            EventKind::Sent(_, ToBoard::Goodbye) => self.has_left = true,
+            EventKind::Sent(_, ToBoard::Goodbye) => self.ended_by_goodbye = true,
             EventKind::Received(sequence, message) => self.receive(sequence, message)?,
             EventKind::Lost(Direction::ToHost, frames) => {
                 self.flush()?;
@@ -129,8 +129,8 @@ impl Replayer {
                 self.flush()?;
                 self.lose(Loss::Disconnection, 0);
                 self.commands.clear();
-                self.departures.clear();
-                self.notes.clear();
+                self.start_points.clear();
+                self.pending.clear();
             }
             EventKind::Sent(_, ToBoard::Hello(_) | ToBoard::Heartbeat | ToBoard::Stop)
             | EventKind::Lost(Direction::ToBoard, _)
@@ -142,14 +142,14 @@ impl Replayer {
     fn receive(&mut self, _sequence: u16, message: ToHost) -> Result<(), ReplayError> {
         match message {
             ToHost::Record(record) => {
-                let held = self.held.replace(record);
-                held.map_or(Ok(()), |held| self.tick(&held))?;
+                let pending_record = self.pending_record.replace(record);
+                pending_record.map_or(Ok(()), |pending_record| self.tick(&pending_record))?;
             }
             ToHost::Ack {
                 sequence,
                 result,
                 moment: Some(moment),
-            } => self.notes.push(Note::Ack {
+            } => self.pending.push(PendingMessage::Ack {
                 sequence,
                 result,
                 moment,
@@ -162,23 +162,24 @@ impl Replayer {
             } => {
                 if result != Err(Refusal::Stale) {
                     self.commands.remove(&sequence);
-                    self.departures.remove(&sequence);
+                    self.start_points.remove(&sequence);
                 }
             }
             ToHost::Departs { sequence, moment } => {
-                self.notes.push(Note::Departs { sequence, moment });
+                self.pending
+                    .push(PendingMessage::Departs { sequence, moment });
             }
             ToHost::Began(moment) => {
-                let newest = self.held.or(self.last);
+                let newest = self.pending_record.or(self.last);
                 if newest.is_some_and(|record| is_before(moment.tick, record.tick)) {
                     self.flush()?;
                     self.lose(Loss::Restart, 0);
                     self.last = None;
                 }
-                self.notes.push(Note::Began {
+                self.pending.push(PendingMessage::Began {
                     moment,
                     settings: self.reported,
-                    has_left: std::mem::take(&mut self.has_left),
+                    ended_by_goodbye: std::mem::take(&mut self.ended_by_goodbye),
                 });
             }
             ToHost::Settings(settings) => self.reported = Some(settings),
@@ -186,13 +187,13 @@ impl Replayer {
                 firmware,
                 baud,
                 is_ready,
-            } => self.notes.push(Note::Found {
+            } => self.pending.push(PendingMessage::Found {
                 firmware,
                 baud,
                 is_ready,
             }),
-            ToHost::Passthrough => self.notes.push(Note::Passthrough),
-            ToHost::Tripped(trip) => self.notes.push(Note::Tripped(trip)),
+            ToHost::Passthrough => self.pending.push(PendingMessage::Passthrough),
+            ToHost::Tripped(trip) => self.pending.push(PendingMessage::Tripped(trip)),
             ToHost::Concluded(conclusion) => self.conclusions.receive(conclusion),
             ToHost::Hello(_)
             | ToHost::Absent { .. }
@@ -212,11 +213,13 @@ impl Replayer {
     /// If the changed settings are not valid.
     pub fn finish(mut self) -> Result<Report, ReplayError> {
         self.flush()?;
-        while let Some(note) = self.notes.next(Place::End, true) {
-            self.apply(&note)?;
+        while let Some(message) = self.pending.next(Place::End, true) {
+            self.apply(&message)?;
         }
-        let what_if = (!self.changes.is_empty())
-            .then(|| self.sums.result(self.changed, self.tally.answers_differing));
+        let what_if = (!self.changes.is_empty()).then(|| {
+            self.sums
+                .result(self.changed_pairs, self.tally.answers_differing)
+        });
         Ok(self.tally.report(self.commands.len() as u64, what_if))
     }
 
@@ -226,7 +229,9 @@ impl Replayer {
     }
 
     fn flush(&mut self) -> Result<(), ReplayError> {
-        self.held.take().map_or(Ok(()), |held| self.tick(&held))
+        self.pending_record
+            .take()
+            .map_or(Ok(()), |pending_record| self.tick(&pending_record))
     }
 
     /// Marks the state as incomplete, after this many missing ticks.
@@ -235,7 +240,7 @@ impl Replayer {
         self.tally
             .lose(reason, next.wrapping_sub(missing), missing.into());
         self.knowledge = Knowledge::Part(reason);
-        self.is_strange = true;
+        self.is_mode_unknown = true;
     }
 
     /// The board restarted: earlier events have no effect.
@@ -247,9 +252,9 @@ impl Replayer {
 
     fn begin_ticking(&mut self) {
         self.board.begin_ticking();
-        self.is_lined_up = true;
+        self.is_restarted_by_bring_up = true;
         // Where the mode is not known, bring-up may be long past.
-        if !self.is_strange {
+        if !self.is_mode_unknown {
             self.restart();
         }
     }
@@ -261,28 +266,32 @@ impl Replayer {
     /// Replays everything up to the decision of this record's tick, and compares.
     fn tick(&mut self, record: &Record) -> Result<(), ReplayError> {
         self.tally.records += 1;
-        let is_elsewhere = self.last.is_some_and(|last| {
-            let is_planned = matches!(last.mode, Mode::Fault(_)) || self.is_stopped;
+        let is_off_schedule = self.last.is_some_and(|last| {
+            let is_planned = matches!(last.mode, Mode::Fault(_)) || self.is_stopped_by_fault;
             !is_planned && tick_facts::planned_us(record) != self.planned_us
         });
-        let is_due = is_elsewhere || !self.board.is_ticking() || self.tally.records == 1;
-        while let Some(note) = self.notes.next(Place::Between(record), is_due) {
-            self.apply(&note)?;
+        let is_due = is_off_schedule || !self.board.is_ticking() || self.tally.records == 1;
+        while let Some(message) = self.pending.next(Place::Between(record), is_due) {
+            self.apply(&message)?;
         }
-        self.look_for_gap(record);
+        self.detect_gap(record);
         if !self.board.is_ticking() {
             self.begin_ticking();
-        } else if is_elsewhere && self.is_known() && !self.is_stopped && !self.is_lined_up {
+        } else if is_off_schedule
+            && self.is_known()
+            && !self.is_stopped_by_fault
+            && !self.is_restarted_by_bring_up
+        {
             let event = "another client had the bus for a while".into();
             self.tally.count_adopted(event, record.tick);
             self.board.begin_again();
         }
-        (self.is_stopped, self.is_lined_up) = (false, false);
+        (self.is_stopped_by_fault, self.is_restarted_by_bring_up) = (false, false);
         self.apply_goodbye(record);
         self.board.begin(record);
         self.planned_us = self.board.planned_us();
-        while let Some(note) = self.notes.next(Place::Within(record), false) {
-            self.apply(&note)?;
+        while let Some(message) = self.pending.next(Place::Within(record), false) {
+            self.apply(&message)?;
         }
         self.decide(record);
         self.check_conclusions(record);
@@ -296,20 +305,20 @@ impl Replayer {
         Ok(())
     }
 
-    fn look_for_gap(&mut self, record: &Record) {
+    fn detect_gap(&mut self, record: &Record) {
         let Some(last) = self.last.as_mut() else {
             return;
         };
         let before = record.tick.wrapping_sub(1);
         let missing = before.wrapping_sub(std::mem::replace(&mut last.tick, before));
         let dropped = record.dropped.wrapping_sub(last.dropped);
-        let is_told = std::mem::take(&mut self.frames_lost);
+        let is_reported = std::mem::take(&mut self.frames_lost);
         // A tick is not decided if the bus is handed over within it.
-        let is_given_away = missing == 1 && !self.board.is_ticking();
-        if missing == 0 || is_given_away {
+        let is_handed_over = missing == 1 && !self.board.is_ticking();
+        if missing == 0 || is_handed_over {
             return;
         }
-        if is_told {
+        if is_reported {
             self.lose(Loss::Frames, missing);
         } else if dropped > 0 {
             self.lose(Loss::Dropped, missing);
@@ -321,7 +330,7 @@ impl Replayer {
     fn decide(&mut self, record: &Record) {
         let is_known = self.is_known();
         if !is_known {
-            if self.is_strange {
+            if self.is_mode_unknown {
                 self.board.assume(record);
             }
             self.board.assume_before(record);
@@ -342,14 +351,16 @@ impl Replayer {
             }
             Knowledge::Full => {}
         }
-        self.is_strange = false;
+        self.is_mode_unknown = false;
         if let Knowledge::Restarted(reason) | Knowledge::Part(reason) = self.knowledge {
             self.tally.skip(reason, record.tick);
             self.board.resume_from(record);
             return;
         }
-        let is_by_itself = self.conclusions.is_by_itself(&mut self.board, record.tick);
-        if !is_by_itself {
+        let ended_by_board = self
+            .conclusions
+            .ended_by_board(&mut self.board, record.tick);
+        if !ended_by_board {
             self.count_host_event(event, record);
         }
         self.tally.compared += 1;
@@ -364,7 +375,7 @@ impl Replayer {
 
     fn count_host_event(&mut self, event: HostEvent, record: &Record) {
         let text = match event {
-            HostEvent::Nothing => return,
+            HostEvent::None => return,
             HostEvent::Silence => "the host was silent: braked, or torque off",
             HostEvent::LongSilence => "the host was silent for too long: fault host_silent",
             HostEvent::Corruption => "memory was corrupted: fault corrupted",

@@ -57,7 +57,7 @@ pub(super) fn is_complete(record: &Record) -> bool {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum HostEvent {
     /// No such event.
-    Nothing,
+    None,
     /// Silence of the host after which the arm is braked, or torque goes off.
     Silence,
     /// Silence of the host that is a fault.

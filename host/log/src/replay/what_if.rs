@@ -63,7 +63,7 @@ impl Changes {
 }
 
 /// Changes as typed.
-pub(super) fn words(before: &Settings, after: &Settings) -> Vec<String> {
+pub(super) fn changed_pairs(before: &Settings, after: &Settings) -> Vec<String> {
     params::changed(before, after)
         .into_iter()
         .map(|(parameter, value)| format!("{}={}", parameter.key, params::to_text(&value)))
@@ -143,18 +143,19 @@ impl Sums {
             *count += u64::from(record.guards.bits() != 0);
         }
         for (joint, sums) in self.joints.iter_mut().enumerate() {
-            let of = |values: [f32; JOINTS]| values.get(joint).copied().map_or(0.0, f64::from);
-            let [was, is] = [recorded.torque_nm, computed.torque_nm].map(of);
+            let joint_value =
+                |values: [f32; JOINTS]| values.get(joint).copied().map_or(0.0, f64::from);
+            let [was, is] = [recorded.torque_nm, computed.torque_nm].map(joint_value);
             sums.torque_rms_recorded_nm += was * was;
             sums.torque_rms_computed_nm += is * is;
             sums.torque_max_recorded_nm = sums.torque_max_recorded_nm.max(was.abs());
             sums.torque_max_computed_nm = sums.torque_max_computed_nm.max(is.abs());
-            let apart = (was - is).abs();
-            sums.torque_difference_rms_nm += apart * apart;
-            sums.torque_difference_max_nm = sums.torque_difference_max_nm.max(apart);
-            let angle = of(recorded.angle_rad) - of(computed.angle_rad);
+            let difference = (was - is).abs();
+            sums.torque_difference_rms_nm += difference * difference;
+            sums.torque_difference_max_nm = sums.torque_difference_max_nm.max(difference);
+            let angle = joint_value(recorded.angle_rad) - joint_value(computed.angle_rad);
             sums.angle_difference_rms_rad += angle * angle;
-            let speed = of(recorded.speed_rad_s) - of(computed.speed_rad_s);
+            let speed = joint_value(recorded.speed_rad_s) - joint_value(computed.speed_rad_s);
             sums.speed_difference_rms_rad_s += speed * speed;
         }
     }

@@ -1,10 +1,10 @@
 //! Summary of a run: setpoints, errors, timing, and losses.
 //!
 //! [`Tally`] accumulates it tick by tick, for runs of any length, and
-//! [`Summary::of`] computes it from records in memory. It is one JSON object with
+//! [`Summary::from_records`] computes it from records in memory. It is one JSON object with
 //! units in its keys, and [`Summary::table`] is the same for a terminal.
-//! Times are in s after the first record. The summary has no verdict, but nothing
-//! is left out: faults, missing samples and lost records all appear.
+//! Times are in s after the first record. The summary has no verdict; faults, missing
+//! samples and lost records are all listed.
 
 mod remarks;
 mod segments;
@@ -137,7 +137,7 @@ impl LogSummary {
 
 impl Summary {
     /// Computes the summary of a run.
-    pub fn of(
+    pub fn from_records(
         records: &[Record],
         facts: &RunFacts,
         link: LinkStats,
@@ -146,7 +146,7 @@ impl Summary {
     ) -> Self {
         let mut tally = Tally::default();
         for record in records {
-            tally.see(record);
+            tally.add(record);
         }
         tally.summary(facts, link, simulated_s, wall_s)
     }

@@ -7,10 +7,10 @@ use super::{Cause, Summary};
 /// Remarks for these numbers.
 pub(super) fn remarks(summary: &Summary) -> Vec<String> {
     let mut remarks: Vec<String> = (0..JOINTS)
-        .filter_map(|joint| resting_error(summary, joint))
+        .filter_map(|joint| steady_state_remark(summary, joint))
         .collect();
     for fault in &summary.faults {
-        let cause = fault.cause.as_ref().map_or_else(String::new, in_words);
+        let cause = fault.cause.as_ref().map_or_else(String::new, cause_text);
         remarks.push(format!(
             "FAULT {} at {:.3} s: torque off{cause}",
             fault.fault, fault.time_s
@@ -32,8 +32,8 @@ pub(super) fn remarks(summary: &Summary) -> Vec<String> {
         remarks.push(format!("{} ticks missed", summary.missed_ticks));
     }
     let link = summary.records;
-    let gone = link.lost + link.damaged + link.dropped;
-    if gone > 0 {
+    let missing_records = link.lost + link.damaged + link.dropped;
+    if missing_records > 0 {
         remarks.push(format!(
             "the record is not complete: {} lost, {} damaged, {} dropped by the board",
             link.lost, link.damaged, link.dropped
@@ -54,7 +54,7 @@ pub(super) fn remarks(summary: &Summary) -> Vec<String> {
     remarks
 }
 
-fn in_words(cause: &Cause) -> String {
+fn cause_text(cause: &Cause) -> String {
     let Cause {
         tick,
         joint,
@@ -71,20 +71,20 @@ fn in_words(cause: &Cause) -> String {
 }
 
 /// Steady-state error of a joint, and its explanation.
-fn resting_error(summary: &Summary, joint: usize) -> Option<String> {
+fn steady_state_remark(summary: &Summary, joint: usize) -> Option<String> {
     let errors = summary
         .segments
         .iter()
         .map(|s| s.joints[joint].steady_state_error_mrad.abs());
     let worst_mrad = errors.reduce(f64::max)?;
     let count_mrad = summary.run.count_mrad(joint);
-    let who = format!("joint {} rests", joint + 1);
+    let joint_text = format!("joint {} rests", joint + 1);
     if worst_mrad <= count_mrad {
         return Some(format!(
-            "{who} within one encoder count ({count_mrad:.1} mrad)"
+            "{joint_text} within one encoder count ({count_mrad:.1} mrad)"
         ));
     }
-    let at = format!("{who} up to {worst_mrad:.1} mrad from its setpoint");
+    let at = format!("{joint_text} up to {worst_mrad:.1} mrad from its setpoint");
     let (Some(friction_nm), Some(offset_mrad)) = (
         summary.run.static_friction_nm,
         summary.run.stiction_offset_mrad,

@@ -44,7 +44,8 @@ pub fn segments(records: &[Record]) -> Vec<Segment> {
     segments
 }
 
-/// To the bit: a reference is a command that is repeated, not computed.
+/// Whether the record has this reference, to the bit: it is a repeated command, not
+/// computed.
 fn is_at(reference_rad: [f32; JOINTS], record: &Record) -> bool {
     reference_rad.map(f32::to_bits) == record.reference_rad.map(f32::to_bits)
 }
@@ -76,11 +77,11 @@ pub struct JointSummary {
 
 impl SegmentSummary {
     /// Evaluates one segment of a run.
-    pub fn of(records: &[Record], segment: &Segment, facts: &RunFacts) -> Self {
+    pub fn evaluate(records: &[Record], segment: &Segment, facts: &RunFacts) -> Self {
         let ticks = &records[segment.ticks.clone()];
         let mut tally = SegmentTally::begin(&ticks[0]);
-        ticks[1..].iter().for_each(|record| tally.see(record));
-        tally.passed().summary(records[0].start_us, facts)
+        ticks[1..].iter().for_each(|record| tally.add(record));
+        tally.finished().summary(records[0].start_us, facts)
     }
 }
 
@@ -90,7 +91,7 @@ pub(super) struct SegmentTally {
     start_us: u64,
     last_us: u64,
     reference_rad: [f32; JOINTS],
-    /// Time since when each joint has been settled, if it is.
+    /// Start of the present settled time of each joint, if it is settled.
     inside_us: [Option<u64>; JOINTS],
     /// Errors of the last [`STEADY_S`], and their times.
     tail: VecDeque<(u64, [f64; JOINTS])>,
@@ -105,16 +106,16 @@ impl SegmentTally {
             inside_us: [None; JOINTS],
             tail: VecDeque::new(),
         };
-        tally.see(record);
+        tally.add(record);
         tally
     }
 
-    /// Whether this tick, which follows the last, belongs to it.
-    pub(super) fn takes(&self, record: &Record) -> bool {
+    /// Whether this tick, which follows the last, belongs to the segment.
+    pub(super) fn contains(&self, record: &Record) -> bool {
         is_at(self.reference_rad, record)
     }
 
-    pub(super) fn see(&mut self, record: &Record) {
+    pub(super) fn add(&mut self, record: &Record) {
         let now_us = record.start_us;
         self.last_us = now_us;
         let error_rad: [f64; JOINTS] = std::array::from_fn(|j| {
@@ -137,49 +138,52 @@ impl SegmentTally {
         }
     }
 
-    /// Result when it has ended.
-    pub(super) fn passed(&self) -> Passed {
+    /// Result at the end of the segment.
+    pub(super) fn finished(&self) -> FinishedSegment {
         let sum = |joint: usize| self.tail.iter().map(|(_, error)| error[joint]).sum::<f64>();
-        Passed {
+        FinishedSegment {
             start_us: self.start_us,
             last_us: self.last_us,
             reference_rad: self.reference_rad,
             inside_us: self.inside_us,
-            rest_rad: std::array::from_fn(|j| sum(j) / self.tail.len().max(1) as f64),
+            steady_error_rad: std::array::from_fn(|j| sum(j) / self.tail.len().max(1) as f64),
         }
     }
 }
 
 /// A segment that has ended.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Passed {
+pub(super) struct FinishedSegment {
     start_us: u64,
     last_us: u64,
     reference_rad: [f32; JOINTS],
     inside_us: [Option<u64>; JOINTS],
-    rest_rad: [f64; JOINTS],
+    steady_error_rad: [f64; JOINTS],
 }
 
-impl Passed {
-    /// Of the slower joint, in s; infinite if one never settled.
+impl FinishedSegment {
+    /// Settling time of the slower joint, in s; infinite if one never settled.
     pub(super) fn settling_s(&self) -> f64 {
-        let took = |inside_us: Option<u64>| {
+        let settling = |inside_us: Option<u64>| {
             inside_us.map_or(f64::INFINITY, |at_us| (at_us - self.start_us) as f64 * 1e-6)
         };
-        self.inside_us.map(took).into_iter().fold(0.0, f64::max)
+        self.inside_us.map(settling).into_iter().fold(0.0, f64::max)
     }
 
-    /// Of the worse joint, in rad.
-    pub(super) fn rest_rad(&self) -> f64 {
-        self.rest_rad.map(f64::abs).into_iter().fold(0.0, f64::max)
+    /// Larger steady-state error of the joints, in rad.
+    pub(super) fn steady_error_rad(&self) -> f64 {
+        self.steady_error_rad
+            .map(f64::abs)
+            .into_iter()
+            .fold(0.0, f64::max)
     }
 
-    /// With times after a run's first record.
+    /// Summary with times after a run's first record.
     pub(super) fn summary(&self, origin_us: u64, facts: &RunFacts) -> SegmentSummary {
         let seconds = |at_us: u64| at_us.saturating_sub(origin_us) as f64 * 1e-6;
         let start_s = seconds(self.start_us);
         let joints = std::array::from_fn(|j| {
-            let error_mrad = self.rest_rad[j] * 1e3;
+            let error_mrad = self.steady_error_rad[j] * 1e3;
             JointSummary {
                 reference_rad: self.reference_rad[j],
                 settling_time_s: self.inside_us[j].map(|at_us| seconds(at_us) - start_s),

@@ -19,15 +19,15 @@ pub struct Spread {
 
 impl Spread {
     /// Distribution of these values, in any order; all zero if there are none.
-    pub fn of(values: impl IntoIterator<Item = u32>) -> Self {
+    pub fn from_values(values: impl IntoIterator<Item = u32>) -> Self {
         let mut counts = Counts::default();
         values.into_iter().for_each(|value| counts.add(value));
         counts.spread()
     }
 }
 
-/// Count of each value: memory grows with the number of different ones, not with
-/// the run, and the result is exact.
+/// Count of each value, for exact results; memory grows with the number of different
+/// values, not with the run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counts(BTreeMap<u32, u64>);
 
@@ -49,12 +49,12 @@ impl Counts {
         let mean = weighted().map(|(v, n)| v * n).sum::<f64>() / total as f64;
         let squares = weighted().map(|(v, n)| (v - mean).powi(2) * n);
         let variance = squares.sum::<f64>() / total as f64;
-        // Of a million ticks, the one with 10 000 above it.
+        // For a million ticks, the one with 10 000 above it.
         let within = (total as f64 * 0.99).ceil() as u64;
-        let mut seen = 0;
+        let mut cumulative = 0;
         let p99 = self.0.iter().find(|(_, n)| {
-            seen += **n;
-            seen >= within
+            cumulative += **n;
+            cumulative >= within
         });
         Spread {
             mean,

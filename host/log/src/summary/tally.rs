@@ -7,7 +7,7 @@ use armbridge_client::enum_names;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Drive, Fault, Record, Sample};
 
-use super::segments::{Passed, SegmentTally};
+use super::segments::{FinishedSegment, SegmentTally};
 use super::spread::Counts;
 use super::{Cause, FaultSummary, Summary, remarks};
 use crate::run_info::{PWM_OFF, RunFacts};
@@ -22,10 +22,10 @@ pub struct Tally {
     origin_us: u64,
     last_us: u64,
     segment: Option<SegmentTally>,
-    segments: Vec<Passed>,
+    segments: Vec<FinishedSegment>,
     segments_left_out: u64,
     slowest_settling_s: Option<f64>,
-    worst_rest_rad: Option<f64>,
+    worst_steady_error_rad: Option<f64>,
     peak_torque_nm: [f64; JOINTS],
     peak_pwm_deviation: [u16; JOINTS],
     start_error_us: Counts,
@@ -41,7 +41,7 @@ pub struct Tally {
 
 impl Tally {
     /// Adds the next tick.
-    pub fn see(&mut self, record: &Record) {
+    pub fn add(&mut self, record: &Record) {
         if self.ticks == 0 {
             self.origin_us = record.start_us;
         }
@@ -59,10 +59,10 @@ impl Tally {
         // During the search for servos, bus times and samples are not those of
         // the run.
         if enum_names::is_up(record.mode) {
-            self.see_samples(record);
+            self.add_samples(record);
         }
-        self.see_segment(record);
-        self.see_fault(record);
+        self.add_segment(record);
+        self.add_fault(record);
         if record.mode.drive() == Some(Drive::Track) {
             self.tracked += 1;
             for joint in 0..JOINTS {
@@ -72,7 +72,7 @@ impl Tally {
         }
     }
 
-    fn see_samples(&mut self, record: &Record) {
+    fn add_samples(&mut self, record: &Record) {
         self.start_error_us.add(record.timing.start_error_us);
         self.bus_us.add(record.timing.bus_us);
         if record.timing.compute_ns > 0 {
@@ -85,19 +85,19 @@ impl Tally {
         }
     }
 
-    fn see_segment(&mut self, record: &Record) {
+    fn add_segment(&mut self, record: &Record) {
         let is_regulated = record.mode.drive() == Some(Drive::Regulate);
         if let Some(segment) = &mut self.segment
             && is_regulated
-            && segment.takes(record)
+            && segment.contains(record)
         {
-            segment.see(record);
+            segment.add(record);
             return;
         }
         if let Some(segment) = self.segment.take() {
-            (self.slowest_settling_s, self.worst_rest_rad) = self.worst_with(&segment);
+            (self.slowest_settling_s, self.worst_steady_error_rad) = self.worst_with(&segment);
             if self.segments.len() < SEGMENTS_MAX {
-                self.segments.push(segment.passed());
+                self.segments.push(segment.finished());
             } else {
                 self.segments_left_out += 1;
             }
@@ -105,7 +105,7 @@ impl Tally {
         self.segment = is_regulated.then(|| SegmentTally::begin(record));
     }
 
-    fn see_fault(&mut self, record: &Record) {
+    fn add_fault(&mut self, record: &Record) {
         let fault = enum_names::fault_of(record.mode);
         if let (true, Some(fault)) = (fault != self.fault, fault) {
             self.faults.push(FaultSummary {
@@ -117,22 +117,21 @@ impl Tally {
         self.fault = fault;
     }
 
-    /// The longest settling and the largest error at rest, including the present segment.
+    /// Longest settling time and largest steady-state error, including `segment`.
     fn worst_with(&self, segment: &SegmentTally) -> (Option<f64>, Option<f64>) {
-        let passed = segment.passed();
+        let finished = segment.finished();
         let worst = |before: Option<f64>, now: f64| Some(before.map_or(now, |b| b.max(now)));
         (
-            worst(self.slowest_settling_s, passed.settling_s()),
-            worst(self.worst_rest_rad, passed.rest_rad()),
+            worst(self.slowest_settling_s, finished.settling_s()),
+            worst(self.worst_steady_error_rad, finished.steady_error_rad()),
         )
     }
 
     fn worst(&self) -> (Option<f64>, Option<f64>) {
-        self.segment
-            .as_ref()
-            .map_or((self.slowest_settling_s, self.worst_rest_rad), |segment| {
-                self.worst_with(segment)
-            })
+        self.segment.as_ref().map_or(
+            (self.slowest_settling_s, self.worst_steady_error_rad),
+            |segment| self.worst_with(segment),
+        )
     }
 
     /// Longest settling time at a setpoint, in s, infinite if a joint never
@@ -141,8 +140,8 @@ impl Tally {
         self.worst().0
     }
 
-    /// Largest error of a joint at rest, in rad.
-    pub fn worst_rest_rad(&self) -> Option<f64> {
+    /// Largest steady-state error of a joint, in rad.
+    pub fn worst_steady_error_rad(&self) -> Option<f64> {
         self.worst().1
     }
 
@@ -172,7 +171,7 @@ impl Tally {
         wall_s: f64,
     ) -> Summary {
         let bus_us = self.bus_us.spread();
-        let last = self.segment.as_ref().map(SegmentTally::passed);
+        let last = self.segment.as_ref().map(SegmentTally::finished);
         let mut summary = Summary {
             run: facts.clone(),
             ticks: self.ticks,

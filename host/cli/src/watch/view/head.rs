@@ -113,20 +113,22 @@ fn lost(model: &Model, word: &str, cause: &str, ns: u64) -> Vec<Line<'static>> {
 }
 
 fn tripped(model: &Model, fault: Fault) -> Vec<Line<'static>> {
-    let (cause, seen, advice) = if let Some(trip) = &model.board.trip {
-        let account = fault_text::in_words(trip);
-        let seen = account.seen.map(|seen| format!("{seen} · "));
-        let seen = format!("{}tick {} · ", seen.unwrap_or_default(), trip.tick);
-        (account.cause, seen, account.advice)
+    let (cause, details, remedy) = if let Some(trip) = &model.board.trip {
+        let description = fault_text::in_words(trip);
+        let measured = description
+            .measured
+            .map(|measured| format!("{measured} · "));
+        let details = format!("{}tick {} · ", measured.unwrap_or_default(), trip.tick);
+        (description.cause, details, description.remedy)
     } else {
-        let (cause, advice) = fault_text::words(fault);
-        (cause.to_owned(), String::new(), advice)
+        let (cause, remedy) = fault_text::cause_and_remedy(fault);
+        (cause.to_owned(), String::new(), remedy)
     };
     let off = model.board.off.as_ref().map(fault_text::off);
     let after = off.unwrap_or_else(|| "stopping".to_owned());
     vec![
         badge("FAULT", theme::bad(), &cause),
-        Line::from(format!("   {seen}{after}")),
-        Line::from(format!(" → {advice} (c clears)")).style(theme::warn()),
+        Line::from(format!("   {details}{after}")),
+        Line::from(format!(" → {remedy} (c clears)")).style(theme::warn()),
     ]
 }

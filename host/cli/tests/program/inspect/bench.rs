@@ -64,7 +64,7 @@ pub(crate) fn record(folder: &Path, run: Run) {
         setup: run.setup,
         ..Settings::default()
     };
-    let mut facts = RunFacts::of("test", "simulated: bench", &settings);
+    let mut facts = RunFacts::from_settings("test", "simulated: bench", &settings);
     facts.seed = Some(run.seed);
     let mut plant = PlantConfig::default();
     plant.initial.q = [0.1, -0.1].into();

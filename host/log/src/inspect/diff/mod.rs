@@ -11,7 +11,7 @@ use armbridge_client::enum_names;
 use armbridge_shared::link::message::{Command, Record};
 use serde::Serialize;
 
-use super::log::{Log, Order};
+use super::log::{Log, SentCommand};
 use super::settings::{Differing, differing};
 use crate::export::column::{QUANTITIES, Quantity, Values};
 
@@ -73,7 +73,7 @@ pub struct QuantityDiff {
 
 impl Diff {
     /// Compares two runs.
-    pub fn of(a: &Log, b: &Log) -> Self {
+    pub fn compare(a: &Log, b: &Log) -> Self {
         let pairs = pairs(a, b);
         let driven = [a, b].map(|log| driven(log).len());
         let mut sums: Vec<Sum> = columns().map(Sum::new).collect();
@@ -81,7 +81,7 @@ impl Diff {
         for [left, right] in &pairs {
             let mut columns = Vec::new();
             for sum in &mut sums {
-                if sum.take(left, right) {
+                if sum.add(left, right) {
                     columns.push(sum.column);
                 }
             }
@@ -101,8 +101,8 @@ impl Diff {
                 .settings
                 .zip(b.head.settings)
                 .map(|(a, b)| differing(&a, &b)),
-            commands: [a.orders.len(), b.orders.len()],
-            first_command: first_command(&a.orders, &b.orders),
+            commands: [a.commands.len(), b.commands.len()],
+            first_command: first_command(&a.commands, &b.commands),
             ticks: pairs.len(),
             unmatched: driven.map(|count| count - pairs.len()),
             first_tick,
@@ -144,15 +144,15 @@ pub fn pairs<'a>(a: &'a Log, b: &'a Log) -> Vec<[&'a Record; 2]> {
     pairs
 }
 
-fn first_command(a: &[Order], b: &[Order]) -> Option<CommandDiff> {
-    let at = |orders: &[Order], place: usize| orders.get(place).map(|order| order.command);
+fn first_command(a: &[SentCommand], b: &[SentCommand]) -> Option<CommandDiff> {
+    let at = |commands: &[SentCommand], place: usize| commands.get(place).map(|sent| sent.command);
     let mut places = 0..a.len().max(b.len());
     let place = places.find(|place| match (at(a, *place), at(b, *place)) {
-        // The session number of every run is another one.
+        // The session number differs in every run.
         (Some(Command::Arm { .. }), Some(Command::Arm { .. })) => false,
         (a, b) => a != b,
     })?;
-    let show = |orders| at(orders, place).map(|command| in_words(&command));
+    let show = |commands| at(commands, place).map(|command| command_text(&command));
     Some(CommandDiff {
         place: place + 1,
         commands: [show(a), show(b)],
@@ -160,7 +160,7 @@ fn first_command(a: &[Order], b: &[Order]) -> Option<CommandDiff> {
 }
 
 /// A command as one line.
-pub fn in_words(command: &Command) -> String {
+pub fn command_text(command: &Command) -> String {
     let pair = |[a, b]: [f32; 2], unit: &str| format!("{a}, {b} {unit}");
     let name = enum_names::command(command);
     match command {
@@ -222,7 +222,7 @@ impl Sum {
     }
 
     /// Adds a tick; returns whether it differs.
-    fn take(&mut self, a: &Record, b: &Record) -> bool {
+    fn add(&mut self, a: &Record, b: &Record) -> bool {
         let joint = self.joint;
         let (is_same, difference) = match self.values {
             Values::F32(of) => {

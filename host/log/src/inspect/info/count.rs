@@ -6,21 +6,21 @@ use armbridge_client::enum_names;
 use armbridge_client::event::{Event, EventKind};
 use armbridge_shared::link::message::{Mode, Record, Sample, ToBoard, ToHost, Trip};
 
-use super::{FaultInfo, Gap, TOLD};
+use super::{FaultInfo, Gap, LISTED_MAX};
 use crate::clock_sync::Envelope;
-use crate::inspect::log::Orders;
+use crate::inspect::log::CommandCollector;
 
 /// Counts so far.
 #[derive(Debug, Default)]
-pub(super) struct Count {
-    pub(super) orders: Orders,
+pub(super) struct EventCounts {
+    pub(super) commands: CommandCollector,
     pub(super) clocks: Envelope,
     pub(super) ticks: u64,
     pub(super) first: Option<Record>,
     pub(super) last: Option<Record>,
     pub(super) missing_ticks: u64,
     pub(super) gaps: Vec<Gap>,
-    pub(super) gaps_in_all: usize,
+    pub(super) gap_count: usize,
     pub(super) skipped: u32,
     pub(super) missing_samples: BTreeMap<&'static str, u64>,
     pub(super) faults: Vec<FaultInfo>,
@@ -33,13 +33,13 @@ pub(super) struct Count {
     /// Board's time in each mode, in µs.
     modes_us: BTreeMap<&'static str, u64>,
     /// Board's time between the ticks before the last reset.
-    before_us: u64,
+    earlier_us: u64,
 }
 
-impl Count {
+impl EventCounts {
     /// Processes an event.
-    pub(super) fn take(&mut self, event: &Event) {
-        self.orders.take(event);
+    pub(super) fn add(&mut self, event: &Event) {
+        self.commands.take(event);
         *self.messages.entry(kind(&event.kind)).or_default() += 1;
         match event.kind {
             EventKind::Received(_, ToHost::Record(record)) => self.record(event.host_ns, record),
@@ -56,7 +56,7 @@ impl Count {
         let since_us = self.first.zip(self.last).map_or(0, |(first, last)| {
             last.start_us.saturating_sub(first.start_us)
         });
-        (self.before_us + since_us) as f64 * 1e-6
+        (self.earlier_us + since_us) as f64 * 1e-6
     }
 
     /// Seconds in each mode.
@@ -69,12 +69,12 @@ impl Count {
         self.ticks += 1;
         match self.last {
             Some(last) if record.tick <= last.tick && record.start_us < last.start_us => {
-                self.before_us = (self.duration_s() * 1e6) as u64;
+                self.earlier_us = (self.duration_s() * 1e6) as u64;
                 self.resets_s.push(self.duration_s());
                 self.first = Some(record);
                 self.clocks = Envelope::default();
             }
-            Some(last) => self.after(&last, &record),
+            Some(last) => self.add_interval(&last, &record),
             None => self.first = Some(record),
         }
         self.clocks.add(host_ns, record.start_us);
@@ -103,7 +103,7 @@ impl Count {
         }
     }
 
-    fn after(&mut self, last: &Record, record: &Record) {
+    fn add_interval(&mut self, last: &Record, record: &Record) {
         let us = record.start_us.saturating_sub(last.start_us);
         *self
             .modes_us
@@ -113,8 +113,8 @@ impl Count {
         let missing = record.tick.saturating_sub(last.tick).saturating_sub(1);
         if missing > 0 {
             self.missing_ticks += u64::from(missing);
-            self.gaps_in_all += 1;
-            if self.gaps.len() < TOLD {
+            self.gap_count += 1;
+            if self.gaps.len() < LISTED_MAX {
                 self.gaps.push(Gap {
                     after_tick: last.tick,
                     after_s: self.duration_s(),
@@ -127,8 +127,8 @@ impl Count {
 }
 
 /// Name of a message.
-fn kind(what: &EventKind) -> &'static str {
-    match what {
+fn kind(event: &EventKind) -> &'static str {
+    match event {
         EventKind::Sent(_, message) => match message {
             ToBoard::Hello(_) => "host: hello",
             ToBoard::Heartbeat => "host: heartbeat",

@@ -12,14 +12,14 @@ use armbridge_client::fault_text;
 use armbridge_shared::link::message::{Settings, Trip};
 use serde::Serialize;
 
-use super::diff::in_words;
-use super::log::{Head, Order, topics};
+use super::diff::command_text;
+use super::log::{Head, SentCommand, topics};
 use super::settings::{Differing, differing};
 use crate::clock_sync::Line;
 use crate::recording::ReadError;
 use crate::run_info::RunFacts;
 use crate::summary::Cause;
-use count::Count;
+use count::EventCounts;
 
 /// Contents of a log.
 #[derive(Clone, Debug, Serialize)]
@@ -131,8 +131,8 @@ pub struct CommandInfo {
     pub refused: Option<String>,
 }
 
-/// Longest list of commands and of gaps.
-const TOLD: usize = 20;
+/// Limit of the lists of commands and of gaps.
+const LISTED_MAX: usize = 20;
 
 impl Info {
     /// Reads a log up to its first damage.
@@ -140,21 +140,26 @@ impl Info {
     /// # Errors
     /// When nothing can be read.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let mut count = Count::default();
-        let head = Head::read(path, |event| count.take(event))?;
+        let mut count = EventCounts::default();
+        let head = Head::read(path, |event| count.add(event))?;
         let size_bytes = path.metadata().map_or(0, |file| file.len());
-        Ok(Self::of(head, count, size_bytes, topics(path)))
+        Ok(Self::new(head, count, size_bytes, topics(path)))
     }
 
-    fn of(head: Head, mut count: Count, size_bytes: u64, topics: BTreeMap<String, u64>) -> Self {
-        let orders = std::mem::take(&mut count.orders).into_all();
+    fn new(
+        head: Head,
+        mut count: EventCounts,
+        size_bytes: u64,
+        topics: BTreeMap<String, u64>,
+    ) -> Self {
+        let sent_commands = std::mem::take(&mut count.commands).into_commands();
         let mut commands: BTreeMap<&'static str, [u64; 2]> = BTreeMap::new();
-        for order in &orders {
+        for sent in &sent_commands {
             let [given, refused] = commands
-                .entry(enum_names::command(&order.command))
+                .entry(enum_names::command(&sent.command))
                 .or_default();
             *given += 1;
-            *refused += u64::from(matches!(order.result, Some(Err(_))));
+            *refused += u64::from(matches!(sent.result, Some(Err(_))));
         }
         let default = Settings::default();
         let settings = head.settings.as_ref();
@@ -170,7 +175,7 @@ impl Info {
             duration_s: count.duration_s(),
             modes_s: count.modes(),
             missing_ticks: count.missing_ticks,
-            gap_count: count.gaps_in_all,
+            gap_count: count.gap_count,
             skipped_ticks: count.skipped,
             faults: with_causes(count.faults, &count.trips),
             gaps: count.gaps,
@@ -180,7 +185,7 @@ impl Info {
             garbled_frames: count.garbled,
             lost_frames: count.lost,
             commands,
-            first_commands: orders.iter().take(TOLD).map(command).collect(),
+            first_commands: sent_commands.iter().take(LISTED_MAX).map(command).collect(),
             clocks: count.clocks.line().as_ref().map(clocks),
             messages: count.messages,
             topics,
@@ -198,11 +203,11 @@ fn clocks(line: &Line) -> Clocks {
     }
 }
 
-fn command(order: &Order) -> CommandInfo {
+fn command(sent: &SentCommand) -> CommandInfo {
     CommandInfo {
-        after_tick: order.tick,
-        command: in_words(&order.command),
-        refused: match order.result {
+        after_tick: sent.tick,
+        command: command_text(&sent.command),
+        refused: match sent.result {
             Some(Err(refusal)) => Some(armbridge_client::refusal_text::in_words(refusal)),
             Some(Ok(())) | None => None,
         },
@@ -210,21 +215,21 @@ fn command(order: &Order) -> CommandInfo {
 }
 
 /// Cause of a fault, on one line.
-fn seen(trip: &Trip) -> String {
-    let account = fault_text::in_words(trip);
-    match account.seen {
-        Some(seen) => format!("{}, {seen}", account.cause),
-        None => account.cause,
+fn cause_text(trip: &Trip) -> String {
+    let description = fault_text::in_words(trip);
+    match description.measured {
+        Some(measured) => format!("{}, {measured}", description.cause),
+        None => description.cause,
     }
 }
 
 /// A trip is repeated after a hello; its tick identifies the fault.
 fn with_causes(mut faults: Vec<FaultInfo>, trips: &[Trip]) -> Vec<FaultInfo> {
     for fault in &mut faults {
-        let of_fault = |trip: &&Trip| enum_names::fault(trip.fault) == fault.fault;
+        let is_same_fault = |trip: &&Trip| enum_names::fault(trip.fault) == fault.fault;
         let distance = |trip: &&Trip| trip.tick.abs_diff(fault.tick);
-        let trip = trips.iter().filter(of_fault).min_by_key(distance);
-        fault.in_words = trip.map(seen);
+        let trip = trips.iter().filter(is_same_fault).min_by_key(distance);
+        fault.in_words = trip.map(cause_text);
         fault.cause = trip.map(|trip| Cause {
             tick: trip.tick,
             joint: trip.joint.map(|joint| joint + 1),

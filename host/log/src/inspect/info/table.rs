@@ -28,9 +28,9 @@ impl Info {
         let rule = "─".repeat(WIDTH);
         let megabytes = self.size_bytes as f64 / 1e6;
         writeln!(out, "{} · {megabytes:.1} MB\n{rule}", self.path)?;
-        let whole = ["nothing: the log is whole".to_owned()];
+        let complete = ["nothing: the log is whole".to_owned()];
         let damage = if self.damage.is_empty() {
-            &whole
+            &complete
         } else {
             self.damage.as_slice()
         };
@@ -208,8 +208,8 @@ fn fault(fault: &FaultInfo) -> String {
     format!("{fault} at {at_s:.3} s, tick {tick}{cause}")
 }
 
-fn counts<'a>(of: &'a BTreeMap<&'static str, u64>) -> impl Iterator<Item = String> + 'a {
-    of.iter().map(|(name, count)| format!("{name} {count}"))
+fn counts<'a>(counts: &'a BTreeMap<&'static str, u64>) -> impl Iterator<Item = String> + 'a {
+    counts.iter().map(|(name, count)| format!("{name} {count}"))
 }
 
 fn row(out: &mut String, name: &str, text: &str) -> Result {

@@ -8,39 +8,39 @@ use armbridge_shared::link::message::{
 
 use super::super::compare::Difference;
 use super::super::loss::Loss;
-use super::super::pending::{Note, is_before};
+use super::super::pending::{PendingMessage, is_before};
 use super::super::tick_facts;
-use super::super::what_if::words;
+use super::super::what_if::changed_pairs;
 use super::{ReplayError, Replayer};
 
 impl Replayer {
     /// Replays a message whose place has come.
-    pub(super) fn apply(&mut self, note: &Note) -> Result<(), ReplayError> {
-        match *note {
-            Note::Ack {
+    pub(super) fn apply(&mut self, message: &PendingMessage) -> Result<(), ReplayError> {
+        match *message {
+            PendingMessage::Ack {
                 sequence,
                 result,
                 moment,
-            } => self.answer(sequence, result, moment),
-            Note::Departs { sequence, moment } => {
+            } => self.apply_answer(sequence, result, moment),
+            PendingMessage::Departs { sequence, moment } => {
                 match self.board.start_point(moment) {
-                    Ok(departure) => {
-                        self.departures.insert(sequence, departure);
+                    Ok(start_point) => {
+                        self.start_points.insert(sequence, start_point);
                     }
                     Err(refusal) => self.check_answer("follow", moment, Ok(()), Err(refusal)),
                 }
                 Ok(())
             }
-            Note::Began {
+            PendingMessage::Began {
                 moment,
                 settings,
-                has_left,
-            } => self.began(moment, settings, has_left),
-            Note::Tripped(trip) => {
+                ended_by_goodbye,
+            } => self.began(moment, settings, ended_by_goodbye),
+            PendingMessage::Tripped(trip) => {
                 self.tripped(&trip);
                 Ok(())
             }
-            Note::Found {
+            PendingMessage::Found {
                 firmware,
                 baud,
                 is_ready,
@@ -51,7 +51,7 @@ impl Replayer {
                 }
                 Ok(())
             }
-            Note::Passthrough => {
+            PendingMessage::Passthrough => {
                 if self.board.mode() != Mode::Passthrough {
                     let tick = self.last.map_or(0, |last| last.tick);
                     let event = "a client of the transparent port took the bus".into();
@@ -67,7 +67,7 @@ impl Replayer {
         &mut self,
         moment: Moment,
         reported: Option<Settings>,
-        has_left: bool,
+        ended_by_goodbye: bool,
     ) -> Result<(), ReplayError> {
         // The last tick that was decided before the hello.
         let decided = moment.tick.wrapping_sub(u32::from(!moment.is_decided));
@@ -82,9 +82,9 @@ impl Replayer {
         } else if self.last.is_none() && decided > 0 {
             self.lose(Loss::BeforeHello, 0);
         }
-        if self.is_strange {
+        if self.is_mode_unknown {
             self.board.forget();
-        } else if has_left {
+        } else if ended_by_goodbye {
             self.board.goodbye();
         }
         if let Some(reported) = reported {
@@ -104,25 +104,25 @@ impl Replayer {
     /// motors were driven until then, and are off from its beginning.
     pub(super) fn apply_goodbye(&mut self, record: &Record) {
         let is_driven = self.board.mode().drive().is_some();
-        if is_driven && tick_facts::is_off(record) && self.notes.has_goodbye(record) {
+        if is_driven && tick_facts::is_off(record) && self.pending.has_goodbye(record) {
             self.board.goodbye();
         }
     }
 
     fn remember_changes(&mut self, before: &Settings, after: &Settings) {
         if !self.changes.is_empty() {
-            self.changed = words(before, after);
+            self.changed_pairs = changed_pairs(before, after);
         }
     }
 
     /// A command was accepted or refused, with this reply.
-    fn answer(
+    fn apply_answer(
         &mut self,
         sequence: u16,
         result: Result<(), Refusal>,
         moment: Moment,
     ) -> Result<(), ReplayError> {
-        let departure = self.departures.remove(&sequence);
+        let start_point = self.start_points.remove(&sequence);
         let Some(command) = self.commands.remove(&sequence) else {
             // A refused command has no effect.
             if result.is_ok() {
@@ -135,9 +135,9 @@ impl Replayer {
         }
         let command = self.change(command)?;
         let before = self.board.mode();
-        let computed = match (command, departure) {
-            (Command::Follow(motion), Some(departure)) => {
-                self.board.follow(&motion, departure, moment)
+        let computed = match (command, start_point) {
+            (Command::Follow(motion), Some(start_point)) => {
+                self.board.follow(&motion, start_point, moment)
             }
             (Command::Follow(_), None) => self.board.start_point(moment).map(|_| ()),
             (command, _) => self.board.command(command, moment, result),
@@ -201,7 +201,7 @@ impl Replayer {
             return;
         }
         self.tally.answers_differing += 1;
-        let word = |result: Result<(), Refusal>| match result {
+        let text = |result: Result<(), Refusal>| match result {
             Ok(()) => "accepted".to_owned(),
             Err(refusal) => format!("refused: {}", refusal_text::in_words(refusal)),
         };
@@ -210,8 +210,8 @@ impl Replayer {
                 tick: moment.tick,
                 start_us: moment.at_us,
                 field: format!("answer to {name}"),
-                recorded: word(recorded),
-                computed: word(computed),
+                recorded: text(recorded),
+                computed: text(computed),
             })
         });
     }
@@ -219,7 +219,7 @@ impl Replayer {
     /// The cause of a fault: one from outside the tick is applied here, any other must
     /// have been computed.
     fn tripped(&mut self, trip: &Trip) {
-        self.is_stopped = true;
+        self.is_stopped_by_fault = true;
         if tick_facts::is_external(trip.fault) {
             if !matches!(self.board.mode(), Mode::Fault(_)) {
                 let event = format!("fault {}", enum_names::fault(trip.fault));
@@ -243,7 +243,7 @@ impl Replayer {
         };
         if values(trip) != values(&cause) {
             self.tally.answers_differing += 1;
-            let word = |trip: &Trip| {
+            let text = |trip: &Trip| {
                 let Trip {
                     joint,
                     value,
@@ -258,8 +258,8 @@ impl Replayer {
                     tick: trip.tick,
                     start_us: trip.at_us,
                     field: "reason of the fault".into(),
-                    recorded: word(trip),
-                    computed: word(&cause),
+                    recorded: text(trip),
+                    computed: text(&cause),
                 })
             });
         }

@@ -1,7 +1,7 @@
 //! Ends of experiments: as reported by the board, and as computed.
 //!
-//! The board reports it in the tick of the end, most often before that tick's
-//! record; so both wait for each other, by the number of the tick.
+//! The board reports an end in its tick, usually before that tick's record; so reports and
+//! computed ends are matched by the number of the tick.
 
 use std::collections::VecDeque;
 
@@ -29,7 +29,7 @@ impl Conclusions {
 
     /// Whether an experiment ended in this tick for a computed reason,
     /// and not because of the host's silence, which is not recorded.
-    pub(super) fn is_by_itself(&mut self, board: &mut Board, tick: u32) -> bool {
+    pub(super) fn ended_by_board(&mut self, board: &mut Board, tick: u32) -> bool {
         while let Some(conclusion) = board.take_conclusion() {
             self.computed.push_back(conclusion);
         }
