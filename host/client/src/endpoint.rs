@@ -13,7 +13,7 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Endpoint(SocketAddr);
 
-/// Why a name is not an endpoint.
+/// Reason for which a name is not an endpoint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EndpointError {
     /// Not `tcp://`.
@@ -45,7 +45,7 @@ impl fmt::Display for Endpoint {
     }
 }
 
-/// Why an endpoint could not be used.
+/// Reason for which an endpoint cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// The address cannot be reached.

@@ -1,8 +1,8 @@
 //! Events of a link: the messages of both directions, in order.
 //!
 //! A [`LinkDecoder`] takes the raw bytes of both directions with the time at which
-//! the host read or wrote them, and emits [`Event`]s. Recorder, dashboard and server each
-//! have one, and need nothing else of the link.
+//! the host read or wrote them, and emits [`Event`]s. Recorder, dashboard and server
+//! each have one, which is their only access to the link.
 
 use armbridge_shared::link::frame::{Decoder, FrameError, Message, Received};
 use armbridge_shared::link::message::{Record, ToBoard, ToHost};
@@ -126,7 +126,7 @@ mod tests {
     use armbridge_shared::link::frame::Encoder;
 
     #[test]
-    fn both_directions_are_told_apart_and_gaps_are_counted() {
+    fn both_directions_are_decoded_and_gaps_are_counted() {
         let (mut host, mut board) = (Encoder::default(), Encoder::default());
         let mut to_host = board.encode(&ToHost::Passthrough).1.to_vec();
         let _ = board.encode(&ToHost::Passthrough);

@@ -1,7 +1,7 @@
-//! Events of a link, passed from the thread that serves it to one with less urgency.
+//! Queue of a link's events, from the thread that serves the link to another one.
 //!
-//! Bounded: when the reader is too slow, the oldest are dropped and counted. The
-//! link's thread never waits for more than a swap of two queues.
+//! The queue is bounded: when the reader is too slow, the oldest events are dropped and
+//! counted. The link's thread waits at most for a swap of two queues.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,7 +11,7 @@ use crate::Tap;
 use crate::event::{Direction, Event, EventKind, LinkDecoder};
 
 /// Capacity: more than 4 s at 1 kHz.
-const MOST: usize = 8192;
+const CAPACITY: usize = 8192;
 
 /// Reader's end.
 #[derive(Clone, Debug, Default)]
@@ -21,14 +21,14 @@ pub struct EventQueue(Arc<Mutex<Queue>>);
 struct Queue {
     events: VecDeque<Event>,
     dropped: u64,
-    /// The link's time of the latest event, and the wall clock's.
+    /// Link time and wall-clock time of the latest event.
     latest: Option<(u64, Instant)>,
 }
 
 impl EventQueue {
     /// Writer's end.
     pub fn tap(&self) -> Box<dyn Tap> {
-        Box::new(Filler {
+        Box::new(QueueTap {
             decoder: LinkDecoder::default(),
             queue: self.clone(),
         })
@@ -56,12 +56,12 @@ impl EventQueue {
     }
 }
 
-struct Filler {
+struct QueueTap {
     decoder: LinkDecoder,
     queue: EventQueue,
 }
 
-impl Tap for Filler {
+impl Tap for QueueTap {
     fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]) {
         let Self { decoder, queue } = self;
         queue.with(|queue| {
@@ -79,7 +79,7 @@ impl Tap for Filler {
 
 impl Queue {
     fn push(&mut self, event: Event) {
-        if self.events.len() == MOST {
+        if self.events.len() == CAPACITY {
             self.events.pop_front();
             self.dropped += 1;
         }
@@ -93,18 +93,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slow_reader_has_the_latest_and_is_told_what_it_missed() {
+    fn a_slow_reader_has_the_latest_events_and_the_number_dropped() {
         let shared = EventQueue::default();
         let mut tap = shared.tap();
-        for host_ns in 0..MOST as u64 + 10 {
+        for host_ns in 0..CAPACITY as u64 + 10 {
             tap.disconnected(host_ns);
         }
         let mut events = VecDeque::new();
         assert_eq!(shared.take(&mut events), 10);
-        assert_eq!(events.len(), MOST);
+        assert_eq!(events.len(), CAPACITY);
         assert_eq!(events.front().map(|event| event.host_ns), Some(10));
         assert_eq!(shared.take(&mut events), 0);
         assert!(events.is_empty());
-        assert!(shared.now_ns().is_some_and(|now_ns| now_ns >= MOST as u64));
+        assert!(
+            shared
+                .now_ns()
+                .is_some_and(|now_ns| now_ns >= CAPACITY as u64)
+        );
     }
 }

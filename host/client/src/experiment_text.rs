@@ -145,7 +145,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_to_do_is_said() {
+    fn texts_have_a_remedy() {
         let outside = Objection::Outside {
             joint: 0,
             angle_rad: 0.82,

@@ -223,7 +223,7 @@ mod tests {
     use crate::enum_names::FAULTS;
 
     #[test]
-    fn every_fault_is_told_with_what_to_do_and_the_numbers_it_has() {
+    fn every_fault_has_cause_remedy_and_measured_value() {
         for fault in FAULTS {
             let description = in_words(&Trip {
                 fault,

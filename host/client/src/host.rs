@@ -14,22 +14,22 @@ pub trait Host {
     /// Bytes for the board now.
     ///
     /// # Errors
-    /// If the host gives up.
+    /// Error that ends the run.
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Self::Error>;
 
     /// Processes bytes from the board.
     ///
     /// # Errors
-    /// If the host gives up.
+    /// Error that ends the run.
     fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), Self::Error>;
 
-    /// When to call [`transmit`](Host::transmit) again, at the latest.
+    /// Latest time of the next call of [`transmit`](Host::transmit).
     fn wake_at_us(&self) -> u64;
 
     /// Whether there is nothing left to do.
     fn is_done(&self) -> bool;
 
-    /// The connection broke; later bytes belong to another one.
+    /// Notifies the host that the connection broke; later bytes belong to another one.
     fn disconnected(&mut self, _now_us: u64) {}
 }
 

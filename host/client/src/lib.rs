@@ -1,7 +1,7 @@
 //! Client library for an Armbridge board: links, the control link's protocol, sessions,
 //! parameters by name, and the servo bus behind a board or an adapter.
 //!
-//! | module           | what                                                       |
+//! | module           | contents                                                   |
 //! |------------------|------------------------------------------------------------|
 //! | [`transport`]    | links by name; a [`Host`] driven over one                  |
 //! | [`host`]         | the sans-io interface between a link and the code that uses it |

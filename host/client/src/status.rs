@@ -36,7 +36,7 @@ pub enum Obstacle {
     Absent {
         /// Joint that it moves, counting from 0.
         joint: u8,
-        /// Why there is no reply.
+        /// Reason for the missing reply.
         missing: Missing,
     },
     /// Stock servos are not in wheel mode.
@@ -68,7 +68,7 @@ pub struct BoardStatus {
     pub record: Option<Record>,
     /// Its servos.
     pub servos: Option<FoundServos>,
-    /// Why it cannot arm.
+    /// Reason for which it cannot arm.
     pub obstacle: Option<Obstacle>,
     /// Cause of the latched fault.
     pub trip: Option<Trip>,
@@ -77,7 +77,7 @@ pub struct BoardStatus {
     /// Temperature of each servo, in °C from stock servos, in counts of their converter
     /// from Morpheus.
     pub temperature: [Option<u16>; JOINTS],
-    /// How the last experiment ended, until something else drives the arm.
+    /// Result of the last experiment, until another command drives the arm.
     pub concluded: Option<Conclusion>,
     /// Packets on the transparent port.
     pub port: PortCounters,
@@ -102,7 +102,7 @@ impl BoardStatus {
         };
     }
 
-    /// Takes a message.
+    /// Updates the status with a message.
     pub fn take(&mut self, message: &ToHost) {
         match *message {
             ToHost::Hello(hello) => {

@@ -3,8 +3,8 @@
 use crate::Host;
 use crate::event::Direction;
 
-/// A listener to the raw bytes of a link. Called on the thread that serves the link:
-/// must not wait.
+/// Listener to the raw bytes of a link. It is called on the thread that serves the link,
+/// and must not block.
 pub trait Tap: Send {
     /// Bytes that were written or read at this time (ns since 1970, or of virtual time).
     fn bytes(&mut self, direction: Direction, host_ns: u64, bytes: &[u8]);

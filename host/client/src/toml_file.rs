@@ -60,12 +60,12 @@ pub enum DocumentError {
         source: std::io::Error,
     },
     /// It is not TOML, or has an unknown key or a wrong value.
-    #[error("{place}: {what}, in `{text}`", text = place.text)]
+    #[error("{place}: {message}, in `{text}`", text = place.text)]
     Wrong {
-        /// Where.
+        /// Place of the error.
         place: Place,
         /// Error, and permitted values.
-        what: String,
+        message: String,
     },
 }
 
@@ -147,20 +147,23 @@ impl Document {
     }
 
     /// An error at the value of this key.
-    pub fn wrong_value(&self, key: &str, what: impl Into<String>) -> DocumentError {
-        self.wrong(self.get(key).map_or(0, |entry| entry.value_at.start), what)
+    pub fn wrong_value(&self, key: &str, message: impl Into<String>) -> DocumentError {
+        self.wrong(
+            self.get(key).map_or(0, |entry| entry.value_at.start),
+            message,
+        )
     }
 
     /// An error at this key itself.
-    pub fn wrong_key(&self, key: &str, what: impl Into<String>) -> DocumentError {
-        self.wrong(self.get(key).map_or(0, |entry| entry.key_at.start), what)
+    pub fn wrong_key(&self, key: &str, message: impl Into<String>) -> DocumentError {
+        self.wrong(self.get(key).map_or(0, |entry| entry.key_at.start), message)
     }
 
     /// An error at this byte.
-    pub fn wrong(&self, byte: usize, what: impl Into<String>) -> DocumentError {
+    pub fn wrong(&self, byte: usize, message: impl Into<String>) -> DocumentError {
         DocumentError::Wrong {
             place: self.place(byte),
-            what: what.into(),
+            message: message.into(),
         }
     }
 }
@@ -169,7 +172,7 @@ impl Document {
 pub fn not_toml(path: &Path, text: &str, error: &toml::de::Error) -> DocumentError {
     DocumentError::Wrong {
         place: Place::of(path, text, error.span().map_or(0, |span| span.start)),
-        what: error
+        message: error
             .message()
             .replace('\n', ", ")
             .replace("f64", "a number"),
@@ -205,7 +208,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn everything_has_its_place() {
+    fn keys_and_values_have_line_and_column() {
         let text = "link = \"sim:\"\n\n# µ\n[controller]\n  q = [15, 15,\n 1, 1]\n'µ'.b = 2\n";
         let path = Path::new("a.toml");
         let document = Document::parse(path, text.into()).unwrap();
@@ -224,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_toml_is_told_in_one_line() {
+    fn invalid_toml_is_an_error_of_one_line() {
         for text in [
             "a = 1\nb = = 2\n",
             "a = 1\na = 2\n",

@@ -68,7 +68,7 @@ fn another_value_than_the_wanted_one_is_an_error() {
     let error = servo.write(register("goal_position"), 700).unwrap_err();
     let words = "keep 700 in goal_position, but keeps 0";
     assert!(error.to_string().contains(words), "{error}");
-    assert!(error.is_of_the_servo());
+    assert!(error.is_servo_error());
     for (name, value, words) in [
         ("max_torque", 1024, "from 0 to 1023"),
         ("punch", 31, "from 32 to 1023"),
@@ -78,7 +78,7 @@ fn another_value_than_the_wanted_one_is_an_error() {
     ] {
         let error = servo.write(register(name), value).unwrap_err();
         assert!(error.to_string().contains(words), "{error}");
-        assert!(!error.is_of_the_servo());
+        assert!(!error.is_servo_error());
     }
     // None of these was sent.
     let writes = line.sent.iter().filter(|sent| sent.get(4) == Some(&3));

@@ -157,12 +157,12 @@ fn a_rate_that_cannot_be_followed_is_not_set_unless_insisted_on() {
     let mut client = connect(&serve(&MORPHEUS_ARM, true));
     let mut servo = Servo::find(&mut client, 1).unwrap();
     let error = servo.set_baud(57_600, false).unwrap_err();
-    assert!(matches!(error, ChangeError::NotFollowed { .. }), "{error}");
+    assert!(matches!(error, ChangeError::RateFixed { .. }), "{error}");
     let rate = servo.read(register("baud_rate")).unwrap();
     assert_eq!(rate.value, Value::Known(1));
     assert_eq!(servo.set_baud(57_600, true).unwrap(), Taken::NotReadable);
     let error = Servo::find(&mut client, 1).unwrap_err();
-    assert!(error.is_of_the_servo(), "{error}");
+    assert!(error.is_servo_error(), "{error}");
 }
 
 /// Every register of a stock servo is read, and every one that can be written
@@ -203,7 +203,7 @@ fn a_stock_servo_says_why_it_refuses_and_is_reset() {
     servo.write(register("ccw_angle_limit"), 700).unwrap();
     let error = servo.write(register("goal_position"), 800).unwrap_err();
     assert!(error.to_string().contains("angle limit"), "{error}");
-    assert!(error.is_of_the_servo());
+    assert!(error.is_servo_error());
 
     // Silent writes are read back all the same.
     servo.write(register("status_return_level"), 1).unwrap();
@@ -212,7 +212,7 @@ fn a_stock_servo_says_why_it_refuses_and_is_reset() {
         servo.write(register(closing), 1).unwrap();
         let error = servo.write(register("max_torque"), 500).unwrap_err();
         assert!(error.to_string().contains(words), "{error}");
-        assert!(error.is_of_the_servo());
+        assert!(error.is_servo_error());
         servo.write(register("torque_enable"), 0).unwrap();
     }
 

@@ -86,7 +86,7 @@ impl Text<'_> {
     fn error(&self, byte: usize, message: String) -> DocumentError {
         DocumentError::Wrong {
             place: toml_file::Place::of(self.file, self.text, byte),
-            what: message,
+            message,
         }
     }
 

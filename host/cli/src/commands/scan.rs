@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use std::process::ExitCode;
 
 use armbridge_analysis::progress::Progress;
-use armbridge_client::servo_bus::scan::{Area, Found, Report, Step, Trouble, scan};
+use armbridge_client::servo_bus::scan::{Area, Found, Report, ScanError, Step, scan};
 use armbridge_client::servo_bus::{Diagnosis, Port};
 use armbridge_client::servo_table::alarms;
 use armbridge_log::text_table;
@@ -126,7 +126,7 @@ fn as_text(report: &Report) -> String {
     text
 }
 
-fn trouble(same: &[Trouble]) -> Option<String> {
+fn trouble(same: &[ScanError]) -> Option<String> {
     let first = same.first()?;
     let ids: Vec<String> = same.iter().map(|trouble| trouble.id.to_string()).collect();
     let at = first.baud.map(|baud| format!(" at {baud} baud"));

@@ -98,7 +98,7 @@ pub(crate) fn run(args: &ServoArgs) -> Outcome {
             write!(std::io::stdout(), "{text}")?;
             Ok(ExitCode::SUCCESS)
         }
-        Err(error) if is_of_the_servo(&error) => {
+        Err(error) if is_servo_error(&error) => {
             eprintln!("armbridge: {error}");
             Ok(ExitCode::from(1))
         }
@@ -107,9 +107,9 @@ pub(crate) fn run(args: &ServoArgs) -> Outcome {
 }
 
 /// Whether the servo is at fault, and not the request or the port.
-fn is_of_the_servo(error: &Error) -> bool {
-    let servo = error.downcast_ref().map(ServoError::is_of_the_servo);
-    let change = error.downcast_ref().map(ChangeError::is_of_the_servo);
+fn is_servo_error(error: &Error) -> bool {
+    let servo = error.downcast_ref().map(ServoError::is_servo_error);
+    let change = error.downcast_ref().map(ChangeError::is_servo_error);
     servo.or(change).unwrap_or(false)
 }
 

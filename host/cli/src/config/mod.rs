@@ -31,7 +31,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use armbridge_client::params;
-use armbridge_client::params::{ParameterError, Unfit};
+use armbridge_client::params::{InvalidSettings, ParameterError};
 use armbridge_client::toml_file::{Document, DocumentError};
 use armbridge_shared::link::message::Settings;
 use armbridge_sim::link::BoardUri;
@@ -58,11 +58,11 @@ pub enum ConfigError {
     },
     /// No board runs with the file's settings.
     #[error("{path}: {why}", path = path.display())]
-    Unfit {
+    InvalidSettings {
         /// The file.
         path: PathBuf,
         /// Why not.
-        why: Unfit,
+        why: InvalidSettings,
     },
 }
 
@@ -220,7 +220,7 @@ impl Config {
         };
         let pairs = parameters(file).map(|(parameter, value)| (parameter.key, value));
         params::apply(&mut base, pairs).map_err(|error| wrong(file, &error))?;
-        params::check(&base).map_err(|why| ConfigError::Unfit {
+        params::check(&base).map_err(|why| ConfigError::InvalidSettings {
             path: file.path().into(),
             why,
         })?;

@@ -7,7 +7,7 @@ use crate::refusal_text;
 
 /// Reason for which no board runs with these settings.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Unfit {
+pub enum InvalidSettings {
     /// The arm would be held after torque is off.
     #[error(
         "`limits.hold_ms` ({hold_ms}) is longer than `limits.silence_ms` ({silence_ms}); make it \
@@ -38,17 +38,17 @@ pub enum Unfit {
 ///
 /// # Errors
 /// If it does not.
-pub fn check(settings: &Settings) -> Result<(), Unfit> {
+pub fn check(settings: &Settings) -> Result<(), InvalidSettings> {
     let limits = &settings.limits;
     let [low, high] = limits.temperature_counts;
     if limits.hold_ms > limits.silence_ms {
-        return Err(Unfit::HoldsTooLate {
+        return Err(InvalidSettings::HoldsTooLate {
             hold_ms: limits.hold_ms,
             silence_ms: limits.silence_ms,
         });
     }
     if low >= high {
-        return Err(Unfit::NoTemperature { low, high });
+        return Err(InvalidSettings::NoTemperature { low, high });
     }
-    why_not(settings).map_or(Ok(()), |refusal| Err(Unfit::Refused(refusal)))
+    why_not(settings).map_or(Ok(()), |refusal| Err(InvalidSettings::Refused(refusal)))
 }

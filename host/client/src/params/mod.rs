@@ -27,7 +27,7 @@ mod tables;
 mod tests;
 mod text;
 
-pub use check::{Unfit, check};
+pub use check::{InvalidSettings, check};
 pub use constraint::{Range, Shape, Takes};
 pub use text::{NotAPair, of_text, pair, to_text};
 

@@ -160,12 +160,15 @@ fn ranges_are_those_that_the_board_checks() {
                 }
                 let is_refused = |settings: &Settings| match check(settings) {
                     Ok(()) => false,
-                    Err(Unfit::Refused(refusal)) => {
+                    Err(InvalidSettings::Refused(refusal)) => {
                         // Weights, frequencies and gains are refused because of the resulting gain.
                         parameter.group() == "controller" && !is_in
                             || refusal == Refusal::OutOfRange
                     }
-                    Err(Unfit::HoldsTooLate { .. } | Unfit::NoTemperature { .. }) => true,
+                    Err(
+                        InvalidSettings::HoldsTooLate { .. }
+                        | InvalidSettings::NoTemperature { .. },
+                    ) => true,
                 };
                 assert_eq!(is_refused(&settings), !is_in, "{} at {end}", parameter.key);
                 let step = if range.whole {
@@ -193,7 +196,7 @@ fn ranges_are_those_that_the_board_checks() {
 }
 
 #[test]
-fn errors_say_what_to_do() {
+fn errors_have_the_permitted_values() {
     let message = |key: &str, value: &str| {
         let mut settings = Settings::default();
         let error = set(&mut settings, key, &of_text(value)).unwrap_err();

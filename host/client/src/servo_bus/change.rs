@@ -1,8 +1,6 @@
-//! Changes after which a servo is found elsewhere: its id, its baud rate,
-//! and all its settings at once.
+//! Changes of a servo's id, baud rate, and all settings at once.
 //!
-//! Each is checked first, so that no two servos get one id, and read
-//! back afterwards. A Morpheus servo answers these with its new id or at its new
+//! Each is checked before, so that no two servos get one id, and read back afterwards. A Morpheus servo answers these with its new id or at its new
 //! rate, and receives nothing meanwhile for 8.5 ms a byte, or 0.1 s for all of them.
 
 use armbridge_shared::servo::Firmware;
@@ -31,12 +29,12 @@ pub enum ChangeError {
         firmware: Firmware,
     },
     /// Another servo has this id.
-    #[error("id {id} is taken: {who}; two servos with one id cannot be told apart")]
+    #[error("id {id} is taken: {reply_text}; two servos with one id cannot be told apart")]
     Occupied {
         /// Requested id.
         id: u8,
-        /// Its answer.
-        who: String,
+        /// Text about its reply.
+        reply_text: String,
     },
     /// The servo has no such rate.
     #[error("{firmware} servos do not run at {baud} baud, but at {}", rates(*.firmware))]
@@ -46,12 +44,12 @@ pub enum ChangeError {
         /// Requested rate.
         firmware: Firmware,
     },
-    /// The line's rate cannot be changed.
+    /// The line's rate cannot be changed from here.
     #[error(
         "the rate of a TCP stream cannot be followed from here, so the servo would be lost \
          until the other side is set to {baud} baud; --blind changes it all the same"
     )]
-    NotFollowed {
+    RateFixed {
         /// Requested rate.
         baud: u32,
     },
@@ -62,7 +60,7 @@ pub enum ChangeError {
         new: String,
         /// Previous id or rate.
         old: String,
-        /// Error at the new place.
+        /// Error with the new id or rate.
         error: ServoError,
     },
     /// Nothing has changed.
@@ -80,12 +78,12 @@ pub enum ChangeError {
 }
 
 impl ChangeError {
-    /// As [`ServoError::is_of_the_servo`].
-    pub fn is_of_the_servo(&self) -> bool {
+    /// As [`ServoError::is_servo_error`].
+    pub fn is_servo_error(&self) -> bool {
         match self {
-            Self::Servo(error) | Self::Lost { error, .. } => error.is_of_the_servo(),
+            Self::Servo(error) | Self::Lost { error, .. } => error.is_servo_error(),
             Self::Occupied { .. } | Self::Unchanged { .. } | Self::NotReset(_) => true,
-            Self::Id { .. } | Self::Baud { .. } | Self::NotFollowed { .. } => false,
+            Self::Id { .. } | Self::Baud { .. } | Self::RateFixed { .. } => false,
         }
     }
 }
@@ -95,7 +93,7 @@ fn lowest(firmware: Firmware) -> u8 {
 }
 
 fn rates(firmware: Firmware) -> String {
-    let rates: Vec<String> = codes(firmware)
+    let rates: Vec<String> = baud_codes(firmware)
         .iter()
         .map(|(_, baud)| baud.to_string())
         .collect();
@@ -116,7 +114,7 @@ fn list(readings: &[Reading]) -> String {
 /// A servo runs at 2 000 000 / (value + 1): a difference of 2 % is tolerated. Of
 /// the stock servo's rates, those in its manual; Morpheus accepts no others,
 /// and 2 Mbaud, at which it overruns on every packet.
-fn codes(firmware: Firmware) -> &'static [(u16, u32)] {
+fn baud_codes(firmware: Firmware) -> &'static [(u16, u32)] {
     const STOCK: [(u16, u32); 9] = [
         (1, 1_000_000),
         (3, 500_000),
@@ -141,11 +139,11 @@ fn codes(firmware: Firmware) -> &'static [(u16, u32)] {
     }
 }
 
-fn code(firmware: Firmware, baud: u32) -> Result<u16, ChangeError> {
-    codes(firmware)
+fn baud_code(firmware: Firmware, baud: u32) -> Result<u16, ChangeError> {
+    baud_codes(firmware)
         .iter()
         .find(|(_, rate)| *rate == baud)
-        .map(|(code, _)| *code)
+        .map(|(baud_code, _)| *baud_code)
         .ok_or(ChangeError::Baud { baud, firmware })
 }
 
@@ -179,25 +177,25 @@ impl<L: Line> Servo<'_, L> {
     /// # Errors
     /// If it has no such rate, or does not answer at it.
     pub fn set_baud(&mut self, baud: u32, blind: bool) -> Result<Taken, ChangeError> {
-        let code = code(self.firmware(), baud)?;
+        let baud_code = baud_code(self.firmware(), baud)?;
         let register = self.register("baud_rate")?;
         let Some(old) = self.client.baud() else {
             if !blind {
-                return Err(ChangeError::NotFollowed { baud });
+                return Err(ChangeError::RateFixed { baud });
             }
-            self.send_write(register, code)?;
+            self.send_write(register, baud_code)?;
             return Ok(Taken::NotReadable);
         };
         if baud != old {
             self.check_free_at(Some(baud), self.id)?;
-            self.send_write(register, code)?;
+            self.send_write(register, baud_code)?;
         }
-        self.follow(baud)?;
-        let error = match self.expect(register, code) {
+        self.set_line_baud(baud)?;
+        let error = match self.expect(register, baud_code) {
             Ok(taken) => return Ok(taken),
             Err(error) => error,
         };
-        self.follow(old)?;
+        self.set_line_baud(old)?;
         let name = |baud| format!("at {baud} baud");
         Err(self.lost(name(baud), name(old), error))
     }
@@ -217,11 +215,11 @@ impl<L: Line> Servo<'_, L> {
         let request = Request::factory_reset(self.firmware(), self.id);
         self.send(request)?;
         if let Some(baud) = baud {
-            self.follow(baud)?;
+            self.set_line_baud(baud)?;
         }
         self.id = FACTORY_ID;
-        let kept = match self.read_all() {
-            Ok(kept) => kept,
+        let settings = match self.read_all() {
+            Ok(settings) => settings,
             Err(error) => {
                 let new = format!("as id {FACTORY_ID}, at {FACTORY_BAUD} baud");
                 return Err(ChangeError::Lost { new, old, error });
@@ -232,7 +230,7 @@ impl<L: Line> Servo<'_, L> {
             reading.register.storage == Storage::Eeprom
                 && initial.is_some_and(|initial| initial != reading.value)
         };
-        let other: Vec<Reading> = kept.into_iter().filter(is_other).collect();
+        let other: Vec<Reading> = settings.into_iter().filter(is_other).collect();
         if other.is_empty() {
             Ok(())
         } else {
@@ -242,13 +240,13 @@ impl<L: Line> Servo<'_, L> {
 
     fn register(&self, name: &str) -> Result<&'static Register, ServoError> {
         let register = Table::for_firmware(self.firmware()).by_name(name);
-        register.ok_or_else(|| self.failed(BusError::Unsayable))
+        register.ok_or_else(|| self.failed(BusError::NoRequest))
     }
 
     /// Checks that no servo answers with this id, in either protocol, at the present rate.
     fn check_free(&mut self, id: u8) -> Result<(), ChangeError> {
         for firmware in Firmware::ALL {
-            let who = match self.client.ping(firmware, id) {
+            let reply_text = match self.client.ping(firmware, id) {
                 Ok(None) => continue,
                 Ok(Some(_)) => format!("{} answers", with_article(firmware)),
                 Err(BusError::Diagnosis(diagnosis))
@@ -258,7 +256,7 @@ impl<L: Line> Servo<'_, L> {
                 }
                 Err(error) => return Err(self.failed(error).into()),
             };
-            return Err(ChangeError::Occupied { id, who });
+            return Err(ChangeError::Occupied { id, reply_text });
         }
         Ok(())
     }
@@ -268,20 +266,20 @@ impl<L: Line> Servo<'_, L> {
         let (Some(baud), Some(old)) = (baud, self.client.baud()) else {
             return self.check_free(id);
         };
-        self.follow(baud)?;
+        self.set_line_baud(baud)?;
         let free = self.check_free(id);
-        self.follow(old)?;
+        self.set_line_baud(old)?;
         free
     }
 
-    fn follow(&mut self, baud: u32) -> Result<(), ServoError> {
+    fn set_line_baud(&mut self, baud: u32) -> Result<(), ServoError> {
         match self.client.set_baud(baud) {
             Ok(_) => Ok(()),
             Err(error) => Err(self.failed(error.into())),
         }
     }
 
-    /// Reason for which it did not answer at `new`: tries the old place.
+    /// Error of a servo that did not answer at `new`: tries the old id or rate.
     fn lost(&mut self, new: String, old: String, error: ServoError) -> ChangeError {
         match self.client.ping(self.firmware(), self.id) {
             Ok(Some(_)) => ChangeError::Unchanged { old },

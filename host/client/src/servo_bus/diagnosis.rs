@@ -62,7 +62,7 @@ pub enum Diagnosis {
     Refused(#[from] Refusal),
     /// An intact packet of the right servo, with another content.
     #[error("servo {id} answered something else; did it answer an earlier question?")]
-    Beside {
+    UnexpectedContent {
         /// Id of the servo.
         id: u8,
     },

@@ -17,31 +17,31 @@ use super::line::Line;
 use super::request::Request;
 use super::response::{Packet, Response};
 
-/// Time for a reply beyond that on the wire: USB, sockets and
-/// two busy systems. A servo itself takes 0.5 ms at the most.
+/// Timeout of a reply beyond its time on the wire: USB, sockets and two loaded systems. A
+/// servo takes 0.5 ms at the most.
 pub const PATIENCE: Duration = Duration::from_millis(20);
-/// Silence after a reply that excludes a second one: the longest
-/// return delay of a stock servo, and some time for the system.
-const LINGER: Duration = Duration::from_millis(3);
-/// Factor of the timeouts at first, while it is not known whether the
-/// line echoes: an adapter may still be starting.
+/// Silence after a reply that excludes a second one: the longest return delay of a stock
+/// servo, with a margin for the system.
+const SECOND_REPLY_TIME: Duration = Duration::from_millis(3);
+/// Factor of the first timeout, before the echo is detected: an adapter may still be
+/// starting.
 const FIRST_PATIENCE: u32 = 5;
-/// Longest time until the echo arrives, on a line with one. However
-/// late, it must not be taken for the next reply.
+/// Timeout of the echo, on a line that echoes: a late echo must not be decoded as the next
+/// reply.
 const ECHO_MAX: Duration = Duration::from_secs(3);
-/// Bytes of a flush: more than a Morpheus servo can still be waiting for.
+/// Bytes of a flush: more than a Morpheus servo can still expect.
 const FLUSH: [u8; 210] = [0xFF; 210];
 /// Assumed rate of a line whose rate cannot be read.
 const BAUD: u32 = 1_000_000;
 /// Bits of a byte on the wire.
 const BITS: u32 = 10;
-/// Bytes of a packet beside its payload, in the longer protocol.
-const MORE_THAN_DATA: usize = 6;
-/// Twice the 4.74 ms that a servo waits in START, for each number of its id.
+/// Overhead of a packet in bytes, in the longer protocol.
+const OVERHEAD_BYTES: usize = 6;
+/// Timeout of a START slot, per unit of the id: twice the 4.74 ms of a servo.
 const START_SLOT: Duration = Duration::from_millis(10);
 /// Attempts at a request without a valid reply.
 const ATTEMPTS: usize = 3;
-/// Most chunks of old bytes that are discarded: a line may never be silent.
+/// Limit of discarded chunks of old bytes: a line may never be silent.
 const STALE_MAX: usize = 100;
 
 /// Reason for which there is no reply.
@@ -53,18 +53,18 @@ pub enum BusError {
     /// Error of the exchange on a working stream.
     #[error(transparent)]
     Diagnosis(#[from] Diagnosis),
-    /// There is no such packet.
+    /// No request exists for this access.
     #[error("no safe request asks for this")]
-    Unsayable,
+    NoRequest,
 }
 
 /// End of reception.
 #[derive(Clone, Copy, Debug)]
-enum Listen {
+enum ReceiveUntil {
     /// After this time.
-    For(Duration),
+    Timeout(Duration),
     /// After silence that follows a reply, or after this time.
-    UntilAnswered(Duration),
+    ReplyOrTimeout(Duration),
 }
 
 /// Master of a bus. There must be only one.
@@ -87,7 +87,7 @@ impl<L: Line> BusMaster<L> {
             patience,
             echoes: false,
         };
-        client.settle(FIRST_PATIENCE * patience)?;
+        client.detect_echo(FIRST_PATIENCE * patience)?;
         Ok(client)
     }
 
@@ -106,11 +106,11 @@ impl<L: Line> BusMaster<L> {
     /// # Errors
     /// If the stream fails, or does not support the rate.
     pub fn set_baud(&mut self, baud: u32) -> io::Result<bool> {
-        let is_followed = self.line.set_baud(baud)?;
-        if is_followed {
-            self.settle(self.patience)?;
+        let is_changed = self.line.set_baud(baud)?;
+        if is_changed {
+            self.detect_echo(self.patience)?;
         }
-        Ok(is_followed)
+        Ok(is_changed)
     }
 
     /// Sends a request once.
@@ -118,12 +118,13 @@ impl<L: Line> BusMaster<L> {
     /// # Errors
     /// If the stream fails, or the reply is missing or not valid.
     pub fn ask(&mut self, request: &Request) -> Result<Packet, BusError> {
-        let reply = MORE_THAN_DATA + request.reply_data;
-        let time = self.on_wire(request.bytes.len() + reply) + request.work + self.patience;
+        let reply = OVERHEAD_BYTES + request.reply_data;
+        let time =
+            self.on_wire(request.bytes.len() + reply) + request.execution_time + self.patience;
         let response = self.exchange(
             request.firmware,
             &request.bytes,
-            Listen::UntilAnswered(time),
+            ReceiveUntil::ReplyOrTimeout(time),
         )?;
         Ok(response.answer(request)?)
     }
@@ -132,7 +133,7 @@ impl<L: Line> BusMaster<L> {
     ///
     /// # Errors
     /// Like [`BusMaster::ask`], for the last attempt.
-    pub(crate) fn ask_patiently(&mut self, request: &Request) -> Result<Packet, BusError> {
+    pub(crate) fn request_with_retries(&mut self, request: &Request) -> Result<Packet, BusError> {
         for _ in 1..ATTEMPTS {
             match self.ask(request) {
                 Err(BusError::Diagnosis(diagnosis))
@@ -156,8 +157,8 @@ impl<L: Line> BusMaster<L> {
         loop {
             match self.ask(&request) {
                 Ok(packet) => return Ok(Some(packet.alarms)),
-                // Whatever its alarms, it is there. But every servo executes
-                // PING: only the board, in a loop, refuses one.
+                // The servo is present with any alarms. But every servo executes PING:
+                // only the board, in a loop, refuses one.
                 Err(BusError::Diagnosis(Diagnosis::Refused(Refusal::Alarms(alarms))))
                     if !alarms.contains(Alarms::INSTRUCTION) =>
                 {
@@ -179,7 +180,11 @@ impl<L: Line> BusMaster<L> {
     pub fn cycle(&mut self) -> io::Result<Vec<(u8, u16)>> {
         let request = morpheus::Request::Cycle.encode();
         let time = self.on_wire(FLUSH.len()) + self.patience;
-        let response = self.exchange(Firmware::Morpheus, &request, Listen::UntilAnswered(time))?;
+        let response = self.exchange(
+            Firmware::Morpheus,
+            &request,
+            ReceiveUntil::ReplyOrTimeout(time),
+        )?;
         let position = |packet: &Packet| {
             let counts = u16::from_be_bytes(packet.data.as_slice().try_into().ok()?);
             (counts <= 1023).then_some((packet.from, counts))
@@ -195,7 +200,7 @@ impl<L: Line> BusMaster<L> {
     pub fn start(&mut self, highest_id: u8) -> io::Result<()> {
         let request = morpheus::Request::Start.encode();
         let time = START_SLOT * u32::from(highest_id) + self.patience;
-        self.exchange(Firmware::Morpheus, &request, Listen::For(time))?;
+        self.exchange(Firmware::Morpheus, &request, ReceiveUntil::Timeout(time))?;
         Ok(())
     }
 
@@ -204,14 +209,14 @@ impl<L: Line> BusMaster<L> {
         &mut self,
         firmware: Firmware,
         request: &'a [u8],
-        listen: Listen,
+        end: ReceiveUntil,
     ) -> io::Result<Response<'a>> {
-        self.forget()?;
+        self.discard_input()?;
         let echo = if self.echoes { request } else { &[] };
         let mut response = Response::new(firmware, echo);
         let mut has_header = request.contains(&HEADER);
         self.line.send(request)?;
-        let (Listen::For(time) | Listen::UntilAnswered(time)) = listen;
+        let (ReceiveUntil::Timeout(time) | ReceiveUntil::ReplyOrTimeout(time)) = end;
         let sent_max = if self.echoes {
             ECHO_MAX
         } else {
@@ -233,11 +238,11 @@ impl<L: Line> BusMaster<L> {
             }
             let now = Instant::now();
             if !was_sent && response.is_echoed() {
-                // Only now it is sent: the servo's time begins.
+                // The request is sent now: the servo's time begins.
                 until = now + time;
             }
-            if matches!(listen, Listen::UntilAnswered(_)) && response.is_whole() {
-                until = until.min(now + LINGER + self.on_wire(1));
+            if matches!(end, ReceiveUntil::ReplyOrTimeout(_)) && response.has_complete_packet() {
+                until = until.min(now + SECOND_REPLY_TIME + self.on_wire(1));
             }
         }
         if !response.is_echoed() {
@@ -254,7 +259,7 @@ impl<L: Line> BusMaster<L> {
 
     /// Flushes, and detects whether the line echoes. One that has echoed always
     /// does.
-    fn settle(&mut self, patience: Duration) -> io::Result<()> {
+    fn detect_echo(&mut self, patience: Duration) -> io::Result<()> {
         let echoed = self.flush(patience)?;
         self.echoes |= echoed > FLUSH.len() / 2;
         Ok(())
@@ -262,7 +267,7 @@ impl<L: Line> BusMaster<L> {
 
     /// Flushes; returns the number of bytes that came back.
     fn flush(&mut self, patience: Duration) -> io::Result<usize> {
-        self.forget()?;
+        self.discard_input()?;
         self.line.send(&FLUSH)?;
         let deadline = Instant::now() + self.on_wire(FLUSH.len()) + patience;
         let mut echoed = 0;
@@ -279,7 +284,7 @@ impl<L: Line> BusMaster<L> {
     }
 
     /// Discards bytes received earlier.
-    fn forget(&mut self) -> io::Result<()> {
+    fn discard_input(&mut self) -> io::Result<()> {
         for _ in 0..STALE_MAX {
             if self.line.receive(Instant::now())?.is_empty() {
                 break;

@@ -4,7 +4,7 @@
 //! board's transparent port, such an adapter or a U2D2 itself, or the virtual
 //! servos of `armbridge serve servos`.
 //!
-//! | module            | what                                                     |
+//! | module            | contents                                                 |
 //! |-------------------|----------------------------------------------------------|
 //! | [`port`]          | a line by its name, opened                               |
 //! | [`serial_device`] | a serial device, opened exclusively at a rate            |
@@ -17,7 +17,7 @@
 //! | [`reading`]       | results of reading and writing a register                |
 //! | [`scan`]          | search for servos                                        |
 //!
-//! None of this is fast: it is for a bus on which no loop runs. Packets
+//! Accesses are slow, for a bus without a running control loop. Packets
 //! that block the receivers of Morpheus servos ([`armbridge_shared::servo::morpheus`]) are not
 //! sent; where a Protocol 1.0 packet could begin to look like one, the servos'
 //! receivers are flushed after it.

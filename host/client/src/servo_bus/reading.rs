@@ -81,8 +81,8 @@ pub enum ServoError {
         range: RangeInclusive<u16>,
     },
     /// The servo stored another value.
-    #[error("servo {id} was to keep {wanted} in {name}, but keeps {kept}")]
-    Kept {
+    #[error("servo {id} was to keep {wanted} in {name}, but keeps {stored}")]
+    StoredOther {
         /// Id of the servo.
         id: u8,
         /// The register's name.
@@ -90,7 +90,7 @@ pub enum ServoError {
         /// Written value.
         wanted: u16,
         /// Value read back.
-        kept: u16,
+        stored: u16,
     },
     /// A stock servo's EEPROM is closed.
     #[error("servo {id} does not take {name}: {why}")]
@@ -117,11 +117,14 @@ pub enum ServoError {
 impl ServoError {
     /// Whether the cause is the servo or the bus, rather than the
     /// port or the request.
-    pub fn is_of_the_servo(&self) -> bool {
+    pub fn is_servo_error(&self) -> bool {
         match self {
             Self::Bus { error, .. } => matches!(error, BusError::Diagnosis(_)),
-            Self::NotReadBack { error, .. } => error.is_of_the_servo(),
-            Self::TwoFirmwares(_) | Self::Mute(_) | Self::Kept { .. } | Self::Closed { .. } => true,
+            Self::NotReadBack { error, .. } => error.is_servo_error(),
+            Self::TwoFirmwares(_)
+            | Self::Mute(_)
+            | Self::StoredOther { .. }
+            | Self::Closed { .. } => true,
             Self::ReadOnly { .. } | Self::OtherCommand { .. } | Self::OutOfRange { .. } => false,
         }
     }

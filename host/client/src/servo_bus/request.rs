@@ -11,8 +11,8 @@ use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
 
 use crate::servo_table::{Register, Storage};
 
-/// Whether a servo may move when this is written. Writes that stop it do not
-/// count, so that they need no confirmation.
+/// Whether a servo may move after this write. Writes that stop it are excluded, so that
+/// they need no confirmation.
 pub fn moves(firmware: Firmware, register: &Register, value: u16) -> bool {
     let moving: &[&str] = match firmware {
         Firmware::Morpheus => &["position", "speed", "pwm"],
@@ -36,7 +36,7 @@ pub fn moves(firmware: Firmware, register: &Register, value: u16) -> bool {
 
 /// Morpheus command code that the board never sends.
 const WRITE: u8 = 0x03;
-/// The same.
+/// Morpheus command code that the board never sends.
 const RESET: u8 = 0x09;
 /// Time of an EEPROM byte in the servo, 8.5 ms, and of a Morpheus servo that restores
 /// all eleven, with a margin.
@@ -55,7 +55,7 @@ pub struct Request {
     /// Longest payload of the reply.
     pub reply_data: usize,
     /// Longest time until the reply.
-    pub work: Duration,
+    pub execution_time: Duration,
     /// Requested part of a Morpheus reply, if it is a reading.
     plan: Option<Plan>,
 }
@@ -99,12 +99,15 @@ impl Request {
                 },
             )?,
         };
-        let work = match register.storage {
+        let execution_time = match register.storage {
             Storage::Eeprom => EEPROM_BYTE * u32::from(register.size.bytes()),
             Storage::Ram => Duration::ZERO,
         };
         let request = Self::new(firmware, id, bytes, 1);
-        Some(Self { work, ..request })
+        Some(Self {
+            execution_time,
+            ..request
+        })
     }
 
     /// Restores the factory settings.
@@ -115,7 +118,7 @@ impl Request {
         };
         let request = Self::new(firmware, id, bytes, 1);
         Some(Self {
-            work: EEPROM_ALL,
+            execution_time: EEPROM_ALL,
             ..request
         })
     }
@@ -126,13 +129,13 @@ impl Request {
             id,
             bytes,
             reply_data,
-            work: Duration::ZERO,
+            execution_time: Duration::ZERO,
             plan: None,
         }
     }
 
-    /// The requested part of a reply's payload; `None` if it does not answer
-    /// this.
+    /// Requested part of a reply's payload; `None` if the payload does not match the
+    /// request.
     pub fn wanted<'a>(&self, payload: &'a [u8]) -> Option<&'a [u8]> {
         match &self.plan {
             Some(plan) => plan.wanted(payload),
@@ -175,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_asked_who_cannot_be_there() {
+    fn impossible_ids_have_no_request() {
         assert!(Request::ping(Firmware::Morpheus, 0).is_none());
         assert!(Request::ping(Firmware::Stock, 0).is_some());
         for firmware in Firmware::ALL {

@@ -69,7 +69,7 @@ impl<'a> Response<'a> {
     }
 
     /// Bytes of an incomplete packet.
-    fn begun(&self) -> usize {
+    fn partial_bytes(&self) -> usize {
         self.parser.bytes_held()
     }
 
@@ -79,14 +79,14 @@ impl<'a> Response<'a> {
     }
 
     /// Whether there is a packet, and no byte after it.
-    pub(super) fn is_whole(&self) -> bool {
-        !self.packets.is_empty() && self.begun() == 0
+    pub(super) fn has_complete_packet(&self) -> bool {
+        !self.packets.is_empty() && self.partial_bytes() == 0
     }
 
     /// The one reply to `request`, or the error.
     pub(super) fn answer(mut self, request: &Request) -> Result<Packet, Diagnosis> {
         let (Some(packet), true) = (self.packets.pop(), self.packets.is_empty()) else {
-            return Err(self.nothing());
+            return Err(self.missing_reply());
         };
         if packet.from != request.id {
             return Err(Diagnosis::WrongId {
@@ -108,17 +108,17 @@ impl<'a> Response<'a> {
                 data: wanted.to_vec(),
                 ..packet
             }),
-            None => Err(Diagnosis::Beside { id: packet.from }),
+            None => Err(Diagnosis::UnexpectedContent { id: packet.from }),
         }
     }
 
     /// Reason for which there is not exactly one packet.
-    pub(super) fn nothing(&self) -> Diagnosis {
+    pub(super) fn missing_reply(&self) -> Diagnosis {
         let bytes = self.bytes;
         match self.damaged {
             _ if !self.packets.is_empty() => Diagnosis::Several,
             Some(id) => Diagnosis::BadChecksum { id },
-            None if bytes > 0 && self.begun() == bytes => Diagnosis::Short { bytes },
+            None if bytes > 0 && self.partial_bytes() == bytes => Diagnosis::Short { bytes },
             None if bytes > 0 => Diagnosis::Garbage { bytes },
             None if self.echoed == 0 => Diagnosis::Silence,
             None if self.echo_is_damaged => Diagnosis::EchoDamaged,

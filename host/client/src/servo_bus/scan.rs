@@ -56,7 +56,7 @@ pub struct Details {
 /// An id with an invalid reply, or a servo that
 /// answers its ping and cannot be read.
 #[derive(Debug)]
-pub struct Trouble {
+pub struct ScanError {
     /// Its rate, where that can be set.
     pub baud: Option<u32>,
     /// Its id.
@@ -73,13 +73,13 @@ pub struct Report {
     /// Servos.
     pub found: Vec<Found>,
     /// Ids that may be servos.
-    pub troubles: Vec<Trouble>,
+    pub troubles: Vec<ScanError>,
     /// Whether the line echoes.
     pub echoes: bool,
 }
 
 impl Report {
-    /// Whether both firmwares are there, which the board refuses.
+    /// Whether servos of both firmwares were found, which the board refuses.
     pub fn is_mixed(&self) -> bool {
         let has = |firmware| self.found.iter().any(|found| found.firmware == firmware);
         Firmware::ALL.into_iter().all(has)
@@ -112,7 +112,7 @@ pub fn scan<L: Line>(
     let first = client.baud();
     let bauds: &[u32] = match first {
         Some(_) => &area.bauds,
-        // Whatever the result.
+        // The rate has no effect.
         None => &[0],
     };
     let mut report = Report::default();
@@ -132,7 +132,7 @@ pub fn scan<L: Line>(
                     baud,
                     id,
                 });
-                look(client, firmware, id, &mut report)?;
+                probe(client, firmware, id, &mut report)?;
                 done += 1;
             }
         }
@@ -146,15 +146,15 @@ pub fn scan<L: Line>(
 }
 
 /// Pings one id in one protocol.
-fn look<L: Line>(
+fn probe<L: Line>(
     client: &mut BusMaster<L>,
     firmware: Firmware,
     id: u8,
     report: &mut Report,
 ) -> io::Result<()> {
     let baud = client.baud();
-    let mut trouble = |diagnosis| {
-        report.troubles.push(Trouble {
+    let mut push_error = |diagnosis| {
+        report.troubles.push(ScanError {
             baud,
             id,
             firmware,
@@ -166,7 +166,7 @@ fn look<L: Line>(
         Ok(None) => return Ok(()),
         Err(BusError::Line(error)) => return Err(error),
         Err(error) => {
-            trouble(error.to_string());
+            push_error(error.to_string());
             return Ok(());
         }
     };
@@ -178,7 +178,7 @@ fn look<L: Line>(
             ..
         }) => return Err(error),
         Err(error) => {
-            trouble(error.to_string());
+            push_error(error.to_string());
             Details::default()
         }
     };
@@ -192,8 +192,8 @@ fn look<L: Line>(
     Ok(())
 }
 
-/// A stock servo is read as a whole: two of them with one id may answer PING
-/// like one, but hardly ever hold the same position.
+/// Information of a servo. A stock servo is read completely: two with one id may answer
+/// PING like one, but rarely have the same position.
 fn details<L: Line>(servo: &mut Servo<L>) -> Result<Details, ServoError> {
     let readings = match servo.firmware() {
         Firmware::Morpheus => {

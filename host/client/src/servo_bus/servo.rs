@@ -108,8 +108,8 @@ impl<'a, L: Line> Servo<'a, L> {
     /// If there is no valid reply.
     pub fn read_all(&mut self) -> Result<Vec<Reading>, ServoError> {
         let table = Table::for_firmware(self.firmware);
-        // Reach of one READ: first address and length. Between
-        // them is a Morpheus servo's position.
+        // Ranges of one READ each: first address and length. A Morpheus servo's position
+        // is between them.
         let spans: &[(u8, u8)] = match self.firmware {
             Firmware::Morpheus => &[(0x00, 11), (0x0C, 6)],
             Firmware::Stock => &[(0, table.size)],
@@ -163,7 +163,7 @@ impl<'a, L: Line> Servo<'a, L> {
             return Err(ServoError::OtherCommand { name, command });
         }
         let range = match (self.firmware, name) {
-            // It reads as any speed, but accepts no more than 10.
+            // Reads return any speed, but writes accept at most 10.
             (Firmware::Morpheus, "speed") => 0..=10,
             _ => register.range.clone(),
         };
@@ -205,7 +205,7 @@ impl<'a, L: Line> Servo<'a, L> {
 
     /// Sends a request that may have no reply.
     pub(super) fn send(&mut self, request: Option<Request>) -> Result<(), ServoError> {
-        let request = request.ok_or_else(|| self.failed(BusError::Unsayable))?;
+        let request = request.ok_or_else(|| self.failed(BusError::NoRequest))?;
         match self.client.ask(&request) {
             Err(BusError::Diagnosis(diagnosis)) if !matches!(diagnosis, Diagnosis::Refused(_)) => {
                 Ok(())
@@ -229,22 +229,22 @@ impl<'a, L: Line> Servo<'a, L> {
                 name,
                 error: error.into(),
             })?;
-        let (kept, taken) = match read.value {
-            Value::Known(kept) => (kept, Taken::ReadBack),
+        let (stored, taken) = match read.value {
+            Value::Known(stored) => (stored, Taken::ReadBack),
             Value::LowByte(low) => {
                 // The value if the high byte is the wanted one.
                 (wanted & 0xFF00 | u16::from(low), Taken::LowByteReadBack)
             }
         };
-        if kept == wanted {
+        if stored == wanted {
             return Ok(taken);
         }
         self.check_open(register)?;
-        Err(ServoError::Kept {
+        Err(ServoError::StoredOther {
             id,
             name,
             wanted,
-            kept,
+            stored,
         })
     }
 
@@ -264,7 +264,7 @@ impl<'a, L: Line> Servo<'a, L> {
         Ok(())
     }
 
-    /// Whether it is a Morpheus servo's position, which READ does not reach.
+    /// Whether it is a Morpheus servo's position, which READ cannot access.
     fn is_position(&self, register: &Register) -> bool {
         self.firmware == Firmware::Morpheus && register.name == "position"
     }
@@ -290,8 +290,8 @@ impl<'a, L: Line> Servo<'a, L> {
         Err(self.failed(Diagnosis::Silence.into()))
     }
 
-    /// Morpheus answers OK to a goal outside its margins, ignores it, and
-    /// forgets its PWM.
+    /// Checks a goal against the margins: Morpheus answers OK to a goal outside, ignores it,
+    /// and resets its PWM.
     fn check_margins(&mut self, register: &Register, goal: u16) -> Result<(), ServoError> {
         let margins = self.bytes(0x02, 2)?;
         let [upper, lower] = [0, 1].map(|i| margins.get(i).copied().unwrap_or_default());
@@ -308,10 +308,10 @@ impl<'a, L: Line> Servo<'a, L> {
 
     fn bytes(&mut self, address: u8, count: u8) -> Result<Vec<u8>, ServoError> {
         let request = Request::read(self.firmware, self.id, address, count);
-        let request = request.ok_or_else(|| self.failed(BusError::Unsayable))?;
-        match self.client.ask_patiently(&request) {
+        let request = request.ok_or_else(|| self.failed(BusError::NoRequest))?;
+        match self.client.request_with_retries(&request) {
             Ok(packet) if packet.data.len() == usize::from(count) => Ok(packet.data),
-            Ok(_) => Err(self.failed(Diagnosis::Beside { id: self.id }.into())),
+            Ok(_) => Err(self.failed(Diagnosis::UnexpectedContent { id: self.id }.into())),
             Err(BusError::Diagnosis(Diagnosis::Silence | Diagnosis::EchoOnly))
                 if self.firmware == Firmware::Stock && self.answers_ping() =>
             {
@@ -327,10 +327,10 @@ impl<'a, L: Line> Servo<'a, L> {
 
     fn reading(&self, register: &'static Register, bytes: &[u8], from: u8) -> Reading {
         let value = register.value_in(bytes, from).unwrap_or_default();
-        let is_cut = self.firmware == Firmware::Morpheus && register.name == "pwm";
+        let is_low_byte = self.firmware == Firmware::Morpheus && register.name == "pwm";
         Reading {
             register,
-            value: if is_cut {
+            value: if is_low_byte {
                 Value::LowByte(value as u8)
             } else {
                 Value::Known(value)

@@ -10,16 +10,16 @@ use crate::error::SessionError;
 use crate::status::BoardStatus;
 use crate::{Host, interrupt};
 
-/// Poll interval of the channel: short enough for a key press to act at once, for the eye.
-const LOOK_US: u64 = 10_000;
+/// Poll interval of the channel: short enough for key presses.
+const POLL_INTERVAL_US: u64 = 10_000;
 
-/// The host. It ends its session when all handles are dropped.
+/// Host with requests from a channel. It ends its session when all handles are dropped.
 #[derive(Debug)]
 pub struct ChannelHost {
     requests: Receiver<Request>,
     session: Session,
     shared: Arc<Shared>,
-    look_us: u64,
+    next_poll_us: u64,
 }
 
 /// The board's status, as of the latest bytes.
@@ -29,7 +29,7 @@ struct Shared {
     changed: Condvar,
 }
 
-/// The session has ended; [`drive`](crate::transport::drive) returned the reason.
+/// Error of a session that has ended; [`drive`](crate::transport::drive) returned the reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the session with the board has ended")]
 pub struct SessionEnded;
@@ -56,8 +56,8 @@ impl SessionHandle {
     }
 
     /// Waits until the status meets a condition; false after a timeout.
-    pub fn wait_for(&self, timeout: Duration, is_wanted: impl Fn(&BoardStatus) -> bool) -> bool {
-        let waiting = |status: &mut BoardStatus| !is_wanted(status);
+    pub fn wait_for(&self, timeout: Duration, is_met: impl Fn(&BoardStatus) -> bool) -> bool {
+        let waiting = |status: &mut BoardStatus| !is_met(status);
         let waited = self
             .shared
             .changed
@@ -81,7 +81,7 @@ impl ChannelHost {
             requests,
             session: Session::default(),
             shared: Arc::clone(&shared),
-            look_us: 0,
+            next_poll_us: 0,
         };
         let handle = SessionHandle {
             requests: sender,
@@ -97,7 +97,8 @@ impl ChannelHost {
         self.shared.changed.notify_all();
     }
 
-    fn look(&mut self, now_us: u64) {
+    /// Passes the requests of the channel to the session.
+    fn poll_requests(&mut self, now_us: u64) {
         if interrupt::is_raised() {
             self.session.request(now_us, Request::Leave);
         }
@@ -118,8 +119,8 @@ impl Host for ChannelHost {
     type Error = SessionError;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], SessionError> {
-        self.look(now_us);
-        self.look_us = now_us + LOOK_US;
+        self.poll_requests(now_us);
+        self.next_poll_us = now_us + POLL_INTERVAL_US;
         self.session.transmit(now_us)
     }
 
@@ -130,7 +131,7 @@ impl Host for ChannelHost {
     }
 
     fn wake_at_us(&self) -> u64 {
-        self.look_us.min(self.session.wake_at_us())
+        self.next_poll_us.min(self.session.wake_at_us())
     }
 
     fn is_done(&self) -> bool {

@@ -1,9 +1,9 @@
-//! The control link's protocol, seen from the host: hello, heartbeats, one command
-//! repeated until it is acknowledged, and the board's messages in order.
+//! Host side of the control link's protocol: hello, heartbeats, one command repeated until
+//! it is acknowledged, and the board's messages in order.
 //!
 //! A hello is repeated every 25 ms until the board answers it, and again after a reset of
-//! the board. A command is repeated as often, with a new sequence number each time; the
-//! acknowledgement of the last one counts. `Busy` counts as none.
+//! the board. A command is repeated at the same interval, with a new sequence number each
+//! time; the acknowledgement of the last one is valid. `Busy` is ignored.
 
 use armbridge_shared::link::frame::{Decoder, Encoder, FrameError, Received};
 use armbridge_shared::link::message::{Command, Hello, Refusal, ToBoard, ToHost};
@@ -53,7 +53,7 @@ pub struct CommandLink {
     /// Latest command, until it is acknowledged, and its last frame's number.
     pending: Option<(Command, Option<u16>)>,
     /// Messages to send once.
-    asides: Vec<ToBoard>,
+    one_shots: Vec<ToBoard>,
     next_us: u64,
     stats: LinkStats,
 }
@@ -65,23 +65,23 @@ impl CommandLink {
         self.next_us = 0;
     }
 
-    /// Sends this once, before anything else, without waiting for an acknowledgement.
+    /// Sends a message once, before all others, without waiting for an acknowledgement.
     pub fn send(&mut self, message: ToBoard) {
-        self.asides.push(message);
+        self.one_shots.push(message);
         self.next_us = 0;
     }
 
-    /// The connection broke: discards the command, and begins the next connection
-    /// with a hello.
+    /// Resets the link after the connection broke: discards the command, and begins the
+    /// next connection with a hello.
     pub fn disconnected(&mut self) {
         self.decoder = Decoder::default();
         self.is_greeted = false;
         self.pending = None;
-        self.asides.clear();
+        self.one_shots.clear();
         self.next_us = 0;
     }
 
-    /// A goodbye, on which the board disarms; nothing follows it.
+    /// Encodes a goodbye, on which the board disarms; no message follows it.
     pub fn goodbye(&mut self) -> &[u8] {
         self.disconnected();
         self.next_us = u64::MAX;
@@ -113,9 +113,9 @@ impl CommandLink {
             return &self.outgoing;
         }
         self.next_us = now_us + HEARTBEAT_US;
-        for aside in self.asides.drain(..) {
+        for one_shot in self.one_shots.drain(..) {
             self.outgoing
-                .extend_from_slice(self.encoder.encode(&aside).1);
+                .extend_from_slice(self.encoder.encode(&one_shot).1);
         }
         let message = match (self.is_greeted, &self.pending) {
             (false, _) => {
@@ -134,13 +134,13 @@ impl CommandLink {
         &self.outgoing
     }
 
-    /// When to call [`CommandLink::transmit`] again.
+    /// Latest time of the next call of [`CommandLink::transmit`].
     pub fn wake_at_us(&self) -> u64 {
         self.next_us
     }
 
-    /// Takes bytes from the board, up to the end of a message; the rest stays in `bytes`.
-    /// `None` once they are used up.
+    /// Decodes bytes from the board, up to the end of a message; the rest stays in `bytes`.
+    /// `None` at their end.
     pub fn receive(&mut self, bytes: &mut &[u8]) -> Option<BoardMessage> {
         while let Some((byte, rest)) = bytes.split_first() {
             *bytes = rest;

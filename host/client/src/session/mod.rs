@@ -10,7 +10,7 @@
 //!            BoardStatus        `------bytes----- board
 //! ```
 //!
-//! | module           | what                                                        |
+//! | module           | contents                                                    |
 //! |------------------|-------------------------------------------------------------|
 //! | [`command_link`] | hello, heartbeats, one command until it is acknowledged     |
 //! | [`channel_host`] | a host that takes its requests from a channel, on its own thread |
@@ -40,15 +40,15 @@ pub const HELLO_TIMEOUT_US: u64 = 3_000_000;
 pub const ANSWER_TIMEOUT_US: u64 = 2_000_000;
 /// Timeout of the servo search: bring-up takes 30 ms, at several rates longer.
 pub const SERVO_TIMEOUT_US: u64 = 3_000_000;
-/// Time for which an emergency stop is repeated until a fault is reported.
+/// Longest time for which an emergency stop is repeated; a reported fault ends it.
 const STOP_TIMEOUT_US: u64 = 1_000_000;
 /// Interval of these repetitions.
-const STOP_AGAIN_US: u64 = 20_000;
+const STOP_INTERVAL_US: u64 = 20_000;
 /// Timeout of the acknowledgement of disarming; the session
 /// ends without it.
 const LEAVE_TIMEOUT_US: u64 = 1_000_000;
-/// Longest queue of requests; more come from a program that does not read the
-/// replies.
+/// Capacity of the queue of requests; further ones, from a program that ignores the
+/// replies, are dropped.
 const QUEUE_MAX: usize = 64;
 /// Attempts to arm while the board counts up its sessions, one for each hello that it
 /// receives.
@@ -104,7 +104,7 @@ impl Session {
         self.answer.take()
     }
 
-    /// The board has answered our hello, with the schema of this program.
+    /// Whether the board has answered the hello, with the schema of this program.
     pub fn is_greeted(&self) -> bool {
         self.link.is_greeted()
     }
@@ -119,12 +119,12 @@ impl Session {
         self.link.stats()
     }
 
-    /// All requests are answered.
+    /// Whether all requests are answered.
     pub fn is_settled(&self) -> bool {
         self.queue.is_empty() && self.link.is_settled() && self.stopping.is_none()
     }
 
-    /// Queues a request. One that switches off drops all queued ones.
+    /// Queues a request. One that switches the motors off drops all queued ones.
     pub fn request(&mut self, now_us: u64, request: Request) {
         match request {
             Request::Stop => {
@@ -190,12 +190,12 @@ impl Session {
             let damaged = self.link.stats().damaged;
             return Err(SessionError::NoBoard { damaged });
         }
-        self.stop_again(now_us);
-        self.next();
+        self.repeat_stop(now_us);
+        self.start_next();
         Ok(self.link.transmit(now_us))
     }
 
-    fn stop_again(&mut self, now_us: u64) {
+    fn repeat_stop(&mut self, now_us: u64) {
         let Some((until_us, next_us)) = self.stopping else {
             return;
         };
@@ -203,7 +203,7 @@ impl Session {
             self.stopping = None;
         } else if now_us >= next_us {
             self.link.send(ToBoard::Stop);
-            self.stopping = Some((until_us, now_us + STOP_AGAIN_US));
+            self.stopping = Some((until_us, now_us + STOP_INTERVAL_US));
         }
     }
 
@@ -212,7 +212,7 @@ impl Session {
     }
 
     /// Starts the next request, if the one before is answered.
-    fn next(&mut self) {
+    fn start_next(&mut self) {
         if !self.can_send() {
             return;
         }
@@ -257,9 +257,9 @@ impl Session {
         wake_us.min(stop_us).min(leave_us)
     }
 
-    /// Takes bytes from the board, up to the end of a message, which is in the
-    /// [`status`](Session::status) then; the rest stays in `bytes`. `None` once they are
-    /// used up.
+    /// Decodes bytes from the board, up to the end of a message, which is in the
+    /// [`status`](Session::status) afterwards; the rest stays in `bytes`. `None` at their
+    /// end.
     ///
     /// # Errors
     /// If the board was built from other message types.
@@ -289,7 +289,7 @@ impl Session {
         Ok(())
     }
 
-    /// False if the message concerns only the session.
+    /// Processes a message. False if it concerns only the session.
     fn take(&mut self, now_us: u64, message: BoardMessage) -> Result<bool, SessionError> {
         match message {
             BoardMessage::OtherSchema(hello) => {
@@ -300,7 +300,7 @@ impl Session {
                 self.was_greeted = true;
                 self.status.take(&ToHost::Hello(hello));
             }
-            BoardMessage::Done => self.answered(Ok(())),
+            BoardMessage::Done => self.finish_request(Ok(())),
             BoardMessage::Refused(Refusal::OtherSession)
                 if (1..ARM_ATTEMPTS).contains(&self.arm_attempts) =>
             {
@@ -309,7 +309,7 @@ impl Session {
                     return Ok(false);
                 }
             }
-            BoardMessage::Refused(refusal) => self.answered(Err(refusal)),
+            BoardMessage::Refused(refusal) => self.finish_request(Err(refusal)),
             BoardMessage::Other(message) => {
                 let before = self.status.report;
                 self.status.take(&message);
@@ -318,7 +318,7 @@ impl Session {
                         if before.is_some_and(|before| before.is_before_reset(&report)) =>
                     {
                         // Intended for the board before its reset.
-                        self.forget(now_us);
+                        self.drop_requests(now_us);
                     }
                     ToHost::Record(record) if matches!(record.mode, Mode::Fault(_)) => {
                         self.stopping = None;
@@ -330,7 +330,7 @@ impl Session {
         Ok(true)
     }
 
-    fn answered(&mut self, answer: Result<(), Refusal>) {
+    fn finish_request(&mut self, answer: Result<(), Refusal>) {
         self.arm_attempts = 0;
         self.answer = Some(answer);
         if let Leaving::Disarming(_) = self.leaving {
@@ -338,8 +338,8 @@ impl Session {
         }
     }
 
-    /// Drops the requests; the end of a session goes on.
-    fn forget(&mut self, now_us: u64) {
+    /// Drops the requests; an ongoing end of the session continues.
+    fn drop_requests(&mut self, now_us: u64) {
         self.queue.clear();
         self.arm_attempts = 0;
         self.stopping = None;
@@ -348,7 +348,7 @@ impl Session {
         }
     }
 
-    /// The connection broke: requests and status are dropped.
+    /// Drops requests and status after the connection broke.
     pub fn disconnected(&mut self) {
         self.link.disconnected();
         self.waiting_since_us = None;
@@ -363,7 +363,7 @@ impl Session {
         };
     }
 
-    /// The session has ended.
+    /// Whether the session has ended.
     pub fn is_done(&self) -> bool {
         self.leaving == Leaving::Gone
     }

@@ -1,10 +1,10 @@
 //! Guard of a connection: sends a goodbye if the host does not.
 //!
-//! A host that panics, gives up, or is dropped half-way has not switched the motors
-//! off. So any end of a connection other than the host's own sends a hello and a
+//! A host that panics, returns an error, or is dropped during a run has not switched the
+//! motors off. So any end of a connection without the host's goodbye sends a hello and a
 //! goodbye: the hello, because its number makes the board accept the frames after it,
-//! and because it already disarms a board. If the bytes do not arrive either, the
-//! board finds its host silent, brakes after 0.1 s and switches off after 0.5 s.
+//! and because it already disarms a board. If the bytes do not arrive, the board detects
+//! the silence, brakes after 0.1 s and switches off after 0.5 s.
 
 use std::time::{Duration, Instant};
 
@@ -63,13 +63,13 @@ impl<'a> Connection<'a> {
         Ok(bytes)
     }
 
-    /// The host has sent its last message.
+    /// Marks that the host has sent its last message.
     pub(super) fn close(mut self) {
         self.is_goodbye_owed = false;
         self.linger();
     }
 
-    /// The connection belongs to another host.
+    /// Marks that the connection belongs to another host.
     pub(super) fn abandon(mut self) {
         self.is_goodbye_owed = false;
     }

@@ -1,6 +1,6 @@
 //! Links to a board over byte streams, by URI, and a host driven over one.
 //!
-//! | name                                 | what                                         |
+//! | name                                 | link                                         |
 //! |--------------------------------------|----------------------------------------------|
 //! | `usb:`, `usb:SERIAL`                 | the control pipes of a board's USB port      |
 //! | `serial:///dev/ttyACM0`, `serial:`   | a serial port; without a path, the board's by its USB identity |
@@ -12,7 +12,7 @@
 //! serial port and uses the one of the two that carries the link; for the servo bus
 //! ([`servo_bus`](crate::servo_bus)) the same name means the transparent port.
 //!
-//! | module         | what                                                       |
+//! | module         | contents                                                   |
 //! |----------------|------------------------------------------------------------|
 //! | [`uri`]        | URIs, parsed and printed                                   |
 //! | [`usb_discovery`] | a board's serial port by its USB identity               |
@@ -42,8 +42,8 @@ use std::time::Duration;
 use crate::endpoint::Endpoint;
 use crate::{Host, Tap};
 
-/// Sent to a second host of a board that is served on a socket, readable by a
-/// user of any program. The zero ends it as it ends a frame.
+/// Message to a second host of a board that is served on a socket, as readable text. The
+/// zero ends it like a frame.
 pub const IN_USE: &[u8] = b"armbridge: another host has this link\0";
 
 /// URI of a link.
@@ -92,7 +92,7 @@ pub enum LinkError<H> {
     /// simulated board. One sentence with the remedy.
     #[error(transparent)]
     Link(Box<dyn std::error::Error + Send + Sync>),
-    /// The host gave up.
+    /// Error of the host.
     #[error(transparent)]
     Host(H),
 }
@@ -101,9 +101,8 @@ pub enum LinkError<H> {
 /// [`Host::disconnected`]. The host is returned in any case.
 ///
 /// The host is asked for bytes every 20 ms at the latest, also while the link is broken;
-/// these bytes are dropped. If it gives up or panics, a goodbye is sent to the board, which
-/// disarms it; where even that is not possible, the board finds its host silent and acts
-/// by itself.
+/// these bytes are dropped. If it returns an error or panics, a goodbye is sent to the board, which
+/// disarms it; if that is not possible, the board detects the silence of its host.
 pub fn drive<H: Host>(
     uri: &LinkUri,
     options: LinkOptions,

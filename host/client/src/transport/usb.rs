@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_system_says_is_turned_into_what_to_do() {
+    fn system_errors_become_messages_with_a_remedy() {
         for (kind, words) in [
             (ErrorKind::PermissionDenied, "/etc/udev/rules.d"),
             (ErrorKind::Busy, "another host has the link"),

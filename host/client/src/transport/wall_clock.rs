@@ -1,7 +1,7 @@
 //! Host on a byte stream, in wall-clock time.
 //!
 //! One thread: it waits for bytes, at the longest until the host's next message or
-//! [`LONGEST`], and passes them on. The system's own buffers hold bytes that arrive while
+//! [`WAIT_MAX`], and passes them on. The system's own buffers hold bytes that arrive while
 //! the host is busy. A broken stream is reopened, repeatedly until
 //! patience ends; after [`Host::disconnected`] a host begins with a hello. The link is back
 //! when the first bytes of the board arrive.
@@ -18,11 +18,11 @@ use crate::servo_bus::Line;
 
 /// Longest wait for bytes: with the coarse timeouts of a socket (4 ms) and a busy
 /// machine, the host still sends every 20 ms.
-const LONGEST: Duration = Duration::from_millis(12);
-/// Shortest wait: a host that is late must not keep the processor busy.
-const SHORTEST: Duration = Duration::from_micros(100);
+const WAIT_MAX: Duration = Duration::from_millis(12);
+/// Shortest wait, so that a late host does not load the processor.
+const WAIT_MIN: Duration = Duration::from_micros(100);
 /// Interval of the attempts to reopen a broken link.
-const AGAIN: Duration = Duration::from_millis(250);
+const RETRY_INTERVAL: Duration = Duration::from_millis(250);
 
 /// Reason for the end of a connection.
 enum Ended<E> {
@@ -30,7 +30,7 @@ enum Ended<E> {
     Broken(io::Error),
     /// Another host has the link.
     InUse,
-    /// Our host gave up.
+    /// Error of our host.
     Host(E),
 }
 
@@ -46,47 +46,47 @@ pub(super) fn run<H: Host>(
     options: LinkOptions,
     mut host: H,
 ) -> (H, Result<(), LinkError<H::Error>>) {
-    let mut session = Session {
+    let mut driver = LinkDriver {
         uri,
         options,
         clock: Clock::start(),
         outage: None,
     };
-    let result = session.hold(&mut host);
+    let result = driver.run(&mut host);
     (host, result)
 }
 
-struct Session<'a> {
+struct LinkDriver<'a> {
     uri: &'a LinkUri,
     options: LinkOptions,
     clock: Clock,
     outage: Option<Outage>,
 }
 
-impl Session<'_> {
-    fn hold<H: Host>(&mut self, host: &mut H) -> Result<(), LinkError<H::Error>> {
+impl LinkDriver<'_> {
+    fn run<H: Host>(&mut self, host: &mut H) -> Result<(), LinkError<H::Error>> {
         let mut opener = Opener::new(self.uri);
         let mut line = opener.open();
         // Opening may have waited for another program.
         self.clock = Clock::start();
         loop {
             match line {
-                Err(error) => self.excuse(error)?,
+                Err(error) => self.check_retry(error)?,
                 Ok(line) => match self.serve(line, host) {
                     Ok(()) => return Ok(()),
                     Err(Ended::Host(error)) => return Err(LinkError::Host(error)),
                     Err(Ended::InUse) => {
-                        self.excuse(TransportError::InUse(self.uri.clone()))?;
+                        self.check_retry(TransportError::InUse(self.uri.clone()))?;
                     }
                     // Also where a peer accepts and closes at once, repeatedly.
                     Err(Ended::Broken(error)) => {
                         let error = TransportError::Broken(error);
-                        self.part(&error, host);
-                        self.excuse(error)?;
+                        self.disconnected(&error, host);
+                        self.check_retry(error)?;
                     }
                 },
             }
-            if self.idle(host).map_err(LinkError::Host)? {
+            if self.run_offline(host).map_err(LinkError::Host)? {
                 return Ok(());
             }
             line = opener.open();
@@ -94,7 +94,7 @@ impl Session<'_> {
     }
 
     /// Whether opening may be retried after this error.
-    fn excuse<E>(&self, error: TransportError) -> Result<(), LinkError<E>> {
+    fn check_retry<E>(&self, error: TransportError) -> Result<(), LinkError<E>> {
         let error = match &self.outage {
             None => error,
             Some(outage) if Instant::now() < outage.until => return Ok(()),
@@ -109,7 +109,7 @@ impl Session<'_> {
     }
 
     /// Notifies host and taps of the break, and the user of the first one.
-    fn part<H: Host>(&mut self, error: &TransportError, host: &mut H) {
+    fn disconnected<H: Host>(&mut self, error: &TransportError, host: &mut H) {
         let now_ns = self.clock.now_ns();
         for tap in &mut self.options.taps {
             tap.disconnected(now_ns);
@@ -133,11 +133,11 @@ impl Session<'_> {
     }
 
     /// Runs the host without a link until the next attempt; true if it is done.
-    fn idle<H: Host>(&self, host: &mut H) -> Result<bool, H::Error> {
-        let until = Instant::now() + AGAIN;
+    fn run_offline<H: Host>(&self, host: &mut H) -> Result<bool, H::Error> {
+        let until = Instant::now() + RETRY_INTERVAL;
         while Instant::now() < until && !host.is_done() {
             host.transmit(self.clock.now_us())?;
-            std::thread::sleep(LONGEST);
+            std::thread::sleep(WAIT_MAX);
         }
         Ok(host.is_done())
     }
@@ -157,7 +157,7 @@ impl Session<'_> {
             if host.is_done() {
                 break;
             }
-            let wait = clock.until(host.wake_at_us()).clamp(SHORTEST, LONGEST);
+            let wait = clock.until(host.wake_at_us()).clamp(WAIT_MIN, WAIT_MAX);
             let until = Instant::now() + wait;
             let bytes = connection.receive(until).map_err(Ended::Broken)?;
             if bytes.is_empty() {
