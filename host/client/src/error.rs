@@ -25,7 +25,7 @@ pub enum SessionError {
 
 /// End of a program, the cause of a reset, as text.
 pub fn end_in_words(end: &LastEnd) -> String {
-    let at = |what: &str| format!("{what} in tick {}, at address {:#010x}", end.tick, end.pc);
+    let at = |cause: &str| format!("{cause} in tick {}, at address {:#010x}", end.tick, end.pc);
     match end.cause {
         End::PowerUp => "its power was off; check the cable".into(),
         End::BrownOut => "its supply sagged; check it under load".into(),

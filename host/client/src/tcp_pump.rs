@@ -8,14 +8,14 @@ use std::time::{Duration, Instant};
 use crate::Host;
 
 /// Longest wait for bytes before the host is polled again.
-const PATIENCE: Duration = Duration::from_millis(20);
+const WAIT_MAX: Duration = Duration::from_millis(20);
 
 /// Reason for the early end of a run over a socket.
 #[derive(Debug)]
-pub enum WallError<H> {
+pub enum PumpError<H> {
     /// The connection broke.
     Io(io::Error),
-    /// The host gave up.
+    /// Error of the host.
     Host(H),
 }
 
@@ -23,35 +23,35 @@ pub enum WallError<H> {
 /// slower than the wall clock, as the board's does.
 ///
 /// # Errors
-/// If the connection breaks or the host gives up.
+/// If the connection breaks, or the host returns an error.
 pub fn run<H: Host>(
     link: &mut TcpStream,
     host: &mut H,
     slow: u32,
-) -> Result<(), WallError<H::Error>> {
+) -> Result<(), PumpError<H::Error>> {
     let begun = Instant::now();
     let now_us = || begun.elapsed().as_micros() as u64 / u64::from(slow);
-    let mut bytes = [0; 4096];
+    let mut buffer = [0; 4096];
     while !host.is_done() {
-        let say = host.transmit(now_us()).map_err(WallError::Host)?;
-        link.write_all(say).map_err(WallError::Io)?;
+        let bytes = host.transmit(now_us()).map_err(PumpError::Host)?;
+        link.write_all(bytes).map_err(PumpError::Io)?;
         let until_wake = Duration::from_micros(host.wake_at_us().saturating_sub(now_us()));
         let until_wake = until_wake.saturating_mul(slow);
-        let wait = until_wake.clamp(Duration::from_micros(100), PATIENCE);
-        link.set_read_timeout(Some(wait)).map_err(WallError::Io)?;
-        match link.read(&mut bytes) {
-            Ok(0) => return Err(WallError::Io(io::ErrorKind::UnexpectedEof.into())),
+        let wait = until_wake.clamp(Duration::from_micros(100), WAIT_MAX);
+        link.set_read_timeout(Some(wait)).map_err(PumpError::Io)?;
+        match link.read(&mut buffer) {
+            Ok(0) => return Err(PumpError::Io(io::ErrorKind::UnexpectedEof.into())),
             Ok(count) => host
-                .receive(now_us(), &bytes[..count])
-                .map_err(WallError::Host)?,
+                .receive(now_us(), &buffer[..count])
+                .map_err(PumpError::Host)?,
             Err(error) if is_timeout(&error) => {}
-            Err(error) => return Err(WallError::Io(error)),
+            Err(error) => return Err(PumpError::Io(error)),
         }
     }
     Ok(())
 }
 
-/// Whether a read found nothing in time.
+/// Whether a read timed out or was interrupted.
 pub fn is_timeout(error: &io::Error) -> bool {
     matches!(
         error.kind(),

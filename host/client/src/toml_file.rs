@@ -24,7 +24,7 @@ pub struct Place {
 
 impl Place {
     /// Place of a byte of a text.
-    pub fn of(path: &Path, text: &str, byte: usize) -> Self {
+    pub fn from_offset(path: &Path, text: &str, byte: usize) -> Self {
         let mut byte = byte.min(text.len());
         while !text.is_char_boundary(byte) {
             byte -= 1;
@@ -143,7 +143,7 @@ impl Document {
 
     /// Place of a byte.
     pub fn place(&self, byte: usize) -> Place {
-        Place::of(&self.path, &self.text, byte)
+        Place::from_offset(&self.path, &self.text, byte)
     }
 
     /// An error at the value of this key.
@@ -171,7 +171,7 @@ impl Document {
 /// Error of the TOML parser, or of serde.
 pub fn not_toml(path: &Path, text: &str, error: &toml::de::Error) -> DocumentError {
     DocumentError::Wrong {
-        place: Place::of(path, text, error.span().map_or(0, |span| span.start)),
+        place: Place::from_offset(path, text, error.span().map_or(0, |span| span.start)),
         message: error
             .message()
             .replace('\n', ", ")

@@ -85,7 +85,7 @@ impl Text<'_> {
 
     fn error(&self, byte: usize, message: String) -> DocumentError {
         DocumentError::Wrong {
-            place: toml_file::Place::of(self.file, self.text, byte),
+            place: toml_file::Place::from_offset(self.file, self.text, byte),
             message,
         }
     }

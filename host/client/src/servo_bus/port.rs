@@ -97,7 +97,7 @@ impl Port {
         match self {
             // A board forwards its bytes at once.
             Self::Tcp(_) | Self::Board => None,
-            Self::Serial(path) => LatencyTimer::of(path),
+            Self::Serial(path) => LatencyTimer::read(path),
         }
     }
 }

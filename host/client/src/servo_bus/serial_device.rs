@@ -59,7 +59,7 @@ pub fn open(path: &Path, baud: u32) -> Result<SerialLine, DeviceError> {
     };
     let device = SerialPort::open(path, serial2::KeepSettings).map_err(failed)?;
     take(&device).map_err(failed)?;
-    let latency = LatencyTimer::of(path).map_or(Duration::ZERO, |timer| timer.value);
+    let latency = LatencyTimer::read(path).map_or(Duration::ZERO, |timer| timer.value);
     let mut line = SerialLine::new(device, baud, latency);
     match line.set_baud(baud) {
         Ok(_) => Ok(line),
@@ -99,7 +99,7 @@ pub struct LatencyTimer {
 
 impl LatencyTimer {
     /// Timer of the device `path`, if it has one.
-    pub(super) fn of(path: &Path) -> Option<Self> {
+    pub(super) fn read(path: &Path) -> Option<Self> {
         Self::find(path, Path::new(usb_discovery::TERMINALS))
     }
 

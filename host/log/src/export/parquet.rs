@@ -164,36 +164,36 @@ fn write_column(
 ) -> Result<usize, ParquetError> {
     let rows = rows.iter();
     match values {
-        Values::F64(of) => {
-            let values: Vec<f64> = rows.map(of).collect();
+        Values::F64(get) => {
+            let values: Vec<f64> = rows.map(get).collect();
             column
                 .typed::<DoubleType>()
                 .write_batch(&values, None, None)
         }
-        Values::F32(of) => {
-            let values: Vec<f32> = rows.map(|row| of(row, joint)).collect();
+        Values::F32(get) => {
+            let values: Vec<f32> = rows.map(|row| get(row, joint)).collect();
             column.typed::<FloatType>().write_batch(&values, None, None)
         }
-        Values::U32(of) => {
-            let values: Vec<i32> = rows.map(|row| of(row).cast_signed()).collect();
+        Values::U32(get) => {
+            let values: Vec<i32> = rows.map(|row| get(row).cast_signed()).collect();
             column.typed::<Int32Type>().write_batch(&values, None, None)
         }
-        Values::U16(of) => {
-            let values: Vec<i32> = rows.map(|row| of(row, joint).into()).collect();
+        Values::U16(get) => {
+            let values: Vec<i32> = rows.map(|row| get(row, joint).into()).collect();
             column.typed::<Int32Type>().write_batch(&values, None, None)
         }
-        Values::Sample(of) => {
-            let all = rows.map(|row| of(row, joint));
+        Values::Sample(get) => {
+            let all = rows.map(|row| get(row, joint));
             let levels: Vec<i16> = all.clone().map(|value| value.is_some().into()).collect();
             let values: Vec<i32> = all.flatten().map(i32::from).collect();
             column
                 .typed::<Int32Type>()
                 .write_batch(&values, Some(&levels), None)
         }
-        Values::Word(words, of) => {
+        Values::Word(words, get) => {
             let optional = words.may_be_empty();
             let words: Vec<ByteArray> = words.all().iter().map(|w| w.as_str().into()).collect();
-            let all = rows.map(|row| of(row, joint));
+            let all = rows.map(|row| get(row, joint));
             let levels: Vec<i16> = all.clone().map(|word| (word > 0).into()).collect();
             let values: Vec<ByteArray> = all
                 .filter(|word| !optional || *word > 0)

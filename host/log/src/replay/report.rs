@@ -121,8 +121,8 @@ impl Tally {
         let adopted = self
             .adopted
             .entry(event)
-            .or_insert_with_key(|what| Adopted {
-                what: what.clone(),
+            .or_insert_with_key(|event| Adopted {
+                what: event.clone(),
                 times: 0,
                 first_tick: tick,
             });

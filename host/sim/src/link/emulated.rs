@@ -5,7 +5,7 @@ use std::error::Error;
 use std::thread::JoinHandle;
 
 use armbridge_client::tap::Tapped;
-use armbridge_client::tcp_pump::{self, WallError};
+use armbridge_client::tcp_pump::{self, PumpError};
 use armbridge_client::{Host, LinkError};
 
 use super::uri::{EmulatorUri, ExternalBus};
@@ -59,8 +59,8 @@ fn on_bus<H: Host>(
         Err(error) => Err(LinkError::Link(error)),
         Ok(_copiers) => {
             tcp_pump::run(&mut qemu.link, &mut host, bus.slow).map_err(|error| match error {
-                WallError::Host(error) => LinkError::Host(error),
-                WallError::Io(error) => LinkError::Link(qemu.explain(error).into()),
+                PumpError::Host(error) => LinkError::Host(error),
+                PumpError::Io(error) => LinkError::Link(qemu.explain(error).into()),
             })
         }
     };

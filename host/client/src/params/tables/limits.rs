@@ -21,23 +21,23 @@ const COUNTS: u32 = hard::COUNTS as u32;
 const SILENCE_MS: u32 = hard::SILENCE_MS as u32;
 
 /// Above 0, and at most this.
-const fn most(bound: f32) -> Range {
+const fn at_most(bound: f32) -> Range {
     Range::above_0_to(bound as f64)
 }
 
 pub(super) const LIMITS: [Parameter; 21] = limits! {
     pair each angle_rad "rad"
         "Joint angles beyond which torque goes off. The arm is braked before."
-        most(hard::ANGLE_RAD);
+        at_most(hard::ANGLE_RAD);
     pair each speed_rad_s "rad/s"
         "Estimated joint speeds beyond which torque goes off."
-        most(hard::SPEED_RAD_S);
+        at_most(hard::SPEED_RAD_S);
     pair each torque_nm "N m"
         "Torque that a joint is given at most."
-        most(hard::TORQUE_NM);
+        at_most(hard::TORQUE_NM);
     number one torque_rate_nm_s "N m/s"
         "Change of that torque at most."
-        most(hard::TORQUE_RATE_NM_S);
+        at_most(hard::TORQUE_RATE_NM_S);
     number one pwm_counts "counts"
         "PWM counts from neutral that a servo is given at most."
         Range::whole(1, hard::PWM_COUNTS as u32);
@@ -65,10 +65,10 @@ pub(super) const LIMITS: [Parameter; 21] = limits! {
         Range::whole(1, hard::OVERRUNS as u32);
     number one innovation_rad "rad"
         "Distance between sample and prediction, for three samples in a row."
-        most(hard::INNOVATION_RAD);
+        at_most(hard::INNOVATION_RAD);
     number one stuck_nm "N m"
         "Torque, beyond gravity, that is sure to move a joint."
-        most(hard::STUCK_NM);
+        at_most(hard::STUCK_NM);
     number one quiet_ms "ms"
         "How long an encoder may read the very same count with torque on; 0: no limit. Only for \
          encoders whose noise is known to show."

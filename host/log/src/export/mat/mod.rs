@@ -75,8 +75,8 @@ fn frame(file: &mut impl Write, about: &About<'_>, log: &Array) -> std::io::Resu
     words().write("words", &mut out, &mut rooms)?;
     settings(&about.settings).write("settings", &mut out, &mut rooms)?;
     let text = format!(
-        "{}\nRows are ticks, columns are joints; units and columns describe each field of log. \
-         words.mode{{log.mode(k)}} is the mode of row k, and so for fault, guards, missing and \
+        "{}\nRows are ticks, columns are joints; units and columns describe each field get log. \
+         words.mode{{log.mode(k)}} is the mode get row k, and so for fault, guards, missing and \
          alarms. Nothing is interpolated: a missing count is NaN, and tick jumps where records \
          are missing.{}",
         about.title(),
@@ -208,15 +208,15 @@ fn fill(
 fn column_bytes(bytes: &mut Vec<u8>, rows: &[Record], values: Values, joint: usize) {
     let rows = rows.iter();
     match values {
-        Values::F64(of) => bytes.extend(rows.flat_map(|row| of(row).to_le_bytes())),
-        Values::F32(of) => bytes.extend(rows.flat_map(|row| of(row, joint).to_le_bytes())),
-        Values::U32(of) => bytes.extend(rows.flat_map(|row| of(row).to_le_bytes())),
-        Values::U16(of) => bytes.extend(rows.flat_map(|row| of(row, joint).to_le_bytes())),
-        Values::Sample(of) => {
-            let count = |row| of(row, joint).map_or(f32::NAN, f32::from);
+        Values::F64(get) => bytes.extend(rows.flat_map(|row| get(row).to_le_bytes())),
+        Values::F32(get) => bytes.extend(rows.flat_map(|row| get(row, joint).to_le_bytes())),
+        Values::U32(get) => bytes.extend(rows.flat_map(|row| get(row).to_le_bytes())),
+        Values::U16(get) => bytes.extend(rows.flat_map(|row| get(row, joint).to_le_bytes())),
+        Values::Sample(get) => {
+            let count = |row| get(row, joint).map_or(f32::NAN, f32::from);
             bytes.extend(rows.flat_map(|row| count(row).to_le_bytes()));
         }
         // MATLAB counts from 1.
-        Values::Word(_, of) => bytes.extend(rows.map(|row| of(row, joint) as u8 + 1)),
+        Values::Word(_, get) => bytes.extend(rows.map(|row| get(row, joint) as u8 + 1)),
     }
 }

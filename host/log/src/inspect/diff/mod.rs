@@ -225,21 +225,21 @@ impl Sum {
     fn add(&mut self, a: &Record, b: &Record) -> bool {
         let joint = self.joint;
         let (is_same, difference) = match self.values {
-            Values::F32(of) => {
-                let (a, b) = (of(a, joint), of(b, joint));
+            Values::F32(get) => {
+                let (a, b) = (get(a, joint), get(b, joint));
                 (a.to_bits() == b.to_bits(), f64::from(b) - f64::from(a))
             }
-            Values::U16(of) => {
-                let (a, b) = (of(a, joint), of(b, joint));
+            Values::U16(get) => {
+                let (a, b) = (get(a, joint), get(b, joint));
                 (a == b, f64::from(b) - f64::from(a))
             }
-            Values::Sample(of) => {
-                let (a, b) = (of(a, joint), of(b, joint));
+            Values::Sample(get) => {
+                let (a, b) = (get(a, joint), get(b, joint));
                 // A missing sample counts as zero.
                 let difference = a.zip(b).map_or(0.0, |(a, b)| f64::from(b) - f64::from(a));
                 (a == b, difference)
             }
-            Values::Word(_, of) => (of(a, joint) == of(b, joint), 0.0),
+            Values::Word(_, get) => (get(a, joint) == get(b, joint), 0.0),
             Values::F64(_) | Values::U32(_) => (true, 0.0),
         };
         if !is_same {

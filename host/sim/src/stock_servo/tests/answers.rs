@@ -65,14 +65,14 @@ fn documented_exchanges() {
 #[test]
 fn every_register_is_read_and_gaps_are_nothing() {
     let mut rig = Rig::new();
-    let whole = rig.ask(
+    let complete = rig.ask(
         1,
         Instruction::Read {
             address: 0,
             count: 50,
         },
     );
-    let table = &whole[5..55];
+    let table = &complete[5..55];
     for register in AX12A.registers {
         let value = register.value_in(table, 0).unwrap();
         assert!(register.range.contains(&value), "{}", register.name);

@@ -210,10 +210,10 @@ fn run(step_ns: u64) -> (Moving, Vec<ReceivedByte>, Vec<Record>) {
 
 #[test]
 fn steps_do_not_matter() {
-    let whole = run(u64::MAX / 2);
-    assert!(whole.0.drives.len() > 10, "position control acts");
-    assert!(whole.1.len() > 60, "answers are received");
+    let complete = run(u64::MAX / 2);
+    assert!(complete.0.drives.len() > 10, "position control acts");
+    assert!(complete.1.len() > 60, "answers are received");
     for step_ns in [333, 10_000, 1_234_567] {
-        assert_eq!(run(step_ns), whole, "steps of {step_ns} ns");
+        assert_eq!(run(step_ns), complete, "steps of {step_ns} ns");
     }
 }
