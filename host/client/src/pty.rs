@@ -36,7 +36,7 @@ pub struct Pty {
 }
 
 impl Pty {
-    /// Opens a new one: no echo, no line editing, every byte as it is.
+    /// Opens a new pseudo-terminal in raw mode: no echo, no line editing, unchanged bytes.
     ///
     /// # Errors
     /// If the system has none available.

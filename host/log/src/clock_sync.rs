@@ -197,7 +197,7 @@ mod tests {
     /// 2026, in ns since 1970: where a double has a resolution of 256 ns.
     const EPOCH_NS: u64 = 1_795_000_000_000_000_000;
 
-    /// Ticks of 1 ms whose frames take 200 µs, mostly up to 1 ms more, now and then
+    /// Ticks of 1 ms whose frames take 200 µs, mostly up to 1 ms more, occasionally
     /// 80 ms; the host's clock drifts.
     fn received(ticks: u64, ppm: f64) -> impl Iterator<Item = (u64, u64)> {
         let mut seed = 1u64;

@@ -25,7 +25,7 @@ struct Column {
     words: Vec<String>,
 }
 
-/// A field as it is written.
+/// A field of a row.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Field<'a> {
@@ -116,7 +116,7 @@ impl CsvWriter {
         })
     }
 
-    /// Writes what is buffered and closes the file.
+    /// Flushes the buffer and closes the file.
     ///
     /// # Errors
     /// When the file cannot be written.

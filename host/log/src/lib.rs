@@ -7,7 +7,7 @@
 //!                               plot, export, replay <--events-- recording <------'
 //! ```
 //!
-//! | module             | what                                                     |
+//! | module             | contents                                                 |
 //! |--------------------|----------------------------------------------------------|
 //! | [`recorder`]       | writes a log during the run                              |
 //! | [`recording`]      | reads a log back, up to its first damage                 |

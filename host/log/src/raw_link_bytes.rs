@@ -119,7 +119,7 @@ fn split(framed: &[u8]) -> Option<(Piece<'_>, &[u8])> {
 pub(super) fn decode(decoder: &mut LinkDecoder, piece: Piece<'_>, mut on_event: impl FnMut(Event)) {
     match piece.kind {
         PieceKind::Bytes(direction) => {
-            decoder.take(direction, piece.host_ns, piece.bytes, on_event)
+            decoder.take(direction, piece.host_ns, piece.bytes, on_event);
         }
         PieceKind::Disconnected => {
             // A partial frame does not continue on the next connection.

@@ -195,7 +195,7 @@ impl Reader {
                 }
                 Next::Record(_) => {}
                 Next::End => {
-                    self.end_with("was not closed: its program was killed, or power failed")
+                    self.end_with("was not closed: its program was killed, or power failed");
                 }
                 Next::Cut(Some(op::CHUNK)) => {
                     let at = self.chunks + 1;

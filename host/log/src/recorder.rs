@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_disk_is_named_and_what_was_written_is_read() {
+    fn a_full_disk_is_reported_and_written_data_can_be_read() {
         let (path, recorder) = record("full", 3_000_000, false, Queue::new(true, 1 << 20));
         let error = recorder.finish().unwrap_err().to_string();
         assert!(error.contains("the disk is full: make room"), "{error}");
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_disk_holds_up_nobody_and_is_named() {
+    fn a_slow_disk_does_not_block_the_link_and_is_reported() {
         // Waiting for it would never end.
         let (path, recorder) = record("slow", usize::MAX, true, Queue::new(false, 200_000));
         let report = recorder.finish().unwrap();

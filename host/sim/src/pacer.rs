@@ -1,7 +1,7 @@
 //! Pacer: keeps virtual time from running ahead of the wall clock.
 //!
 //! Virtual time is computed faster than it passes: 70 times by the bench, several times by
-//! the emulator. A user in real time waits now and then for the wall clock. On a busy
+//! the emulator. In real time its user waits for the wall clock. On a busy
 //! machine virtual time falls behind, and catches up as fast as it can be computed. A lag
 //! beyond [`LAG_MAX`], after a suspension for example, is subtracted from the wall clock.
 //! Simulation results do not depend on any of that.

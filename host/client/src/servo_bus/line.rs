@@ -17,7 +17,7 @@ pub trait Line {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
 
     /// Received bytes, as soon as there is one; empty if none arrives until then, or
-    /// the wait is interrupted. A time in the past returns what is buffered.
+    /// the wait is interrupted. A time in the past returns the buffered bytes.
     ///
     /// # Errors
     /// If the stream is broken.

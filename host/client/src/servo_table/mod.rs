@@ -260,7 +260,7 @@ mod tests {
         }
     }
 
-    /// Registers as the board knows them.
+    /// Registers in the board's form.
     #[test]
     fn addresses_and_sizes_are_the_boards() {
         for firmware in Firmware::ALL {

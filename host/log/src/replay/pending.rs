@@ -66,7 +66,7 @@ impl PendingMessages {
         self.0.clear();
     }
 
-    /// Whether a host that sent a goodbye says hello again within the tick of this record.
+    /// Whether a host that sent a goodbye sends a hello within the tick of this record.
     pub(super) fn has_goodbye(&self, record: &Record) -> bool {
         self.0.iter().any(|message| {
             let is_due_here = belongs(message, Place::Within(record)) == Some(true);

@@ -12,9 +12,9 @@
 //! | log              | semihosting console, a socket       | semihosting console, a socket |
 //!
 //! In lockstep the firmware's drivers of those UARTs are bypassed, because QEMU needs
-//! longer for a tick's bytes than the tick has; everything above them, the port of
-//! the bus master with its buffers and its pace included, is what runs in wall-clock
-//! time and on the board.
+//! longer for a tick's bytes than the tick has; everything above them, including the
+//! port of the bus master with its buffers and its pace, is the code that runs in
+//! wall-clock time and on the board.
 //!
 //! | module     | contents                                                |
 //! |------------|---------------------------------------------------------|

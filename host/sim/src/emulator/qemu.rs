@@ -248,8 +248,8 @@ fn arguments(options: &QemuOptions) -> Vec<String> {
         options.image.display().to_string(),
     ];
     if options.icount {
-        // 8 ns an instruction: 125 MIPS, about what the board's 168 MHz core
-        // does. Without `sleep` an idle core jumps to its next alarm.
+        // 8 ns an instruction: 125 MIPS, about the speed of the board's 168 MHz
+        // core. Without `sleep` an idle core jumps to its next alarm.
         let sleep = match options.time {
             Time::Lockstep => "off",
             Time::Slow(_) => "on",

@@ -193,7 +193,7 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
         match self.fault {
             None => {
                 outcome.is_fault_expected =
-                    !injections.iter().any(|i| is(FaultExpectation::Required, i))
+                    !injections.iter().any(|i| is(FaultExpectation::Required, i));
             }
             Some((fault, at_us)) => {
                 let is_expected = |i: &Injection| {
@@ -337,7 +337,7 @@ mod tests {
             ..case_of(Kind::StopHost, false)
         };
         let ignored = checked(&stop, &stop, |fixture| {
-            fixture.driver().inject(HostFault::Silent)
+            fixture.driver().inject(HostFault::Silent);
         });
         assert_eq!((ignored.fault, ignored.is_fault_expected), (None, false));
     }

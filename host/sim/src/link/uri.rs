@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_say_what_is_possible() {
+    fn errors_list_the_valid_forms() {
         for (name, words) in [
             ("", "expected usb:"),
             ("sym:", "emulate:IMAGE"),

@@ -1,7 +1,7 @@
 //! Random arms, for tests of identification.
 //!
-//! Each number that identification estimates is drawn by itself, for each joint and
-//! each direction: the joints are independent. The result follows from the seed alone.
+//! Each number that identification estimates is drawn independently, for each joint and
+//! each direction. The result depends only on the seed.
 
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::{Direction, Joint};
@@ -123,7 +123,7 @@ mod tests {
     const SPREAD: f64 = 0.4;
     const SEEDS: u64 = 500;
 
-    /// Each number over its nominal one; what is rounded may be off by half a count.
+    /// Ratio of each number to its nominal one; rounded ones may be off by half a count.
     fn factors(config: &PlantConfig) -> Vec<f64> {
         let nominal = PlantConfig::default();
         let (arm, nominal_arm) = (config.arm, nominal.arm);

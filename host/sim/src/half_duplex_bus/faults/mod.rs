@@ -5,7 +5,7 @@
 //! | [`ByteFault`]      | the servos, or the master                             |
 //! | [`Wire::hold_low`] | all: one byte of zeros with a wrong stop bit, then nothing |
 //! | [`Wire::hold_high`]| all: nothing is received                              |
-//! | [`Wire::echo`]     | the master: it receives what it sends                 |
+//! | [`Wire::echo`]     | the master: it receives its own bytes                 |
 //! | [`Wire::mute`]     | the servo: it executes, but does not reply            |
 //! | [`Wire::deafen`]   | the servo: it receives nothing, and keeps its command |
 

@@ -169,7 +169,7 @@ fn to_all_only_pings_are_answered() {
 }
 
 #[test]
-fn return_level_says_what_is_answered() {
+fn return_level_selects_the_instructions_with_a_reply() {
     for (level, reply_level) in [
         (0, [true, false, false]),
         (1, [true, true, false]),

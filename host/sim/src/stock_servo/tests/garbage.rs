@@ -43,7 +43,7 @@ impl Random {
         Uniform::new(0, end).map_or(0, |range| range.sample(&mut self.0))
     }
 
-    /// Bytes rich in headers, or an instruction with anything in it, now and then
+    /// Bytes rich in headers, or an instruction with random contents, occasionally
     /// damaged.
     fn stream(&mut self, id: u8) -> Vec<u8> {
         if self.below(4) == 0 {

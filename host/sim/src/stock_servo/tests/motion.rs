@@ -121,7 +121,7 @@ fn overload_takes_the_torque_until_it_is_given_again() {
 }
 
 #[test]
-fn an_alarm_outside_the_shutdown_mask_is_only_said() {
+fn an_alarm_outside_the_shutdown_mask_is_only_reported() {
     let mut rig = Rig::new();
     rig.set(2, at::SHUTDOWN, &[Alarms::INPUT_VOLTAGE.bits()]);
     rig.wait(20_000);
