@@ -50,7 +50,7 @@ const TABLE: [Expected; 19] = rows! {
     Kind::Bytes(BusDirection::ToMaster, _) => [SamplesLost, SamplesRare, ServoSilent]
         "replies are damaged or lost";
     Kind::EchoOn | Kind::EchoOff => [SamplesLost, SamplesRare, ServoSilent]
-        "the master coin separates its echo from the replies or loses samples";
+        "the master either separates its echo from the replies or loses samples";
     Kind::LineLow | Kind::LineHigh => [SamplesLost, ServoSilent]
         "no servo replies; a stuck line and servos without power look alike";
     Kind::ServoReset => [ServoReset]

@@ -62,15 +62,15 @@ fn joint_mode_holds_a_position_against_gravity() {
     assert_eq!(rig.register(0, "torque_enable"), 1);
     assert_eq!(rig.register(0, "moving"), 1);
     rig.wait(3 * SECOND_US);
-    let deferred_action = rig.angles();
+    let earlier = rig.angles();
     rig.wait(SECOND_US);
     let now = rig.angles();
     for (joint, goal_rad) in [(0, 0.307), (1, -0.256)] {
         // Compliance gives way by a few degrees, and friction holds it there.
         assert!((now[joint] - goal_rad).abs() < 0.06, "{now:?}");
         assert!(
-            (now[joint] - deferred_action[joint]).abs() < 0.02,
-            "{deferred_action:?} {now:?}"
+            (now[joint] - earlier[joint]).abs() < 0.02,
+            "{earlier:?} {now:?}"
         );
         assert_eq!(rig.register(joint, "moving"), 0);
     }
