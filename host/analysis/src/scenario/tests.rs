@@ -210,7 +210,11 @@ fn simulate(scenario: &Scenario) -> (Option<Ending>, Vec<String>, u64) {
     result.unwrap_or_else(|error| panic!("{name}: {error}"));
     let ending = runner.ending();
     let ExpectationSink { tally, monitor } = runner.into_sink();
-    let facts = armbridge_log::run_info::RunFacts::from_settings(name, "simulated: bench", &scenario.settings);
+    let facts = armbridge_log::run_info::RunFacts::from_settings(
+        name,
+        "simulated: bench",
+        &scenario.settings,
+    );
     let summary = tally.summary(&facts, LinkStats::default(), 1.0, 1.0);
     let ticks = summary.ticks;
     (ending, monitor.misses(&tally, &summary), ticks)
