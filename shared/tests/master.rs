@@ -311,7 +311,7 @@ fn an_answer_after_its_window_is_no_other_servos() {
     assert_eq!(unknown.samples, [Sample::Counts(519), silent]);
     // Servos that let go keep their return delay: what is later is not theirs.
     test.master.set_prepared(true);
-    test.master.note_released();
+    test.master.mark_released();
     assert!(!test.master.is_prepared());
     let released = hold_off(&mut test);
     let stranger = Sample::Missing(Missing::WrongId);
@@ -319,7 +319,7 @@ fn an_answer_after_its_window_is_no_other_servos() {
     assert_eq!(released.bus_us, 2 * (50 + 80 + 50 + 80 + 302));
     // What is not known is not known after a stop either.
     test.master.set_prepared(false);
-    test.master.note_released();
+    test.master.mark_released();
     assert_eq!(hold_off(&mut test).samples, unknown.samples);
 }
 
@@ -342,7 +342,7 @@ fn an_order_to_drive_is_taken_back_before_it_is_sent_and_not_after() {
             assert!(test.master.poll(now_us).is_err());
             test.port.0.borrow_mut().now_us += 1;
         }
-        test.master.withhold();
+        test.master.cancel_drive();
         let outcome = loop {
             let now_us = test.port.0.borrow().now_us;
             if let Ok(outcome) = test.master.poll(now_us) {

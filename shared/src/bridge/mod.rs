@@ -147,10 +147,10 @@ where
         self.sequencer.permit(self.leave(), now_us);
         if let Some(event) = self.sequencer.poll(now_us) {
             let progress = self.take_bus_event(event);
-            self.pass_overheard();
+            self.relay_tapped_bytes();
             return Ok(progress);
         }
-        self.pass_overheard();
+        self.relay_tapped_bytes();
         let tick_due_us = self.core.next_start_us();
         if !self.sequencer.is_idle() {
             return Err(nb::Error::WouldBlock);

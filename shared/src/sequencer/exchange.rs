@@ -56,9 +56,9 @@ where
             .is_some_and(|silent| *silent > SILENT_TICKS);
         let may_be_wedged = is_silent && self.firmware() == Firmware::Morpheus;
         match turn % WEDGED_TICKS {
-            turn @ (0 | 1) if may_be_wedged => Transaction::Quell {
+            turn @ (0 | 1) if may_be_wedged => Transaction::StopWedged {
                 joint,
-                aside: turn == 0,
+                is_side_step: turn == 0,
             },
             // Servos that are prepared hold their shafts, at no speed.
             _ if self.is_prepared() => Transaction::Drive([Pwm::OFF; JOINTS]),

@@ -179,7 +179,7 @@ impl ForceOff {
             }
             (CheckKind::Ping, Some(data)) if firmware.is_pong(data) => Evidence::Alive,
             (CheckKind::Ping, Some(_)) => Evidence::Told,
-            (CheckKind::ReadBack, Some(data)) => match firmware.judge_off(data) {
+            (CheckKind::ReadBack, Some(data)) => match firmware.decode_off(data) {
                 Some(true) => Evidence::Off,
                 Some(false) => {
                     self.next_stop_us = now_us;

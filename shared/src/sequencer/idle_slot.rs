@@ -145,7 +145,7 @@ where
         let expected = query.expected_reply(budget.latency_us);
         if self
             .master
-            .ask(&query.packet, expected, self.now_us)
+            .request(&query.packet, expected, self.now_us)
             .is_err()
         {
             return false;

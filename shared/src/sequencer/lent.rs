@@ -1,4 +1,4 @@
-//! The bus lent to a client: packets relayed as they came, replies overheard.
+//! The bus lent to a client: packets relayed as they came, replies tapped.
 //!
 //! Lending begins with stops, so that the client finds every motor off. The speeds that
 //! a client uses are kept: the bus comes back by a stop at each of them.
@@ -44,7 +44,7 @@ where
         let expected = frame.expected_reply();
         let is_sent = self
             .master
-            .ask(frame.bytes(), expected, self.now_us)
+            .request(frame.bytes(), expected, self.now_us)
             .is_ok();
         if is_sent {
             self.owner = Some(Owner::Relay);
@@ -54,8 +54,8 @@ where
     }
 
     /// The oldest byte that servos have sent while the bus is lent.
-    pub fn overheard(&mut self) -> Option<u8> {
-        self.master.overheard()
+    pub fn take_tapped(&mut self) -> Option<u8> {
+        self.master.take_tapped()
     }
 
     /// The client finds every motor off.
@@ -69,7 +69,7 @@ where
 
     pub(super) fn take_back(&mut self) {
         self.is_listening = false;
-        self.master.listen_in(false);
+        self.master.set_rx_tap(false);
         self.off.forget();
         self.search();
     }

@@ -278,7 +278,7 @@ where
         self.now_us = now_us;
         self.leave = leave;
         if leave != BusLeave::Drive {
-            self.master.withhold();
+            self.master.cancel_drive();
         }
         match (self.state, leave) {
             (State::Lent, BusLeave::Lend)
@@ -310,7 +310,7 @@ where
     /// not yet sent to the motors is off.
     pub fn force_off(&mut self, now_us: u64) {
         self.now_us = now_us;
-        self.master.withhold();
+        self.master.cancel_drive();
         if self.state == State::Lent {
             self.take_back();
         } else if self.state == State::Drive {

@@ -52,7 +52,7 @@ where
                 self.next_us = now_us + LOOK_US;
                 if !self.is_listening {
                     self.is_listening = true;
-                    self.master.listen_in(true);
+                    self.master.set_rx_tap(true);
                 }
                 Some(BusEvent::Searching)
             }
@@ -63,7 +63,7 @@ where
     fn begin_stop(&mut self, stop: Transaction, baud: u32) -> Option<BusEvent> {
         // Stock servos let go of their shafts, but keep their return delay. The less
         // time ticks wait for answers, the more orders reach a servo that is silent.
-        self.master.note_released();
+        self.master.mark_released();
         // Idle was just seen: it is not busy.
         let _ = self.master.set_line(self.firmware(), baud);
         self.begin(stop);
@@ -119,7 +119,7 @@ where
         self.state = State::Search(SearchStep::SetUp(step));
         self.owner = Some(Owner::SetUp(step));
         // Idle was just seen, and our own packets are short.
-        let _ = self.master.ask(&packet, expected, self.now_us);
+        let _ = self.master.request(&packet, expected, self.now_us);
         let _ = self.master.poll(self.now_us);
         None
     }
@@ -128,10 +128,10 @@ where
     fn finish(&mut self, outcome: &Outcome) -> BusEvent {
         match (outcome.transaction, self.state) {
             (
-                Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. },
+                Transaction::Drive(_) | Transaction::HoldOff | Transaction::StopWedged { .. },
                 State::Lent,
             ) => BusEvent::Searching,
-            (Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. }, _) => {
+            (Transaction::Drive(_) | Transaction::HoldOff | Transaction::StopWedged { .. }, _) => {
                 let is_off = outcome.transaction.is_off();
                 if is_off && self.state == State::ForceOff {
                     self.off.note_tick(self.now_us, outcome.samples);
@@ -139,7 +139,7 @@ where
                 let token = FlowToken::begin(self.tick).stamp(Machine::Sequencer);
                 BusEvent::Sampled(*outcome, token)
             }
-            (Transaction::Ask(_), _) => self.finish_request(),
+            (Transaction::Request(_), _) => self.finish_request(),
             (Transaction::Stop, State::Search(SearchStep::Stop)) if !self.is_planned_stop => {
                 let Next::Ping { joint, firmware } = Discovery::FIRST else {
                     return BusEvent::Searching;

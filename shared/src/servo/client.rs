@@ -10,10 +10,10 @@ use super::protocol::Protocol;
 use super::stop::FLUSH;
 use super::{DecodeError, ExpectedReply, Firmware, Instruction};
 
-/// A whole packet of a client, parsed.
+/// A complete packet of a client, parsed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClientRequest<'a> {
-    /// Firmware whose protocol it is in.
+    /// Firmware whose protocol the packet uses.
     pub firmware: Firmware,
     /// Servo that is addressed, or the protocol's broadcast.
     pub destination: u8,
@@ -24,13 +24,13 @@ pub struct ClientRequest<'a> {
     /// Whether the checksum is right. A servo may obey a packet that is not:
     /// Morpheus applies a PWM before it looks.
     pub is_intact: bool,
-    /// The packet.
+    /// Bytes of the packet.
     pub bytes: &'a [u8],
     /// Bytes of all replies, and the longest time until they begin in µs.
     expected: (u8, u32),
-    /// The source is an address of a master.
+    /// Whether the source is an address of a master.
     is_from_master: bool,
-    /// Longer than any packet may be.
+    /// Whether the packet is longer than any may be.
     is_overlong: bool,
 }
 
@@ -58,7 +58,7 @@ impl<'a> ClientRequest<'a> {
     }
 
     /// Whether every servo is addressed.
-    pub fn is_to_all(&self) -> bool {
+    pub fn is_broadcast(&self) -> bool {
         self.destination == self.firmware.broadcast()
     }
 
@@ -68,8 +68,8 @@ impl<'a> ClientRequest<'a> {
         self.is_from_master
     }
 
-    /// The replies that the bus must be left alone for, so that the next packet
-    /// does not fall into them.
+    /// The replies to the packet: the bus must be idle for them, so that the next packet
+    /// does not collide with them.
     pub fn expected_reply(&self) -> ExpectedReply {
         let (reply_bytes, latency_us) = self.expected;
         if reply_bytes == 0 {
@@ -82,7 +82,7 @@ impl<'a> ClientRequest<'a> {
         }
     }
 
-    /// Whether it could set a motor moving, now or later, or change a servo: true
+    /// Whether the packet could set a motor moving, now or later, or change a servo: true
     /// of every write and reset, and in doubt.
     ///
     /// PING, READ, START and CYCLE are harmless, unless their source may be a
@@ -90,21 +90,21 @@ impl<'a> ClientRequest<'a> {
     /// the replies for requests, and a register's contents for an instruction.
     pub fn may_drive(&self) -> bool {
         use Instruction::{Cycle, Ping, Read, Start};
-        let only_asks = matches!(self.instruction, Ok(Ping | Read { .. } | Start | Cycle));
-        !(only_asks && self.is_from_master)
+        let is_read_only = matches!(self.instruction, Ok(Ping | Read { .. } | Start | Cycle));
+        !(is_read_only && self.is_from_master)
     }
 
-    /// Whether it makes every Morpheus servo that receives it deaf to commands until
+    /// Whether the packet makes every Morpheus servo that receives it ignore commands until
     /// power-off. Never send it, not even while nothing is driven.
     pub fn wedges_servo(&self) -> bool {
         self.is_overlong
     }
 }
 
-/// Bytes of a client that go on the bus together.
+/// Bytes of a client that are sent on the bus together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClientFrame<'a> {
-    /// A whole packet.
+    /// A complete packet.
     Request(ClientRequest<'a>),
     /// Bytes that are no packet of any protocol here.
     Raw(&'a [u8]),
@@ -127,7 +127,7 @@ impl<'a> ClientFrame<'a> {
         }
     }
 
-    /// The bytes as they came.
+    /// The bytes as received.
     pub fn bytes(&self) -> &'a [u8] {
         match self {
             Self::Request(ClientRequest { bytes, .. }) | Self::Raw(bytes) => bytes,
@@ -195,7 +195,7 @@ mod tests {
             (stock(1, 2, &[36, 8]), 1, 14),
             (stock(1, 3, &[25, 1]), 1, 6),
             (stock(1, 0x92, &[0]), 1, 6),
-            // Of all, PING alone is answered.
+            // Of the packets to all servos, only PING is answered.
             (stock(0xFE, 1, &[]), 0xFE, 6),
             (stock(0xFE, 2, &[36, 8]), 0, 0),
             (stock(0xFE, 0x83, &[30, 1, 1, 0]), 0, 0),
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_reads_is_known_not_to_drive() {
+    fn only_reading_packets_are_known_not_to_drive() {
         for harmless in [
             stock(1, 1, &[]),
             stock(0xFE, 1, &[]),
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn packets_that_wedge_are_known_by_their_length() {
+    fn packets_that_wedge_are_detected_by_their_length() {
         for (data, wedges) in [(125, false), (126, true), (198, true)] {
             let bytes = morpheus(1, 0xFE, &std::vec![0; data]);
             assert_eq!(frame(&bytes).wedges_servo(), wedges, "{data}");

@@ -1,7 +1,7 @@
 //! Dispatch at run time: the operations of [`Protocol`], in the protocol of a firmware.
 
 use super::morpheus::Morpheus;
-use super::protocol::{Damage, Extent, Parser, Protocol, Reply};
+use super::protocol::{Extent, PacketError, Parser, Protocol, Reply};
 use super::protocol1::Protocol1;
 use super::{Firmware, Query, ServoId};
 use heapless::Vec;
@@ -41,7 +41,7 @@ impl Firmware {
         with_protocol!(self, P => P::PONG_BYTES)
     }
 
-    /// Bytes of the longest reply that the master takes note of in a tick.
+    /// Bytes of the longest reply that the master decodes in a tick.
     pub(super) const fn tick_reply_max(self) -> usize {
         with_protocol!(self, P => P::TICK_REPLY_MAX)
     }
@@ -56,7 +56,7 @@ impl Firmware {
         with_protocol!(self, P => P::UNREADABLE)
     }
 
-    /// Data of a reply that refuses.
+    /// Data of a reply that rejects a request.
     pub const fn refusal(self) -> &'static [u8] {
         with_protocol!(self, P => P::REFUSAL)
     }
@@ -89,7 +89,7 @@ impl Firmware {
         with_protocol!(self, P => P::encode_reply(reply, to))
     }
 
-    /// Presence test: see [`Firmware::is_pong`].
+    /// Query of the presence test: see [`Firmware::is_pong`].
     pub fn ping_query(self, servo: ServoId) -> Query {
         with_protocol!(self, P => P::ping_query(servo))
     }
@@ -104,39 +104,38 @@ impl Firmware {
         with_protocol!(self, P => P::position(data))
     }
 
-    /// Reading of registers; `None` if the servo has not all of them, if no single
-    /// READ may ask for them, or if it is longer than `N`.
+    /// Query that reads registers; `None` if the servo has not all of them, if no single
+    /// READ may have them, or if the packet is longer than `N`.
     pub fn read_query<const N: usize>(self, id: u8, address: u8, count: u8) -> Option<Query<N>> {
         with_protocol!(self, P => P::read_query(id, address, count))
     }
 
-    /// Contents of the registers that [`Firmware::read_query`] asked for, from the
-    /// data of a reply; `None` if that is no reply to it.
+    /// Contents of the registers of [`Firmware::read_query`], from the data of a reply;
+    /// `None` if that is no reply to the query.
     pub fn read_reply(self, address: u8, count: u8, data: &[u8]) -> Option<&[u8]> {
         with_protocol!(self, P => P::read_reply(address, count, data))
     }
 
-    /// Number of registers that must be read before the one at `address`.
-    pub fn run_up(self, address: u8) -> u8 {
-        with_protocol!(self, P => P::run_up(address))
+    /// Number of registers that a READ must have before the one at `address`.
+    pub fn lead_bytes(self, address: u8) -> u8 {
+        with_protocol!(self, P => P::lead_bytes(address))
     }
 
-    /// Reading that shows whether a servo's motor is off: see
-    /// [`Firmware::judge_off`].
+    /// Query that shows whether a servo's motor is off: see [`Firmware::decode_off`].
     pub fn off_query(self, servo: ServoId) -> Query {
         with_protocol!(self, P => P::off_query(servo))
     }
 
     /// Whether the motor is off, from the data of the reply to
-    /// [`Firmware::off_query`]; `None` if that is no reply to it.
+    /// [`Firmware::off_query`]; `None` if that is no reply to the query.
     ///
-    /// Of a stock servo this is certain. A Morpheus servo returns only the low byte
+    /// The result is certain for a stock servo. A Morpheus servo returns only the low byte
     /// of its PWM: see [`morpheus`](super::morpheus#off-read-back).
-    pub fn judge_off(self, data: &[u8]) -> Option<bool> {
-        with_protocol!(self, P => P::judge_off(data))
+    pub fn decode_off(self, data: &[u8]) -> Option<bool> {
+        with_protocol!(self, P => P::decode_off(data))
     }
 
-    /// Reading of the temperature: see [`Firmware::temperature`].
+    /// Query of the temperature: see [`Firmware::temperature`].
     pub fn temperature_query(self, servo: ServoId) -> Option<Query> {
         let (address, count) = with_protocol!(self, P => P::TEMPERATURE);
         self.read_query(servo.get(), address, count)
@@ -152,7 +151,7 @@ impl Firmware {
         (value > 0 || self == Self::Stock).then_some(value)
     }
 
-    /// Reading of whether torque is enabled: one byte, 0 once a servo has been reset.
+    /// Query of torque enable: one byte, 0 once a servo has been reset.
     /// `None` if the servo has no such register.
     pub fn torque_query(self, servo: ServoId) -> Option<Query> {
         let address = with_protocol!(self, P => P::TORQUE_ENABLE)?;
@@ -160,17 +159,17 @@ impl Firmware {
     }
 }
 
-/// Finds replies of servos whose firmware is known at run time, of up to `N` bytes.
+/// Parser of replies of up to `N` bytes from servos whose firmware is known at run time.
 #[derive(Clone, Debug)]
 pub enum ReplyParser<const N: usize> {
-    /// Of Morpheus servos.
+    /// Parses replies of Morpheus servos.
     Morpheus(Parser<Morpheus, N>),
-    /// Of stock servos.
+    /// Parses replies of stock servos.
     Stock(Parser<Protocol1, N>),
 }
 
 impl<const N: usize> ReplyParser<N> {
-    /// For replies to any address.
+    /// A parser of replies to any address.
     pub const fn new(firmware: Firmware) -> Self {
         match firmware {
             Firmware::Morpheus => Self::Morpheus(Parser::new()),
@@ -178,8 +177,8 @@ impl<const N: usize> ReplyParser<N> {
         }
     }
 
-    /// For replies to the bridge, where a reply has its destination, and no longer
-    /// than this.
+    /// A parser of replies that are no longer than `longest` and go to the bridge, where
+    /// a reply has its destination.
     pub const fn to_bridge(firmware: Firmware, longest: usize) -> Self {
         match firmware {
             Firmware::Morpheus => Self::Morpheus(Parser::limited(longest, Morpheus::MASTER)),
@@ -187,9 +186,9 @@ impl<const N: usize> ReplyParser<N> {
         }
     }
 
-    /// Takes one byte; `Some` when it ends a packet, or what looked like one: a
-    /// reply, or `None` for an intact packet that no servo would send.
-    pub fn push(&mut self, byte: u8) -> Option<Result<Option<Reply<'_>>, Damage>> {
+    /// Takes one byte; `Some` when it ends a packet, intact or not: a reply, or `None`
+    /// for an intact packet that no servo would send.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Option<Reply<'_>>, PacketError>> {
         match self {
             Self::Morpheus(parser) => parser.push_reply(byte),
             Self::Stock(parser) => parser.push_reply(byte),
@@ -238,13 +237,13 @@ mod tests {
         // From the high byte of the temperature on, which is never 0x83.
         assert_eq!(query.packet, [0xAA, 5, 1, 0xFE, 2, 0x0F, 2, 0xE3]);
         assert_eq!((query.id, query.reply_bytes), (1, 7));
-        let judge = |pwm: u16| firmware.judge_off(&[1, pwm.to_le_bytes()[0]]);
+        let judge = |pwm: u16| firmware.decode_off(&[1, pwm.to_le_bytes()[0]]);
         let off = (0..=2000).filter(|pwm| judge(*pwm) == Some(true));
         assert!(off.eq([232, 488, 744, 1000, 1256, 1512, 1768]));
         assert_eq!(judge(1001), Some(false));
         // NOK, the wrong length, another register's contents.
         for data in [&[8][..], &[1, 0xE8, 0], &[4, 0xE8], &[]] {
-            assert_eq!(firmware.judge_off(data), None, "{data:x?}");
+            assert_eq!(firmware.decode_off(data), None, "{data:x?}");
         }
     }
 
@@ -261,7 +260,7 @@ mod tests {
             memory[8..10].copy_from_slice(&limits[1].to_le_bytes());
             memory[24] = torque;
             memory[32..34].copy_from_slice(&speed.to_le_bytes());
-            firmware.judge_off(&memory[6..34])
+            firmware.decode_off(&memory[6..34])
         };
         let (wheel, joint) = ([0, 0], [0, 1023]);
         assert_eq!(judge(wheel, 0, 1023), Some(true));
@@ -273,7 +272,7 @@ mod tests {
         // The highest speed.
         assert_eq!(judge(joint, 1, 0), Some(false));
         assert_eq!(judge(wheel, 2, 0), None);
-        assert_eq!(firmware.judge_off(&[0; 27]), None);
-        assert_eq!(firmware.judge_off(&[]), None);
+        assert_eq!(firmware.decode_off(&[0; 27]), None);
+        assert_eq!(firmware.decode_off(&[]), None);
     }
 }

@@ -1,5 +1,5 @@
-//! The part of a protocol that the bus master runs: steps of a tick, and how long
-//! servos take.
+//! The part of a protocol that the bus master runs: steps of a tick, and response
+//! times of the servos.
 
 use super::protocol::Protocol;
 use super::transaction::Transaction;
@@ -15,44 +15,43 @@ pub(super) trait Exchange: Protocol {
     /// Longest time in µs until a servo of unknown settings begins its reply.
     const LATENCY_US: u32;
 
-    /// How much longer than its bytes the reply of a servo takes that bring-up has
-    /// set, in µs.
+    /// Time in µs that the reply of a servo that bring-up has set takes beyond its bytes.
     fn prepared_latency_us(baud: u32) -> u32;
 
     /// The shortest period in µs at which a tick's exchange with two servos, and
     /// the rest after it, is sure to be over.
     fn tick_us(baud: u32, readiness: Readiness) -> u32;
 
-    /// Steps of a transaction that is another in each protocol; `None` ends it.
+    /// Steps of a transaction that differs between protocols; `None` ends it.
     fn step(transaction: Transaction, index: u8, line: &Line) -> Option<Step>;
 }
 
 /// One step of a transaction.
 pub(super) enum Step {
     Send(Packet),
-    /// Send the packet of [`Master::ask`](super::master::Master::ask).
-    SendAsked,
+    /// Send the packet of [`Master::request`](super::master::Master::request).
+    SendRequest,
     Repeat(u8, u16),
     Pause {
         us: u32,
     },
     /// Listen for replies, for this time in µs at the most.
-    Listen(Awaited, u64),
+    Listen(ExpectedReplies, u64),
 }
 
-/// How far stock servos are set up. Morpheus servos need no set-up.
+/// Set-up state of stock servos. Morpheus servos need no set-up.
 ///
-/// How soon a servo answers does not depend on its torque: the return delay is EEPROM,
+/// The response time of a servo does not depend on its torque: the return delay is EEPROM,
 /// and outlasts a stop and a loss of supply. A client that has the bus may change it, and
 /// after a client servos are searched for. Another servo that is fitted meanwhile may
 /// answer later: it counts as silent until a search has found it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Readiness {
-    /// Their settings are not known: an answer may come late.
+    /// Their settings are not known: a reply may have the factory return delay.
     Unknown,
-    /// They answer soon, and have let go of their shafts: no torque can be given.
+    /// The short return delay is set and torque is disabled: no torque can be given.
     Released,
-    /// They answer soon, and are in wheel mode with torque enabled.
+    /// The short return delay is set, and wheel mode with torque enabled.
     Prepared,
 }
 
@@ -63,7 +62,7 @@ impl Readiness {
     }
 }
 
-/// What the steps depend on.
+/// Parameters of the bus line, on which the steps depend.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
     pub(super) ids: [ServoId; JOINTS],
@@ -73,22 +72,22 @@ pub(super) struct Line {
     pub(super) readiness: Readiness,
 }
 
-/// Which replies are awaited.
+/// Replies that the master listens for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Awaited {
-    /// Of the servo of this joint.
-    One(usize, Answer),
-    /// Of every servo, one after the other: Morpheus's chain.
-    Each(Answer),
-    /// To the packet of [`Transaction::Ask`].
-    Reply(ExpectedReply),
+pub(super) enum ExpectedReplies {
+    /// One reply, from the servo of this joint.
+    Servo(usize, ReplyContent),
+    /// A reply from every servo, one after the other: Morpheus's chain.
+    Chain(ReplyContent),
+    /// The reply to the packet of [`Transaction::Request`].
+    Request(ExpectedReply),
 }
 
-/// What a reply of the bridge's own exchanges holds.
+/// Content of a reply in the bridge's own exchanges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Answer {
-    /// The servo is there.
+pub(super) enum ReplyContent {
+    /// The acknowledgement of a ping.
     Pong,
-    /// Its position.
+    /// The position.
     Position,
 }

@@ -1,21 +1,21 @@
-//! Which program runs on a servo, and so which protocol it speaks.
+//! Firmware of the servos, which determines their protocol.
 
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// What runs on a servo. All servos of a bus must run the same.
+/// Firmware of a servo. All servos of a bus must run the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Firmware {
-    /// The open firmware that takes PWM ([`super::morpheus`]).
+    /// The open firmware with a PWM command ([`super::morpheus`]).
     Morpheus,
-    /// What an AX-12A comes with ([`super::protocol1`]).
+    /// The factory firmware of an AX-12A ([`super::protocol1`]).
     Stock,
 }
 
 impl Firmware {
-    /// All there are, in the order in which they are looked for.
+    /// All variants, in the order in which discovery tries them.
     pub const ALL: [Self; 2] = [Self::Morpheus, Self::Stock];
 }
 

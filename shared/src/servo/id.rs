@@ -6,7 +6,7 @@
 pub struct ServoId(u8);
 
 impl ServoId {
-    /// `None` for 0, for 254 (the Morpheus master: a servo with this id answers
+    /// Checks an address; `None` for 0, for 254 (the Morpheus master: a servo with this id answers
     /// itself for ever; Protocol 1.0's broadcast) and for 255 (Morpheus's
     /// broadcast).
     pub const fn new(id: u8) -> Option<Self> {

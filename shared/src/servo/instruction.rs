@@ -2,7 +2,7 @@
 
 /// A request to one servo or to all, without header and checksum.
 ///
-/// WRITE and its kin carry the bytes of consecutive registers. Protocol 1.0 has no
+/// The write instructions carry the bytes of consecutive registers. Protocol 1.0 has no
 /// [`Start`](Self::Start) and [`Cycle`](Self::Cycle); Morpheus has no
 /// [`RegWrite`](Self::RegWrite) and [`Action`](Self::Action).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,9 +30,9 @@ pub enum Instruction<'a> {
         /// New contents.
         data: &'a [u8],
     },
-    /// Executes what was registered.
+    /// Executes the registered writes.
     Action,
-    /// Restores the EEPROM as ex works: id 1, 1 Mbaud.
+    /// Restores the factory EEPROM: id 1, 1 Mbaud.
     FactoryReset,
     /// Writes the same registers of several servos. Always to all, never answered.
     SyncWrite {
@@ -50,7 +50,7 @@ pub enum Instruction<'a> {
     Cycle,
 }
 
-/// Why an intact packet is no instruction to a servo of its protocol.
+/// Reason why an intact packet is no instruction to a servo of its protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DecodeError {
     /// An instruction of the MX series, which no AX-12A knows.
@@ -66,7 +66,7 @@ pub enum DecodeError {
 pub struct SyncBlocks<'a>(core::slice::ChunksExact<'a, u8>);
 
 impl<'a> SyncBlocks<'a> {
-    /// Takes `blocks` apart, `count` bytes a servo.
+    /// Splits `blocks` into those of the servos, `count` bytes each.
     pub fn new(count: u8, blocks: &'a [u8]) -> Self {
         Self(blocks.chunks_exact(usize::from(count) + 1))
     }

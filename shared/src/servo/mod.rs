@@ -1,21 +1,21 @@
 //! The servo bus: wire formats and the half-duplex master.
 //!
-//! | module        | what                                                    |
+//! | module        | content                                                  |
 //! |---------------|---------------------------------------------------------|
-//! | [`Firmware`]  | which program runs on a servo                           |
+//! | [`Firmware`]  | firmware of a servo, which determines its protocol      |
 //! | [`protocol`]  | the codec: finds, parses and builds packets             |
 //! | `dispatch`    | the codec of a firmware that is known at run time       |
 //! | `exchange`    | the part of a protocol that the master runs             |
 //! | [`morpheus`]  | the Morpheus firmware's packets, only the harmless ones |
-//! | [`protocol1`] | Dynamixel Protocol 1.0, what a stock AX-12A speaks      |
+//! | [`protocol1`] | Dynamixel Protocol 1.0, of a stock AX-12A               |
 //! | [`ClientFrame`] | a packet of another master, parsed                    |
-//! | [`Sample`]    | a servo's position in a tick, or why it is missing      |
+//! | [`Sample`]    | a servo's position in a tick, or the reason why it is missing |
 //! | [`master`]    | one transaction at a time, advanced by `poll(now_us)`   |
 //! | [`port`]      | a serial port whose speed can be changed                |
 //! | [`stop`]      | the sequences that end with every motor off             |
 //!
 //! The bus is one wire, 8N1, at 1 Mbaud unless the servos are set to less: there a
-//! byte takes 10 µs. A servo never speaks unasked; a Morpheus servo never times
+//! byte takes 10 µs. A servo never sends without a request; a Morpheus servo never times
 //! out, and obeys its last command for ever.
 
 pub mod master;

@@ -1,4 +1,4 @@
-//! Packet of the bridge: its capacity, and the bytes as they go on the wire.
+//! Packets of the bridge: capacity, and the bytes on the wire.
 
 use crate::JOINTS;
 

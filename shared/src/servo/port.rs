@@ -1,8 +1,8 @@
-//! What the bus master needs of a serial port, beside `embedded-hal-nb`'s
-//! traits: another speed.
+//! Serial port of the bus master: a change of speed, beside `embedded-hal-nb`'s
+//! traits.
 
-/// Baud rates at which servos are looked for, the likeliest first: what a servo
-/// really does at its registers 1, 3, 16 and 34 (2 000 000 / (n + 1)), which
+/// Baud rates at which discovery searches for servos, the likeliest first: the actual
+/// rates of a servo at register values 1, 3, 16 and 34 (2 000 000 / (n + 1)), which
 /// are called 1 M, 500 k, 115200 and 57600.
 pub const BAUD_RATES: [u32; 4] = [1_000_000, 500_000, 117_647, 57_142];
 
@@ -17,7 +17,7 @@ pub trait SetBaud {
 }
 
 /// Time of a byte on the wire in ns: ten bits, each rounded up. The tick computes
-/// with it, so it is 32 bits wide: a processor divides those by itself.
+/// with it, so it is 32 bits wide: the processor divides those in hardware.
 pub const fn byte_ns(baud: u32) -> u32 {
     1_000_000_000_u32
         .div_ceil(if baud == 0 { 1 } else { baud })

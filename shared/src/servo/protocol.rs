@@ -1,14 +1,14 @@
-//! The codec of a servo bus protocol: all that master and transparent port know of
-//! a wire format.
+//! The codec of a servo bus protocol: the interface of a wire format for master and
+//! transparent port.
 //!
 //! [`Protocol`] is implemented once for each wire format, by a unit type in the
 //! format's own folder ([`Morpheus`], [`Protocol1`]). It finds packets in a stream,
-//! takes them apart in both directions, and builds the requests of the bridge. A
+//! parses them in both directions, and builds the requests of the bridge. A
 //! third protocol is a third folder, a variant of [`Firmware`] and its line in
 //! `dispatch`; master and transparent port stay as they are.
 //!
-//! All of it works on borrowed bytes, allocates nothing and is dispatched
-//! statically: [`Firmware`] has the same operations for a protocol that is known
+//! The codec works on borrowed bytes, allocates nothing and is dispatched
+//! statically. [`Firmware`] has the same operations for a protocol that is known
 //! only at run time.
 //!
 //! [`Morpheus`]: super::morpheus::Morpheus
@@ -20,22 +20,22 @@ use core::fmt::Debug;
 use core::marker::PhantomData;
 use heapless::Vec;
 
-/// Length of the packet that some bytes begin with.
+/// Length of the packet at the beginning of some bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// Their first byte begins no packet.
-    Stray,
-    /// They begin with a header, but with a length that no packet has.
-    Refused,
-    /// The length is not there yet.
-    Open,
-    /// This many bytes, from the first of the header to the checksum.
+    /// The first byte begins no packet.
+    NoHeader,
+    /// A header, but with a length that no packet has.
+    BadLength,
+    /// The length has not been received yet.
+    Incomplete,
+    /// The length in bytes, from the first of the header to the checksum.
     Whole(usize),
 }
 
-/// Why received bytes are no packet.
+/// Reason why received bytes are no packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Damage {
+pub enum PacketError {
     /// A wrong checksum.
     Checksum {
         /// The sender as received, which may be what is damaged.
@@ -49,11 +49,11 @@ pub enum Damage {
 /// A servo's reply, without header and checksum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reply<'a> {
-    /// Servo that sent it.
+    /// Servo that sent the reply.
     pub id: u8,
-    /// Error bits; none from Morpheus, which has no such byte.
+    /// Error bits; none from Morpheus, which has no error byte.
     pub alarms: Alarms,
-    /// Contents of the registers that were read, or an acknowledgement.
+    /// Contents of the registers of were read, or an acknowledgement.
     pub data: &'a [u8],
 }
 
@@ -62,11 +62,11 @@ pub trait Protocol: Clone + Debug {
     /// Fields of a packet, instruction or reply.
     type Frame<'a>: Copy;
 
-    /// Firmware that speaks it.
+    /// Firmware that uses the protocol.
     const FIRMWARE: Firmware;
-    /// Bytes that begin a packet, all the same.
+    /// Bytes that begin a packet; they have the same value.
     const HEADER: &'static [u8];
-    /// Place of the destination in a packet.
+    /// Index of the destination in a packet.
     const DESTINATION: usize;
     /// Bytes of a reply beside its data.
     const OVERHEAD: usize;
@@ -74,7 +74,7 @@ pub trait Protocol: Clone + Debug {
     const FRAME_MAX: usize;
     /// Bytes of a reply to [`Protocol::ping_query`].
     const PONG_BYTES: u8;
-    /// Bytes of the longest reply that the master takes note of in a tick.
+    /// Bytes of the longest reply that the master decodes in a tick.
     const TICK_REPLY_MAX: usize;
     /// Destination of a packet to all servos.
     const BROADCAST: u8;
@@ -90,7 +90,7 @@ pub trait Protocol: Clone + Debug {
     const TORQUE_ENABLE: Option<u8>;
     /// Address of the two-byte position, if no READ may begin there.
     const UNREADABLE: Option<u8>;
-    /// Data of a reply that refuses.
+    /// Data of a reply that rejects a request.
     const REFUSAL: &'static [u8];
 
     /// Length of the packet that these bytes begin with.
@@ -110,13 +110,13 @@ pub trait Protocol: Clone + Debug {
     /// Whether a master may have this address: replies to it concern no servo.
     fn is_master(source: u8) -> bool;
 
-    /// Request that a frame from a master makes.
+    /// Decodes the request of a frame from a master.
     ///
     /// # Errors
     /// [`DecodeError`] if no servo of this protocol knows it.
     fn instruction<'a>(frame: &Self::Frame<'a>) -> Result<Instruction<'a>, DecodeError>;
 
-    /// Reply that a frame from a servo is; `None` if no servo would send it.
+    /// Decodes a frame from a servo as a reply; `None` if no servo would send it.
     fn reply<'a>(frame: &Self::Frame<'a>) -> Option<Reply<'a>>;
 
     /// Reply packet to a master with this address; `None` if no servo has the id
@@ -125,9 +125,9 @@ pub trait Protocol: Clone + Debug {
 
     /// Bytes of all reply packets to an instruction, and the longest time until
     /// they begin, in µs; no bytes if none is sent.
-    fn expected(instruction: Result<Instruction, DecodeError>, to_all: bool) -> (u8, u32);
+    fn expected(instruction: Result<Instruction, DecodeError>, is_broadcast: bool) -> (u8, u32);
 
-    /// Presence test.
+    /// Query of the presence test.
     fn ping_query(servo: ServoId) -> Query;
 
     /// Whether the data of a reply answer [`Protocol::ping_query`].
@@ -136,30 +136,30 @@ pub trait Protocol: Clone + Debug {
     /// Position in counts, 0..=1023, from the data of a tick's reply.
     fn position(data: &[u8]) -> Option<u16>;
 
-    /// Reading of registers; `None` if the servo has not all of them, if no single
-    /// READ may ask for them, or if it is longer than `N`.
+    /// Query that reads registers; `None` if the servo has not all of them, if no single
+    /// READ may have them, or if the packet is longer than `N`.
     fn read_query<const N: usize>(id: u8, address: u8, count: u8) -> Option<Query<N>>;
 
-    /// Contents of the registers that [`Protocol::read_query`] asked for, from the
-    /// data of a reply; `None` if that is no reply to it.
+    /// Contents of the registers of [`Protocol::read_query`], from the data of a reply;
+    /// `None` if that is no reply to the query.
     fn read_reply(address: u8, count: u8, data: &[u8]) -> Option<&[u8]>;
 
-    /// Number of registers that must be read before the one at `address`.
-    fn run_up(address: u8) -> u8;
+    /// Number of registers that a READ must have before the one at `address`.
+    fn lead_bytes(address: u8) -> u8;
 
-    /// Reading that shows whether the motor is off.
+    /// Query that shows whether the motor is off.
     fn off_query(servo: ServoId) -> Query;
 
     /// Whether the motor is off, from the data of the reply to
-    /// [`Protocol::off_query`]; `None` if that is no reply to it.
-    fn judge_off(data: &[u8]) -> Option<bool>;
+    /// [`Protocol::off_query`]; `None` if that is no reply to the query.
+    fn decode_off(data: &[u8]) -> Option<bool>;
 }
 
-/// Finds packets in a stream of bytes, one byte at a time, of up to `N` bytes.
+/// Parser of packets of up to `N` bytes in a stream, one byte at a time.
 ///
 /// Bytes before a header are skipped. After a damaged packet the search goes on
-/// with the next byte, so that garbage costs one packet at the most: the one
-/// that its last header swallowed.
+/// with the next byte, so that garbage costs one packet at most: the one
+/// that follows its last header.
 #[derive(Clone, Debug)]
 pub struct Parser<P, const N: usize> {
     bytes: Vec<u8, N>,
@@ -182,8 +182,7 @@ impl<P: Protocol, const N: usize> Parser<P, N> {
         Self::limited(N, None)
     }
 
-    /// A parser for packets to this address only. It falls for fewer stray
-    /// headers.
+    /// A parser for packets to this address only; fewer stray headers mislead it.
     pub const fn to(address: u8) -> Self {
         Self::limited(N, Some(address))
     }
@@ -204,22 +203,22 @@ impl<P: Protocol, const N: usize> Parser<P, N> {
         }
     }
 
-    /// Takes one byte; `Some` when it ends a packet, or what looked like one.
-    pub fn push(&mut self, byte: u8) -> Option<Result<P::Frame<'_>, Damage>> {
+    /// Takes one byte; `Some` when it ends a packet, intact or not.
+    pub fn push(&mut self, byte: u8) -> Option<Result<P::Frame<'_>, PacketError>> {
         if self.is_whole() {
             self.bytes.clear();
         }
-        // There is room: what is longer than N is refused.
+        // There is room: packets longer than N are refused.
         let _ = self.bytes.push(byte);
         match self.extent() {
             Extent::Whole(length) if self.bytes.len() >= length => {}
-            Extent::Whole(_) | Extent::Open => return None,
+            Extent::Whole(_) | Extent::Incomplete => return None,
             extent => {
-                // What broke the packet may begin the next one.
+                // The byte that ended the packet may begin the next one.
                 let ends = self.bytes.iter().rev().take(P::HEADER.len());
                 let begun = ends.take_while(|byte| P::HEADER.contains(byte)).count();
                 self.bytes.truncate(begun);
-                return (extent == Extent::Refused).then_some(Err(Damage::Header));
+                return (extent == Extent::BadLength).then_some(Err(PacketError::Header));
             }
         }
         let frame = P::frame(&self.bytes)?;
@@ -227,31 +226,34 @@ impl<P: Protocol, const N: usize> Parser<P, N> {
             Ok(frame)
         } else {
             let (_, id) = P::addresses(&frame);
-            Err(Damage::Checksum { id })
+            Err(PacketError::Checksum { id })
         })
     }
 
     /// Takes one byte like [`Parser::push`], of a stream from servos: `None` stands
     /// for an intact packet that no servo would send.
-    pub(super) fn push_reply(&mut self, byte: u8) -> Option<Result<Option<Reply<'_>>, Damage>> {
+    pub(super) fn push_reply(
+        &mut self,
+        byte: u8,
+    ) -> Option<Result<Option<Reply<'_>>, PacketError>> {
         let found = self.push(byte)?;
         Some(found.map(|frame| P::reply(&frame)))
     }
 
-    /// Length of the packet that has begun, if it is an expected one.
+    /// Length of the packet that has begun; [`Extent::BadLength`] if it is not expected.
     fn extent(&self) -> Extent {
         let destination = self.bytes.get(P::DESTINATION);
         let is_to_other = destination
             .zip(self.only_to)
             .is_some_and(|(destination, only)| *destination != only);
         match P::extent(&self.bytes) {
-            Extent::Open | Extent::Whole(_) if is_to_other => Extent::Refused,
-            Extent::Whole(length) if length > self.longest => Extent::Refused,
+            Extent::Incomplete | Extent::Whole(_) if is_to_other => Extent::BadLength,
+            Extent::Whole(length) if length > self.longest => Extent::BadLength,
             extent => extent,
         }
     }
 
-    /// The last byte pushed was the last of a packet.
+    /// Whether the last byte pushed was the last of a packet.
     fn is_whole(&self) -> bool {
         P::extent(&self.bytes) == Extent::Whole(self.bytes.len())
     }

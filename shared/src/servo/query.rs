@@ -1,9 +1,9 @@
-//! Requests with the reply that they await.
+//! Requests, each with its expected reply.
 
 use super::packet::REQUEST_MAX;
 use heapless::Vec;
 
-/// The reply that a packet awaits.
+/// The reply that is expected to a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExpectedReply {
     /// Servo that replies; a reply of any other is not accepted.
@@ -35,7 +35,7 @@ pub struct Query<const N: usize = REQUEST_MAX> {
 }
 
 impl<const N: usize> Query<N> {
-    /// The awaited reply of a servo that begins it within this time.
+    /// The expected reply of a servo that begins it within this time.
     pub const fn expected_reply(&self, latency_us: u32) -> ExpectedReply {
         ExpectedReply {
             id: self.id,

@@ -1,12 +1,12 @@
 //! The sequence that ends with every motor off, whatever the servos are doing.
 //!
-//! A Morpheus servo keeps its last PWM for ever, so this is how every doubt
-//! ends: bring-up, fault, panic, hard fault, and what follows a watchdog bite.
+//! A Morpheus servo keeps its last PWM for ever, so every doubtful state ends with this
+//! sequence: bring-up, fault, panic, hard fault, and the start after a watchdog reset.
 //!
 //! | step                     | why                                            |
 //! |--------------------------|------------------------------------------------|
 //! | broadcast WRITE 1000     | stops every servo that is listening            |
-//! | 210 × 0xFF               | completes or discards whatever half packet a servo's receiver is stuck in; no id, length or PWM is 0xFF, so it does nothing else |
+//! | 210 × 0xFF               | completes or discards any half packet in a servo's receiver; no id, length or PWM is 0xFF, so it has no other effect |
 //! | broadcast WRITE 1000     | stops the servos that were stuck               |
 //! | SYNC_WR 1001, then 1000  | the only stop accepted by a servo that once saw a packet of LEN 128 or more |
 //! | torque enable 0, twice   | stops stock servos, by Protocol 1.0; the second for those that took the first for the end of something else |
@@ -25,15 +25,15 @@
 //!
 //! The full sequence takes 7 ms at 1 Mbaud and more at other speeds: too long to
 //! wait for where servos may run at any of several. [`brief_stop_step`] has the
-//! two plain orders only, 0.39 ms at 1 Mbaud, to be sent at each speed first:
+//! two plain commands only, 0.39 ms at 1 Mbaud, to be sent at each speed first:
 //!
 //! | step                | why                                                 |
 //! |---------------------|-----------------------------------------------------|
-//! | 2 × 0xFF            | ends what a Morpheus servo was cut off in, see below |
+//! | 2 × 0xFF            | ends a packet of a Morpheus servo that was cut off, see below |
 //! | broadcast WRITE 1000 | stops Morpheus servos                              |
 //! | torque enable 0     | stops stock servos                                  |
 //!
-//! The order is right for either firmware. A Morpheus servo that listens has taken
+//! This order of the commands is safe with either firmware. A Morpheus servo that listens has taken
 //! WRITE 1000 as a whole when the zeros of torque enable come, and looks for 0xAA
 //! then, which is not among them. One that does not listen is inside a packet that
 //! was cut off, and takes the next bytes for the rest of it:
@@ -63,7 +63,7 @@ use crate::JOINTS;
 pub const FLUSH: u8 = 0xFF;
 
 /// Bytes of 0xFF that flush a servo's receiver: it gives up a packet 200 bytes
-/// after the header; ten more for the header and for luck with phase.
+/// after the header; ten more for the header and for any phase.
 pub const FLUSH_BYTES: u16 = 210;
 
 /// A checked packet that follows another by less than 20 µs may be lost.
@@ -80,15 +80,15 @@ pub enum StopStep {
     Send(Packet),
     /// Send this byte this many times.
     Repeat(u8, u16),
-    /// Leave the wire alone, from the end of the last stop bit.
+    /// Keep the bus idle, from the end of the last stop bit.
     Pause {
         /// Length in µs.
         us: u32,
     },
 }
 
-/// The step with this index on a bus of servos that run this; `None` after the
-/// last. Stock servos, where they are known to be alone, are not made to wait.
+/// The step with this index for servos with this firmware; `None` after the last. Where
+/// only stock servos are known to be, their command comes first.
 pub fn stop_step_for(index: u8, firmware: Firmware, ids: [ServoId; JOINTS]) -> Option<StopStep> {
     match (firmware, index) {
         (Firmware::Morpheus, _) => stop_step(index, ids),
@@ -126,7 +126,7 @@ fn stop_step(index: u8, ids: [ServoId; JOINTS]) -> Option<StopStep> {
     })
 }
 
-/// The step of the brief stop with this index; `None` after the last. Right for
+/// The step of the brief stop with this index; `None` after the last. Suits
 /// servos with either firmware.
 pub fn brief_stop_step(index: u8) -> Option<StopStep> {
     Some(match index {
@@ -166,7 +166,7 @@ mod tests {
             .collect();
         let off = StopStep::Send(torque_off());
         assert_eq!(stock.iter().find(|step| sent(step)), Some(&off));
-        // Between the flush and the next order to stock servos there is one packet.
+        // Between the flush and the next command to stock servos there is one packet.
         let after_flush = stock
             .iter()
             .skip_while(|step| !matches!(step, StopStep::Repeat(..)));
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn brief_stop_is_short_and_cannot_be_taken_for_a_torque() {
+    fn brief_stop_is_short_and_contains_no_torque() {
         let steps = (0..).map_while(brief_stop_step);
         let mut sent = heapless::Vec::<u8, 32>::new();
         let mut us = 0;

@@ -20,46 +20,46 @@ pub enum Transaction {
         /// Index of the joint.
         joint: usize,
     },
-    /// Line Morpheus servos up for the position chain.
+    /// Position chain of Morpheus servos: each learns its predecessor.
     Start,
-    /// Give each servo its PWM and collect all positions: the control tick. Stock
+    /// The control tick: a PWM for each servo, then all positions. Stock
     /// servos that are not prepared are given none.
     Drive([Pwm; JOINTS]),
-    /// The control tick with motors off, in the state in which servos are: Morpheus
-    /// servos are given PWM 1000, stock ones the order to let go, prepared or not,
+    /// The control tick with motors off, for servos in any state: Morpheus
+    /// servos are given PWM 1000, stock ones torque enable 0, prepared or not,
     /// and drive again only when torque is enabled again.
     HoldOff,
-    /// Collect all positions, and switch one servo off with the only packet that a
-    /// wedged servo accepts. It heeds changes only, so that first it is given a
+    /// All positions, and one servo switched off with the only packet that a wedged
+    /// servo accepts. That servo applies changes only, so that first it is given a
     /// thousandth of the torque. Stock servos know no such state: to them the same
     /// as [`Transaction::Drive`] with motors off.
-    Quell {
+    StopWedged {
         /// Index of the servo's joint.
         joint: usize,
-        /// The thousandth, not off.
-        aside: bool,
+        /// Whether this is the step aside, the thousandth, and not off.
+        is_side_step: bool,
     },
-    /// A packet that was handed to [`Master::ask`](super::master::Master::ask).
-    Ask(ExpectedReply),
+    /// The packet of [`Master::request`](super::master::Master::request).
+    Request(ExpectedReply),
 }
 
-/// How a transaction ended.
+/// Result of a transaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// What was asked.
+    /// The transaction.
     pub transaction: Transaction,
     /// Per joint: the position in counts for a tick; for a ping or START, 0 if the
-    /// servo answered. A stop asks for no answer.
+    /// servo answered. A stop expects no reply.
     pub samples: [Sample; JOINTS],
     /// Per joint: the alarms in all replies of a stock servo.
     pub alarms: [Alarms; JOINTS],
-    /// From the first bit sent to the last byte received, or to the end of the
-    /// window if something is missing, in µs.
+    /// Duration in µs, from the first bit sent to the last byte received, or to the end
+    /// of the window if something is missing.
     pub bus_us: u32,
 }
 
 impl Transaction {
-    /// Whether it gives no motor a torque.
+    /// Whether the transaction gives no motor a torque.
     pub fn is_off(self) -> bool {
         match self {
             Self::Drive(pwm) => pwm == [Pwm::OFF; JOINTS],
@@ -68,8 +68,8 @@ impl Transaction {
             | Self::Ping { .. }
             | Self::Start
             | Self::HoldOff
-            | Self::Quell { .. } => true,
-            Self::Ask(_) => false,
+            | Self::StopWedged { .. } => true,
+            Self::Request(_) => false,
         }
     }
 }

@@ -26,7 +26,7 @@
 mod line;
 
 use armbridge_shared::actuator::Pwm;
-use armbridge_shared::servo::master::{Asked, Busy, Master, Transaction};
+use armbridge_shared::servo::master::{Busy, ExpectedReply, Master, Transaction};
 use armbridge_shared::servo::morpheus::{Request, ServoId};
 use armbridge_shared::servo::port::BAUD_RATES;
 use armbridge_shared::servo::protocol1::{BROADCAST, Instruction, register};
@@ -136,20 +136,20 @@ impl Run {
             2 if kind >= 128 => Transaction::HoldOff,
             2 => Transaction::Start,
             3 => Transaction::Drive([pwm(script)?, pwm(script)?]),
-            4 => Transaction::Quell {
+            4 => Transaction::StopWedged {
                 joint: usize::from(script.next()? % 2),
-                aside: script.next()? % 2 == 0,
+                is_side_step: script.next()? % 2 == 0,
             },
             5 => {
-                let request = Asked {
+                let request = ExpectedReply {
                     id: script.next()?,
                     reply_bytes: script.next()?,
                     latency_us: LATENCY_US,
                 };
                 let count = usize::from(script.next()? % 32);
                 let packet: Vec<u8> = script.take(count).collect();
-                assert_eq!(self.master.ask(&packet, request, self.now_us), Ok(()));
-                self.request = Some((Transaction::Ask(request), packet, self.now_us));
+                assert_eq!(self.master.request(&packet, request, self.now_us), Ok(()));
+                self.request = Some((Transaction::Request(request), packet, self.now_us));
                 return Some(());
             }
             kind => {
@@ -230,8 +230,14 @@ fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> 
             let turns = positions().map(|read| [let_go.clone(), read]);
             turns.into_iter().flatten().collect()
         }
-        (Transaction::Quell { joint, aside }, Firmware::Morpheus) => {
-            let off = if aside {
+        (
+            Transaction::StopWedged {
+                joint,
+                is_side_step,
+            },
+            Firmware::Morpheus,
+        ) => {
+            let off = if is_side_step {
                 Request::SideStep([ids()[joint]; 2])
             } else {
                 Request::Release([ids()[joint]; 2])
@@ -240,12 +246,12 @@ fn expected(transaction: Transaction, firmware: Firmware, is_prepared: bool) -> 
             vec![off.encode(), rest, Request::Cycle.encode()]
         }
         (Transaction::HoldOff, Firmware::Morpheus)
-        | (Transaction::Quell { .. }, Firmware::Stock) => {
+        | (Transaction::StopWedged { .. }, Firmware::Stock) => {
             let off = Transaction::Drive([Pwm::OFF; 2]);
             return expected(off, firmware, is_prepared);
         }
         // Known where it is asked for.
-        (Transaction::Ask(_), _) => Vec::new(),
+        (Transaction::Request(_), _) => Vec::new(),
     };
     packets.concat()
 }

@@ -1,7 +1,7 @@
 //! Packets of Morpheus servos, and the bridge's decoding of replies.
 
 use armbridge_shared::servo::morpheus::frame::{FRAME_MAX, LENGTH_MAX, Parser};
-use armbridge_shared::servo::morpheus::{Damage, HEADER, MASTER, Morpheus, checksum};
+use armbridge_shared::servo::morpheus::{HEADER, MASTER, Morpheus, PacketError, checksum};
 use armbridge_shared::servo::protocol::Protocol;
 
 use super::packets::{Found, Packets, feed};
@@ -79,8 +79,8 @@ fn push<const N: usize>(parser: &mut Parser<N>, byte: u8) -> Option<Found> {
             assert_eq!(counts.is_some(), frame.data.len() == 2 && frame.data[0] < 4);
             Found::Intact(bytes.to_vec())
         }
-        Err(Damage::Checksum { .. }) => Found::Damaged,
-        Err(Damage::Header) => Found::Refused,
+        Err(PacketError::Checksum { .. }) => Found::Damaged,
+        Err(PacketError::Header) => Found::Refused,
     })
 }
 

@@ -2,7 +2,7 @@
 
 use armbridge_shared::servo::protocol1::frame::{FRAME_MAX, HEADER, checksum};
 use armbridge_shared::servo::protocol1::{
-    BROADCAST, Damage, Frame, Instruction, Parser, Status, SyncBlocks,
+    BROADCAST, Frame, Instruction, PacketError, Parser, Status, SyncBlocks,
 };
 
 use super::packets::{Found, Packets, feed};
@@ -43,8 +43,8 @@ impl<const N: usize> Packets for Parser<N> {
                 understand::<N>(&frame, &bytes);
                 Found::Intact(bytes.to_vec())
             }
-            Err(Damage::Checksum { .. }) => Found::Damaged,
-            Err(Damage::Header) => Found::Refused,
+            Err(PacketError::Checksum { .. }) => Found::Damaged,
+            Err(PacketError::Header) => Found::Refused,
         })
     }
 

@@ -4,7 +4,7 @@ use armbridge_shared::actuator::Pwm;
 use armbridge_shared::link::message::Sample;
 use armbridge_shared::servo::BYTE_US;
 use armbridge_shared::servo::master::timing::GUARD_US;
-use armbridge_shared::servo::master::{Asked, Master, Outcome, Transaction};
+use armbridge_shared::servo::master::{ExpectedReply, Master, Outcome, Transaction};
 use armbridge_shared::servo::morpheus::{Request, ServoId};
 use armbridge_shared::servo::stop::{StopStep, brief_stop_step, stop_steps};
 use armbridge_tests::random::Random;
@@ -21,7 +21,7 @@ const ERRORS: [ErrorKind; 3] = [ErrorKind::FrameFormat, ErrorKind::Noise, ErrorK
 
 /// A client's request: servo 2, four registers from 0x0C on.
 const QUESTION: [u8; 8] = [0xAA, 5, 2, 0xFE, 2, 0x0C, 4, 0xE3];
-const ASKED: Asked = Asked {
+const ASKED: ExpectedReply = ExpectedReply {
     id: 2,
     reply_bytes: 9,
     latency_us: 110,
@@ -51,8 +51,11 @@ fn expected(transaction: Transaction) -> (Vec<u8>, u64) {
             (sent, 160 + 80 + 60 + 450)
         }
         Transaction::HoldOff => expected(Transaction::Drive([Pwm::OFF; 2])),
-        Transaction::Quell { joint, aside } => {
-            let off = if aside {
+        Transaction::StopWedged {
+            joint,
+            is_side_step,
+        } => {
+            let off = if is_side_step {
                 Request::SideStep([ids()[joint]; 2])
             } else {
                 Request::Release([ids()[joint]; 2])
@@ -62,7 +65,7 @@ fn expected(transaction: Transaction) -> (Vec<u8>, u64) {
             sent.extend(Request::Cycle.encode());
             (sent, 160 + 80 + 60 + 450)
         }
-        Transaction::Ask(_) => (QUESTION.to_vec(), 80 + 90 + 110),
+        Transaction::Request(_) => (QUESTION.to_vec(), 80 + 90 + 110),
     }
 }
 
@@ -87,12 +90,12 @@ fn answers(random: &mut Random, transaction: Transaction) -> ([u16; 2], Vec<Vec<
         Transaction::Stop | Transaction::BriefStop => ([0; 2], Vec::new()),
         Transaction::Ping { joint } => ([0; 2], vec![ping(joint as u8 + 1)]),
         Transaction::Start => ([0; 2], vec![ping(1), ping(2)]),
-        Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. } => {
+        Transaction::Drive(_) | Transaction::HoldOff | Transaction::StopWedged { .. } => {
             let counts = [0; 2].map(|_| random.below(1024) as u16);
             let [a, b] = counts;
             (counts, vec![position(1, a), position(2, b)])
         }
-        Transaction::Ask(_) => ([0; 2], vec![reply(2, &[1, 0x22, 0, 44])]),
+        Transaction::Request(_) => ([0; 2], vec![reply(2, &[1, 0x22, 0, 44])]),
     }
 }
 
@@ -119,10 +122,10 @@ impl Test {
                 joint: random.below(3) as usize,
             },
             3 => Transaction::Start,
-            4 => Transaction::Ask(ASKED),
-            5 => Transaction::Quell {
+            4 => Transaction::Request(ASKED),
+            5 => Transaction::StopWedged {
                 joint: random.below(2) as usize,
-                aside: random.once_in(2),
+                is_side_step: random.once_in(2),
             },
             6 => Transaction::BriefStop,
             7 => Transaction::HoldOff,
@@ -178,7 +181,7 @@ impl Test {
         let begun_us = port.line().now_us;
         port.edit(|line| line.expect(early));
         match transaction {
-            Transaction::Ask(request) => master.ask(&QUESTION, request, begun_us).unwrap(),
+            Transaction::Request(request) => master.request(&QUESTION, request, begun_us).unwrap(),
             _ => master.begin(transaction, begun_us).unwrap(),
         }
         let (sent, limit_us) = expected(transaction);
@@ -237,7 +240,7 @@ impl Test {
                 continue;
             };
             let answer = match transaction {
-                Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. } => {
+                Transaction::Drive(_) | Transaction::HoldOff | Transaction::StopWedged { .. } => {
                     position(id, counts)
                 }
                 Transaction::Ping { joint } if joint + 1 == usize::from(id) => reply(id, &[1]),
@@ -302,14 +305,14 @@ fn the_master_ends_in_time_and_believes_only_answers() {
                 if is_quiet {
                     for (joint, counts) in counts.into_iter().enumerate() {
                         let is_asked = match transaction {
-                            Transaction::Stop | Transaction::BriefStop | Transaction::Ask(_) => {
-                                false
-                            }
+                            Transaction::Stop
+                            | Transaction::BriefStop
+                            | Transaction::Request(_) => false,
                             Transaction::Ping { joint: pinged } => pinged == joint,
                             Transaction::Start
                             | Transaction::Drive(_)
                             | Transaction::HoldOff
-                            | Transaction::Quell { .. } => true,
+                            | Transaction::StopWedged { .. } => true,
                         };
                         let sample = outcome.samples[joint];
                         assert_eq!(
@@ -319,7 +322,7 @@ fn the_master_ends_in_time_and_believes_only_answers() {
                         );
                         right += usize::from(is_asked);
                     }
-                    if let Transaction::Ask(_) = transaction {
+                    if let Transaction::Request(_) = transaction {
                         let reply = test.master.reply().expect("an intact answer");
                         assert_eq!(reply.data, [1, 0x22, 0, 44]);
                     }

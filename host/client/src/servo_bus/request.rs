@@ -138,7 +138,7 @@ impl Request {
     /// request.
     pub fn wanted<'a>(&self, payload: &'a [u8]) -> Option<&'a [u8]> {
         match &self.plan {
-            Some(plan) => plan.wanted(payload),
+            Some(plan) => plan.extract(payload),
             None => Some(payload),
         }
     }

@@ -1,6 +1,6 @@
 //! Received bytes of an exchange: echo, packets, and the rest.
 
-use armbridge_shared::servo::protocol::Damage;
+use armbridge_shared::servo::protocol::PacketError;
 use armbridge_shared::servo::protocol1::Alarms;
 use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
 use armbridge_shared::servo::{Firmware, ReplyParser};
@@ -63,8 +63,8 @@ impl<'a> Response<'a> {
                 alarms: reply.alarms,
                 data: reply.data.to_vec(),
             }),
-            Some(Err(Damage::Checksum { id })) => self.damaged = Some(id),
-            Some(Ok(None) | Err(Damage::Header)) | None => {}
+            Some(Err(PacketError::Checksum { id })) => self.damaged = Some(id),
+            Some(Ok(None) | Err(PacketError::Header)) | None => {}
         }
     }
 

@@ -53,7 +53,7 @@ mod tests;
 mod transmitter;
 
 use armbridge_client::servo_table::AX12A;
-use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, Damage};
+use armbridge_shared::servo::protocol1::{Alarms, BROADCAST, PacketError};
 
 use super::morpheus_servo::{Action, Reading};
 use commands::{Deferred, Packet, Write};
@@ -275,7 +275,7 @@ impl Ax12a {
         let id = self.id();
         let packet = match self.receiver.push(byte, framing_error, now_ns) {
             Some(Ok(frame)) if frame.id == id || frame.id == BROADCAST => Packet::intact(&frame),
-            Some(Err(Damage::Checksum { id: to })) if to == id => Packet::damaged(),
+            Some(Err(PacketError::Checksum { id: to })) if to == id => Packet::damaged(),
             _ => return,
         };
         // The delay of the reply starts at the end of the stop bit.

@@ -1,7 +1,7 @@
 //! Decoder of instruction packets.
 
 use armbridge_shared::servo::protocol1::frame::FRAME_MAX;
-use armbridge_shared::servo::protocol1::{Damage, Frame, Parser};
+use armbridge_shared::servo::protocol1::{Frame, PacketError, Parser};
 
 /// A pause inside a packet after which it is dropped (e-Manual, "Protocol 1.0").
 const PAUSE_MAX_NS: u64 = 100_000_000;
@@ -28,7 +28,7 @@ impl Receiver {
         byte: u8,
         framing_error: bool,
         now_ns: u64,
-    ) -> Option<Result<Frame<'_>, Damage>> {
+    ) -> Option<Result<Frame<'_>, PacketError>> {
         let pause_ns = now_ns.saturating_sub(self.last_byte_ns);
         self.last_byte_ns = now_ns;
         if pause_ns > PAUSE_MAX_NS || framing_error {

@@ -77,8 +77,8 @@ where
     }
 
     /// Passes the servos' bytes to the client.
-    pub(in crate::bridge) fn pass_overheard(&mut self) {
-        while let Some(byte) = self.sequencer.overheard() {
+    pub(in crate::bridge) fn relay_tapped_bytes(&mut self) {
+        while let Some(byte) = self.sequencer.take_tapped() {
             self.send_to_client(&[byte]);
         }
     }

@@ -188,8 +188,8 @@ fn classify(bytes: &[u8]) -> PrefixClass {
             Extent::Whole(length) => {
                 return PrefixClass::Whole(FrameKind::Packet(firmware), length);
             }
-            Extent::Open => is_open = true,
-            Extent::Stray | Extent::Refused => {}
+            Extent::Incomplete => is_open = true,
+            Extent::NoHeader | Extent::BadLength => {}
         }
     }
     match *bytes {

@@ -1,17 +1,17 @@
-//! Separates our own echo from a reply.
+//! Separation of our own echo from replies.
 //!
-//! On a single-wire bus whose receiver stays on, every byte we send is received
-//! again. Whether that is so is learnt from the first transmission, the stop
-//! sequence, to which no servo replies; from then on as many bytes as were
-//! sent are taken for echo, and compared.
+//! On a single-wire bus whose receiver stays on, every byte sent is received
+//! again. The first transmission, the stop sequence, to which no servo replies, shows
+//! whether the bus echoes; from then on as many bytes as were sent are taken for echo,
+//! and compared.
 
 /// Bytes of the last transmission that can be compared.
-const MEMORY: usize = super::super::packet::REQUEST_MAX;
+const SENT_MAX: usize = super::super::packet::REQUEST_MAX;
 
-/// What has been learnt about the bus.
+/// Echo of the bus, as observed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-enum Bus {
-    /// Nothing yet.
+enum BusEcho {
+    /// Not yet observed.
     #[default]
     Unknown,
     /// The receiver is off while we send.
@@ -20,65 +20,65 @@ enum Bus {
     Echoing,
 }
 
-/// Expected echo of what was sent since the last [`Echo::settle`].
+/// Expected echo of the bytes sent since the last [`Echo::reset`].
 #[derive(Debug, Default)]
 pub(super) struct Echo {
-    bus: Bus,
+    bus: BusEcho,
     /// The last transmission, or as much of it as fits.
-    sent: heapless::Vec<u8, MEMORY>,
-    /// Bytes sent, and received, since the last settling.
+    sent: heapless::Vec<u8, SENT_MAX>,
+    /// Bytes sent since the last reset, and echo bytes received.
     sent_count: u32,
-    heard_count: u32,
+    echo_count: u32,
     mismatch: bool,
 }
 
 impl Echo {
-    /// Forgets the bytes of earlier transmissions; call before sending.
-    pub(super) fn begin(&mut self) {
+    /// Drops the bytes of earlier transmissions; call before sending.
+    pub(super) fn reset(&mut self) {
         self.sent.clear();
         self.sent_count = 0;
-        self.heard_count = 0;
+        self.echo_count = 0;
         self.mismatch = false;
     }
 
-    /// A byte went out.
-    pub(super) fn sent(&mut self, byte: u8) {
-        // Beyond the memory the count alone is checked.
+    /// Notes a byte that was sent.
+    pub(super) fn note_sent(&mut self, byte: u8) {
+        // Beyond the capacity only the count is checked.
         let _ = self.sent.push(byte);
         self.sent_count += 1;
     }
 
-    /// Whether this byte is our own. One that should be ours but differs is
-    /// counted as ours and remembered: another sender drove the wire.
-    pub(super) fn claims(&mut self, byte: u8) -> bool {
-        if self.bus == Bus::Silent || self.heard_count >= self.sent_count {
+    /// Whether this received byte is echo. A byte in the place of echo that differs is
+    /// counted as echo and recorded as a mismatch: another sender drove the wire.
+    pub(super) fn is_echo(&mut self, byte: u8) -> bool {
+        if self.bus == BusEcho::Silent || self.echo_count >= self.sent_count {
             return false;
         }
-        let expected = self.sent.get(self.heard_count as usize);
+        let expected = self.sent.get(self.echo_count as usize);
         self.mismatch |= expected.is_some_and(|sent| *sent != byte);
-        self.heard_count += 1;
+        self.echo_count += 1;
         true
     }
 
-    /// The transmission is over and its echo, if any, has arrived.
-    pub(super) fn settle(&mut self) {
-        if self.bus == Bus::Unknown {
-            let all = self.heard_count == self.sent_count;
-            self.bus = if all && !self.mismatch {
-                Bus::Echoing
+    /// Classifies the bus once, at the end of the first transmission and its echo.
+    pub(super) fn classify_bus(&mut self) {
+        if self.bus == BusEcho::Unknown {
+            let is_complete = self.echo_count == self.sent_count;
+            self.bus = if is_complete && !self.mismatch {
+                BusEcho::Echoing
             } else {
-                Bus::Silent
+                BusEcho::Silent
             };
         }
     }
 
     /// Whether the bus is known to echo.
     pub(super) fn is_echoing(&self) -> bool {
-        self.bus == Bus::Echoing
+        self.bus == BusEcho::Echoing
     }
 
-    /// Whether the echo of the last transmission was not what was sent.
+    /// Whether the echo of the last transmission differs from the bytes sent.
     pub(super) fn is_disturbed(&self) -> bool {
-        self.is_echoing() && (self.mismatch || self.heard_count < self.sent_count)
+        self.is_echoing() && (self.mismatch || self.echo_count < self.sent_count)
     }
 }

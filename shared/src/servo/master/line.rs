@@ -1,5 +1,4 @@
-//! The line as the master knows it: firmware and speed of the servos, and how far they are
-//! set up.
+//! Settings of the bus line: firmware, speed and set-up state of the servos.
 
 use super::{Busy, Master};
 use crate::servo::Firmware;
@@ -13,7 +12,7 @@ where
     S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
-    /// What runs on the servos, and the speed of the line.
+    /// Sets the firmware of the servos and the speed of the line.
     ///
     /// # Errors
     /// [`Busy`] while a transaction is under way.
@@ -29,14 +28,13 @@ where
         Ok(())
     }
 
-    /// Time in µs that a tick's exchange may take: decides how much of it may be
-    /// margin.
+    /// Sets the time in µs that a tick's exchange may take, which determines its margin.
     pub fn set_available(&mut self, us: u32) {
         self.line.available_us = us;
     }
 
-    /// Stock servos have been prepared, or nothing is known of their settings. Until
-    /// they are prepared a tick only asks where they are.
+    /// Sets whether stock servos are prepared; if not, their settings are unknown, and a
+    /// tick only reads their positions.
     pub fn set_prepared(&mut self, is_prepared: bool) {
         self.line.readiness = if is_prepared {
             Readiness::Prepared
@@ -45,9 +43,9 @@ where
         };
     }
 
-    /// Stock servos let go of their shafts: they are prepared no longer, but answer as
-    /// soon as before.
-    pub fn note_released(&mut self) {
+    /// Marks stock servos as released: no longer prepared, but with the same response
+    /// time.
+    pub fn mark_released(&mut self) {
         if self.line.readiness == Readiness::Prepared {
             self.line.readiness = Readiness::Released;
         }
@@ -63,17 +61,17 @@ where
         self.line.readiness.answers_soon() || self.line.firmware == Firmware::Morpheus
     }
 
-    /// How far stock servos are set up.
+    /// Set-up state of stock servos.
     pub fn readiness(&self) -> Readiness {
         self.line.readiness
     }
 
-    /// What runs on the servos.
+    /// Firmware of the servos.
     pub fn firmware(&self) -> Firmware {
         self.line.firmware
     }
 
-    /// Bits per second.
+    /// Speed of the line in bits per second.
     pub fn baud(&self) -> u32 {
         self.line.baud
     }

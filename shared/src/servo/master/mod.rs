@@ -10,8 +10,8 @@
 //!
 //! A servo begins its reply 45 µs after the last stop bit of the request at the
 //! earliest. The direction pin is lowered in the first poll after `flush`
-//! reports that bit sent; be there within 40 µs. A servo holds the line for up
-//! to 28 µs after its reply, and the master leaves it alone for [`GUARD_US`].
+//! reports that bit sent: poll within 40 µs. A servo holds the line for up
+//! to 28 µs after its reply, and the master keeps the bus idle for [`GUARD_US`].
 //!
 //! # Two firmwares, one bus
 //!
@@ -19,28 +19,26 @@
 //! is SYNC_WR and CYCLE on Morpheus servos, one `SYNC_WRITE` and a READ a servo on
 //! stock ones; everything above is the same.
 //!
-//! | module          | what                                                  |
+//! | module          | content                                               |
 //! |-----------------|-------------------------------------------------------|
-//! | [`Transaction`] | what can be asked                                     |
-//! | `table`         | its steps; those of a tick are with the protocol      |
-//! | [`timing`]      | how long servos may take, how long the wire must rest |
-//! | `collect`       | received bytes, decoded; why something is missing     |
-//! | `echo`          | separates our own echo from a reply                   |
-//! | `step`          | what a step does to port and pin                      |
+//! | [`Transaction`] | requests on the bus                                   |
+//! | `table`         | steps of a transaction; those of a tick are with the protocol |
+//! | [`timing`]      | response times of servos, idle time of the bus        |
+//! | `receiver`      | received bytes, decoded; causes of missing replies    |
+//! | `echo`          | separation of our own echo from replies               |
+//! | `step`          | effect of a step on port and pin                      |
 
-mod collect;
 mod echo;
 mod line;
+mod receiver;
 mod step;
 mod table;
 pub mod timing;
 
 pub use super::ExpectedReply;
-/// Former name of [`ExpectedReply`].
-pub use super::ExpectedReply as Asked;
 pub use super::exchange::Readiness;
 pub use super::transaction::{Outcome, Transaction};
-pub use collect::Payload;
+pub use receiver::Payload;
 
 use super::ServoId;
 use super::exchange::{GUARD_US, Line};
@@ -49,36 +47,36 @@ use super::protocol1::Alarms;
 use super::{Firmware, Missing, Sample};
 use crate::JOINTS;
 use crate::actuator::Pwm;
-use collect::Collect;
 use core::convert::Infallible;
 use echo::Echo;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
+use receiver::Receiver;
 
 /// Reads from the port in one poll: the longest transmission's echo and more.
 const DRAIN_MAX: usize = 256;
-/// Bytes of the longest foreign packet.
-pub const ASK_MAX: usize = 260;
-/// Bytes overheard between two polls.
-const OVERHEARD_MAX: usize = 256;
+/// Bytes of the longest packet of [`Master::request`].
+pub const REQUEST_BYTES_MAX: usize = 260;
+/// Bytes tapped between two polls.
+const RX_TAP_BYTES: usize = 256;
 
-/// What is known before anything is asked.
-const NOT_ASKED: [Sample; JOINTS] = [Sample::Missing(Missing::NotAsked); JOINTS];
+/// Samples before a transaction has begun.
+const NO_SAMPLES: [Sample; JOINTS] = [Sample::Missing(Missing::NotAsked); JOINTS];
 
 /// A transaction is already under way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Busy;
 
-/// Why a foreign packet is not sent.
+/// Reason why a packet is not sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AskError {
+pub enum RequestError {
     /// A transaction is under way.
     Busy,
-    /// It is longer than [`ASK_MAX`].
+    /// The packet is longer than [`REQUEST_BYTES_MAX`].
     TooLong,
 }
 
-/// What the master is doing on the wire.
+/// Phase of the step under way.
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap for a box")]
 enum Phase {
@@ -95,7 +93,7 @@ enum Phase {
         expected_us: u64,
     },
     Listening {
-        collect: Collect,
+        receiver: Receiver,
         until_us: u64,
     },
 }
@@ -108,17 +106,17 @@ pub struct Master<S, D> {
     line: Line,
     echo: Echo,
     phase: Phase,
-    /// What is being sent, or was last.
-    outgoing: heapless::Vec<u8, ASK_MAX>,
-    /// What [`Master::ask`] was answered.
+    /// The bytes that are being sent, or were sent last.
+    outgoing: heapless::Vec<u8, REQUEST_BYTES_MAX>,
+    /// Reply to the last [`Master::request`].
     reply: Option<Payload>,
-    /// Whether bytes from the servos are kept for a client.
-    listens_in: bool,
-    overheard: heapless::Deque<u8, OVERHEARD_MAX>,
+    /// Whether bytes from the servos are kept in `rx_tap`, for a client.
+    is_tapped: bool,
+    rx_tap: heapless::Deque<u8, RX_TAP_BYTES>,
     transaction: Transaction,
     next_step: u8,
     begun_us: u64,
-    /// When the wire was last known to carry something.
+    /// Last known activity on the bus.
     active_us: u64,
     samples: [Sample; JOINTS],
     alarms: [Alarms; JOINTS],
@@ -146,13 +144,13 @@ where
             phase: Phase::Idle,
             outgoing: heapless::Vec::new(),
             reply: None,
-            listens_in: false,
-            overheard: heapless::Deque::new(),
+            is_tapped: false,
+            rx_tap: heapless::Deque::new(),
             transaction: Transaction::Stop,
             next_step: 0,
             begun_us: 0,
             active_us: 0,
-            samples: NOT_ASKED,
+            samples: NO_SAMPLES,
             alarms: [Alarms::NONE; JOINTS],
         };
         master.serial.set_baud(master.line.baud);
@@ -160,39 +158,39 @@ where
         master
     }
 
-    /// Whether bytes from the servos are kept for [`Master::overheard`], those
-    /// that were not asked for too. What was kept is forgotten.
-    pub fn listen_in(&mut self, on: bool) {
-        self.listens_in = on;
-        self.overheard.clear();
+    /// Sets whether bytes from the servos, requested or not, are kept for
+    /// [`Master::take_tapped`]. Bytes kept so far are dropped.
+    pub fn set_rx_tap(&mut self, on: bool) {
+        self.is_tapped = on;
+        self.rx_tap.clear();
     }
 
-    /// The oldest byte overheard and not yet taken.
-    pub fn overheard(&mut self) -> Option<u8> {
-        self.overheard.pop_front()
+    /// Takes the oldest tapped byte.
+    pub fn take_tapped(&mut self) -> Option<u8> {
+        self.rx_tap.pop_front()
     }
 
-    /// Sends a foreign packet and, if wanted, awaits a reply.
+    /// Sends a packet and, if a reply is expected, awaits it.
     ///
     /// # Errors
-    /// [`AskError`]; nothing is sent then.
-    pub fn ask(
+    /// [`RequestError`]; nothing is sent then.
+    pub fn request(
         &mut self,
         packet: &[u8],
-        asked: ExpectedReply,
+        expected: ExpectedReply,
         now_us: u64,
-    ) -> Result<(), AskError> {
+    ) -> Result<(), RequestError> {
         if !self.is_idle() {
-            return Err(AskError::Busy);
+            return Err(RequestError::Busy);
         }
-        let outgoing = heapless::Vec::from_slice(packet).map_err(|_| AskError::TooLong)?;
-        self.begin(Transaction::Ask(asked), now_us)
-            .map_err(|Busy| AskError::Busy)?;
+        let outgoing = heapless::Vec::from_slice(packet).map_err(|_| RequestError::TooLong)?;
+        self.begin(Transaction::Request(expected), now_us)
+            .map_err(|Busy| RequestError::Busy)?;
         self.outgoing = outgoing;
         Ok(())
     }
 
-    /// What the last [`Master::ask`] was answered.
+    /// Reply to the last [`Master::request`].
     pub fn reply(&self) -> Option<&Payload> {
         self.reply.as_ref()
     }
@@ -208,7 +206,7 @@ where
         self.drain(now_us);
         self.transaction = transaction;
         self.next_step = 0;
-        self.samples = NOT_ASKED;
+        self.samples = NO_SAMPLES;
         self.alarms = [Alarms::NONE; JOINTS];
         self.reply = None;
         self.begun_us = now_us.max(self.ready_at_us());
@@ -218,8 +216,8 @@ where
         Ok(())
     }
 
-    /// Takes back an order to drive that has not been sent yet: it will be one to be off.
-    pub fn withhold(&mut self) {
+    /// Replaces a drive command that has not been sent yet by motors off.
+    pub fn cancel_drive(&mut self) {
         if let (Transaction::Drive(pwm), 0) = (&mut self.transaction, self.next_step) {
             *pwm = [Pwm::OFF; JOINTS];
         }
@@ -231,14 +229,14 @@ where
     /// `WouldBlock` while it is not over, or when there is none.
     pub fn poll(&mut self, now_us: u64) -> nb::Result<Outcome, Infallible> {
         if matches!(self.phase, Phase::Idle) {
-            if self.listens_in {
+            if self.is_tapped {
                 self.drain(now_us);
             }
             return Err(nb::Error::WouldBlock);
         }
         self.drain(now_us);
-        // Every turn of the loop takes the transaction a step further, and a
-        // transaction has few steps: this ends.
+        // Every iteration advances the transaction by a step, and a transaction has few
+        // steps: the loop ends.
         loop {
             match &mut self.phase {
                 Phase::Idle => break,
@@ -257,9 +255,9 @@ where
                                 *retry_us = now_us + bytes_us(1, self.line.baud);
                                 return Err(nb::Error::WouldBlock);
                             }
-                            // A byte the port refuses is a byte that is missing
-                            // on the wire: the servos' checksum finds it.
-                            Ok(()) | Err(nb::Error::Other(_)) => self.echo.sent(*byte),
+                            // A byte that the port refuses is missing on the wire: the
+                            // servos' checksum detects it.
+                            Ok(()) | Err(nb::Error::Other(_)) => self.echo.note_sent(*byte),
                         }
                         *cursor += 1;
                         if *cursor == self.outgoing.len() && *repeats > 1 {
@@ -279,12 +277,12 @@ where
                     }
                     Ok(()) | Err(nb::Error::Other(_)) => self.active_us = now_us,
                 },
-                Phase::Listening { collect, until_us } => {
-                    if !collect.is_complete() && now_us < *until_us {
+                Phase::Listening { receiver, until_us } => {
+                    if !receiver.is_complete() && now_us < *until_us {
                         return Err(nb::Error::WouldBlock);
                     }
                     let echo = &self.echo;
-                    collect.settle(
+                    receiver.finish(
                         &mut self.samples,
                         &mut self.alarms,
                         echo.is_echoing(),
@@ -293,7 +291,7 @@ where
                     self.active_us = now_us;
                 }
             }
-            self.take_step(now_us);
+            self.enter_step(now_us);
         }
         Ok(Outcome {
             transaction: self.transaction,
@@ -308,12 +306,12 @@ where
         matches!(self.phase, Phase::Idle)
     }
 
-    /// When the wire has rested long enough for another request, in µs.
+    /// Time in µs at which the bus has been idle long enough for another request.
     pub fn ready_at_us(&self) -> u64 {
         self.active_us.saturating_add(GUARD_US)
     }
 
-    /// When to poll again at the latest; `u64::MAX` when there is nothing to do.
+    /// Latest time of the next poll; `u64::MAX` when there is nothing to do.
     pub fn wake_at_us(&self) -> u64 {
         match self.phase {
             Phase::Idle => u64::MAX,
@@ -323,13 +321,13 @@ where
         }
     }
 
-    /// How many bytes make it worth to poll before [`Master::wake_at_us`];
-    /// `None` if none do. Polling at every byte is as good, and costs more.
+    /// Number of received bytes that makes a poll before [`Master::wake_at_us`] useful;
+    /// `None` if none does. Polling at every byte has the same result, and costs more.
     pub fn bytes_wanted(&self) -> Option<usize> {
         match &self.phase {
             // The client wants every byte as it comes.
-            _ if self.listens_in => Some(1),
-            Phase::Listening { collect, .. } => Some(collect.bytes_wanted()),
+            _ if self.is_tapped => Some(1),
+            Phase::Listening { receiver, .. } => Some(receiver.bytes_wanted()),
             Phase::Idle
             | Phase::Pausing { .. }
             | Phase::Writing { .. }

@@ -1,7 +1,7 @@
-//! Tables of the steps of which transactions consist.
+//! Tables of the steps of transactions.
 
 use super::super::dispatch::with_protocol;
-use super::super::exchange::{Answer, Awaited, Exchange, Line, Step};
+use super::super::exchange::{Exchange, ExpectedReplies, Line, ReplyContent, Step};
 use super::super::morpheus::Morpheus;
 use super::super::port::bytes_us;
 use super::super::stop::{StopStep, brief_stop_step, stop_step_for};
@@ -9,7 +9,7 @@ use super::Transaction;
 use super::timing::ping_window_us;
 
 impl Transaction {
-    /// Steps as a table, built as they are needed; `None` ends the transaction.
+    /// The step with this index; `None` ends the transaction.
     pub(super) fn step(self, index: u8, line: &Line) -> Option<Step> {
         let &Line { firmware, baud, .. } = line;
         Some(match (self, index) {
@@ -19,19 +19,19 @@ impl Transaction {
                 Step::Send(firmware.ping_query(*line.ids.get(joint)?).packet)
             }
             (Self::Ping { joint }, 1) => Step::Listen(
-                Awaited::One(joint, Answer::Pong),
+                ExpectedReplies::Servo(joint, ReplyContent::Pong),
                 ping_window_us(firmware, baud),
             ),
             (Self::Start, _) => return Morpheus::step(self, index, line),
-            (Self::Drive(_) | Self::HoldOff | Self::Quell { .. }, _) => {
+            (Self::Drive(_) | Self::HoldOff | Self::StopWedged { .. }, _) => {
                 return with_protocol!(firmware, P => P::step(self, index, line));
             }
-            (Self::Ask(_), 0) => Step::SendAsked,
-            (Self::Ask(asked), 1) if asked.reply_bytes > 0 => Step::Listen(
-                Awaited::Reply(asked),
-                bytes_us(asked.reply_bytes.into(), baud) + u64::from(asked.latency_us),
+            (Self::Request(_), 0) => Step::SendRequest,
+            (Self::Request(expected), 1) if expected.reply_bytes > 0 => Step::Listen(
+                ExpectedReplies::Request(expected),
+                bytes_us(expected.reply_bytes.into(), baud) + u64::from(expected.latency_us),
             ),
-            (Self::Ping { .. } | Self::Ask(_), _) => return None,
+            (Self::Ping { .. } | Self::Request(_), _) => return None,
         })
     }
 }

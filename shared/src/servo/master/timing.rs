@@ -1,6 +1,6 @@
-//! How long the servos may take, and how long the wire must rest.
+//! Response times of the servos, and idle time of the bus.
 //!
-//! What a firmware's servos take is with their protocol; here it is asked for by
+//! The times of each firmware are with its protocol; these functions select them by
 //! [`Firmware`].
 
 use super::super::Firmware;
@@ -11,25 +11,24 @@ use super::super::port::bytes_us;
 pub use super::super::exchange::GUARD_US;
 pub use super::super::protocol1::RETURN_DELAY_US;
 
-/// How long a servo of unknown settings may take to begin its answer.
+/// Longest time in µs until a servo of unknown settings begins its reply.
 pub const fn latency_us(firmware: Firmware) -> u32 {
     with_protocol!(firmware, P => P::LATENCY_US)
 }
 
-/// How much longer than its bytes the answer of a servo takes that bring-up has
-/// set.
+/// Time in µs that the reply of a servo that bring-up has set takes beyond its bytes.
 pub fn prepared_latency_us(firmware: Firmware, baud: u32) -> u32 {
     with_protocol!(firmware, P => P::prepared_latency_us(baud))
 }
 
-/// The shortest period at which a tick's exchange with two servos, and the rest
-/// after it, is sure to be over. It is longer with stock servos that are not
-/// prepared: their return delay is long as they come.
+/// Shortest period in µs in which a tick's exchange with two servos, and the idle time
+/// after it, is sure to end. It is longer with stock servos that are not prepared: their
+/// factory return delay is long.
 pub fn tick_us(firmware: Firmware, baud: u32, readiness: Readiness) -> u32 {
     with_protocol!(firmware, P => P::tick_us(baud, readiness))
 }
 
-/// How long to listen for the answer to a ping.
+/// Receive window in µs of the reply to a ping.
 pub(super) fn ping_window_us(firmware: Firmware, baud: u32) -> u64 {
     bytes_us(firmware.pong_bytes().into(), baud) + u64::from(latency_us(firmware))
 }
@@ -47,7 +46,7 @@ mod tests {
     }
 
     #[test]
-    fn stock_servos_that_have_let_go_answer_as_soon_as_before() {
+    fn released_stock_servos_keep_their_short_return_delay() {
         let stock = |readiness| tick_us(Firmware::Stock, 1_000_000, readiness);
         assert_eq!(stock(Readiness::Unknown), 2_050);
         assert_eq!(stock(Readiness::Released), 1_074);

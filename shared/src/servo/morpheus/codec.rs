@@ -20,7 +20,7 @@ const MASTERS: RangeInclusive<u8> = 0x20..=0xFE;
 
 /// Bytes of all replies to CYCLE.
 const POSITIONS_BYTES: u8 = (OVERHEAD as u8 + 2) * JOINTS as u8;
-/// Payload with which a servo refuses.
+/// Payload of a servo that rejects a request.
 const NOK: u8 = 0x08;
 
 /// A ping is answered within 87 µs; the rest is reserve.
@@ -48,16 +48,16 @@ impl Protocol for Morpheus {
     const UNREADABLE: Option<u8> = Some(register::POSITION);
     const REFUSAL: &'static [u8] = &[NOK];
 
-    /// A servo takes LEN up to 200, so that more than [`FRAME_MAX`] bytes are
-    /// found as well: such a packet must be seen to be refused.
+    /// Finds packets of more than [`FRAME_MAX`] bytes too: a servo accepts LEN up to 200,
+    /// and such a packet must be detected to be refused.
     fn extent(bytes: &[u8]) -> Extent {
         match *bytes {
-            [] | [HEADER] => Extent::Open,
+            [] | [HEADER] => Extent::Incomplete,
             [HEADER, length @ LENGTH_MIN..=LENGTH_HEARD_MAX, ..] => {
                 Extent::Whole(usize::from(length) + 3)
             }
-            [HEADER, ..] => Extent::Refused,
-            _ => Extent::Stray,
+            [HEADER, ..] => Extent::BadLength,
+            _ => Extent::NoHeader,
         }
     }
 
@@ -127,8 +127,8 @@ impl Protocol for Morpheus {
         frame.encode()
     }
 
-    fn expected(instruction: Result<Instruction, DecodeError>, to_all: bool) -> (u8, u32) {
-        let data = match (instruction, to_all) {
+    fn expected(instruction: Result<Instruction, DecodeError>, is_broadcast: bool) -> (u8, u32) {
+        let data = match (instruction, is_broadcast) {
             (Ok(Instruction::Start), true) => {
                 return (Self::PONG_BYTES, START_LATENCY_US);
             }
@@ -164,16 +164,16 @@ impl Protocol for Morpheus {
         Some(Query {
             packet: Vec::from_slice(&plan.request(ServoId::new(id)?)).ok()?,
             id,
-            reply_bytes: OVERHEAD as u8 + plan.asked().len() as u8,
+            reply_bytes: OVERHEAD as u8 + plan.range().len() as u8,
         })
     }
 
     fn read_reply(address: u8, count: u8, data: &[u8]) -> Option<&[u8]> {
-        safe_read::plan(address, count).ok()?.wanted(data)
+        safe_read::plan(address, count).ok()?.extract(data)
     }
 
-    fn run_up(address: u8) -> u8 {
-        safe_read::plan(address, 1).map_or(0, |plan| address.saturating_sub(plan.asked().start))
+    fn lead_bytes(address: u8) -> u8 {
+        safe_read::plan(address, 1).map_or(0, |plan| address.saturating_sub(plan.range().start))
     }
 
     /// The low byte of the PWM.
@@ -182,13 +182,13 @@ impl Protocol for Morpheus {
         Query {
             packet: plan.request(servo),
             id: servo.get(),
-            reply_bytes: OVERHEAD as u8 + plan.asked().len() as u8,
+            reply_bytes: OVERHEAD as u8 + plan.range().len() as u8,
         }
     }
 
-    fn judge_off(data: &[u8]) -> Option<bool> {
+    fn decode_off(data: &[u8]) -> Option<bool> {
         let [off, _] = Pwm::OFF.counts().to_le_bytes();
-        let &[low] = safe_read::PWM_LOW.wanted(data)? else {
+        let &[low] = safe_read::PWM_LOW.extract(data)? else {
             return None;
         };
         Some(low == off)

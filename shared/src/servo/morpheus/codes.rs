@@ -20,6 +20,6 @@ pub(super) mod register {
     /// SYNC_WR from here reaches the PWM register by the checked path.
     pub(in crate::servo::morpheus) const BEFORE_PWM: u8 = 0x0F;
     pub(in crate::servo::morpheus) const PWM: u8 = 0x10;
-    /// After the last; a READ beyond it is refused.
+    /// End of the registers, exclusive; a READ beyond it is refused.
     pub(in crate::servo::morpheus) const END: u8 = 0x12;
 }

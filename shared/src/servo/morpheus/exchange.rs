@@ -1,4 +1,4 @@
-//! The control tick with Morpheus servos, and how long they take.
+//! The control tick with Morpheus servos, and their response times.
 //!
 //! ```text
 //! SYNC_WR (16 bytes) | gap | CYCLE (6 bytes) | positions, one after the other (14)
@@ -10,15 +10,17 @@ use super::codec::LATENCY_US;
 use super::{Morpheus, Request};
 use crate::JOINTS;
 use crate::actuator::Pwm;
-use crate::servo::exchange::{Answer, Awaited, Exchange, GUARD_US, Line, Readiness, Step};
+use crate::servo::exchange::{
+    Exchange, ExpectedReplies, GUARD_US, Line, Readiness, ReplyContent, Step,
+};
 use crate::servo::port::bytes_us;
 use crate::servo::transaction::Transaction;
 
-/// How much later START is answered for each id, rounded up.
+/// Delay of the answer to START per id, rounded up.
 const START_SLOT_US: u64 = 5_000;
 
 /// Longest recorded time of a servo to begin an answer is 105 µs, to a READ of
-/// eleven bytes; inside that pass up to 9 µs between bytes now and then.
+/// eleven bytes; inside it, gaps of up to 9 µs occur between bytes.
 const ANSWER_US: u32 = 150;
 
 /// Pause between SYNC_WR and CYCLE. Of two packets closer than 20 µs a servo
@@ -34,7 +36,7 @@ const GAP_MIN_US: u32 = 30;
 /// 140 are bytes; with the first servo dead its successor waits 169 µs more
 /// before it speaks. The rest, at 1 Mbaud, is reserve.
 const POSITIONS_LATENCY_US: u64 = 310;
-/// What of that two servos take that are both there.
+/// Part of [`POSITIONS_LATENCY_US`] that two servos take when both answer.
 const POSITIONS_TYPICAL_US: u64 = 150;
 /// Bytes of two positions.
 const POSITIONS_BYTES: u32 = 14;
@@ -64,17 +66,20 @@ impl Exchange for Morpheus {
                 let off = line.ids.map(|id| (id, Pwm::OFF));
                 tick(index, Request::Drive(off), line)
             }
-            Transaction::Quell { joint, aside } => {
+            Transaction::StopWedged {
+                joint,
+                is_side_step,
+            } => {
                 let servo = [*line.ids.get(joint)?; JOINTS];
-                let off = if aside {
+                let off = if is_side_step {
                     Request::SideStep(servo)
                 } else {
                     Request::Release(servo)
                 };
                 match index {
                     0 => tick(0, off, line),
-                    // Cut short on a bad line, it takes the next two bytes for its
-                    // PWM: these are none.
+                    // A servo whose packet is cut short takes the next two bytes for its
+                    // PWM: 0xFFFF is none.
                     1 => Some(Step::Repeat(0xFF, 2)),
                     _ => tick(index - 1, off, line),
                 }
@@ -92,7 +97,7 @@ fn tick(index: u8, drive: Request, line: &Line) -> Option<Step> {
         },
         2 => Step::Send(Request::Cycle.encode()),
         3 => Step::Listen(
-            Awaited::Each(Answer::Position),
+            ExpectedReplies::Chain(ReplyContent::Position),
             bytes_us(POSITIONS_BYTES, line.baud) + POSITIONS_LATENCY_US,
         ),
         _ => return None,
@@ -106,7 +111,7 @@ fn start(index: u8, line: &Line) -> Option<Step> {
             let last = line.ids.iter().map(|id| id.get()).max().unwrap_or(0);
             let slots_us = (u64::from(last) + 1) * START_SLOT_US;
             Step::Listen(
-                Awaited::Each(Answer::Pong),
+                ExpectedReplies::Chain(ReplyContent::Pong),
                 slots_us + bytes_us(6, line.baud),
             )
         }
@@ -114,7 +119,7 @@ fn start(index: u8, line: &Line) -> Option<Step> {
     })
 }
 
-/// The pause between SYNC_WR and CYCLE, if a tick's exchange may take so long.
+/// Pause between SYNC_WR and CYCLE: the longer one if the tick has room for it.
 fn gap_us(available_us: u32, baud: u32) -> u32 {
     let roomy_us = Morpheus::tick_us(baud, Readiness::Prepared) + (GAP_US - GAP_MIN_US);
     if available_us >= roomy_us {

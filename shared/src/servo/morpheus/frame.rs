@@ -1,4 +1,4 @@
-//! Header, length and checksum: what requests and replies share.
+//! Frame of requests and replies: header, length and checksum.
 
 use crate::servo::protocol;
 use heapless::Vec;
@@ -13,9 +13,9 @@ pub const OVERHEAD: usize = 5;
 pub(super) const LENGTH_MIN: u8 = 3;
 /// Largest LEN that does not silence a servo until power-off.
 pub const LENGTH_MAX: u8 = 127;
-/// Largest LEN that a servo takes for one.
+/// Largest LEN that a servo accepts.
 pub(super) const LENGTH_HEARD_MAX: u8 = 200;
-/// Bytes of the longest packet with such a LEN.
+/// Bytes of the longest packet with a LEN of up to [`LENGTH_MAX`].
 pub const FRAME_MAX: usize = LENGTH_MAX as usize + 3;
 
 /// The protocol of the Morpheus firmware.
@@ -25,9 +25,9 @@ pub struct Morpheus;
 /// An intact packet, borrowed from a parser or to be encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a> {
-    /// Who shall take it: a servo, the master, or [`BROADCAST`].
+    /// Receiver: a servo, the master, or [`BROADCAST`].
     pub destination: u8,
-    /// Who sent it.
+    /// Sender.
     pub source: u8,
     /// Command and parameters, or a reply's payload. At least one byte.
     pub data: &'a [u8],
@@ -40,7 +40,7 @@ pub fn checksum(body: &[u8]) -> u8 {
 
 impl Frame<'_> {
     /// The bytes on the wire; `None` if they are more than `N`, if LEN would be
-    /// above [`LENGTH_MAX`], or if there is nothing in it.
+    /// above [`LENGTH_MAX`], or if the data are empty.
     pub fn encode<const N: usize>(&self) -> Option<Vec<u8, N>> {
         let length = u8::try_from(self.data.len() + 2).ok()?;
         if !(LENGTH_MIN..=LENGTH_MAX).contains(&length) {
@@ -56,7 +56,7 @@ impl Frame<'_> {
     }
 }
 
-/// Finds packets in a stream of bytes, of up to `N` bytes.
+/// Parser of packets of up to `N` bytes in a stream.
 pub type Parser<const N: usize> = protocol::Parser<Morpheus, N>;
 
 #[cfg(test)]

@@ -6,11 +6,11 @@
 //! ```
 //!
 //! In a request D1 is the command; a reply is payload only, so the master must
-//! remember what it asked. Servos take every packet on the wire for one that
-//! may concern them, their neighbours' replies included, and several well
-//! formed packets deafen or kill them:
+//! remember its request. Servos parse every packet on the wire, their neighbours'
+//! replies included, and several well formed packets make them stop receiving or
+//! working:
 //!
-//! | packet                                   | what it does to the servos        |
+//! | packet                                   | effect on the servos              |
 //! |------------------------------------------|-----------------------------------|
 //! | LEN of 128 or more                       | no command is received until power-off |
 //! | READ of no bytes, or whose first byte of reply is 0x83 | the others are deaf for 200 bytes |
@@ -20,23 +20,23 @@
 //! | any write to 0x00..=0x0A                 | EEPROM: deaf for 8.5 ms a byte, or reset |
 //!
 //! So there is no encoder of general packets here: [`Request`] lists what the
-//! bridge sends, and [`safe_read::Plan`] what may be read. Torque goes by SYNC_WR
+//! bridge sends, and [`safe_read::Plan`] the READs that are safe. Torque goes by SYNC_WR
 //! to 0x0F with three bytes a servo, which honours the checksum and takes every
 //! value.
 //!
-//! | part        | what                                                        |
+//! | part        | content                                                     |
 //! |-------------|-------------------------------------------------------------|
-//! | [`Morpheus`] | the codec: finds packets and takes them apart              |
+//! | [`Morpheus`] | the codec: finds and parses packets                        |
 //! | [`Request`] | requests of the bridge                                      |
 //! | [`safe_read`] | readings of registers that deafen no servo                |
-//! | `exchange`  | the packets of a tick, and how long servos take             |
+//! | `exchange`  | the packets of a tick, and response times of the servos     |
 //!
 //! # Off read-back
 //!
 //! A servo returns the low byte of its PWM only; the high byte always reads 0. Off is
-//! 1000 = 0x03E8, so a low byte of 0xE8 is what a servo answers that is off, but
-//! also one with a PWM of 232, 488, 744, 1256, 1512 or 1768. Other low bytes are
-//! certainly not off. [`Firmware::judge_off`](super::Firmware::judge_off) is thus
+//! 1000 = 0x03E8, so a servo that is off answers a low byte of 0xE8, but
+//! so does one with a PWM of 232, 488, 744, 1256, 1512 or 1768. Other low bytes are
+//! certainly not off. [`Firmware::decode_off`](super::Firmware::decode_off) is thus
 //! evidence, not proof: combine it with a stop whose echo was undamaged and a ping
 //! that was answered.
 
@@ -49,13 +49,13 @@ pub mod safe_read;
 
 pub use super::ServoId;
 pub use super::packet::REQUEST_MAX;
-pub use super::protocol::Damage;
+pub use super::protocol::PacketError;
 pub use frame::{BROADCAST, Frame, HEADER, Morpheus, checksum};
 pub use request::{MASTER, Request};
 
 use super::protocol::Protocol;
 
-/// Finds the replies of a tick, of which a position is the longest.
+/// Parser of the replies of a tick, of which a position is the longest.
 pub type Parser = frame::Parser<{ Morpheus::TICK_REPLY_MAX }>;
 
 #[cfg(test)]
@@ -75,8 +75,8 @@ mod tests {
         for byte in stream {
             match parser.push(byte) {
                 Some(Ok(frame)) => found.push(Ok((frame.source, frame.data.to_vec()))),
-                Some(Err(Damage::Checksum { id })) => found.push(Err(id)),
-                Some(Err(Damage::Header)) | None => {}
+                Some(Err(PacketError::Checksum { id })) => found.push(Err(id)),
+                Some(Err(PacketError::Header)) | None => {}
             }
         }
         assert_eq!(found.len(), 3);

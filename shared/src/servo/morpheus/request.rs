@@ -6,17 +6,17 @@ use crate::JOINTS;
 use crate::actuator::Pwm;
 use crate::servo::{Packet, ServoId};
 
-/// Our address. At least 0x20, so that no servo mistakes it for a register,
+/// Address of the bridge. At least 0x20, so that no servo mistakes it for a register,
 /// and never a servo's: [`ServoId`] excludes it.
 pub const MASTER: u8 = 0xFE;
 
 /// All requests of the bridge to Morpheus servos.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// "Are you there?" Answered with one byte.
+    /// Presence test, answered with one byte.
     Ping(ServoId),
-    /// Each servo answers in turn, 4.74 ms times its id later, and learns whom
-    /// to follow in [`Request::Cycle`].
+    /// Forms the position chain: each servo answers in turn, 4.74 ms times its id
+    /// later, and learns its predecessor in [`Request::Cycle`].
     Start,
     /// Every started servo sends its position, one after another in the order
     /// of their ids. High byte first, so never 0x83.

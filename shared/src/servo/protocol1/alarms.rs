@@ -5,7 +5,7 @@
 pub struct Alarms(u8);
 
 impl Alarms {
-    /// Nothing.
+    /// No alarm.
     pub const NONE: Self = Self(0);
     /// Supply outside the voltage limits.
     pub const INPUT_VOLTAGE: Self = Self(1 << 0);
@@ -22,7 +22,7 @@ impl Alarms {
     /// An unknown instruction, or ACTION with nothing registered.
     pub const INSTRUCTION: Self = Self(1 << 6);
 
-    /// From the error byte. Bit 7 has no meaning and is dropped.
+    /// Decodes the error byte. Bit 7 has no meaning and is dropped.
     pub const fn from_bits(bits: u8) -> Self {
         Self(bits & 0x7F)
     }
@@ -32,23 +32,23 @@ impl Alarms {
         self.0
     }
 
-    /// Whether there are none.
+    /// Whether there is no alarm.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether all of these are among them.
+    /// Whether all of `alarms` are set.
     pub const fn contains(self, alarms: Self) -> bool {
         self.0 & alarms.0 == alarms.0
     }
 
-    /// Those that are in both.
+    /// Alarms that are in both.
     #[must_use]
     pub const fn and(self, alarms: Self) -> Self {
         Self(self.0 & alarms.0)
     }
 
-    /// Those that are in either.
+    /// Alarms that are in either.
     #[must_use]
     pub const fn or(self, alarms: Self) -> Self {
         Self(self.0 | alarms.0)

@@ -11,8 +11,7 @@ const OFF_BYTES: u8 = register::MOVING_SPEED + 2 - register::ANGLE_LIMITS;
 /// Moving speed without its direction, bit 10.
 const MAGNITUDE: u16 = (1 << 10) - 1;
 
-/// Longest return delay of a stock servo, 254 times 2 µs, and 300 µs for it to
-/// think.
+/// Longest return delay of a stock servo, 254 times 2 µs, and 300 µs of processing time.
 pub(super) const LATENCY_US: u32 = RETURN_DELAY_MAX_US as u32 + 300;
 pub(super) const RETURN_DELAY_MAX_US: u64 = 508;
 
@@ -38,11 +37,11 @@ impl Protocol for Protocol1 {
     fn extent(bytes: &[u8]) -> Extent {
         match *bytes {
             // Of more headers than two the last two count.
-            [HEADER, HEADER, HEADER, ..] => Extent::Stray,
+            [HEADER, HEADER, HEADER, ..] => Extent::NoHeader,
             [HEADER, HEADER, _, length @ 2..=255, ..] => Extent::Whole(usize::from(length) + 4),
-            [HEADER, HEADER, _, _, ..] => Extent::Refused,
-            [] | [HEADER] | [HEADER, HEADER] | [HEADER, HEADER, _] => Extent::Open,
-            _ => Extent::Stray,
+            [HEADER, HEADER, _, _, ..] => Extent::BadLength,
+            [] | [HEADER] | [HEADER, HEADER] | [HEADER, HEADER, _] => Extent::Incomplete,
+            _ => Extent::NoHeader,
         }
     }
 
@@ -90,8 +89,8 @@ impl Protocol for Protocol1 {
         (reply.id < BROADCAST).then(|| status.encode()).flatten()
     }
 
-    fn expected(instruction: Result<Instruction, DecodeError>, to_all: bool) -> (u8, u32) {
-        let data = match (instruction, to_all) {
+    fn expected(instruction: Result<Instruction, DecodeError>, is_broadcast: bool) -> (u8, u32) {
+        let data = match (instruction, is_broadcast) {
             (Ok(Instruction::Ping), true) => 0,
             (_, true) => return (0, 0),
             (Ok(Instruction::Read { count, .. }), false) => count,
@@ -104,7 +103,7 @@ impl Protocol for Protocol1 {
         query(servo.get(), &Instruction::Ping, 0).unwrap_or_default()
     }
 
-    /// Whatever comes with it, a status packet is one.
+    /// Every status packet is a pong, whatever its data.
     fn is_pong(_data: &[u8]) -> bool {
         true
     }
@@ -124,18 +123,18 @@ impl Protocol for Protocol1 {
         (data.len() == usize::from(count)).then_some(data)
     }
 
-    fn run_up(_address: u8) -> u8 {
+    fn lead_bytes(_address: u8) -> u8 {
         0
     }
 
-    /// Angle limits through moving speed: torque enable alone would not distinguish a
+    /// Reads angle limits through moving speed: torque enable alone would not distinguish a
     /// servo that holds still from one that is on its way, and a moving speed of 0
     /// is standstill in wheel mode, but the highest speed in joint mode.
     fn off_query(servo: ServoId) -> Query {
         Self::read_query(servo.get(), register::ANGLE_LIMITS, OFF_BYTES).unwrap_or_default()
     }
 
-    fn judge_off(data: &[u8]) -> Option<bool> {
+    fn decode_off(data: &[u8]) -> Option<bool> {
         let data = Self::read_reply(register::ANGLE_LIMITS, OFF_BYTES, data)?;
         let from = |address: u8| data.get(usize::from(address - register::ANGLE_LIMITS)..);
         let is_wheel = from(register::ANGLE_LIMITS)?.starts_with(&[0; 4]);
@@ -156,7 +155,7 @@ fn query<const N: usize>(id: u8, instruction: &Instruction, data: u8) -> Option<
     })
 }
 
-/// To all stock servos: let go of the shaft. No reply.
+/// Torque enable 0 to all stock servos: they release the shaft. No reply.
 pub(in crate::servo) fn torque_off() -> Packet {
     let off = Instruction::Write {
         address: register::TORQUE_ENABLE,

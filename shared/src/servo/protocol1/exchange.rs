@@ -1,4 +1,4 @@
-//! The control tick with stock servos, and how long they take.
+//! The control tick with stock servos, and their response times.
 //!
 //! ```text
 //! SYNC_WRITE (14 bytes) | for each servo: guard | READ (8 bytes) | position (8)
@@ -11,16 +11,18 @@
 //! ```
 //!
 //! A servo that was cut off inside a packet takes up to 254 bytes for its rest, and receives
-//! the first packet after them: the more bytes a tick has and the less it waits, the sooner.
+//! the first packet after them: the more bytes a tick has and the shorter its pauses, the sooner.
 //!
-//! Times are from the e-Manual, where it has any; it has none for the processing time of
+//! Times are from the e-Manual, where it has any; it gives none for the processing time of
 //! a servo.
 
 use super::codec::{LATENCY_US, RETURN_DELAY_MAX_US};
 use super::{BROADCAST, Instruction, Protocol1, register, torque_off};
 use crate::JOINTS;
 use crate::actuator::Pwm;
-use crate::servo::exchange::{Answer, Awaited, Exchange, GUARD_US, Line, Readiness, Step};
+use crate::servo::exchange::{
+    Exchange, ExpectedReplies, GUARD_US, Line, Readiness, ReplyContent, Step,
+};
 use crate::servo::port::bytes_us;
 use crate::servo::transaction::Transaction;
 use crate::servo::{Packet, ServoId};
@@ -32,18 +34,18 @@ pub const RETURN_DELAY_US: u64 = 20;
 /// From READ to status packet without return delay, as measured at the wire
 /// (Xevel, notes on the USB2AX).
 const STATUS_US: u64 = 22;
-/// How much longer it takes after a WRITE of two bytes (same source), rounded up.
+/// Additional time after a WRITE of two bytes (same source), rounded up.
 const WRITE_US: u64 = 20;
-/// Each millisecond a stock servo controls its motor for so long, and sends
+/// Duration of the motor control step that a stock servo runs each millisecond, sending
 /// nothing meanwhile (same source). It may fall before or into a status packet,
 /// and into a long one several times.
 const CONTROL_STEP_US: u64 = 130;
-/// What a stock servo with that delay may take longer than its bytes, if those
+/// Longest time of a status packet with that delay beyond its bytes, if those
 /// take less than a millisecond.
 const SHORT_STATUS_US: u64 = RETURN_DELAY_US + STATUS_US + CONTROL_STEP_US;
 /// Reserve on top of that in a tick's windows.
 const RESERVE_US: u64 = 50;
-/// The wire is left alone between two packets.
+/// Pause of the bus between two packets.
 const REST: Step = Step::Pause {
     us: GUARD_US as u32,
 };
@@ -58,48 +60,49 @@ impl Exchange for Protocol1 {
 
     fn tick_us(baud: u32, readiness: Readiness) -> u32 {
         let turn_us = GUARD_US + bytes_us(8, baud) + position_us(baud, readiness);
-        let orders_us = match readiness {
+        let commands_us = match readiness {
             Readiness::Prepared => bytes_us(14, baud),
             Readiness::Released | Readiness::Unknown => {
                 JOINTS as u64 * (GUARD_US + bytes_us(8, baud))
             }
         };
-        (orders_us + JOINTS as u64 * turn_us + GUARD_US) as u32
+        (commands_us + JOINTS as u64 * turn_us + GUARD_US) as u32
     }
 
     /// One `SYNC_WRITE`, if the servos are prepared for it, then a READ for each servo; or
-    /// for each the order to let go and a READ.
+    /// for each torque enable 0 and a READ.
     fn step(transaction: Transaction, index: u8, line: &Line) -> Option<Step> {
         let pwm = match transaction {
             Transaction::Drive(pwm) => pwm,
-            Transaction::Quell { .. } => [Pwm::OFF; JOINTS],
+            Transaction::StopWedged { .. } => [Pwm::OFF; JOINTS],
             Transaction::HoldOff => return hold_off(index, line),
             _ => return None,
         };
-        let Some(after) = index.checked_sub(1) else {
+        let Some(read_step) = index.checked_sub(1) else {
             return if line.readiness == Readiness::Prepared {
                 speeds(line.ids, pwm).map(Step::Send)
             } else {
-                // To a servo in another mode the same number means another thing.
+                // In another mode the same value has another meaning.
                 Some(Step::Pause { us: 0 })
             };
         };
-        ask_position(usize::from(after / 3), after % 3, line)
+        position_step(usize::from(read_step / 3), read_step % 3, line)
     }
 }
 
+/// Steps of a tick with motors held off.
 fn hold_off(index: u8, line: &Line) -> Option<Step> {
     let joint = usize::from(index / 5);
     match index % 5 {
         _ if joint >= JOINTS => None,
         0 => Some(REST),
         1 => Some(Step::Send(torque_off())),
-        step => ask_position(joint, step - 2, line),
+        step => position_step(joint, step - 2, line),
     }
 }
 
-/// The steps by which the servo of this joint is asked where it is.
-fn ask_position(joint: usize, step: u8, line: &Line) -> Option<Step> {
+/// Steps that read the position of the servo of this joint.
+fn position_step(joint: usize, step: u8, line: &Line) -> Option<Step> {
     let id = line.ids.get(joint)?.get();
     Some(match step {
         0 => REST,
@@ -111,7 +114,7 @@ fn ask_position(joint: usize, step: u8, line: &Line) -> Option<Step> {
             Step::Send(read.encode(id)?)
         }
         _ => Step::Listen(
-            Awaited::One(joint, Answer::Position),
+            ExpectedReplies::Servo(joint, ReplyContent::Position),
             position_us(line.baud, line.readiness) + RESERVE_US,
         ),
     })
@@ -132,7 +135,7 @@ fn speeds(ids: [ServoId; JOINTS], pwm: [Pwm; JOINTS]) -> Option<Packet> {
     instruction.encode(BROADCAST)
 }
 
-/// A PWM as a stock servo takes it: magnitude 0..=1023, bit 10 for clockwise,
+/// PWM in the encoding of a stock servo: magnitude 0..=1023, bit 10 for clockwise,
 /// which is towards lower counts. Rounded to the nearest.
 fn duty(pwm: Pwm) -> u16 {
     const FULL: u32 = 1023;
@@ -142,7 +145,7 @@ fn duty(pwm: Pwm) -> u16 {
     if pwm < Pwm::OFF { duty | 1 << 10 } else { duty }
 }
 
-/// From the end of a READ to the end of a stock servo's position.
+/// Time in µs from the end of a READ to the end of a stock servo's position.
 fn position_us(baud: u32, readiness: Readiness) -> u64 {
     let position_us = bytes_us(8, baud);
     let delay_us = if readiness.answers_soon() {
@@ -153,8 +156,8 @@ fn position_us(baud: u32, readiness: Readiness) -> u64 {
     position_us + delay_us + control_steps_us(position_us)
 }
 
-/// By how much the control steps of a stock servo stretch a packet that takes so
-/// long, beside the one that may precede it.
+/// Time in µs that control steps of a stock servo add to a packet of this duration,
+/// beside the one that may precede it.
 const fn control_steps_us(packet_us: u64) -> u64 {
     const SENDS_US: u32 = 1_000 - CONTROL_STEP_US as u32;
     (packet_us as u32 / SENDS_US * CONTROL_STEP_US as u32) as u64

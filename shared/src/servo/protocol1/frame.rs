@@ -1,11 +1,11 @@
-//! Header, length and checksum: what instruction and status packets share.
+//! Frame of instruction and status packets: header, length and checksum.
 
 use crate::servo::protocol;
 use heapless::Vec;
 
-/// Each packet begins with two of these.
+/// Header byte; each packet begins with two of them.
 pub const HEADER: u8 = 0xFF;
-/// All servos. Ids are 0..=253.
+/// Id of a packet to all servos. Ids of servos are 0..=253.
 pub const BROADCAST: u8 = 0xFE;
 /// Bytes of a packet beside its parameters.
 pub const OVERHEAD: usize = 6;
@@ -19,11 +19,11 @@ pub struct Protocol1;
 /// An intact packet, borrowed from a parser or to be encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a> {
-    /// Of the servo that is addressed, or that answers; [`BROADCAST`] for all.
+    /// Id of the servo that is addressed, or that answers; [`BROADCAST`] for all.
     pub id: u8,
     /// Instruction, or error byte.
     pub code: u8,
-    /// What follows.
+    /// Parameters.
     pub parameters: &'a [u8],
 }
 
@@ -47,13 +47,13 @@ impl Frame<'_> {
     }
 }
 
-/// Finds packets in a stream of bytes, of up to `N` bytes.
+/// Parser of packets of up to `N` bytes in a stream.
 pub type Parser<const N: usize> = protocol::Parser<Protocol1, N>;
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::protocol::Damage;
+    use crate::servo::protocol::PacketError;
     use proptest::prelude::*;
 
     type Long = Parser<FRAME_MAX>;
@@ -115,7 +115,10 @@ mod tests {
             .collect();
         assert_eq!(
             results,
-            [Err(Damage::Checksum { id: 7 }), Err(Damage::Header)]
+            [
+                Err(PacketError::Checksum { id: 7 }),
+                Err(PacketError::Header)
+            ]
         );
     }
 }

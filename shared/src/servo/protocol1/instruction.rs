@@ -16,7 +16,7 @@ mod code {
     pub(super) const BULK_READ: u8 = 0x92;
 }
 
-/// In Protocol 1.0. Morpheus has no encoder for any instruction: see
+/// Encoding in Protocol 1.0. Morpheus has no encoder for any instruction: see
 /// [`morpheus::Request`](crate::servo::morpheus::Request).
 impl<'a> Instruction<'a> {
     /// The bytes on the wire to the servo `id`, or to all; `None` if they are

@@ -1,4 +1,4 @@
-//! Dynamixel Protocol 1.0, what a stock AX-12A speaks (ROBOTIS e-Manual,
+//! Dynamixel Protocol 1.0, the protocol of a stock AX-12A (ROBOTIS e-Manual,
 //! "DYNAMIXEL Protocol 1.0").
 //!
 //! ```text
@@ -7,18 +7,18 @@
 //! CHK = complement of the sum of ID, LEN, INST or ERROR, P1..Pn, modulo 256
 //! ```
 //!
-//! | module          | what                                                 |
+//! | module          | content                                              |
 //! |-----------------|------------------------------------------------------|
-//! | [`Protocol1`]   | the codec: finds packets and takes them apart        |
+//! | [`Protocol1`]   | the codec: finds and parses packets                  |
 //! | [`frame`]       | header, length and checksum, both directions         |
-//! | [`Instruction`] | what a master asks                                   |
-//! | [`Status`]      | what a servo answers                                 |
+//! | [`Instruction`] | requests of a master                                 |
+//! | [`Status`]      | status packets, the replies of a servo               |
 //! | [`Alarms`]      | the seven bits of its error byte                     |
 //! | [`register`]    | addresses of a servo's registers                     |
-//! | `exchange`      | the packets of a tick, and how long servos take      |
+//! | `exchange`      | the packets of a tick, and response times            |
 //!
-//! To all servos at once ([`BROADCAST`]) nothing is answered but PING, which
-//! every servo answers, at the same time if there are several. Inside an
+//! Of the packets to all servos ([`BROADCAST`]) only PING is answered, by every servo,
+//! at the same time if there are several. Inside an
 //! instruction packet a servo waits 100 ms for the next byte, then drops it.
 
 mod alarms;
@@ -30,7 +30,7 @@ pub mod register;
 mod status;
 
 pub use super::instruction::{DecodeError, Instruction, SyncBlocks};
-pub use super::protocol::Damage;
+pub use super::protocol::PacketError;
 pub use alarms::Alarms;
 pub(super) use codec::torque_off;
 pub use exchange::RETURN_DELAY_US;

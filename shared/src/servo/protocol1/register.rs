@@ -3,14 +3,14 @@
 
 /// The servo's id.
 pub const ID: u8 = 3;
-/// Return delay, in 2 µs.
+/// Return delay, in units of 2 µs.
 pub const RETURN_DELAY: u8 = 5;
 /// Angle limits, clockwise then counter-clockwise, two bytes each: all 0
 /// for wheel mode, in which the moving speed is the motor's duty.
 pub const ANGLE_LIMITS: u8 = 6;
-/// What the torque limit is at power-up, two bytes.
+/// Torque limit at power-up, two bytes.
 pub const MAX_TORQUE: u8 = 14;
-/// When a status packet is sent: 0 after PING, 1 after READ too, 2 always.
+/// Condition for a status packet: 0 after PING, 1 after READ too, 2 always.
 pub const STATUS_RETURN_LEVEL: u8 = 16;
 /// Torque on or off.
 pub const TORQUE_ENABLE: u8 = 24;
@@ -20,7 +20,7 @@ pub const LED: u8 = 25;
 pub const MOVING_SPEED: u8 = 32;
 /// Position 0..=1023, two bytes.
 pub const PRESENT_POSITION: u8 = 36;
-/// One byte, in °C.
+/// Temperature, one byte, in °C.
 pub const PRESENT_TEMPERATURE: u8 = 43;
 
 /// The registers of two bytes, bit n for the one at address n: model number,

@@ -1,4 +1,4 @@
-//! What a stock servo answers.
+//! Status packets: replies of a stock servo.
 
 use super::alarms::Alarms;
 use super::frame::{BROADCAST, Frame};
@@ -7,11 +7,11 @@ use heapless::Vec;
 /// A status packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Status<'a> {
-    /// Who answers.
+    /// Id of the servo that answers.
     pub id: u8,
     /// Its alarms.
     pub alarms: Alarms,
-    /// What was asked for.
+    /// Contents of the registers that were read.
     pub parameters: &'a [u8],
 }
 
@@ -26,7 +26,7 @@ impl<'a> Status<'a> {
         frame.encode()
     }
 
-    /// From an intact packet; `None` if no servo would send it: from an id that
+    /// Decodes an intact packet; `None` if no servo would send it: from an id that
     /// no servo has, or with an error byte that has no meaning.
     pub fn decode(frame: &Frame<'a>) -> Option<Self> {
         let is_plausible = frame.id < BROADCAST && frame.code < 0x80;
@@ -37,7 +37,7 @@ impl<'a> Status<'a> {
         })
     }
 
-    /// The parameters as one 16-bit value, if they are.
+    /// The parameters as one 16-bit value, if they are two bytes.
     pub fn word(&self) -> Option<u16> {
         let bytes = self.parameters.try_into().ok()?;
         Some(u16::from_le_bytes(bytes))

@@ -62,7 +62,7 @@ fn may_drive(request: &ClientRequest) {
     if !request.may_drive() {
         let is_chain = request.firmware == Firmware::Morpheus && matches!(code, 6 | 7);
         assert!(matches!(code, 1 | READ) || is_chain, "{packet:02x?}");
-        if code == READ && !request.is_to_all() {
+        if code == READ && !request.is_broadcast() {
             let data = usize::from(expected.reply_bytes).saturating_sub(overhead);
             let requested = usize::from(packet[6]).min(usize::from(u8::MAX) - overhead);
             assert_eq!(data, requested, "{packet:02x?}");

@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use armbridge_shared::link::message::Sample;
 use armbridge_shared::servo::Firmware;
-use armbridge_shared::servo::master::{Asked, Outcome, Payload, Transaction};
+use armbridge_shared::servo::master::{ExpectedReply, Outcome, Payload, Transaction};
 use armbridge_shared::servo::morpheus::{HEADER, MASTER, checksum};
 use armbridge_shared::servo::port::SetBaud;
 use armbridge_shared::servo::protocol1::frame::{self, FRAME_MAX};
@@ -91,11 +91,11 @@ impl Line {
                     panic!("{outcome:?} was not asked")
                 }
                 (
-                    Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. },
+                    Transaction::Drive(_) | Transaction::HoldOff | Transaction::StopWedged { .. },
                     Firmware::Morpheus,
                 ) => morpheus(id, &[high, low]),
                 (
-                    Transaction::Drive(_) | Transaction::HoldOff | Transaction::Quell { .. },
+                    Transaction::Drive(_) | Transaction::HoldOff | Transaction::StopWedged { .. },
                     Firmware::Stock,
                 ) => {
                     let replies = self.stock_replies(id);
@@ -114,7 +114,7 @@ impl Line {
                 }
                 // With any contents beyond its alarms.
                 (Transaction::Ping { .. }, Firmware::Stock) => continue,
-                (Transaction::Stop | Transaction::BriefStop | Transaction::Ask(_), _) => {
+                (Transaction::Stop | Transaction::BriefStop | Transaction::Request(_), _) => {
                     panic!("{outcome:?} was believed")
                 }
             };
@@ -125,7 +125,7 @@ impl Line {
             );
             believed += 1;
         }
-        if let (Transaction::Ask(Asked { id, .. }), Some(Payload { alarms, data })) =
+        if let (Transaction::Request(ExpectedReply { id, .. }), Some(Payload { alarms, data })) =
             (transaction, reply)
         {
             // A Morpheus servo's answer is to whom the packet came from.

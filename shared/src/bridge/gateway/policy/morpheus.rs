@@ -42,7 +42,7 @@ pub(super) fn judge(
                 Some(read) => Verdict::Ask(PendingRequest::read(responder, read)),
             }
         }
-        (None, Ok(Instruction::Cycle)) if request.is_to_all() => {
+        (None, Ok(Instruction::Cycle)) if request.is_broadcast() => {
             Verdict::Answer(cycle(responder, controlled, samples))
         }
         _ => Verdict::Refuse(responder.refusal()),

@@ -93,7 +93,7 @@ impl RegisterRead {
             Some(unreadable) if at < unreadable => self.end.min(unreadable),
             _ => self.end,
         };
-        let beside = self.firmware.reply_overhead() + usize::from(self.firmware.run_up(at));
+        let beside = self.firmware.reply_overhead() + usize::from(self.firmware.lead_bytes(at));
         let room = room.saturating_sub(QUERY_BYTES + beside);
         let left = end.saturating_sub(at);
         let piece = left.min(u8::try_from(room).unwrap_or(u8::MAX));
