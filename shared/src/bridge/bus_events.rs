@@ -50,7 +50,7 @@ where
                 self.announce();
                 self.core.begin_ticking();
             }
-            BusEvent::GivenBack => {}
+            BusEvent::Restored => {}
             BusEvent::FirmwareChanged => self.trip(Violation::plain(Fault::FirmwareChanged)),
             BusEvent::Mixed(firmwares) => self.notify(Notification::Mixed(firmwares)),
             BusEvent::Absent(joint, missing) => {

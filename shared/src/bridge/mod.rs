@@ -6,7 +6,7 @@
 //!      +-------v------------------------------------^--+   +-------v--------+
 //!      |                   Channels                    |   |  BusSequencer  |
 //!      +-------+------------------------------------^--+   +---^-------+----+
-//!              |                                    |          |leave, |samples
+//!              |                                    |          |permit,|samples
 //!      +-------v------------------------------------+----------+command|-----+
 //!      |                            Bridge                             v     |
 //!      |       Core: Supervisor - who may drive;  ControlLoop - what with    |
@@ -27,8 +27,8 @@
 //!
 //! [`Bridge`] belongs in the highest-priority interrupt; [`LinkPort`] in thread
 //! mode. They share [`Channels`] and nothing else. In each poll the bridge takes stops,
-//! hellos and commands, passes the supervisor's leave to the sequencer, and then advances
-//! the sequencer: nothing continues on the bus after its leave has ended.
+//! hellos and commands, passes the supervisor's permission to the sequencer, and then
+//! advances the sequencer: no use of the bus outlasts its permission.
 //!
 //! | module         | what                                                    |
 //! |----------------|---------------------------------------------------------|
@@ -62,7 +62,7 @@ use embedded_hal_nb::serial::{Read, Write};
 use crate::JOINTS;
 use crate::control_loop::{LoopConfig, Violation};
 use crate::link::message::{Fault, Mode, Record, Refusal, Settings};
-use crate::sequencer::{BusLeave, BusSequencer, Dropouts};
+use crate::sequencer::{BusPermission, BusSequencer, Dropouts};
 use crate::servo::ServoId;
 use crate::supervisor::State;
 pub use app_core::MemoryRegion;
@@ -144,7 +144,7 @@ where
         self.apply_core_actions();
         self.take_requests();
         self.poll_client();
-        self.sequencer.permit(self.leave(), now_us);
+        self.sequencer.permit(self.bus_permission(), now_us);
         if let Some(event) = self.sequencer.poll(now_us) {
             let progress = self.take_bus_event(event);
             self.relay_tapped_bytes();
@@ -167,14 +167,14 @@ where
         Err(nb::Error::WouldBlock)
     }
 
-    /// The supervisor's leave for the bus.
-    fn leave(&self) -> BusLeave {
+    /// The supervisor's permission for the bus.
+    fn bus_permission(&self) -> BusPermission {
         match self.core.state() {
-            State::Boot => BusLeave::Search,
-            State::Idle | State::Fault => BusLeave::Off,
-            State::Armed => BusLeave::Armed,
-            State::Running | State::Degraded => BusLeave::Drive,
-            State::Passthrough => BusLeave::Lend,
+            State::Boot => BusPermission::Search,
+            State::Idle | State::Fault => BusPermission::Off,
+            State::Armed => BusPermission::Armed,
+            State::Running | State::Degraded => BusPermission::Drive,
+            State::Passthrough => BusPermission::Lend,
         }
     }
 
@@ -239,7 +239,8 @@ where
         };
         let command = self.core.begin_tick(least_us);
         self.apply_core_actions();
-        self.sequencer.permit(self.leave(), self.core.now_us());
+        self.sequencer
+            .permit(self.bus_permission(), self.core.now_us());
         let (tick, dropouts) = (self.core.tick(), self.dropouts());
         self.sequencer
             .begin_tick(command.pwm, tick, &dropouts, available_us);

@@ -1,10 +1,10 @@
-//! Discovery: finds the servos, their speed and their firmware.
+//! Discovery: search for the servos, their speed and their firmware.
 //!
 //! ```text
 //! at each of BAUD_RATES: stop -> ping joint 1 (Morpheus, stock) -> ping joint 2 -> ..
-//!   all found, one firmware  -> line up (Morpheus), read the settings (stock)
+//!   all found, one firmware  -> position chain (Morpheus), read the settings (stock)
 //!   none found               -> the next speed
-//!   otherwise                -> a notice to the host; a pause; from the beginning
+//!   otherwise                -> a notification to the host; a pause; from the beginning
 //! ```
 //!
 //! The stop sequence precedes any request at a speed.
@@ -17,41 +17,41 @@ use crate::servo::port::BAUD_RATES;
 /// Progress of the search.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Discovery {
-    /// Index of the baud rate at which servos are looked for.
+    /// Index of the baud rate of the search.
     rate: usize,
     found: [Option<Firmware>; JOINTS],
-    /// Why a servo's sample is missing, for those that did not answer.
-    heard: [Option<Missing>; JOINTS],
+    /// Reason for the missing reply of each servo that did not answer.
+    faults: [Option<Missing>; JOINTS],
 }
 
 /// Result of a ping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
-    /// Another ping.
+    /// Ping this joint next, in this protocol.
     Ping { joint: usize, firmware: Firmware },
-    /// The same from the stop on, at the next speed.
+    /// Search at the next speed, from the stop on.
     OtherSpeed,
-    /// All servos answer, and run this.
+    /// All servos answer, with this firmware.
     Found(Firmware),
-    /// They run different firmwares.
+    /// The servos run different firmwares.
     Mixed([Firmware; JOINTS]),
     /// This joint's servo does not answer.
     Absent(usize, Missing),
 }
 
 impl Discovery {
-    /// Pings begin with Morpheus: the stop sequence ends with its packets.
+    /// The first ping, of Morpheus: the stop sequence ends with its packets.
     pub(super) const FIRST: Next = Next::Ping {
         joint: 0,
         firmware: Firmware::Morpheus,
     };
 
-    /// Begins at the likeliest speed.
+    /// Restarts the search at the likeliest speed.
     pub(super) fn rewind(&mut self) {
         *self = Self::default();
     }
 
-    /// The present speed; `None` beyond the last.
+    /// The present speed of the search; `None` beyond the last.
     pub(super) fn baud(&self) -> Option<u32> {
         BAUD_RATES.get(self.rate).copied()
     }
@@ -59,11 +59,11 @@ impl Discovery {
     /// Begins the search at the present speed again.
     pub(super) fn begin(&mut self) {
         self.found = [None; JOINTS];
-        self.heard = [None; JOINTS];
+        self.faults = [None; JOINTS];
     }
 
     /// Takes the outcome of a ping of this joint in this firmware's protocol.
-    pub(super) fn pinged(
+    pub(super) fn note_ping(
         &mut self,
         joint: usize,
         firmware: Firmware,
@@ -78,9 +78,9 @@ impl Discovery {
             }
             Some(Sample::Missing(missing)) => {
                 // Damage is more specific than silence.
-                let says_more = !matches!(missing, Missing::Silence | Missing::EchoOnly);
-                if let Some(slot) = self.heard.get_mut(joint)
-                    && (slot.is_none() || says_more)
+                let is_specific = !matches!(missing, Missing::Silence | Missing::EchoOnly);
+                if let Some(slot) = self.faults.get_mut(joint)
+                    && (slot.is_none() || is_specific)
                 {
                     *slot = Some(missing);
                 }
@@ -97,12 +97,12 @@ impl Discovery {
                 joint: joint + 1,
                 firmware: Firmware::Morpheus,
             },
-            Firmware::Morpheus | Firmware::Stock => self.all_pinged(),
+            Firmware::Morpheus | Firmware::Stock => self.conclude_speed(),
         }
     }
 
-    /// Every servo has been asked at this speed.
-    fn all_pinged(&mut self) -> Next {
+    /// Concludes the search at this speed, after the last ping.
+    fn conclude_speed(&mut self) -> Next {
         let absent = self.found.iter().position(Option::is_none);
         match (self.found, absent) {
             ([Some(first), rest @ ..], None) => {
@@ -111,7 +111,7 @@ impl Discovery {
                 }
                 Next::Mixed(self.found.map(|found| found.unwrap_or(first)))
             }
-            // None at this speed: the next.
+            // None found at this speed.
             (found, _) if found == [None; JOINTS] && self.rate + 1 < BAUD_RATES.len() => {
                 self.rate += 1;
                 Next::OtherSpeed
@@ -121,7 +121,7 @@ impl Discovery {
                     self.rate = 0;
                 }
                 let joint = absent.unwrap_or(0);
-                let missing = self.heard.get(joint).copied().flatten();
+                let missing = self.faults.get(joint).copied().flatten();
                 Next::Absent(joint, missing.unwrap_or(Missing::Silence))
             }
         }

@@ -1,12 +1,12 @@
-//! Dropouts: how many samples of each joint are missing in a row, and may be.
+//! Dropouts: consecutive missing samples of each joint, and the limit.
 
 use crate::JOINTS;
 
-/// Samples missing in a row, as the monitors count them.
+/// Consecutive missing samples, as counted by the monitors.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Dropouts {
-    /// Joint by joint.
+    /// Count for each joint.
     pub in_row: [u32; JOINTS],
-    /// How many may be.
+    /// Largest count without a fault.
     pub allowed: u32,
 }

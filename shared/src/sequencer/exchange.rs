@@ -1,6 +1,6 @@
-//! The exchange of a tick: a torque under leave to drive, and motors off otherwise.
+//! The exchange of a tick: a torque with permission to drive, and motors off otherwise.
 
-use super::{BusLeave, BusSequencer, Dropouts, State};
+use super::{BusPermission, BusSequencer, Dropouts, State};
 use crate::JOINTS;
 use crate::actuator::Pwm;
 use crate::servo::Firmware;
@@ -9,10 +9,10 @@ use crate::servo::port::SetBaud;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
-/// Ticks without an answer after which a servo is taken for wedged.
+/// Ticks without a reply after which a servo may be wedged.
 const SILENT_TICKS: u32 = 3;
 /// Ticks in which a wedged servo is switched off, two of this many for each joint: twice
-/// in 20 ms at 1 kHz, and else the ticks command both.
+/// in 20 ms at 1 kHz; the other ticks command both.
 const WEDGED_TICKS: u32 = 4;
 
 impl<S, D> BusSequencer<S, D>
@@ -20,8 +20,8 @@ where
     S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
-    /// Begins a tick: the servos are sent `pwm` if there is leave to drive, and are sent
-    /// off otherwise. The exchange may take `available_us`.
+    /// Begins a tick: sends the servos `pwm` with permission to drive, and motors off
+    /// otherwise. The exchange may take `available_us`.
     pub fn begin_tick(
         &mut self,
         pwm: [Pwm; JOINTS],
@@ -32,7 +32,7 @@ where
         self.tick = tick;
         self.master.set_available(available_us);
         let transaction = match self.state {
-            State::Drive if self.leave == BusLeave::Drive => Transaction::Drive(pwm),
+            State::Drive if self.permission == BusPermission::Drive => Transaction::Drive(pwm),
             State::ForceOff => self.off_exchange(tick, dropouts),
             State::Drive | State::Search(_) | State::Lent => return,
         };
@@ -41,8 +41,8 @@ where
         let _ = self.master.poll(self.now_us);
     }
 
-    /// A tick that commands every motor off. A Morpheus servo that is silent may be wedged,
-    /// and accepts only one kind of packet. A stock servo that is silent may be inside a
+    /// The exchange of a tick that commands every motor off. A silent Morpheus servo may be
+    /// wedged, and accepts only one kind of packet. A silent stock servo may be inside a
     /// packet that was cut off, and receives the first packet after its end: each tick has one.
     fn off_exchange(&self, tick: u32, dropouts: &Dropouts) -> Transaction {
         if self.off.is_off() {
@@ -60,7 +60,7 @@ where
                 joint,
                 is_side_step: turn == 0,
             },
-            // Servos that are prepared hold their shafts, at no speed.
+            // Prepared servos hold their shafts, at speed 0.
             _ if self.is_prepared() => Transaction::Drive([Pwm::OFF; JOINTS]),
             _ => Transaction::HoldOff,
         }

@@ -1,66 +1,67 @@
-//! Forced off: commands motors off repeatedly until each servo's registers show it.
+//! Forced off: repeated commands until each servo's registers read back as off.
 //!
-//! A joint at rest is no evidence: a servo that presses against an obstacle is at rest
+//! A joint at rest is no evidence: a servo that pushes against an obstacle is at rest
 //! too. The evidence is collected joint by joint in this order:
 //!
 //! ```text
-//!   commanded off, in a tick or by a stop          -> Told
-//!   answers a ping                                 -> Alive
+//!   commanded off, in a tick or by a stop          -> Commanded
+//!   answers a ping                                 -> Answering
 //!   its registers read back as off                 -> Off
 //! ```
 //!
 //! A stock servo's registers are proof: torque enable and moving speed. Of a Morpheus
 //! servo's PWM only the low byte can be read, so that its read-back counts together
-//! with the two before it, and every tick goes on commanding it off.
+//! with the two before it, and every tick continues to command it off.
 //!
 //! Evidence is discarded once a servo has been silent for [`SILENT_TICKS`], and again
 //! when it answers: the wire or the servo may have come back. Until all is collected the
-//! stop sequence is repeated, each [`REPEAT_US`], and after [`SELDOM_AFTER_US`] less often.
+//! stop sequence is repeated, each [`REPEAT_US`], and after [`SLOW_AFTER_US`] less often.
 //! A servo that has left the ticks' chain, as a Morpheus servo has after a reset, still
-//! answers what it is asked alone.
+//! answers requests to its own id.
 //!
-//! Nothing here touches the bus: the sequencer takes the next action from here and
+//! This module has no access to the bus: the sequencer takes the next action and
 //! reports its outcome.
 
 use crate::JOINTS;
 use crate::link::message::{OffReport, OffState, Sample};
 use crate::servo::Firmware;
 
-/// From one stop sequence to the next while a servo is not seen to be off, in µs. In
-/// between the ticks command it off, and read back.
+/// Interval of stop sequences while a servo is not confirmed off, in µs. Between them the
+/// ticks command it off, and read back.
 const REPEAT_US: u64 = 50_000;
 /// Time in µs after which a stop sequence follows for motors that ticks alone, without a
-/// fault, have commanded off and that are not seen to be off.
-const PATIENCE_US: u64 = 100_000;
-/// After so long, in µs, the sequence is sent [`SELDOM`] times less often: an arm that
-/// is out of reach may stay so.
-const SELDOM_AFTER_US: u64 = 3_000_000;
-const SELDOM: u64 = 5;
-/// Ticks without an answer after which a servo is out of reach.
+/// fault, have commanded off and that are not confirmed off.
+const STOP_DELAY_US: u64 = 100_000;
+/// Time in µs after which the sequence is sent [`SLOW_FACTOR`] times less often: an arm
+/// that does not answer may stay so.
+const SLOW_AFTER_US: u64 = 3_000_000;
+/// See [`SLOW_AFTER_US`].
+const SLOW_FACTOR: u64 = 5;
+/// Ticks without a reply after which a servo is out of reach.
 const SILENT_TICKS: u32 = 3;
 /// Time in µs after which the host gets a report even if evidence is missing.
 const REPORT_US: u64 = 300_000;
 
-/// Evidence on one joint's motor.
+/// Evidence that one joint's motor is off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Evidence {
-    /// It has been commanded off.
+    /// The servo has been commanded off.
     #[default]
-    Told,
-    /// It has answered a ping since.
-    Alive,
-    /// And its registers read back as off.
+    Commanded,
+    /// The servo has answered a ping since.
+    Answering,
+    /// Its registers read back as off, too.
     Off,
 }
 
-/// A question to one servo that adds to the evidence.
+/// A query to one servo that adds to the evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct OffCheck {
     pub(super) joint: usize,
     pub(super) kind: CheckKind,
 }
 
-/// Which.
+/// Kind of an [`OffCheck`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum CheckKind {
     /// A ping.
@@ -74,23 +75,23 @@ pub(super) enum CheckKind {
 pub(super) struct ForceOff {
     since_us: u64,
     next_stop_us: u64,
-    /// Stop sequences sent since it began.
+    /// Stop sequences sent since the beginning.
     stops: u16,
     joints: [Evidence; JOINTS],
     silent_ticks: [u32; JOINTS],
-    /// Motors have been commanded off since it began; before that no check is due.
-    is_told: bool,
+    /// Motors have been commanded off since the beginning; before that no check is due.
+    is_commanded: bool,
     /// A check has been made since the last tick.
     is_checked: bool,
     /// The joint that is checked next, if a check is due.
-    turn: usize,
+    next_joint: usize,
     /// A report to the host is due, and the last report.
     is_reported: bool,
     reported: Option<[OffState; JOINTS]>,
 }
 
 impl ForceOff {
-    /// Motors are to be off from now on. After a fault, `is_fault`, the stop
+    /// Begins to force motors off. After a fault, `is_fault`, the stop
     /// sequence is sent at once and the host gets reports.
     pub(super) fn begin(&mut self, now_us: u64, is_fault: bool) {
         *self = Self {
@@ -98,7 +99,7 @@ impl ForceOff {
             next_stop_us: if is_fault {
                 now_us
             } else {
-                now_us + PATIENCE_US
+                now_us + STOP_DELAY_US
             },
             silent_ticks: self.silent_ticks,
             is_reported: is_fault,
@@ -113,15 +114,15 @@ impl ForceOff {
 
     /// Notes that a stop sequence is sent now.
     pub(super) fn note_stop(&mut self, now_us: u64) {
-        self.is_told = true;
+        self.is_commanded = true;
         self.stops = self.stops.saturating_add(1);
-        let is_old = now_us.saturating_sub(self.since_us) >= SELDOM_AFTER_US;
-        self.next_stop_us = now_us + if is_old { SELDOM } else { 1 } * REPEAT_US;
+        let is_old = now_us.saturating_sub(self.since_us) >= SLOW_AFTER_US;
+        self.next_stop_us = now_us + if is_old { SLOW_FACTOR } else { 1 } * REPEAT_US;
     }
 
     /// Takes the samples of a tick that commanded every motor off.
     pub(super) fn note_tick(&mut self, now_us: u64, samples: [Sample; JOINTS]) {
-        (self.is_told, self.is_checked) = (true, false);
+        (self.is_commanded, self.is_checked) = (true, false);
         let joints = self.joints.iter_mut().zip(&mut self.silent_ticks);
         for ((evidence, silent_ticks), sample) in joints.zip(samples) {
             let was_silent = *silent_ticks >= SILENT_TICKS;
@@ -130,23 +131,23 @@ impl ForceOff {
                 Sample::Missing(_) => silent_ticks.saturating_add(1),
             };
             if was_silent != (*silent_ticks >= SILENT_TICKS) {
-                *evidence = Evidence::Told;
-                // The ticks command it off as soon as it is back.
-                self.next_stop_us = self.next_stop_us.max(now_us + PATIENCE_US);
+                *evidence = Evidence::Commanded;
+                // The ticks command it off as soon as it answers again.
+                self.next_stop_us = self.next_stop_us.max(now_us + STOP_DELAY_US);
             }
         }
     }
 
     /// The next check, at most one a tick.
     pub(super) fn next_check(&self) -> Option<OffCheck> {
-        if self.is_checked || !self.is_told {
+        if self.is_checked || !self.is_commanded {
             return None;
         }
         (0..JOINTS).find_map(|step| {
-            let joint = (self.turn + step) % JOINTS;
+            let joint = (self.next_joint + step) % JOINTS;
             let kind = match self.joints.get(joint)? {
-                Evidence::Told => CheckKind::Ping,
-                Evidence::Alive => CheckKind::ReadBack,
+                Evidence::Commanded => CheckKind::Ping,
+                Evidence::Answering => CheckKind::ReadBack,
                 Evidence::Off => return None,
             };
             Some(OffCheck { joint, kind })
@@ -154,10 +155,10 @@ impl ForceOff {
     }
 
     /// Notes that the check has been sent.
-    pub(super) fn note_asked(&mut self, check: OffCheck) {
+    pub(super) fn note_sent(&mut self, check: OffCheck) {
         self.is_checked = true;
         if check.kind == CheckKind::ReadBack {
-            self.turn = check.joint + 1;
+            self.next_joint = check.joint + 1;
         }
     }
 
@@ -174,39 +175,39 @@ impl ForceOff {
         };
         *evidence = match (check.kind, data) {
             (_, None) => {
-                self.turn = check.joint + 1;
-                Evidence::Told
+                self.next_joint = check.joint + 1;
+                Evidence::Commanded
             }
-            (CheckKind::Ping, Some(data)) if firmware.is_pong(data) => Evidence::Alive,
-            (CheckKind::Ping, Some(_)) => Evidence::Told,
+            (CheckKind::Ping, Some(data)) if firmware.is_pong(data) => Evidence::Answering,
+            (CheckKind::Ping, Some(_)) => Evidence::Commanded,
             (CheckKind::ReadBack, Some(data)) => match firmware.decode_off(data) {
                 Some(true) => Evidence::Off,
                 Some(false) => {
                     self.next_stop_us = now_us;
-                    Evidence::Told
+                    Evidence::Commanded
                 }
-                None => Evidence::Told,
+                None => Evidence::Commanded,
             },
         };
     }
 
-    /// Whether every servo has been seen to be off, and has answered since.
+    /// Whether every servo is confirmed off, and has answered since.
     pub(super) fn is_off(&self) -> bool {
         self.joints == [Evidence::Off; JOINTS]
     }
 
-    /// Whether the evidence is complete for now: each motor is seen to be off, or the
-    /// host has a report that it is not.
+    /// Whether the stop has concluded: each motor is confirmed off, or the host has a
+    /// report that one is not.
     pub(super) fn is_settled(&self) -> bool {
         self.is_off() || self.reported.is_some()
     }
 
-    /// Restarts: the servos have been lined up again, by a command to be off. A report that
+    /// Restarts after the servos have been found again, with motors commanded off. A report that
     /// is due after a fault stays due.
     pub(super) fn resume(&mut self, now_us: u64) {
         *self = Self {
             since_us: now_us,
-            next_stop_us: now_us + PATIENCE_US,
+            next_stop_us: now_us + STOP_DELAY_US,
             stops: self.stops,
             is_reported: self.is_reported,
             reported: self.reported,
@@ -215,7 +216,7 @@ impl ForceOff {
     }
 
     /// Discards all evidence: the servos may have changed meanwhile.
-    pub(super) fn forget(&mut self) {
+    pub(super) fn discard_evidence(&mut self) {
         self.joints = Default::default();
     }
 
@@ -228,7 +229,7 @@ impl ForceOff {
     pub(super) fn take_report(&mut self, now_us: u64) -> Option<OffReport> {
         let is_old = now_us.saturating_sub(self.since_us) >= REPORT_US;
         let is_off = self.is_off();
-        // What is off without a fault needs no report.
+        // Motors that are off without a fault need no report.
         let is_due = if self.is_reported {
             is_off || is_old
         } else {
@@ -273,7 +274,7 @@ mod tests {
     fn tick(off: &mut ForceOff, now_us: u64, samples: [Sample; JOINTS], read_back: &[u8]) {
         off.note_tick(now_us, samples);
         if let Some(check) = off.next_check() {
-            off.note_asked(check);
+            off.note_sent(check);
             let data: &[u8] = match check.kind {
                 CheckKind::Ping => &[1],
                 CheckKind::ReadBack => read_back,
@@ -346,7 +347,7 @@ mod tests {
         assert!(!off.is_stop_due(99_999) && off.is_stop_due(100_000));
         off.note_stop(100_000);
         assert!(!off.is_stop_due(149_999) && off.is_stop_due(150_000));
-        // What is off without a fault needs no report.
+        // Motors that are off without a fault need no report.
         for ms in 160..=163 {
             tick(&mut off, ms * 1_000, [HEARD; JOINTS], &OFF);
         }

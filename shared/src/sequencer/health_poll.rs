@@ -1,16 +1,16 @@
 //! Health poll: the board's own requests to servos in the idle slots of ticks.
 //!
-//! | request     | when                                          | so that            |
+//! | request     | when                                          | purpose            |
 //! |-------------|-----------------------------------------------|--------------------|
 //! | temperature | each [`INTERVAL_US`], one servo after the other | a hot motor is switched off |
-//! | torque      | each [`TORQUE_US`], one stock servo after the other, while motors may be driven | one that was reset, and so is limp, does not go unnoticed |
-//! | ping        | a Morpheus servo has been missing for a half, five and six eighths of what is allowed | a servo that was off and on again, and so has left the chain, is distinguished from one that is gone or not understood: it answers all three |
+//! | torque      | each [`TORQUE_US`], one stock servo after the other, while motors may be driven | a servo that was reset, and so has no torque, is detected |
+//! | ping        | a Morpheus servo has been missing for a half, five and six eighths of what is allowed | a servo that lost power for a moment, and so has left the chain, is distinguished from one that is gone or whose replies are damaged: it answers all three |
 //!
 //! A temperature goes out if its reply is sure to be over before the next tick;
 //! after [`OVERDUE_US`] without such a slot, which is so at the shortest periods, a
-//! tick may begin late for it. A ping may always: the arm is in doubt.
+//! tick may begin late for it. A ping may always delay a tick: the state of the arm is in doubt.
 //!
-//! A stock servo that was reset answers as before. Its torque enable is read in a slot
+//! A stock servo that was reset still answers. Its torque enable is read in a slot
 //! that is long enough; after [`TORQUE_OVERDUE_US`] without one, which is so at 1 kHz, a
 //! tick may begin late for it: when the servo's own control step falls into the reply,
 //! once in eight times, and then by less than 100 µs.
@@ -24,18 +24,18 @@ use crate::servo::master::Payload;
 use crate::servo::protocol1::Alarms;
 use crate::servo::{Firmware, Query, ServoId};
 
-/// From one temperature to the next, of the other servo. A motor's winding heats
+/// Interval from one temperature to the next, of the other servo. A motor's winding heats
 /// up in tens of seconds.
 const INTERVAL_US: u64 = 250_000;
-/// From one reading of a torque enable to the next, of the other servo: with the
-/// exchange itself, a reset is noticed within 100 ms.
+/// Interval from one reading of a torque enable to the next, of the other servo: with the
+/// exchange itself, a reset is detected within 100 ms.
 const TORQUE_US: u64 = 40_000;
 /// Longest wait of such a reading for a slot, in µs; then a tick waits for it.
 const TORQUE_OVERDUE_US: u64 = 5_000;
 /// Longest wait of a temperature for a slot, in µs; then a tick waits for it.
 const OVERDUE_US: u64 = 1_000_000;
 /// Number of pings to a servo that is missing. On a line that passes one answer in
-/// three, a servo that is present but misunderstood answers all three once in 27 times.
+/// three, a servo that is present but whose replies are damaged answers all three once in 27 times.
 const PINGS: u8 = 3;
 
 /// Request of the health poll.
@@ -46,7 +46,7 @@ pub(super) enum HealthRequest {
     Ping { joint: usize },
 }
 
-/// Content of a reply.
+/// Result of a health poll.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
     /// Temperature of this joint's servo: °C of a stock servo, counts of a Morpheus
@@ -71,10 +71,10 @@ pub(super) struct HealthPoll {
     /// The joint whose temperature is next, and when, in µs.
     joint: usize,
     due_us: u64,
-    /// The same for torque enable.
+    /// Next joint and due time of torque enable.
     torque_joint: usize,
     torque_due_us: u64,
-    /// Pings since the servo has been missing, and how many were answered.
+    /// Pings since the servo has been missing, and the number answered.
     pings: [u8; JOINTS],
     pongs: [u8; JOINTS],
 }
@@ -97,16 +97,20 @@ impl HealthPoll {
         may_drive: bool,
     ) -> Option<(HealthRequest, bool)> {
         let &Dropouts {
-            in_row: lost,
+            in_row: missing_in_row,
             allowed,
         } = dropouts;
         let is_morpheus = firmware == Firmware::Morpheus;
-        let counted = self.pings.iter_mut().zip(&mut self.pongs).zip(lost);
-        for (joint, ((pings, pongs), lost)) in counted.enumerate() {
-            if lost == 0 {
+        let counted = self
+            .pings
+            .iter_mut()
+            .zip(&mut self.pongs)
+            .zip(missing_in_row);
+        for (joint, ((pings, pongs), missing)) in counted.enumerate() {
+            if missing == 0 {
                 (*pings, *pongs) = (0, 0);
             }
-            let due = 8 * lost >= (4 + u32::from(*pings)) * allowed;
+            let due = 8 * missing >= (4 + u32::from(*pings)) * allowed;
             if is_morpheus && due && *pings < PINGS {
                 return Some((HealthRequest::Ping { joint }, true));
             }
@@ -123,7 +127,7 @@ impl HealthPoll {
     }
 
     /// Notes that the request has been sent.
-    pub(super) fn note_asked(&mut self, request: HealthRequest, now_us: u64) {
+    pub(super) fn note_sent(&mut self, request: HealthRequest, now_us: u64) {
         match request {
             HealthRequest::Temperature { joint } => {
                 self.due_us = now_us + INTERVAL_US;
@@ -141,7 +145,7 @@ impl HealthPoll {
         }
     }
 
-    /// Takes a reply, or its absence; returns what it shows.
+    /// Takes a reply, or its absence; returns the result.
     pub(super) fn note_reply(
         &mut self,
         request: HealthRequest,
@@ -159,7 +163,7 @@ impl HealthPoll {
             // Alarms are reported with samples.
             HealthRequest::Torque { joint } => {
                 if data.is_none() {
-                    // Asked again in the next slot, or a reset goes unnoticed for a turn more.
+                    // Repeated in the next slot: otherwise a reset is detected a turn later.
                     self.torque_joint = joint;
                     self.torque_due_us = self.torque_due_us.saturating_sub(TORQUE_US);
                 }
@@ -175,7 +179,7 @@ impl HealthPoll {
 }
 
 impl HealthRequest {
-    /// The request, to this servo.
+    /// The query of the request, to this servo.
     pub(super) fn query(self, firmware: Firmware, servo: ServoId) -> Option<Query> {
         match self {
             Self::Ping { .. } => Some(firmware.ping_query(servo)),

@@ -1,11 +1,11 @@
-//! Idle request: a query for an idle slot, with its owner.
+//! Idle requests: queries for idle slots, each with its owner.
 
 use super::force_off::OffCheck;
 use super::health_poll::HealthRequest;
 use super::setup_step::SetupStep;
 use crate::servo::Query;
 
-/// Whose a request in an idle slot is.
+/// Owner of a request in an idle slot, who gets the reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Owner {
     Off(OffCheck),
@@ -21,6 +21,6 @@ pub(super) enum Owner {
 pub(super) struct IdleRequest<const N: usize> {
     pub(super) query: Query<N>,
     pub(super) owner: Owner,
-    /// A tick may begin late for it.
+    /// Whether the next tick may begin late for the request.
     pub(super) may_be_late: bool,
 }

@@ -1,6 +1,6 @@
-//! Idle slots: the time between a tick's exchange and the next tick, given to one request.
+//! Idle slots: the time between a tick's exchange and the next tick, for one request.
 //!
-//! A request is registered with its owner and the reply that it expects; what is answered
+//! A request is registered with its owner and the reply that it expects; the reply
 //! goes to that owner and to no other. It must fit the time that is left, unless a tick
 //! may begin late for it.
 
@@ -8,7 +8,7 @@ use super::force_off::CheckKind;
 use super::health_poll::HealthRequest;
 use super::idle_request::{IdleRequest, Owner};
 use super::time_budget::TimeBudget;
-use super::{BusLeave, BusSequencer, Dropouts, State};
+use super::{BusPermission, BusSequencer, Dropouts, State};
 use crate::servo::Query;
 use crate::servo::master::timing::{GUARD_US, latency_us, prepared_latency_us};
 use crate::servo::port::SetBaud;
@@ -23,8 +23,7 @@ where
     S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
-    /// Gives the idle slot at hand to what the board asks for its own sake. True if it
-    /// has.
+    /// Sends the board's own next request in the present idle slot; whether one was sent.
     pub fn use_idle_slot(&mut self, tick_due_us: u64, dropouts: &Dropouts) -> bool {
         if !(self.is_ticking() && self.master.is_idle()) {
             return false;
@@ -33,7 +32,7 @@ where
             return true;
         }
         let firmware = self.firmware();
-        let may_drive = matches!(self.leave, BusLeave::Armed | BusLeave::Drive);
+        let may_drive = matches!(self.permission, BusPermission::Armed | BusPermission::Drive);
         let due = self.health.next(firmware, self.now_us, dropouts, may_drive);
         let Some((health, may_be_late)) = due else {
             return false;
@@ -52,15 +51,15 @@ where
             owner: Owner::Health(health),
             may_be_late,
         };
-        let is_asked = self.request(&request, tick_due_us);
-        if is_asked {
-            self.health.note_asked(health, self.now_us);
+        let is_sent = self.request(&request, tick_due_us);
+        if is_sent {
+            self.health.note_sent(health, self.now_us);
         }
-        is_asked
+        is_sent
     }
 
-    /// Asks for evidence that a motor is off. An arm that is to be driven soon has ticks
-    /// in time.
+    /// Sends a query that shows whether a motor is off. With an arm that is to be driven
+    /// soon it delays no tick.
     fn check_off(&mut self, tick_due_us: u64) -> bool {
         if self.state != State::ForceOff {
             return false;
@@ -78,17 +77,17 @@ where
         let request = IdleRequest {
             query,
             owner: Owner::Off(check),
-            may_be_late: self.leave == BusLeave::Off,
+            may_be_late: self.permission == BusPermission::Off,
         };
-        let is_asked = self.request(&request, tick_due_us);
-        if is_asked {
-            self.off.note_asked(check);
+        let is_sent = self.request(&request, tick_due_us);
+        if is_sent {
+            self.off.note_sent(check);
         }
-        is_asked
+        is_sent
     }
 
-    /// Time until the next tick for a request to this servo and its reply; none where
-    /// there are no idle slots now.
+    /// Time until the next tick for a request to this servo and its reply; `None` without
+    /// an idle slot.
     pub fn time_budget(&self, id: u8, tick_due_us: u64) -> Option<TimeBudget> {
         if !(self.is_ticking() && self.master.is_idle()) {
             return None;
@@ -98,7 +97,7 @@ where
         Some(self.budget_of(id, budget_us as u32))
     }
 
-    /// Rest of a period after an exchange of this duration, for this servo.
+    /// Time budget of a period after an exchange of this duration, for this servo.
     pub fn spare_budget(&self, id: u8, period_us: u32, exchange_us: u32) -> TimeBudget {
         let rests_us = (2 * GUARD_US + RESERVE_US) as u32;
         self.budget_of(id, period_us.saturating_sub(exchange_us + rests_us))
@@ -115,8 +114,8 @@ where
         TimeBudget::new(budget_us, baud, latency_us)
     }
 
-    /// Asks a client's question in the idle slot at hand. The caller has made it fit.
-    pub fn ask_for_client<const N: usize>(&mut self, query: Query<N>, tick_due_us: u64) {
+    /// Sends a client's query in the present idle slot. The caller has made it fit.
+    pub fn request_for_client<const N: usize>(&mut self, query: Query<N>, tick_due_us: u64) {
         let request = IdleRequest {
             query,
             owner: Owner::Client,
@@ -125,7 +124,7 @@ where
         let _ = self.request(&request, tick_due_us);
     }
 
-    /// Gives the idle slot at hand to this request, if it fits.
+    /// Sends this request in the present idle slot, if it fits; whether it was sent.
     pub(super) fn request<const N: usize>(
         &mut self,
         request: &IdleRequest<N>,

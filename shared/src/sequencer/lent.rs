@@ -1,17 +1,17 @@
-//! The bus lent to a client: packets relayed as they came, replies tapped.
+//! The bus lent to a client: packets relayed unchanged, replies tapped.
 //!
 //! Lending begins with stops, so that the client finds every motor off. The speeds that
-//! a client uses are kept: the bus comes back by a stop at each of them.
+//! a client uses are recorded: a stop at each of them precedes the return of the bus.
 
 use super::idle_request::Owner;
 use super::stop_plan::add_speed;
-use super::{BusLeave, BusSequencer, State};
+use super::{BusPermission, BusSequencer, State};
 use crate::servo::ClientFrame;
 use crate::servo::port::SetBaud;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
-/// Rates that a client may set: what an AX-12A can do, in bits per second.
+/// Rates that a client may set, those of an AX-12A, in bits per second.
 const CLIENT_BAUD: core::ops::RangeInclusive<u32> = 7_800..=2_000_000;
 
 impl<S, D> BusSequencer<S, D>
@@ -22,13 +22,13 @@ where
     /// Whether a client's packet would be relayed now.
     pub fn is_lent(&self) -> bool {
         self.state == State::Lent
-            && self.leave == BusLeave::Lend
+            && self.permission == BusPermission::Lend
             && !self.is_stopping()
             && self.is_idle()
     }
 
-    /// Relays a client's packet as it came, at the client's speed; whether it was sent.
-    /// Never one that wedges servos: only switching their power off brings them back.
+    /// Relays a client's packet unchanged, at the client's speed; whether it was sent.
+    /// A packet that wedges servos is never sent: only power-off releases them.
     pub fn relay(&mut self, frame: &ClientFrame<'_>, baud: u32) -> bool {
         if !self.is_lent() || frame.wedges_servo() {
             return false;
@@ -53,12 +53,12 @@ where
         is_sent
     }
 
-    /// The oldest byte that servos have sent while the bus is lent.
+    /// Takes the oldest byte that servos have sent while the bus is lent.
     pub fn take_tapped(&mut self) -> Option<u8> {
         self.master.take_tapped()
     }
 
-    /// The client finds every motor off.
+    /// Lends the bus, after stops that switch every motor off.
     pub(super) fn lend(&mut self) {
         self.plan_stops();
         let baud = self.baud();
@@ -67,10 +67,11 @@ where
         self.next_us = self.now_us;
     }
 
-    pub(super) fn take_back(&mut self) {
-        self.is_listening = false;
+    /// Ends the lending: a stop and a new search follow.
+    pub(super) fn reclaim(&mut self) {
+        self.is_tapping = false;
         self.master.set_rx_tap(false);
-        self.off.forget();
+        self.off.discard_evidence();
         self.search();
     }
 }

@@ -1,14 +1,14 @@
-//! The bus sequencer: what the servo bus is used for, and who may use it.
+//! The bus sequencer: use of the servo bus, and who may use it.
 //!
-//! It is in exactly one of four states:
+//! The sequencer is in exactly one of four states:
 //!
 //! ```text
-//!             lined up                  leave to drive
+//!             lined up                  drive permitted
 //!  Search ---------------> ForceOff <------------------> Drive
-//!    ^ ^                    |  ^  |     leave withdrawn    |
+//!    ^ ^                    |  ^  |     drive withdrawn    |
 //!    | +--- search ---------+  |  |                        |
-//!    |                         |  | leave to lend          | leave to lend
-//!    |    leave withdrawn      |  v                        |
+//!    |                         |  | lend permitted         | lend permitted
+//!    |    lend withdrawn       |  v                        |
 //!    +-------------------------+ Lent <--------------------+
 //! ```
 //!
@@ -17,43 +17,43 @@
 //! | `Search`   | stops, pings and settings, until the servos are lined up       |
 //! | `ForceOff` | one exchange a tick that commands every motor off, stop sequences and read-backs until each is confirmed off |
 //! | `Drive`    | one exchange a tick with the control loop's command            |
-//! | `Lent`     | a client's packets, as they came                               |
+//! | `Lent`     | a client's packets, unchanged                                  |
 //!
-//! # Who may drive
+//! # Permission to drive
 //!
-//! [`BusSequencer::permit`] passes on the supervisor's leave, before anything is begun.
-//! Without leave to drive no exchange carries a torque, and without leave to lend no
-//! byte of a client's is relayed, whatever was asked for before: `ForceOff` is where the
-//! sequencer goes by itself. From `Lent` the way leads through a stop at every speed
-//! that the client used and through `Search`, for what a client did is not known.
+//! [`BusSequencer::permit`] sets the supervisor's permission before each step.
+//! Without permission to drive no exchange carries a torque, and without permission to
+//! lend no byte of a client's is relayed, whatever was requested before: `ForceOff` is the state that the
+//! sequencer enters by itself. From `Lent` a transition leads through a stop at every speed
+//! that the client used and through `Search`, because the client's changes are not known.
 //!
 //! # Idle slots
 //!
-//! Between two ticks the bus is free for a while. One arbiter gives that time away, to
-//! one `IdleRequest` at a time: to read-backs first, then to health polls, then to a
+//! Between two ticks the bus is idle. One arbiter assigns that time to one
+//! `IdleRequest` at a time: to read-backs first, then to health polls, then to a
 //! client. Each is registered with its owner and the reply that it expects, and a reply
 //! goes to its owner and to no other.
 //!
 //! # Timing
 //!
-//! Call [`poll`](BusSequencer::poll) whenever something has happened on the bus, and at
+//! Call [`poll`](BusSequencer::poll) after every event on the bus, and at
 //! [`wake_at_us`](BusSequencer::wake_at_us) at the latest; it never waits. Stop sequences
 //! last 7 ms at 1 Mbaud, so with motors off ticks may begin late. A tick with motors
-//! driven begins late, by some 100 µs, only where a health poll is worth it.
+//! driven begins late, by some 100 µs, only for a health poll that is overdue.
 //!
-//! | module         | what                                                       |
+//! | module         | content                                                    |
 //! |----------------|------------------------------------------------------------|
 //! | `force_off`    | evidence that motors are off                               |
 //! | `stop_plan`    | stops at several speeds                                    |
-//! | `discovery`    | which servos there are, and at which speed                 |
-//! | `servo_setup`  | stock servos made ready, and given back                    |
-//! | `health_poll`  | temperatures, and pings of servos that fall silent         |
+//! | `discovery`    | search for the servos, their firmware and speed            |
+//! | `servo_setup`  | stock servos made ready, and restored                      |
+//! | `health_poll`  | temperatures, torque enable, pings of silent servos        |
 //! | `exchange`     | the exchange of a tick                                     |
 //! | `idle_request` | a query for that time, and its owner                       |
 //! | `idle_slot`    | the arbiter of the time between two exchanges              |
-//! | `time_budget`  | what fits into that time                                   |
+//! | `time_budget`  | requests that fit into that time                           |
 //! | `lent`         | the bus lent to a client                                   |
-//! | `steps`        | how transactions begin, end, and lead to each other        |
+//! | `steps`        | begin, end and order of the transactions                   |
 
 mod discovery;
 mod dropouts;
@@ -90,74 +90,74 @@ use servo_setup::ServoSetup;
 use setup_step::SetupStep;
 use stop_plan::{Speeds, StopPlan, add_speed};
 
-/// The supervisor's leave: what the bus may be used for now.
+/// The supervisor's permission for the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BusLeave {
-    /// For nothing but finding the servos, motors off.
+pub enum BusPermission {
+    /// Search for the servos only, motors off.
     Search,
-    /// For ticks with motors off.
+    /// Ticks with motors off.
     Off,
-    /// The same, and each in time: motors may be driven soon.
+    /// Ticks with motors off, none of them late: motors may be driven soon.
     Armed,
-    /// For ticks that drive the motors.
+    /// Ticks that drive the motors.
     Drive,
-    /// For a client's packets.
+    /// Relay of a client's packets.
     Lend,
 }
 
-/// What the sequencer is at.
+/// State of the sequencer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum State {
-    /// The servos are being found.
+    /// The search for the servos is under way.
     Search(SearchStep),
-    /// Motors are switched off, again and again.
+    /// Motors are commanded off repeatedly.
     ForceOff,
     /// Motors are driven.
     Drive,
-    /// The bus is a client's.
+    /// The bus is lent to a client.
     Lent,
 }
 
-/// Where a search is.
+/// Step of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SearchStep {
-    /// The stop sequence at the speed at hand comes next.
+    /// Stop sequence at the present speed.
     Stop,
-    /// Is this joint's servo there, and does it run this firmware?
+    /// Ping of this joint's servo, in the protocol of this firmware.
     Ping {
         /// Index of the joint.
         joint: usize,
-        /// Whose protocol is spoken.
+        /// Firmware whose protocol is used.
         firmware: Firmware,
     },
-    /// Morpheus servos are lined up for the position chain.
+    /// Position chain of Morpheus servos.
     Start,
-    /// Stock servos are read, made ready, or given back.
+    /// Set-up of stock servos: read, made ready, or restored.
     SetUp(SetupStep),
 }
 
-/// What came of a poll.
+/// Event of a poll.
 #[derive(Clone, Copy, Debug)]
 pub enum BusEvent {
     /// A tick's exchange is over; the tick's token, stamped.
     Sampled(Outcome, FlowToken),
     /// A step of a search or a stop is over; torque is off.
     Searching,
-    /// The servos are lined up: ticks may begin.
+    /// The servos have been found and set up: ticks may begin.
     LinedUp,
-    /// Stock servos have been given back: the bus is the client's.
-    GivenBack,
+    /// Stock servos have been restored: the bus is the client's.
+    Restored,
     /// The servos run another firmware than before.
     FirmwareChanged,
-    /// They run different firmwares; none is driven.
+    /// The servos run different firmwares; none is driven.
     Mixed([Firmware; JOINTS]),
     /// This joint's servo did not answer.
     Absent(usize, Missing),
-    /// This joint's servo does not take what it must be set to.
+    /// This joint's servo rejects its settings.
     Unprepared(usize),
     /// A health poll has been answered.
     Health(Health),
-    /// The client's request has been answered, or not: see [`BusSequencer::reply`].
+    /// The client's request has ended: see [`BusSequencer::reply`].
     Client,
     /// An idle slot has been used.
     Served,
@@ -168,8 +168,8 @@ pub struct BusSequencer<S, D> {
     master: Master<S, D>,
     ids: [ServoId; JOINTS],
     state: State,
-    leave: BusLeave,
-    /// Stops that come before anything else.
+    permission: BusPermission,
+    /// Stops that precede every other packet.
     stops: StopPlan,
     /// Speeds at which servos may run since a client had the bus.
     client_speeds: Speeds,
@@ -177,15 +177,15 @@ pub struct BusSequencer<S, D> {
     setup: ServoSetup,
     health: HealthPoll,
     off: ForceOff,
-    /// Whose request is on the bus.
+    /// Owner of the request on the bus.
     owner: Option<Owner>,
-    /// The stop on the bus is one of the plan's.
+    /// Whether the stop on the bus is one of the plan's.
     is_planned_stop: bool,
-    /// Bytes of the servos are kept for the client.
-    is_listening: bool,
-    /// What the servos ran when they were found last.
+    /// Whether bytes of the servos are tapped for the client.
+    is_tapping: bool,
+    /// Firmware of the servos when they were found last.
     firmware: Option<Firmware>,
-    /// When the next step of a search begins, in µs.
+    /// Start of the next step of a search, in µs.
     next_us: u64,
     now_us: u64,
     /// The tick whose exchange was begun last.
@@ -204,7 +204,7 @@ where
             master: Master::new(serial, direction, ids),
             ids,
             state: State::Search(SearchStep::Stop),
-            leave: BusLeave::Search,
+            permission: BusPermission::Search,
             stops: StopPlan::default(),
             client_speeds: Speeds::new(),
             discovery: Discovery::default(),
@@ -213,7 +213,7 @@ where
             off: ForceOff::default(),
             owner: None,
             is_planned_stop: false,
-            is_listening: false,
+            is_tapping: false,
             firmware: None,
             next_us: now_us,
             now_us,
@@ -221,22 +221,22 @@ where
         }
     }
 
-    /// What the sequencer is at.
+    /// State of the sequencer.
     pub(crate) fn state(&self) -> State {
         self.state
     }
 
-    /// Whether there is one exchange a tick.
+    /// Whether each tick has an exchange.
     pub fn is_ticking(&self) -> bool {
         matches!(self.state, State::ForceOff | State::Drive)
     }
 
-    /// Whether nothing is under way on the bus.
+    /// Whether no transaction is under way.
     pub fn is_idle(&self) -> bool {
         self.master.is_idle()
     }
 
-    /// What the servos run, as far as that is known.
+    /// Firmware of the servos, as far as it is known.
     pub fn firmware(&self) -> Firmware {
         self.master.firmware()
     }
@@ -256,13 +256,13 @@ where
         tick_us(self.firmware(), self.baud(), self.master.readiness())
     }
 
-    /// Whether the last stop has come to an end: every motor has been seen to be off, or
-    /// the host has been notified which has not.
+    /// Whether the last stop has concluded: every motor is confirmed off, or the host has
+    /// been notified which is not.
     pub fn is_settled(&self) -> bool {
         self.off.is_settled()
     }
 
-    /// The report for the host on motors that shall be off, when it changes.
+    /// Takes the report for the host on motors that must be off, when it changes.
     pub fn take_off_report(&mut self) -> Option<OffReport> {
         match self.state {
             State::ForceOff => self.off.take_report(self.now_us),
@@ -273,46 +273,49 @@ where
         }
     }
 
-    /// The supervisor's leave from now on. What it takes away ends here.
-    pub fn permit(&mut self, leave: BusLeave, now_us: u64) {
+    /// Sets the supervisor's permission. A use of the bus that it withdraws ends here.
+    pub fn permit(&mut self, permission: BusPermission, now_us: u64) {
         self.now_us = now_us;
-        self.leave = leave;
-        if leave != BusLeave::Drive {
+        self.permission = permission;
+        if permission != BusPermission::Drive {
             self.master.cancel_drive();
         }
-        match (self.state, leave) {
-            (State::Lent, BusLeave::Lend)
+        match (self.state, permission) {
+            (State::Lent, BusPermission::Lend)
             | (
                 State::Search(_),
-                BusLeave::Search | BusLeave::Off | BusLeave::Armed | BusLeave::Drive,
+                BusPermission::Search
+                | BusPermission::Off
+                | BusPermission::Armed
+                | BusPermission::Drive,
             )
-            | (State::ForceOff, BusLeave::Off | BusLeave::Armed)
-            | (State::Drive, BusLeave::Drive) => {}
-            (State::Search(SearchStep::SetUp(step)), BusLeave::Lend) if step.is_restore() => {}
-            (State::Drive, BusLeave::Off | BusLeave::Armed) => {
+            | (State::ForceOff, BusPermission::Off | BusPermission::Armed)
+            | (State::Drive, BusPermission::Drive) => {}
+            (State::Search(SearchStep::SetUp(step)), BusPermission::Lend) if step.is_restore() => {}
+            (State::Drive, BusPermission::Off | BusPermission::Armed) => {
                 self.state = State::ForceOff;
                 self.off.begin(now_us, false);
             }
-            (State::ForceOff, BusLeave::Drive) => self.state = State::Drive,
-            (State::Search(_) | State::ForceOff | State::Drive, BusLeave::Lend) => {
+            (State::ForceOff, BusPermission::Drive) => self.state = State::Drive,
+            (State::Search(_) | State::ForceOff | State::Drive, BusPermission::Lend) => {
                 self.lend();
             }
-            (State::Lent, _) => self.take_back(),
-            (State::ForceOff | State::Drive, BusLeave::Search) => {
+            (State::Lent, _) => self.reclaim(),
+            (State::ForceOff | State::Drive, BusPermission::Search) => {
                 self.off = ForceOff::default();
                 self.search();
             }
         }
     }
 
-    /// Every motor is to be off at once, by the stop sequence: after a fault, or when a
-    /// stop is asked for again. The exchange under way ends first, within a tick; what it has
-    /// not yet sent to the motors is off.
+    /// Forces every motor off at once by the stop sequence: after a fault, or when a
+    /// stop is repeated. The exchange under way ends first, within a tick; a command that it
+    /// has not yet sent is replaced by off.
     pub fn force_off(&mut self, now_us: u64) {
         self.now_us = now_us;
         self.master.cancel_drive();
         if self.state == State::Lent {
-            self.take_back();
+            self.reclaim();
         } else if self.state == State::Drive {
             self.state = State::ForceOff;
         }
@@ -320,8 +323,8 @@ where
         self.plan_stops();
     }
 
-    /// Stops at the speed in use; and, if a client has had the bus since motors were seen
-    /// to be off, at each that it has used or may have set the servos to.
+    /// Plans stops at the speed in use; and, if a client has had the bus since motors were
+    /// confirmed off, at each speed that it has used or may have set the servos to.
     fn plan_stops(&mut self) {
         let mut likely = Speeds::new();
         add_speed(&mut likely, self.baud());
@@ -337,6 +340,7 @@ where
         self.off.note_stop(self.now_us);
     }
 
+    /// Begins a search.
     fn search(&mut self) {
         self.discovery.rewind();
         self.state = State::Search(SearchStep::Stop);
@@ -351,7 +355,7 @@ where
         self.set_up(SetupStep::PREPARE);
     }
 
-    /// Gives stock servos back as they were found, then lends the bus.
+    /// Restores stock servos to the settings found, then lends the bus.
     pub fn restore(&mut self) {
         self.plan_stops();
         self.set_up(SetupStep::RESTORE);
@@ -362,7 +366,7 @@ where
         self.next_us = self.now_us;
     }
 
-    /// When to poll again at the latest, with the next tick due then.
+    /// Latest time of the next poll, with the next tick due at `tick_due_us`.
     pub fn wake_at_us(&self, tick_due_us: u64) -> u64 {
         if !self.master.is_idle() {
             return self.master.wake_at_us();
@@ -373,17 +377,17 @@ where
         }
     }
 
-    /// How many bytes on the bus make it worth to poll before that, if any.
+    /// Number of received bytes that makes an earlier poll useful, if any.
     pub fn bytes_wanted(&self) -> Option<usize> {
         self.master.bytes_wanted()
     }
 
-    /// What the last request was answered.
+    /// Reply to the last request.
     pub fn reply(&self) -> Option<&Payload> {
         self.master.reply()
     }
 
-    /// Whether stops come before anything else.
+    /// Whether planned stops are under way or to be sent.
     pub fn is_stopping(&self) -> bool {
         !self.stops.is_done() || (self.is_planned_stop && !self.is_idle())
     }

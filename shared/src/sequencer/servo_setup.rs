@@ -1,13 +1,13 @@
 //! Servo set-up: makes stock servos ready for torque, and restores them.
 //!
-//! Bring-up only reads stock servos' settings. Anything else needs a command,
+//! Bring-up only reads stock servos' settings. A change needs a command,
 //! [`Command::Prepare`](crate::link::message::Command::Prepare) or
 //! [`Command::Release`](crate::link::message::Command::Release): use of the transparent
 //! port alone changes no servo.
 //!
 //! A stock AX-12A has no torque command. In wheel mode (both angle limits 0) its
-//! moving speed is the motor's duty, which is as good. Its return delay, 500 µs
-//! ex works, would take the half of a tick for each servo. Both are EEPROM, so
+//! moving speed is the motor's duty, which has the same effect. Its return delay, 500 µs
+//! ex works, would take half of a tick for each servo. Both are EEPROM, so
 //! they are written only where they differ, and the values found are kept for the
 //! release, until reset.
 
@@ -17,34 +17,33 @@ use crate::servo::{Packet, ServoId};
 
 /// Time without requests after a write to a servo's EEPROM, in µs. The e-Manual
 /// does not specify it; an `ATmega8`, which AX-12A have had, takes
-/// 8.5 ms a byte, and four are the most that is written here.
+/// 8.5 ms a byte, and the longest write here is four.
 const EEPROM_US: u64 = 40_000;
 
 /// Next action of the set-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Progress {
-    /// This step, after a pause in µs.
+    /// The next step, after a pause in µs.
     Step(SetupStep, u64),
-    /// It is over.
+    /// The set-up is over.
     Done(SetupGoal),
-    /// The servo of this joint does not take what it must be set to.
+    /// The servo of this joint rejects its settings.
     Refused(usize),
     /// The servo of this joint does not answer.
     Silent(usize),
 }
 
-/// Settings of the stock servos, as found and as read.
+/// Set-up of the stock servos, with their settings as found and as read.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ServoSetup {
     saved: [SavedConfig; JOINTS],
 }
 
 impl ServoSetup {
-    /// The request of this step or of the next that has one, with that step;
-    /// otherwise the set-up is over.
+    /// The first request from this step on, with its step, packet and bytes of reply.
     ///
     /// # Errors
-    /// The goal that has been reached.
+    /// The goal, if no step with a request is left.
     pub(super) fn request(
         &self,
         mut step: SetupStep,
@@ -61,12 +60,16 @@ impl ServoSetup {
         }
     }
 
-    /// The request of this step has been answered with these data, or not at all.
+    /// Takes the data of the reply to this step, or its absence.
     pub(super) fn note_reply(&mut self, step: SetupStep, data: Option<&[u8]>) -> Progress {
-        let pause_us = if step.step.is_kept() { EEPROM_US } else { 0 };
-        let next = match (step.step, data.and_then(ServoSettings::of)) {
-            (Step::Look | Step::LookAgain | Step::Check, Some(settings)) => {
-                let is_check = step.step == Step::Check;
+        let pause_us = if step.step.writes_eeprom() {
+            EEPROM_US
+        } else {
+            0
+        };
+        let next = match (step.step, data.and_then(ServoSettings::decode)) {
+            (Step::Read | Step::Reread | Step::Verify, Some(settings)) => {
+                let is_check = step.step == Step::Verify;
                 if let Some(saved) = self.saved.get_mut(step.joint) {
                     saved.now = Some(settings);
                     if !is_check && !settings.are_ready() {
@@ -78,20 +81,20 @@ impl ServoSetup {
                 }
                 step.after()
             }
-            // Status return level 0: READ is not answered.
-            (Step::Look, None) => Some(SetupStep {
-                step: Step::MakeItAnswer,
+            // No reply to READ: the status return level is 0.
+            (Step::Read, None) => Some(SetupStep {
+                step: Step::EnableReplies,
                 ..step
             }),
-            (Step::LookAgain | Step::Check, None) => return Progress::Silent(step.joint),
+            (Step::Reread | Step::Verify, None) => return Progress::Silent(step.joint),
             (
-                Step::MakeItAnswer
-                | Step::Mode
-                | Step::Delay
-                | Step::Standstill
+                Step::EnableReplies
+                | Step::AngleLimits
+                | Step::ReturnDelay
+                | Step::ZeroSpeed
                 | Step::TorqueOn
                 | Step::TorqueOff
-                | Step::Level,
+                | Step::StatusLevel,
                 _,
             ) => step.after(),
         };
@@ -100,8 +103,8 @@ impl ServoSetup {
         })
     }
 
-    /// The servos are as they were found.
-    pub(super) fn forget(&mut self) {
+    /// Drops the saved settings: the servos are as they were found.
+    pub(super) fn clear(&mut self) {
         *self = Self::default();
     }
 }

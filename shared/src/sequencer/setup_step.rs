@@ -1,4 +1,4 @@
-//! Set-up steps of stock servos: their order, and the request of each.
+//! Set-up steps of stock servos: their order, and the register access of each.
 
 use heapless::Vec;
 
@@ -7,26 +7,30 @@ use crate::servo::Packet;
 use crate::servo::master::timing::RETURN_DELAY_US;
 use crate::servo::protocol1::{Instruction, register};
 
-/// From the return delay to the status return level: what is read at once.
+/// Bytes of the settings that are read at once: return delay through status return level.
 const SETTINGS_BYTES: u8 = register::STATUS_RETURN_LEVEL - register::RETURN_DELAY + 1;
 /// [`RETURN_DELAY_US`] in the register's unit.
 const RETURN_DELAY: u8 = (RETURN_DELAY_US / 2) as u8;
+/// Angle limits of wheel mode.
 const WHEEL: [u8; 4] = [0; 4];
-/// READ is answered, WRITE is not: the least that a tick needs.
+/// Status return level with which READ is answered and WRITE is not: the least that a
+/// tick needs.
 const LEVEL_READ: u8 = 1;
 
-/// What the bridge changes in a stock servo's EEPROM.
+/// Settings in a stock servo's EEPROM that the bridge changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ServoSettings {
     return_delay: u8,
     limits: [u8; 4],
-    /// What the torque limit is at power-up.
+    /// Torque limit at power-up.
     max_torque: [u8; 2],
+    /// Status return level.
     level: u8,
 }
 
 impl ServoSettings {
-    pub(super) fn of(memory: &[u8]) -> Option<Self> {
+    /// Decodes the registers from the return delay on.
+    pub(super) fn decode(memory: &[u8]) -> Option<Self> {
         let at = |address: u8| usize::from(address - register::RETURN_DELAY);
         let limits = at(register::ANGLE_LIMITS);
         let max_torque = at(register::MAX_TORQUE);
@@ -38,6 +42,7 @@ impl ServoSettings {
         })
     }
 
+    /// Whether the servo takes torque with these settings.
     pub(super) fn are_ready(self) -> bool {
         self.return_delay == RETURN_DELAY && self.limits == WHEEL && self.level > 0
     }
@@ -46,9 +51,9 @@ impl ServoSettings {
 /// Settings of a joint's stock servo.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SavedConfig {
-    /// As found at first.
+    /// Settings as found first.
     pub(super) before: Option<ServoSettings>,
-    /// As read last.
+    /// Settings as read last.
     pub(super) now: Option<ServoSettings>,
 }
 
@@ -63,8 +68,8 @@ pub(crate) struct SetupStep {
 /// Purpose of the set-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SetupGoal {
-    /// Reading of their settings.
-    Look,
+    /// Settings read, unchanged.
+    Read,
     /// Ready for torque.
     Prepare,
     /// As they were found.
@@ -74,45 +79,51 @@ pub(crate) enum SetupGoal {
 /// Action on one servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Step {
-    Look,
-    /// To one that does not answer READ.
-    MakeItAnswer,
-    LookAgain,
-    Mode,
-    Delay,
-    Standstill,
+    /// Reads the settings.
+    Read,
+    /// Raises the status return level of a servo that does not answer READ.
+    EnableReplies,
+    /// Reads the settings after that.
+    Reread,
+    /// Writes the angle limits, which select wheel mode.
+    AngleLimits,
+    ReturnDelay,
+    /// Writes moving speed 0, and the torque limit.
+    ZeroSpeed,
     TorqueOn,
     TorqueOff,
-    Level,
-    Check,
+    /// Writes the status return level.
+    StatusLevel,
+    /// Reads the settings to compare them with the goal.
+    Verify,
 }
 
 impl Step {
-    /// Whether it writes to the EEPROM.
-    pub(super) fn is_kept(self) -> bool {
+    /// Whether the step writes to the EEPROM.
+    pub(super) fn writes_eeprom(self) -> bool {
         match self {
-            Self::MakeItAnswer | Self::Mode | Self::Delay | Self::Level => true,
-            Self::Look
-            | Self::LookAgain
-            | Self::Standstill
+            Self::EnableReplies | Self::AngleLimits | Self::ReturnDelay | Self::StatusLevel => true,
+            Self::Read
+            | Self::Reread
+            | Self::ZeroSpeed
             | Self::TorqueOn
             | Self::TorqueOff
-            | Self::Check => false,
+            | Self::Verify => false,
         }
     }
 }
 
-/// A request to one servo.
+/// Access to registers of one servo.
 pub(super) enum RegisterAccess {
     Read,
     Write(u8, Vec<u8, 4>),
 }
 
 impl SetupStep {
-    pub(super) const LOOK: Self = Self {
-        goal: SetupGoal::Look,
+    pub(super) const READ: Self = Self {
+        goal: SetupGoal::Read,
         joint: 0,
-        step: Step::Look,
+        step: Step::Read,
     };
     pub(super) const PREPARE: Self = Self {
         goal: SetupGoal::Prepare,
@@ -125,7 +136,7 @@ impl SetupStep {
         step: Step::TorqueOff,
     };
 
-    /// Whether it gives the servos back.
+    /// Whether the set-up restores the servos.
     pub(super) fn is_restore(self) -> bool {
         self.goal == SetupGoal::Restore
     }
@@ -133,19 +144,19 @@ impl SetupStep {
     /// The step after this one; `None` after the last joint's last.
     pub(super) fn after(self) -> Option<Self> {
         use Step::{
-            Check, Delay, Level, Look, LookAgain, MakeItAnswer, Mode, Standstill, TorqueOff,
-            TorqueOn,
+            AngleLimits, EnableReplies, Read, Reread, ReturnDelay, StatusLevel, TorqueOff,
+            TorqueOn, Verify, ZeroSpeed,
         };
         let step = match (self.goal, self.step) {
-            (_, MakeItAnswer) => Some(LookAgain),
+            (_, EnableReplies) => Some(Reread),
             // An EEPROM is written with torque off.
-            (_, TorqueOff) => Some(Mode),
-            (_, Mode) => Some(Delay),
-            (SetupGoal::Restore, Delay) => Some(Level),
-            (_, Delay) => Some(Standstill),
-            (_, Standstill) => Some(TorqueOn),
-            (_, TorqueOn) => Some(Check),
-            (_, Check | Level | Look | LookAgain) => None,
+            (_, TorqueOff) => Some(AngleLimits),
+            (_, AngleLimits) => Some(ReturnDelay),
+            (SetupGoal::Restore, ReturnDelay) => Some(StatusLevel),
+            (_, ReturnDelay) => Some(ZeroSpeed),
+            (_, ZeroSpeed) => Some(TorqueOn),
+            (_, TorqueOn) => Some(Verify),
+            (_, Verify | StatusLevel | Read | Reread) => None,
         };
         match (step, self.goal) {
             (Some(step), _) => Some(Self { step, ..self }),
@@ -153,7 +164,7 @@ impl SetupStep {
             (None, goal) => Some(Self {
                 joint: self.joint + 1,
                 ..match goal {
-                    SetupGoal::Look => Self::LOOK,
+                    SetupGoal::Read => Self::READ,
                     SetupGoal::Prepare => Self::PREPARE,
                     SetupGoal::Restore => Self::RESTORE,
                 }
@@ -161,48 +172,48 @@ impl SetupStep {
         }
     }
 
-    /// What the servo shall be set to: ready, or as it was found.
-    fn wanted(self, stock: &SavedConfig) -> Option<ServoSettings> {
+    /// Settings that the goal requires: ready, or as found.
+    fn target(self, saved: &SavedConfig) -> Option<ServoSettings> {
         match self.goal {
-            SetupGoal::Look => stock.now,
+            SetupGoal::Read => saved.now,
             SetupGoal::Prepare => Some(ServoSettings {
                 return_delay: RETURN_DELAY,
                 limits: WHEEL,
-                level: stock.now?.level.max(LEVEL_READ),
-                ..stock.now?
+                level: saved.now?.level.max(LEVEL_READ),
+                ..saved.now?
             }),
-            SetupGoal::Restore => stock.before,
+            SetupGoal::Restore => saved.before,
         }
     }
 
-    /// The request of this step; `None` if there is nothing to do.
-    pub(super) fn access(self, stock: &SavedConfig) -> Option<RegisterAccess> {
+    /// The register access of this step; `None` if there is nothing to do.
+    pub(super) fn access(self, saved: &SavedConfig) -> Option<RegisterAccess> {
         let write = |address, data: &[u8]| {
             Vec::from_slice(data)
                 .ok()
                 .map(|d| RegisterAccess::Write(address, d))
         };
         match self.step {
-            Step::Look | Step::LookAgain | Step::Check => Some(RegisterAccess::Read),
-            Step::MakeItAnswer => write(register::STATUS_RETURN_LEVEL, &[LEVEL_READ]),
-            // The torque limit lies beside: a shutdown has left it at 0.
-            Step::Standstill => {
-                let [low, high] = stock.now?.max_torque;
+            Step::Read | Step::Reread | Step::Verify => Some(RegisterAccess::Read),
+            Step::EnableReplies => write(register::STATUS_RETURN_LEVEL, &[LEVEL_READ]),
+            // The torque limit is the next register: a shutdown has left it at 0.
+            Step::ZeroSpeed => {
+                let [low, high] = saved.now?.max_torque;
                 write(register::MOVING_SPEED, &[0, 0, low, high])
             }
             Step::TorqueOn => write(register::TORQUE_ENABLE, &[1]),
             Step::TorqueOff => write(register::TORQUE_ENABLE, &[0]),
-            Step::Mode | Step::Delay | Step::Level => {
-                let (now, wanted) = (stock.now?, self.wanted(stock)?);
+            Step::AngleLimits | Step::ReturnDelay | Step::StatusLevel => {
+                let (now, target) = (saved.now?, self.target(saved)?);
                 match self.step {
-                    Step::Mode if now.limits != wanted.limits => {
-                        write(register::ANGLE_LIMITS, &wanted.limits)
+                    Step::AngleLimits if now.limits != target.limits => {
+                        write(register::ANGLE_LIMITS, &target.limits)
                     }
-                    Step::Delay if now.return_delay != wanted.return_delay => {
-                        write(register::RETURN_DELAY, &[wanted.return_delay])
+                    Step::ReturnDelay if now.return_delay != target.return_delay => {
+                        write(register::RETURN_DELAY, &[target.return_delay])
                     }
-                    Step::Level if now.level != wanted.level => {
-                        write(register::STATUS_RETURN_LEVEL, &[wanted.level])
+                    Step::StatusLevel if now.level != target.level => {
+                        write(register::STATUS_RETURN_LEVEL, &[target.level])
                     }
                     _ => None,
                 }
@@ -212,6 +223,7 @@ impl SetupStep {
 }
 
 impl RegisterAccess {
+    /// The packet to the servo `id`, and the bytes of its reply.
     pub(super) fn packet(&self, id: u8) -> Option<(Packet, u8)> {
         match self {
             Self::Read => {

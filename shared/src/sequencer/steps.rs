@@ -1,4 +1,4 @@
-//! Steps: how transactions of the sequencer begin, end, and lead to each other.
+//! Steps: begin, end and order of the transactions of the sequencer.
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
@@ -7,7 +7,7 @@ use super::discovery::Next;
 use super::idle_request::Owner;
 use super::servo_setup::Progress;
 use super::setup_step::{SetupGoal, SetupStep};
-use super::{BusEvent, BusLeave, BusSequencer, Discovery, SearchStep, State};
+use super::{BusEvent, BusPermission, BusSequencer, Discovery, SearchStep, State};
 use crate::JOINTS;
 use crate::flow_token::{FlowToken, Machine};
 use crate::link::message::{Missing, Sample};
@@ -17,19 +17,18 @@ use crate::servo::master::timing::latency_us;
 use crate::servo::master::{Outcome, Transaction};
 use crate::servo::port::SetBaud;
 
-/// Rest between two attempts to find the servos, in µs.
+/// Pause between two attempts to find the servos, in µs.
 const SEARCH_PAUSE_US: u64 = 50_000;
-/// How often a board whose bus is lent looks whether all is well, in µs.
-const LOOK_US: u64 = 10_000;
+/// Interval of checks while the bus is lent, in µs.
+const LENT_POLL_US: u64 = 10_000;
 
 impl<S, D> BusSequencer<S, D>
 where
     S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
-    /// Advances the bus as far as it goes without waiting. `None` when nothing has come
-    /// to an end; a tick that is due at `tick_due_us` is the caller's to
-    /// [begin](Self::begin_tick).
+    /// Advances the bus as far as it goes without waiting. Returns an event when a
+    /// transaction or step has ended; the caller [begins](Self::begin_tick) the ticks.
     pub fn poll(&mut self, now_us: u64) -> Option<BusEvent> {
         self.now_us = now_us;
         if let Ok(outcome) = self.master.poll(now_us) {
@@ -43,15 +42,17 @@ where
         }
         match self.state {
             State::Search(step) if now_us >= self.next_us => self.begin_search_step(step),
-            State::ForceOff if self.off.is_stop_due(now_us) && self.leave == BusLeave::Off => {
+            State::ForceOff
+                if self.off.is_stop_due(now_us) && self.permission == BusPermission::Off =>
+            {
                 self.plan_stops();
                 let (stop, baud) = self.stops.take()?;
                 self.begin_stop(stop, baud)
             }
             State::Lent if now_us >= self.next_us => {
-                self.next_us = now_us + LOOK_US;
-                if !self.is_listening {
-                    self.is_listening = true;
+                self.next_us = now_us + LENT_POLL_US;
+                if !self.is_tapping {
+                    self.is_tapping = true;
                     self.master.set_rx_tap(true);
                 }
                 Some(BusEvent::Searching)
@@ -61,10 +62,10 @@ where
     }
 
     fn begin_stop(&mut self, stop: Transaction, baud: u32) -> Option<BusEvent> {
-        // Stock servos let go of their shafts, but keep their return delay. The less
-        // time ticks wait for answers, the more orders reach a servo that is silent.
+        // Stock servos release their shafts, but keep their return delay. The shorter
+        // the receive windows of ticks, the more commands reach a silent servo.
         self.master.mark_released();
-        // Idle was just seen: it is not busy.
+        // Not busy: idle was checked before.
         let _ = self.master.set_line(self.firmware(), baud);
         self.begin(stop);
         self.is_planned_stop = true;
@@ -74,7 +75,7 @@ where
     fn begin(&mut self, transaction: Transaction) {
         self.owner = None;
         self.is_planned_stop = false;
-        // Idle was just seen: it is not busy.
+        // Not busy: idle was checked before.
         let _ = self.master.begin(transaction, self.now_us);
         let _ = self.master.poll(self.now_us);
     }
@@ -98,10 +99,10 @@ where
         None
     }
 
-    /// At the speed of the search.
+    /// Sets firmware and the speed of the search.
     fn set_bus_line(&mut self, firmware: Firmware) {
         let baud = self.discovery.baud().unwrap_or(self.baud());
-        // Idle was just seen: it is not busy.
+        // Not busy: idle was checked before.
         let _ = self.master.set_line(firmware, baud);
     }
 
@@ -118,13 +119,13 @@ where
         };
         self.state = State::Search(SearchStep::SetUp(step));
         self.owner = Some(Owner::SetUp(step));
-        // Idle was just seen, and our own packets are short.
+        // Not busy: idle was checked before; set-up packets are short.
         let _ = self.master.request(&packet, expected, self.now_us);
         let _ = self.master.poll(self.now_us);
         None
     }
 
-    /// A transaction is over: what does it mean?
+    /// Processes the outcome of a transaction.
     fn finish(&mut self, outcome: &Outcome) -> BusEvent {
         match (outcome.transaction, self.state) {
             (
@@ -149,7 +150,7 @@ where
             }
             (Transaction::Ping { joint }, State::Search(SearchStep::Ping { firmware, .. })) => {
                 let sample = outcome.samples.get(joint).copied();
-                let next = self.discovery.pinged(joint, firmware, sample);
+                let next = self.discovery.note_ping(joint, firmware, sample);
                 self.finish_ping(next)
             }
             (Transaction::Start, State::Search(SearchStep::Start)) => {
@@ -178,7 +179,7 @@ where
                 self.set_bus_line(found);
                 self.state = State::Search(match found {
                     Firmware::Morpheus => SearchStep::Start,
-                    Firmware::Stock => SearchStep::SetUp(SetupStep::LOOK),
+                    Firmware::Stock => SearchStep::SetUp(SetupStep::READ),
                 });
                 let is_changed = before.is_some_and(|before| before != found);
                 return if is_changed {
@@ -202,7 +203,7 @@ where
         BusEvent::Absent(joint, missing)
     }
 
-    /// From the beginning, after a pause.
+    /// Restarts the search after a pause.
     fn search_again(&mut self) {
         self.state = State::Search(SearchStep::Stop);
         self.next_us = self.now_us + SEARCH_PAUSE_US;
@@ -258,15 +259,15 @@ where
 
     fn finish_set_up(&mut self, goal: SetupGoal) -> BusEvent {
         match goal {
-            SetupGoal::Look => self.line_up(),
+            SetupGoal::Read => self.line_up(),
             SetupGoal::Prepare => {
                 self.master.set_prepared(true);
                 self.line_up()
             }
             SetupGoal::Restore => {
-                self.setup.forget();
+                self.setup.clear();
                 self.state = State::Lent;
-                BusEvent::GivenBack
+                BusEvent::Restored
             }
         }
     }

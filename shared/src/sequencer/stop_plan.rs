@@ -1,21 +1,20 @@
-//! Stop plan: the stops at every speed at which servos may be, before any other packet.
+//! Stop plan: stops at every speed at which servos may run, before any other packet.
 //!
-//! Where servos may run at any of several speeds, a full sequence at each would keep
-//! the last one waiting: 7 ms at 1 Mbaud, 52 ms at 57600. So the brief stop is sent at
+//! Where servos may run at any of several speeds, a full sequence at each would delay
+//! the last one: 7 ms at 1 Mbaud, 52 ms at 57600. So the brief stop is sent at
 //! each of them first, the likeliest first, and full sequences follow where servos are
 //! likely to be. A search sends them at the other speeds.
 
 use crate::servo::master::Transaction;
 use heapless::Vec;
 
-/// Speeds that are remembered: those of the servos, a client's last, and those at which
-/// servos are looked for.
+/// Capacity for speeds: those of the servos, a client's last, and those of discovery.
 const SPEEDS_MAX: usize = 8;
 
 /// Speeds in bits per second, without repetition.
 pub(super) type Speeds = Vec<u32, SPEEDS_MAX>;
 
-/// Adds a speed; of too many the oldest after the first goes.
+/// Adds a speed; if there is no room, it replaces the oldest after the first.
 pub(super) fn add_speed(speeds: &mut Speeds, baud: u32) {
     if speeds.contains(&baud) {
         return;
@@ -27,18 +26,18 @@ pub(super) fn add_speed(speeds: &mut Speeds, baud: u32) {
     let _ = speeds.push(baud);
 }
 
-/// Stops to be sent, and the progress through them.
+/// Planned stops, and the progress through them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StopPlan {
     /// Speeds at which servos may be.
     possible: Speeds,
-    /// Number of the likely ones among them, which come first.
+    /// Number of likely speeds among them, which come first.
     likely: usize,
     next: usize,
 }
 
 impl StopPlan {
-    /// Brief stops at `likely` speeds and at `others`, then full sequences at the likely
+    /// A plan of brief stops at `likely` speeds and at `others`, then full sequences at the likely
     /// ones.
     pub(super) fn new(likely: Speeds, others: &[u32]) -> Self {
         let count = likely.len();
@@ -56,7 +55,7 @@ impl StopPlan {
         }
     }
 
-    /// Brief stops: one speed alone needs none, for the sequence begins with it.
+    /// Number of brief stops: none for a single speed, because the sequence begins with it.
     fn briefs(&self) -> usize {
         match self.possible.len() {
             1 => 0,
@@ -64,12 +63,12 @@ impl StopPlan {
         }
     }
 
-    /// Whether all have been taken.
+    /// Whether all stops have been taken.
     pub(super) fn is_done(&self) -> bool {
         self.next >= self.briefs() + self.likely
     }
 
-    /// The next stop, and the speed at which it is to be sent.
+    /// Takes the next stop, with its speed.
     pub(super) fn take(&mut self) -> Option<(Transaction, u32)> {
         if self.is_done() {
             return None;

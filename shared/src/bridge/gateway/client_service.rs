@@ -104,7 +104,7 @@ where
         };
         self.gateway.since_us = now_us;
         self.gateway.tries += 1;
-        self.sequencer.ask_for_client(query, tick_due_us);
+        self.sequencer.request_for_client(query, tick_due_us);
     }
 
     /// Judges the packet that waits.

@@ -1,7 +1,7 @@
 //! Relay: passes the client's packets to the bus, and every byte from it to the client,
 //! while the bus is lent.
 //!
-//! A relayed packet needs the supervisor's leave at that moment; the sequencer checks
+//! A relayed packet needs the supervisor's permission at that moment; the sequencer checks
 //! it. A client that has sent a packet that may drive a motor, and then is silent for
 //! longer than [`client_silence_ms`](crate::link::limits::Limits::client_silence_ms),
 //! loses the bus: the stop sequence and a new search for the servos follow.
