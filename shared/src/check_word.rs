@@ -26,7 +26,7 @@ pub struct CheckWord(u32);
 
 impl CheckWord {
     /// The sum over the words of `value`.
-    pub fn of(value: &(impl Checked + ?Sized)) -> Self {
+    pub fn compute(value: &(impl Checked + ?Sized)) -> Self {
         let mut sum = Self(BASIS);
         value.check(&mut sum);
         sum
@@ -157,17 +157,25 @@ mod tests {
     #[test]
     fn any_bit_and_any_exchange_of_two_words_shows() {
         let words = [0.5_f32, -1.5, 0.0, 3.25];
-        let before = CheckWord::of(&words);
+        let before = CheckWord::compute(&words);
         for index in 0..words.len() {
             for bit in 0..32 {
                 let mut changed = words;
                 changed[index] = f32::from_bits(words[index].to_bits() ^ 1 << bit);
-                assert_ne!(CheckWord::of(&changed), before, "word {index}, bit {bit}");
+                assert_ne!(
+                    CheckWord::compute(&changed),
+                    before,
+                    "word {index}, bit {bit}"
+                );
             }
             for other in 0..index {
                 let mut exchanged = words;
                 exchanged.swap(index, other);
-                assert_ne!(CheckWord::of(&exchanged), before, "{index} and {other}");
+                assert_ne!(
+                    CheckWord::compute(&exchanged),
+                    before,
+                    "{index} and {other}"
+                );
             }
         }
     }

@@ -50,7 +50,7 @@ mod queue;
 mod requests;
 
 pub use crate::control_loop::limits;
-pub use crate::control_loop::{can_run, permits, why_not};
+pub use crate::control_loop::{can_run, permits, settings_refusal};
 pub use channels::{BridgeEnd, Channels, LinkEnd, QueueWatch};
 pub use link_port::LinkPort;
 

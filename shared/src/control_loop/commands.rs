@@ -1,16 +1,16 @@
-//! Commands to the control loop: what drives the motors from now on, between two ticks.
+//! Commands to the control loop, taken between two ticks.
 //!
 //! A command replaces reference source, torque or experiment at once; its first effect is
 //! the command of the next tick. Motions, streamed points and experiments are admitted
-//! from where the present source ends, so that the reference has no jump.
+//! from where the present source ends, so that the reference is continuous.
 //!
-//! # Bumpless
+//! # Bumpless transfer
 //!
-//! A set-up may be replaced while torque is on. The estimator goes on from the
-//! state it is handed, and what the torque would jump by is added to it and
-//! faded out, so that the servos see no step. So is a constant torque when the
-//! arm is made to follow a reference. A setpoint elsewhere, and holding an arm
-//! whose motors were off, are steps: they are asked for as such.
+//! A set-up may be replaced while torque is on. The new estimator starts from the
+//! state of the old one, and the difference in torque is added as an offset that
+//! fades out, so that the servos see no step. The same holds for the change from a
+//! constant torque to a reference. A setpoint elsewhere, and holding an arm
+//! whose motors were off, are steps by command.
 
 use super::experiment::{self, ActiveExperiment};
 use super::monitors::Monitors;
@@ -26,30 +26,30 @@ use crate::link::message::{Drive, Refusal};
 use nalgebra::Vector2;
 
 impl ControlLoop {
-    /// What drives the motors while that is permitted.
+    /// Source that drives the motors while that is permitted.
     pub fn drive(&self) -> Drive {
         self.commanded.drive()
     }
 
-    /// Nothing is commanded yet, at this time in µs.
+    /// Clears the command, at this time in µs.
     pub fn reset_command(&mut self, now_us: u64) {
         self.commanded = DriveCommand::new(Drive::Hold, [0.0; JOINTS], now_us);
     }
 
-    /// The arm may be anywhere: the estimator begins anew with the next samples, and
-    /// no reference is left of before.
+    /// Resets the estimator, which restarts from the next samples, and the reference: the
+    /// arm may be anywhere.
     pub fn reset_estimate(&mut self) {
         self.is_fresh = true;
         self.source = ReferenceSource::hold(Vector2::zeros());
     }
 
-    /// The monitors begin anew.
+    /// Resets the monitors.
     pub fn reset_monitors(&mut self) {
         self.monitors = Monitors::default();
     }
 
-    /// Goes over to another configuration, without a step in the torque if motors are
-    /// driven; what is decided next acts at `acts_us`.
+    /// Installs another configuration, without a step in the torque if motors are
+    /// driven; the next command acts at `acts_us`.
     pub fn install(
         &mut self,
         before: &LoopConfig,
@@ -61,9 +61,9 @@ impl ControlLoop {
         if is_driven {
             let reference = self.source.at(acts_us);
             let forward_nm = before.control.feed_forward(&reference);
-            let asked = self.demand(before, &self.estimate.state(), &reference, forward_nm);
+            let demand = self.demand(before, &self.estimate.state(), &reference, forward_nm);
             self.estimate = config.control.estimator.take_over(&self.estimate);
-            self.fade_from(config, asked.torque_nm, &reference);
+            self.fade_from(config, demand.torque_nm, &reference);
         } else {
             self.is_fresh = true;
             self.estimate = config.control.estimator.at_rest(Vector2::zeros());
@@ -84,22 +84,22 @@ impl ControlLoop {
     ) {
         self.bump_nm = Vector2::zeros();
         let forward_nm = config.control.feed_forward(reference);
-        let own = self.demand(config, &self.estimate.state(), reference, forward_nm);
-        self.bump_nm = torque_nm - own.torque_nm;
+        let demand = self.demand(config, &self.estimate.state(), reference, forward_nm);
+        self.bump_nm = torque_nm - demand.torque_nm;
     }
 
-    /// Constant joint torques in N m from the next tick on, commanded at this time.
+    /// Commands constant joint torques in N m from the next tick on, at this time.
     pub fn hold_torque(&mut self, torque_nm: [f32; JOINTS], now_us: u64) {
         self.commanded = DriveCommand::new(Drive::Torque, torque_nm, now_us);
     }
 
-    /// Holds the arm at these angles in rad, a step if it is elsewhere.
+    /// Holds the arm at these angles in rad; a step if it is elsewhere.
     pub fn regulate(&mut self, config: &LoopConfig, angle_rad: [f32; JOINTS], now: Instant) {
         let source = ReferenceSource::hold(angle_rad.into());
         self.follow(config, Drive::Regulate, source, now);
     }
 
-    /// Makes the arm follow a source, from a torque that followed none without a step.
+    /// Follows a source; the transition from a constant torque has no step.
     pub fn follow(
         &mut self,
         config: &LoopConfig,
@@ -120,14 +120,14 @@ impl ControlLoop {
         }
     }
 
-    /// The source, or, if the arm follows none, rest where it is.
+    /// The present source; if the arm follows none, rest at its angles.
     #[inline(never)]
     pub fn present_source(&self, now: Instant) -> ReferenceSource {
         match self.drive() {
             _ if !now.is_driven => ReferenceSource::hold(self.state.q),
             Drive::Torque => ReferenceSource::hold(self.state.q),
             Drive::Regulate | Drive::Track | Drive::Hold => self.source.clone(),
-            // Nothing has been decided by it.
+            // No tick has used the experiment yet.
             Drive::Experiment if !self.experiment.is_started() => self.source.clone(),
             Drive::Experiment => {
                 let from = Reference {
@@ -139,7 +139,7 @@ impl ControlLoop {
         }
     }
 
-    /// Where a motion that is asked for now would begin.
+    /// Start point of a motion that is requested now.
     pub fn start_point(&self, now: Instant) -> StartPoint {
         self.present_source(now).start_point(now.us)
     }
@@ -147,7 +147,7 @@ impl ControlLoop {
     /// The source with a planned motion added.
     ///
     /// # Errors
-    /// Its time has passed, or it would begin elsewhere than the arm is asked to be.
+    /// [`Refusal::Busy`] if its time has passed, or if it would begin away from the reference.
     pub fn with_motion(
         &self,
         motion: TimedTrajectory,
@@ -161,22 +161,22 @@ impl ControlLoop {
     /// The source with a streamed point added.
     ///
     /// # Errors
-    /// Why the point cannot be.
+    /// The reason for the refusal of the point.
     pub fn with_point(&self, point: Point<f32>, now: Instant) -> Result<ReferenceSource, Refusal> {
         let mut source = self.present_source(now);
         source.push(now.us, point)?;
         Ok(source)
     }
 
-    /// Whether the very same experiment is what drives the motors.
+    /// Whether the same experiment drives the motors.
     pub fn is_running(&self, plan: &Experiment, is_driven: bool) -> bool {
         is_driven && self.drive() == Drive::Experiment && self.experiment.plan == *plan
     }
 
-    /// Where the arm comes to rest for an experiment that begins now, if it may.
+    /// The source that brings the arm to rest for an experiment that begins now.
     ///
     /// # Errors
-    /// Why it may not.
+    /// The reason why the experiment may not begin.
     #[inline(never)]
     pub fn admit(
         &self,
@@ -199,15 +199,15 @@ impl ControlLoop {
         now: Instant,
     ) {
         self.follow(config, Drive::Experiment, source, now);
-        self.experiment = ActiveExperiment::of(plan);
+        self.experiment = ActiveExperiment::new(plan);
     }
 
-    /// What drives the motors is this: of a recorded tick.
+    /// Sets the source that drives the motors, from a recorded tick.
     pub fn set_drive(&mut self, drive: Drive) {
         self.commanded = self.commanded.with_drive(drive);
     }
 
-    /// Goes on from what a recorded tick estimated and asked for.
+    /// Sets estimate and reference from a recorded tick.
     pub fn resume(&mut self, state: State<f32>, reference: Reference<f32>) {
         (self.state, self.reference) = (state, reference);
     }

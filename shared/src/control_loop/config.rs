@@ -1,13 +1,12 @@
-//! Loop configuration: everything that a tick computes with and that no tick
-//! changes.
+//! Loop configuration: all parameters of a tick; no tick changes them.
 //!
-//! Building it takes a Riccati solution, far too long for a tick. The link's side
-//! builds it, and the control loop takes the result as a whole.
+//! Its construction includes a Riccati solution, too long for a tick. The link's side
+//! builds the configuration, and the control loop takes the result as a whole.
 //!
 //! # Memory faults
 //!
 //! A configuration lies in RAM for hours. A bit that turns there, by a fault of
-//! the memory or of the program, changes what the arm is given without a command.
+//! the memory or of the program, changes the torque without a command.
 //! Each part of it carries a [`CheckWord`], taken where the part was built;
 //! [`LoopConfig::check_section`] compares one in a tick, so that all are compared
 //! within [`CHECK_US`].
@@ -29,8 +28,8 @@ use crate::estimate::{Config, Estimator};
 use crate::link::limits::Limits;
 use crate::link::message::{self, Gains, Refusal, Settings, Setup};
 
-/// Time constant in s with which a bump fades: slow beside the loop's own 50 ms,
-/// so that it is no disturbance to speak of, and over within half a second.
+/// Time constant in s of the fading torque offset: slow beside the loop's own 50 ms,
+/// so that the disturbance is small, and over within half a second.
 const FADE_S: f32 = 0.1;
 
 /// Time in which every part of the configuration is compared with its check word.
@@ -43,15 +42,15 @@ const SECTIONS: u32 = 4;
 /// Whether a board can run with these settings: every limit is within its hard
 /// bound, and there is a controller for the set-up.
 pub fn can_run(settings: &Settings) -> bool {
-    why_not(settings).is_none()
+    settings_refusal(settings).is_none()
 }
 
-/// Why a board would refuse these settings; `None` if it would not.
-pub fn why_not(settings: &Settings) -> Option<Refusal> {
+/// The refusal of these settings by a board; `None` if it accepts them.
+pub fn settings_refusal(settings: &Settings) -> Option<Refusal> {
     LoopConfig::build(settings).err()
 }
 
-/// Everything that a tick computes with.
+/// All parameters of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopConfig {
     pub(super) control: ControlConfig,
@@ -66,35 +65,35 @@ pub struct ControlConfig {
     pub(super) arm: Parameters<f32>,
     pub(super) joints: [Joint<f32>; JOINTS],
     pub(super) estimator: Estimator<f32>,
-    /// The estimator's model has dry friction, so it gets the whole torque.
+    /// Whether the estimator's model has dry friction and so gets the whole torque.
     pub(super) knows_friction: bool,
     pub(super) controller: Controller<f32>,
     pub(super) friction: DryFriction<f32>,
-    /// Share of a torque bump that is left a period later.
+    /// Factor of the torque offset per period.
     pub(super) fade: f32,
     checks: [CheckWord; SECTIONS as usize - 1],
 }
 
 impl LoopConfig {
-    /// The configuration for these settings.
+    /// Builds the configuration for these settings.
     ///
     /// # Errors
-    /// Why a board would refuse them.
+    /// The refusal of a board.
     pub fn build(settings: &Settings) -> Result<Self, Refusal> {
         if !settings.limits.is_valid() {
             return Err(Refusal::OutOfRange);
         }
         let control = ControlConfig::build(&settings.setup)?;
-        Ok(Self::of(&control, settings.limits))
+        Ok(Self::from_parts(&control, settings.limits))
     }
 
     /// The configuration with these [valid](Limits::is_valid) limits.
-    pub(crate) fn of(control: &ControlConfig, limits: Limits) -> Self {
+    pub(crate) fn from_parts(control: &ControlConfig, limits: Limits) -> Self {
         let monitors = MonitorConfig::new(limits, control.period_us.get());
         Self {
             control: *control,
             monitors,
-            monitors_check: CheckWord::of(&monitors),
+            monitors_check: CheckWord::compute(&monitors),
         }
     }
 
@@ -106,12 +105,12 @@ impl LoopConfig {
                 ..*self
             };
         }
-        Self::of(control, *self.limits())
+        Self::from_parts(control, *self.limits())
     }
 
     /// The same set-up with other [valid](Limits::is_valid) limits.
     pub(crate) fn with_limits(&self, limits: Limits) -> Self {
-        Self::of(&self.control, limits)
+        Self::from_parts(&self.control, limits)
     }
 
     /// Tick period in µs.
@@ -124,27 +123,27 @@ impl LoopConfig {
         self.monitors.limits()
     }
 
-    /// How many samples of a joint may be missing in a row.
+    /// Largest number of consecutive missing samples of a joint.
     pub fn dropout_ticks(&self) -> u32 {
         self.monitors.dropout_ticks()
     }
 
-    /// Whether one part of the configuration is as it was built; any number names
-    /// one, in turns.
+    /// Whether one section of the configuration is as it was built; `section` counts modulo
+    /// their number.
     pub fn check_section(&self, section: u32) -> bool {
         match self.control.checks.get((section % SECTIONS) as usize) {
             Some(check) => self.control.section(section % SECTIONS) == *check,
-            None => CheckWord::of(&self.monitors) == self.monitors_check,
+            None => CheckWord::compute(&self.monitors) == self.monitors_check,
         }
     }
 
-    /// Whether all of it is.
+    /// Whether the whole configuration is as it was built.
     pub fn is_intact(&self) -> bool {
         (0..SECTIONS).all(|section| self.check_section(section))
     }
 
-    /// How many sections a tick compares, and from one comparison to the next how
-    /// many ticks.
+    /// Number of sections that a tick compares, and number of ticks from one comparison to
+    /// the next.
     pub fn check_pace(&self) -> (u32, u32) {
         let turn_us = CHECK_US / SECTIONS;
         let period_us = self.period_us().get();
@@ -178,10 +177,10 @@ impl LoopConfig {
 }
 
 impl ControlConfig {
-    /// Designs what `setup` asks for.
+    /// Designs estimator and controller of `setup`.
     ///
     /// # Errors
-    /// The reason why there is no such estimator or controller.
+    /// The reason why one does not exist.
     pub fn build(setup: &Setup) -> Result<Self, Refusal> {
         if !(PERIOD_MIN_US..=PERIOD_MAX_US).contains(&setup.period_us) {
             return Err(Refusal::OutOfRange);
@@ -208,7 +207,7 @@ impl ControlConfig {
             controller: controller(setup, &arm, period_s)?,
             friction: DryFriction::of(setup.friction_nm),
             fade: FADE_S / (period_s + FADE_S),
-            checks: [CheckWord::of(&0_u32); SECTIONS as usize - 1],
+            checks: [CheckWord::compute(&0_u32); SECTIONS as usize - 1],
         };
         config.checks = core::array::from_fn(|section| config.section(section as u32));
         Ok(config)
@@ -219,9 +218,9 @@ impl ControlConfig {
         self.period_us
     }
 
-    /// The sum over one part.
+    /// Check word of one section.
     fn section(&self, section: u32) -> CheckWord {
-        let mut sum = CheckWord::of(&section);
+        let mut sum = CheckWord::compute(&section);
         match section {
             0 => {
                 self.period_us.get().check(&mut sum);
@@ -280,10 +279,10 @@ fn controller(
     }
 }
 
-/// The gain, if it stabilises the model.
+/// State feedback with these gains, if it stabilises the model.
 fn state_feedback(gains: Gains, model: &Discrete<f32>) -> Result<Lqr<f32>, Refusal> {
     let lqr = match gains {
-        // Made for one period; a board asked to run it elsewhere checks it too.
+        // Designed for one period, so it is checked for the running one.
         Gains::Paper => Lqr::paper(),
         Gains::Design { q, r } => {
             return Lqr::design(model, &Weights { q, r }).map_err(|_| Refusal::NoGains);

@@ -1,4 +1,4 @@
-//! Drive command: the source that drives the motors, kept so that a turned bit shows.
+//! Drive command: the source that drives the motors, stored so that a turned bit is detected.
 //!
 //! The source is a word that differs from any other source's in 12 bits. A [`CheckWord`]
 //! covers it, the constant torque and the age of the command; every tick compares it
@@ -28,7 +28,7 @@ checked!(Words {
     commanded_us,
 });
 
-/// Code words: Walsh functions, the last three bits a source's place.
+/// Code words: Walsh functions, with the index of the source in the last three bits.
 const DRIVES: [(Drive, u32); 5] = [
     (Drive::Torque, 0x5555_5550),
     (Drive::Regulate, 0x3333_3331),
@@ -38,7 +38,7 @@ const DRIVES: [(Drive, u32); 5] = [
 ];
 
 impl DriveCommand {
-    /// Drive by this, commanded at this time in µs; torques are those of
+    /// A command of this source, at this time in µs; torques are those of
     /// [`Drive::Torque`].
     pub(super) fn new(drive: Drive, torque_nm: [f32; JOINTS], commanded_us: u64) -> Self {
         let known = DRIVES.iter().find(|(known, _)| *known == drive);
@@ -49,16 +49,16 @@ impl DriveCommand {
         };
         Self {
             words,
-            check: CheckWord::of(&words),
+            check: CheckWord::compute(&words),
         }
     }
 
-    /// The same command, driven by something else.
+    /// The same command with another source.
     pub(super) fn with_drive(&self, drive: Drive) -> Self {
         Self::new(drive, self.words.torque_nm, self.words.commanded_us)
     }
 
-    /// The source; [`Drive::Hold`] if the word is that of none.
+    /// The source; [`Drive::Hold`] if the word is invalid.
     pub(super) fn drive(&self) -> Drive {
         self.known().unwrap_or(Drive::Hold)
     }
@@ -72,14 +72,14 @@ impl DriveCommand {
         self.words.torque_nm
     }
 
-    /// How old the command is at this time, in µs.
+    /// Age of the command at this time, in µs.
     pub(super) fn age_us(&self, now_us: u64) -> u64 {
         now_us.saturating_sub(self.words.commanded_us)
     }
 
-    /// Whether it is what was commanded.
+    /// Whether the command is as it was written.
     pub(super) fn is_intact(&self) -> bool {
-        self.known().is_some() && CheckWord::of(&self.words) == self.check
+        self.known().is_some() && CheckWord::compute(&self.words) == self.check
     }
 
     /// Turns a bit, chosen by `draw`, for tests.

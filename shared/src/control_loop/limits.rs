@@ -1,5 +1,5 @@
-//! Numbers by which the bridge judges what is safe and that no host can set;
-//! those that can be are [`Limits`](crate::link::limits::Limits).
+//! Safety limits that no host can set; those that a host can set are
+//! [`Limits`](crate::link::limits::Limits).
 
 use crate::control::Bounds;
 
@@ -7,23 +7,23 @@ use crate::control::Bounds;
 /// on the transparent port: time to arm.
 pub const CLAIM_US: u64 = 2_000_000;
 
-/// A tick that begins so late in µs is an error by itself: no period is longer,
+/// Lateness in µs at which a single tick is a fault: no period is longer,
 /// and in 20 ms full torque, all of it misjudged, turns a joint by 8 mrad.
 pub const LATE_MAX_US: u64 = 20_000;
 
 /// Largest reference angle: well inside the stops, so that an overshoot is too.
 pub const REFERENCE_MAX_RAD: f32 = 1.2;
 
-/// Shortest tick that any bus allows: Morpheus servos at 1 Mbaud. What the bus
-/// at hand allows is [`tick_us`](crate::servo::master::timing::tick_us).
+/// Shortest tick that any bus allows: Morpheus servos at 1 Mbaud. The limit of the
+/// present bus is [`tick_us`](crate::servo::master::timing::tick_us).
 pub const PERIOD_MIN_US: u32 = 600;
 
 /// Longest tick. The upright arm doubles its angle in 360 ms.
 pub const PERIOD_MAX_US: u32 = 100_000;
 
-/// What a motion may ask. Speed: two thirds of an AX-12A's 59 rpm without load.
-/// Acceleration: what 1.18 N m, the least that equation (5) gives at full PWM,
-/// leaves of 0.0307 kg m^2 when 0.57 N m hold the arm level.
+/// Bounds of a motion. Speed: two thirds of an AX-12A's 59 rpm without load.
+/// Acceleration: that of 0.0307 kg m^2 under 1.18 N m, the least that equation (5) gives
+/// at full PWM, when 0.57 N m hold the arm level.
 pub const MOTION: Bounds<f32> = Bounds {
     angle_rad: REFERENCE_MAX_RAD,
     speed_rad_s: 4.0,

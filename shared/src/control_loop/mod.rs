@@ -1,4 +1,4 @@
-//! The control loop: what a tick decides, as a value in and a value out.
+//! The control loop: computes the outputs of a tick from its inputs, as plain values.
 //!
 //! ```text
 //!             samples, permission, time                     command, estimate,
@@ -12,13 +12,13 @@
 //! ```
 //!
 //! [`ControlLoop::step`] owns estimate, monitors, reference source and experiment, and
-//! nothing else: no bus, no queue, no record, no clock. Board, bench, emulator and
+//! no bus, queue, record or clock. Board, bench, emulator and
 //! replay call it; equal inputs give equal outputs, to the bit.
 //!
 //! # Contract
 //!
-//! * Call [`step`](ControlLoop::step) once a tick, when the samples are in. What it
-//!   returns is sent at the beginning of the next tick, so a torque acts one period
+//! * Call [`step`](ControlLoop::step) once a tick, when the samples are in. Its
+//!   command is sent at the beginning of the next tick, so a torque acts one period
 //!   after the samples that it was decided from, always; the prediction accounts for it.
 //! * The motors are driven only under [`Permission::Drive`]. Any fault, and any other
 //!   permission, make the command [`ActuatorCommand::OFF`].
@@ -27,12 +27,12 @@
 //! * Angles in rad, speeds in rad/s, torques in N m, times in µs of a clock that never
 //!   goes back.
 //!
-//! What follows from a fault, who may drive and when motors are seen to be off is not
-//! decided here: that is for the [`supervisor`](crate::supervisor) and the bus.
+//! The reaction to a fault, the permission to drive and the evidence that motors are off
+//! belong to the [`supervisor`](crate::supervisor) and the bus.
 //!
 //! # Example
 //!
-//! The loop closed around an arm, and nothing else:
+//! The loop closed around a simulated arm:
 //!
 //! ```
 //! use armbridge_shared::actuator::Joint;
@@ -57,18 +57,18 @@
 //! assert!(plant.q.amax() < 0.02, "it stands at {}", plant.q);
 //! ```
 //!
-//! | module         | what                                                     |
+//! | module         | content                                                  |
 //! |----------------|----------------------------------------------------------|
-//! | [`LoopConfig`] | what a tick computes with, under check words             |
-//! | `commands`     | what drives the motors is replaced, without a jump       |
-//! | `drive_command` | what drives the motors, and since when                  |
+//! | [`LoopConfig`] | parameters of a tick, under check words                  |
+//! | `commands`     | commands, with bumpless transfer                         |
+//! | `drive_command` | source that drives the motors, and its age              |
 //! | `tick`         | inputs and outputs                                       |
-//! | `time_out`     | a silent host, and commands that are too old             |
+//! | `time_out`     | silence of the host, age of commands                     |
 //! | `pipeline`     | from state and reference to PWM                          |
-//! | `monitors`     | what is detected, what is limited                        |
-//! | [`mod@reference`] | where the reference comes from                        |
+//! | `monitors`     | fault detection and limits                               |
+//! | [`mod@reference`] | sources of the reference                              |
 //! | `experiment`   | experiments, from admission to the end                   |
-//! | [`limits`]     | numbers that no host can set                             |
+//! | [`limits`]     | limits that no host can set                              |
 
 mod commands;
 mod config;
@@ -81,7 +81,7 @@ pub mod reference;
 mod tick;
 mod time_out;
 
-pub use config::{CHECK_US, ControlConfig, LoopConfig, can_run, why_not};
+pub use config::{CHECK_US, ControlConfig, LoopConfig, can_run, settings_refusal};
 pub use experiment::permits;
 pub use monitors::Violation;
 pub use pipeline::ActuatorCommand;
@@ -100,34 +100,34 @@ use monitors::{MonitorInput, Monitors};
 use nalgebra::Vector2;
 use pipeline::{Demand, FeedForward};
 use reference::ReferenceSource;
-use tick::Verdict;
+use tick::TickStatus;
 
-/// Alarms upon which a stock servo, as it comes, lets go of its shaft.
+/// Alarms upon which a stock servo with factory settings switches its torque off.
 const SHUTDOWN: Alarms = Alarms::OVERHEATING.or(Alarms::OVERLOAD);
 
 /// The state of the control loop, see the [module](self).
 #[derive(Clone, Debug)]
 pub struct ControlLoop {
     estimate: Estimate<f32>,
-    /// The estimator has not seen a sample since it was last in doubt.
+    /// Whether the estimator has had no sample since its last reset.
     is_fresh: bool,
     monitors: Monitors,
-    /// What drives the motors while that is permitted.
+    /// Source that drives the motors while that is permitted.
     commanded: DriveCommand,
     source: ReferenceSource,
-    /// Of [`Drive::Experiment`].
+    /// Experiment of [`Drive::Experiment`].
     experiment: ActiveExperiment,
-    /// What is still added to the torque since the set-up was replaced.
+    /// Torque offset since the set-up was replaced, which fades out.
     bump_nm: Vector2<f32>,
     feed_forward: FeedForward,
-    /// What the last tick estimated, asked for and decided.
+    /// Estimate, reference and command of the last tick.
     state: State<f32>,
     reference: Reference<f32>,
     command: ActuatorCommand,
 }
 
 impl ControlLoop {
-    /// A loop that knows nothing of the arm.
+    /// A loop without an estimate of the arm.
     pub fn new(config: &LoopConfig) -> Self {
         let upright = Vector2::zeros();
         Self {
@@ -145,16 +145,16 @@ impl ControlLoop {
         }
     }
 
-    /// Estimates, monitors, controls: everything that is decided in a tick.
+    /// Runs a tick: estimates, monitors, controls.
     pub fn step(&mut self, config: &LoopConfig, input: &TickInput) -> TickOutput {
-        let mut verdict = Verdict {
+        let mut status = TickStatus {
             permission: input.permission,
             fault: None,
         };
-        self.check_command(&mut verdict);
+        self.check_command(&mut status);
         let mut fallback = self
-            .watch_host(config, input, &mut verdict)
-            .or_else(|| self.watch_age(config, input, &mut verdict));
+            .check_host_silence(config, input, &mut status)
+            .or_else(|| self.check_command_age(config, input, &mut status));
         let counts = input.samples.map(Sample::counts);
         let measured = config.control.angles(counts);
         let is_fresh = self.is_fresh;
@@ -164,18 +164,15 @@ impl ControlLoop {
             self.is_fresh = false;
         }
         let predicted_rad = self.estimate.state().q.into();
-        let believed = if verdict.is_armed() && !is_fresh {
+        let gated = if status.is_armed() && !is_fresh {
             config.monitors.gate_innovation(measured, predicted_rad)
         } else {
             measured
         };
-        let state = config
-            .control
-            .estimator
-            .correct(&mut self.estimate, believed);
-        // Of the estimate with these samples, whichever state is reported.
+        let state = config.control.estimator.correct(&mut self.estimate, gated);
+        // From the estimate with these samples, whichever state is reported.
         let posture = Posture::of(self.estimate.state().q);
-        self.monitor(config, input, &mut verdict, |is_armed| MonitorInput {
+        self.monitor(config, input, &mut status, |is_armed| MonitorInput {
             counts,
             missing: input.samples.map(Sample::missing),
             measured_rad: measured,
@@ -187,28 +184,28 @@ impl ControlLoop {
             is_alarmed: input.alarms.map(|alarms| !alarms.and(SHUTDOWN).is_empty()),
             is_armed,
         });
-        // What is decided now acts from the next samples on.
+        // The command of this tick acts from the next samples on.
         let ahead = self.predict(config, &posture, &input.in_force);
         let mut reference = self.source.at(input.acts_us);
         let mut experiment_end = None;
-        if verdict.is_driven() && self.drive() == Drive::Experiment {
+        if status.is_driven() && self.drive() == Drive::Experiment {
             let pwm = input.in_force.pwm;
             let fast_ticks = config.monitors.fast_ticks();
-            let (at_us, asked) = (input.acts_us, &mut reference);
+            let (at_us, overridden) = (input.acts_us, &mut reference);
             experiment_end = self
                 .experiment
-                .tick(pwm, &state, &ahead, at_us, fast_ticks, asked);
+                .tick(pwm, &state, &ahead, at_us, fast_ticks, overridden);
             if experiment_end.is_some() {
-                self.source = ReferenceSource::braking(asked, at_us);
+                self.source = ReferenceSource::braking(overridden, at_us);
                 fallback = Some(self.brake(at_us));
                 reference = self.source.at(at_us);
             }
         }
         let mut guards = Guards::NONE;
-        let command = if verdict.is_driven() {
+        let command = if status.is_driven() {
             self.control(config, &input.in_force, &ahead, &reference, &mut guards)
                 .unwrap_or_else(|violation| {
-                    verdict.trip(violation);
+                    status.trip(violation);
                     ActuatorCommand::OFF
                 })
         } else {
@@ -221,46 +218,47 @@ impl ControlLoop {
             reference,
             disturbance_nm: self.estimate.disturbance().into(),
             guards,
-            is_complete: believed.iter().all(Option::is_some),
+            is_complete: gated.iter().all(Option::is_some),
             fallback,
             experiment_end,
-            fault: verdict.fault,
+            fault: status.fault,
             token: input.token.stamp(Machine::ControlLoop),
         }
     }
 
-    /// Nothing is driven by a command or a reference that is not what was commanded.
-    fn check_command(&self, verdict: &mut Verdict) {
-        if verdict.is_armed() && !(self.commanded.is_intact() && self.source.is_intact()) {
-            verdict.trip(Violation::plain(Fault::Corrupted));
+    /// Trips if command or reference are corrupted.
+    fn check_command(&self, status: &mut TickStatus) {
+        if status.is_armed() && !(self.commanded.is_intact() && self.source.is_intact()) {
+            status.trip(Violation::plain(Fault::Corrupted));
         }
     }
 
-    /// Turns a bit of what drives, chosen by `draw`: for tests of what becomes of it.
+    /// Turns a bit of the drive command, chosen by `draw`, for tests.
     pub fn inject_error(&mut self, draw: u32) {
         self.commanded.inject_error(draw);
     }
 
-    /// Turns a bit of the reference's numbers.
+    /// Turns a bit of the reference's numbers, for tests.
     pub fn inject_reference_error(&mut self, draw: u32) {
         self.source.inject_error(draw);
     }
 
+    /// Runs the monitors.
     fn monitor<'a>(
         &mut self,
         config: &LoopConfig,
         input: &TickInput,
-        verdict: &mut Verdict,
-        seen: impl FnOnce(bool) -> MonitorInput<'a>,
+        status: &mut TickStatus,
+        monitor_input: impl FnOnce(bool) -> MonitorInput<'a>,
     ) {
-        if verdict.permission != Permission::Unmonitored {
-            let seen = seen(verdict.is_armed());
-            if let Err(violation) = self.monitors.judge(&config.monitors, &seen) {
-                verdict.trip(violation);
+        if status.permission != Permission::Unmonitored {
+            let monitor_input = monitor_input(status.is_armed());
+            if let Err(violation) = self.monitors.check(&config.monitors, &monitor_input) {
+                status.trip(violation);
             }
         }
-        if verdict.is_armed() && !input.is_config_intact {
-            verdict.trip(Violation::plain(Fault::Corrupted));
+        if status.is_armed() && !input.is_config_intact {
+            status.trip(Violation::plain(Fault::Corrupted));
         }
     }
 
@@ -283,7 +281,7 @@ impl ControlLoop {
             .advance_from(&control.arm, posture, &mut self.estimate, known_nm)
     }
 
-    /// What the controller asks for, less what the estimator knows of a disturbance.
+    /// Controller output and torque offset, less the estimated disturbance.
     fn demand(
         &self,
         config: &LoopConfig,
@@ -298,7 +296,7 @@ impl ControlLoop {
         }
     }
 
-    /// What drives the motors from the next tick on, within all limits.
+    /// Command for the motors in the next tick, within all limits.
     fn control(
         &mut self,
         config: &LoopConfig,
@@ -321,7 +319,7 @@ impl ControlLoop {
             }
         };
         let control = &config.control;
-        let exactly = (self.drive() == Drive::Experiment).then(|| {
+        let exact_pwm = (self.drive() == Drive::Experiment).then(|| {
             self.experiment
                 .override_torque(&control.joints, &mut torque_nm, &mut friction_nm)
         });
@@ -331,10 +329,10 @@ impl ControlLoop {
             .monitors
             .limit(monitors, &control.arm, ahead, torque_nm, before_nm)?;
         let pwm_max = config.limits().pwm_counts;
-        let commands = match exactly {
+        let commands = match exact_pwm {
             None => control.commands(limited.torque_nm, friction_nm, pwm_max),
-            Some(exactly) => {
-                control.commands_exactly(exactly, limited.torque_nm, friction_nm, pwm_max)
+            Some(exact_pwm) => {
+                control.commands_with_pwm(exact_pwm, limited.torque_nm, friction_nm, pwm_max)
             }
         };
         let (command, is_limited) = commands.ok_or(Violation::plain(Fault::NotFinite))?;
@@ -346,7 +344,7 @@ impl ControlLoop {
         Ok(command)
     }
 
-    /// Samples of this joint that are missing in a row.
+    /// Consecutive missing samples of this joint.
     pub fn lost_in_row(&self, joint: usize) -> u32 {
         self.monitors.lost_in_row(joint)
     }

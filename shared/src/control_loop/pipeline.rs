@@ -13,14 +13,14 @@ use crate::arm::State;
 use crate::check_word::CheckWord;
 use crate::control::Reference;
 
-/// A command to the servos, and the torque that it stands for.
+/// A command to the servos, and the torque that it produces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActuatorCommand {
-    /// Joint by joint.
+    /// PWM of each joint.
     pub pwm: [Pwm; JOINTS],
-    /// In N m, after clamp and rounding, less the share meant for dry friction.
+    /// Torque in N m, after clamp and rounding, without the friction compensation.
     pub torque_nm: Vector2<f32>,
-    /// That share, in N m.
+    /// Friction compensation in the torque, in N m.
     pub friction_nm: Vector2<f32>,
 }
 
@@ -32,14 +32,14 @@ impl ActuatorCommand {
         friction_nm: Vector2::new(0.0, 0.0),
     };
 
-    /// Torque in N m, the share meant for dry friction included.
+    /// Torque in N m, with the friction compensation.
     pub fn total_nm(&self) -> Vector2<f32> {
         self.torque_nm + self.friction_nm
     }
 
-    /// These commands, with the share of their torque that is meant for dry friction;
-    /// and whether one of them was limited.
-    fn of(commands: [Command<f32>; JOINTS], friction_nm: Vector2<f32>) -> (Self, bool) {
+    /// Combines the commands of the joints with the friction compensation in them; and
+    /// whether one of them was limited.
+    fn from_commands(commands: [Command<f32>; JOINTS], friction_nm: Vector2<f32>) -> (Self, bool) {
         let torque_nm = Vector2::from(commands.map(|command| command.torque_nm));
         let command = Self {
             pwm: commands.map(|command| command.pwm),
@@ -50,15 +50,15 @@ impl ActuatorCommand {
     }
 }
 
-/// A torque in N m, and the share of it that is meant for dry friction.
+/// A torque in N m, and the friction compensation in it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Demand {
     pub(super) torque_nm: Vector2<f32>,
     pub(super) friction_nm: Vector2<f32>,
 }
 
-/// The feed-forward of the last reference: a setpoint's is computed once, and again
-/// should a bit of it turn.
+/// Cached feed-forward of the last reference: that of a setpoint is computed once, and
+/// again if a bit of it turns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FeedForward {
     reference: Reference<f32>,
@@ -67,7 +67,7 @@ pub(super) struct FeedForward {
 }
 
 impl FeedForward {
-    /// Of a reference that equals none.
+    /// An empty cache, whose reference equals none.
     pub(super) fn none() -> Self {
         Self::new(
             &Reference::at_rest([f32::NAN; JOINTS].into()),
@@ -79,7 +79,7 @@ impl FeedForward {
         Self {
             reference: *reference,
             torque_nm,
-            check: CheckWord::of(&torque_nm),
+            check: CheckWord::compute(&torque_nm),
         }
     }
 
@@ -89,7 +89,7 @@ impl FeedForward {
         config: &ControlConfig,
         reference: &Reference<f32>,
     ) -> Vector2<f32> {
-        if self.reference != *reference || CheckWord::of(&self.torque_nm) != self.check {
+        if self.reference != *reference || CheckWord::compute(&self.torque_nm) != self.check {
             *self = Self::new(reference, config.feed_forward(reference));
         }
         self.torque_nm
@@ -97,13 +97,13 @@ impl FeedForward {
 }
 
 impl ControlConfig {
-    /// The torque in N m that a reference itself takes.
+    /// Feed-forward torque in N m of a reference.
     pub(super) fn feed_forward(&self, reference: &Reference<f32>) -> Vector2<f32> {
         self.controller.feed_forward(&self.arm, reference)
     }
 
-    /// The torque that makes the arm follow, for state, reference and its feed-forward of
-    /// one instant, before what the estimator knows of a disturbance is taken off.
+    /// Controller output for state, reference and feed-forward of one instant, before the
+    /// estimated disturbance is subtracted.
     pub(super) fn demand(
         &self,
         state: &State<f32>,
@@ -121,7 +121,7 @@ impl ControlConfig {
     }
 
     /// Commands for a torque, at most `pwm_max` counts away from off; and whether
-    /// that made a difference. `None` if the torque is not finite.
+    /// one was limited. `None` if the torque is not finite.
     pub(super) fn commands(
         &self,
         torque_nm: Vector2<f32>,
@@ -131,35 +131,35 @@ impl ControlConfig {
         let [joint_a, joint_b] = &self.joints;
         let a = joint_a.command(torque_nm.x, pwm_max).ok()?;
         let b = joint_b.command(torque_nm.y, pwm_max).ok()?;
-        Some(ActuatorCommand::of([a, b], friction_nm))
+        Some(ActuatorCommand::from_commands([a, b], friction_nm))
     }
 
-    /// The same, where a joint may be given a PWM exactly: if the torque is what it
-    /// stands for.
+    /// The same with an exact PWM for some joints, used where the torque equals that of
+    /// the PWM.
     #[inline(never)]
-    pub(super) fn commands_exactly(
+    pub(super) fn commands_with_pwm(
         &self,
-        exactly: [Option<Pwm>; JOINTS],
+        exact_pwm: [Option<Pwm>; JOINTS],
         torque_nm: Vector2<f32>,
         friction_nm: Vector2<f32>,
         pwm_max: u16,
     ) -> Option<(ActuatorCommand, bool)> {
-        let ([joint_a, joint_b], [exactly_a, exactly_b]) = (&self.joints, exactly);
-        let a = command(joint_a, torque_nm.x, exactly_a, pwm_max)?;
-        let b = command(joint_b, torque_nm.y, exactly_b, pwm_max)?;
-        Some(ActuatorCommand::of([a, b], friction_nm))
+        let ([joint_a, joint_b], [pwm_a, pwm_b]) = (&self.joints, exact_pwm);
+        let a = command(joint_a, torque_nm.x, pwm_a, pwm_max)?;
+        let b = command(joint_b, torque_nm.y, pwm_b, pwm_max)?;
+        Some(ActuatorCommand::from_commands([a, b], friction_nm))
     }
 }
 
-/// The command for a torque, or this PWM if it stands for just that.
+/// The command for a torque, or this PWM if it has exactly that torque.
 fn command(
     joint: &Joint<f32>,
     torque_nm: f32,
-    exactly: Option<Pwm>,
+    exact_pwm: Option<Pwm>,
     pwm_max: u16,
 ) -> Option<Command<f32>> {
-    let is_meant = |pwm: &Pwm| joint.torque(*pwm) - torque_nm == 0.0;
-    match exactly.filter(is_meant) {
+    let has_torque = |pwm: &Pwm| joint.torque(*pwm) - torque_nm == 0.0;
+    match exact_pwm.filter(has_torque) {
         Some(pwm) if pwm == pwm.within(pwm_max) => Some(Command {
             pwm,
             torque_nm,

@@ -1,12 +1,12 @@
-//! Reference source: what the arm shall do, tick by tick.
+//! Reference source: angles, speeds and accelerations for the arm in each tick.
 //!
 //! A motion is planned on the link's side, which takes milliseconds, from the
-//! reference that will be in force when it begins; until then the source before
-//! it goes on. So the two join without a step, however long planning takes, or
-//! the motion is refused for being late.
+//! reference that will be in force when it begins; until then the previous source
+//! continues. The two join without a step, however long planning takes, or
+//! the motion is refused as late.
 //!
 //! The numbers of the source lie under a [`CheckWord`], which every tick compares before
-//! the arm follows them, and which is renewed only where it was right.
+//! the arm follows them, and which is updated only if it was right before.
 
 use super::limits::MOTION;
 use crate::check_word::{CheckWord, Checked, checked};
@@ -16,33 +16,33 @@ use crate::control::trajectory::{self, Trajectory};
 use crate::link::message::Refusal;
 use nalgebra::Vector2;
 
-/// Time in µs from asking for a motion to its beginning: for planning, in thread
-/// mode, below a tick that leaves it some 40 % of each period.
+/// Time in µs from the request of a motion to its beginning: for planning, in thread
+/// mode, which has some 40 % of each period beside the tick.
 const LEAD_US: u64 = 50_000;
 
 /// Largest distance from this reference at which a motion may begin, in rad: ten counts,
 /// because the angle of an arm whose motors are off has the noise of its encoders.
 const GAP_MAX_RAD: f32 = 0.05;
 
-/// Where a motion is to begin.
+/// Start point of a motion.
 #[derive(Clone, Copy, Debug)]
 pub struct StartPoint {
-    /// What is asked of the arm then.
+    /// Reference at that time.
     pub from: Reference<f32>,
-    /// In µs.
+    /// Time in µs.
     pub at_us: u64,
 }
 
-/// A motion that is planned.
+/// A planned motion, with its start time.
 #[derive(Clone, Debug)]
 pub struct TimedTrajectory {
     /// The motion.
     pub trajectory: Trajectory<f32>,
-    /// When it begins, in µs.
+    /// Start time, in µs.
     pub starts_us: u64,
 }
 
-/// The reference, and where it comes from. Its numbers lie under a [`CheckWord`].
+/// Source of the reference. Its numbers lie under a [`CheckWord`].
 #[derive(Clone, Debug)]
 pub struct ReferenceSource {
     plan: Plan,
@@ -52,8 +52,8 @@ pub struct ReferenceSource {
 #[derive(Clone, Debug)]
 struct Plan {
     source: Source,
-    /// The motion to change to when its time comes.
-    then: Option<TimedTrajectory>,
+    /// The motion that replaces the source at its start time.
+    next: Option<TimedTrajectory>,
 }
 
 #[derive(Clone, Debug)]
@@ -68,7 +68,7 @@ checked!(TimedTrajectory {
     trajectory,
     starts_us
 });
-checked!(Plan { source, then });
+checked!(Plan { source, next });
 
 impl Checked for Source {
     fn check(&self, sum: &mut CheckWord) {
@@ -100,21 +100,21 @@ impl TimedTrajectory {
 
 impl ReferenceSource {
     fn new(source: Source) -> Self {
-        let plan = Plan { source, then: None };
+        let plan = Plan { source, next: None };
         let check = plan.check_word();
         Self { plan, check }
     }
 
-    /// Rest at these angles.
+    /// A source of rest at these angles.
     pub fn hold(q: Vector2<f32>) -> Self {
         Self::new(Source::Setpoint(q))
     }
 
-    /// From this reference to rest, as soon as the bounds allow.
+    /// A source that brakes from this reference to rest, as soon as the bounds allow.
     pub fn braking(from: &Reference<f32>, at_us: u64) -> Self {
         match Stream::new(from, at_us, &MOTION) {
             Ok(stream) => Self::new(Source::Streamed(stream)),
-            // From beyond the bounds, where no bounded motion leads: at once.
+            // From beyond the bounds no bounded motion exists: rest at once.
             Err(_) => Self::hold(from.q),
         }
     }
@@ -124,71 +124,71 @@ impl ReferenceSource {
         self.plan.check_word() == self.check
     }
 
-    /// Changes the plan; numbers that have turned before stay found out.
-    fn change<R>(&mut self, change: impl FnOnce(&mut Plan) -> R) -> R {
+    /// Updates plan and check word; a corruption before it remains detected.
+    fn update<R>(&mut self, edit: impl FnOnce(&mut Plan) -> R) -> R {
         let was_intact = self.is_intact();
-        let result = change(&mut self.plan);
+        let result = edit(&mut self.plan);
         if was_intact {
             self.check = self.plan.check_word();
         }
         result
     }
 
-    /// What is asked of the arm at a time that never goes back.
+    /// The reference at a time that never goes back.
     pub fn at(&mut self, at_us: u64) -> Reference<f32> {
         if self.plan.is_to_change(at_us) {
-            self.change(|plan| plan.advance(at_us));
+            self.update(|plan| plan.advance(at_us));
         }
         self.plan.at(at_us)
     }
 
-    /// Where a motion that is asked for now would begin.
+    /// Start point of a motion that is requested now.
     pub fn start_point(&self, now_us: u64) -> StartPoint {
         let at_us = now_us + LEAD_US;
-        // A stream may change until then: the motion begins from its braking.
+        // A stream may change until then: the motion begins from its braking phase.
         let from = self.clone().at(at_us);
         StartPoint { from, at_us }
     }
 
-    /// Changes to a motion when its time comes.
+    /// Schedules a motion that replaces the source at its start time.
     ///
     /// # Errors
-    /// [`Refusal::Busy`] if that has passed, or if the motion would begin
-    /// elsewhere than this source will be: it is to be planned again.
+    /// [`Refusal::Busy`] if that time has passed, or if the motion would begin
+    /// away from this source: it must be planned again.
     pub fn change_to(&mut self, motion: TimedTrajectory, now_us: u64) -> Result<(), Refusal> {
-        let apart = self.clone().at(motion.starts_us).q - motion.at(motion.starts_us).q;
-        if motion.starts_us <= now_us || apart.amax() > GAP_MAX_RAD {
+        let gap = self.clone().at(motion.starts_us).q - motion.at(motion.starts_us).q;
+        if motion.starts_us <= now_us || gap.amax() > GAP_MAX_RAD {
             return Err(Refusal::Busy);
         }
-        self.change(|plan| plan.then = Some(motion));
+        self.update(|plan| plan.next = Some(motion));
         Ok(())
     }
 
-    /// Comes to rest as soon as the bounds allow, and stays there.
+    /// Brakes the reference to rest as soon as the bounds allow.
     pub fn brake(&mut self, at_us: u64) {
         let from = self.at(at_us);
-        self.change(|plan| *plan = Self::braking(&from, at_us).plan);
+        self.update(|plan| *plan = Self::braking(&from, at_us).plan);
     }
 
-    /// Whether the host streams it.
+    /// Whether the host streams the reference.
     pub fn is_streamed(&self) -> bool {
         matches!(self.plan.source, Source::Streamed(_))
     }
 
-    /// Where it ends, if nothing else is asked for, in rad.
+    /// Final angles of the present source, in rad.
     pub fn end(&self) -> Vector2<f32> {
         self.clone().at(u64::MAX).q
     }
 
-    /// Takes a streamed point, and leaves whatever motion there was for it.
+    /// Takes a streamed point; a stream replaces any motion.
     ///
     /// # Errors
-    /// Why the point cannot be.
+    /// The reason for the refusal of the point.
     pub fn push(&mut self, now_us: u64, point: Point<f32>) -> Result<(), Refusal> {
-        self.change(|plan| plan.push(now_us, point))
+        self.update(|plan| plan.push(now_us, point))
     }
 
-    /// Turns a bit of a number, chosen by `draw`: for tests of what becomes of it.
+    /// Turns a bit of a number, chosen by `draw`: for tests.
     pub fn inject_error(&mut self, draw: u32) {
         let bit = draw % u32::BITS;
         match &mut self.plan.source {
@@ -200,21 +200,21 @@ impl ReferenceSource {
 }
 
 impl Plan {
-    // One copy: it is long for a motion, and soon over for a setpoint.
+    // One copy: long for a motion, short for a setpoint.
     #[inline(never)]
     fn check_word(&self) -> CheckWord {
-        CheckWord::of(self)
+        CheckWord::compute(self)
     }
 
-    /// Whether another motion, or another way of the stream, begins until this time.
+    /// Whether another motion, or another segment of the stream, begins until this time.
     fn is_to_change(&self, at_us: u64) -> bool {
         let is_due = |motion: &TimedTrajectory| motion.starts_us <= at_us;
-        self.then.as_ref().is_some_and(is_due)
+        self.next.as_ref().is_some_and(is_due)
             || matches!(&self.source, Source::Streamed(stream) if stream.is_to_change(at_us))
     }
 
     fn advance(&mut self, at_us: u64) {
-        if let Some(motion) = self.then.take_if(|motion| motion.starts_us <= at_us) {
+        if let Some(motion) = self.next.take_if(|motion| motion.starts_us <= at_us) {
             self.source = Source::Planned(motion);
         }
         if let Source::Streamed(stream) = &mut self.source {
@@ -236,7 +236,7 @@ impl Plan {
             pushed.map_err(|error| stream_refusal(&error))
         };
         match &mut self.source {
-            Source::Streamed(_) if self.then.is_some() => Err(Refusal::Busy),
+            Source::Streamed(_) if self.next.is_some() => Err(Refusal::Busy),
             Source::Streamed(stream) => push(stream),
             Source::Setpoint(_) | Source::Planned(_) => {
                 self.advance(now_us);
@@ -245,14 +245,14 @@ impl Plan {
                     Stream::new(&from, now_us, &MOTION).map_err(|error| refusal(&error))?;
                 push(&mut stream)?;
                 self.source = Source::Streamed(stream);
-                self.then = None;
+                self.next = None;
                 Ok(())
             }
         }
     }
 }
 
-/// The refusal of a motion that cannot be.
+/// The refusal of a motion for this planning error.
 pub fn refusal(error: &trajectory::Error<f32>) -> Refusal {
     match error {
         trajectory::Error::Exceeds(peak) | trajectory::Error::NoDuration(peak) => Refusal::Beyond {

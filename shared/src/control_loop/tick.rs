@@ -10,28 +10,28 @@ use crate::link::experiment::ExperimentEnd;
 use crate::link::message::{Guards, Missing, Sample};
 use crate::servo::protocol1::Alarms;
 
-/// What the supervisor permits in a tick.
+/// Permission of the supervisor in a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Permission {
-    /// Motors off, the search for servos is under way: samples feed the estimator, nothing
-    /// is judged.
+    /// Motors off, the search for servos is under way: samples feed the estimator, no
+    /// monitor runs.
     Unmonitored,
-    /// Motors off; only whether the servos answer is judged.
+    /// Motors off; only the dropout monitor runs.
     Off,
-    /// Motors off, everything is judged: they may be driven soon.
+    /// Motors off, all monitors run: they may be driven soon.
     Armed,
     /// The motors may be driven.
     Drive,
 }
 
-/// When a command is taken, between two ticks.
+/// Time at which a command is taken, between two ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Instant {
-    /// Now, in µs.
+    /// Present time, in µs.
     pub us: u64,
-    /// When what is decided next acts, in µs: the planned beginning of the next tick.
+    /// Time in µs at which the next command acts: the planned beginning of the next tick.
     pub acts_us: u64,
-    /// Motors have been driven until now.
+    /// Whether motors have been driven until now.
     pub is_driven: bool,
 }
 
@@ -44,21 +44,21 @@ pub struct TickInput {
     pub alarms: [Alarms; JOINTS],
     /// Commands sent to the servos at the beginning of the tick.
     pub in_force: ActuatorCommand,
-    /// When the command that this tick decides begins to act, in µs: the planned
+    /// Time in µs at which the command of this tick begins to act: the planned
     /// beginning of the next tick.
     pub acts_us: u64,
-    /// What the supervisor permits.
+    /// Permission of the supervisor.
     pub permission: Permission,
     /// Time since the last frame of the host, in µs.
     pub host_silent_us: u64,
-    /// The configuration is as it was built.
+    /// Whether the configuration is as it was built.
     pub is_config_intact: bool,
     /// Stamps of this tick so far.
     pub token: FlowToken,
 }
 
 impl TickInput {
-    /// A tick that brought nothing, with motors off.
+    /// Inputs of a tick without samples, with motors off.
     pub const AT_REST: Self = Self {
         samples: [Sample::Missing(Missing::NotAsked); JOINTS],
         alarms: [Alarms::NONE; JOINTS],
@@ -71,13 +71,12 @@ impl TickInput {
     };
 }
 
-/// How the loop gives up what drives the motors, when the host is quiet or an
-/// experiment is over.
+/// Reaction of the loop when the host is silent or an experiment has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fallback {
     /// The reference brakes to rest; the arm is held from then on.
     Brake,
-    /// Torque ends.
+    /// The torque is switched off.
     Release,
 }
 
@@ -90,29 +89,29 @@ pub struct TickOutput {
     pub estimate: State<f32>,
     /// The reference at `acts_us`.
     pub reference: Reference<f32>,
-    /// Torque in N m that acts without being commanded, as estimated.
+    /// Estimated disturbance torque in N m.
     pub disturbance_nm: [f32; JOINTS],
     /// Limits that changed the torque.
     pub guards: Guards,
-    /// Every joint has a sample that the estimator was given.
+    /// Whether every joint has a sample that passed the innovation gate.
     pub is_complete: bool,
     /// End of a drive command by the loop itself.
     pub fallback: Option<Fallback>,
-    /// An experiment is over.
+    /// End of an experiment.
     pub experiment_end: Option<ExperimentEnd>,
-    /// Why the motors must be off; the command is [`ActuatorCommand::OFF`] then.
+    /// Violation for which the motors must be off, with [`ActuatorCommand::OFF`].
     pub fault: Option<Violation>,
     /// The token with the loop's own stamp.
     pub token: FlowToken,
 }
 
-/// Permission and first fault of a tick, as far as it has come.
-pub(super) struct Verdict {
+/// Permission and first fault of the tick so far.
+pub(super) struct TickStatus {
     pub(super) permission: Permission,
     pub(super) fault: Option<Violation>,
 }
 
-impl Verdict {
+impl TickStatus {
     pub(super) fn is_armed(&self) -> bool {
         matches!(self.permission, Permission::Armed | Permission::Drive)
     }
@@ -121,7 +120,7 @@ impl Verdict {
         self.permission == Permission::Drive
     }
 
-    /// Motors off; the first cause stays, for what follows is often its consequence.
+    /// Switches motors off; the first cause is kept, because later ones often follow from it.
     pub(super) fn trip(&mut self, violation: Violation) {
         self.fault.get_or_insert(violation);
         if self.permission != Permission::Unmonitored {

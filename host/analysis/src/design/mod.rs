@@ -41,7 +41,7 @@ pub use step::StepError;
 use std::path::{Path, PathBuf};
 
 use armbridge_shared::JOINTS;
-use armbridge_shared::bridge::why_not;
+use armbridge_shared::bridge::settings_refusal;
 use armbridge_shared::link::message::{Refusal, Settings, Setup};
 use serde::Serialize;
 
@@ -83,7 +83,7 @@ impl Design {
             setup: *setup,
             ..Settings::default()
         };
-        why_not(&settings).map_or(Ok(()), Err)?;
+        settings_refusal(&settings).map_or(Ok(()), Err)?;
         let system = LinearLoop::from_setup(setup)?;
         Ok(Self {
             // Matrices are stored by columns: those of the transpose are the rows.

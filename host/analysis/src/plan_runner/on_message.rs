@@ -129,7 +129,7 @@ impl<K: RecordSink> PlanRunner<K> {
             (&self.plan.begin, &self.phase)
         {
             let target = change.apply(&settings)?;
-            if let Some(refusal) = armbridge_shared::bridge::why_not(&target) {
+            if let Some(refusal) = armbridge_shared::bridge::settings_refusal(&target) {
                 return Err(PlanError::Settings(refusal));
             }
             self.queue.extend(plan::differences(&settings, &target));

@@ -1,6 +1,6 @@
 //! Checks of settings as a whole: whether a board runs with them.
 
-use armbridge_shared::bridge::why_not;
+use armbridge_shared::bridge::settings_refusal;
 use armbridge_shared::link::message::{Refusal, Settings};
 
 use crate::refusal_text;
@@ -50,5 +50,5 @@ pub fn check(settings: &Settings) -> Result<(), InvalidSettings> {
     if low >= high {
         return Err(InvalidSettings::NoTemperature { low, high });
     }
-    why_not(settings).map_or(Ok(()), |refusal| Err(InvalidSettings::Refused(refusal)))
+    settings_refusal(settings).map_or(Ok(()), |refusal| Err(InvalidSettings::Refused(refusal)))
 }

@@ -1,9 +1,8 @@
-//! Admission of experiments: whether one may begin from where the arm is.
+//! Admission of experiments: checks that one may begin from the present state of the arm.
 //!
 //! Its envelope must lie where no monitor interferes with an arm that stays in it,
-//! the arm must be in it, and what is asked of the joints must be within the limits in
-//! force. That it is an experiment at all has been
-//! [checked](Experiment::check) before.
+//! the arm must be in it, and the demands on the joints must be within the limits in
+//! force. Its own consistency has been [checked](Experiment::check) before.
 
 use nalgebra::Vector2;
 
@@ -26,24 +25,25 @@ pub fn permits(
     plan.check()?;
     let monitors = MonitorConfig::new(settings.limits, settings.setup.period_us);
     let rest = angle_rad.into();
-    let now = State {
+    let state = State {
         q: rest,
         dq: Vector2::zeros(),
     };
-    admit(plan, &monitors, &now, rest)
+    admit(plan, &monitors, &state, rest)
 }
 
-/// Whether it may begin with the arm here, whose reference will be at rest at `rest`.
+/// Checks that an experiment may begin with the arm at `state`, whose reference will be at
+/// rest at `rest`.
 pub(in crate::control_loop) fn admit(
     plan: &Experiment,
     monitors: &MonitorConfig,
-    now: &State<f32>,
+    state: &State<f32>,
     rest: Vector2<f32>,
 ) -> Result<(), Objection> {
     let limits = monitors.limits();
     for (index, (joint, role)) in (0..).zip(&plan.roles).enumerate() {
         let beyond = |measure, value: f32, limit: f32| {
-            // What is not a number is beyond everything.
+            // NaN is beyond every limit.
             let is_within = value.abs() <= limit;
             let objection = Objection::Beyond {
                 joint,
@@ -53,18 +53,18 @@ pub(in crate::control_loop) fn admit(
             };
             if is_within { Ok(()) } else { Err(objection) }
         };
-        let ([low, high], most) = (plan.angle_rad[index], plan.speed_rad_s[index]);
-        beyond(Measure::Speed, most, limits.speed_rad_s[index])?;
-        let farthest = monitors.farthest_rad(index, most);
+        let ([low, high], speed_limit) = (plan.angle_rad[index], plan.speed_rad_s[index]);
+        beyond(Measure::Speed, speed_limit, limits.speed_rad_s[index])?;
+        let farthest = monitors.farthest_rad(index, speed_limit);
         if let Some(edge_rad) = [low, high].into_iter().find(|edge| edge.abs() > farthest) {
             return Err(Objection::Edge {
                 joint,
                 edge_rad,
-                speed_rad_s: most,
+                speed_rad_s: speed_limit,
                 farthest_rad: farthest,
             });
         }
-        let (angle_rad, speed_rad_s) = (now.q[index], now.dq[index]);
+        let (angle_rad, speed_rad_s) = (state.q[index], state.dq[index]);
         if !(low..=high).contains(&angle_rad) {
             return Err(Objection::Outside {
                 joint,
@@ -72,12 +72,12 @@ pub(in crate::control_loop) fn admit(
                 within_rad: [low, high],
             });
         }
-        let is_slow = speed_rad_s.abs() <= most;
+        let is_slow = speed_rad_s.abs() <= speed_limit;
         if !is_slow {
             return Err(Objection::Moving {
                 joint,
                 speed_rad_s,
-                limit_rad_s: most,
+                limit_rad_s: speed_limit,
             });
         }
         let bounds = role.signal().map(|signal| signal.bounds(plan.duration_s));
@@ -105,7 +105,7 @@ pub(in crate::control_loop) fn admit(
                     }
                     beyond(Measure::Angle, reached, MOTION.angle_rad)?;
                 }
-                beyond(Measure::Speed, speed, most.min(MOTION.speed_rad_s))?;
+                beyond(Measure::Speed, speed, speed_limit.min(MOTION.speed_rad_s))?;
                 beyond(
                     Measure::Acceleration,
                     acceleration,

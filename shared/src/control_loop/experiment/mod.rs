@@ -2,16 +2,16 @@
 //!
 //! ```text
 //! admit -> begin -> tick: in the envelope? -> reference, PWM, torque -> limits -> ...
-//!                               | no, or time over, or the host is quiet
+//!                               | no, or time over, or the host is silent
 //!                               +-> braked to rest, and held
 //! ```
 //!
-//! Time is that of the planned beginnings of ticks, from the first on that acts by the
-//! experiment's word, so a tick that was skipped is not made up for.
+//! Time is that of the planned beginnings of ticks, from the first one on whose command
+//! is the experiment's, so a skipped tick is not made up for.
 //!
-//! A joint that the controller does not keep has no reference: its reference is where
-//! the arm will be anyway, so that the controller of the other joint sees no error in
-//! it, and the record shows no difference between reference and angle.
+//! A joint in open loop has no reference: its reference is the predicted state, so that
+//! the controller of the other joint sees no error in it, and the record shows no
+//! difference between reference and angle.
 
 mod admission;
 
@@ -28,30 +28,30 @@ use crate::control::Reference;
 use crate::experiment::Signal;
 use crate::link::experiment::{Experiment, ExperimentEnd, HELD_S, Role};
 
-/// An experiment under way, or the last that was.
+/// The experiment under way, or the last one.
 #[derive(Clone, Debug)]
 pub(super) struct ActiveExperiment {
     pub(super) plan: Experiment,
-    /// When its first tick begins to act; `None` until it is decided.
+    /// Time at which its first tick begins to act; `None` until it is decided.
     starts_us: Option<u64>,
-    /// Of the tick that is decided, in s since then.
+    /// Time of the present tick, in s since then.
     elapsed_s: f32,
     fast: [Debounce; JOINTS],
     /// PWM in counts from off that held each joint, summed over the counted ticks.
     held_counts: [f32; JOINTS],
     held_ticks: f32,
-    /// The host has been silent for too long.
-    is_host_quiet: bool,
+    /// Whether the host has been silent for too long.
+    is_host_silent: bool,
 }
 
 impl Default for ActiveExperiment {
     fn default() -> Self {
-        Self::of(Experiment::NONE)
+        Self::new(Experiment::NONE)
     }
 }
 
 impl ActiveExperiment {
-    pub(super) fn of(plan: Experiment) -> Self {
+    pub(super) fn new(plan: Experiment) -> Self {
         Self {
             plan,
             starts_us: None,
@@ -59,18 +59,18 @@ impl ActiveExperiment {
             fast: Default::default(),
             held_counts: [0.0; JOINTS],
             held_ticks: 0.0,
-            is_host_quiet: false,
+            is_host_silent: false,
         }
     }
 
-    /// Whether a tick has been decided by it.
+    /// Whether a tick has used the experiment.
     pub(super) fn is_started(&self) -> bool {
         self.starts_us.is_some()
     }
 
-    /// One tick: overrides `reference`, that of the source at `acts_us`, for an arm that
-    /// is at `state` and will be at `ahead` then, after `pwm` was decided in the tick
-    /// before. `Some` when the experiment is over.
+    /// Runs one tick: overrides `reference`, that of the source at `acts_us`, for an arm that
+    /// is at `state` and will be at `ahead` then, after `pwm` was decided in the previous
+    /// tick. `Some` when the experiment has ended.
     #[inline(never)]
     pub(super) fn tick(
         &mut self,
@@ -82,17 +82,17 @@ impl ActiveExperiment {
         reference: &mut Reference<f32>,
     ) -> Option<ExperimentEnd> {
         self.note_pwm(pwm);
-        self.pass_to(acts_us);
+        self.set_elapsed(acts_us);
         self.apply(ahead, reference);
-        self.over(state, fast_ticks)
+        self.end(state, fast_ticks)
     }
 
     /// Ends the experiment: the host has been silent for too long.
-    pub(super) fn note_quiet(&mut self) {
-        self.is_host_quiet = true;
+    pub(super) fn note_host_silence(&mut self) {
+        self.is_host_silent = true;
     }
 
-    fn pass_to(&mut self, acts_us: u64) {
+    fn set_elapsed(&mut self, acts_us: u64) {
         let starts_us = *self.starts_us.get_or_insert(acts_us);
         // Ten minutes in µs are 32 bits.
         let elapsed_us = u32::try_from(acts_us.saturating_sub(starts_us)).unwrap_or(u32::MAX);
@@ -104,7 +104,7 @@ impl ActiveExperiment {
         self.elapsed_s < HELD_S
     }
 
-    /// This PWM was decided in the tick before.
+    /// Adds the PWM of the previous tick to the mean of the held joints.
     fn note_pwm(&mut self, pwm: [Pwm; JOINTS]) {
         if self.is_freezing() {
             for (sum, pwm) in self.held_counts.iter_mut().zip(pwm) {
@@ -136,15 +136,15 @@ impl ActiveExperiment {
         }
     }
 
-    /// Whether it is over, with the arm here.
-    fn over(&mut self, state: &State<f32>, fast_ticks: u32) -> Option<ExperimentEnd> {
+    /// The end of the experiment, if the state or the time ends it.
+    fn end(&mut self, state: &State<f32>, fast_ticks: u32) -> Option<ExperimentEnd> {
         let envelope = self.plan.angle_rad.into_iter().zip(self.plan.speed_rad_s);
         let states = state.q.iter().zip(state.dq.iter());
         let mut end = None;
-        for (((joint, fast), ([low, high], most)), (q, dq)) in
+        for (((joint, fast), ([low, high], speed_limit)), (q, dq)) in
             (0..).zip(&mut self.fast).zip(envelope).zip(states)
         {
-            let is_fast = fast.note(dq.abs() > most, fast_ticks);
+            let is_fast = fast.count(dq.abs() > speed_limit, fast_ticks);
             if !(low..=high).contains(q) {
                 let value_rad = *q;
                 end = end.or(Some(ExperimentEnd::Angle { joint, value_rad }));
@@ -155,11 +155,11 @@ impl ActiveExperiment {
         }
         let is_finished = self.elapsed_s >= self.plan.duration_s;
         end.or(is_finished.then_some(ExperimentEnd::Finished))
-            .or(self.is_host_quiet.then_some(ExperimentEnd::HostQuiet))
+            .or(self.is_host_silent.then_some(ExperimentEnd::HostQuiet))
     }
 
-    /// Overrides the controller's demand per joint. A PWM is asked for as the torque that
-    /// it stands for; the very PWM is returned.
+    /// Overrides the controller's demand per joint. A PWM is converted to its torque;
+    /// the exact PWM is returned.
     #[inline(never)]
     pub(super) fn override_torque(
         &self,
@@ -167,9 +167,9 @@ impl ActiveExperiment {
         torque_nm: &mut Vector2<f32>,
         friction_nm: &mut Vector2<f32>,
     ) -> [Option<Pwm>; JOINTS] {
-        let mut exactly = [None; JOINTS];
-        let joints = joints.iter().zip(&mut exactly).enumerate();
-        for ((joint, (actuator, exactly)), role) in joints.zip(&self.plan.roles) {
+        let mut exact_pwm = [None; JOINTS];
+        let joints = joints.iter().zip(&mut exact_pwm).enumerate();
+        for ((joint, (actuator, exact_pwm)), role) in joints.zip(&self.plan.roles) {
             let sample = |signal: &Signal<f32>| signal.at(self.elapsed_s, self.plan.duration_s);
             let pwm = match role {
                 Role::Hold | Role::Angle(_) => continue,
@@ -189,8 +189,8 @@ impl ActiveExperiment {
             };
             torque_nm[joint] = actuator.torque(pwm);
             friction_nm[joint] = 0.0;
-            *exactly = Some(pwm);
+            *exact_pwm = Some(pwm);
         }
-        exactly
+        exact_pwm
     }
 }

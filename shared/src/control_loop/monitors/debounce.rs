@@ -1,25 +1,25 @@
 //! Debounce: times as numbers of ticks, and ticks in a row.
 //!
 //! Periods reach from 600 µs to 100 ms, where some times are shorter than a
-//! tick. So every rule also has a least number of ticks, to be more
-//! than a coincidence.
+//! tick. So every rule also has a least number of ticks, to rule out
+//! a coincidence.
 
-/// Ticks in which a time has passed, and `least` of them.
+/// Number of ticks in which a time passes, at least `least`.
 pub(super) const fn ticks(time_us: u32, period_us: u32, least: u32) -> u32 {
     let passed = time_us.div_ceil(period_us);
     if passed > least { passed } else { least }
 }
 
-/// How many ticks in a row a condition has held.
+/// Number of consecutive ticks in which a condition has held.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(in crate::control_loop) struct Debounce(u32);
 
 impl Debounce {
-    /// Counts a tick in which it holds, or begins anew. True from the tick on
-    /// that makes it `most` in a row.
-    pub(in crate::control_loop) fn note(&mut self, is_so: bool, most: u32) -> bool {
+    /// Counts a tick in which the condition holds, or restarts. True from the `limit`-th
+    /// consecutive tick on.
+    pub(in crate::control_loop) fn count(&mut self, is_so: bool, limit: u32) -> bool {
         self.0 = if is_so { self.0.saturating_add(1) } else { 0 };
-        self.0 >= most
+        self.0 >= limit
     }
 }
 
@@ -36,7 +36,7 @@ mod tests {
     #[test]
     fn a_break_begins_anew() {
         let mut row = Debounce::default();
-        let noted = [true, true, false, true, true, true, true].map(|is_so| row.note(is_so, 3));
+        let noted = [true, true, false, true, true, true, true].map(|is_so| row.count(is_so, 3));
         assert_eq!(noted, [false, false, false, false, false, true, true]);
     }
 }

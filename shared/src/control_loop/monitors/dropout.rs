@@ -1,8 +1,8 @@
-//! Dropout monitor: samples that did not come.
+//! Dropout monitor: missing samples.
 //!
-//! Three faults, joint by joint: a servo is silent; its replies are damaged, again
-//! and again; or too many samples are missing, though never too many in a row. The
-//! estimator predicts through the ones before.
+//! Three faults of each joint: a servo is silent; its replies are repeatedly damaged;
+//! or too many samples are missing, though never too many in a row. The
+//! estimator predicts through shorter dropouts.
 
 use super::debounce::ticks;
 use super::violation::Violation;
@@ -12,12 +12,12 @@ use crate::link::limits::Limits;
 use crate::link::message::Missing;
 use crate::link::mode::Fault;
 
-/// Ticks without a sample that make a row, however slow they are: on a line that
+/// Least number of consecutive ticks without a sample, at any period: on a line that
 /// damages one reply in five, five in a row are one in 3000.
 const ROW_TICKS: u32 = 5;
 
-/// Number of parts over which a share is counted, the last of them growing: nothing has
-/// to be kept tick by tick.
+/// Number of parts of the window of a share, the last of them growing: no history of
+/// single ticks is needed.
 const PARTS: usize = 10;
 
 /// Length of a part in µs: a second in all.
@@ -27,11 +27,11 @@ const PART_US: u32 = 100_000;
 /// one in two; ten do not.
 const PART_TICKS: u32 = 5;
 
-/// What there must be before a share is one, in µs and in ticks.
+/// Least window for a share, in µs and in ticks.
 const SHARE_US: u32 = 500_000;
 const SHARE_TICKS: u32 = 40;
 
-/// Its numbers, for one set of limits and one period.
+/// Parameters of the dropout monitor, for one set of limits and one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DropoutConfig {
     row_ticks: u32,
@@ -47,7 +47,7 @@ checked!(DropoutConfig {
     period_ms,
 });
 
-/// What it has counted.
+/// Counters of the dropout monitor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Dropout {
     rows: [Row; JOINTS],
@@ -63,8 +63,8 @@ pub(super) struct Dropout {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Row {
     missing: u32,
-    /// Other bytes were received.
-    is_heard: bool,
+    /// Whether bytes were received meanwhile.
+    has_bytes: bool,
 }
 
 /// Samples of one joint missing in the window.
@@ -85,7 +85,7 @@ impl DropoutConfig {
         }
     }
 
-    /// How many samples in a row may be missing.
+    /// Number of consecutive missing samples that is a fault.
     pub(super) fn row_ticks(&self) -> u32 {
         self.row_ticks
     }
@@ -97,7 +97,7 @@ impl Dropout {
         self.rows.get(joint).map_or(0, |row| row.missing)
     }
 
-    pub(super) fn judge(
+    pub(super) fn check(
         &mut self,
         config: &DropoutConfig,
         limits: &Limits,
@@ -146,7 +146,7 @@ impl Dropout {
                 self.age -= config.part_ticks;
             }
             for share in &mut self.shares {
-                share.forget(self.part);
+                share.clear_part(self.part);
             }
         }
         self.part_age += 1;
@@ -157,13 +157,13 @@ impl Dropout {
 impl Row {
     fn add(&mut self, missing: Missing) {
         // A servo that fails may be cut off in the middle of its reply, so the
-        // first of the row proves nothing.
-        self.is_heard |= self.missing > 0 && is_heard(missing);
+        // first missing sample of the row is no evidence.
+        self.has_bytes |= self.missing > 0 && has_bytes(missing);
         self.missing = self.missing.saturating_add(1);
     }
 
     fn fault(self) -> Fault {
-        if self.is_heard {
+        if self.has_bytes {
             Fault::SamplesLost
         } else {
             Fault::ServoSilent
@@ -179,7 +179,7 @@ impl Share {
         self.missing += 1;
     }
 
-    fn forget(&mut self, part: usize) {
+    fn clear_part(&mut self, part: usize) {
         if let Some(part) = self.parts.get_mut(part) {
             self.missing -= *part;
             *part = 0;
@@ -187,8 +187,8 @@ impl Share {
     }
 }
 
-/// Whether a servo may have answered. A servo that is not asked is not silent.
-const fn is_heard(missing: Missing) -> bool {
+/// Whether a servo may have answered. A servo without a request is not silent.
+const fn has_bytes(missing: Missing) -> bool {
     match missing {
         Missing::Silence | Missing::EchoOnly => false,
         Missing::NotAsked
@@ -213,7 +213,7 @@ mod tests {
         let mut losses = Dropout::default();
         (1..10_000).find_map(|tick| {
             let violation = losses
-                .judge(&config, &limits, [None, missing(tick)])
+                .check(&config, &limits, [None, missing(tick)])
                 .err()?;
             assert_eq!(violation.joint, Some(1));
             assert!(violation.value >= violation.limit, "{violation:?}");
@@ -288,7 +288,7 @@ mod tests {
                 let missing = (random() % 5 == 0).then_some(Missing::BadChecksum);
                 // Rows of five do come, and are the other rule's.
                 let missing = missing.filter(|_| losses.rows[0].missing < 4);
-                assert_eq!(losses.judge(&config, &limits, [missing, None]), Ok(()));
+                assert_eq!(losses.check(&config, &limits, [missing, None]), Ok(()));
                 longest = longest.max(losses.shares[0].missing);
             }
             assert!(longest > losses.age / 5, "{longest} of {}", losses.age);

@@ -1,31 +1,31 @@
-//! Monitors: what every tick is held against, and what the torque is held to.
+//! Monitors: checks of every tick, and limits of the torque.
 //!
 //! ```text
-//! samples, estimate -> judge -> control law -> limit -> PWM
+//! samples, estimate -> check -> control law -> limit -> PWM
 //!                        |                       |
 //!                        +------ Violation ------+--> torque off
 //! ```
 //!
-//! [`Monitors::judge`] detects: it reports samples, an estimate or an arm that are not what
-//! they would be if all were well. [`Monitors::limit`] prevents: it brakes a joint
-//! before its angle limit and holds torque and its rate to their limits, and is a
-//! violation only when it has to go on doing so. The first violation wins: what
-//! follows is often its consequence.
+//! [`Monitors::check`] detects: it reports samples, an estimate or a motion of the arm that indicate
+//! a fault. [`Monitors::limit`] prevents: it brakes a joint
+//! before its angle limit and holds torque and its rate to their limits, and reports a
+//! violation only when this lasts too long. The first violation counts: later ones
+//! are often its consequence.
 //!
-//! Nothing here reads a clock, looks at a mode or switches anything: ticks are
-//! counted, and what follows from a violation is the supervisor's. The numbers
-//! ([`MonitorConfig`]) are apart from what has been counted ([`Monitors`]).
+//! The monitors read no clock and no mode, and switch nothing: they count ticks, and the
+//! supervisor reacts to a violation. The parameters
+//! ([`MonitorConfig`]) are separate from the counters ([`Monitors`]).
 //!
-//! | module       | what                                                        |
+//! | module       | content                                                     |
 //! |--------------|-------------------------------------------------------------|
-//! | `dropout`    | a servo is silent, samples are lost in a row or too often   |
-//! | `innovation` | an encoder is in its gap, the samples leave the estimator   |
-//! | `motion`     | a joint is beyond its angle or its speed                    |
-//! | `stall`      | a joint or its encoder does not move                        |
+//! | `dropout`    | silent servos, samples lost in a row or too often           |
+//! | `innovation` | encoder in its gap, samples far from the prediction         |
+//! | `motion`     | angle and speed limits of a joint                           |
+//! | `stall`      | joints and encoders that do not move                        |
 //! | `soft_stop`  | bounds of the torque within which the arm stays inside      |
 //! | `torque`     | torque within all limits; braked or limited for too long    |
 //! | `debounce`   | times as numbers of ticks, ticks in a row                   |
-//! | `violation`  | what a monitor finds                                        |
+//! | `violation`  | the finding of a monitor                                    |
 
 mod debounce;
 mod dropout;
@@ -56,35 +56,35 @@ pub(super) use debounce::Debounce;
 pub use violation::Violation;
 
 /// Samples in a row with an alarm. One may be damage that its checksum did not detect: one in
-/// 256 does not. A servo that has switched torque off repeats its alarm.
+/// 256 is not detected. A servo that has switched torque off repeats its alarm.
 const ALARM_SAMPLES: u32 = 2;
 
-/// What one tick brought.
+/// Inputs of the monitors in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MonitorInput<'a> {
     /// The samples.
     pub(super) counts: [Option<u16>; JOINTS],
-    /// Why there is none; `None` where there is one.
+    /// Reason for each missing sample; `None` where there is one.
     pub(super) missing: [Option<Missing>; JOINTS],
     /// The samples as angles.
     pub(super) measured_rad: [Option<f32>; JOINTS],
-    /// Where the estimator expected them: its state before they were put in.
+    /// Predicted angles: the state of the estimator before the samples.
     pub(super) predicted_rad: [f32; JOINTS],
-    /// The estimator begins with these samples: it expected nothing.
+    /// Whether the estimator starts with these samples, without a prediction.
     pub(super) is_fresh: bool,
-    /// Its state since.
+    /// State of the estimator after the samples.
     pub(super) state: &'a State<f32>,
     /// Torque that acted until these samples, in N m.
     pub(super) torque_nm: [f32; JOINTS],
-    /// What of it gravity takes at these angles, in N m.
+    /// Gravity torque at these angles, in N m.
     pub(super) gravity_nm: [f32; JOINTS],
-    /// The servo reports with its sample that it has switched torque off.
+    /// Whether the servo reports an alarm with which it has switched torque off.
     pub(super) is_alarmed: [bool; JOINTS],
-    /// The motors may be driven.
+    /// Whether the motors may be driven.
     pub(super) is_armed: bool,
 }
 
-/// The numbers of all monitors, for one set of limits and one period.
+/// Parameters of all monitors, for one set of limits and one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MonitorConfig {
     limits: Limits,
@@ -104,7 +104,7 @@ checked!(MonitorConfig {
     torque,
 });
 
-/// What all monitors have counted.
+/// Counters of all monitors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Monitors {
     dropout: Dropout,
@@ -122,9 +122,9 @@ struct JointMonitors {
 }
 
 impl MonitorConfig {
-    /// For [valid](Limits::is_valid) limits and ticks of `period_us`.
+    /// Parameters for [valid](Limits::is_valid) limits and ticks of `period_us`.
     pub(super) fn new(limits: Limits, period_us: u32) -> Self {
-        // Nothing is divided by zero, whatever is asked for.
+        // Never a division by zero, whatever the setting.
         let period_us = period_us.max(1);
         Self {
             limits,
@@ -140,26 +140,26 @@ impl MonitorConfig {
         &self.limits
     }
 
-    /// How many ticks in a row a joint must be faster than it may be.
+    /// Number of consecutive ticks above the speed limit that is a violation.
     pub(super) fn fast_ticks(&self) -> u32 {
         self.fast_ticks
     }
 
-    /// How many samples of a joint may be missing in a row.
+    /// Number of consecutive missing samples of a joint that is a violation.
     pub(super) fn dropout_ticks(&self) -> u32 {
         self.dropout.row_ticks()
     }
 
-    /// The farthest angle in rad at which this joint may be so fast without being
-    /// slowed before its angle limit.
+    /// The farthest angle in rad at which this joint with this speed is not braked before its
+    /// angle limit.
     pub(super) fn farthest_rad(&self, joint: usize, speed_rad_s: f32) -> f32 {
         self.soft_stop.farthest_rad(joint, speed_rad_s)
     }
 
-    /// The samples that the estimator is given. One that is farther from where it is
-    /// expected than the limit is not: a single one that is wrong and whose checksum
-    /// is right, as one in 256 is on a bad line, moves no motor. Several are an
-    /// estimator that has lost the arm, which [`Monitors::judge`] detects.
+    /// Gates the samples for the estimator by their innovation. A sample beyond the limit is
+    /// dropped: a single wrong one whose checksum is right, as one in 256 is on a bad line,
+    /// moves no motor. Several in a row are an estimator that has diverged, which
+    /// [`Monitors::check`] detects.
     pub(super) fn gate_innovation(
         &self,
         measured_rad: [Option<f32>; JOINTS],
@@ -167,7 +167,7 @@ impl MonitorConfig {
     ) -> [Option<f32>; JOINTS] {
         let mut gated = measured_rad;
         for (measured, predicted) in gated.iter_mut().zip(predicted_rad) {
-            // A prediction that is not a number refuses none: it is judged later.
+            // A prediction that is NaN drops none: it is checked later.
             let is_far = |rad: &f32| (rad - predicted).abs() > self.limits.innovation_rad;
             *measured = measured.filter(|rad| !is_far(rad));
         }
@@ -181,54 +181,56 @@ impl Monitors {
         self.dropout.in_row(joint)
     }
 
-    /// Judges what this tick brought, before the control law runs. With torque
-    /// off the arm may be anywhere and may be moved by hand: all that is judged
-    /// then is whether its servos answer.
+    /// Checks the inputs of this tick, before the control law runs. With torque
+    /// off the arm may be anywhere and may be moved by hand: then only the
+    /// dropouts are checked.
     ///
     /// # Errors
-    /// What is wrong.
-    pub(super) fn judge(
+    /// The first violation.
+    pub(super) fn check(
         &mut self,
         config: &MonitorConfig,
-        seen: &MonitorInput<'_>,
+        input: &MonitorInput<'_>,
     ) -> Result<(), Violation> {
         let limits = &config.limits;
-        self.dropout.judge(&config.dropout, limits, seen.missing)?;
-        if !seen.is_armed {
+        self.dropout.check(&config.dropout, limits, input.missing)?;
+        if !input.is_armed {
             return Ok(());
         }
-        let [angle, speed] = [seen.state.q, seen.state.dq].map(<[f32; JOINTS]>::from);
-        finite([angle, speed, seen.torque_nm, seen.gravity_nm])?;
+        let [angle, speed] = [input.state.q, input.state.dq].map(<[f32; JOINTS]>::from);
+        finite([angle, speed, input.torque_nm, input.gravity_nm])?;
         for (i, joint) in self.joints.iter_mut().enumerate() {
             let id = i as u8;
-            if let Some(counts) = seen.counts[i] {
-                if joint.alarmed.note(seen.is_alarmed[i], ALARM_SAMPLES) {
+            if let Some(counts) = input.counts[i] {
+                if joint.alarmed.count(input.is_alarmed[i], ALARM_SAMPLES) {
                     return Err(Violation {
                         joint: Some(id),
                         ..Violation::plain(Fault::ServoAlarm)
                     });
                 }
-                joint.innovation.place(limits, id, counts)?;
-                let push_nm = seen.torque_nm[i] - seen.gravity_nm[i];
+                joint.innovation.check_range(limits, id, counts)?;
+                let push_nm = input.torque_nm[i] - input.gravity_nm[i];
                 joint
                     .stall
-                    .judge(&config.stall, limits, id, counts, push_nm)?;
+                    .check(&config.stall, limits, id, counts, push_nm)?;
             }
-            if let (Some(measured), false) = (seen.measured_rad[i], seen.is_fresh) {
-                let off_rad = measured - seen.predicted_rad[i];
-                joint.innovation.judge(limits, id, off_rad)?;
+            if let (Some(measured), false) = (input.measured_rad[i], input.is_fresh) {
+                let innovation_rad = measured - input.predicted_rad[i];
+                joint
+                    .innovation
+                    .check_innovation(limits, id, innovation_rad)?;
             }
-            let most = MotionLimits {
+            let motion_limits = MotionLimits {
                 angle_rad: limits.angle_rad[i],
                 speed_rad_s: limits.speed_rad_s[i],
                 fast_ticks: config.fast_ticks,
             };
-            joint.motion.judge(&most, id, angle[i], speed[i])?;
+            joint.motion.check(&motion_limits, id, angle[i], speed[i])?;
         }
         Ok(())
     }
 
-    /// Puts `wanted_nm` within all limits, for an arm that will be at `state` when
+    /// Limits the demand `wanted_nm`, for an arm that will be at `state` when
     /// the torque begins to act, after `before_nm`.
     ///
     /// # Errors
@@ -245,13 +247,13 @@ impl Monitors {
         let bounds = config.soft_stop.bounds(arm, state);
         let (wanted_nm, before_nm) = (wanted_nm.into(), before_nm.into());
         self.torque
-            .shape(&config.torque, &config.limits, wanted_nm, before_nm, bounds)
+            .limit(&config.torque, &config.limits, wanted_nm, before_nm, bounds)
     }
 
-    /// Notes whether this tick's torque was more than the PWM's limit gives.
+    /// Counts a tick whose torque exceeded the PWM limit.
     ///
     /// # Errors
-    /// It has been for too long.
+    /// The limit has been exceeded for too long.
     pub(super) fn note_pwm(
         &mut self,
         config: &MonitorConfig,
@@ -261,10 +263,10 @@ impl Monitors {
     }
 }
 
-/// Whether all are, joint by joint.
+/// Checks that all values are finite, joint by joint.
 fn finite(values: [[f32; JOINTS]; 4]) -> Result<(), Violation> {
-    // Not finite if any of them is not, or if they are so large that a closer look
-    // costs nothing.
+    // The sum is not finite if a value is not, or if values are so large that the slow
+    // path is harmless.
     let sum: f32 = values.iter().flatten().map(|value| value.abs()).sum();
     if sum.is_finite() {
         return Ok(());

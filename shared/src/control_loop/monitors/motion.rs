@@ -1,26 +1,26 @@
-//! Motion monitor: where one joint is, and how fast.
+//! Motion monitor: angle and speed of one joint.
 
 use super::debounce::{Debounce, ticks};
 use super::violation::Violation;
 use crate::link::mode::Fault;
 
-/// How long a joint must be too fast, in µs and in ticks: a speed is estimated,
-/// and one that is no more than noise is gone with the next samples.
+/// Time in µs, and ticks, for which a joint must be too fast: the speed is an estimate,
+/// and noise disappears with the next samples.
 const FAST_US: u32 = 10_000;
 const FAST_TICKS: u32 = 2;
 
-/// How many ticks in a row a joint must be too fast.
+/// Number of consecutive ticks in which a joint must be too fast.
 pub(super) fn fast_ticks(period_us: u32) -> u32 {
     ticks(FAST_US, period_us, FAST_TICKS)
 }
 
-/// What it has counted.
+/// Counters of the motion monitor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Motion {
     fast: Debounce,
 }
 
-/// The most that a joint may do.
+/// Limits of one joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MotionLimits {
     pub(super) angle_rad: f32,
@@ -29,8 +29,8 @@ pub(super) struct MotionLimits {
 }
 
 impl Motion {
-    /// For an angle and a speed, both finite.
-    pub(super) fn judge(
+    /// Checks an angle and a speed, both finite.
+    pub(super) fn check(
         &mut self,
         limits: &MotionLimits,
         joint: u8,
@@ -40,7 +40,7 @@ impl Motion {
         let (angle, speed) = (q.abs(), dq.abs());
         let is_long_fast = self
             .fast
-            .note(speed > limits.speed_rad_s, limits.fast_ticks);
+            .count(speed > limits.speed_rad_s, limits.fast_ticks);
         let (fault, value, limit) = if angle > limits.angle_rad {
             (Fault::AngleLimit, angle, limits.angle_rad)
         } else if is_long_fast {
@@ -73,8 +73,8 @@ mod tests {
     fn an_angle_beyond_trips_at_once() {
         for q in [1.5001_f32, -1.5001] {
             let (limits, mut motion) = (limits(1_000), Motion::default());
-            assert_eq!(motion.judge(&limits, 0, q * 0.9999, 0.0), Ok(()));
-            let violation = motion.judge(&limits, 0, q, 0.0).unwrap_err();
+            assert_eq!(motion.check(&limits, 0, q * 0.9999, 0.0), Ok(()));
+            let violation = motion.check(&limits, 0, q, 0.0).unwrap_err();
             assert_eq!(violation.fault, Fault::AngleLimit);
             assert!(violation.value > violation.limit);
         }
@@ -88,16 +88,16 @@ mod tests {
             for tick in 0..50 {
                 let dq = if tick % taken == 0 { 9.999 } else { -10.001 };
                 assert_eq!(
-                    motion.judge(&limits, 0, 0.0, dq),
+                    motion.check(&limits, 0, 0.0, dq),
                     Ok(()),
                     "{period_us} {tick}"
                 );
             }
             motion = Motion::default();
             for _ in 1..taken {
-                assert_eq!(motion.judge(&limits, 0, 0.0, -10.001), Ok(()));
+                assert_eq!(motion.check(&limits, 0, 0.0, -10.001), Ok(()));
             }
-            let violation = motion.judge(&limits, 0, 0.0, 10.001).unwrap_err();
+            let violation = motion.check(&limits, 0, 0.0, 10.001).unwrap_err();
             assert_eq!(violation.fault, Fault::SpeedLimit);
         }
     }

@@ -1,29 +1,29 @@
-//! Bounds of the torque within which no joint reaches its angle limit.
+//! Soft stop: bounds of the torque within which no joint reaches its angle limit.
 //!
 //! Each joint may go as fast towards a limit as it can still be stopped from,
-//! [`MARGIN_RAD`] before it. With `d` the way that is left to there and `v` the
-//! speed that way, that is
+//! [`MARGIN_RAD`] before it. With `d` the remaining distance and `v` the
+//! speed towards the limit, that is
 //!
 //! ```text
 //! v <= near d                          slowly: as a first-order lag ends
 //! v^2 <= 2 a (d - a/(2 near^2))        faster than a/near: braked by a
 //! ```
 //!
-//! two curves that touch where they meet. A control barrier keeps below them: the
-//! acceleration that way is at most
+//! two curves that touch where they meet. A control barrier function keeps the joint below them: the
+//! acceleration towards the limit is at most
 //!
 //! ```text
 //! A = near back d - (near + back) v                          slow
 //! A = -a + back (2 a d - (a/near)^2 - v^2) / (2 v)           fast
 //! ```
 //!
-//! with which what is left below the curve shrinks by the rate `back` at most,
-//! and what is above it by that rate at least. A is continuous in d and v, so the
+//! with which the margin below the curve decays at the rate `back` at most,
+//! and an excess above it at that rate at least. A is continuous in d and v, so the
 //! torque is; close to the end it is that of a spring and a damper with the real
 //! poles `near` and `back`. So a joint that is pushed against the end comes to
 //! rest there and is held.
 //!
-//! Equation (1) makes torques of accelerations. The bounds do not include
+//! Equation (1) converts accelerations to torques. The bounds do not include
 //! the limits of the servos: a joint that is too fast for full torque goes beyond.
 
 use crate::JOINTS;
@@ -32,30 +32,29 @@ use crate::check_word::checked;
 use crate::control_loop::limits::MOTION;
 use nalgebra::Vector2;
 
-/// How far before the limit a joint is stopped: 20 encoder counts, for estimates
-/// that lag and speeds that full torque is slow to brake.
+/// Distance before the limit at which a joint is stopped: 20 encoder counts, for lag of the
+/// estimate and speeds that full torque is slow to brake.
 const MARGIN_RAD: f32 = 0.1;
 
-/// Largest share of an angle limit that this margin takes: something must be left
-/// of a narrow one.
+/// Largest fraction of an angle limit that this margin takes: a narrow limit must leave a
+/// range.
 const MARGIN_SHARE: f32 = 0.25;
 
-/// Deceleration in rad/s^2: what any motion may ask of the arm, so none is braked
-/// that stays where it may.
+/// Deceleration in rad/s^2: the bound of any motion, so that no motion within its bounds is
+/// braked.
 const BRAKE_RAD_S2: f32 = MOTION.acceleration_rad_s2;
 
-/// Rates in 1/s: slower than the estimate of a speed, which takes 15 ms, and so
-/// fast that no motion is braked that may be asked for.
+/// Rates in 1/s: slower than the estimate of a speed, which takes 15 ms, and fast
+/// enough that no motion within its bounds is braked.
 const NEAR_1_S: f32 = 10.0;
 const BACK_1_S: f32 = 20.0;
 
-/// The most that `back` may decay within a period, and `near` half of it: beyond
-/// 1 it would overshoot in every tick. Met at periods above 40 ms.
+/// Largest decay of `back` within a period, and twice that of `near`: beyond
+/// 1 it would overshoot in every tick. Reached at periods above 40 ms.
 const DECAY_MAX: f32 = 0.8;
 
-/// Acceleration in rad/s^2 that is no bound any more, three times what full torque
-/// gives the lighter joint: the arm's equations are not worked out where they
-/// cannot matter.
+/// Acceleration in rad/s^2 above which a bound has no effect, three times that of full
+/// torque on the lighter joint: the arm's equations are not evaluated there.
 const FREE_RAD_S2: f32 = 150.0;
 
 /// Least and most torque of one joint in N m.
@@ -63,14 +62,14 @@ const FREE_RAD_S2: f32 = 150.0;
 pub(super) struct Bounds {
     pub(super) low_nm: f32,
     pub(super) high_nm: f32,
-    /// Where the joint is, without sign.
+    /// Magnitude of the angle of the joint.
     pub(super) angle_rad: f32,
-    /// Where it is stopped.
+    /// Angle at which the joint is stopped.
     pub(super) stop_rad: f32,
 }
 
 impl Bounds {
-    /// None.
+    /// No bounds.
     pub(super) const FREE: Self = Self {
         low_nm: f32::NEG_INFINITY,
         high_nm: f32::INFINITY,
@@ -79,7 +78,7 @@ impl Bounds {
     };
 }
 
-/// The numbers of the curves.
+/// Coefficients of the curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SoftStop {
     stop_rad: [f32; JOINTS],
@@ -119,7 +118,7 @@ impl SoftStop {
     }
 
     /// Bounds for an arm that is at `state` when the torque begins to act; `None`
-    /// where no torque is beyond them.
+    /// where they have no effect.
     pub(super) fn bounds(
         &self,
         arm: &Parameters<f32>,
@@ -127,16 +126,19 @@ impl SoftStop {
     ) -> Option<[Bounds; JOINTS]> {
         let [stop_a, stop_b] = self.stop_rad;
         let ([q_a, q_b], [dq_a, dq_b]) = (state.q.into(), state.dq.into());
-        // Towards the nearer stop at that speed: no joint has less room.
-        let room_a = self.most(stop_a - q_a.abs(), dq_a.abs());
-        let room_b = self.most(stop_b - q_b.abs(), dq_b.abs());
+        // Towards the nearer stop at that speed: a lower bound of the room.
+        let room_a = self.acceleration_limit(stop_a - q_a.abs(), dq_a.abs());
+        let room_b = self.acceleration_limit(stop_b - q_b.abs(), dq_b.abs());
         if room_a > FREE_RAD_S2 && room_b > FREE_RAD_S2 {
             return None;
         }
-        let up = Vector2::new(self.most(stop_a - q_a, dq_a), self.most(stop_b - q_b, dq_b));
+        let up = Vector2::new(
+            self.acceleration_limit(stop_a - q_a, dq_a),
+            self.acceleration_limit(stop_b - q_b, dq_b),
+        );
         let down = Vector2::new(
-            self.most(stop_a + q_a, -dq_a),
-            self.most(stop_b + q_b, -dq_b),
+            self.acceleration_limit(stop_a + q_a, -dq_a),
+            self.acceleration_limit(stop_b + q_b, -dq_b),
         );
         let posture = Posture::of(state.q);
         let mass = posture.mass_diagonal(arm);
@@ -155,8 +157,8 @@ impl SoftStop {
         ])
     }
 
-    /// The farthest angle in rad at which a joint may be so fast without being slowed:
-    /// where the most that it may accelerate is 0.
+    /// The farthest angle in rad at which a joint with this speed is not braked: where the
+    /// acceleration limit is 0.
     pub(super) fn farthest_rad(&self, joint: usize, speed_rad_s: f32) -> f32 {
         let left_rad = if speed_rad_s <= self.slow_rad_s {
             self.damping * speed_rad_s / self.stiffness
@@ -167,9 +169,9 @@ impl SoftStop {
         self.stop_rad.get(joint).map_or(0.0, |stop| stop - left_rad)
     }
 
-    /// The most that a joint may accelerate, in rad/s^2, towards a stop that is
-    /// `left_rad` away, at a speed that way.
-    fn most(&self, left_rad: f32, speed_rad_s: f32) -> f32 {
+    /// Largest acceleration in rad/s^2 towards a stop that is `left_rad` away, at a speed
+    /// towards it.
+    fn acceleration_limit(&self, left_rad: f32, speed_rad_s: f32) -> f32 {
         if speed_rad_s <= self.slow_rad_s {
             self.stiffness * left_rad - self.damping * speed_rad_s
         } else {
@@ -190,8 +192,14 @@ mod tests {
         for (joint, stop_rad) in [(0, 1.4), (1, 0.9)] {
             for speed in [0.0, 0.5, 1.0, 2.0, 2.001, 4.0, 10.0] {
                 let left = stop_rad - stop.farthest_rad(joint, speed);
-                assert!(stop.most(left, speed).abs() < 1e-3, "{joint} {speed}");
-                assert!(stop.most(left - 0.01, speed) < 0.0 && stop.most(left + 0.01, speed) > 0.0);
+                assert!(
+                    stop.acceleration_limit(left, speed).abs() < 1e-3,
+                    "{joint} {speed}"
+                );
+                assert!(
+                    stop.acceleration_limit(left - 0.01, speed) < 0.0
+                        && stop.acceleration_limit(left + 0.01, speed) > 0.0
+                );
             }
         }
     }
@@ -202,8 +210,8 @@ mod tests {
             let stop = SoftStop::new([1.5; JOINTS], period_us);
             for step in -20..=40_i16 {
                 let left = f32::from(step) * 0.05;
-                let slow = stop.most(left, stop.slow_rad_s);
-                let fast = stop.most(left, stop.slow_rad_s * 1.0001);
+                let slow = stop.acceleration_limit(left, stop.slow_rad_s);
+                let fast = stop.acceleration_limit(left, stop.slow_rad_s * 1.0001);
                 assert!((slow - fast).abs() < 0.05, "{left}: {slow} {fast}");
             }
         }

@@ -1,13 +1,13 @@
 //! Stall monitor: a joint that does not move though it is driven, or an encoder
 //! that has stopped.
 //!
-//! A joint is stuck if it stays where it is under a torque that is sure to move
-//! it: well beyond gravity and friction, one way, for long enough. Noise is no
-//! motion, and shows in every other sample where it is one count rms: so it is the
-//! mean over some samples that must stay.
+//! A joint is stuck if it does not move under a torque that is sure to move
+//! it: well beyond gravity and friction, in one direction, for long enough. Noise is no
+//! motion, and changes every other sample where it is one count rms: so the
+//! mean over some samples is compared.
 //!
-//! An encoder whose noise is known to show has stopped when it reads the very same
-//! count for long. That is watched only if asked for.
+//! An encoder whose noise is known to be visible has stopped when it reads the same
+//! count for long. This check is off by default.
 
 use super::debounce::{Debounce, ticks};
 use super::violation::Violation;
@@ -15,7 +15,7 @@ use crate::check_word::checked;
 use crate::link::limits::Limits;
 use crate::link::mode::Fault;
 
-/// How long a joint must be driven against, in µs and in ticks. By then even
+/// Time in µs, and ticks, for which a joint must be driven without motion. By then even
 /// 0.4 N m turn the paper's arm by 20 counts; one that such a torque turns round
 /// is near its turning point for 100 ms.
 const STUCK_US: u32 = 150_000;
@@ -24,18 +24,18 @@ const STUCK_TICKS: u32 = 5;
 /// Time constant of the mean in µs. At 1 kHz it leaves 0.2 counts of noise.
 const MEAN_US: f32 = 20_000.0;
 
-/// How far the mean may go: a count, and noise.
+/// Largest change of the mean without motion: a count, and noise.
 const STILL_COUNTS: f32 = 1.5;
 
-/// Ticks of the very same count at least, however slow they are.
+/// Least number of ticks with the same count, at any period.
 const QUIET_TICKS: u32 = 5;
 
-/// Its numbers, for one set of limits and one period.
+/// Parameters of the stall monitor, for one set of limits and one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StallConfig {
     pushed_ticks: u32,
     same_ticks: u32,
-    /// Share of a sample in the mean.
+    /// Weight of a sample in the mean.
     share: f32,
 }
 
@@ -45,17 +45,17 @@ checked!(StallConfig {
     share,
 });
 
-/// What it has seen of one joint. Ticks without a sample do not come here.
+/// Stall monitor of one joint. Ticks without a sample are skipped.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Stall(Option<Still>);
+pub(super) struct Stall(Option<StallState>);
 
-/// What stands still.
+/// Samples of a joint since the monitor was reset.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Still {
+struct StallState {
     counts: u16,
     same: Debounce,
     mean: f32,
-    /// Where the mean was when the push began.
+    /// Mean at the beginning of the push.
     from: f32,
     is_up: bool,
     pushed: Debounce,
@@ -77,8 +77,8 @@ impl StallConfig {
 }
 
 impl Stall {
-    /// For a sample, and the torque in N m beyond gravity that acted before it.
-    pub(super) fn judge(
+    /// Checks a sample, with the torque in N m beyond gravity that acted before it.
+    pub(super) fn check(
         &mut self,
         config: &StallConfig,
         limits: &Limits,
@@ -87,7 +87,7 @@ impl Stall {
         push_nm: f32,
     ) -> Result<(), Violation> {
         let (mean, is_up) = (f32::from(counts), push_nm > 0.0);
-        let still = self.0.get_or_insert(Still {
+        let state = self.0.get_or_insert(StallState {
             counts,
             same: Debounce::default(),
             mean,
@@ -95,17 +95,17 @@ impl Stall {
             is_up,
             pushed: Debounce::default(),
         });
-        still.mean += (mean - still.mean) * config.share;
-        let is_same_push = push_nm.abs() > limits.stuck_nm && is_up == still.is_up;
-        let is_still = (still.mean - still.from).abs() <= STILL_COUNTS;
+        state.mean += (mean - state.mean) * config.share;
+        let is_same_push = push_nm.abs() > limits.stuck_nm && is_up == state.is_up;
+        let is_still = (state.mean - state.from).abs() <= STILL_COUNTS;
         if !(is_same_push && is_still) {
-            (still.from, still.is_up) = (still.mean, is_up);
+            (state.from, state.is_up) = (state.mean, is_up);
         }
-        let is_stuck = still
+        let is_stuck = state
             .pushed
-            .note(is_same_push && is_still, config.pushed_ticks);
-        let is_quiet = still.same.note(counts == still.counts, config.same_ticks);
-        still.counts = counts;
+            .count(is_same_push && is_still, config.pushed_ticks);
+        let is_quiet = state.same.count(counts == state.counts, config.same_ticks);
+        state.counts = counts;
         let (value, limit) = if is_stuck {
             (push_nm.abs(), limits.stuck_nm)
         } else if is_quiet {
@@ -136,7 +136,7 @@ mod tests {
         (1..2_000_000 / period_us).find(|tick| {
             let (counts, push_nm) = seen(*tick);
             stall
-                .judge(&config, limits, 1, counts, push_nm)
+                .check(&config, limits, 1, counts, push_nm)
                 .is_err_and(|violation| violation.fault == Fault::Stuck)
         })
     }

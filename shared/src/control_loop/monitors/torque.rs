@@ -1,8 +1,8 @@
-//! Torque within all limits, and how long it had to be put there.
+//! Torque limiter: torque within all limits, and the duration of limiting.
 //!
 //! Limits are applied in this order: torque, bounds of the soft stop, rate. The
-//! rate gives way where it would leave the bounds: a brake does not wait for it.
-//! Nothing gives way to the first.
+//! bounds take precedence over the rate, so that braking is not delayed, and the torque
+//! limit over both.
 
 use super::debounce::{Debounce, ticks};
 use super::soft_stop::Bounds;
@@ -13,30 +13,30 @@ use crate::link::limits::Limits;
 use crate::link::mode::{Fault, Guards};
 use nalgebra::Vector2;
 
-/// How long torque or PWM may be wanted beyond its limit, or a joint be braked,
-/// without a break, in µs. Who wants all torque to get somewhere has it for less:
+/// Longest time in µs for which the demand may exceed the torque or PWM limit, or a joint
+/// be braked, without a break. A motion needs full torque for less:
 /// at 20 rad/s^2 an AX-12A is at its top speed after 310 ms.
 const BEYOND_US: u32 = 500_000;
 
-/// How long the rate may be limited in every tick, in µs: at a fortieth of the
-/// default rate that is still time to turn any torque round. A law that goes on
-/// wanting more rattles.
+/// Longest time in µs for which the rate may be limited in every tick: at a fortieth of the
+/// default rate still enough to reverse any torque. A controller that demands more for
+/// longer oscillates.
 const RATE_US: u32 = 100_000;
 
-/// Ticks that any of these needs, however slow they are: a step of the setpoint
+/// Least number of ticks for each of these, at any period: a step of the setpoint
 /// takes one or two.
 const TICKS: u32 = 5;
 
 /// A torque within all limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::control_loop) struct LimitedTorque {
-    /// In N m.
+    /// Torque in N m.
     pub(in crate::control_loop) torque_nm: Vector2<f32>,
-    /// What was changed of the one that was wanted.
+    /// Limits that changed the demand.
     pub(in crate::control_loop) guards: Guards,
 }
 
-/// Its numbers, for one set of limits and one period.
+/// Parameters of the torque limiter, for one set of limits and one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TorqueConfig {
     /// Largest change within a tick, in N m.
@@ -51,7 +51,7 @@ checked!(TorqueConfig {
     rate_ticks,
 });
 
-/// How long each joint has been limited.
+/// Counters of consecutive limited ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct TorqueLimiter {
     joints: [Counters; JOINTS],
@@ -62,7 +62,7 @@ pub(super) struct TorqueLimiter {
 struct Counters {
     limited: Debounce,
     braked: Debounce,
-    rated: Debounce,
+    rate_limited: Debounce,
 }
 
 impl TorqueConfig {
@@ -74,7 +74,7 @@ impl TorqueConfig {
         }
     }
 
-    /// Whether nothing is to be changed, as is so in nearly every tick.
+    /// Whether no limit is exceeded, as in nearly every tick.
     fn is_within(
         &self,
         limits: &Limits,
@@ -91,8 +91,8 @@ impl TorqueConfig {
 }
 
 impl TorqueLimiter {
-    /// For finite torques in N m.
-    pub(super) fn shape(
+    /// Limits finite torques in N m.
+    pub(super) fn limit(
         &mut self,
         config: &TorqueConfig,
         limits: &Limits,
@@ -110,25 +110,29 @@ impl TorqueLimiter {
         let mut torque_nm = Vector2::zeros();
         let mut guards = Guards::NONE;
         let joints = self.joints.iter_mut().zip(torque_nm.iter_mut());
-        let asked = wanted_nm.into_iter().zip(before_nm);
+        let demands = wanted_nm.into_iter().zip(before_nm);
         let bounds = bounds.unwrap_or([Bounds::FREE; JOINTS]);
         let allowed = limits.torque_nm.into_iter().zip(bounds);
         for (((joint, (counters, torque)), (wanted, before)), (limit, bounds)) in
-            (0..).zip(joints).zip(asked).zip(allowed)
+            (0..).zip(joints).zip(demands).zip(allowed)
         {
-            let limited = LimitedJointTorque::of(wanted, before, config.step_nm, limit, bounds);
+            let limited = LimitedJointTorque::new(wanted, before, config.step_nm, limit, bounds);
             *torque = limited.torque_nm;
             guards = guards.or(limited.guards());
-            let is_long_braked = counters.braked.note(limited.is_braked, config.beyond_ticks);
+            let is_long_braked = counters
+                .braked
+                .count(limited.is_braked, config.beyond_ticks);
             let is_long_limited = counters
                 .limited
-                .note(limited.is_limited, config.beyond_ticks);
-            let is_long_rated = counters.rated.note(limited.is_rated, config.rate_ticks);
+                .count(limited.is_limited, config.beyond_ticks);
+            let is_long_rate_limited = counters
+                .rate_limited
+                .count(limited.is_rate_limited, config.rate_ticks);
             let (fault, value, limit) = if is_long_braked {
                 (Fault::AngleLimit, bounds.angle_rad, bounds.stop_rad)
             } else if is_long_limited {
                 (Fault::TorqueLimit, wanted.abs(), limit)
-            } else if is_long_rated {
+            } else if is_long_rate_limited {
                 let rate_nm_s =
                     (wanted - before).abs() * (limits.torque_rate_nm_s / config.step_nm);
                 (Fault::TorqueRate, rate_nm_s, limits.torque_rate_nm_s)
@@ -145,14 +149,14 @@ impl TorqueLimiter {
         Ok(LimitedTorque { torque_nm, guards })
     }
 
-    /// Whether more PWM than its limit was wanted in this tick.
+    /// Counts a tick in which the demand exceeded the PWM limit.
     pub(super) fn pwm(
         &mut self,
         config: &TorqueConfig,
         limits: &Limits,
         is_limited: bool,
     ) -> Result<(), Violation> {
-        if self.pwm.note(is_limited, config.beyond_ticks) {
+        if self.pwm.count(is_limited, config.beyond_ticks) {
             let counts = limits.pwm_counts.into();
             return Err(Violation {
                 fault: Fault::PwmLimit,
@@ -170,11 +174,11 @@ struct LimitedJointTorque {
     torque_nm: f32,
     is_limited: bool,
     is_braked: bool,
-    is_rated: bool,
+    is_rate_limited: bool,
 }
 
 impl LimitedJointTorque {
-    fn of(wanted: f32, before: f32, step: f32, limit: f32, bounds: Bounds) -> Self {
+    fn new(wanted: f32, before: f32, step: f32, limit: f32, bounds: Bounds) -> Self {
         let in_limit = |torque| within(torque, -limit, limit);
         let in_bounds = |torque| within(torque, bounds.low_nm, bounds.high_nm);
         let limited = in_limit(wanted);
@@ -186,7 +190,7 @@ impl LimitedJointTorque {
             torque_nm,
             is_limited: differ(wanted, limited),
             is_braked: differ(limited, braked) || differ(rated, inside),
-            is_rated: differ(braked, torque_nm),
+            is_rate_limited: differ(braked, torque_nm),
         }
     }
 
@@ -194,7 +198,7 @@ impl LimitedJointTorque {
         [
             (self.is_limited, Guards::TORQUE),
             (self.is_braked, Guards::BRAKED),
-            (self.is_rated, Guards::RATE),
+            (self.is_rate_limited, Guards::RATE),
         ]
         .into_iter()
         .filter(|(is_so, _)| *is_so)
@@ -202,14 +206,13 @@ impl LimitedJointTorque {
     }
 }
 
-/// The nearest value that is neither below nor above; a bound that is not a number
-/// is none.
+/// Clamps a value; a bound that is NaN is ignored.
 fn within(value: f32, low: f32, high: f32) -> f32 {
     value.max(low).min(high)
 }
 
-/// Whether one was changed to the other.
-#[expect(clippy::float_cmp, reason = "what is not changed is the same")]
+/// Whether two values differ.
+#[expect(clippy::float_cmp, reason = "an unchanged value is equal")]
 fn differ(a: f32, b: f32) -> bool {
     a != b
 }

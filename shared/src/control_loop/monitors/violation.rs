@@ -2,21 +2,21 @@
 
 use crate::link::mode::Fault;
 
-/// What is wrong, and by how much.
+/// Fault found by a monitor, with its magnitude.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Violation {
-    /// What.
+    /// Fault.
     pub fault: Fault,
-    /// Which joint, counting from 0, if it is one.
+    /// Joint, counting from 0, if the fault concerns one.
     pub joint: Option<u8>,
-    /// What was seen, in the unit of the limit.
+    /// Observed value, in the unit of the limit.
     pub value: f32,
-    /// What would have been allowed.
+    /// Limit.
     pub limit: f32,
 }
 
 impl Violation {
-    /// Of no joint, and without numbers.
+    /// A violation without joint and values.
     pub const fn plain(fault: Fault) -> Self {
         Self {
             fault,

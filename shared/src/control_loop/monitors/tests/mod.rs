@@ -1,8 +1,8 @@
 //! The monitors as a whole.
 
-mod judge;
+mod check;
+mod limit;
 mod plant;
-mod shape;
 mod soft_stop;
 
 use super::{LimitedTorque, MonitorConfig, MonitorInput, Monitors, Violation};
@@ -11,12 +11,12 @@ use crate::link::limits::Limits;
 use nalgebra::Vector2;
 
 /// Monitors with their numbers.
-struct Guard {
+struct Fixture {
     config: MonitorConfig,
     monitors: Monitors,
 }
 
-impl Guard {
+impl Fixture {
     fn new(limits: Limits, period_us: u32) -> Self {
         Self {
             config: MonitorConfig::new(limits, period_us),
@@ -32,11 +32,11 @@ impl Guard {
         self.config.limits()
     }
 
-    fn judge(&mut self, seen: &MonitorInput<'_>) -> Result<(), Violation> {
-        self.monitors.judge(&self.config, seen)
+    fn check(&mut self, seen: &MonitorInput<'_>) -> Result<(), Violation> {
+        self.monitors.check(&self.config, seen)
     }
 
-    fn shape(
+    fn limit(
         &mut self,
         arm: &Parameters<f32>,
         state: &State<f32>,

@@ -1,6 +1,6 @@
 //! The arm thrown and pushed against its limits.
 
-use super::Guard;
+use super::Fixture;
 use super::plant::Plant;
 use crate::actuator::Joint;
 use crate::arm::{Mounting, Parameters, Posture, State};
@@ -17,12 +17,12 @@ const FULL_NM: f32 = 1.18;
 const LIMIT_RAD: f64 = 1.5;
 const STOP_RAD: f64 = 1.4;
 
-fn guard(period_us: u32) -> Guard {
+fn fixture(period_us: u32) -> Fixture {
     let limits = Limits {
         torque_nm: [FULL_NM; 2],
         ..Limits::default()
     };
-    Guard::new(limits, period_us)
+    Fixture::new(limits, period_us)
 }
 
 /// What became of a joint that was thrown with its motor pushing on.
@@ -33,14 +33,14 @@ struct Course {
     ripple_nm: f32,
 }
 
-/// Three seconds of it. The guard is made to forget that it has been braking for
+/// Three seconds of it. The fixture is made to forget that it has been braking for
 /// long: it would have switched the motors off.
 fn thrown(joint: usize, angle: f64, speed: f64, push_nm: f32, period_us: u32) -> Course {
     pushed_on(Plant::new(joint, angle, speed), joint, push_nm, period_us)
 }
 
 fn pushed_on(plant: Plant, joint: usize, push_nm: f32, period_us: u32) -> Course {
-    let mut guard = guard(period_us);
+    let mut fixture = fixture(period_us);
     let believed = plant.believed();
     let mut course = Course {
         farthest_rad: plant.state.q[joint],
@@ -53,9 +53,9 @@ fn pushed_on(plant: Plant, joint: usize, push_nm: f32, period_us: u32) -> Course
         let mut wanted = Vector2::zeros();
         wanted[joint] = push_nm;
         wanted[1 - joint] = plant.hold(1 - joint) as f32;
-        guard.restart();
-        let shaped = guard
-            .shape(&believed, &plant.seen(), wanted, before)
+        fixture.restart();
+        let shaped = fixture
+            .limit(&believed, &plant.seen(), wanted, before)
             .unwrap();
         if tick * period_us > 2_500_000 {
             let change = (shaped.torque_nm[joint] - before[joint]).abs();
@@ -158,7 +158,7 @@ fn estimates_are_good_enough_for_it() {
     let (arm, servo) = (Parameters::<f32>::paper(), Joint::<f32>::paper());
     for config in [Config::standing(), Config::kalman()] {
         for (joint, push) in [(0, 0.5), (1, 0.5), (0, FULL_NM), (1, FULL_NM)] {
-            let mut guard = guard(1_000);
+            let mut fixture = fixture(1_000);
             let estimator = config.build(&arm, 1e-3).unwrap();
             let mut estimate = estimator.at_rest(Vector2::zeros());
             let mut plant = Plant::new(joint, 0.0, 0.0);
@@ -172,8 +172,8 @@ fn estimates_are_good_enough_for_it() {
                 let ahead = estimator.advance(&arm, &mut estimate, in_force);
                 let mut wanted = Vector2::repeat(push);
                 wanted[1 - joint] = plant.hold(1 - joint) as f32;
-                guard.restart();
-                let shaped = guard.shape(&arm, &ahead, wanted, in_force).unwrap();
+                fixture.restart();
+                let shaped = fixture.limit(&arm, &ahead, wanted, in_force).unwrap();
                 plant.step(in_force.cast(), 1_000);
                 if tick > 2_000 {
                     ripple = ripple.max((shaped.torque_nm - in_force)[joint].abs());
@@ -193,7 +193,7 @@ fn estimates_are_good_enough_for_it() {
 fn what_a_motion_may_ask_is_not_braked() {
     let arm = Parameters::<f32>::paper();
     for period_us in [600, 1_000, 20_000] {
-        let mut guard = guard(period_us);
+        let mut fixture = fixture(period_us);
         for step in -12..=12_i16 {
             for other in [-1.2, 0.0, 1.2] {
                 // Braked as late as that allows, or already there.
@@ -206,7 +206,7 @@ fn what_a_motion_may_ask_is_not_braked() {
                 };
                 let brake = Vector2::new(-MOTION.acceleration_rad_s2, 0.0);
                 let wanted = Posture::of(state.q).inverse_dynamics(&arm, state.dq, brake);
-                let shaped = guard.shape(&arm, &state, wanted, wanted).unwrap();
+                let shaped = fixture.limit(&arm, &state, wanted, wanted).unwrap();
                 assert!(!shaped.guards.contains(Guards::BRAKED), "{state:?}");
             }
         }
@@ -215,15 +215,15 @@ fn what_a_motion_may_ask_is_not_braked() {
 
 #[test]
 fn a_joint_that_has_to_be_held_for_long_is_a_violation() {
-    let mut guard = guard(1_000);
+    let mut fixture = fixture(1_000);
     let arm = Parameters::paper();
     let state = State::at_rest(Vector2::new(0.0, 1.4));
     let wanted = Vector2::new(0.0, 0.2);
     for _ in 1..500 {
-        let shaped = guard.shape(&arm, &state, wanted, wanted).unwrap();
+        let shaped = fixture.limit(&arm, &state, wanted, wanted).unwrap();
         assert_eq!(shaped.guards, Guards::BRAKED);
     }
-    let violation = guard.shape(&arm, &state, wanted, wanted).unwrap_err();
+    let violation = fixture.limit(&arm, &state, wanted, wanted).unwrap_err();
     assert_eq!(
         (violation.fault, violation.joint),
         (Fault::AngleLimit, Some(1))

@@ -1,6 +1,6 @@
 //! Every monitor is fed, and only while it should be.
 
-use super::Guard;
+use super::Fixture;
 use crate::arm::State;
 use crate::control_loop::monitors::{MonitorInput, Violation};
 use crate::link::limits::Limits;
@@ -25,8 +25,8 @@ fn seen(state: &State<f32>) -> MonitorInput<'_> {
 }
 
 /// The tick in which the same thing, seen again and again, is a violation.
-fn until(guard: &mut Guard, seen: &MonitorInput<'_>) -> Option<(u32, Violation)> {
-    (1..2_000).find_map(|tick| Some((tick, guard.judge(seen).err()?)))
+fn until(fixture: &mut Fixture, seen: &MonitorInput<'_>) -> Option<(u32, Violation)> {
+    (1..2_000).find_map(|tick| Some((tick, fixture.check(seen).err()?)))
 }
 
 /// The second joint somewhere, with a speed.
@@ -53,8 +53,8 @@ fn each_doubt_has_its_own_fault() {
         (MonitorInput { torque_nm: [0.0, 0.7], gravity_nm: [0.0, 0.2], ..base }, Fault::Stuck, 150),
     ];
     for (seen, fault, tick) in table {
-        let mut guard = Guard::new(Limits::default(), 1_000);
-        let (taken, violation) = until(&mut guard, &seen).unwrap();
+        let mut fixture = Fixture::new(Limits::default(), 1_000);
+        let (taken, violation) = until(&mut fixture, &seen).unwrap();
         assert_eq!((violation.fault, taken), (fault, tick));
         assert_eq!(violation.joint, Some(1));
         // With torque off none of it matters.
@@ -62,7 +62,7 @@ fn each_doubt_has_its_own_fault() {
             is_armed: false,
             ..seen
         };
-        assert_eq!(until(&mut guard, &off), None);
+        assert_eq!(until(&mut fixture, &off), None);
     }
     let silent = MonitorInput {
         counts: [Some(512), None],
@@ -71,8 +71,8 @@ fn each_doubt_has_its_own_fault() {
         is_armed: false,
         ..base
     };
-    let mut guard = Guard::new(Limits::default(), 1_000);
-    let (taken, violation) = until(&mut guard, &silent).unwrap();
+    let mut fixture = Fixture::new(Limits::default(), 1_000);
+    let (taken, violation) = until(&mut fixture, &silent).unwrap();
     assert_eq!((violation.fault, taken), (Fault::ServoSilent, 20));
 }
 
@@ -89,15 +89,15 @@ fn what_is_below_a_limit_is_no_violation() {
         MonitorInput { torque_nm: [0.0, 0.95], gravity_nm: [0.0, 0.56], ..base },
     ];
     for seen in table {
-        let mut guard = Guard::new(Limits::default(), 1_000);
-        assert_eq!(until(&mut guard, &seen), None, "{seen:?}");
+        let mut fixture = Fixture::new(Limits::default(), 1_000);
+        assert_eq!(until(&mut fixture, &seen), None, "{seen:?}");
     }
 }
 
 #[test]
 fn a_restart_forgets() {
-    let mut guard = Guard::new(Limits::default(), 1_000);
-    assert_eq!(*guard.limits(), Limits::default());
+    let mut fixture = Fixture::new(Limits::default(), 1_000);
+    assert_eq!(*fixture.limits(), Limits::default());
     let still = at(0.0, 0.0);
     let silent = MonitorInput {
         counts: [None; 2],
@@ -107,8 +107,8 @@ fn a_restart_forgets() {
     };
     for _ in 0..100 {
         for _ in 0..19 {
-            assert_eq!(guard.judge(&silent), Ok(()));
+            assert_eq!(fixture.check(&silent), Ok(()));
         }
-        guard.restart();
+        fixture.restart();
     }
 }

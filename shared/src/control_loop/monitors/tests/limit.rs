@@ -1,6 +1,6 @@
-//! No torque leaves the guard beyond its limits, whatever goes in.
+//! No torque leaves the fixture beyond its limits, whatever goes in.
 
-use super::Guard;
+use super::Fixture;
 use crate::arm::{Parameters, State};
 use crate::control_loop::monitors::LimitedTorque;
 use crate::link::limits::Limits;
@@ -44,8 +44,8 @@ proptest! {
         prop_assert!(limits.is_valid());
         let state = State { q, dq };
         let is_finite = [q, dq, wanted, before].iter().flatten().all(|x| x.is_finite());
-        let mut guard = Guard::new(limits, period_us);
-        match guard.shape(&Parameters::paper(), &state, wanted, before) {
+        let mut fixture = Fixture::new(limits, period_us);
+        match fixture.limit(&Parameters::paper(), &state, wanted, before) {
             Ok(LimitedTorque { torque_nm, guards }) => {
                 prop_assert!(is_finite);
                 let step = limits.torque_rate_nm_s * period_us as f32 * 1e-6;
@@ -72,12 +72,12 @@ proptest! {
 
 /// The tick in which a torque, wanted again and again, is a violation.
 fn until(limits: Limits, period_us: u32, wanted: impl Fn(u32) -> f32) -> Option<(u32, Fault)> {
-    let mut guard = Guard::new(limits, period_us);
+    let mut fixture = Fixture::new(limits, period_us);
     let upright = State::at_rest(Vector2::zeros());
     let mut before = Vector2::zeros();
     (1..3_000).find_map(|tick| {
         let wanted = Vector2::new(0.0, wanted(tick));
-        match guard.shape(&Parameters::paper(), &upright, wanted, before) {
+        match fixture.limit(&Parameters::paper(), &upright, wanted, before) {
             Ok(shaped) => before = shaped.torque_nm,
             Err(violation) => {
                 assert!(violation.value > violation.limit, "{violation:?}");
@@ -114,11 +114,11 @@ fn to_limit_a_torque_for_long_is_a_violation() {
 
 #[test]
 fn a_pwm_beyond_its_limit_for_long_is_a_violation() {
-    let mut guard = Guard::new(Limits::default(), 1_000);
+    let mut fixture = Fixture::new(Limits::default(), 1_000);
     for tick in 1..2_000 {
-        assert_eq!(guard.pwm(tick % 500 > 0), Ok(()));
+        assert_eq!(fixture.pwm(tick % 500 > 0), Ok(()));
     }
-    guard.restart();
-    let tripped = (1..1_000).find(|_| guard.pwm(true).is_err());
+    fixture.restart();
+    let tripped = (1..1_000).find(|_| fixture.pwm(true).is_err());
     assert_eq!(tripped, Some(500));
 }
