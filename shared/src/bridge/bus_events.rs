@@ -1,4 +1,4 @@
-//! Events of the bus, and the actions that the core's decisions cause.
+//! Events of the bus, and actions of the core on the bus.
 
 use crate::servo::port::SetBaud;
 use embedded_hal::digital::OutputPin;
@@ -35,7 +35,7 @@ where
                 return Progress::Served;
             }
             BusEvent::Health(health) => {
-                self.judge_health(health);
+                self.handle_health(health);
                 return Progress::Served;
             }
             BusEvent::Served => return Progress::Served,
@@ -93,7 +93,7 @@ where
         result
     }
 
-    /// Carries the core's decisions out on the bus, and notifies the host.
+    /// Carries out the core's actions on the bus, and notifies the host.
     pub(super) fn apply_core_actions(&mut self) {
         if self.core.state() != State::Passthrough {
             self.gateway.end_relay();
@@ -114,7 +114,8 @@ where
         }
     }
 
-    fn judge_health(&mut self, health: Health) {
+    /// Handles the result of a health poll.
+    fn handle_health(&mut self, health: Health) {
         match health {
             Health::Reset { joint } => {
                 let (lost, allowed) = (
@@ -128,11 +129,12 @@ where
                     limit: allowed as f32,
                 });
             }
-            Health::Temperature { joint, value } => self.judge_temperature(joint, value),
+            Health::Temperature { joint, value } => self.check_temperature(joint, value),
         }
     }
 
-    fn judge_temperature(&mut self, joint: usize, value: u16) {
+    /// Reports a temperature, and trips if it is out of range.
+    fn check_temperature(&mut self, joint: usize, value: u16) {
         self.notify(Notification::Temperature(joint as u8, value));
         let limits = self.core.config().limits();
         let first = self
@@ -148,15 +150,15 @@ where
             Firmware::Stock => [0, u16::MAX],
             Firmware::Morpheus => [first.saturating_sub(drift), first.saturating_add(drift)],
         };
-        // The first of these that is passed.
-        let passed = [
+        // The first limit that is exceeded.
+        let limits = [
             (value > hottest, hottest),
             (value < coldest, coldest),
             (value > high, high),
             (value < low, low),
         ];
-        let passed = passed.into_iter().find(|(is_passed, _)| *is_passed);
-        if let (Some((_, limit)), true) = (passed, self.core.state().is_armed()) {
+        let exceeded = limits.into_iter().find(|(is_exceeded, _)| *is_exceeded);
+        if let (Some((_, limit)), true) = (exceeded, self.core.state().is_armed()) {
             self.trip(Violation {
                 fault: Fault::Temperature,
                 joint: Some(joint as u8),

@@ -2,19 +2,19 @@
 //!
 //! Lock-free single-producer single-consumer queues and words, split once at boot. The
 //! tick never waits for them. Commands may be refused, so they have a queue that may be
-//! full. Hello, goodbye, stop and heartbeat may not: they are counters, and the tick keeps
-//! the last value that it has seen of each ([`Signals`]).
+//! full. Hello, goodbye, stop and heartbeat may not: they are counters, and the tick stores
+//! the last observed value of each ([`Signals`]).
 //!
 //! # Epochs
 //!
 //! A hello and a stop begin a new epoch, and a command carries the epoch in which it was
-//! sent. The tick looks for signals before it takes a command, and takes none of an
-//! epoch before: what was sent before a stop cannot act after it, and what was meant for
-//! one session is not obeyed in the next.
+//! sent. The tick reads signals before it takes a command, and takes none of an earlier
+//! epoch: a command sent before a stop cannot act after it, and a command of
+//! one session is not executed in the next.
 //!
 //! Records and notifications are dropped when the host does not fetch them; records are
 //! counted then. The client of the transparent port has queues of bytes, one each way.
-//! A [`QueueWatch`] shows whether there is something new in them, without an end.
+//! A [`QueueWatch`] detects new items in them, without holding an end.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
@@ -35,7 +35,7 @@ const REQUESTS: usize = 8;
 const NOTIFICATIONS: usize = 16;
 /// Records that fit on the way to the host, 104 bytes each: at 1 kHz, 15 ms worth.
 ///
-/// That is for the board's own end of the link, which is away for 2 ms at the most:
+/// This covers the board's own end of the link, which is busy for 2 ms at most:
 /// gains take 39,000 instructions to design, between ticks, and a save of settings
 /// some 70 words of flash at 16 µs. A host that stalls for longer has buffers of its
 /// own in the USB transfers that it keeps open, and memory is cheaper there.
@@ -44,21 +44,21 @@ const RECORDS: usize = 16;
 /// A command of the host, which may be refused.
 #[derive(Clone, Debug)]
 pub(super) struct HostRequest {
-    /// In which it was sent.
+    /// Epoch in which it was sent.
     pub(super) epoch: u32,
     /// Sequence number to acknowledge.
     pub(super) sequence: u16,
     pub(super) command: ValidatedCommand,
 }
 
-/// Signals of the host since the tick's last look; none may be refused.
+/// Signals of the host since the tick last read them; none may be refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Signals {
     /// Stop at once.
     pub(super) stop: Option<StopSource>,
     /// The host leaves.
     pub(super) goodbye: bool,
-    /// Signals a hello.
+    /// A hello was received.
     pub(super) hello: bool,
     /// The host is alive.
     pub(super) heartbeat: bool,
@@ -89,11 +89,11 @@ pub(super) enum Notification {
     Absent(u8, Missing),
     /// Firmware of the servos, speed of the bus, and whether they take torque.
     Found(Firmware, u32, bool),
-    /// They run different firmwares.
+    /// The servos run different firmwares.
     Mixed([Firmware; JOINTS]),
     /// A client has the bus.
     Passthrough,
-    /// The stock servo of this joint does not take its settings.
+    /// The stock servo of this joint rejects its settings.
     Unprepared(u8),
     /// Counters of the client's packets.
     Port(PortCounters),
@@ -107,7 +107,7 @@ pub(super) enum Notification {
     Temperature(u8, u16),
 }
 
-/// The queues themselves; a `static` on the board.
+/// The queues; a `static` on the board.
 #[derive(Default)]
 pub struct Channels {
     requests: Channel<HostRequest, REQUESTS>,
@@ -152,7 +152,7 @@ impl Channels {
                 notifications: notifications_in,
                 records: records_in,
                 signals: &self.signals,
-                seen: SeenSignals::of(&self.signals),
+                seen: SeenSignals::load(&self.signals),
                 client: BusSide {
                     from_client: client_out,
                     to_client: answers_in,
@@ -174,7 +174,7 @@ impl Channels {
     }
 }
 
-/// Values of the counters that the tick has seen.
+/// Values of the counters that the tick has read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct SeenSignals {
     epoch: u32,
@@ -185,7 +185,8 @@ struct SeenSignals {
 }
 
 impl SeenSignals {
-    fn of(counters: &SignalCounters) -> Self {
+    /// Reads the counters.
+    fn load(counters: &SignalCounters) -> Self {
         let byte = |counter: &AtomicU8| counter.load(Ordering::Acquire);
         Self {
             // Read first, so that signals that came with it are seen.
@@ -216,8 +217,8 @@ pub struct LinkEnd<'a> {
     signals: &'a SignalCounters,
 }
 
-/// Watch over the queues for the loops that wait for them: most polls of the bus change
-/// none.
+/// Change detector of the queues, for the loops that wait for them: most polls of the bus
+/// change none.
 pub struct QueueWatch<'a> {
     for_link: [&'a Count; 2],
     for_client: [&'a Count; 2],
@@ -238,9 +239,9 @@ impl QueueWatch<'_> {
     }
 }
 
-/// Whether one of these has changed since the last time.
+/// Whether one of these counts has changed since the last call.
 fn is_new(counts: [&Count; 2], seen: &mut u32) -> bool {
-    // Each counts up, so that their sum stands still only if all do.
+    // Each counts up, so that their sum is constant only if both are.
     let [a, b] = counts.map(Count::get);
     let count = a.wrapping_add(b);
     core::mem::replace(seen, count) != count
@@ -262,46 +263,46 @@ impl<'a> BridgeEnd<'a> {
 }
 
 impl BridgeEnd<'_> {
-    /// The signals since the last call.
+    /// Takes the signals since the last call.
     pub(super) fn take_signals(&mut self) -> Signals {
-        let now = SeenSignals::of(self.signals);
-        let before = core::mem::replace(&mut self.seen, now);
+        let current = SeenSignals::load(self.signals);
+        let before = core::mem::replace(&mut self.seen, current);
         let mut stops = StopSource::ALL
             .into_iter()
-            .zip(now.stops.iter().zip(before.stops));
+            .zip(current.stops.iter().zip(before.stops));
         Signals {
-            stop: stops.find_map(|(source, (now, before))| (*now != before).then_some(source)),
-            goodbye: now.goodbyes != before.goodbyes,
-            hello: now.hellos != before.hellos,
-            heartbeat: now.heartbeats != before.heartbeats,
+            stop: stops.find_map(|(source, (count, before))| (*count != before).then_some(source)),
+            goodbye: current.goodbyes != before.goodbyes,
+            hello: current.hellos != before.hellos,
+            heartbeat: current.heartbeats != before.heartbeats,
         }
     }
 
-    /// The oldest command.
+    /// Takes the oldest command.
     pub(super) fn take_request(&mut self) -> Option<HostRequest> {
         self.requests.dequeue()
     }
 
-    /// Whether a command is of the epoch that was looked at last.
+    /// Whether a command is of the epoch of the last signals.
     pub(super) fn is_present(&self, request: &HostRequest) -> bool {
         request.epoch == self.seen.epoch
     }
 }
 
-/// Counts up; there is one writer.
+/// Increments a counter, which has one writer.
 fn count(counter: &AtomicU8) {
     let counted = counter.load(Ordering::Relaxed).wrapping_add(1);
     counter.store(counted, Ordering::Release);
 }
 
 impl LinkEnd<'_> {
-    /// Begins a new epoch after something has been signalled.
+    /// Begins a new epoch after a signal.
     fn begin_epoch(&self) {
         let epoch = self.signals.epoch.load(Ordering::Relaxed).wrapping_add(1);
         self.signals.epoch.store(epoch, Ordering::Release);
     }
 
-    /// Asks for a stop.
+    /// Signals a stop.
     pub(super) fn stop(&self, source: StopSource) {
         for (known, counter) in StopSource::ALL.iter().zip(&self.signals.stops) {
             if *known == source {
@@ -317,12 +318,12 @@ impl LinkEnd<'_> {
         self.begin_epoch();
     }
 
-    /// The host leaves.
+    /// Signals that the host leaves.
     pub(super) fn goodbye(&self) {
         count(&self.signals.goodbyes);
     }
 
-    /// The host is alive.
+    /// Signals that the host is alive.
     pub(super) fn heartbeat(&self) {
         count(&self.signals.heartbeats);
     }
@@ -330,7 +331,7 @@ impl LinkEnd<'_> {
     /// Sends a command of the present epoch.
     ///
     /// # Errors
-    /// There is no room.
+    /// [`Refusal::Busy`] if the queue is full.
     pub(super) fn request(
         &mut self,
         sequence: u16,

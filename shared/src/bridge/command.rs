@@ -13,18 +13,18 @@ use crate::link::experiment::Experiment;
 use crate::link::limits::hard;
 use crate::link::message::{Command, Limits, Refusal};
 
-/// A command whose numbers are all within their bounds.
+/// A command whose values are all within their bounds.
 #[derive(Clone, Debug)]
 pub enum ValidatedCommand {
     /// Torque off.
     Idle,
-    /// Be ready to move; the session has been checked.
+    /// Arm; the session has been checked.
     Arm,
     /// Constant torques in N m.
     Torque([f32; JOINTS]),
     /// Hold the arm at these angles in rad.
     Regulate([f32; JOINTS]),
-    /// Report where a motion would begin.
+    /// Report the start point of a motion.
     StartPoint,
     /// Follow a planned motion.
     Follow(TimedTrajectory),
@@ -36,7 +36,7 @@ pub enum ValidatedCommand {
     Prepare,
     /// Leave the bus to the transparent port.
     Release,
-    /// Leave a fault.
+    /// Clear a fault.
     ClearFault,
     /// Another set-up; its gains have been designed.
     Install(ControlConfig),
@@ -46,8 +46,8 @@ pub enum ValidatedCommand {
     Save,
 }
 
-/// Checks a command and does the work that has no place in the tick. The board's
-/// session is this one, and settings are being saved or not.
+/// Validates a command for this session of the board, and does the work that has no place
+/// in the tick. `is_saving` if settings are being saved.
 ///
 /// # Errors
 /// The reason for the refusal.
@@ -57,7 +57,7 @@ pub fn validate(
     is_saving: bool,
 ) -> Result<ValidatedCommand, Refusal> {
     let within = |values: [f32; JOINTS], limit: f32| {
-        // A NaN is within nothing.
+        // NaN is out of every range.
         values
             .iter()
             .all(|value| value.abs() <= limit)
@@ -65,7 +65,7 @@ pub fn validate(
     };
     match command {
         Command::Idle => Ok(ValidatedCommand::Idle),
-        Command::Arm { session: told } if told != session => Err(Refusal::OtherSession),
+        Command::Arm { session: stated } if stated != session => Err(Refusal::OtherSession),
         // Settings are being written, which may hold up the program.
         Command::Arm { .. } if is_saving => Err(Refusal::Busy),
         Command::Arm { .. } => Ok(ValidatedCommand::Arm),

@@ -1,11 +1,10 @@
 //! The board's end of the control link: bytes in, frames out.
 //!
-//! Runs in thread mode, beside the tick. It answers hellos, checks commands and
-//! designs the gains they ask for, so that the tick is handed only what it can
-//! use at once. Nothing but a hello is answered before the host has shown that
-//! it has the same schema, and nothing but an emergency stop is executed. A frame
-//! that is older than an earlier one is not executed either, and garbage that
-//! outweighs the frames is an emergency stop: see [`SPOILED_MAX`].
+//! Runs in thread mode, beside the tick. It answers hellos, validates commands and
+//! designs their gains, so that the tick gets commands that need no further work. Before
+//! the host has shown the same schema only a hello is answered, and only an emergency stop
+//! is executed. A frame that is older than an earlier one is not executed, and garbage that
+//! outweighs the frames is an emergency stop: see [`GARBAGE_MAX`].
 
 use super::channels::{LinkEnd, Notification};
 use super::command::{ValidatedCommand, validate};
@@ -25,8 +24,8 @@ use crate::link::schema;
 /// whole outweighs [`FRAME_WEIGHT`] of them. At 12 Mbaud of USB a flood is detected
 /// within 4 ms, at 115200 baud within 400; a host that loses every other frame on
 /// a poor line is not taken for one.
-const SPOILED_MAX: u32 = 4_096;
-/// See [`SPOILED_MAX`].
+const GARBAGE_MAX: u32 = 4_096;
+/// Weight of a frame against bytes of garbage, see [`GARBAGE_MAX`].
 const FRAME_WEIGHT: u32 = 512;
 
 /// The board's end of the link.
@@ -34,19 +33,19 @@ pub struct LinkPort<'a> {
     end: LinkEnd<'a>,
     decoder: Decoder,
     encoder: Encoder,
-    /// The host has sent a hello with our schema.
+    /// Whether the host has sent a hello with the schema of this build.
     is_greeted: bool,
     pending: PendingMessages,
     /// A motion that waits for its start point.
-    waiting: Option<(u16, Motion)>,
-    /// The answer to a command that never got to the tick.
-    answered: Option<(u16, Result<(), Refusal>)>,
+    waiting_motion: Option<(u16, Motion)>,
+    /// The answer to a command that did not reach the tick.
+    answer: Option<(u16, Result<(), Refusal>)>,
     report: BoardReport,
     /// Number of the newest frame received since the hello.
     newest: Option<u16>,
     /// Bytes of garbage, less the weight of frames.
-    spoiled: u32,
-    /// Settings of the tick, and those it has been offered.
+    garbage: u32,
+    /// Settings in force, and those offered to the tick.
     settings: Settings,
     offered: Offered,
     /// State of a save, with its sequence number.
@@ -61,7 +60,7 @@ struct PendingMessages {
     settings: bool,
 }
 
-/// Settings that come into force if the tick agrees, with the sequence numbers of their
+/// Settings that come into force if the tick accepts them, with the sequence numbers of their
 /// commands.
 #[derive(Clone, Copy, Debug, Default)]
 struct Offered {
@@ -72,13 +71,16 @@ struct Offered {
 /// State of a save.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Saving {
-    Asked,
-    Allowed,
-    Begun,
+    /// The tick has been asked whether torque is off.
+    Requested,
+    /// The tick has confirmed that torque is off.
+    Permitted,
+    /// The settings are being written.
+    Writing,
 }
 
 impl<'a> LinkPort<'a> {
-    /// A port that has received nothing, of a board with this report and these settings.
+    /// A port in its initial state, of a board with this report and these settings.
     /// The report's session counts resets.
     pub fn new(end: LinkEnd<'a>, mut report: BoardReport, settings: Settings) -> Self {
         report.session <<= HELLO_BITS;
@@ -88,11 +90,11 @@ impl<'a> LinkPort<'a> {
             encoder: Encoder::default(),
             is_greeted: false,
             pending: PendingMessages::default(),
-            waiting: None,
-            answered: None,
+            waiting_motion: None,
+            answer: None,
             report,
             newest: None,
-            spoiled: 0,
+            garbage: 0,
             settings,
             offered: Offered::default(),
             saving: None,
@@ -110,10 +112,10 @@ impl<'a> LinkPort<'a> {
     /// torque is off and stays off meanwhile.
     pub fn take_save(&mut self) -> Option<(u16, Settings)> {
         let (sequence, saving) = self.saving.as_mut()?;
-        if *saving != Saving::Allowed {
+        if *saving != Saving::Permitted {
             return None;
         }
-        *saving = Saving::Begun;
+        *saving = Saving::Writing;
         Some((*sequence, self.settings))
     }
 
@@ -129,32 +131,33 @@ impl<'a> LinkPort<'a> {
             } else {
                 Err(Refusal::NotSaved)
             };
-            self.answered = Some((sequence, result));
+            self.answer = Some((sequence, result));
         }
     }
 
     /// Takes bytes from the host.
     pub fn receive(&mut self, bytes: &[u8]) {
         for byte in bytes {
-            self.spoiled = self.spoiled.saturating_add(1);
+            self.garbage = self.garbage.saturating_add(1);
             match self.decoder.push::<ToBoard>(*byte) {
                 Some(Ok(received)) => {
-                    self.spoiled = self.spoiled.saturating_sub(FRAME_WEIGHT);
-                    self.message(received);
+                    self.garbage = self.garbage.saturating_sub(FRAME_WEIGHT);
+                    self.handle(received);
                 }
-                // Intact but unknown: a host of another build. Our hello lets
-                // it inform its user.
+                // Intact but unknown: a host of another build. The hello of this build
+                // lets it inform its user.
                 Some(Err(FrameError::Version(_) | FrameError::Schema)) => self.pending.hello = true,
                 Some(Err(FrameError::Damaged | FrameError::Direction)) | None => {}
             }
         }
-        if self.spoiled > SPOILED_MAX {
-            self.spoiled = 0;
+        if self.garbage > GARBAGE_MAX {
+            self.garbage = 0;
             self.end.stop(StopSource::Flood);
         }
     }
 
-    fn message(&mut self, received: Received<ToBoard>) {
+    /// Handles a message of the host.
+    fn handle(&mut self, received: Received<ToBoard>) {
         let sequence = received.sequence;
         match received.message {
             ToBoard::Hello(hello) => {
@@ -166,30 +169,30 @@ impl<'a> LinkPort<'a> {
                     self.report.session = self.report.session.wrapping_add(1);
                 }
                 self.newest = Some(sequence);
-                // Drops what was meant for an earlier host: an old acknowledgement might
-                // be taken for this one's.
-                self.forget_records();
+                // Drops messages for an earlier host: an old acknowledgement could match
+                // a command of this one.
+                self.drop_records();
                 while let Some(notification) = self.end.notifications.dequeue() {
                     if let Notification::Ack(sequence, result, _) = notification {
-                        self.settle(sequence, result);
+                        self.conclude_offer(sequence, result);
                     }
                 }
                 if self.is_greeted {
                     // The tick reports the servos.
                     self.end.hello();
                 }
-                self.answered = None;
-                self.waiting = None;
+                self.answer = None;
+                self.waiting_motion = None;
                 self.saving = None;
             }
-            // From any host, and however late.
+            // From any host, at any time.
             ToBoard::Stop => self.end.stop(StopSource::Host),
             _ if !self.is_greeted => self.pending.hello = true,
             _ if !self.is_newer(sequence) => {
-                self.answered = Some((sequence, Err(Refusal::Stale)));
+                self.answer = Some((sequence, Err(Refusal::Stale)));
             }
             ToBoard::Goodbye => {
-                self.waiting = None;
+                self.waiting_motion = None;
                 self.end.goodbye();
                 self.is_greeted = false;
             }
@@ -197,7 +200,7 @@ impl<'a> LinkPort<'a> {
             ToBoard::Command(command) => {
                 // The latest command replaces a motion that is not yet planned, above all
                 // one that switches off.
-                self.waiting = match command {
+                self.waiting_motion = match command {
                     Command::Follow(motion) => Some((sequence, motion)),
                     _ => None,
                 };
@@ -221,18 +224,18 @@ impl<'a> LinkPort<'a> {
         is_newer
     }
 
-    /// Keeps the settings that come into force if the tick agrees.
+    /// Stores the settings that come into force if the tick accepts them.
     fn offer(&mut self, sequence: u16, command: Command) {
         match command {
             Command::Configure(setup) => self.offered.setup = Some((sequence, setup)),
             Command::Limit(limits) => self.offered.limits = Some((sequence, limits)),
-            Command::Save => self.saving = Some((sequence, Saving::Asked)),
+            Command::Save => self.saving = Some((sequence, Saving::Requested)),
             _ => {}
         }
     }
 
     /// Takes the tick's answer to offered settings.
-    fn settle(&mut self, sequence: u16, result: Result<(), Refusal>) {
+    fn conclude_offer(&mut self, sequence: u16, result: Result<(), Refusal>) {
         let Offered { setup, limits } = &mut self.offered;
         let setup = setup.take_if(|(offered, _)| *offered == sequence);
         let limits = limits.take_if(|(offered, _)| *offered == sequence);
@@ -249,18 +252,19 @@ impl<'a> LinkPort<'a> {
         }
     }
 
-    /// The answer to a command, from the tick's; `None` if more is to follow.
+    /// The answer to a command, from that of the tick; `None` if it follows later.
     fn ack(
         &mut self,
         sequence: u16,
         result: Result<(), Refusal>,
         moment: Moment,
     ) -> Option<ToHost> {
-        self.settle(sequence, result);
-        let is_save = matches!(self.saving, Some((saving, Saving::Asked)) if saving == sequence);
+        self.conclude_offer(sequence, result);
+        let is_save =
+            matches!(self.saving, Some((saving, Saving::Requested)) if saving == sequence);
         if is_save {
-            self.saving = result.ok().map(|()| (sequence, Saving::Allowed));
-            // The answer follows when it is written.
+            self.saving = result.ok().map(|()| (sequence, Saving::Permitted));
+            // The answer follows when the settings are written.
             if result.is_ok() {
                 return None;
             }
@@ -272,16 +276,20 @@ impl<'a> LinkPort<'a> {
         })
     }
 
+    /// Passes a valid command to the tick.
     fn request(&mut self, sequence: u16, command: Result<ValidatedCommand, Refusal>) {
         let sent = command.and_then(|command| self.end.request(sequence, command));
         if let Err(refusal) = sent {
-            self.answered = Some((sequence, Err(refusal)));
+            self.answer = Some((sequence, Err(refusal)));
         }
     }
 
-    /// Plans the motion that waits from this start.
+    /// Plans the waiting motion from this start.
     fn plan(&mut self, sequence: u16, start: StartPoint) {
-        let Some((_, motion)) = self.waiting.take_if(|(waiting, _)| *waiting == sequence) else {
+        let Some((_, motion)) = self
+            .waiting_motion
+            .take_if(|(waiting, _)| *waiting == sequence)
+        else {
             return;
         };
         let planned = Trajectory::plan(start.from, &motion.shape(), &MOTION);
@@ -297,11 +305,11 @@ impl<'a> LinkPort<'a> {
         );
     }
 
-    fn forget_records(&mut self) {
+    fn drop_records(&mut self) {
         while self.end.records.dequeue().is_some() {}
     }
 
-    /// The next frame for the host, if there is one.
+    /// Takes the next frame for the host.
     pub fn transmit(&mut self) -> Option<&[u8]> {
         if let Some(message) = self.next_message() {
             return Some(self.encoder.encode(&message).1);
@@ -313,12 +321,12 @@ impl<'a> LinkPort<'a> {
         end.records.take(|record| encoder.encode_record(record))
     }
 
-    /// The next message, records apart: they are encoded where they lie.
+    /// Takes the next message other than a record; records are encoded in place.
     fn next_message(&mut self) -> Option<ToHost> {
         if core::mem::take(&mut self.pending.hello) {
             return Some(ToHost::Hello(schema::HELLO));
         }
-        if let Some((sequence, result)) = self.answered.take() {
+        if let Some((sequence, result)) = self.answer.take() {
             return Some(ToHost::Ack {
                 sequence,
                 result,
@@ -326,8 +334,8 @@ impl<'a> LinkPort<'a> {
             });
         }
         if !self.is_greeted {
-            // No host is connected: they do not count as dropped.
-            self.forget_records();
+            // Without a host records do not count as dropped.
+            self.drop_records();
             return None;
         }
         if core::mem::take(&mut self.pending.report) {
@@ -339,7 +347,7 @@ impl<'a> LinkPort<'a> {
         while let Some(notification) = self.end.notifications.dequeue() {
             let message = match notification {
                 Notification::Dropped(sequence) => {
-                    self.settle(sequence, Err(Refusal::Stale));
+                    self.conclude_offer(sequence, Err(Refusal::Stale));
                     self.saving.take_if(|(saving, _)| *saving == sequence);
                     Some(ToHost::Ack {
                         sequence,

@@ -1,4 +1,4 @@
-//! The application: core, bus and link joined.
+//! The application: core, bus and link combined.
 //!
 //! ```text
 //!        LinkPort, PortEnd (thread)                          servo UART (interrupt)
@@ -9,7 +9,7 @@
 //!              |                                    |          |permit,|samples
 //!      +-------v------------------------------------+----------+command|-----+
 //!      |                            Bridge                             v     |
-//!      |       Core: Supervisor - who may drive;  ControlLoop - what with    |
+//!      |       Core: Supervisor - permission;  ControlLoop - commands        |
 //!      +---------------------------------------------------------------------+
 //! ```
 //!
@@ -21,8 +21,8 @@
 //!         record -> channels                                   publish
 //! ```
 //!
-//! The PWM goes out at the start of the tick after the one that decided it, so
-//! the delay from sample to torque is one period, always, and the prediction
+//! The PWM is sent at the start of the tick after the one that decided it, so
+//! the delay from sample to torque is always one period, and the prediction
 //! accounts for it.
 //!
 //! [`Bridge`] belongs in the highest-priority interrupt; [`LinkPort`] in thread
@@ -30,7 +30,7 @@
 //! hellos and commands, passes the supervisor's permission to the sequencer, and then
 //! advances the sequencer: no use of the bus outlasts its permission.
 //!
-//! | module         | what                                                    |
+//! | module         | content                                                 |
 //! |----------------|---------------------------------------------------------|
 //! | [`app_core`]   | supervisor and control loop, without bus and queues     |
 //! | [`command`]    | commands of the host, validated                         |
@@ -75,7 +75,7 @@ pub const SERVO_IDS: [ServoId; JOINTS] = match (ServoId::new(1), ServoId::new(2)
     _ => unreachable!(),
 };
 
-/// What [`Bridge::poll`] brought to an end.
+/// Step that [`Bridge::poll`] completed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// This tick's samples are in: call [`Bridge::decide`], then
@@ -98,9 +98,9 @@ pub struct Bridge<'a, S, D> {
     sampled: TickSamples,
     /// The first temperature of each joint since the servos were found.
     first_temperature: [Option<u16>; JOINTS],
-    /// Of the tick that was decided last, with the number of records that found no room.
+    /// Record of the last decided tick, with the number of dropped records.
     record: Record,
-    /// By how much the clock has gone back so far.
+    /// Total time in µs by which the clock has gone back.
     set_back_us: u64,
 }
 
@@ -178,7 +178,7 @@ where
         }
     }
 
-    /// When to poll again at the latest.
+    /// Latest time of the next poll.
     pub fn wake_at_us(&self) -> u64 {
         let wake_us = self.sequencer.wake_at_us(self.core.next_start_us());
         let wake_us = if self.sequencer.is_idle() {
@@ -189,8 +189,8 @@ where
         wake_us.saturating_sub(self.set_back_us)
     }
 
-    /// The bridge's own time, which never goes back and never stands still: a clock
-    /// that jumps back is a fault, and does not hold up the stop.
+    /// Monotonic time of the bridge: a clock that jumps back is a fault, and does not delay
+    /// the stop.
     fn monotonic_now(&mut self, clock_us: u64) -> u64 {
         let now_us = clock_us.saturating_add(self.set_back_us);
         let back_us = self.core.now_us().saturating_sub(now_us);
@@ -221,7 +221,7 @@ where
         self.core.tick()
     }
 
-    /// Turns a bit of the memory that ticks are decided from, chosen by `draw`, for tests.
+    /// Turns a bit of the memory on which ticks depend, chosen by `draw`, for tests.
     pub fn inject_error(&mut self, region: MemoryRegion, draw: u32) {
         self.core.inject_error(region, draw);
     }
@@ -231,7 +231,7 @@ where
     /// Puts the decided command in force and keeps the schedule.
     fn begin_tick(&mut self) {
         let least_us = self.sequencer.least_period_us();
-        // A client that waits gets the margin.
+        // A waiting client gets the margin.
         let available_us = if self.gateway.is_waiting() {
             least_us
         } else {
@@ -258,19 +258,19 @@ where
         self.sequencer.use_idle_slot(tick_due_us, &dropouts)
     }
 
-    /// Decides the tick. Bracket it with a stopwatch for [`Bridge::publish`].
+    /// Decides the tick. Measure its duration for [`Bridge::publish`].
     pub fn decide(&mut self) {
         self.core.decide(&self.sampled, &mut self.record);
         self.apply_core_actions();
     }
 
-    /// Publishes the tick's record. True if the tick began in time and went through every
+    /// Publishes the tick's record. True if the tick began in time and passed every state
     /// machine: feed the watchdog then.
     pub fn publish(&mut self, compute_ns: u32) -> bool {
         self.record.timing.compute_ns = compute_ns;
         if self.end.records.enqueue(self.record).is_err() {
             self.record.dropped = self.record.dropped.wrapping_add(1);
         }
-        self.core.is_tick_good()
+        self.core.may_feed_watchdog()
     }
 }

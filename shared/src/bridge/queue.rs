@@ -1,9 +1,9 @@
-//! Single-producer single-consumer queues whose ends know how long they are.
+//! Single-producer single-consumer queues with a length that is part of the type.
 //!
-//! heapless's ends keep the length of their queue as a number, so that each use
-//! divides by it, with a panic in wait for a length of zero. Here the length is
-//! part of the type, a constant at each use: for a power of two the division
-//! becomes a mask, and no panic is left to be reached.
+//! The ends of heapless store the length of their queue, so that each use
+//! divides by it, with a possible panic for a length of zero. Here the length is
+//! a constant at each use: for a power of two the division
+//! becomes a mask, and no panic is reachable.
 //!
 //! Each end counts its operations, so that a third party can detect
 //! new elements without holding an end ([`Count`]).
@@ -18,22 +18,22 @@ pub(super) struct Channel<T, const N: usize> {
     received: Count,
 }
 
-/// How many items have passed one end, modulo 2³². That end alone writes it, so that
+/// Number of items that have passed one end, modulo 2³². That end alone writes it, so that
 /// counting is a load and a store.
 #[derive(Default)]
 pub(super) struct Count(AtomicU32);
 
-/// There is no room.
+/// The queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Full;
 
-/// The end that things are put into.
+/// The sending end.
 pub(super) struct Sender<'a, T, const N: usize> {
     queue: Producer<'a, T>,
     sent: &'a Count,
 }
 
-/// The end that things are taken from.
+/// The receiving end.
 pub(super) struct Receiver<'a, T, const N: usize> {
     queue: Consumer<'a, T>,
     received: &'a Count,
@@ -101,12 +101,12 @@ impl<'a, T, const N: usize> Sender<'a, T, N> {
         Ok(())
     }
 
-    /// How many this end has appended.
+    /// Count of items that this end has appended.
     pub(super) fn sent(&self) -> &'a Count {
         self.sent
     }
 
-    /// How many more there is room for.
+    /// Number of items that fit.
     pub(super) fn room(&self) -> usize {
         if self.is_known() {
             self.queue.capacity() - self.queue.len()
@@ -115,14 +115,14 @@ impl<'a, T, const N: usize> Sender<'a, T, N> {
         }
     }
 
-    /// Always; the compiler knows the length of the queue from here on.
+    /// Always true; tells the compiler the length of the queue.
     fn is_known(&self) -> bool {
         self.queue.capacity() + 1 == N
     }
 }
 
 impl<'a, T, const N: usize> Receiver<'a, T, N> {
-    /// Takes the oldest.
+    /// Takes the oldest item.
     pub(super) fn dequeue(&mut self) -> Option<T> {
         // As for `Sender::is_known`.
         if self.queue.capacity() + 1 != N {
@@ -133,7 +133,7 @@ impl<'a, T, const N: usize> Receiver<'a, T, N> {
         Some(item)
     }
 
-    /// Takes the oldest, which `read` is given where it lies.
+    /// Takes the oldest item, which `read` gets in place.
     pub(super) fn take<R>(&mut self, read: impl FnOnce(&T) -> R) -> Option<R> {
         if self.queue.capacity() + 1 != N {
             return None;
@@ -144,7 +144,7 @@ impl<'a, T, const N: usize> Receiver<'a, T, N> {
         Some(result)
     }
 
-    /// How many this end has taken.
+    /// Count of items that this end has taken.
     pub(super) fn received(&self) -> &'a Count {
         self.received
     }

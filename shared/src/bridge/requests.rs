@@ -1,4 +1,4 @@
-//! Requests of the host, as the tick takes them.
+//! Requests of the host, handled in the tick.
 
 use crate::servo::port::SetBaud;
 use embedded_hal::digital::OutputPin;
@@ -23,7 +23,7 @@ where
         let mut has_left = self.take_signals();
         while let Some(request) = self.end.take_request() {
             if !self.end.is_present(&request) {
-                // The signal that began its epoch may have come just now.
+                // The signal that began its epoch may be new.
                 has_left |= self.take_signals();
             }
             if self.end.is_present(&request) {

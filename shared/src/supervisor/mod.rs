@@ -1,4 +1,4 @@
-//! Supervisor: the state machine that decides who may drive the motors now.
+//! Supervisor: the state machine that permits or forbids to drive the motors.
 //!
 //! All of its transitions are in one table:
 //!
@@ -15,11 +15,11 @@
 //! Armed        --Disarm-->      Idle          SwitchOff
 //! Armed        --Tripped-->     Fault         Halt
 //! Running      --SampleLost-->  Degraded      Keep
-//! Running      --Slacken-->     Armed         SwitchOff
+//! Running      --ZeroTorque-->  Armed         SwitchOff
 //! Running      --Disarm-->      Idle          SwitchOff
 //! Running      --Tripped-->     Fault         Halt
 //! Degraded     --SamplesBack--> Running       Keep
-//! Degraded     --Slacken-->     Armed         SwitchOff
+//! Degraded     --ZeroTorque-->  Armed         SwitchOff
 //! Degraded     --Disarm-->      Idle          SwitchOff
 //! Degraded     --Tripped-->     Fault         Halt
 //! Passthrough  --ClientLeft-->  Boot          Search
@@ -28,29 +28,29 @@
 //! Fault        --ClearFault-->  Boot          Search
 //! ```
 //!
-//! A test compares these lines with the table. What is not among them leaves the
-//! state as it is, or is refused.
+//! A test compares these lines with the table. Any other event leaves the
+//! state unchanged, or is refused.
 //!
 //! # Contract
 //!
 //! * A transition is complete when [`apply`](Supervisor::apply) or
 //!   [`trip`](Supervisor::trip) returns; its [`Action`] is the caller's to carry out.
-//! * The state is a permission, not an order: control loop and sequencer ask for it anew in
-//!   each tick and each poll, and neither drives a motor on an earlier answer.
+//! * The state is a permission, not a command: control loop and sequencer read it in
+//!   each tick and each poll, and neither drives a motor by an earlier state.
 //! * A corrupted state reads as [`State::Fault`]. The caller looks at
 //!   [`is_intact`](Supervisor::is_intact) in each poll, and latches the fault.
-//! * There is no time here and no bus. How long a host may be silent is for the control
-//!   loop's time-outs, and whether motors are seen to be off for the sequencer.
+//! * The supervisor has no time and no bus. The control loop checks the silence of the
+//!   host, and the sequencer collects the evidence that motors are off.
 //!
-//! # Ways to a driven motor
+//! # Paths to a driven motor
 //!
-//! Motors are driven in [`State::Running`] and [`State::Degraded`] alone; the way
-//! there leads through [`State::Armed`], which only a command of the host enters. A
+//! Motors are driven in [`State::Running`] and [`State::Degraded`] alone; the path
+//! leads through [`State::Armed`], which only a command of the host enters. A
 //! fault leads back through bring-up, which begins with the stop sequence.
 //!
 //! The bus is lent to a client of the transparent port only while torque is off and no
 //! fault is latched; with torque on, its packets are served in the slack of the ticks.
-//! What a client did to the servos is not known, so the way back leads through bring-up.
+//! A client's changes to the servos are not known, so the path back leads through bring-up.
 
 mod table;
 
@@ -61,17 +61,17 @@ use crate::control_loop::Permission;
 use crate::link::message::{Drive, Fault, Mode, Refusal, Trip};
 use table::STATES;
 
-/// The state, kept as a word that is hard to corrupt, and the cause of a fault.
+/// The state, as an error-detecting code word, and the cause of a fault.
 ///
-/// The words of any two states differ in 12 bits at least, so that no flip of fewer
-/// turns one into another: anything that is no state's word is a fault.
+/// The words of any two states differ in 12 bits at least, so that fewer flipped
+/// bits never turn one into another: an invalid word is a fault.
 #[derive(Clone, Debug)]
 pub struct Supervisor {
     word: u32,
     trip: Option<Trip>,
 }
 
-/// Code words: Walsh functions, the last three bits a state's place.
+/// Code words: Walsh functions, with the index of the state in the last three bits.
 const WORDS: [(State, u32); STATES.len()] = [
     (State::Boot, 0x5555_5550),
     (State::Idle, 0x3333_3331),
@@ -92,17 +92,17 @@ impl Default for Supervisor {
 }
 
 impl Supervisor {
-    /// The state; [`State::Fault`] if the word is none's.
+    /// The state; [`State::Fault`] if the word is invalid.
     pub fn state(&self) -> State {
         decode(self.word, &WORDS).unwrap_or(State::Fault)
     }
 
-    /// Whether the word is a state's.
+    /// Whether the word is valid.
     pub fn is_intact(&self) -> bool {
         self.state().word() == self.word
     }
 
-    /// What a tick may do now.
+    /// Permission for a tick.
     pub fn permission(&self) -> Permission {
         match self.state() {
             State::Boot => Permission::Unmonitored,
@@ -112,7 +112,7 @@ impl Supervisor {
         }
     }
 
-    /// Whether `event` would be taken.
+    /// Checks whether `event` would be accepted.
     ///
     /// # Errors
     /// The refusal for the host.
@@ -120,10 +120,10 @@ impl Supervisor {
         next(self.state(), event).map(|_| ())
     }
 
-    /// Takes `event`, and returns the actions.
+    /// Applies `event`, and returns the action.
     ///
     /// # Errors
-    /// The refusal for the host; the state stays as it is.
+    /// The refusal for the host; the state is unchanged.
     pub fn apply(&mut self, event: Event) -> Result<Action, Refusal> {
         let before = self.state();
         let (state, action) = next(before, event)?;
@@ -144,12 +144,12 @@ impl Supervisor {
         Some(Action::Halt)
     }
 
-    /// Why there is a fault, if there is one.
+    /// Cause of the fault, if one is latched.
     pub fn cause(&self) -> Option<Trip> {
         self.trip.filter(|_| self.state() == State::Fault)
     }
 
-    /// The mode, for a loop that is driven by this while it is driven.
+    /// The mode, with the source that drives the motors.
     pub fn mode(&self, drive: Drive) -> Mode {
         match self.state() {
             State::Boot => Mode::Boot,
@@ -158,12 +158,12 @@ impl Supervisor {
             State::Running => Mode::Running(drive),
             State::Degraded => Mode::Degraded(drive),
             State::Passthrough => Mode::Passthrough,
-            // A fault without a cause is one of the memory.
+            // A fault without a cause is a memory fault.
             State::Fault => Mode::Fault(self.trip.map_or(Fault::Corrupted, |trip| trip.fault)),
         }
     }
 
-    /// The state is that of a recorded tick, whatever it was.
+    /// Sets the state of a recorded tick.
     pub fn resume(&mut self, mode: Mode, trip: Option<Trip>) {
         let state = match mode {
             Mode::Boot => State::Boot,
@@ -177,7 +177,7 @@ impl Supervisor {
         (self.word, self.trip) = (state.word(), trip);
     }
 
-    /// Turns a bit of the word: for tests of what becomes of it.
+    /// Turns a bit of the word, for tests.
     pub fn inject_error(&mut self, bit: u32) {
         self.word ^= 1 << (bit % u32::BITS);
     }

@@ -6,15 +6,15 @@ use crate::link::message::Refusal;
 /// [`Mode`](crate::link::message::Mode) names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// Servos are being found.
+    /// The search for the servos is under way.
     Boot,
-    /// Disarmed, reading.
+    /// Disarmed; angles are read.
     Idle,
-    /// Ready, with zero torque.
+    /// Armed, with zero torque.
     Armed,
     /// The motors are driven.
     Running,
-    /// The same, with a sample missing.
+    /// The motors are driven, with a sample missing.
     Degraded,
     /// The bus is lent to the client of the transparent port.
     Passthrough,
@@ -25,53 +25,53 @@ pub enum State {
 /// An event, from the bus, the control loop, the host or a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// All servos answer and are lined up.
+    /// All servos have been found and set up.
     BusReady,
-    /// Something is in doubt.
+    /// A fault has been detected.
     Tripped,
     /// A joint's sample is missing.
     SampleLost,
-    /// All samples have come.
+    /// All samples have been received.
     SamplesBack,
-    /// The host is quiet while the arm follows, or an experiment is over: brake and
-    /// hold.
+    /// The host is silent while the arm follows a reference, or an experiment has ended:
+    /// brake and hold.
     Brake,
-    /// The host is quiet while torque is constant: none from now on.
-    Slacken,
-    /// A client speaks on the transparent port.
+    /// The host is silent while torque is constant: zero torque.
+    ZeroTorque,
+    /// A client sends on the transparent port.
     ClientCame,
-    /// It has closed that port.
+    /// The client has closed the port.
     ClientLeft,
-    /// The host wants torque off, or leaves.
+    /// The host disarms, or leaves.
     Disarm,
-    /// The host wants to move the arm soon.
+    /// The host arms.
     Arm,
-    /// The host wants a torque, a setpoint or a motion.
+    /// The host commands a torque, a setpoint or a motion.
     Drive,
     /// The host replaces the set-up.
     Configure,
     /// The host replaces limits, or has settings saved.
     Keep,
-    /// The host wants stock servos ready for torque.
+    /// The host prepares stock servos for torque.
     Prepare,
     /// The host leaves the bus to the transparent port.
     Release,
-    /// The host has seen to the fault.
+    /// The host clears the fault.
     ClearFault,
 }
 
 /// The action of a transition, beside the change of state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Nothing.
+    /// No action.
     Keep,
     /// Motors off with the next tick.
     SwitchOff,
-    /// The estimator begins at rest where the arm is, and the guard anew.
+    /// The estimator restarts at rest at the angles of the arm, and the monitors restart.
     Energise,
-    /// The reference comes to rest.
+    /// The reference brakes to rest.
     Hold,
-    /// The stop sequence, again and again until every motor is seen to be off.
+    /// The stop sequence, repeated until every motor is confirmed off.
     Halt,
     /// The stop sequence, then bring-up.
     Search,
@@ -82,11 +82,11 @@ pub enum Action {
 /// A cell of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Cell {
-    /// To this state, by this action.
+    /// Transition to this state, with this action.
     Go(State, Action),
-    /// Nothing changes.
+    /// The event has no effect.
     Stay,
-    /// Nothing changes; the refusal goes to the host.
+    /// The event is refused; the refusal goes to the host.
     No(Refusal),
 }
 
@@ -102,7 +102,7 @@ pub(super) const STATES: [State; 7] = [
 
 const EVENTS: usize = Event::ClearFault as usize + 1;
 
-/// A row an event, a column a state, both in the order in which they are declared.
+/// Rows are events, columns states, both in the order of their declaration.
 const TABLE: [[Cell; STATES.len()]; EVENTS] = {
     use Action::{Energise, Halt, HandOver, Hold, Keep, Search as Find, SwitchOff as Off};
     use Cell::{Go, No, Stay};
@@ -113,15 +113,15 @@ const TABLE: [[Cell; STATES.len()]; EVENTS] = {
     let table = [
         //                 Boot                Idle                 Armed                  Running             Degraded            Passthrough      Fault
         /* BusReady    */ [Go(Idle, Keep),     Stay,                Stay,                  Stay,               Stay,               Stay,            Stay],
-        // The first cause stays: what follows it is often its consequence.
+        // The first cause is kept: later ones are often its consequence.
         /* Tripped     */ [Go(Fault, Halt),    Go(Fault, Halt),     Go(Fault, Halt),       Go(Fault, Halt),    Go(Fault, Halt),    Go(Fault, Halt), Stay],
         /* SampleLost  */ [Stay,               Stay,                Stay,                  Go(Degraded, Keep), Stay,               Stay,            Stay],
         /* SamplesBack */ [Stay,               Stay,                Stay,                  Stay,               Go(Running, Keep),  Stay,            Stay],
         /* Brake       */ [Stay,               Stay,                Stay,                  Go(Running, Hold),  Go(Degraded, Hold), Stay,            Stay],
-        /* Slacken     */ [Stay,               Stay,                Stay,                  Go(Armed, Off),     Go(Armed, Off),     Stay,            Stay],
+        /* ZeroTorque  */ [Stay,               Stay,                Stay,                  Go(Armed, Off),     Go(Armed, Off),     Stay,            Stay],
         /* ClientCame  */ [Go(Pass, HandOver), Go(Pass, HandOver),  Stay,                  Stay,               Stay,               Stay,            Stay],
         /* ClientLeft  */ [Stay,               Stay,                Stay,                  Stay,               Stay,               Go(Boot, Find),  Stay],
-        // Where torque is off already there is nothing to refuse, nothing to leave.
+        // With torque off already, Disarm has no effect.
         /* Disarm      */ [Stay,               Stay,                Go(Idle, Off),         Go(Idle, Off),      Go(Idle, Off),      Go(Boot, Find),  Stay],
         /* Arm         */ [No(NotReady),       Go(Armed, Energise), Stay,                  Stay,               Stay,               No(BUS),         No(Faulted)],
         /* Drive       */ [No(NotReady),       No(Disarmed),        Go(Running, Energise), Stay,               Stay,               No(BUS),         No(Faulted)],
@@ -134,10 +134,10 @@ const TABLE: [[Cell; STATES.len()]; EVENTS] = {
     table
 };
 
-/// The state after `event`, and what is to be done.
+/// The state after `event`, and the action.
 ///
 /// # Errors
-/// The refusal for the host; the state stays as it is.
+/// The refusal for the host; the state is unchanged.
 pub fn next(state: State, event: Event) -> Result<(State, Action), Refusal> {
     let row = TABLE.get(event as usize);
     match row.and_then(|row| row.get(state as usize)) {
@@ -177,7 +177,7 @@ mod tests {
         Event::SampleLost,
         Event::SamplesBack,
         Event::Brake,
-        Event::Slacken,
+        Event::ZeroTorque,
         Event::ClientCame,
         Event::ClientLeft,
         Event::Disarm,

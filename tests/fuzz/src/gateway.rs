@@ -126,7 +126,7 @@ impl<'a> Stream<'a> {
         );
         let is_half = !self.rest.is_empty();
         assert_eq!(
-            self.framer.halves(),
+            self.framer.truncated(),
             u32::from(is_half),
             "{:02x?}",
             self.input

@@ -1,4 +1,4 @@
-//! Commands of the host, taken or refused; see [`Core::command`].
+//! Commands of the host, accepted or refused; see [`Core::command`].
 
 use super::{BusFacts, Core};
 use crate::bridge::command::ValidatedCommand;
@@ -9,6 +9,7 @@ use crate::link::message::{Drive, Limits, Refusal};
 use crate::supervisor::{Event, State};
 
 impl Core {
+    /// The present instant for the control loop.
     fn instant(&self) -> Instant {
         Instant {
             us: self.now_us,
@@ -17,10 +18,10 @@ impl Core {
         }
     }
 
-    /// Where a motion that is asked for now would begin.
+    /// Start point of a motion that is requested now.
     ///
     /// # Errors
-    /// Why there may be none.
+    /// The refusal for the host.
     pub fn start_point(&self) -> Result<StartPoint, Refusal> {
         self.supervisor.check(Event::Drive)?;
         Ok(self.control_loop.start_point(self.instant()))
@@ -29,7 +30,7 @@ impl Core {
     /// Takes a command, all but those that are for the bus alone.
     ///
     /// # Errors
-    /// Why not; nothing has changed then.
+    /// The refusal for the host; the state is unchanged.
     pub fn command(&mut self, command: ValidatedCommand, bus: BusFacts) -> Result<(), Refusal> {
         let now = self.instant();
         match command {
@@ -38,7 +39,7 @@ impl Core {
                 self.apply(Event::Disarm)
             }
             ValidatedCommand::Arm => self.arm(bus),
-            // A stop that has come to no end is not cleared.
+            // A stop that has not concluded is not cleared.
             ValidatedCommand::ClearFault
                 if self.state() == State::Fault && !bus.is_stop_settled =>
             {
@@ -75,7 +76,7 @@ impl Core {
         }
     }
 
-    /// The servos can be given torque as often as the set-up wants.
+    /// Arms, if the servos take torque at the configured period.
     fn arm(&mut self, bus: BusFacts) -> Result<(), Refusal> {
         self.supervisor.check(Event::Arm)?;
         if !bus.is_prepared {
@@ -88,7 +89,7 @@ impl Core {
         self.apply(Event::Arm)
     }
 
-    /// Motors may be driven from now on, by something else than before.
+    /// Begins to drive; ends an experiment that is under way.
     fn begin_drive(&mut self) -> Result<(), Refusal> {
         let was_driven = self.state().is_driven();
         self.apply(Event::Drive)?;
@@ -96,6 +97,7 @@ impl Core {
         Ok(())
     }
 
+    /// Follows a reference source.
     fn follow(&mut self, drive: Drive, source: ReferenceSource) -> Result<(), Refusal> {
         let now = self.instant();
         self.begin_drive()?;
@@ -103,7 +105,7 @@ impl Core {
         Ok(())
     }
 
-    /// Something else is asked of the arm.
+    /// Ends an experiment that another command replaces.
     fn replace_experiment(&mut self, was_driven: bool) {
         if was_driven && self.control_loop.drive() == Drive::Experiment {
             self.conclude_experiment(ExperimentEnd::Replaced);
@@ -127,7 +129,7 @@ impl Core {
         Ok(())
     }
 
-    /// Replaces the set-up, without a step in the torque if that is on.
+    /// Replaces the set-up, without a step in the torque.
     fn install(&mut self, control: &ControlConfig) -> Result<(), Refusal> {
         self.apply(Event::Configure)?;
         let state = self.state();
@@ -144,6 +146,7 @@ impl Core {
         Ok(())
     }
 
+    /// Replaces the limits.
     fn limit(&mut self, limits: Limits) -> Result<(), Refusal> {
         self.apply(Event::Keep)?;
         self.config = self.config.with_limits(limits);
@@ -151,13 +154,13 @@ impl Core {
         Ok(())
     }
 
-    /// A hello of a host: another host's arming does not hold for this one.
+    /// Begins the session of a host: disarms, because another host may have armed.
     pub fn begin_session(&mut self) {
         if self.state().is_armed() {
             // Never refused.
             let _ = self.apply(Event::Disarm);
         }
-        // What was before is in no log of this host.
+        // Earlier estimates are in no log of this host.
         self.control_loop.reset_estimate();
         // After a fault the monitors know which servo may be deaf.
         if self.state() != State::Fault {

@@ -1,4 +1,4 @@
-//! The core: everything that decides, without bus, queues and clock.
+//! The core: supervisor, control loop and configuration, without bus, queues and clock.
 //!
 //! ```text
 //!   commands --> validated --> Supervisor --- permission ---> ControlLoop --> command
@@ -9,27 +9,27 @@
 //!                                  +--> BusAction
 //! ```
 //!
-//! [`Core`] joins supervisor, control loop and configuration. Its outputs are the
+//! [`Core`] combines supervisor, control loop and configuration. Its outputs are the
 //! [`ActuatorCommand`] of each tick and a [`BusAction`] for the bus, a record and the
 //! `take` functions for the host. Boards run it, and so does the host's replay.
 //!
 //! # Contract
 //!
-//! * [`set_time`](Core::set_time) first, then [`check_state`](Core::check_state) and what
-//!   has happened; a tick is [`begin_tick`](Core::begin_tick), then
+//! * [`set_time`](Core::set_time) first, then [`check_state`](Core::check_state) and the
+//!   events; a tick is [`begin_tick`](Core::begin_tick), then
 //!   [`decide`](Core::decide) when the samples are in.
 //! * The command that a tick decides is in force from the beginning of the next, and only
 //!   if the supervisor still permits it then.
-//! * Nothing waits here and nothing is sent: [`Bridge`](super::Bridge) carries a
-//!   [`BusAction`] to the sequencer, which stops motors without asking the core again.
+//! * No function waits or sends: [`Bridge`](super::Bridge) passes a
+//!   [`BusAction`] to the sequencer, which stops motors without another call of the core.
 //!
-//! | module     | what                                                    |
+//! | module     | content                                                 |
 //! |------------|---------------------------------------------------------|
-//! | `tick`     | a tick begins, is decided, is recorded                  |
-//! | `commands` | commands of the host, taken or refused                  |
+//! | `tick`     | beginning, decision and record of a tick                |
+//! | `commands` | commands of the host, accepted or refused               |
 //! | `resume`   | the state of a recorded tick, for replay                |
 //!
-//! Time is passed in, in µs: [`Core::set_time`].
+//! Time is an input, in µs: [`Core::set_time`].
 
 mod commands;
 mod resume;
@@ -43,26 +43,26 @@ use crate::link::message::{Drive, Fault, Missing, Mode, Moment, Refusal, Sample,
 use crate::servo::protocol1::Alarms;
 use crate::supervisor::{Action, Event, State, Supervisor};
 
-/// What a transition asks of the bus.
+/// Action of a transition on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusAction {
-    /// The stop sequence, again and again until the servos stand.
+    /// The stop sequence, repeated until every motor is confirmed off.
     Halt,
     /// The stop sequence, then bring-up.
     Search,
-    /// The stop sequence; the bus is the client's then.
+    /// The stop sequence; then the bus is lent to the client.
     HandOver,
 }
 
-/// What the bus can do: decides whether motors may be armed.
+/// State of the bus, on which arming depends.
 #[derive(Clone, Copy, Debug)]
 pub struct BusFacts {
-    /// The servos take torque.
+    /// Whether the servos take torque.
     pub is_prepared: bool,
-    /// Shortest period in µs at which they can be asked.
+    /// Shortest period in µs that the bus allows.
     pub least_period_us: u32,
-    /// After a stop, each motor has been seen to be off, or the host has been notified which
-    /// has not.
+    /// Whether the last stop has concluded: each motor is confirmed off, or the host has been
+    /// notified which is not.
     pub is_stop_settled: bool,
 }
 
@@ -73,27 +73,27 @@ pub enum MemoryRegion {
     Config,
     /// The supervisor's state.
     State,
-    /// What drives the motors.
+    /// The drive command.
     Drive,
     /// The numbers of the reference source.
     Reference,
 }
 
-/// What the bus brought in a tick.
+/// Results of the exchange of a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct TickSamples {
-    /// What each servo answered.
+    /// Sample of each servo.
     pub samples: [Sample; JOINTS],
-    /// What each stock servo complained of.
+    /// Alarms of each stock servo.
     pub alarms: [Alarms; JOINTS],
-    /// How long the exchange took, in µs.
+    /// Duration of the exchange, in µs.
     pub bus_us: u32,
     /// The tick's token, with the sequencer's stamp.
     pub token: FlowToken,
 }
 
 impl TickSamples {
-    /// Before anything was asked.
+    /// No samples, before the first exchange.
     pub const NONE: Self = Self {
         samples: [Sample::Missing(Missing::NotAsked); JOINTS],
         alarms: [Alarms::NONE; JOINTS],
@@ -111,24 +111,25 @@ pub struct Core {
     integrity: IntegrityCheck,
     in_force: ActuatorCommand,
     next: ActuatorCommand,
-    /// When the next tick is to begin, in µs.
+    /// Planned beginning of the next tick, in µs.
     next_start_us: u64,
     now_us: u64,
-    heard_us: u64,
+    /// Time of the last frame of the host, in µs.
+    host_frame_us: u64,
     tick: u32,
-    /// The tick that was decided last.
+    /// Number of the last decided tick.
     decided: u32,
     start_us: u64,
     timing: Timing,
     overruns_in_row: u8,
-    /// Of the tick that was decided last.
+    /// Token of the last decided tick.
     token: FlowToken,
     bus_action: Option<BusAction>,
     has_new_trip: bool,
     conclusion: Option<Conclusion>,
 }
 
-/// Which part of the configuration is compared with its check word when.
+/// Schedule of the comparison of sections with their check words.
 #[derive(Clone, Copy, Debug, Default)]
 struct IntegrityCheck {
     section: u32,
@@ -136,7 +137,7 @@ struct IntegrityCheck {
 }
 
 impl Core {
-    /// A core that knows nothing of servos and arm, at this time.
+    /// A core in its initial state, at this time.
     pub fn new(config: LoopConfig, now_us: u64) -> Self {
         Self {
             supervisor: Supervisor::default(),
@@ -147,7 +148,7 @@ impl Core {
             next: ActuatorCommand::OFF,
             next_start_us: now_us,
             now_us,
-            heard_us: now_us,
+            host_frame_us: now_us,
             tick: 0,
             decided: 0,
             start_us: 0,
@@ -160,7 +161,7 @@ impl Core {
         }
     }
 
-    /// The time is this, in µs; it never goes back.
+    /// Sets the time, in µs; it never goes back.
     pub fn set_time(&mut self, now_us: u64) {
         self.now_us = now_us;
     }
@@ -170,12 +171,12 @@ impl Core {
         self.now_us
     }
 
-    /// When the next tick is to begin, in µs.
+    /// Planned beginning of the next tick, in µs.
     pub fn next_start_us(&self) -> u64 {
         self.next_start_us
     }
 
-    /// Has the next tick, or what comes before it, begin at this time.
+    /// Sets the planned beginning of the next tick, in µs.
     pub fn set_next_start(&mut self, at_us: u64) {
         self.next_start_us = at_us;
     }
@@ -185,22 +186,22 @@ impl Core {
         self.supervisor.state()
     }
 
-    /// What the board is doing.
+    /// Mode of the board.
     pub fn mode(&self) -> Mode {
         self.supervisor.mode(self.control_loop.drive())
     }
 
-    /// What drives the motors while that is permitted.
+    /// Source that drives the motors while that is permitted.
     pub fn drive(&self) -> Drive {
         self.control_loop.drive()
     }
 
-    /// Why there is a fault, if there is one.
+    /// Cause of the fault, if one is latched.
     pub fn cause(&self) -> Option<Trip> {
         self.supervisor.cause()
     }
 
-    /// What ticks compute with.
+    /// The configuration.
     pub fn config(&self) -> &LoopConfig {
         &self.config
     }
@@ -210,12 +211,12 @@ impl Core {
         self.tick
     }
 
-    /// Samples of this joint that are missing in a row.
+    /// Consecutive missing samples of this joint.
     pub fn lost_in_row(&self, joint: usize) -> u32 {
         self.control_loop.lost_in_row(joint)
     }
 
-    /// The moment at which a command is taken, for its acknowledgement.
+    /// The present moment, for the acknowledgement of a command.
     pub fn moment(&self) -> Moment {
         Moment {
             tick: self.tick,
@@ -224,31 +225,31 @@ impl Core {
         }
     }
 
-    /// What the bus is to do, once.
+    /// Takes the pending action on the bus.
     pub fn take_bus_action(&mut self) -> Option<BusAction> {
         self.bus_action.take()
     }
 
-    /// A fault that has just been latched, once.
+    /// Takes the fault that has been latched since the last call.
     pub fn take_trip(&mut self) -> Option<Trip> {
         core::mem::take(&mut self.has_new_trip)
             .then(|| self.cause())
             .flatten()
     }
 
-    /// How an experiment ended, once.
+    /// Takes the end of an experiment since the last call.
     pub fn take_conclusion(&mut self) -> Option<Conclusion> {
         self.conclusion.take()
     }
 
-    /// A frame of the host was received.
+    /// Notes a frame of the host.
     pub fn note_host(&mut self) {
-        self.heard_us = self.now_us;
+        self.host_frame_us = self.now_us;
     }
 
     // Events
 
-    /// Torque off, latched with its first cause.
+    /// Latches a fault with its first cause: torque off.
     pub fn trip(&mut self, violation: Violation) {
         let violation = self.cause_of(violation);
         let action = self.supervisor.trip(Trip {
@@ -261,14 +262,13 @@ impl Core {
         });
         if let Some(action) = action {
             self.has_new_trip = true;
-            self.act(action);
+            self.perform(action);
         }
     }
 
-    /// A violation may come of numbers in memory that have changed: such numbers make
-    /// an arm run away.
+    /// The cause of a violation: corrupted parameters, if these may have caused it.
     fn cause_of(&self, violation: Violation) -> Violation {
-        let is_of_numbers = match violation.fault {
+        let may_be_corruption = match violation.fault {
             Fault::AngleLimit
             | Fault::SpeedLimit
             | Fault::TorqueLimit
@@ -291,24 +291,25 @@ impl Core {
             | Fault::FirmwareChanged
             | Fault::Corrupted => false,
         };
-        if is_of_numbers && !self.config.is_intact() {
+        if may_be_corruption && !self.config.is_intact() {
             Violation::plain(Fault::Corrupted)
         } else {
             violation
         }
     }
 
-    /// Takes an event.
+    /// Applies an event to the supervisor.
     ///
     /// # Errors
-    /// The refusal for the host; nothing has changed then.
+    /// The refusal for the host; the state is unchanged.
     pub fn apply(&mut self, event: Event) -> Result<(), Refusal> {
         let action = self.supervisor.apply(event)?;
-        self.act(action);
+        self.perform(action);
         Ok(())
     }
 
-    fn act(&mut self, action: Action) {
+    /// Carries out an action of the supervisor.
+    fn perform(&mut self, action: Action) {
         let bus_action = match action {
             Action::Keep | Action::Hold => return,
             Action::SwitchOff => {
@@ -329,13 +330,12 @@ impl Core {
             Action::Search => BusAction::Search,
             Action::HandOver => BusAction::HandOver,
         };
-        // What is to come does not wait for the next tick.
+        // The bus action does not wait for the next tick.
         self.next_start_us = self.now_us;
         self.bus_action = Some(bus_action);
     }
 
-    /// Turns a bit of the memory that ticks are decided from, chosen by `draw`: for tests
-    /// of what becomes of it.
+    /// Turns a bit of the memory on which ticks depend, chosen by `draw`, for tests.
     pub fn inject_error(&mut self, region: MemoryRegion, draw: u32) {
         match region {
             MemoryRegion::Config => self.config.inject_error(draw),
@@ -345,12 +345,10 @@ impl Core {
         }
     }
 
-    /// A state that is none is a fault.
+    /// Trips if the state word is invalid.
     pub fn check_state(&mut self) {
         if !self.supervisor.is_intact() {
             self.trip(Violation::plain(Fault::Corrupted));
         }
     }
-
-    // Replay
 }

@@ -1,6 +1,5 @@
-//! Resumption from records: the host's replay sets what a log has of a tick, and steps it.
-//!
-//! A board calls none of these.
+//! Resumption from records: the host's replay sets the recorded state of a tick, and runs
+//! the tick. A board calls none of these functions.
 
 use super::Core;
 use crate::arm::State as ArmState;
@@ -10,21 +9,21 @@ use crate::link::message::{Mode, Trip};
 use nalgebra::Vector2;
 
 impl Core {
-    /// These settings are in force, whatever was before.
+    /// Replaces the configuration, in any state.
     pub fn replace_config(&mut self, config: LoopConfig) {
         self.control_loop.install(&self.config, &config, false, 0);
         self.control_loop.reset_monitors();
         self.config = config;
     }
 
-    /// The tick of a record begins: `tick` and its times are the record's.
+    /// Sets number and times of the recorded tick.
     pub fn resume_tick(&mut self, tick: u32, start_us: u64, planned_us: u64) {
         self.tick = tick.wrapping_sub(1);
         self.now_us = start_us;
         self.next_start_us = planned_us;
     }
 
-    /// The mode is this, whatever it was.
+    /// Sets the recorded mode.
     pub fn resume_mode(&mut self, mode: Mode, trip: Option<Trip>) {
         self.supervisor.resume(mode, trip);
         if let Some(drive) = mode.drive() {
@@ -32,7 +31,8 @@ impl Core {
         }
     }
 
-    /// Of the tick under way: ticks missed so far, and motors that were off.
+    /// Sets the recorded state at the beginning of the tick: ticks missed so far, and motors
+    /// that were off.
     pub fn resume_before(&mut self, missed: u32, is_off: bool) {
         self.timing.missed = missed;
         if is_off {
@@ -40,7 +40,7 @@ impl Core {
         }
     }
 
-    /// What the tick under way estimated and asked for is this.
+    /// Sets the recorded estimate and reference of the tick.
     pub fn resume_after(&mut self, state: ArmState<f32>, reference: [Vector2<f32>; 2]) {
         let [q, dq] = reference;
         let reference = Reference {
@@ -54,15 +54,15 @@ impl Core {
         }
     }
 
-    /// Nothing is known of what went on, but that nothing drives the motors.
+    /// Clears the state after a gap in the records: idle, motors not driven.
     pub fn forget(&mut self) {
         self.supervisor.resume(Mode::Idle, None);
         self.next = ActuatorCommand::OFF;
     }
 
-    /// The host has been silent for so long, in µs.
+    /// Sets the silence of the host, in µs.
     pub fn set_silence(&mut self, silent_us: u64) {
         self.now_us = self.now_us.max(silent_us);
-        self.heard_us = self.now_us.saturating_sub(silent_us);
+        self.host_frame_us = self.now_us.saturating_sub(silent_us);
     }
 }

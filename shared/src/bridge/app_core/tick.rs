@@ -1,4 +1,4 @@
-//! A tick of the core: begun on time, decided when its samples are in, recorded.
+//! A tick of the core: its beginning, its decision when the samples are in, its record.
 
 use super::{Core, TickSamples};
 use crate::actuator::Pwm;
@@ -11,20 +11,20 @@ use crate::servo::protocol1::Alarms;
 use crate::supervisor::{Event, State};
 
 impl Core {
-    /// Whether the tick may feed the watchdog: it began in time, and went through every
+    /// Whether the tick may feed the watchdog: it began in time, and passed every state
     /// machine.
-    pub fn is_tick_good(&self) -> bool {
+    pub fn may_feed_watchdog(&self) -> bool {
         self.overruns_in_row == 0 && self.token.is_complete(self.tick)
     }
 
-    /// Period in µs, at least this one, which the bus allows. A bus that is too slow
-    /// for the configured period is read as fast as it goes; no torque comes on then.
+    /// Period in µs, at least the shortest that the bus allows. A bus that is too slow
+    /// for the configured period is read at its own; motors cannot be armed then.
     pub fn period_us(&self, least_period_us: u32) -> u32 {
         self.config.period_us().get().max(least_period_us)
     }
 
-    /// Begins a tick with at least the period that the bus allows: puts the command that
-    /// was decided last in force, and plans the next tick.
+    /// Begins a tick with at least the period that the bus allows: puts the last
+    /// decided command in force, and plans the next tick.
     pub fn begin_tick(&mut self, least_period_us: u32) -> ActuatorCommand {
         let period_us = u64::from(self.period_us(least_period_us));
         let late_us = self.now_us.saturating_sub(self.next_start_us);
@@ -66,8 +66,7 @@ impl Core {
         self.decide_with(sampled, is_config_intact, record);
     }
 
-    /// Decides the tick that has begun, with a configuration that is known to be intact
-    /// or not.
+    /// Decides the tick that has begun, with the result of the integrity check.
     pub fn decide_with(
         &mut self,
         sampled: &TickSamples,
@@ -81,19 +80,19 @@ impl Core {
             in_force: self.in_force,
             acts_us: self.next_start_us,
             permission: self.supervisor.permission(),
-            host_silent_us: self.now_us.saturating_sub(self.heard_us),
+            host_silent_us: self.now_us.saturating_sub(self.host_frame_us),
             is_config_intact,
             token: sampled.token,
         };
         let output = self.control_loop.step(&self.config, &input);
-        self.conclude(&output);
+        self.apply_output(&output);
         self.next = output.command;
         self.decided = self.tick;
         self.record(&input, &output, record);
     }
 
-    /// What the supervisor makes of a tick's outputs.
-    fn conclude(&mut self, output: &TickOutput) {
+    /// Passes the outputs of a tick to the supervisor.
+    fn apply_output(&mut self, output: &TickOutput) {
         // Samples change no other state.
         let samples = match (self.state(), output.is_complete) {
             (State::Running, false) => Some(Event::SampleLost),
@@ -102,7 +101,7 @@ impl Core {
         };
         let fallback = output.fallback.map(|fallback| match fallback {
             Fallback::Brake => Event::Brake,
-            Fallback::Release => Event::Slacken,
+            Fallback::Release => Event::ZeroTorque,
         });
         for event in [samples, fallback].into_iter().flatten() {
             // Never refused.
@@ -117,6 +116,7 @@ impl Core {
         self.token = output.token.stamp(Machine::Supervisor);
     }
 
+    /// Notes the end of an experiment for the host.
     pub(super) fn conclude_experiment(&mut self, end: ExperimentEnd) {
         let tick = self.tick;
         self.conclusion = Some(Conclusion { tick, end });
@@ -143,7 +143,7 @@ impl Core {
         };
     }
 
-    /// Compares a part of the configuration with its check word, by turns, while
+    /// Compares sections of the configuration with their check words, in turn, while
     /// motors may be driven.
     fn check_integrity(&mut self) -> bool {
         const { assert!(CHECK_US < 10_000) };
@@ -163,7 +163,7 @@ impl Core {
         })
     }
 
-    /// The servos are lined up: ticks begin now.
+    /// Begins ticks now: the servos have been found and set up.
     pub fn begin_ticking(&mut self) {
         self.next_start_us = self.now_us;
         self.control_loop.reset_monitors();
@@ -173,7 +173,7 @@ impl Core {
         let _ = self.apply(Event::BusReady);
     }
 
-    /// Whether what drives was commanded too long ago for the tick under way.
+    /// Whether the command that drives is too old for the tick under way.
     pub fn is_command_aged(&self) -> bool {
         self.control_loop.is_aged(&self.config, self.next_start_us)
     }

@@ -1,26 +1,26 @@
-//! Service of the transparent port's client in the tick, beside the tick's own work.
+//! Service of the transparent port's client in the idle slots of ticks.
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial::{Read, Write};
 
 use super::super::channels::Notification;
 use super::super::{Bridge, SERVO_IDS};
-use super::{ClientLine, Progress as Answered, REPORT_US, Verdict, judge};
+use super::{ClientLine, Progress as Answered, REPORT_US, Verdict, policy};
 use crate::link::message::Sample;
 use crate::sequencer::SearchStep;
 use crate::sequencer::State as BusState;
 use crate::servo::port::SetBaud;
 use crate::supervisor::{Event, State};
 
-/// A request, or the next piece of it, that finds no room for so long, in µs,
-/// is dropped: the vendor's SDK waits 34 ms for an answer, and one that comes
-/// later would be taken for the next.
-const PATIENCE_US: u64 = 30_000;
+/// Longest wait of a request, or of the next part of it, for a slot, in µs; then it is
+/// dropped: the vendor's SDK waits 34 ms for an answer, and takes a later one for that of
+/// the next request.
+const REQUEST_TIMEOUT_US: u64 = 30_000;
 /// Number of queries to a servo that does not answer.
 const TRIES: u8 = 3;
-/// Time that a tick may take less than the one before: its margin, and the servos' own
+/// Spread of the duration of a tick's exchange, in µs: its margin, and the servos' own
 /// 26 µs either way.
-const SHORTER_US: u32 = 80;
+const EXCHANGE_SPREAD_US: u32 = 80;
 
 impl<S, D> Bridge<'_, S, D>
 where
@@ -39,7 +39,7 @@ where
         if gateway.waiting.is_none() {
             gateway.waiting = gateway.framer.expire(now_us);
         }
-        gateway.counters.halves = gateway.framer.halves();
+        gateway.counters.halves = gateway.framer.truncated();
         let ClientLine { is_open, .. } = self.end.client.line();
         let is_waiting = gateway.waiting.is_some();
         if self.core.state() == State::Passthrough {
@@ -65,7 +65,7 @@ where
         self.report_port();
     }
 
-    /// The latest time of the next call for the client.
+    /// Latest time of the next poll for the client.
     pub(in crate::bridge) fn client_wake_us(&self) -> u64 {
         let framer = self.gateway.framer.wake_at_us();
         let silent = self.client_silent_at_us();
@@ -86,13 +86,13 @@ where
     /// Sends the client's next query between ticks, if it fits.
     pub(in crate::bridge) fn serve_client(&mut self, tick_due_us: u64) {
         if self.gateway.pending.is_none() {
-            self.judge();
+            self.apply_policy();
         }
         let now_us = self.core.now_us();
         let Some(pending) = &mut self.gateway.pending else {
             return;
         };
-        if now_us.saturating_sub(self.gateway.since_us) > PATIENCE_US {
+        if now_us.saturating_sub(self.gateway.since_us) > REQUEST_TIMEOUT_US {
             self.gateway.pending = None;
             self.gateway.count(false);
             return;
@@ -107,8 +107,8 @@ where
         self.sequencer.request_for_client(query, tick_due_us);
     }
 
-    /// Judges the packet that waits.
-    fn judge(&mut self) {
+    /// Applies the policy to the waiting packet.
+    fn apply_policy(&mut self) {
         let Some(kind) = self.gateway.waiting.take() else {
             return;
         };
@@ -118,16 +118,16 @@ where
             return;
         };
         let samples = self.sampled.samples.map(Sample::counts);
-        match judge(self.sequencer.firmware(), SERVO_IDS, samples, request) {
-            Verdict::Ask(pending) => {
+        match policy::decide(self.sequencer.firmware(), SERVO_IDS, samples, request) {
+            Verdict::Query(pending) => {
                 let period_us = self.core.config().period_us().get();
-                let exchange_us = self.sampled.bus_us.saturating_sub(SHORTER_US);
+                let exchange_us = self.sampled.bus_us.saturating_sub(EXCHANGE_SPREAD_US);
                 let budget = self
                     .sequencer
                     .spare_budget(pending.servo(), period_us, exchange_us);
                 self.gateway.since_us = self.core.now_us();
                 self.gateway.tries = 0;
-                if pending.can_ever_fit(budget) {
+                if pending.can_complete(budget) {
                     self.gateway.pending = Some(pending);
                 } else {
                     // A servo that may be absent gives no answer.
@@ -161,9 +161,9 @@ where
                 return;
             }
             Answered::Done(bytes) => self.send_to_client(&bytes),
-            // A servo that has just spoken may still be deaf: once more.
+            // A servo that has just sent may still not receive: repeated.
             Answered::Silent if self.gateway.tries < TRIES => return,
-            // The servo is silent; so is the board.
+            // A silent servo gives no answer, and neither does the board.
             Answered::Silent => {}
         }
         self.gateway.pending = None;

@@ -10,20 +10,20 @@ pub(in crate::bridge) const CLIENT_BYTES: usize = 1024;
 /// Settings that a client has given its serial port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct ClientLine {
-    /// Its port is open (on USB: DTR is on).
+    /// Whether its port is open (on USB: DTR is on).
     pub is_open: bool,
-    /// Bits per second; 0 if it has none to set.
+    /// Speed in bits per second; 0 if the port has none.
     pub baud: u32,
 }
 
 impl ClientLine {
-    /// In one word.
+    /// Encodes the settings in one word.
     pub const fn to_bits(self) -> u32 {
         // No serial port goes beyond 2³¹ bits a second.
         self.baud << 1 | self.is_open as u32
     }
 
-    /// From such a word.
+    /// Decodes the settings from a word.
     pub const fn from_bits(bits: u32) -> Self {
         Self {
             is_open: bits & 1 == 1,
@@ -32,7 +32,7 @@ impl ClientLine {
     }
 }
 
-/// The tick's side.
+/// The tick's end of the queues.
 pub(crate) struct BusSide<'a> {
     pub(in crate::bridge) from_client: Receiver<'a, u8, CLIENT_BYTES>,
     pub(in crate::bridge) to_client: Sender<'a, u8, CLIENT_BYTES>,
@@ -44,7 +44,7 @@ impl BusSide<'_> {
         self.from_client.dequeue()
     }
 
-    /// `false` if the client is so far behind that there is no room.
+    /// Sends a byte to the client; `false` if the queue is full.
     pub(super) fn send(&mut self, byte: u8) -> bool {
         self.to_client.enqueue(byte).is_ok()
     }
@@ -54,7 +54,7 @@ impl BusSide<'_> {
     }
 }
 
-/// The board's side: what the second port's driver fills and empties.
+/// The end of the queues for the driver of the board's second port.
 pub struct PortEnd<'a> {
     pub(in crate::bridge) from_client: Sender<'a, u8, CLIENT_BYTES>,
     pub(in crate::bridge) to_client: Receiver<'a, u8, CLIENT_BYTES>,
@@ -62,13 +62,13 @@ pub struct PortEnd<'a> {
 }
 
 impl PortEnd<'_> {
-    /// How many bytes from the client there is room for.
+    /// Room for bytes from the client.
     pub fn room(&self) -> usize {
         self.from_client.room()
     }
 
-    /// Takes bytes from the client, and returns how many there was room for. The
-    /// tick is to be woken then.
+    /// Takes bytes from the client, and returns the number that found room. Wake the
+    /// tick then.
     pub fn receive(&mut self, bytes: &[u8]) -> usize {
         bytes
             .iter()

@@ -1,5 +1,5 @@
-//! Framer: joins the client's bytes to whole packets, so that the bus is never left in
-//! the middle of one, however USB splits them.
+//! Framer: assembles the client's bytes to whole packets, so that a packet is never sent
+//! in parts, however USB splits it.
 //!
 //! ```text
 //! FF FF ID LEN ..          Protocol 1.0   LEN 2..=255    LEN + 4 bytes    Packet
@@ -10,10 +10,10 @@
 //!
 //! The length decides, not the checksum: a damaged packet is a packet, for a
 //! servo may answer it with an alarm. A Morpheus packet that is longer than a
-//! servo bears (LEN of 128 or more) is a packet too, so that it can be refused
-//! as a whole; above 200 the firmware itself looks for the next header.
+//! servo tolerates (LEN of 128 or more) is a packet too, so that it can be refused
+//! as a whole; above 200 the firmware itself searches for the next header.
 //! Protocol 2.0 is recognised by its length of 0 in Protocol 1.0's place. No
-//! servo here speaks it, but programs that search for servos do.
+//! servo here uses it, but programs that search for servos do.
 //!
 //! After 100 ms without a byte, half a packet is dropped, as a stock servo
 //! drops it. A Morpheus servo would wait for the rest for ever. A run of more
@@ -26,14 +26,15 @@ use crate::servo::protocol1::frame::HEADER as STOCK;
 use crate::servo::{ClientFrame, Firmware};
 use heapless::Vec;
 
-/// A stock servo gives up a packet after so long without a byte (e-Manual,
+/// Time without a byte after which a stock servo drops a packet, in µs (e-Manual,
 /// "DYNAMIXEL Protocol 1.0", "Instruction Packet").
 const HALF_PACKET_US: u64 = 100_000;
 
-/// Two USB frames: what comes in the next one may belong together.
+/// Time without a byte that ends raw bytes, in µs: two USB frames, because bytes of the next
+/// frame may belong to them.
 const RAW_QUIET_US: u64 = 2_000;
 
-/// A longest Protocol 1.0 packet is 259 bytes.
+/// Capacity in bytes: the longest Protocol 1.0 packet has 259.
 const CAPACITY: usize = 260;
 
 /// Third byte of a Protocol 2.0 packet; an id in Protocol 1.0.
@@ -44,34 +45,34 @@ const PROTOCOL2_LENGTH_MIN: usize = 3;
 /// Kind of the frame that [`Framer::bytes`] hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameKind {
-    /// A packet of this firmware's protocol, whole, with any instruction and
-    /// any checksum.
+    /// A whole packet of this firmware's protocol, with any instruction and any checksum.
     Packet(Firmware),
-    /// Bytes that are no packet of either.
+    /// Bytes that are no packet of either protocol.
     Raw,
 }
 
-/// What bytes can become that begin in one place.
+/// Classification of bytes by their beginning.
 enum PrefixClass {
-    /// Nothing: the first of them is no packet's.
+    /// No packet begins with the first byte.
     Raw,
     /// More bytes are needed.
-    Open,
-    /// This packet, when it is complete with this many bytes.
+    Incomplete,
+    /// A packet of this kind and length in bytes.
     Whole(FrameKind, usize),
 }
 
-/// Turns bytes into frames, one at a time.
+/// Framer of bytes, one frame at a time.
 #[derive(Clone, Debug, Default)]
 pub struct Framer {
-    /// The frame handed out, raw bytes, and what may become a packet.
+    /// The frame handed out, raw bytes, and the bytes of an incomplete packet.
     bytes: Vec<u8, CAPACITY>,
     /// Length of the frame handed out.
     taken: usize,
-    /// Where what may become a packet begins.
+    /// Index of the first byte of the incomplete packet.
     start: usize,
-    heard_us: u64,
-    halves: u32,
+    received_us: u64,
+    /// Number of truncated packets.
+    truncated: u32,
 }
 
 impl Framer {
@@ -81,15 +82,15 @@ impl Framer {
             bytes: Vec::new(),
             taken: 0,
             start: 0,
-            heard_us: 0,
-            halves: 0,
+            received_us: 0,
+            truncated: 0,
         }
     }
 
     /// Takes one byte; `Some` when a frame is complete.
     pub fn push(&mut self, byte: u8, now_us: u64) -> Option<FrameKind> {
         let late = self.expire(now_us);
-        self.heard_us = now_us;
+        self.received_us = now_us;
         // There is room: a full buffer was handed out.
         let _ = self.bytes.push(byte);
         let class = self.find_start();
@@ -100,7 +101,7 @@ impl Framer {
             PrefixClass::Whole(kind, bytes) if self.start == 0 => {
                 (self.bytes.len() == bytes).then_some((kind, bytes))?
             }
-            // What begins here is a packet: all before it is not.
+            // A packet begins here: the bytes before it are raw.
             PrefixClass::Whole(..) => (FrameKind::Raw, self.start),
             _ if self.bytes.is_full() => (FrameKind::Raw, self.start),
             _ => return None,
@@ -115,7 +116,7 @@ impl Framer {
         self.bytes.get(..self.taken).unwrap_or_default()
     }
 
-    /// The frame handed out last, taken apart: the same bytes.
+    /// The frame handed out last, parsed.
     pub fn frame(&self, kind: FrameKind) -> ClientFrame<'_> {
         let firmware = match kind {
             FrameKind::Packet(firmware) => Some(firmware),
@@ -125,16 +126,16 @@ impl Framer {
     }
 
     /// Ends the wait for bytes that do not come: drops half a packet and hands
-    /// out what cannot be part of one, as [`FrameKind::Raw`].
+    /// out the bytes before it as [`FrameKind::Raw`].
     pub fn expire(&mut self, now_us: u64) -> Option<FrameKind> {
-        self.forget_taken();
+        self.drop_taken();
         if now_us < self.wake_at_us()? {
             return None;
         }
         let begun = self.bytes.len() - self.start;
         let is_flush = begun == 2 && self.bytes.ends_with(&[STOCK; 3]);
         if begun > 0 && !is_flush {
-            self.halves = self.halves.saturating_add(1);
+            self.truncated = self.truncated.saturating_add(1);
             self.bytes.truncate(self.start);
         }
         self.start = self.bytes.len();
@@ -142,7 +143,7 @@ impl Framer {
         (self.taken > 0).then_some(FrameKind::Raw)
     }
 
-    /// When to call [`Framer::expire`], if nothing is pushed before.
+    /// Time of the next call of [`Framer::expire`], if no byte is pushed before.
     pub fn wake_at_us(&self) -> Option<u64> {
         let held = self.bytes.len();
         let wait_us = if self.start < held {
@@ -150,22 +151,23 @@ impl Framer {
         } else {
             RAW_QUIET_US
         };
-        (self.taken < held).then(|| self.heard_us.saturating_add(wait_us))
+        (self.taken < held).then(|| self.received_us.saturating_add(wait_us))
     }
 
-    /// How many half packets were dropped.
-    pub fn halves(&self) -> u32 {
-        self.halves
+    /// Number of truncated packets that were dropped.
+    pub fn truncated(&self) -> u32 {
+        self.truncated
     }
 
-    fn forget_taken(&mut self) {
+    /// Drops the bytes handed out.
+    fn drop_taken(&mut self) {
         let taken = core::mem::take(&mut self.taken).min(self.bytes.len());
         self.bytes.rotate_left(taken);
         self.bytes.truncate(self.bytes.len() - taken);
         self.start = self.start.saturating_sub(taken);
     }
 
-    /// Looks for where a packet may begin.
+    /// Advances to the next byte at which a packet may begin.
     fn find_start(&mut self) -> PrefixClass {
         loop {
             let (raw, begun) = self.bytes.split_at_checked(self.start).unwrap_or_default();
@@ -180,20 +182,20 @@ impl Framer {
     }
 }
 
-/// What bytes can become that begin here.
+/// Classifies bytes by their beginning.
 fn classify(bytes: &[u8]) -> PrefixClass {
-    let mut is_open = false;
+    let mut is_incomplete = false;
     for firmware in Firmware::ALL {
         match firmware.extent(bytes) {
             Extent::Whole(length) => {
                 return PrefixClass::Whole(FrameKind::Packet(firmware), length);
             }
-            Extent::Incomplete => is_open = true,
+            Extent::Incomplete => is_incomplete = true,
             Extent::NoHeader | Extent::BadLength => {}
         }
     }
     match *bytes {
-        _ if is_open => PrefixClass::Open,
+        _ if is_incomplete => PrefixClass::Incomplete,
         [STOCK, STOCK, PROTOCOL2, 0, _, low, high, ..] => {
             let length = usize::from(u16::from_le_bytes([low, high]));
             if (PROTOCOL2_LENGTH_MIN..=CAPACITY - 7).contains(&length) {
@@ -202,7 +204,7 @@ fn classify(bytes: &[u8]) -> PrefixClass {
                 PrefixClass::Raw
             }
         }
-        [STOCK, STOCK, PROTOCOL2, 0, ..] => PrefixClass::Open,
+        [STOCK, STOCK, PROTOCOL2, 0, ..] => PrefixClass::Incomplete,
         _ => PrefixClass::Raw,
     }
 }

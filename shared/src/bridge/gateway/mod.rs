@@ -1,24 +1,24 @@
 //! The transparent port: raw bus traffic for another program, as through a
 //! `USB2Dynamixel`.
 //!
-//! | what the bridge does     | what the client gets                              |
+//! | state of the bridge      | service for the client                            |
 //! |--------------------------|---------------------------------------------------|
-//! | torque off, bus released | its packets on the bus as they are, every received byte |
+//! | torque off, bus released | its packets on the bus unchanged, every received byte |
 //! | ticks, torque on or not  | harmless requests, in the slack of a tick         |
 //!
-//! While ticks run, no packet of the client goes on the bus as it came: the board
-//! makes its own queries for what the client reads, and refuses whatever would
+//! While ticks run, no packet of the client is sent on the bus unchanged: the board
+//! makes its own queries for reads of the client, and refuses packets that would
 //! move, re-address or reset a servo under control, with the servo's own answer.
 //!
-//! | part               | what                                                    |
+//! | part               | content                                                 |
 //! |--------------------|---------------------------------------------------------|
 //! | [`Framer`]         | the client's bytes as whole packets; half a packet times out |
-//! | [`judge`]          | what may be done with a packet while ticks run          |
-//! | [`PendingRequest`] | the board's own queries for it, each as long as time is |
+//! | [`decide`]         | policy for packets while ticks run                      |
+//! | [`PendingRequest`] | the board's own queries for a packet, each fitted to its slot |
 //! | `response`         | replies in the name of a servo                          |
 //! | [`PortEnd`]        | the queues between the tick and the board's second port |
 //! | `relay`            | the bus while it is lent to the client                  |
-//! | `client_service`   | how the tick serves the client beside its own work      |
+//! | `client_service`   | service of the client in the idle slots of ticks        |
 
 mod client_service;
 mod endpoints;
@@ -33,7 +33,7 @@ mod response;
 pub(super) use endpoints::{BusSide, CLIENT_BYTES};
 pub use endpoints::{ClientLine, PortEnd};
 pub use framer::{FrameKind, Framer};
-pub use policy::{Verdict, judge};
+pub use policy::{Verdict, decide};
 pub use request::{BusQuery, PendingRequest, Progress};
 pub use response::{BYTES_MAX, Bytes};
 

@@ -1,34 +1,34 @@
-//! What may be done with a client's packet while a control loop runs.
+//! Policy for a client's packets while a control loop runs.
 //!
-//! A client may look at everything and may move what is not under control.
-//! Whatever could move, rename, slow down or reset a servo under control is
-//! refused, and so is what would harm the bus. No packet of the client goes on
-//! the bus as it came: a harmless one becomes a
+//! A client may read every servo and may move servos that are not under control.
+//! A packet that could move, re-address, slow down or reset a servo under control, or
+//! disturb the bus, is refused. No packet of the client is sent on
+//! the bus unchanged: a harmless one becomes a
 //! [`PendingRequest`](super::PendingRequest), whose queries are made here.
 //!
 //! On a stock bus:
 //!
-//! | packet                               | what becomes of it                 |
+//! | packet                               | verdict                            |
 //! |--------------------------------------|------------------------------------|
-//! | PING, READ                           | asked; beyond the table: range alarm |
-//! | WRITE of `led` alone                 | asked                              |
-//! | WRITE, `REG_WRITE` to another servo  | asked, unless it takes an id that is under control |
-//! | `SYNC_WRITE` to other servos only    | asked, on the same condition       |
+//! | PING, READ                           | queried; beyond the table: range alarm |
+//! | WRITE of `led` alone                 | queried                            |
+//! | WRITE, `REG_WRITE` to another servo  | queried, unless it takes an id that is under control |
+//! | `SYNC_WRITE` to other servos only    | queried, on the same condition     |
 //! | ACTION, `FACTORY_RESET`, any other   | refused: instruction alarm         |
 //! | any other to all servos              | refused in silence                 |
 //! | damaged                              | answered: checksum alarm           |
 //!
-//! ACTION is refused to every servo, for what it sets off is not known;
-//! `FACTORY_RESET` because it makes its victim another servo 1.
+//! ACTION is refused to every servo, because its effect is not known;
+//! `FACTORY_RESET` because it changes the id of the servo to 1.
 //!
 //! On a Morpheus bus:
 //!
-//! | packet                               | what becomes of it                 |
+//! | packet                               | verdict                            |
 //! |--------------------------------------|------------------------------------|
-//! | PING                                 | asked                              |
-//! | READ                                 | asked by safe READs ([`safe_read`]) |
+//! | PING                                 | queried                            |
+//! | READ                                 | queried by safe READs ([`safe_read`]) |
 //! | position in a READ, CYCLE to all     | answered from the loop's samples   |
-//! | READ of nothing, beyond the table, or of an unknown position | refused: NOK |
+//! | READ of no bytes, beyond the table, or of an unknown position | refused: NOK |
 //! | LEN of 128 or more; a client's address below 0x20 or of a servo | refused: NOK |
 //! | any other                            | refused: NOK                       |
 //! | any other to all servos              | refused in silence                 |
@@ -49,8 +49,8 @@ use super::response::{Bytes, Responder};
 use crate::JOINTS;
 use crate::servo::{ClientRequest, Firmware, ServoId};
 
-/// Judges one packet.
-pub fn judge(
+/// Decides on one packet.
+pub fn decide(
     bus: Firmware,
     controlled: [ServoId; JOINTS],
     samples: [Option<u16>; JOINTS],
@@ -59,10 +59,10 @@ pub fn judge(
     if request.firmware != bus {
         return Verdict::Refuse(Bytes::new());
     }
-    let responder = Responder::to(request);
+    let responder = Responder::for_request(request);
     match bus {
-        Firmware::Stock => stock::judge(responder, controlled, request),
-        Firmware::Morpheus => morpheus::judge(responder, controlled, samples, request),
+        Firmware::Stock => stock::decide(responder, controlled, request),
+        Firmware::Morpheus => morpheus::decide(responder, controlled, samples, request),
     }
 }
 

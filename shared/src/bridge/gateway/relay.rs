@@ -17,9 +17,9 @@ where
     S: Read<u8> + Write<u8> + SetBaud,
     D: OutputPin,
 {
-    /// Sends the client's packet as it came: the bus is lent and idle.
+    /// Sends the client's packet unchanged; the bus is lent and idle.
     pub(in crate::bridge) fn relay(&mut self) {
-        // A request from the idle slots of ticks is answered there or never.
+        // A request from the idle slots of ticks is dropped.
         self.gateway.pending = None;
         let Some(kind) = self.gateway.waiting.take() else {
             return;

@@ -1,11 +1,11 @@
-//! Requests of the client, as queries that the board itself puts on the bus.
+//! Requests of the client, as queries of the board on the bus.
 //!
 //! While a control loop runs, the bus is free for a part of each tick only. A
-//! query goes out only if its answer is sure to be over by then. A read
+//! query is sent only if its answer is sure to end in time. A read
 //! that is longer than that is done in pieces, over as many ticks as it takes, and the
 //! client gets one answer: all the bytes, and the alarms of all pieces.
 //!
-//! What one query takes at 1 Mbaud, if servos begin to answer within 100 µs:
+//! Duration of one query at 1 Mbaud, if servos begin to answer within 100 µs:
 //!
 //! | query                             | sent  | answered | in all |
 //! |-----------------------------------|-------|----------|--------|
@@ -29,18 +29,18 @@ use crate::servo::protocol1::Alarms;
 pub enum Progress {
     /// Another query is needed.
     More,
-    /// Over: the answer for the client. Empty where servos give none.
+    /// Done, with the answer for the client. Empty where servos give none.
     Done(Bytes),
-    /// Over: no answer came, or none that fits the request. The client gets none
+    /// Done without an answer, or without one that fits the request. The client gets none
     /// either.
     Silent,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Task {
+enum Queries {
     /// One query, whose answer goes to the client as it is.
     Single(BusQuery),
-    /// As many as it takes.
+    /// One query for each piece of a read.
     Read(RegisterRead),
 }
 
@@ -48,8 +48,8 @@ enum Task {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PendingRequest {
     responder: Responder,
-    task: Task,
-    /// Of all answers so far.
+    queries: Queries,
+    /// Alarms in all answers so far.
     alarms: Alarms,
 }
 
@@ -58,7 +58,7 @@ impl PendingRequest {
     pub(super) fn single(responder: Responder, query: BusQuery) -> Self {
         Self {
             responder,
-            task: Task::Single(query),
+            queries: Queries::Single(query),
             alarms: Alarms::NONE,
         }
     }
@@ -67,40 +67,40 @@ impl PendingRequest {
     pub(super) fn read(responder: Responder, read: RegisterRead) -> Self {
         Self {
             responder,
-            task: Task::Read(read),
+            queries: Queries::Read(read),
             alarms: Alarms::NONE,
         }
     }
 
-    /// The next query, as long as there is time for; `None` if there is not
-    /// time enough for any. Its answer goes to [`PendingRequest::take_reply`].
+    /// The next query, of at most the length that fits; `None` if none
+    /// fits. Its answer goes to [`PendingRequest::take_reply`].
     pub fn next(&mut self, budget: TimeBudget) -> Option<BusQuery> {
-        match &mut self.task {
-            Task::Single(query) => budget.fits(query).then(|| query.clone()),
-            Task::Read(read) => read.next(budget.bytes()),
+        match &mut self.queries {
+            Queries::Single(query) => budget.fits(query).then(|| query.clone()),
+            Queries::Read(read) => read.next(budget.bytes()),
         }
     }
 
-    /// Whether it can be completed with repeated slots of this time.
+    /// Whether repeated slots of this time complete the request.
     /// If not, [`PendingRequest::refusal`] is the answer.
-    pub fn can_ever_fit(&self, budget: TimeBudget) -> bool {
-        match &self.task {
-            Task::Single(query) => budget.fits(query),
-            Task::Read(read) => read.can_ever_fit(budget.bytes()),
+    pub fn can_complete(&self, budget: TimeBudget) -> bool {
+        match &self.queries {
+            Queries::Single(query) => budget.fits(query),
+            Queries::Read(read) => read.can_complete(budget.bytes()),
         }
     }
 
-    /// Takes what came back to the last query: error byte, which has no
-    /// meaning for Morpheus, and parameters. `None` if nothing did.
+    /// Takes the reply to the last query: error byte, which has no
+    /// meaning for Morpheus, and parameters. `None` if there was none.
     pub fn take_reply(&mut self, reply: Option<(u8, &[u8])>) -> Progress {
         let Some((error, data)) = reply else {
-            return match &self.task {
-                Task::Single(BusQuery { reply_bytes: 0, .. }) => Progress::Done(Bytes::new()),
-                Task::Single(_) | Task::Read(_) => Progress::Silent,
+            return match &self.queries {
+                Queries::Single(BusQuery { reply_bytes: 0, .. }) => Progress::Done(Bytes::new()),
+                Queries::Single(_) | Queries::Read(_) => Progress::Silent,
             };
         };
         self.alarms = self.alarms.or(Alarms::from_bits(error));
-        let Task::Read(read) = &mut self.task else {
+        let Queries::Read(read) = &mut self.queries else {
             return Progress::Done(self.responder.reply(self.alarms, data));
         };
         if read.take_data(data) {
@@ -115,7 +115,7 @@ impl PendingRequest {
         }
     }
 
-    /// The id of the servo that is asked.
+    /// Id of the servo that is queried.
     pub fn servo(&self) -> u8 {
         self.responder.id
     }

@@ -8,7 +8,7 @@ use heapless::Vec;
 /// Bytes of the longest packet to client or bus: a stock servo's whole table.
 pub const BYTES_MAX: usize = Protocol1::OVERHEAD + Protocol1::MEMORY_BYTES as usize;
 
-/// A packet for the client or for the bus. Empty: silence.
+/// A packet for the client or for the bus. Empty for no answer.
 pub type Bytes = Vec<u8, BYTES_MAX>;
 
 /// The servo that the client addressed, in the name of which the board answers. A packet
@@ -23,7 +23,7 @@ pub(super) struct Responder {
 }
 
 impl Responder {
-    pub(super) fn to(request: &ClientRequest) -> Self {
+    pub(super) fn for_request(request: &ClientRequest) -> Self {
         Self {
             firmware: request.firmware,
             id: request.destination,
@@ -31,7 +31,7 @@ impl Responder {
         }
     }
 
-    /// A reply. Morpheus has no alarms.
+    /// The packet of a reply. Morpheus has no alarms.
     pub(super) fn reply(self, alarms: Alarms, data: &[u8]) -> Bytes {
         let reply = Reply {
             id: self.id,

@@ -1,6 +1,6 @@
 //! Treatment of a packet while servos 1 and 2 are under control.
 
-use armbridge_shared::bridge::gateway::{BusQuery, PendingRequest, Progress, Verdict, judge};
+use armbridge_shared::bridge::gateway::{BusQuery, PendingRequest, Progress, Verdict, decide};
 use armbridge_shared::sequencer::TimeBudget;
 use armbridge_shared::servo::morpheus::{self, MASTER, ServoId};
 use armbridge_shared::servo::protocol1::{self, BROADCAST, Frame, Instruction, Status, SyncBlocks};
@@ -36,8 +36,8 @@ pub(super) fn check(protocol: Firmware, packet: &[u8]) {
     may_drive(&request);
     let controlled = CONTROLLED.map(|id| ServoId::new(id).expect("an id"));
     for bus in Firmware::ALL {
-        match judge(bus, controlled, SAMPLES, &request) {
-            Verdict::Ask(pending) => {
+        match decide(bus, controlled, SAMPLES, &request) {
+            Verdict::Query(pending) => {
                 assert_eq!(bus, protocol, "{packet:02x?}");
                 for budget_us in BUDGETS_US {
                     pursue(bus, packet, pending.clone(), budget_us);
@@ -78,7 +78,7 @@ fn pursue(bus: Firmware, packet: &[u8], mut pending: PendingRequest, budget_us: 
         byte_ns: BYTE_NS,
         latency_us: LATENCY_US,
     };
-    if !pending.can_ever_fit(slack) {
+    if !pending.can_complete(slack) {
         answer(bus, packet, &pending.refusal());
         return;
     }

@@ -102,7 +102,7 @@ proptest! {
             }
         }
         prop_assert_eq!(found, packets);
-        prop_assert_eq!(framer.halves(), 0);
+        prop_assert_eq!(framer.truncated(), 0);
         prop_assert_eq!(framer.wake_at_us(), None);
     }
 
@@ -123,7 +123,7 @@ proptest! {
         let mut framer = Framer::new();
         let mut now_us = 0;
         for chunk in chunks {
-            let halves = framer.halves();
+            let halves = framer.truncated();
             let mut found = push_all(&mut framer, &chunk, &mut now_us);
             found.extend(drain(&mut framer, &mut now_us));
             for (kind, bytes) in &found {
@@ -131,7 +131,7 @@ proptest! {
             }
             let out: Vec<u8> = found.into_iter().flat_map(|(_, bytes)| bytes).collect();
             let dropped = chunk.strip_prefix(out.as_slice()).unwrap();
-            prop_assert_eq!(framer.halves() - halves, u32::from(!dropped.is_empty()));
+            prop_assert_eq!(framer.truncated() - halves, u32::from(!dropped.is_empty()));
             prop_assert!(dropped.is_empty() || matches!(dropped[0], 0xAA | 0xFF));
         }
     }
@@ -153,7 +153,7 @@ proptest! {
             prop_assert_eq!(framer.expire(now_us), None);
         }
         prop_assert_eq!(push_all(&mut framer, &whole.1, &mut now_us), vec![whole]);
-        prop_assert_eq!(framer.halves(), 1);
+        prop_assert_eq!(framer.truncated(), 1);
     }
 
     /// Garbage swallows no more than a longest packet's worth of packets.
@@ -192,12 +192,12 @@ fn a_flush_is_raw_and_in_one_piece() {
         drain(&mut framer, &mut now_us),
         [(FrameKind::Raw, flush.to_vec())]
     );
-    assert_eq!(framer.halves(), 0);
+    assert_eq!(framer.truncated(), 0);
     // Bytes of a half packet that look like a flush are none.
     let half = [0xFF, 0xFF, 1, 9, 3, 30, 0xFF, 0xFF, 0xFF];
     assert_eq!(push_all(&mut framer, &half, &mut now_us), []);
     assert_eq!(drain(&mut framer, &mut now_us), []);
-    assert_eq!(framer.halves(), 1);
+    assert_eq!(framer.truncated(), 1);
 }
 
 #[test]

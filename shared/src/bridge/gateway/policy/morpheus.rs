@@ -8,7 +8,8 @@ use crate::servo::protocol1::Alarms;
 use crate::servo::{ClientRequest, Instruction, ServoId};
 use heapless::Vec;
 
-pub(super) fn judge(
+/// Decides on a packet for Morpheus servos.
+pub(super) fn decide(
     responder: Responder,
     controlled: [ServoId; JOINTS],
     samples: [Option<u16>; JOINTS],
@@ -28,7 +29,7 @@ pub(super) fn judge(
                 id: ping.id,
                 reply_bytes: ping.reply_bytes,
             };
-            Verdict::Ask(PendingRequest::single(responder, query))
+            Verdict::Query(PendingRequest::single(responder, query))
         }
         (Some(servo), Ok(Instruction::Read { address, count })) => {
             let joint = controlled.iter().position(|id| *id == servo);
@@ -39,7 +40,7 @@ pub(super) fn judge(
                 Some(read) if read.is_complete() => {
                     Verdict::Answer(responder.reply(Alarms::NONE, read.data()))
                 }
-                Some(read) => Verdict::Ask(PendingRequest::read(responder, read)),
+                Some(read) => Verdict::Query(PendingRequest::read(responder, read)),
             }
         }
         (None, Ok(Instruction::Cycle)) if request.is_broadcast() => {
@@ -49,7 +50,7 @@ pub(super) fn judge(
     }
 }
 
-/// What the servos would answer, one after another in the order of their ids.
+/// Answer to CYCLE: the replies of the servos in the order of their ids.
 fn cycle(
     responder: Responder,
     controlled: [ServoId; JOINTS],

@@ -7,7 +7,8 @@ use crate::bridge::gateway::response::Responder;
 use crate::servo::protocol1::{Alarms, BROADCAST, register};
 use crate::servo::{ClientRequest, Instruction, ServoId, SyncBlocks};
 
-pub(super) fn judge(
+/// Decides on a packet for stock servos.
+pub(super) fn decide(
     responder: Responder,
     controlled: [ServoId; JOINTS],
     request: &ClientRequest,
@@ -20,18 +21,17 @@ pub(super) fn judge(
         Ok(Instruction::Read { address, count }) if id < BROADCAST => {
             RegisterRead::new(responder, None, address, count).map_or_else(
                 || Verdict::Answer(responder.reply(Alarms::RANGE, &[])),
-                |read| Verdict::Ask(PendingRequest::read(responder, read)),
+                |read| Verdict::Query(PendingRequest::read(responder, read)),
             )
         }
         Ok(instruction) if is_harmless(controlled, id, instruction) => {
-            // Refused if it is longer than there is ever time for.
+            // Refused if it is too long for any slot.
             instruction.encode(id).map_or_else(
                 || Verdict::Refuse(responder.refusal()),
                 |packet| {
-                    // Answered with no more than an error byte, and if it goes to all
-                    // servos with nothing.
+                    // Answered with an error byte only; a broadcast is not answered.
                     let reply_bytes = request.expected_reply().reply_bytes;
-                    Verdict::Ask(PendingRequest::single(
+                    Verdict::Query(PendingRequest::single(
                         responder,
                         BusQuery {
                             packet,
@@ -46,10 +46,10 @@ pub(super) fn judge(
     }
 }
 
-/// Whether a servo under control is none the worse for it.
+/// Whether an instruction affects no servo under control.
 fn is_harmless(controlled: [ServoId; JOINTS], id: u8, instruction: Instruction) -> bool {
     let is_free = |id: u8| id < BROADCAST && !is_controlled(controlled, id);
-    // What has an id that is under control would answer in its place.
+    // A servo that takes the id of one under control would answer in its place.
     let keeps_clear = |address: u8, data: &[u8]| {
         register::ID
             .checked_sub(address)
@@ -58,7 +58,7 @@ fn is_harmless(controlled: [ServoId; JOINTS], id: u8, instruction: Instruction) 
     };
     match instruction {
         Instruction::Ping
-        // The one thing to write that a control loop does not mind.
+        // The only register that does not affect the control loop.
         | Instruction::Write {
             address: register::LED,
             data: [_],

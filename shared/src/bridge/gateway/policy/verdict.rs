@@ -1,4 +1,4 @@
-//! The verdict on a packet.
+//! The verdict of the policy on a packet.
 
 use crate::JOINTS;
 use crate::bridge::gateway::request::PendingRequest;
@@ -8,11 +8,11 @@ use crate::servo::ServoId;
 /// Treatment of a packet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The board asks the servos.
-    Ask(PendingRequest),
-    /// The board answers with what the servos would.
+    /// The board queries the servos.
+    Query(PendingRequest),
+    /// The board answers in place of the servos.
     Answer(Bytes),
-    /// The board refuses it, with this answer.
+    /// The board refuses the packet, with this answer.
     Refuse(Bytes),
 }
 

@@ -12,7 +12,7 @@ pub type BusQuery = Query<BYTES_MAX>;
 /// Bytes of a READ, in both protocols.
 const QUERY_BYTES: usize = 8;
 
-/// A read of some registers, and how far it is.
+/// A read of some registers, and its progress.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::bridge::gateway) struct RegisterRead {
     firmware: Firmware,
@@ -21,43 +21,43 @@ pub(in crate::bridge::gateway) struct RegisterRead {
     /// Its last position in the control loop.
     position: Option<u16>,
     address: u8,
-    /// After the last byte.
+    /// End of the registers, exclusive.
     end: u8,
-    /// What was read so far.
+    /// Data read so far.
     data: Bytes,
-    /// Bytes that were asked for last.
-    asked: u8,
+    /// Number of bytes in the last query.
+    requested: u8,
 }
 
 impl RegisterRead {
-    /// A read that has only what need not be asked for. `None` if the table
-    /// has not all of it, if it is of no bytes, or if it needs a position that
+    /// A read that has the position only. `None` if the table
+    /// lacks a register, if it is of no bytes, or if it needs a position that
     /// is not known.
     pub(in crate::bridge::gateway) fn new(
-        of: Responder,
+        responder: Responder,
         position: Option<u16>,
         address: u8,
         count: u8,
     ) -> Option<Self> {
         let end = address.checked_add(count)?;
         let mut read = Self {
-            firmware: of.firmware,
-            id: of.id,
+            firmware: responder.firmware,
+            id: responder.id,
             position,
             address,
             end,
             data: Bytes::new(),
-            asked: 0,
+            requested: 0,
         };
         let needs_position = (address..end).any(|at| read.is_unreadable(at));
         let is_known = position.is_some() || !needs_position;
         read.insert_position();
-        (count > 0 && end <= of.firmware.memory_bytes() && is_known).then_some(read)
+        (count > 0 && end <= responder.firmware.memory_bytes() && is_known).then_some(read)
     }
 
-    /// First byte that is still missing.
-    fn at(&self) -> u8 {
-        // No more than a table's size.
+    /// Address of the first byte that is still missing.
+    fn next_address(&self) -> u8 {
+        // At most a table's size.
         self.address + self.data.len() as u8
     }
 
@@ -66,7 +66,7 @@ impl RegisterRead {
     }
 
     pub(in crate::bridge::gateway) fn is_complete(&self) -> bool {
-        self.at() >= self.end
+        self.next_address() >= self.end
     }
 
     pub(in crate::bridge::gateway) fn data(&self) -> &[u8] {
@@ -75,54 +75,57 @@ impl RegisterRead {
 
     /// The next query, with at most this many bytes in query and reply.
     pub(super) fn next(&mut self, room: usize) -> Option<BusQuery> {
-        let at = self.at();
-        self.asked = self.piece(at, room);
-        let query = || self.firmware.read_query(self.id, at, self.asked);
-        (self.asked > 0).then(query).flatten()
+        let at = self.next_address();
+        self.requested = self.piece(at, room);
+        let query = || self.firmware.read_query(self.id, at, self.requested);
+        (self.requested > 0).then(query).flatten()
     }
 
-    pub(super) fn can_ever_fit(&self, room: usize) -> bool {
-        (self.at()..self.end)
+    /// Whether slots of this size complete the read.
+    pub(super) fn can_complete(&self, room: usize) -> bool {
+        (self.next_address()..self.end)
             .filter(|at| !self.is_unreadable(*at))
             .all(|at| self.piece(at, room) > 0)
     }
 
-    /// How many bytes to ask for from `at` on.
+    /// Number of bytes in a query from `at` on.
     fn piece(&self, at: u8, room: usize) -> u8 {
         let end = match self.firmware.unreadable() {
             Some(unreadable) if at < unreadable => self.end.min(unreadable),
             _ => self.end,
         };
-        let beside = self.firmware.reply_overhead() + usize::from(self.firmware.lead_bytes(at));
-        let room = room.saturating_sub(QUERY_BYTES + beside);
-        let left = end.saturating_sub(at);
-        let piece = left.min(u8::try_from(room).unwrap_or(u8::MAX));
-        let is_split = piece < left && self.firmware.splits_register(at + piece);
-        // Registers are of two bytes at the most.
+        let overhead = self.firmware.reply_overhead() + usize::from(self.firmware.lead_bytes(at));
+        let room = room.saturating_sub(QUERY_BYTES + overhead);
+        let remaining = end.saturating_sub(at);
+        let piece = remaining.min(u8::try_from(room).unwrap_or(u8::MAX));
+        let is_split = piece < remaining && self.firmware.splits_register(at + piece);
+        // Registers have two bytes at most.
         piece.saturating_sub(u8::from(is_split))
     }
 
-    /// Takes the data of an answer; whether it is what was asked for.
+    /// Takes the data of a reply; whether it answers the last query.
     pub(super) fn take_data(&mut self, data: &[u8]) -> bool {
-        let wanted = self.firmware.read_reply(self.at(), self.asked, data);
-        let Some(wanted) = wanted.filter(|wanted| !wanted.is_empty()) else {
+        let contents = self
+            .firmware
+            .read_reply(self.next_address(), self.requested, data);
+        let Some(contents) = contents.filter(|contents| !contents.is_empty()) else {
             return false;
         };
-        // What is asked for is within a table, for which there is room.
-        let _ = self.data.extend_from_slice(wanted);
+        // Contents are within a table, for which there is room.
+        let _ = self.data.extend_from_slice(contents);
         self.insert_position();
         true
     }
 
-    /// Both bytes at once, so that they belong together.
+    /// Inserts both bytes of the position at once, so that they are of one sample.
     fn insert_position(&mut self) {
         if let Some(counts) = self.position
-            && self.is_unreadable(self.at())
+            && self.is_unreadable(self.next_address())
         {
-            let left = usize::from(self.end.saturating_sub(self.at()));
+            let remaining = usize::from(self.end.saturating_sub(self.next_address()));
             let counts = counts.to_le_bytes();
-            let wanted = counts.get(..left).unwrap_or(&counts);
-            let _ = self.data.extend_from_slice(wanted);
+            let bytes = counts.get(..remaining).unwrap_or(&counts);
+            let _ = self.data.extend_from_slice(bytes);
         }
     }
 }

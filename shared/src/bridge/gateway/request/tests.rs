@@ -143,7 +143,7 @@ proptest! {
         let mut pending = memory.request(address, count).unwrap();
         let mut alarms = 0;
         let mut answer = None;
-        if let Task::Read(read) = &pending.task && read.is_complete() {
+        if let Queries::Read(read) = &pending.queries && read.is_complete() {
             prop_assert_eq!((memory.bus, address >= 0x0B), (Firmware::Morpheus, true));
             prop_assert!(address + count <= 0x0D);
             return Ok(());
@@ -160,7 +160,7 @@ proptest! {
             alarms |= alarm;
             match pending.take_reply(Some((*alarm, &reply))) {
                 Progress::More => {
-                    let Task::Read(read) = &pending.task else { unreachable!() };
+                    let Queries::Read(read) = &pending.queries else { unreachable!() };
                     let cut = address + read.data().len() as u8;
                     let is_split = memory.bus.splits_register(cut);
                     prop_assert!(!is_split, "{cut} {before:?}");
@@ -187,8 +187,8 @@ proptest! {
         let address = from.index(size);
         let count = 1 + to.index(size - address);
         let mut pending = memory.request(address as u8, count as u8).unwrap();
-        let fits = pending.can_ever_fit(slack(budget_us));
-        let mut ended = matches!(&pending.task, Task::Read(read) if read.is_complete());
+        let fits = pending.can_complete(slack(budget_us));
+        let mut ended = matches!(&pending.queries, Queries::Read(read) if read.is_complete());
         while !ended && let Some(query) = pending.next(slack(budget_us)) {
             let reply = memory.answer(&query);
             ended = matches!(pending.take_reply(Some((0, &reply))), Progress::Done(_));

@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use super::{CLIENT, CONTROLLED, judge_for, queries};
+use super::{CLIENT, CONTROLLED, decide_for, queries};
 use crate::bridge::gateway::Verdict;
 use crate::bridge::gateway::packets::{morpheus, morpheus_frame, stock, stock_frame};
 use crate::servo::Firmware;
@@ -113,8 +113,8 @@ proptest! {
         budget_us in 200..800_u32,
     ) {
         let bus = if is_stock { Firmware::Stock } else { Firmware::Morpheus };
-        let pending = match judge_for(bus, samples, &packet) {
-            Verdict::Ask(pending) => pending,
+        let pending = match decide_for(bus, samples, &packet) {
+            Verdict::Query(pending) => pending,
             Verdict::Answer(answer) | Verdict::Refuse(answer) => {
                 // All that is sent is one packet of the bus's protocol, or a CYCLE's.
                 let header = if is_stock { 0xFF } else { 0xAA };
