@@ -1,5 +1,4 @@
-//! Identity of the program: a checksum of its image in flash, so that a log
-//! identifies the code.
+//! Identity of the program: a checksum of its image in flash, for the log.
 
 #[cfg(feature = "board")]
 pub use on_board::compute;
@@ -13,11 +12,11 @@ mod on_board {
         /// The second word of the image; the first is the stack's beginning, which
         /// all programs share, and on the emulated board at no valid address.
         static __RESET_VECTOR: u32;
-        /// Where the first values of variables are kept, the last of the image.
+        /// Address of the initial values of variables, the last part of the image.
         static __sidata: u32;
-        /// Where these variables begin,
+        /// Beginning of these variables.
         static __sdata: u32;
-        /// and end.
+        /// End of these variables.
         static __edata: u32;
     }
 

@@ -1,4 +1,4 @@
-//! A buffered serial port, as the bus master wants it.
+//! A buffered serial port for the bus master.
 //!
 //! [`Buffers`] sit between a UART's interrupt handler and the code that uses
 //! the port. [`Port`] puts `embedded-hal-nb` serial traits on top: `write`
@@ -11,8 +11,8 @@
 //! before the last of them. It announces how many it waits for ([`Buffers::expect`]), and
 //! the interrupt handler wakes it at this count, or when the receiver reports an
 //! error ([`Buffers::is_due`]): once a reply, not once a byte, which costs a poll each,
-//! some 700 instructions. What comes while it expects nothing, our own echo or noise on
-//! an idle line, stays in the buffer until its next poll.
+//! some 700 instructions. Bytes that it does not expect, echo or noise on
+//! an idle line, stay in the buffer until its next poll.
 
 use crate::ring::ByteRing;
 use armbridge_shared::servo::port::SetBaud;
@@ -23,7 +23,7 @@ use embedded_hal_nb::serial::{ErrorKind, ErrorType, Read, Write};
 /// flush, is 210 bytes.
 pub const BUFFER_LEN: usize = 512;
 
-/// What an interrupt handler and a port share.
+/// Buffers shared by an interrupt handler and a port.
 #[derive(Debug, Default)]
 pub struct Buffers {
     /// Received, not yet read.
@@ -32,7 +32,7 @@ pub struct Buffers {
     tx: ByteRing<BUFFER_LEN>,
     /// The last error of the receiver, as a [`LineError`] code; 0 if none.
     error: AtomicU8,
-    /// How many received bytes end a wait; see [`NOTHING_EXPECTED`].
+    /// Number of received bytes that ends a wait; see [`NOTHING_EXPECTED`].
     expected: AtomicU32,
 }
 
@@ -43,7 +43,7 @@ const NOTHING_EXPECTED: u32 = 0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum LineError {
-    /// A byte came before the one before was fetched.
+    /// A byte was received before the previous one was read.
     Overrun = 1,
     /// No stop bit.
     Framing = 2,
@@ -72,14 +72,14 @@ impl Buffers {
         }
     }
 
-    /// Sets the count of bytes that ends the reader's wait, as an error always does; `None` if
-    /// no count does. True if there are as many already.
+    /// Sets the number of bytes that ends the reader's wait, as an error always does; `None`
+    /// for no number. True if that many have been received already.
     pub fn expect(&self, bytes: Option<usize>) -> bool {
-        // No more than there is room for: a full buffer is due.
+        // At most the capacity: a full buffer is due.
         let expected = bytes.map_or(NOTHING_EXPECTED, |bytes| bytes.clamp(1, BUFFER_LEN) as u32);
         self.expected.store(expected, Ordering::Relaxed);
-        // A byte that comes before this is counted here, one that comes later by
-        // its interrupt handler.
+        // A byte received before this is counted here, a later one by its interrupt
+        // handler.
         compiler_fence(Ordering::SeqCst);
         expected != NOTHING_EXPECTED && self.rx.len() >= expected as usize
     }
@@ -92,24 +92,24 @@ impl Buffers {
             && (self.rx.len() >= expected as usize || self.error.load(Ordering::Relaxed) != 0)
     }
 
-    /// From the interrupt handler: a byte has come.
+    /// Takes a received byte, from the interrupt handler.
     pub fn received(&self, byte: u8) {
         if !self.rx.push(byte) {
             self.report_error(LineError::Overrun);
         }
     }
 
-    /// From the interrupt handler: the receiver reports an error.
+    /// Records an error of the receiver, from the interrupt handler.
     pub fn report_error(&self, error: LineError) {
         self.error.store(error as u8, Ordering::Release);
     }
 
-    /// From the interrupt handler: the next byte to send.
+    /// Takes the next byte to send, from the interrupt handler.
     pub fn next_to_send(&self) -> Option<u8> {
         self.tx.pop()
     }
 
-    /// A received byte.
+    /// Takes the oldest received byte.
     pub fn read(&self) -> Option<u8> {
         self.rx.pop()
     }
@@ -150,13 +150,13 @@ impl Buffers {
 
 /// The part of a UART that differs between boards.
 pub trait Line {
-    /// The buffers this line is served from.
+    /// Buffers of this line.
     fn buffers(&self) -> &Buffers;
-    /// There is something new to send.
+    /// Starts sending bytes of the buffer.
     fn start_sending(&self);
     /// Whether the last stop bit has left.
     fn is_sent(&self) -> bool;
-    /// Bits per second from now on; nothing is being sent.
+    /// Sets the speed in bits per second; called while nothing is being sent.
     fn set_baud(&self, baud: u32);
 }
 

@@ -1,8 +1,8 @@
 //! A byte queue from one context to another, without locks or `unsafe`.
 //!
 //! Lamport's ring: one side only pushes, the other only pops, each advances a
-//! counter that the other only reads. If that rule is broken bytes get lost or
-//! repeated, but nothing worse: every cell is atomic.
+//! counter that the other only reads. A violation of that rule loses or repeats
+//! bytes, without undefined behaviour: every cell is atomic.
 //!
 //! The counters run freely, modulo 2³²; `N` must be a power of two for them to wrap
 //! in step.
@@ -55,7 +55,7 @@ impl<const N: usize> ByteRing<N> {
     }
 
     /// Number of bytes to pop. Exact on either side; for a third party both counters may
-    /// move between the two readings.
+    /// change between the two readings.
     pub fn len(&self) -> usize {
         let popped = self.popped.load(Ordering::Acquire);
         self.pushed.load(Ordering::Acquire).wrapping_sub(popped) as usize

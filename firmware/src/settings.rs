@@ -1,19 +1,18 @@
-//! Settings across resets: loaded at boot, saved on a command of the host.
+//! Persistent settings: loaded at boot, saved on a command of the host.
 
 use armbridge_shared::bridge::{LinkPort, can_run};
 use armbridge_shared::link::message::{Settings, SettingsFrom};
 use armbridge_shared::store::Store;
 use embedded_storage::nor_flash::NorFlash;
 
-/// Number of saves for which a boot makes room: more than a session of trying
-/// settings needs.
+/// Number of saves for which a boot makes room: more than a tuning session needs.
 const SAVES: u32 = 16;
 
 /// Prepares the store, and loads the settings to begin with. Call it after the
 /// stop sequence and before the watchdog runs: it may erase both pages.
 #[inline(never)]
 pub fn open(store: &mut Store<impl NorFlash>) -> (Settings, SettingsFrom) {
-    // Saved settings can be loaded all the same; saving will fail, and report it.
+    // Saved settings can still be loaded; saving fails and is reported.
     let prepared = store.prepare(SAVES);
     let (settings, from) = store.load(can_run);
     #[cfg(feature = "board")]
@@ -29,7 +28,7 @@ pub fn open(store: &mut Store<impl NorFlash>) -> (Settings, SettingsFrom) {
 }
 
 /// Saves the settings, if the host has commanded that and the tick has confirmed that
-/// torque is off; returns whether it did. The tick goes on meanwhile, but may miss bytes from
+/// torque is off; returns whether it did. The tick continues meanwhile, but may miss bytes from
 /// the bus while a word is programmed.
 #[inline(never)]
 pub fn keep(port: &mut LinkPort<'_>, store: &mut Store<impl NorFlash>) -> bool {

@@ -1,15 +1,15 @@
-//! How much of the stack was ever used.
+//! High-water mark of the stack.
 //!
-//! `paint` fills what is free with a pattern at boot; what is still painted has
+//! `paint` fills the free part with a pattern at boot; words that still have it have
 //! never been used. A call that leaves a large buffer unwritten at its deepest
-//! point hides that much of it, so this is what was seen, not what is possible.
+//! point hides that part, so this is the observed use, not the largest possible.
 
 use armbridge_shared::link::message::Stack;
 
-/// Unlikely in memory: no small number, no address of this program.
+/// Pattern that is unlikely in memory: no small number, no address of this program.
 pub const PAINT: u32 = 0xC5C5_A3A3;
 
-/// How often [`Watch`] looks: it reads all that is free, half of the 32 kB with some
+/// Interval of [`Watch`] in µs: it reads the whole free part, half of the 32 kB with some
 /// 25,000 instructions.
 const INTERVAL_US: u64 = 1_000_000;
 
@@ -23,7 +23,7 @@ pub fn used(words: impl ExactSizeIterator<Item = u32>) -> Stack {
     }
 }
 
-/// Looks at the stack now and then.
+/// Periodic measurement of the stack.
 #[derive(Debug, Default)]
 pub struct Watch {
     next_us: u64,
@@ -31,7 +31,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// How much was used, if that is more than was reported before.
+    /// Measures the use of the stack; `Some` if it exceeds the last report.
     pub fn sample(&mut self, now_us: u64, measure: impl FnOnce() -> Stack) -> Option<Stack> {
         if now_us < self.next_us {
             return None;
@@ -54,23 +54,23 @@ mod on_board {
     use core::ptr;
 
     unsafe extern "C" {
-        /// Where it ends; it grows downwards.
+        /// End of the stack, which grows downwards.
         static _stack_end: u32;
-        /// Where it begins: the first word above it.
+        /// Beginning of the stack: the first word above it.
         static _stack_start: u32;
     }
 
-    /// Bytes below the stack pointer that [`paint`] leaves alone: more than its
+    /// Bytes below the stack pointer that [`paint`] does not overwrite: more than its
     /// own variables need.
     const MARGIN: usize = 256;
 
-    /// Where the stack is.
+    /// Address range of the stack.
     pub fn bounds() -> Range<u32> {
         (&raw const _stack_end) as u32..(&raw const _stack_start) as u32
     }
 
-    /// Paints what is free: 3 ms at 16 MHz. Before any interrupt is let
-    /// through.
+    /// Paints the free part: 3 ms at 16 MHz. Call before any interrupt is
+    /// unmasked.
     #[inline(never)]
     pub fn paint() {
         let mut word = (&raw const _stack_end).cast_mut();
@@ -84,13 +84,13 @@ mod on_board {
         }
     }
 
-    /// How much was ever used.
+    /// Measures the high-water mark.
     pub fn measure() -> Stack {
         let begin = &raw const _stack_end;
         let words = bounds().len() / 4;
         used((0..words).map(|index| {
             // SAFETY: this is within the stack's memory, aligned, and volatile:
-            // what is read is compared with the paint and nothing else.
+            // the value is only compared with the pattern.
             unsafe { ptr::read_volatile(begin.wrapping_add(index)) }
         }))
     }

@@ -1,32 +1,32 @@
 //! The stop sequence by polling.
 //!
 //! A servo keeps its last PWM for ever. When the program can no longer be
-//! trusted (panic, hard fault, a watchdog's bite), the board sends the stop
+//! trusted (panic, hard fault, watchdog), the board sends the stop
 //! sequence itself: no interrupts, no executor, no memory but this stack.
 //!
-//! It takes 4.35 ms of pauses and 272 bytes: [`SEQUENCE_US`] at 1 Mbaud, where
+//! The sequence has 4.35 ms of pauses and 272 bytes: [`SEQUENCE_US`] at 1 Mbaud, where
 //! Morpheus servos always are, and 52.2 ms at the 57,600 baud of the slowest
-//! stock servos that are looked for.
+//! stock servos that discovery finds.
 
 use armbridge_shared::bridge::SERVO_IDS;
 use armbridge_shared::servo::port::BAUD_RATES;
 use armbridge_shared::servo::stop::{StopStep, stop_steps};
 
-/// From the first to the last bit of the sequence at 1 Mbaud, in µs, if the
-/// processor delays nothing.
+/// Duration of the sequence from the first to the last bit at 1 Mbaud, in µs, without
+/// delays of the processor.
 pub const SEQUENCE_US: u32 = 7_070;
 
-/// A UART and direction pin that need nothing but themselves.
+/// A UART and direction pin without interrupts or buffers.
 pub trait PolledUart {
     /// Sends at this many bits per second from now on.
     fn set_baud(&mut self, baud: u32);
     /// Drives the line (`true`) or releases it.
     fn drive(&mut self, on: bool);
-    /// Sends a byte, waiting for room; gives up if there is never any.
+    /// Sends a byte when there is room; gives up after a time-out.
     fn send(&mut self, byte: u8);
     /// Waits until the last stop bit has left.
     fn flush(&mut self);
-    /// Waits so long.
+    /// Waits for this time in µs.
     fn pause_us(&mut self, us: u32);
 }
 
@@ -56,8 +56,8 @@ pub fn send(line: &mut impl PolledUart, baud: u32) {
     line.drive(false);
 }
 
-/// Sends it after a reset: at the speed that the bus had before, if that is known and
-/// another than servos have ex works, and at that one.
+/// Sends the sequence after a reset: at the previous speed of the bus, if it is known and
+/// differs from the factory speed of servos, and at the factory speed.
 pub fn send_first(line: &mut impl PolledUart, baud_before: Option<u32>) {
     let [ex_works, ..] = BAUD_RATES;
     if let Some(baud) = baud_before.filter(|baud| *baud != ex_works) {

@@ -5,26 +5,26 @@
 //! They share only the channels behind [`Bridge`], [`LinkPort`] and [`PortEnd`],
 //! and [`Signals`].
 //!
-//! | module      | what                                                       |
+//! | module      | content                                                    |
 //! |-------------|------------------------------------------------------------|
 //! | `tick`      | the real-time loop: stop switch, tick, watchdog            |
 //! | `host_link` | bytes between host and bridge, and saving of settings      |
 //! | `client`    | bytes between a client and the transparent port            |
-//! | `stream`    | what both byte loops need of a board                       |
+//! | `stream`    | byte streams of a board, for both byte loops               |
 //! | `signals`   | the signals of the real-time loop to the others            |
 //!
-//! # Nothing delays the tick
+//! # Delays of the tick
 //!
-//! The tick interrupts whatever runs below it. It could wait only for what they
-//! share, and there it never waits:
+//! The tick interrupts all code of lower priority. Only shared resources could delay it,
+//! and it never waits for them:
 //!
 //! * Channels are lock-free queues for one writer and one reader. A full one
-//!   refuses, an empty one returns nothing. Their size bounds how many orders a turn
-//!   takes, so a flood on the link costs the tick no more than that.
+//!   refuses, an empty one returns nothing. Their size bounds the number of commands in an
+//!   iteration, so a flood on the link costs the tick no more than that.
 //! * A critical section masks all interrupts, on a single core, so that its length
 //!   is the only delay; its holder is never interrupted. The longest are: a line
 //!   of the log copied to RTT, which drops what does not fit instead of waiting for
-//!   a reader; a packet of 64 bytes copied to the USB controller; a look at the
+//!   a reader; a packet of 64 bytes copied to the USB controller; a check of the
 //!   timers of two tasks. Each is some hundred instructions, a few µs at 168 MHz.
 //! * Above the tick are the handlers of bus bytes and alarm, and a byte comes at
 //!   most every 5 µs (2 Mbaud).

@@ -53,14 +53,14 @@ fn main() -> ! {
     THREAD.init(Executor::new()).run(start)
 }
 
-/// Starts everything between the stop sequence and the first turn of the executors. Not
-/// inlined: what `main` calls is on the stack as long as the program runs.
+/// Starts all tasks, after the stop sequence and before the executors run. Not inlined:
+/// the frame of an inlined function is on the stack as long as the program runs.
 ///
 /// # Panics
 /// Never: `main` calls it once, so that each cell is still full or empty as it must be
 /// and each task has its place. It takes nothing from bus or link, and motors are off;
 /// `bin/no-panic.rs` shows that nothing from outside leads to a panic later.
-/// Should it happen all the same, the panic handler stops the motors and resets.
+/// On a panic the handler stops the motors and resets.
 #[inline(never)]
 fn start(thread: Spawner) {
     let report = memory::begin(reset_cause());
@@ -120,8 +120,8 @@ fn UART5() {
     unsafe { TICK.on_interrupt() };
 }
 
-/// Builds the bridge in its place. Not inlined: it is on the stack as well until it
-/// is there.
+/// Builds the bridge in its static cell. Not inlined: a copy is on the stack until it
+/// is moved.
 ///
 /// # Panics
 /// Never: `settings::open` has built a controller for saved settings, and every test of

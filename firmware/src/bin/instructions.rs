@@ -2,10 +2,10 @@
 //!
 //! With `-icount shift=0` every instruction takes one virtual nanosecond, so a
 //! clock counts instructions. Each function is called many times on inputs that
-//! the compiler cannot see through, and what the same loop takes with nothing in
-//! it is subtracted: what is left is the function, call and moves included.
+//! the compiler does not know, and the count of an empty loop is subtracted: the
+//! remainder is the function, call and moves included.
 //!
-//! `cargo count-instructions` builds and runs it. What a whole tick decides takes
+//! `cargo count-instructions` builds and runs it. The computing time of a whole tick
 //! is in the records of `armbridge run --link emulate:?icount`.
 #![no_std]
 #![no_main]
@@ -35,7 +35,7 @@ const PERIOD_S: f32 = 0.001;
 fn main() -> ! {
     clock::start(false, 1);
     if measure().is_none() {
-        // A panic would reset the machine, and begin again.
+        // A panic would reset the machine, and restart.
         hprintln!("a controller or an estimator could not be built");
         semihosting::exit(semihosting::EXIT_PANIC)
     }
@@ -93,7 +93,7 @@ fn measure() -> Option<()> {
     ];
     let observer = Luenberger::new(Model::linear(&model), gains, Form::Current);
     let upright_q = Vector2::zeros();
-    // A linear model has no use for it.
+    // A linear model does not use it.
     let posture = Posture::of(upright_q);
     let mut estimate = Estimator::Luenberger(observer).at_rest(upright_q);
     show(

@@ -51,14 +51,14 @@ fn main() -> ! {
     }
 }
 
-/// Starts everything between the stop sequence and the first turn of the executors. Not
-/// inlined: what `main` calls is on the stack as long as the program runs.
+/// Starts all tasks, after the stop sequence and before the executors run. Not inlined:
+/// the frame of an inlined function is on the stack as long as the program runs.
 ///
 /// # Panics
 /// Never: `main` calls it once, so that each cell is still full or empty as it must be
 /// and each task has its place. It takes nothing from bus or link, and motors are off;
 /// `bin/no-panic.rs` shows that nothing from outside leads to a panic later.
-/// Should it happen all the same, the panic handler stops the motors and resets.
+/// On a panic the handler stops the motors and resets.
 #[inline(never)]
 fn start(arguments: &Arguments) {
     let in_lockstep = clock::is_lockstep();
@@ -105,8 +105,8 @@ fn start(arguments: &Arguments) {
     }
 }
 
-/// Builds the bridge in its place. Not inlined: it is on the stack as well until it
-/// is there.
+/// Builds the bridge in its static cell. Not inlined: a copy is on the stack until it
+/// is moved.
 ///
 /// # Panics
 /// Never: `settings::open` has built a controller for saved settings, and every test of

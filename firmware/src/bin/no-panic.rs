@@ -5,18 +5,18 @@
 //! everything below them (the tick and its master, the link with the design of
 //! gains, the transparent port), the interrupt's side of the buffers, the stop
 //! sequence, and all codecs. Bytes, times and readiness come from
-//! [`black_box`], so that the optimiser must take them for anything, and what is
-//! kept between two calls goes through it too. The panic handler calls a function
+//! [`black_box`], so that the optimiser must assume any value; state between
+//! two calls passes through it too. The panic handler calls a function
 //! that does not exist: if the optimiser leaves a single path to it, the linker
 //! fails.
 //!
 //! `cargo verify --only no-panic` builds it, names the panics if there
 //! are any, and checks that planted ones are found. Features:
 //!
-//! | feature            | what                                                 |
+//! | feature            | image                                                |
 //! |--------------------|------------------------------------------------------|
 //! | `no-panic`         | as above                                             |
-//! | `no-panic-locate`  | with a handler, so that it links and can be looked at |
+//! | `no-panic-locate`  | with a handler, so that it links and can be inspected |
 //! | `no-panic-planted` | with a panic in each of the three loops              |
 //!
 //! The profile is that of the boards' images, in which sums wrap: that none
@@ -55,7 +55,7 @@ use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlas
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     unsafe extern "C" {
-        /// Nowhere.
+        /// Defined nowhere.
         safe fn a_panic_can_be_reached() -> !;
     }
     if cfg!(feature = "no-panic-locate") {
@@ -66,12 +66,12 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     a_panic_can_be_reached()
 }
 
-/// Any value that such a thing can have.
+/// An arbitrary value.
 fn any<T: Default>() -> T {
     black_box(T::default())
 }
 
-/// Panics if the feature asks for that, which depends on an input.
+/// Panics depending on an input, if the feature is enabled.
 fn planted() {
     if cfg!(feature = "no-panic-planted") {
         black_box([0_u8; 4][any::<usize>()]);
@@ -102,7 +102,7 @@ impl Line for Bus {
     }
 }
 
-/// Its direction.
+/// Direction pin of the bus.
 struct Direction;
 
 impl ErrorType for Direction {
@@ -121,9 +121,8 @@ impl OutputPin for Direction {
     }
 }
 
-/// A flash that fails. The storage library makes of what it reads more than the
-/// compiler can follow; that no content of a flash makes it panic is for the fuzz
-/// target `store`.
+/// A flash that fails. The compiler cannot follow the data flow of the storage library;
+/// the fuzz target `store` checks that no content of a flash makes it panic.
 struct Flash;
 
 impl nor_flash::ErrorType for Flash {
@@ -155,11 +154,11 @@ impl NorFlash for Flash {
     }
 }
 
-/// Does something with `what`, now or later, and gives back anything. Not an
-/// `async` block: that panics when it is asked once more after its end.
-fn sometime<W, T: Default>(mut what: W) -> impl Future<Output = T> {
+/// Future that uses `input` at an arbitrary time and returns an arbitrary value. Not an
+/// `async` block, which panics when it is polled after its end.
+fn sometime<W, T: Default>(mut input: W) -> impl Future<Output = T> {
     poll_fn(move |_| {
-        black_box(&mut what);
+        black_box(&mut input);
         planted();
         if any() {
             Poll::Ready(any())
@@ -189,7 +188,7 @@ impl RealTime for Outside {
         sometime((until_us, bytes_wanted))
     }
 
-    fn tick_was_good(&mut self) {
+    fn note_good_tick(&mut self) {
         black_box(());
     }
 
@@ -244,7 +243,7 @@ impl PolledUart for Outside {
     }
 }
 
-/// Messages of one direction, there and back again.
+/// Encodes and decodes messages of one direction.
 fn messages<M: Message>() {
     let (mut decoder, mut encoder) = (Decoder::default(), Encoder::default());
     while any() {
@@ -254,7 +253,7 @@ fn messages<M: Message>() {
     }
 }
 
-/// Servo packets of both protocols, there and back again.
+/// Encodes and decodes servo packets of both protocols.
 fn packets() {
     use morpheus::frame as m;
     use protocol1::frame as p;
@@ -279,7 +278,7 @@ fn grants() {
     black_box(TimeRequest::from_bytes(any()).to_bytes());
 }
 
-/// What is kept through a reset, whatever memory holds.
+/// Accesses retained memory with arbitrary contents.
 fn kept() {
     black_box(memory::begin(black_box(End::PowerUp)));
     memory::keep(any());
@@ -287,7 +286,7 @@ fn kept() {
     black_box(CrashRecord::from_words(&any()).map(CrashRecord::to_words));
 }
 
-/// What a UART's handlers do.
+/// Runs the functions of a UART's interrupt handlers.
 fn interrupts() {
     while any() {
         let bus = black_box(&BUS);
@@ -297,7 +296,7 @@ fn interrupts() {
     }
 }
 
-/// Polls `future` again and again; what it holds may be anything each time.
+/// Polls `future` repeatedly, with arbitrary contents each time.
 fn poll_repeatedly<T>(future: impl Future<Output = T>) {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());
@@ -306,7 +305,7 @@ fn poll_repeatedly<T>(future: impl Future<Output = T>) {
     }
 }
 
-// Each loop is a function of its own, so that a panic in it can be distinguished from one
+// Each loop is a separate function, so that a panic in it can be distinguished from one
 // in another.
 
 #[inline(never)]
@@ -348,7 +347,7 @@ fn client(end: PortEnd<'_>) {
     ));
 }
 
-/// Where the linker begins to look for what is used.
+/// Entry at which the linker begins.
 // SAFETY: the name is the one by which the linker finds an entry; nothing else in
 // this image has it, and nothing runs it.
 #[unsafe(no_mangle)]

@@ -1,18 +1,18 @@
-//! What an exception leaves on the stack, and whether that was the stack's end.
+//! Exception frame on the stack, and detection of a stack overflow.
 //!
 //! The processor pushes eight words before it enters a handler: r0 to r3, r12,
 //! lr, pc and the status register (ARMv7-M Architecture Reference Manual,
-//! B1.5.6), more below them if the floating-point unit is in use. Nothing here
-//! uses the process stack, so they are where the main stack pointer points.
+//! B1.5.6), more below them if the floating-point unit is in use. The process
+//! stack is not used, so they are at the main stack pointer.
 
 use core::ops::Range;
 
 /// Bytes of the eight words.
 pub const FRAME_LEN: u32 = 32;
-/// Where among them pc is.
+/// Offset of pc in the frame.
 pub const PC_OFFSET: u32 = 24;
 
-/// An access that fails with less than this left, in bytes, failed for want of
+/// An access that fails with less than this left, in bytes, failed for lack of
 /// stack: an instruction pushes at most 16 registers or 32 of the floating-point
 /// unit.
 const PUSH_MAX: u32 = 128;
@@ -21,19 +21,19 @@ const PUSH_MAX: u32 = 128;
 /// registers could not be pushed: MSTKERR, MLSPERR, STKERR, LSPERR.
 const STACKING_FAILED: u32 = 1 << 4 | 1 << 5 | 1 << 12 | 1 << 13;
 
-/// Whether the stack overflowed. `frame` is where the eight words should be,
-/// `stack` where they may be.
+/// Whether the stack overflowed. `frame` is the address of the eight words,
+/// `stack` the range of valid addresses.
 pub fn is_overflow(frame: u32, fault_status: u32, stack: &Range<u32>) -> bool {
     frame < stack.start.saturating_add(PUSH_MAX) || fault_status & STACKING_FAILED != 0
 }
 
-/// Where pc is to be read, if the words are there.
+/// Address of pc in the frame, if the frame is valid.
 pub fn pc_address(frame: u32, fault_status: u32, stack: &Range<u32>) -> Option<u32> {
-    let is_there = frame.is_multiple_of(4)
+    let is_valid = frame.is_multiple_of(4)
         && frame >= stack.start
         && frame <= stack.end.saturating_sub(FRAME_LEN)
         && fault_status & STACKING_FAILED == 0;
-    is_there.then(|| frame + PC_OFFSET)
+    is_valid.then(|| frame + PC_OFFSET)
 }
 
 #[cfg(test)]

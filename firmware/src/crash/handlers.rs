@@ -11,27 +11,27 @@ use core::ptr;
 use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::SCB;
 
-/// How often the program has begun to end.
+/// Number of entries of [`stop_and_reset`].
 static CRASHES: AtomicU32 = AtomicU32::new(0);
 
-/// Of the stack, in bytes: three times what ending takes. If there is less left,
-/// the stack begins anew.
+/// Stack in bytes that the handlers need, with a factor of three. If less is left,
+/// the stack pointer is reset.
 const ROOM: u32 = 2_048;
 
 /// The number of the non-maskable interrupt among the exceptions.
 const NMI: u32 = 2;
 
-/// The first act after any reset: motors off, also at the speed that the bus had, if
-/// there was a life before.
+/// Switches motors off, as the first action after any reset, also at the previous speed of
+/// the bus, if it was retained.
 pub fn stop_first() {
     let before = memory::is_kept().then(memory::baud);
     stop::send_first(&mut board::polled_bus(), before);
 }
 
-/// Motors off, before anything else; then a record, a line in the log, and a reset.
-/// A second entry means that ending failed: after the reset the program stops the motors,
+/// Switches motors off first; then writes a record and a line in the log, and resets.
+/// A second entry means that this failed: after the reset the program stops the motors,
 /// and the first failure is reported, if its record was written.
-fn stop_and_reset(what: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) -> ! {
+fn stop_and_reset(cause: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) -> ! {
     cortex_m::interrupt::disable();
     let earlier = CRASHES.fetch_add(1, Ordering::Relaxed);
     if earlier == 0 {
@@ -39,7 +39,7 @@ fn stop_and_reset(what: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) -> 
         stop::send(&mut board::polled_bus(), memory::baud());
     }
     if earlier < 2 {
-        let end = what();
+        let end = cause();
         memory::keep(end);
         if earlier == 0 {
             log(end);
@@ -51,7 +51,7 @@ fn stop_and_reset(what: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) -> 
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    let what = || {
+    let cause = || {
         let place = info.location();
         LastEnd {
             cause: End::Panic,
@@ -61,24 +61,24 @@ fn panic(info: &PanicInfo<'_>) -> ! {
             tick: memory::tick(),
         }
     };
-    stop_and_reset(what, |_| {
+    stop_and_reset(cause, |_| {
         defmt::error!("{}", defmt::Display2Format(info));
     })
 }
 
-/// An exception that is not expected is a bug.
+/// Panics on an unexpected exception, which is a bug.
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(number: i16) -> ! {
     panic!("unexpected exception {number}")
 }
 
-/// Looks at the stack pointer before anything else uses the stack: if it points
-/// anywhere but into the stack, or too near its end, the stack begins anew.
+/// Checks the stack pointer before the stack is used: if it points outside the stack, or
+/// too near its end, it is reset.
 /// Registers of the floating-point unit that are still to be saved (LSPACT in
-/// FPCCR) would be saved to where there may be no stack: they are given up.
+/// FPCCR) could be saved outside the stack: they are dropped.
 // SAFETY: the name is the one by which cortex-m-rt's vector table calls it, as an
-// exception handler. It never returns, so what it does to the stack is no one's
-// loss; the eight words of the exception are above the pointer that is kept, or
+// exception handler. It never returns, so the contents of the stack are not needed
+// any more; the eight words of the exception are above the pointer that is kept, or
 // more than `ROOM` bytes below the one that is set, if they are in the stack.
 #[unsafe(naked)]
 #[unsafe(no_mangle)]
@@ -117,9 +117,9 @@ unsafe extern "C" fn NonMaskableInt() -> ! {
     core::arch::naked_asm!("b {fault}", fault = sym HardFault)
 }
 
-/// A fault, or the watchdog's interrupt. `frame` is where the stack pointer was.
+/// Handles a fault, or the watchdog's interrupt. `frame` is the stack pointer at its time.
 extern "C" fn fault(frame: u32, exception: u32) -> ! {
-    let what = || {
+    let cause = || {
         let stack = stack::bounds();
         // SAFETY: reading the fault status register changes nothing.
         let status = unsafe { (*SCB::PTR).cfsr.read() };
@@ -138,7 +138,7 @@ extern "C" fn fault(frame: u32, exception: u32) -> ! {
             ..LastEnd::default()
         }
     };
-    stop_and_reset(what, |end| {
+    stop_and_reset(cause, |end| {
         defmt::error!("{} at {=u32:#x}", end.cause, end.pc);
     })
 }

@@ -1,11 +1,11 @@
-//! Memory that a reset leaves alone: how the program ended, which life it is,
-//! the tick, and the speed of the servo bus.
+//! Memory that is retained through a reset: crash record, number of resets,
+//! tick, and speed of the servo bus.
 //!
 //! It lies in a section that is not initialised, so that it holds noise after
-//! power-up. Every cell is atomic: an exception handler may come between any two
-//! accesses, and then it is the handler's that count.
+//! power-up. Every cell is atomic: an exception handler may interrupt between any two
+//! accesses, and then its values are final.
 
-use super::record::{CrashRecord, WORDS, judge};
+use super::record::{self, CrashRecord, WORDS};
 use armbridge_shared::link::message::{BoardReport, End, LastEnd};
 use armbridge_shared::servo::port::BAUD_RATES;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -15,7 +15,8 @@ const SERVO_BAUD: core::ops::RangeInclusive<u32> = 7_800..=2_000_000;
 
 struct Memory {
     record: [AtomicU32; WORDS],
-    life: AtomicU32,
+    /// Number of resets.
+    resets: AtomicU32,
     tick: AtomicU32,
     baud: AtomicU32,
 }
@@ -25,7 +26,7 @@ struct Memory {
 #[cfg_attr(target_os = "none", unsafe(link_section = ".uninit.CRASH"))]
 static MEMORY: Memory = Memory {
     record: [const { AtomicU32::new(0) }; WORDS],
-    life: AtomicU32::new(0),
+    resets: AtomicU32::new(0),
     tick: AtomicU32::new(0),
     baud: AtomicU32::new(0),
 };
@@ -46,6 +47,7 @@ pub fn log(report: &BoardReport) {
     );
 }
 
+/// The record, if memory was retained.
 fn kept() -> Option<CrashRecord> {
     let mut words = [0; WORDS];
     for (word, cell) in words.iter_mut().zip(&MEMORY.record) {
@@ -54,6 +56,7 @@ fn kept() -> Option<CrashRecord> {
     CrashRecord::from_words(&words)
 }
 
+/// Writes the record.
 fn keep_record(kept: CrashRecord) {
     for (cell, word) in MEMORY.record.iter().zip(kept.to_words()) {
         cell.store(word, Ordering::Relaxed);
@@ -63,9 +66,9 @@ fn keep_record(kept: CrashRecord) {
 /// Starts after a reset, once. `chip` is the chip's own cause of the
 /// reset. The session is counted up from its value in memory.
 pub fn begin(chip: End) -> BoardReport {
-    let session = MEMORY.life.load(Ordering::Relaxed).wrapping_add(1);
-    MEMORY.life.store(session, Ordering::Relaxed);
-    let last_end = judge(kept(), chip, tick());
+    let session = MEMORY.resets.load(Ordering::Relaxed).wrapping_add(1);
+    MEMORY.resets.store(session, Ordering::Relaxed);
+    let last_end = record::last_end(kept(), chip, tick());
     MEMORY.tick.store(0, Ordering::Relaxed);
     MEMORY.baud.store(BAUD_RATES[0], Ordering::Relaxed);
     keep_record(CrashRecord::Running);
@@ -76,19 +79,19 @@ pub fn begin(chip: End) -> BoardReport {
     }
 }
 
-/// Whether this memory was kept through the reset, or had no power before it.
+/// Whether this memory was retained through the reset.
 pub fn is_kept() -> bool {
     kept().is_some()
 }
 
-/// Keeps how the program ends, unless it is ending already.
+/// Records the end of the program, unless one is recorded already.
 pub fn keep(end: LastEnd) {
     if !matches!(kept(), Some(CrashRecord::Ended(_))) {
         keep_record(CrashRecord::Ended(end));
     }
 }
 
-/// This tick has begun.
+/// Records the tick that has begun.
 pub fn set_tick(tick: u32) {
     MEMORY.tick.store(tick, Ordering::Relaxed);
 }
@@ -103,10 +106,10 @@ pub fn set_baud(baud: u32) {
     MEMORY.baud.store(baud, Ordering::Relaxed);
 }
 
-/// Bits per second on the servo bus; before [`begin`], those of the life before.
+/// Speed of the servo bus in bits per second; before [`begin`], that before the reset.
 pub fn baud() -> u32 {
     let baud = MEMORY.baud.load(Ordering::Relaxed);
-    // Anything else is noise from power-up.
+    // Any other value is noise from power-up.
     if SERVO_BAUD.contains(&baud) {
         baud
     } else {

@@ -1,16 +1,16 @@
-//! Where the program itself fails: motors off, a record why, a new beginning.
+//! Crash handling: motors off, a record of the cause, and a reset.
 //!
-//! A servo obeys its last PWM for ever, so a program that fails has one duty left:
-//! the [stop sequence](crate::stop), by polling. Only then is kept how it came to
-//! that ([`memory`]), and then the processor is reset. Whatever fails on that way
-//! is a reset too, and the first act of the program after any reset is the
+//! A servo obeys its last PWM for ever, so a program that fails first sends
+//! the [stop sequence](crate::stop), by polling. Then it records the cause
+//! ([`memory`]), and resets the processor. A failure in between
+//! is a reset too, and the first action of the program after any reset is the
 //! stop sequence again.
 //!
 //! ```text
 //!  panic ---------+
 //!  hard fault ----+--> stop sequence --> record --> log --> reset --+
 //!  watchdog's NMI-+     |                                           |
-//!    (emulator)         | anything fails: reset at once, or         |
+//!    (emulator)         | on a failure: reset at once, or           |
 //!  watchdog (board) --+ | the watchdog's                            |
 //!  brown-out ---------+-+-------------------------------------------+
 //!  reset pin ---------+                                             v
@@ -30,12 +30,12 @@
 //! | hang: no good tick            | 170: watchdog, sequence | 319: watchdog, boot, sequence |
 //! | brown-out, reset pin          |                   | 18 from its end: chip, boot, sequence |
 //!
-//! | part      | takes                                                        |
+//! | part      | duration                                                     |
 //! |-----------|--------------------------------------------------------------|
-//! | sequence  | 7.1 ([`SEQUENCE_US`](crate::stop::SEQUENCE_US)) and what polling adds; on the real board up to 12, because its pauses are counted loops that last up to twice as long |
+//! | sequence  | 7.1 ([`SEQUENCE_US`](crate::stop::SEQUENCE_US)) and the time of polling; on the real board up to 12, because its pauses are counted loops that last up to twice as long |
 //! | watchdog  | 161.5 ([`WATCHDOG_US`]); on the real board 110 to 304, with its oscillator |
 //! | boot      | 3: 26 kB of variables are cleared and copied at 16 MHz       |
-//! | chip      | 3 until it lets go of its own reset (data sheet, section 5.3.5) |
+//! | chip      | 3 until it releases its own reset (data sheet, section 5.3.5) |
 //!
 //! On a slower bus the sequence takes longer, see [`crate::stop`], and
 //! after a reset it is sent both at the speed before and at 1 Mbaud. Ending feeds
@@ -43,17 +43,17 @@
 //! off.
 //!
 //! While the supply is too low and while a reset lasts nothing can be sent, and a
-//! servo that still has power obeys its last command. No program can help
-//! that; a switch in the servos' supply can.
+//! servo that still has power obeys its last command. Only a switch in the servos'
+//! supply prevents that.
 //!
-//! | module     | what                                                     |
+//! | module     | content                                                  |
 //! |------------|----------------------------------------------------------|
-//! | [`memory`] | what outlasts a reset                                    |
-//! | [`record`] | how the program ended, as words in that memory           |
-//! | [`frame`]  | what an exception leaves on the stack                    |
+//! | [`memory`] | memory that is retained through a reset                  |
+//! | [`record`] | the end of the program, as words in that memory          |
+//! | [`frame`]  | exception frame on the stack                             |
 //!
-//! A board adds a line that can be polled, its watchdog, what its chip knows of the
-//! reset, and a way to reset it.
+//! A board adds a bus line for polling, its watchdog, the cause of the reset, and the
+//! reset itself.
 
 pub mod frame;
 #[cfg(feature = "board")]
@@ -66,8 +66,8 @@ use armbridge_shared::bridge::limits::PERIOD_MAX_US;
 #[cfg(feature = "board")]
 pub use handlers::stop_first;
 
-/// The watchdog's period in µs: without a good tick for so long, the program is
-/// taken for dead.
+/// The watchdog's period in µs: without a good tick for that time, it resets the
+/// board.
 ///
 /// Steps of bring-up are at most 60 ms apart. The real board's watchdog counts
 /// with an oscillator of nominally 32 kHz, 17 to 47 kHz in fact, and must outlast

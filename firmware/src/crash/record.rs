@@ -1,16 +1,16 @@
-//! What is remembered of how the program ended, as words in memory.
+//! Crash record: the end of the program, as words in memory.
 //!
-//! | word   | what                                                           |
+//! | word   | content                                                        |
 //! |--------|----------------------------------------------------------------|
 //! | 0      | [`MAGIC`]                                                       |
 //! | 1      | cause, as a number of [`CAUSES`]; [`RUNNING`] until there is one |
-//! | 2      | where the processor was                                        |
+//! | 2      | program counter                                                |
 //! | 3      | line that panicked                                             |
-//! | 4..10  | end of its file's name                                         |
+//! | 4..10  | end of the name of its file                                    |
 //! | 10     | tick                                                           |
-//! | 11     | CRC-32 of all that                                             |
+//! | 11     | CRC-32 of these words                                          |
 //!
-//! Memory that has just got its power holds noise, which the magic word and the
+//! Memory holds noise after power-up, which the magic word and the
 //! CRC detect. So an intact record also proves that the
 //! memory has not been without power since it was written.
 
@@ -21,7 +21,7 @@ use armbridge_shared::link::message::{End, LastEnd};
 /// Words of a record.
 pub const WORDS: usize = 12;
 
-/// As words in memory.
+/// A record as words in memory.
 pub type Words = [u32; WORDS];
 
 const MAGIC: u32 = u32::from_le_bytes(*b"ARMb");
@@ -42,20 +42,20 @@ const CAUSES: [End; 8] = [
 /// Information about the program that wrote a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CrashRecord {
-    /// It did not see its end coming.
+    /// The program had not recorded its end.
     Running,
-    /// It ended so.
+    /// The recorded end.
     Ended(LastEnd),
 }
 
 impl CrashRecord {
-    /// As it is kept.
+    /// Encodes the record as words.
     pub fn to_words(self) -> Words {
         let (code, end) = match self {
             Self::Running => (RUNNING, LastEnd::default()),
             Self::Ended(end) => {
-                let is_it = |cause: &End| *cause == end.cause;
-                let code = CAUSES.iter().position(is_it).unwrap_or_default();
+                let is_cause = |cause: &End| *cause == end.cause;
+                let code = CAUSES.iter().position(is_cause).unwrap_or_default();
                 (code as u32, end)
             }
         };
@@ -80,7 +80,7 @@ impl CrashRecord {
         words
     }
 
-    /// What was kept; `None` if it is noise.
+    /// Decodes the record; `None` if the words are noise.
     pub fn from_words(words: &Words) -> Option<Self> {
         let [content @ .., crc] = words;
         let [magic, code, pc, line, place @ .., tick] = content;
@@ -114,7 +114,7 @@ fn little(bytes: &[u8]) -> u32 {
         .fold(0, |word, byte| word << 8 | u32::from(*byte))
 }
 
-/// The last characters of a file's name, filled up with zeros.
+/// The last characters of a file's name, padded with zeros.
 pub fn tail(file: &str) -> [u8; PLACE_LEN] {
     let bytes = file.as_bytes();
     let begin = bytes.len().saturating_sub(PLACE_LEN);
@@ -127,7 +127,7 @@ pub fn tail(file: &str) -> [u8; PLACE_LEN] {
 
 /// End of the last program: from its record, or else from the chip's cause
 /// of the reset. `tick` is the last one that began, if memory was kept.
-pub fn judge(kept: Option<CrashRecord>, chip: End, tick: u32) -> LastEnd {
+pub fn last_end(kept: Option<CrashRecord>, chip: End, tick: u32) -> LastEnd {
     let cause = match (kept, chip) {
         (Some(CrashRecord::Ended(end)), _) => return end,
         // The chip was reset by its supply, and memory outlasted it.
@@ -191,9 +191,9 @@ mod tests {
     #[test]
     fn a_programs_own_account_counts_more_than_the_chips() {
         let ended = Some(CrashRecord::Ended(panicked()));
-        assert_eq!(judge(ended, End::Software, 7), panicked());
+        assert_eq!(last_end(ended, End::Software, 7), panicked());
         let cause = |kept, chip| {
-            let end = judge(kept, chip, 7);
+            let end = last_end(kept, chip, 7);
             (end.cause, end.tick)
         };
         let running = Some(CrashRecord::Running);

@@ -14,7 +14,7 @@ use embedded_storage::nor_flash::NorFlash;
 /// Moves bytes between the host and `port`, for ever, and settings to `store`. Both
 /// are borrowed for the same reason as the bridge of [`real_time`](super::real_time). A
 /// host that does not read delays only this loop, which still takes what the host
-/// sends. `watch` returns the use of the stack from time to time.
+/// sends. `watch` returns the use of the stack when it has grown.
 pub async fn link(
     port: &mut LinkPort<'_>,
     mut from_host: impl FromHost,
@@ -36,13 +36,13 @@ pub async fn link(
         }
         let bytes = frame.get(pending.clone()).unwrap_or_default();
         let is_silent = bytes.is_empty();
-        let happened = {
-            let ran = pin!(signals.ran.wait());
+        let event = {
+            let frame_ready = pin!(signals.frame_ready.wait());
             let output = pin!(to_host.write(bytes));
-            let output = select(when(is_silent, ran), when(!is_silent, output));
+            let output = select(when(is_silent, frame_ready), when(!is_silent, output));
             select(from_host.read(&mut received), output).await
         };
-        match happened {
+        match event {
             Either::First(len) => receive(port, received.get(..len).unwrap_or(&received)),
             Either::Second(Either::First(())) => {}
             Either::Second(Either::Second(len)) => pending.start += len,
@@ -59,7 +59,7 @@ fn receive(port: &mut LinkPort<'_>, bytes: &[u8]) {
     port.receive(bytes);
 }
 
-/// Puts the next frame for the host into `frame`; its length, 0 if there is none.
+/// Copies the next frame for the host to `frame`; returns its length, 0 if there is none.
 #[inline(never)]
 fn next_frame(port: &mut LinkPort<'_>, frame: &mut [u8; frame::MAX]) -> usize {
     let Some(next) = port.transmit() else {

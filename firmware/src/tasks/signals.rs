@@ -7,11 +7,11 @@ use embassy_sync::signal::Signal;
 /// Signals of the real-time loop, each with its latest value only.
 #[derive(Default)]
 pub struct Signals {
-    /// There is a frame to send.
-    pub ran: Signal<CriticalSectionRawMutex, ()>,
-    /// There are bytes for the client of the transparent port, or room for bytes from
-    /// it.
-    pub served: Signal<CriticalSectionRawMutex, ()>,
+    /// A frame is ready for the host.
+    pub frame_ready: Signal<CriticalSectionRawMutex, ()>,
+    /// Bytes are ready for the client of the transparent port, or there is room for bytes
+    /// from it.
+    pub client_bytes: Signal<CriticalSectionRawMutex, ()>,
     /// The mode has changed.
     pub mode: Signal<CriticalSectionRawMutex, Mode>,
 }
@@ -20,8 +20,8 @@ impl Signals {
     /// Signals that have not been given.
     pub const fn new() -> Self {
         Self {
-            ran: Signal::new(),
-            served: Signal::new(),
+            frame_ready: Signal::new(),
+            client_bytes: Signal::new(),
             mode: Signal::new(),
         }
     }

@@ -1,4 +1,4 @@
-//! Byte streams of a board as the byte loops need them, and how to wait for them.
+//! Byte streams of a board for the byte loops, and a conditional wait.
 
 use armbridge_shared::bridge::gateway::ClientLine;
 use core::future::{Future, poll_fn};
@@ -7,14 +7,14 @@ use core::task::Poll;
 
 /// Bytes from the host.
 pub trait FromHost {
-    /// Waits for bytes, returns how many. May be dropped at any time without
+    /// Waits for bytes, returns their number. May be dropped at any time without
     /// loss: bytes that it did not report were not taken.
     fn read(&mut self, buffer: &mut [u8]) -> impl Future<Output = usize>;
 }
 
 /// Bytes to the host.
 pub trait ToHost {
-    /// Waits until some of `bytes` can be sent, returns how many were. May be
+    /// Waits until some of `bytes` can be sent, returns the number sent. May be
     /// dropped at any time: bytes that it did not report were not sent.
     fn write(&mut self, bytes: &[u8]) -> impl Future<Output = usize>;
 }

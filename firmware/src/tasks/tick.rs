@@ -10,12 +10,12 @@ use core::future::Future;
 use embedded_hal::digital::OutputPin;
 use embedded_hal_nb::serial;
 
-/// A board as the real-time loop needs it, beside the bus.
+/// Services of a board for the real-time loop, beside the bus.
 pub trait RealTime {
     /// Time since boot in µs; never goes back.
     fn now_us(&self) -> u64;
 
-    /// Starts measuring how long something takes.
+    /// Starts the stopwatch.
     fn start_stopwatch(&mut self);
 
     /// Time since [`Self::start_stopwatch`] in ns; wrong beyond 4 s.
@@ -23,21 +23,21 @@ pub trait RealTime {
 
     /// Waits for bus activity (a byte, the end of a transmission) or until
     /// `until_us`, whichever is first. May return early. Fewer bytes than
-    /// `bytes_wanted` need not end the wait, and none need where that is `None`.
+    /// `bytes_wanted` need not end the wait; with `None` no bytes need to.
     fn wait(&mut self, until_us: u64, bytes_wanted: Option<usize>) -> impl Future<Output = ()>;
 
-    /// Feeds the watchdog: a tick went well.
-    fn tick_was_good(&mut self);
+    /// Feeds the watchdog after a good tick.
+    fn note_good_tick(&mut self);
 
     /// Whether the emergency stop's switch is open, or its wire broken. Read in
-    /// every turn of the real-time loop, and so in every tick.
+    /// every iteration of the real-time loop, and so in every tick.
     fn is_stop_pressed(&mut self) -> bool;
 }
 
-/// Runs the tick, for ever. `watch` belongs to the bridge's end of the queues.
+/// Runs the tick, for ever. `watch` is that of the bridge's end of the queues.
 ///
-/// The bridge is borrowed: a future keeps an argument twice, as argument and as
-/// variable, and this one would be built on the stack first.
+/// The bridge is borrowed: a future stores an argument twice, as argument and as
+/// variable, and the bridge would be built on the stack first.
 pub async fn real_time<S, D, B>(
     bridge: &mut Bridge<'_, S, D>,
     mut watch: QueueWatch<'_>,
@@ -57,23 +57,23 @@ where
         let progress = poll(bridge, board.now_us());
         memory::set_tick(bridge.tick());
         match progress {
-            // Torque is off and the bus makes progress: as good as a tick.
-            Ok(Progress::Searching) => board.tick_was_good(),
+            // Torque is off and the bus makes progress: counts as a good tick.
+            Ok(Progress::Searching) => board.note_good_tick(),
             Ok(Progress::Served) => {}
             Ok(Progress::Sampled) => {
                 board.start_stopwatch();
                 decide(bridge);
                 let compute_ns = board.stopwatch_ns();
                 if publish(bridge, compute_ns) {
-                    board.tick_was_good();
+                    board.note_good_tick();
                 }
             }
             Err(nb::Error::WouldBlock) => {
                 if watch.has_link_activity() {
-                    signals.ran.signal(());
+                    signals.frame_ready.signal(());
                 }
                 if watch.has_client_activity() {
-                    signals.served.signal(());
+                    signals.client_bytes.signal(());
                 }
                 if mode != Some(bridge.mode()) {
                     mode = Some(bridge.mode());
@@ -86,7 +86,7 @@ where
     }
 }
 
-// The three parts of a turn are functions of their own. Merged into the loop they
+// The three parts of an iteration are separate functions. Merged into the loop they
 // share one frame of 5 kB, and its addresses, some 490, are computed and spilled at
 // every poll, whichever part runs.
 
@@ -186,7 +186,7 @@ mod tests {
             core::future::pending::<()>().await;
         }
 
-        fn tick_was_good(&mut self) {}
+        fn note_good_tick(&mut self) {}
 
         fn is_stop_pressed(&mut self) -> bool {
             self.0

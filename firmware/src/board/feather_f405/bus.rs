@@ -2,8 +2,8 @@
 //!
 //! Interrupt driven both ways. The end of a transmission is TC, not TXE: the
 //! last stop bit has left (section 30.3.2). That interrupt wakes the tick,
-//! which lowers the direction pin; a servo may speak 45 µs later. What is received
-//! wakes it when all that it expects is there (see [`crate::port`]).
+//! which lowers the direction pin; a servo may speak 45 µs later. Received bytes
+//! wake it when their expected number is reached (see [`crate::port`]).
 
 use super::CORE_MHZ;
 use crate::crash::memory;
@@ -23,7 +23,7 @@ use embedded_hal::digital::{ErrorType, OutputPin};
 const TX_PIN: usize = 10;
 const RX_PIN: usize = 11;
 const USART3_FUNCTION: u8 = 7;
-/// PC6.
+/// Direction pin: PC6.
 const DIRECTION_PIN: usize = 6;
 
 /// Clock of USART3 in MHz: APB1 as [`super::config`] sets it.
@@ -37,7 +37,7 @@ static BUFFERS: Buffers = Buffers::new();
 /// Signal that the expected bytes have come, or a transmission has ended.
 pub static ACTIVITY: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// Switches port and pins on, at the clocks that are in force.
+/// Enables port and pins, at the clocks in force.
 pub fn enable() {
     set_up();
     USART3.cr1().modify(|w| w.set_rxneie(true));
@@ -53,7 +53,7 @@ pub fn is_sending() -> bool {
     !BusLine.is_sent()
 }
 
-/// Port and pins without interrupts, the line released.
+/// Sets up port and pins without interrupts, the line released.
 fn set_up() {
     RCC.ahb1enr().modify(|w| {
         w.set_gpioben(true);
@@ -70,7 +70,7 @@ fn set_up() {
 
     USART3.cr1().write(|w| w.set_ue(false));
     set_divider(memory::baud());
-    // 8N1 is what zero stands for in CR1 and CR2. TE sends an idle frame first.
+    // Zero in CR1 and CR2 is 8N1. TE sends an idle frame first.
     USART3.cr1().write(|w| {
         w.set_ue(true);
         w.set_te(true);
@@ -81,17 +81,17 @@ fn set_up() {
         GPIOB
             .afr(pin / 8)
             .modify(|w| w.set_afr(pin % 8, USART3_FUNCTION));
-        // A bit is 1 µs: edges of the second speed, 10 ns, are plenty.
+        // A bit is 1 µs: edges of the second speed, 10 ns, suffice.
         GPIOB
             .ospeedr()
             .modify(|w| w.set_ospeedr(pin, Ospeedr::MEDIUM_SPEED));
-        // The receive buffer is off while we send: its output floats, so do not receive.
+        // The receive buffer is off while sending: its output floats, so the pin has a pull-up.
         GPIOB.pupdr().modify(|w| w.set_pupdr(pin, Pupdr::PULL_UP));
         GPIOB.moder().modify(|w| w.set_moder(pin, Moder::ALTERNATE));
     }
 }
 
-/// Section 30.3.4, 16 samples a bit: the register holds clock over baud rate. At
+/// Sets the divider (section 30.3.4, 16 samples a bit): clock over baud rate. At
 /// 42 and at 16 MHz that is exact for 1 Mbaud.
 fn set_divider(baud: u32) {
     let clock_mhz = if runs_at_full_speed() {
@@ -101,10 +101,11 @@ fn set_divider(baud: u32) {
     };
     let baud = baud.max(1);
     let divider = (clock_mhz * 1_000_000 + baud / 2) / baud;
-    // From 16, one sample each, to what the register holds.
+    // From 16, one sample each, to the largest value of the register.
     USART3.brr().write(|w| w.0 = divider.clamp(16, 0xFFFF));
 }
 
+/// Whether the core runs at [`CORE_MHZ`].
 fn runs_at_full_speed() -> bool {
     RCC.cfgr().read().sws() == Sw::PLL1_P
 }
@@ -195,7 +196,7 @@ impl OutputPin for Direction {
 }
 
 /// The bus for the stop sequence. After a reset its clock is the internal
-/// oscillator, 1 % off at room temperature, which the servos' receivers stand.
+/// oscillator, 1 % off at room temperature, which the servos' receivers tolerate.
 #[derive(Debug)]
 pub struct PolledBus {
     core_mhz: u32,
@@ -217,7 +218,7 @@ impl PolledBus {
         }
     }
 
-    /// A port that is not done after ten times a byte is dead.
+    /// Waits for a condition, for ten times the duration of a byte at most.
     fn wait(&self, mut done: impl FnMut() -> bool) {
         for _ in 0..10 * self.byte_us {
             if done() {

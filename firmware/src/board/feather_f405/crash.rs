@@ -1,4 +1,4 @@
-//! What the chip adds to how the program ends, and begins again.
+//! Crash handling of the chip: reset cause, watchdog, reset.
 
 use super::bus::PolledBus;
 use armbridge_shared::link::message::End;
@@ -6,13 +6,13 @@ use cortex_m::peripheral::SCB;
 use embassy_stm32::pac::iwdg::vals::Key;
 use embassy_stm32::pac::{IWDG, RCC};
 
-/// The servo bus, by polling, whatever state it is in.
+/// The servo bus for polling, from any state.
 pub(crate) fn polled_bus() -> PolledBus {
     PolledBus::take()
 }
 
-/// Why there was a reset, as the chip has it (section 7.3.21), and forgets it: its
-/// flags stay until they are removed.
+/// Reads the cause of the reset from the chip (section 7.3.21), and clears its flags, which
+/// otherwise persist.
 ///
 /// Power-up sets the flags of brown-out too. Below which voltage a brown-out
 /// resets is in the option bytes, which this program leaves alone: as the chip
@@ -35,12 +35,12 @@ pub fn reset_cause() -> End {
     }
 }
 
-/// One period more for ending; without effect if it is not running yet.
+/// Feeds the watchdog, for one more period; without effect if it is not running yet.
 pub(crate) fn feed_watchdog() {
     IWDG.kr().write(|w| w.set_key(Key::RESET));
 }
 
-/// Resets the processor and all else on the chip.
+/// Resets the processor and all peripherals.
 pub(crate) fn reset(_cause: End) -> ! {
     SCB::sys_reset()
 }

@@ -1,4 +1,4 @@
-//! Where settings are kept: the last two sectors of the chip's flash.
+//! Settings memory: the last two sectors of the chip's flash.
 //!
 //! Section 3.3 of the reference manual: sectors 10 and 11, of 128 kB each, begin at
 //! `0x080C_0000`. `memory.x` keeps the program out of them. Words of 32 bits are
@@ -7,7 +7,7 @@
 //!
 //! While a sector is erased or a word programmed, a core that fetches from flash waits,
 //! interrupt handlers included: 1 to 2 s and 16 µs (data sheet, flash memory
-//! programming). The chip's caches are off, so that none need be emptied after it.
+//! programming). The chip's caches are off, so that none must be flushed.
 
 use embassy_stm32::Peri;
 use embassy_stm32::flash::{Blocking, Flash, MAX_ERASE_SIZE, READ_SIZE, WRITE_SIZE};
@@ -17,7 +17,7 @@ use embedded_storage::nor_flash::{
     check_write,
 };
 
-/// Where sector 10 begins, from the beginning of the flash.
+/// Offset of sector 10 from the beginning of the flash.
 const OFFSET: u32 = 768 * 1_024;
 /// Length of both sectors.
 const LEN: usize = 256 * 1_024;

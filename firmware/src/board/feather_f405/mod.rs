@@ -16,7 +16,7 @@
 //! manual. While the processor is in reset all its pins float: the resistor at
 //! PC6 then keeps the line free.
 //!
-//! | priority | what                                                      |
+//! | priority | handler                                                   |
 //! |----------|-----------------------------------------------------------|
 //! | 0        | bus bytes (USART3) and alarm (TIM2): a few instructions each |
 //! | 1        | the tick (vector of UART5, which is not used)             |
@@ -25,21 +25,21 @@
 //!
 //! # Settings
 //!
-//! They are kept in the last two sectors of the chip's flash; see [`flash`]. Boot
+//! Settings are stored in the last two sectors of the chip's flash; see [`flash`]. Boot
 //! prepares them after the stop sequence and before the watchdog runs, since
 //! erasing a sector takes 1 to 2 s.
 //!
 //! # Stop
 //!
-//! Every way down ends in the stop sequence on the bus, sent by polling: a
+//! Every failure ends in the stop sequence on the bus, sent by polling: a
 //! panic and a hard fault send it and reset; after any reset, the watchdog's
 //! included, it is the first action of the program. [`crate::crash`] has the
 //! times.
 //!
 //! The emergency stop is a switch between D9 and ground that is closed in normal
 //! use: pressed, or with a wire broken or unplugged, it is open and the pin is
-//! pulled up, by 30 to 50 kΩ in the chip (data sheet, section 5.3.16). It is looked
-//! at at least every [`time::STOP_LOOK_US`]. No switch: a wire from D9 to GND.
+//! pulled up, by 30 to 50 kΩ in the chip (data sheet, section 5.3.16). It is polled
+//! at least every [`time::STOP_LOOK_US`]. Without a switch: a wire from D9 to GND.
 //!
 //! # Watchdog
 //!

@@ -9,7 +9,7 @@ use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Instant, Timer};
 
-/// How often the emergency stop is looked at, at least: in µs.
+/// Longest interval between polls of the emergency stop, in µs.
 pub const STOP_LOOK_US: u64 = 1_000;
 
 /// A transmission ends with an interrupt. Its end as computed comes some µs before it,
@@ -17,7 +17,7 @@ pub const STOP_LOOK_US: u64 = 1_000;
 /// only if the interrupt is lost.
 const SENT_GRACE_US: u64 = 50;
 
-/// The board as the real-time loop sees it.
+/// The board for the real-time loop.
 pub struct Board {
     stop: Input<'static>,
     watchdog: IndependentWatchdog<'static, IWDG>,
@@ -66,7 +66,7 @@ impl RealTime for Board {
             until_us
         };
         let until_us = until_us.min(now_us() + STOP_LOOK_US);
-        // In this order: a timer that is asked after the bus has woken the tick
+        // In this order: a timer that is polled after the bus has woken the tick
         // would be set once more.
         select(
             bus::ACTIVITY.wait(),
@@ -75,7 +75,7 @@ impl RealTime for Board {
         .await;
     }
 
-    fn tick_was_good(&mut self) {
+    fn note_good_tick(&mut self) {
         self.watchdog.pet();
     }
 

@@ -6,9 +6,9 @@
 //! | control link     | vendor's own, two pipes | bulk IN, bulk OUT              |
 //!
 //! The controller has three IN endpoints beside control (reference manual,
-//! section 34.1), and two CDC ACM functions would need four. The port that other
-//! people's programs open must be a serial port; the link is spoken by our own
-//! host program alone, so it goes without. Windows finds its driver for it
+//! section 34.1), and two CDC ACM functions would need four. The port for third-party
+//! programs must be a serial port; the link is used by the project's own
+//! host program only, so it needs none. Windows finds its driver for it
 //! (`WinUSB`) by the descriptors of Microsoft's that come with it.
 
 use crate::tasks::{FromClient, FromHost, LineChanges, ToHost};
@@ -30,16 +30,16 @@ bind_interrupts!(struct Irqs {
 const PACKET_MAX: usize = 64;
 /// The vendor-specific class.
 const VENDOR: u8 = 0xFF;
-/// Request by which Windows asks for Microsoft's descriptors; any will do.
+/// Request number by which Windows reads Microsoft's descriptors; the value is arbitrary.
 const MICROSOFT: u8 = 0x20;
 
 type Otg = Driver<'static, USB_OTG_FS>;
 type Out = <Otg as embassy_usb::driver::Driver<'static>>::EndpointOut;
 type In = <Otg as embassy_usb::driver::Driver<'static>>::EndpointIn;
 
-/// What [`start`] gives.
+/// Device and streams of [`start`].
 pub struct Ports {
-    /// To be run for ever.
+    /// Device, to be run for ever.
     pub device: UsbDevice<'static, Otg>,
     /// Bytes from the host.
     pub from_host: FromUsb,
@@ -49,11 +49,11 @@ pub struct Ports {
     pub from_client: FromSerial,
     /// Bytes to that client.
     pub to_client: ToSerial,
-    /// When it sets its port to something else.
+    /// Changes of its port settings.
     pub changes: Changes,
 }
 
-/// Makes the device; once.
+/// Builds the device; call once.
 pub fn start(
     otg: Peri<'static, USB_OTG_FS>,
     plus: Peri<'static, PA12>,
@@ -70,12 +70,12 @@ pub fn start(
 
     let mut electrical = usb::Config::default();
     // PA9 is not wired to the USB connector's supply on this board, and the
-    // chip has no other way to see it.
+    // chip has no other way to detect it.
     electrical.vbus_detection = false;
     let out = OUT.init([0; 4 * PACKET_MAX]);
     let driver = Driver::new_fs(otg, Irqs, plus, minus, out, electrical);
 
-    // The vendor and product that pid.codes keeps for tests.
+    // The vendor and product id that pid.codes reserves for tests.
     let mut config = Config::new(0x1209, 0x0001);
     config.manufacturer = Some("Armbridge");
     config.product = Some("Armbridge");
@@ -186,7 +186,7 @@ impl ToHost for ToSerial {
     }
 }
 
-/// When that client sets its port to something else.
+/// Changes of that client's port settings.
 pub struct Changes(ControlChanged<'static>);
 
 impl LineChanges for Changes {

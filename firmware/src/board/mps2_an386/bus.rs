@@ -1,12 +1,12 @@
-//! The servo bus on UART1, paced as a real line would be.
+//! The servo bus on UART1, with the timing of a real line.
 //!
-//! QEMU sends in no time. `flush` therefore reports the end of a transmission
+//! QEMU sends without delay. `flush` therefore reports the end of a transmission
 //! when its bytes would have left at ten bits each, so that the bus master's
 //! timing is that of a real line. The other end takes the
 //! bytes of a burst as sent back to back from the moment the first arrived.
 //!
 //! In lockstep the port's buffers are emptied and filled by [`super::lockstep`]
-//! instead of the UART's interrupt handlers; all else is the same.
+//! instead of the UART's interrupt handlers.
 
 use super::{BUS, clock};
 use crate::crash::memory;
@@ -18,9 +18,9 @@ use core::convert::Infallible;
 use critical_section::Mutex;
 use embedded_hal::digital::{ErrorType, OutputPin};
 
-/// When the last stop bit leaves, in ns.
+/// Time at which the last stop bit is sent, in ns.
 static SENT_NS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
-/// When the transmission under way ends; `None` if there is none.
+/// End of the transmission under way; `None` if there is none.
 pub fn sent_at_us(now_us: u64) -> Option<u64> {
     let sent_us = critical_section::with(|cs| SENT_NS.borrow(cs).get()).div_ceil(1_000);
     (sent_us > now_us).then_some(sent_us)
@@ -57,7 +57,7 @@ impl Line for BusLine {
     }
 }
 
-/// The direction pin that is not there.
+/// Placeholder of the direction pin, which the machine lacks.
 #[derive(Debug)]
 pub struct NoPin;
 

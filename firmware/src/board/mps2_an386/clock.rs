@@ -1,4 +1,4 @@
-//! Clock: real time, or that of the bench's last grant.
+//! Clock: real time, or the time of the bench's last grant.
 //!
 //! TIMER0 runs through all 2³² values of a 25 MHz counter, once in 171 s; it is
 //! extended to 64 bits at every reading, so it has to be read more often than
@@ -28,7 +28,7 @@ pub fn start(lockstep: bool, slow: u32) {
     LOCKSTEP.store(lockstep, Ordering::Relaxed);
 }
 
-/// Lets the counter of cycles run, if it does not.
+/// Starts the counter of cycles, unless it runs.
 pub fn count() {
     if !TIMER0.is_running() {
         TIMER0.count();

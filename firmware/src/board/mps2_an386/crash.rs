@@ -1,4 +1,4 @@
-//! What the emulator adds to how the program ends, and begins again.
+//! Crash handling of the emulator: reset cause, watchdog, reset.
 
 use super::bus::PolledBus;
 use super::semihosting::{self, EXIT_FAULT, EXIT_PANIC};
@@ -7,7 +7,7 @@ use crate::crash::memory;
 use armbridge_shared::link::message::End;
 use cortex_m::peripheral::SCB;
 
-/// The servo bus, by polling, whatever state it is in.
+/// The servo bus for polling, from any state.
 pub(crate) fn polled_bus() -> PolledBus {
     PolledBus::take()
 }
@@ -22,13 +22,13 @@ pub fn reset_cause() -> End {
     }
 }
 
-/// One period more for ending.
+/// Feeds the watchdog, for one more period.
 pub(crate) fn feed_watchdog() {
     watchdog::feed();
 }
 
-/// Resets the machine; in lockstep leaves QEMU, because the bench could not
-/// follow.
+/// Resets the machine; in lockstep leaves QEMU, because the bench cannot
+/// continue after a reset.
 pub(crate) fn reset(cause: End) -> ! {
     if clock::is_lockstep() {
         let is_panic = cause == End::Panic;

@@ -1,11 +1,11 @@
-//! Failures on demand, so that tests see what becomes of them.
+//! Fault injection: failures on demand, for tests of their consequences.
 //!
 //! The semihosting argument `provoke=KIND@MS` makes the real-time loop fail, in
-//! its own interrupt, at the first of its turns after that many milliseconds of the
-//! board's time. It does so in the first life alone, not after the reset that
+//! its own interrupt, in its first iteration after that many milliseconds of the
+//! board's time. It does so after power-up only, not after the reset that
 //! follows.
 //!
-//! | kind       | what                                                    |
+//! | kind       | failure                                                 |
 //! |------------|---------------------------------------------------------|
 //! | `panic`    | a panic, in this file                                   |
 //! | `fault`    | a jump to where no code may be: a hard fault            |
@@ -17,7 +17,7 @@ use armbridge_shared::link::message::End;
 use core::hint::black_box;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
-/// What to do, as an index of [`KINDS`], and when, in ms.
+/// Pending failure, as an index of [`KINDS`], and its time in ms.
 static KIND: AtomicU8 = AtomicU8::new(NONE);
 static AT_MS: AtomicU32 = AtomicU32::new(0);
 
@@ -29,7 +29,7 @@ const KINDS: [(&str, fn()); 4] = [
     ("provoke=hang@", hang),
 ];
 
-/// Takes note of what is wanted, if this is the first life.
+/// Reads the requested failure, after power-up only.
 pub fn prepare(arguments: &Arguments, last_end: End) {
     if last_end != End::PowerUp {
         return;
@@ -42,7 +42,7 @@ pub fn prepare(arguments: &Arguments, last_end: End) {
     }
 }
 
-/// Fails, if it is time to.
+/// Fails at the requested time.
 pub fn if_due(now_us: u64) {
     let kind = KIND.load(Ordering::Relaxed);
     if kind != NONE && now_us / 1_000 >= u64::from(AT_MS.load(Ordering::Relaxed)) {
@@ -68,7 +68,7 @@ fn overflow() {
     recurse(0);
 }
 
-#[expect(unconditional_recursion, reason = "that is the point")]
+#[expect(unconditional_recursion, reason = "the recursion overflows the stack")]
 #[inline(never)]
 fn recurse(depth: u32) -> u32 {
     let used = black_box([depth; 16]);

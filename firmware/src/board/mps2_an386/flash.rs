@@ -1,5 +1,5 @@
-//! Where settings are kept: the machine has no flash that a program could write, so
-//! a region of its memory stands in for it.
+//! Settings memory: the machine has no flash that a program can write, so
+//! a region of its RAM replaces it.
 //!
 //! That region is not initialised. Settings outlive a reset of the emulated
 //! machine, not the end of QEMU.
@@ -23,7 +23,7 @@ struct Region {
     bytes: UnsafeCell<[u8; LEN]>,
 }
 
-// SAFETY: `bytes` is only ever touched by the one whom `take` gave it to.
+// SAFETY: only the caller of `take` accesses `bytes`.
 unsafe impl Sync for Region {}
 
 // SAFETY: `.uninit` is placed in RAM by cortex-m-rt's linker script, and any bits

@@ -1,6 +1,6 @@
 //! Interrupts: numbers, priorities, vectors.
 //!
-//! | priority | what                                                      |
+//! | priority | handler                                                   |
 //! |----------|-----------------------------------------------------------|
 //! | 0        | bus bytes and alarm: a few instructions each              |
 //! | 1        | the tick                                                  |
@@ -8,14 +8,14 @@
 //! | 3        | link, log: what is thread mode on a real board            |
 //! | thread   | sleep                                                     |
 //!
-//! Link, port and log cannot keep the tick waiting, for the reasons given for the
-//! real board in [`crate::tasks`], but for one: a line of the log stops the core, in
+//! Link, port and log cannot delay the tick, for the reasons given for the
+//! real board in [`crate::tasks`], with one exception: a line of the log stops the core, in
 //! a critical section, until the host has written it.
 //!
 //! QEMU takes WFE, by which embassy's thread-mode executor sleeps, for a no-op
 //! and would use a whole core of the host. WFI does sleep, but must not be
 //! executed after the interrupt it is to wait for; an interrupt executor of the
-//! lowest priority leaves nothing to wait for but interrupts.
+//! lowest priority makes interrupts the only wake-up source.
 
 use super::{BUS, CLIENT, LINK, real_time};
 use cortex_m::interrupt::InterruptNumber;
@@ -40,9 +40,9 @@ pub enum Irq {
     ClientTx = 5,
     /// TIMER1.
     Alarm = 9,
-    /// No device has this one; the executor of everything else pends it.
+    /// Software interrupt of the executor of all other tasks.
     Rest = 30,
-    /// No device has this one; the tick's executor pends it.
+    /// Software interrupt of the tick's executor.
     Tick = 31,
 }
 
@@ -56,13 +56,13 @@ unsafe impl InterruptNumber for Irq {
     }
 }
 
-/// Runs the tick.
+/// Executor of the tick.
 pub static TICK: InterruptExecutor = InterruptExecutor::new();
-/// Runs everything else.
+/// Executor of all other tasks.
 pub static REST: InterruptExecutor = InterruptExecutor::new();
 
-/// Sets priorities and lets interrupts through, but for those of
-/// the executors, which do it when they start.
+/// Sets priorities and unmasks interrupts, except for those of
+/// the executors, which unmask theirs when they start.
 pub fn enable(nvic: &mut NVIC) {
     let priorities = [
         (Irq::BusRx, 0),

@@ -1,4 +1,4 @@
-//! Control link and transparent port on their UARTs, as the loops want them.
+//! Control link and transparent port on their UARTs, as streams for the byte loops.
 
 use super::uart::Uart;
 use crate::port::Buffers;
@@ -45,7 +45,7 @@ impl FromClient for Stream {
     }
 }
 
-/// Nor does any of that change.
+/// Port settings that never change.
 #[derive(Clone, Copy, Debug)]
 pub struct NoChanges;
 

@@ -1,15 +1,15 @@
-//! The board's side of lockstep: time stands still until the bench grants it.
+//! The board's side of lockstep: time advances only by grants of the bench.
 //!
 //! ```text
 //! board                                     bench
-//!   everything is done, the tick waits
+//!   all work is done, the tick waits
 //!   TimeRequest + all bytes sent     ---->  moves the arm to the next instant
 //!   takes the bytes                  <----  TimeGrant + all bytes arrived
 //!   time becomes that of the grant, the tick runs at once, until it waits again
 //! ```
 //!
-//! So the order of events is always the same, whatever either process does
-//! meanwhile; only measured computing times differ between runs.
+//! So the order of events is always the same, independent of the load of the host;
+//! only measured computing times differ between runs.
 //!
 //! `TimeRequest` goes to QEMU's standard output, `TimeGrant` is read from its standard
 //! input. Waiting for a grant stops all of QEMU; a bench that closes the pipe
@@ -68,7 +68,7 @@ pub async fn run(
 
         let grant = bench.receive_grant(|[from_host, from_client, from_bus]| {
             port.receive(from_host);
-            // The bench knows how much room there is.
+            // The bench knows the room for bytes.
             client.receive(from_client);
             for byte in from_bus {
                 BUS.buffers().received(*byte);
@@ -76,23 +76,23 @@ pub async fn run(
         });
         client.set_line(grant.client_line);
         real_time::grant(grant.now_us, grant.is_stop_pressed);
-        // To the tick, which has been woken, and to the task that reports the mode.
+        // Yields to the tick, which has been woken, and to the task that reports the mode.
         yield_now().await;
     }
 }
 
-/// The way to the bench, and one message on it, in either direction.
+/// Connection to the bench, with the buffer of one message in either direction.
 struct Bench {
     stdio: Stdio,
     message: [u8; MESSAGE_MAX],
-    /// How much of the message there is.
+    /// Length of the message so far.
     len: usize,
-    /// Of the bytes in it, on the way to the bench.
+    /// Lengths of its payloads to the bench.
     lens: PayloadLens,
 }
 
 impl Bench {
-    /// Puts bytes of one kind into the message, after all of the kinds before it
+    /// Appends bytes of one kind to the message, after all of the kinds before it
     /// in [`PayloadLens`]; sends it when it is full, and begins another.
     fn append(&mut self, kind: fn(&mut PayloadLens) -> &mut u16, mut bytes: &[u8]) {
         while !bytes.is_empty() {
@@ -113,7 +113,7 @@ impl Bench {
         }
     }
 
-    /// Sends what there is, and that there is nothing left to do.
+    /// Sends the last message before the next grant.
     fn finish(&mut self, client_room: usize) {
         self.send(client_room, true);
         self.len = 0;
@@ -141,8 +141,8 @@ impl Bench {
         self.len = HEADER_LEN;
     }
 
-    /// Waits for a grant, and hands on what it carries: bytes of link, client and
-    /// bus. Makes room for the next message to the bench.
+    /// Waits for a grant, and passes its bytes of link, client and bus to `take`. Makes room
+    /// for the next message to the bench.
     fn receive_grant(&mut self, mut take: impl FnMut([&[u8]; 3])) -> TimeGrant {
         loop {
             if let Some((header, rest)) = self.received().split_first_chunk() {
@@ -153,7 +153,7 @@ impl Bench {
                         self.len = HEADER_LEN;
                         return grant;
                     }
-                    // What was read of the next one.
+                    // Bytes of the next message.
                     let end = HEADER_LEN + grant.lens.total();
                     self.message.copy_within(end..self.len, 0);
                     self.len -= end;
@@ -163,12 +163,13 @@ impl Bench {
             let free = self.message.get_mut(self.len..).unwrap_or_default();
             match self.stdio.read(free) {
                 Some(count) => self.len += count,
-                // It has gone, or talks nonsense.
+                // The bench has gone, or sent an invalid message.
                 None => semihosting::exit(EXIT_NO_BENCH),
             }
         }
     }
 
+    /// Bytes received so far.
     fn received(&self) -> &[u8] {
         self.message.get(..self.len).unwrap_or_default()
     }

@@ -1,13 +1,13 @@
 //! The log: defmt frames to QEMU's semihosting console.
 //!
 //! A frame is collected first and then handed over, since each call stops the
-//! core until the host has written it. What is too long is cut off;
-//! the decoder drops such a frame and is back in step at the next.
+//! core until the host has written it. A frame that is too long is truncated;
+//! the decoder drops it and resynchronises at the next.
 
 use core::cell::RefCell;
 use critical_section::{Mutex, RestoreState};
 
-/// Longest frame, encoded. A panic message is the longest there is.
+/// Longest frame, encoded: a panic message.
 const FRAME_MAX: usize = 512;
 
 struct State {

@@ -1,6 +1,6 @@
 //! The emulated board: QEMU's `mps2-an386`, a 25 MHz Cortex-M4F.
 //!
-//! | what           | where                        | interrupt      |
+//! | function       | device                       | interrupt      |
 //! |----------------|------------------------------|----------------|
 //! | control link   | CMSDK UART0                  | 0 RX, 1 TX     |
 //! | servo bus      | CMSDK UART1                  | 2 RX, 3 TX     |
@@ -32,13 +32,13 @@
 //! Link, bus and client are chardevs such as `unix:PATH` or `tcp:127.0.0.1:PORT`, to
 //! which QEMU connects. The log is a stream of defmt frames in rzCOBS encoding,
 //! to be decoded with the image's ELF file. Without `arg=lockstep` time is real,
-//! or with `arg=slow=N` N times slower, for a bus whose bytes take their time;
+//! or with `arg=slow=N` N times slower, for a bus with delays;
 //! see [`lockstep`] for the other case. `-icount shift=3,sleep=off` may be added
 //! in lockstep and makes measured computing times repeatable too.
 //!
-//! # How it ends
+//! # End
 //!
-//! As a real board does: see [`crate::crash`]. Its sockets stay open through the
+//! The program ends as on a real board: see [`crate::crash`]. Its sockets stay open through the
 //! reset. In lockstep the bench could not follow a reset, so a panic or a fault
 //! leaves QEMU, after the stop sequence, with exit code
 //! [`semihosting::EXIT_PANIC`] or [`semihosting::EXIT_FAULT`]. Neither is there a
@@ -48,7 +48,7 @@
 //! A fault in the hard fault's own handler locks the processor up, which is the end
 //! of QEMU: it aborts.
 //!
-//! `arg=provoke=KIND@MS` makes it fail; see [`fault_injection`].
+//! `arg=provoke=KIND@MS` injects a failure; see [`fault_injection`].
 
 pub mod bus;
 pub mod clock;

@@ -1,4 +1,4 @@
-//! The board as the real-time loop sees it: its alarm, its stopwatch, its stop switch.
+//! The board for the real-time loop: alarm, stopwatch and stop switch.
 //!
 //! TIMER1 is the alarm while the real-time loop waits, and its stopwatch while it
 //! decides. The stopwatch starts on a whole cycle, so that the same instructions always
@@ -16,16 +16,16 @@ use critical_section::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
-/// In lockstep: until when the real-time loop waits, in µs, and for how many
-/// bytes.
+/// In lockstep: end of the wait of the real-time loop, in µs, and the number of bytes
+/// that ends it earlier.
 static WAITS_FOR: Mutex<Cell<(u64, Option<u16>)>> = Mutex::new(Cell::new((0, None)));
-/// In lockstep: the stop switch, as the bench has it.
+/// In lockstep: state of the stop switch, from the bench.
 static STOP_PRESSED: AtomicBool = AtomicBool::new(false);
 /// Wakes the real-time loop.
 static WAKE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// In lockstep: until when the real-time loop waits, in µs, and how many bytes
-/// end its wait before that.
+/// In lockstep: end of the wait of the real-time loop, in µs, and the number of bytes
+/// that ends it earlier.
 pub fn waits_for() -> (u64, Option<u16>) {
     critical_section::with(|cs| WAITS_FOR.borrow(cs).get())
 }
@@ -37,15 +37,15 @@ pub fn grant(now_us: u64, is_stop_pressed: bool) {
     WAKE.signal(());
 }
 
-/// From the handler of the bus's RX interrupt: bytes are there. In lockstep they
-/// count only once they are granted.
+/// Handles received bytes in the bus's RX interrupt. In lockstep bytes count only once they
+/// are granted.
 pub fn on_bus_activity() {
     if BUS.buffers().is_due() && !clock::is_lockstep() {
         WAKE.signal(());
     }
 }
 
-/// The client has sent bytes.
+/// Wakes the real-time loop: the client has sent bytes.
 pub fn wake() {
     WAKE.signal(());
 }
@@ -56,7 +56,7 @@ pub fn on_alarm() {
     WAKE.signal(());
 }
 
-/// The board as the real-time loop sees it.
+/// The board for the real-time loop.
 #[derive(Debug)]
 pub struct Board;
 
@@ -65,7 +65,7 @@ impl RealTime for Board {
         clock::now_us()
     }
 
-    /// Whatever alarm is set has done its work; `wait` sets the next one.
+    /// Replaces the alarm, which is no longer needed; `wait` sets the next one.
     fn start_stopwatch(&mut self) {
         TIMER1.stop();
         TIMER1.count();
@@ -96,12 +96,12 @@ impl RealTime for Board {
         WAKE.wait().await;
     }
 
-    fn tick_was_good(&mut self) {
+    fn note_good_tick(&mut self) {
         watchdog::feed();
     }
 
-    /// There is no pin: only the bench can press it. Provoked failures happen
-    /// here, because the real-time loop comes here in each of its turns.
+    /// The switch of the bench, in place of a pin. Injected failures happen
+    /// here, because the real-time loop calls this in each iteration.
     fn is_stop_pressed(&mut self) -> bool {
         fault_injection::if_due(clock::now_us());
         STOP_PRESSED.load(Ordering::Relaxed)

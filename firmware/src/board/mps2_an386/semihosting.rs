@@ -1,7 +1,7 @@
-//! Semihosting: what the program asks of QEMU itself.
+//! Semihosting: requests of the program to QEMU.
 //!
-//! Every call stops the core until the host has done it, so these are for boot,
-//! rare log lines, the end, and lockstep, where stopping is the point.
+//! Every call stops the core until the host has done it, so they are used at boot,
+//! for rare log lines, at the end, and in lockstep, where the stop is intended.
 
 use cortex_m_semihosting::{nr, syscall};
 
@@ -17,14 +17,14 @@ const EXIT_EXTENDED: usize = 0x20;
 /// `ADP_Stopped_ApplicationExit`.
 const APPLICATION_EXIT: usize = 0x20026;
 
-/// What QEMU was given as `arg=WORD` on its command line, after the first one.
+/// Words of `arg=WORD` on the command line of QEMU, after the first one.
 #[derive(Debug)]
 pub struct Arguments {
     line: [u8; 128],
 }
 
 impl Arguments {
-    /// Reads it from QEMU; empty if there is none.
+    /// Reads the words from QEMU; empty if there are none.
     pub fn get() -> Self {
         let mut line = [0; 128];
         let block = [line.as_mut_ptr() as usize, line.len()];
@@ -41,7 +41,7 @@ impl Arguments {
         line.unwrap_or_default().split(|byte| *byte == b' ').skip(1)
     }
 
-    /// Whether `word` is among them.
+    /// Whether `word` is an argument.
     pub fn has(&self, word: &str) -> bool {
         self.words().any(|argument| argument == word.as_bytes())
     }
@@ -88,7 +88,7 @@ pub struct Stdio {
 }
 
 impl Stdio {
-    /// `None` if the host refuses.
+    /// Opens both; `None` if the host refuses.
     pub fn open() -> Option<Self> {
         // ":tt" is the console by definition; as a file it is standard input
         // when opened to read, and standard output when opened to write.
@@ -106,8 +106,8 @@ impl Stdio {
         })
     }
 
-    /// Reads as much as there is, up to the length of `bytes`, stopping QEMU until
-    /// there is something; how much it was, `None` at the end of the input.
+    /// Reads available bytes, up to the length of `bytes`, and stops QEMU until
+    /// there are any; returns their number, `None` at the end of the input.
     pub fn read(&mut self, bytes: &mut [u8]) -> Option<usize> {
         let block = [self.input, bytes.as_mut_ptr() as usize, bytes.len()];
         // SAFETY: SYS_READ takes a handle and a buffer's address and length, those
@@ -116,7 +116,7 @@ impl Stdio {
         bytes.len().checked_sub(missing).filter(|got| *got > 0)
     }
 
-    /// Writes `bytes`; `false` if they were not all taken.
+    /// Writes `bytes`; `false` if some were not accepted.
     pub fn write(&mut self, bytes: &[u8]) -> bool {
         let block = [self.output, bytes.as_ptr() as usize, bytes.len()];
         // SAFETY: SYS_WRITE takes a handle and a buffer's address and length,

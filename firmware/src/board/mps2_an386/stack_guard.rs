@@ -1,7 +1,7 @@
-//! What lies below the stack must not be written to.
+//! Stack guard: forbids accesses below the stack.
 //!
-//! Nothing is mapped there, but QEMU lets accesses to nothing pass on this
-//! machine: a stack that overflows would go unnoticed. The memory protection
+//! No memory is mapped there, but QEMU ignores accesses to unmapped addresses on this
+//! machine: a stack overflow would not be detected. The memory protection
 //! unit makes it a hard fault, as it is on the real board.
 
 use cortex_m::peripheral::MPU;
@@ -11,7 +11,7 @@ const RBAR: u32 = 0x1000_0000 | 1 << 4;
 /// Enabled, 2²⁸ bytes (the exponent less one), no access, no execution: up to
 /// where the stack begins.
 const RASR: u32 = 1 << 28 | 27 << 1 | 1;
-/// Enabled, and all else as it is without.
+/// Enabled, with the default memory map elsewhere.
 const CTRL: u32 = 1 << 2 | 1;
 
 /// Forbids access below the stack.

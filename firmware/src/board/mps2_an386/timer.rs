@@ -24,7 +24,7 @@ pub(super) const TIMER0: Timer = Timer(0x4000_0000);
 pub(super) const TIMER1: Timer = Timer(0x4000_1000);
 
 impl Timer {
-    /// Whether it counts.
+    /// Whether the timer is running.
     pub(super) fn is_running(&self) -> bool {
         self.read(register::CTRL) & CTRL_ENABLE != 0
     }
@@ -46,7 +46,7 @@ impl Timer {
         self.write(register::CTRL, CTRL_ENABLE | CTRL_INTERRUPT);
     }
 
-    /// Stops it, and withdraws its interrupt.
+    /// Stops the timer, and clears its interrupt.
     pub(super) fn stop(&self) {
         self.write(register::CTRL, 0);
         self.write(register::INT_CLEAR, 1);

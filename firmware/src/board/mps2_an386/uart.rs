@@ -1,7 +1,7 @@
 //! CMSDK APB UART, interrupt driven both ways.
 //!
 //! The receiver holds one byte and QEMU hands over the next only when it was
-//! fetched, so nothing is ever overrun here. QEMU sends a byte the moment it is
+//! fetched, so an overrun is impossible here. QEMU sends a byte the moment it is
 //! written; only a full socket keeps the transmitter busy, and then the TX
 //! interrupt continues.
 
@@ -54,20 +54,20 @@ impl Uart {
         }
     }
 
-    /// Switches it on.
+    /// Enables the UART.
     pub fn enable(&self) {
         self.write_register(register::BAUDDIV, DIVIDER);
         self.write_register(register::CTRL, CTRL_ON);
     }
 
-    /// What it has received and is to send.
+    /// Buffers of received bytes and of bytes to send.
     pub fn buffers(&self) -> &Buffers {
         &self.buffers
     }
 
     /// The RX interrupt's handler.
     pub fn on_receive(&self) {
-        // Before looking: a byte that comes after the last look rings again.
+        // Before reading: a later byte triggers the interrupt again.
         self.write_register(register::INT, INT_RX);
         while self.read_register(register::STATE) & STATE_RX_FULL != 0 {
             self.buffers
@@ -88,7 +88,7 @@ impl Uart {
     pub fn send(&self) {
         // One at a time: a task and the interrupt handler both come here.
         critical_section::with(|_| {
-            // Before looking: a line that gets free after the last look rings.
+            // Before reading: a line that becomes free later triggers the interrupt.
             self.write_register(register::CTRL, CTRL_ON | CTRL_TX_INT);
             while self.read_register(register::STATE) & STATE_TX_FULL == 0 {
                 let Some(byte) = self.buffers.next_to_send() else {
@@ -112,7 +112,7 @@ impl Uart {
         }
     }
 
-    /// Waits until `done` holds; it is asked again after each interrupt. Only
+    /// Waits until `done` holds; it is evaluated after each interrupt. Only
     /// one task may wait for a UART.
     pub async fn until(&self, mut done: impl FnMut(&Buffers) -> bool) {
         poll_fn(|context| {

@@ -28,7 +28,7 @@ pub(super) struct Echo {
     sent: heapless::Vec<u8, SENT_MAX>,
     /// Bytes sent since the last reset, and echo bytes received.
     sent_count: u32,
-    echo_count: u32,
+    received_count: u32,
     mismatch: bool,
 }
 
@@ -37,7 +37,7 @@ impl Echo {
     pub(super) fn reset(&mut self) {
         self.sent.clear();
         self.sent_count = 0;
-        self.echo_count = 0;
+        self.received_count = 0;
         self.mismatch = false;
     }
 
@@ -51,19 +51,19 @@ impl Echo {
     /// Whether this received byte is echo. A byte in the place of echo that differs is
     /// counted as echo and recorded as a mismatch: another sender drove the wire.
     pub(super) fn is_echo(&mut self, byte: u8) -> bool {
-        if self.bus == BusEcho::Silent || self.echo_count >= self.sent_count {
+        if self.bus == BusEcho::Silent || self.received_count >= self.sent_count {
             return false;
         }
-        let expected = self.sent.get(self.echo_count as usize);
+        let expected = self.sent.get(self.received_count as usize);
         self.mismatch |= expected.is_some_and(|sent| *sent != byte);
-        self.echo_count += 1;
+        self.received_count += 1;
         true
     }
 
     /// Classifies the bus once, at the end of the first transmission and its echo.
     pub(super) fn classify_bus(&mut self) {
         if self.bus == BusEcho::Unknown {
-            let is_complete = self.echo_count == self.sent_count;
+            let is_complete = self.received_count == self.sent_count;
             self.bus = if is_complete && !self.mismatch {
                 BusEcho::Echoing
             } else {
@@ -79,6 +79,6 @@ impl Echo {
 
     /// Whether the echo of the last transmission differs from the bytes sent.
     pub(super) fn is_disturbed(&self) -> bool {
-        self.is_echoing() && (self.mismatch || self.echo_count < self.sent_count)
+        self.is_echoing() && (self.mismatch || self.received_count < self.sent_count)
     }
 }

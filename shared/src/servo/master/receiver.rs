@@ -87,7 +87,7 @@ impl Receiver {
         match self.parser.push(byte) {
             None | Some(Err(PacketError::Header)) => {}
             Some(Err(PacketError::Checksum { .. })) => {
-                self.replies.note_fault(RxFault::BadChecksum)
+                self.replies.note_fault(RxFault::BadChecksum);
             }
             Some(Ok(reply)) => {
                 let accepted = reply.and_then(|reply| self.replies.accept_reply(&reply, ids));
