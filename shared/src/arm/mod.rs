@@ -24,7 +24,7 @@
 //! | (4) B(2,1) | `L2/4`                         | `M2 L2^2/4`: as in B(1,1), and the only one with the right dimension |
 //! | Table 1    | b1, b2 without unit            | N m s/rad. The b1 of the text (0.421, 0.239) are fits; (7) was made with 0.24 |
 //!
-//! | file           | what lives there                                        |
+//! | file           | content                                                 |
 //! |----------------|---------------------------------------------------------|
 //! | `parameters`   | [`Parameters`]: Table 1 as data; [`Mounting`]           |
 //! | `posture`      | [`Posture`]: the terms of (1), sines and cosines shared |

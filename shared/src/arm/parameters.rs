@@ -6,7 +6,7 @@ use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Which way the arm's foot is: where both links point at q = 0.
+/// Orientation of the arm's foot: direction of both links at q = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Mounting {
     /// On the table: straight up, as in the paper.
@@ -16,7 +16,7 @@ pub enum Mounting {
     Hanging,
 }
 
-/// Everything that equations (1) to (4) need to know about an arm.
+/// Parameters of an arm in equations (1) to (4).
 ///
 /// Fields carry the names of Table 1. A value that does not enter the
 /// equations (I1y, I1z) is kept so that the table is whole.
@@ -48,7 +48,7 @@ pub struct Parameters<T> {
     pub b1: T,
     /// Viscous friction of joint 2 in N m s/rad.
     pub b2: T,
-    /// Which way up it is.
+    /// Orientation of the foot.
     pub mounting: Mounting,
 }
 

@@ -1,7 +1,7 @@
 //! The arm at given joint angles: equations (1) to (4) term by term.
 //!
-//! Every term is made of the same two sines and two cosines, and these are the
-//! dearest part of it. A [`Posture`] holds them, so that a tick that needs
+//! Every term uses the same two sines and two cosines, and these are its most
+//! expensive part. A [`Posture`] holds them, so that a tick that needs
 //! several terms computes them once.
 
 use super::Parameters;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-/// Torques that a control law asks for.
+/// Torques demanded by a control law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Demand<T> {
     /// Joint torques in N m.

@@ -1,4 +1,4 @@
-//! Dry friction, met by feed-forward.
+//! Feed-forward compensation of dry friction.
 //!
 //! The paper finds no motion for 950 < PWM < 1050: 50 counts, 0.06 N m, of static
 //! friction, and rests tens of milliradians off for it. What a motor adds against

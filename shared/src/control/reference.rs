@@ -1,10 +1,10 @@
-//! What the arm shall do at an instant.
+//! Reference of the arm at an instant.
 
 use crate::arm::State;
 use crate::real::Real;
 use nalgebra::Vector2;
 
-/// Angles, speeds and accelerations that are asked of both joints.
+/// Reference angles, speeds and accelerations of both joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference<T> {
     /// Joint angles in rad; 0 is upright.
@@ -25,7 +25,7 @@ impl<T: Real> Reference<T> {
         }
     }
 
-    /// To go on from where the arm is, at the speed it has.
+    /// A reference at the present state of the arm.
     pub fn of_state(state: &State<T>) -> Self {
         Self {
             q: state.q,

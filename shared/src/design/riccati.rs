@@ -23,7 +23,7 @@ use nalgebra::{ComplexField, SMatrix};
 
 use super::linear_solve;
 
-/// What the equation gives.
+/// Solution of the equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution<T, const N: usize, const M: usize> {
     /// The gain K of `u = -K x`.
@@ -32,7 +32,7 @@ pub struct Solution<T, const N: usize, const M: usize> {
     pub cost: SMatrix<T, N, N>,
 }
 
-/// Why there is no gain.
+/// Reason why there is no gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
     /// A model or a weight has an entry that is not finite.

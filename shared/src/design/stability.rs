@@ -1,6 +1,6 @@
-//! Does a discrete closed loop decay?
+//! Stability of a discrete closed loop.
 //!
-//! It does if the largest eigenvalue of its state matrix lies inside the unit
+//! The loop is stable if the largest eigenvalue of its state matrix lies inside the unit
 //! circle. Powers of the matrix, squared again and again, leave nothing but the
 //! directions that belong to that eigenvalue, or to it and its conjugate; what
 //! the matrix does to such a direction shows it. No iteration that may fail to

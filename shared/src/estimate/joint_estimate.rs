@@ -1,5 +1,4 @@
-//! The estimate, joint by joint: all that any of the estimators keeps from one sample
-//! to the next.
+//! The estimate of each joint: state of all estimators from one sample to the next.
 
 use crate::JOINTS;
 use crate::arm::State;
@@ -40,7 +39,7 @@ pub(super) struct Covariance<T> {
 
 checked!(Covariance<T> { qq, qv, qd, vv, vd, dd });
 
-/// What a difference is taken from.
+/// State of the backward difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Difference<T> {
     /// The last sample that the joint had, in rad.

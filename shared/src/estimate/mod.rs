@@ -1,7 +1,7 @@
 //! The arm's state from angle samples.
 //!
-//! The servos report angles only; speeds must be estimated. [`Config`] says
-//! how, [`Config::build`] makes an [`Estimator`] of it for one arm and period.
+//! The servos report angles only; speeds must be estimated. [`Config`] selects the
+//! method, [`Config::build`] designs an [`Estimator`] for one arm and period.
 //!
 //! An [`Estimator`] is the design: model and gains, which never change. Its state is an
 //! [`Estimate`], which each call updates.
@@ -58,7 +58,7 @@ use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Which estimator, and how it is tuned.
+/// Estimator and its tuning.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Config<T> {
     /// Backward difference through a first-order low pass.
@@ -78,7 +78,7 @@ pub enum Config<T> {
     Kalman(Tuning<T>),
 }
 
-/// Why there is no such estimator.
+/// Reason why an estimator cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
     /// The period is not positive, or not finite.

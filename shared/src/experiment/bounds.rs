@@ -17,7 +17,7 @@ pub const TIME_MIN_S: f64 = 0.01;
 /// Most lines of a multisine.
 pub const LINES_MAX: u8 = 32;
 
-/// Between what a signal stays, to within rounding.
+/// Bounds of the values of a signal, to within rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<T> {
     /// Least value.
@@ -40,7 +40,7 @@ impl<T: Real> Bounds<T> {
     }
 }
 
-/// Why numbers make no signal.
+/// Reason why parameters define no signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Flaw {
     /// One is not finite.
@@ -56,11 +56,11 @@ pub enum Flaw {
 }
 
 impl<T: Real> Signal<T> {
-    /// What is wrong with its numbers, for an experiment of this duration.
+    /// The flaw of its parameters, for an experiment of this duration.
     pub fn flaw(&self, duration_s: T) -> Option<Flaw> {
         let finite = |values: &[T]| {
-            let all = values.iter().all(ComplexField::is_finite);
-            (!all).then_some(Flaw::NotFinite)
+            let is_finite = values.iter().all(ComplexField::is_finite);
+            (!is_finite).then_some(Flaw::NotFinite)
         };
         let lasting = |time_s: T| (time_s < T::lit(TIME_MIN_S)).then_some(Flaw::Time);
         let some = |count: u8| (count == 0).then_some(Flaw::Count);
@@ -132,7 +132,7 @@ impl<T: Real> Signal<T> {
         }
     }
 
-    /// What it reaches at most within this duration. Values are tight, but for a wave
+    /// Bounds of its values within this duration. Values are tight, but for a wave
     /// that ends before it has reached them; derivatives are those of the steepest ramp
     /// and the steepest wave, were they to coincide.
     pub fn bounds(&self, duration_s: T) -> Bounds<T> {
@@ -162,8 +162,8 @@ impl<T: Real> Signal<T> {
                 let last = first + increment * T::from_count(u16::from(steps.max(1)) - 1);
                 let (low, high) = (first.min(last).min(zero), first.max(last).max(zero));
                 if alternating {
-                    let most = high.max(-low);
-                    edged(-most, most)
+                    let peak = high.max(-low);
+                    edged(-peak, peak)
                 } else {
                     edged(low, high)
                 }

@@ -8,18 +8,18 @@ use nalgebra::ComplexField;
 /// `f32` at ten minutes, and a small part of the shortest tick.
 const EARLY_S: f64 = 1e-4;
 
-/// How many whole intervals have passed; 65535 at most.
+/// Number of whole intervals that have passed, at most 65535.
 pub(super) fn count<T: Real>(t_s: T, interval_s: T) -> u16 {
     let passed = (t_s + T::lit(EARLY_S)) / interval_s;
     ComplexField::floor(passed).to_count()
 }
 
-/// 0 to `most` and back, over and over.
-pub(super) fn back_and_forth(count: u16, most: u8) -> u16 {
-    let most = u16::from(most);
+/// Counts from 0 to `peak` and back, periodically.
+pub(super) fn back_and_forth(count: u16, peak: u8) -> u16 {
+    let peak = u16::from(peak);
     // There is a step; asked for none, the first level.
-    let turn = count.checked_rem(2 * most).unwrap_or(0);
-    turn.min(2 * most - turn)
+    let turn = count.checked_rem(2 * peak).unwrap_or(0);
+    turn.min(2 * peak - turn)
 }
 
 /// Level of this step; the ends exactly.

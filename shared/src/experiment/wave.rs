@@ -1,4 +1,4 @@
-//! Signals that are smooth, and their ramps.
+//! Smooth signals, and their ramps.
 
 use super::sample::Sample;
 use crate::control::trajectory::ramp::Envelope;
@@ -53,8 +53,8 @@ pub(super) fn multisine<T: Real>(amplitude: T, lowest_hz: T, lines: u8, t_s: T) 
     let count = T::from_count(u16::from(lines));
     let each = amplitude / (T::lit(PEAK) * count.sqrt());
     let omega = T::lit(TAU) * lowest_hz;
-    let mut step = Turn::by(fraction(lowest_hz * t_s));
-    let bend = Turn::by(-T::one() / count);
+    let mut step = Turn::from_turns(fraction(lowest_hz * t_s));
+    let bend = Turn::from_turns(-T::one() / count);
     let mut line = Turn {
         cos: T::one(),
         sin: T::zero(),
@@ -80,8 +80,8 @@ struct Turn<T> {
 }
 
 impl<T: Real> Turn<T> {
-    /// By a part of a turn.
-    fn by(part: T) -> Self {
+    /// Rotation by a fraction of a turn.
+    fn from_turns(part: T) -> Self {
         let (sin, cos) = (part * T::lit(TAU)).sine_cosine();
         Self { cos, sin }
     }
@@ -101,12 +101,12 @@ fn fraction<T: Real>(turns: T) -> T {
     turns - T::from_count(turns.to_count())
 }
 
-/// Grown and died away.
-pub(super) fn ramped<T: Real>(of: Sample<T>, t_s: T, ramp_s: T, duration_s: T) -> Sample<T> {
+/// A signal with its ramps at both ends.
+pub(super) fn ramped<T: Real>(signal: Sample<T>, t_s: T, ramp_s: T, duration_s: T) -> Sample<T> {
     let Envelope { e, de, dde } = Envelope::at(t_s, ramp_s, duration_s);
     Sample {
-        value: e * of.value,
-        first: de * of.value + e * of.first,
-        second: dde * of.value + T::lit(2.0) * de * of.first + e * of.second,
+        value: e * signal.value,
+        first: de * signal.value + e * signal.first,
+        second: dde * signal.value + T::lit(2.0) * de * signal.first + e * signal.second,
     }
 }

@@ -1,5 +1,5 @@
-//! Report of a board: how its program last ended, where its settings
-//! come from, how much stack it has used.
+//! Report of a board: end of its last program, source of its settings,
+//! use of its stack.
 
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
@@ -11,12 +11,12 @@ pub const PLACE_LEN: usize = 24;
 /// Sent after the board's hello, and again when something of it changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
 pub struct BoardReport {
-    /// Changes with every reset and with every hello: what was meant for the board
-    /// before is not obeyed after. See [`Command::Arm`](super::message::Command::Arm).
+    /// Changes with every reset and with every hello: a command of an earlier
+    /// session is not executed. See [`Command::Arm`](super::message::Command::Arm).
     pub session: u32,
-    /// How the program before this one ended.
+    /// End of the previous program.
     pub last_end: LastEnd,
-    /// Where its settings come from.
+    /// Source of its settings.
     pub settings: SettingsFrom,
     /// Stack, in bytes, if it is watched.
     pub stack: Option<Stack>,
@@ -35,12 +35,12 @@ impl BoardReport {
     }
 }
 
-/// How a program ended: kept across the reset that followed.
+/// End of a program, recorded across the reset that followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
 pub struct LastEnd {
-    /// Why.
+    /// Cause.
     pub cause: End,
-    /// Where the processor was; 0 if that is not known.
+    /// Program counter; 0 if it is not known.
     pub pc: u32,
     /// Line of the source file that panicked; 0 otherwise.
     pub line: u32,
@@ -50,7 +50,7 @@ pub struct LastEnd {
     pub tick: u32,
 }
 
-/// Why a program ended.
+/// Cause of the end of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum End {
@@ -73,7 +73,7 @@ pub enum End {
     StackOverflow,
 }
 
-/// Where a board's settings come from.
+/// Source of a board's settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SettingsFrom {

@@ -1,9 +1,9 @@
-//! An experiment as the link carries it: what drives each joint, for how long, and
-//! where and how fast the arm may be meanwhile.
+//! Experiment in the format of the link: source of each joint, duration, and envelope of
+//! angles and speeds.
 //!
 //! It begins from where the arm is and ends in [`Drive::Hold`](super::mode::Drive), the
 //! arm braked to rest, when its time is over, when a joint leaves the envelope, or when
-//! the host is quiet. All guards stay in force: they shape the torque, or switch it
+//! the host is silent. All monitors stay in force: they limit the torque, or switch it
 //! off, as in every drive.
 
 use super::limits::hard;
@@ -13,16 +13,16 @@ use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// How long a joint is held before its PWM is frozen, in s.
+/// Time for which a joint is held before its PWM is frozen, in s.
 pub const HELD_S: f32 = 0.25;
 
-/// What is asked of the arm.
+/// An experiment on the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
-    /// What drives each joint.
+    /// Role of each joint.
     pub roles: [Role; JOINTS],
-    /// In s.
+    /// Duration in s.
     pub duration_s: f32,
     /// Least and most angle of each joint in rad; beyond them the experiment ends.
     pub angle_rad: [[f32; 2]; JOINTS],
@@ -30,7 +30,7 @@ pub struct Experiment {
     pub speed_rad_s: [f32; JOINTS],
 }
 
-/// What drives a joint.
+/// Source that drives a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
@@ -73,7 +73,7 @@ impl Role {
     }
 }
 
-/// What a number of an experiment is of.
+/// Quantity of a value of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Measure {
     /// In rad.
@@ -88,7 +88,7 @@ pub enum Measure {
     Pwm,
 }
 
-/// Why an experiment cannot be. Joints count from 0.
+/// Reason for the refusal of an experiment. Joints count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Objection {
     /// It would take too long, or no time.
@@ -167,7 +167,7 @@ pub struct Conclusion {
     pub end: ExperimentEnd,
 }
 
-/// Why an experiment ended.
+/// Cause of the end of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum ExperimentEnd {
     /// Its time is over.
@@ -193,7 +193,7 @@ pub enum ExperimentEnd {
 }
 
 impl Experiment {
-    /// Nothing, for no time.
+    /// No experiment, of duration 0.
     pub const NONE: Self = Self {
         roles: [Role::Off; JOINTS],
         duration_s: 0.0,
@@ -201,10 +201,10 @@ impl Experiment {
         speed_rad_s: [0.0; JOINTS],
     };
 
-    /// Whether it is an experiment at all, and within what any arm is allowed.
+    /// Checks consistency and hard bounds of the experiment.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The reason for the refusal.
     pub fn check(&self) -> Result<(), Objection> {
         let duration_s = self.duration_s;
         if !(TIME_MIN_S as f32..=DURATION_MAX_S as f32).contains(&duration_s) {
@@ -244,7 +244,7 @@ impl Role {
             Self::Angle(_) => (Measure::Angle, 2.0 * hard::ANGLE_RAD),
         };
         let value = bounds.farthest();
-        // What overflows is beyond everything.
+        // NaN is beyond every limit.
         if value.abs() <= limit {
             Ok(())
         } else {

@@ -43,7 +43,7 @@ impl Message for ToHost {
     const DIRECTION: u8 = b'H';
 }
 
-/// Makes frames of messages.
+/// Encoder of messages to frames.
 #[derive(Clone, Debug)]
 pub struct Encoder {
     sequence: u16,
@@ -145,7 +145,7 @@ impl Serialize for RecordMessage<'_> {
     }
 }
 
-/// Why a frame was not understood.
+/// Reason why a frame is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
     /// Truncated, longer than [`MAX`], or a wrong CRC.
@@ -158,7 +158,7 @@ pub enum FrameError {
     Schema,
 }
 
-/// A message, the number of its frame, and how many went missing before it.
+/// A message, the number of its frame, and the number of frames lost before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Received<M> {
     /// The message.
@@ -169,7 +169,7 @@ pub struct Received<M> {
     pub lost: u16,
 }
 
-/// Finds frames in a stream, one byte at a time.
+/// Decoder of frames in a stream, one byte at a time.
 #[derive(Debug)]
 pub struct Decoder {
     /// The frame so far, as received.

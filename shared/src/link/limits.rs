@@ -1,4 +1,4 @@
-//! What the supervisor allows, as the host may set it.
+//! Limits of the monitors, which the host may set.
 //!
 //! Every number has a hard bound that no host can move
 //! ([`hard`]); [`Limits::is_valid`] checks whether all are within.
@@ -44,7 +44,7 @@ pub mod hard {
     pub const AGE_MS: u16 = 10_000;
 }
 
-/// What the supervisor allows; replaced as one group while the board is idle.
+/// Limits of the monitors; replaced as one group while the board is idle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Limits {
     /// Joint angles in rad beyond which torque goes off. The arm is braked before.
@@ -70,7 +70,7 @@ pub struct Limits {
     pub lost_ms: u16,
     /// Share of a joint's samples that may be missing within a second, in percent.
     pub lost_percent: u8,
-    /// Ticks in a row that may begin a whole period late, and one less.
+    /// Consecutive ticks, each a whole period late, that trip `Overrun`.
     pub overruns: u8,
     /// Distance between sample and prediction in rad, for three samples in a row.
     pub innovation_rad: f32,
@@ -151,9 +151,9 @@ impl Default for Limits {
 impl Limits {
     /// Whether every number is within its hard bound, and none is NaN.
     pub fn is_valid(&self) -> bool {
-        let within = |values: &[f32], most: f32| {
-            // A NaN is within nothing.
-            values.iter().all(|value| *value > 0.0 && *value <= most)
+        let within = |values: &[f32], limit: f32| {
+            // NaN is out of every range.
+            values.iter().all(|value| *value > 0.0 && *value <= limit)
         };
         let [coldest, hottest] = self.temperature_counts;
         within(&self.angle_rad, hard::ANGLE_RAD)

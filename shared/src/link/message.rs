@@ -44,13 +44,13 @@ pub enum ToBoard {
 pub enum ToHost {
     /// Answer to the host's hello.
     Hello(Hello),
-    /// What became of the command with this frame sequence number.
+    /// Result of the command with this frame sequence number.
     Ack {
         /// Sequence number of the frame that carried the command.
         sequence: u16,
-        /// Accepted, or why not.
+        /// Accepted, or the refusal.
         result: Result<(), Refusal>,
-        /// When the tick took it; `None` if it never got so far.
+        /// Moment at which the tick took it; `None` if it did not reach the tick.
         moment: Option<Moment>,
     },
     /// The reference from which the motion with this frame sequence number is
@@ -58,50 +58,49 @@ pub enum ToHost {
     Departs {
         /// Sequence number of the frame that carried the command.
         sequence: u16,
-        /// When.
+        /// Moment at which the start was taken.
         moment: Moment,
     },
     /// The tick has received the hello: motors are off, the estimator restarts.
     Began(Moment),
-    /// What is in force: after a hello, and whenever it changes.
+    /// Settings in force: after a hello, and after every change.
     Settings(Settings),
-    /// During bring-up: a servo was asked for and did not answer.
+    /// During bring-up: a servo did not answer.
     Absent {
         /// Index of the joint.
         joint: u8,
-        /// Why there is no reply.
+        /// Reason for the missing reply.
         missing: Missing,
     },
-    /// The servos were found: what they run, and at which speed in bits per
-    /// second. Answers a hello too, if they were found before it.
+    /// The servos were found, with their firmware and speed. Also answers a hello, if they
+    /// were found before it.
     Found {
-        /// Of both.
+        /// Firmware of both servos.
         firmware: Firmware,
-        /// Of the bus.
+        /// Speed of the bus in bits per second.
         baud: u32,
-        /// Torque can be asked for; stock servos need [`Command::Prepare`] before.
+        /// Whether torque can be commanded; stock servos need [`Command::Prepare`] before.
         is_ready: bool,
     },
     /// During bring-up: the servos run different firmwares, joint by joint. They
     /// disturb each other; the bridge drives neither.
     Mixed([Firmware; JOINTS]),
-    /// The stock servo of this joint answers, but does not take what it must be
-    /// set to.
+    /// The stock servo of this joint answers, but rejects its settings.
     Unprepared {
         /// Index of the joint.
         joint: u8,
     },
-    /// A client on the transparent port has the bus: no records come.
+    /// A client on the transparent port has the bus: no records are sent.
     Passthrough,
-    /// What became of a client's packets on the transparent port, so far.
+    /// Counters of a client's packets on the transparent port.
     Port(PortCounters),
     /// The board's report on itself.
     Board(BoardReport),
-    /// Why there is a fault; after a hello too, while it is latched.
+    /// Cause of a fault; also after a hello, while it is latched.
     Tripped(Trip),
-    /// What is known of motors that shall be off.
+    /// Evidence on motors that must be off.
     Off(OffReport),
-    /// How an experiment ended, unless by a fault or a goodbye: sent once.
+    /// End of an experiment, unless by a fault or a goodbye: sent once.
     Concluded(Conclusion),
     /// A servo's temperature, as polled with torque on or off.
     Temperature {
@@ -120,26 +119,26 @@ pub enum ToHost {
 pub struct Moment {
     /// The tick that had begun last.
     pub tick: u32,
-    /// It was decided by then; otherwise it heeds the order.
+    /// Whether it was decided by then; otherwise the command affects it.
     pub is_decided: bool,
-    /// On the board's clock in µs.
+    /// Time on the board's clock in µs.
     pub at_us: u64,
 }
 
 /// Packets on the transparent port since boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
 pub struct PortCounters {
-    /// Sent on the bus, or answered by the board from what it knows.
+    /// Packets sent on the bus, or answered by the board itself.
     pub passed: u32,
-    /// Of those, how many had to wait for the slack of a later tick.
+    /// Number of those that waited for an idle slot of a later tick.
     pub delayed: u32,
-    /// Not sent, because a control loop runs.
+    /// Packets not sent, because a control loop runs.
     pub refused: u32,
-    /// Begun by the client and not ended.
+    /// Packets that the client began and did not end.
     pub halves: u32,
     /// Bytes that the client did not fetch in time.
     pub lost: u32,
-    /// How often the bus was taken back from a client that had fallen silent.
+    /// Number of times the bus was taken back from a silent client.
     pub ended: u32,
 }
 
@@ -158,10 +157,10 @@ pub enum Command {
     /// Disarm: torque off; the bus is still read. Takes the bus back from the
     /// transparent port.
     Idle,
-    /// From idle, be ready to move, with zero torque. The number of the session proves that the
-    /// host knows of the board's last reset.
+    /// Arm from idle, with zero torque. The session number proves that the host knows of the
+    /// board's last reset.
     Arm {
-        /// Of [`BoardReport`].
+        /// Session of [`BoardReport`].
         session: u32,
     },
     /// Constant joint torques in N m, clamped to what the servos can do.
@@ -169,21 +168,21 @@ pub enum Command {
     /// Hold the arm at these joint angles in rad: a step, if it is elsewhere.
     Regulate([f32; JOINTS]),
     /// Follow a motion, from wherever the reference is; it begins some ticks
-    /// later, when it is planned. Repeated, it begins anew, without a step.
+    /// later, when it is planned. Repeated, it restarts, without a step.
     Follow(Motion),
     /// A point of a reference that the host streams: angles in rad, at a time of
     /// the board's clock.
     Stream {
-        /// When, in µs.
+        /// Time, in µs.
         at_us: u64,
-        /// Where, in rad.
+        /// Angles, in rad.
         angle_rad: [f32; JOINTS],
-        /// How fast, in rad/s; `None` to have it made of the neighbours.
+        /// Speeds, in rad/s; `None` to compute them from the neighbouring points.
         speed_rad_s: Option<[f32; JOINTS]>,
     },
-    /// Drive the arm as an experiment asks, from where it is; it begins with the next
-    /// tick, and ends by itself in [`Drive::Hold`]. The very same again while it runs
-    /// changes nothing; any other drive ends it.
+    /// Run an experiment from the present state of the arm; it begins with the next
+    /// tick, and ends by itself in [`Drive::Hold`]. The same command while it runs
+    /// has no effect; any other drive ends it.
     Experiment(Experiment),
     /// Set stock servos to wheel mode and a short return delay, where they are
     /// not: both are kept in their EEPROM. Torque can be asked for when they are
@@ -203,7 +202,7 @@ pub enum Command {
     Save,
 }
 
-/// Why a command was refused.
+/// Reason for the refusal of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Refusal {
     /// A fault is latched; send [`Command::ClearFault`] first.
@@ -217,7 +216,7 @@ pub enum Refusal {
     Disarmed,
     /// The board has been reset since; its report has the session.
     OtherSession,
-    /// An older frame than one that was obeyed.
+    /// The frame is older than one that was executed.
     Stale,
     /// The period and the limits can only be replaced, settings saved and servos
     /// released, when idle; the set-up not while an experiment runs.
@@ -239,12 +238,12 @@ pub enum Refusal {
     Beyond {
         /// This joint, counting from 0.
         joint: u8,
-        /// In what.
+        /// Quantity that exceeds its bound.
         quantity: Quantity,
-        /// To this value, in the quantity's unit.
+        /// Value, in the quantity's unit.
         value: f32,
     },
-    /// An experiment cannot be, or not from here.
+    /// An experiment is invalid, or cannot begin from the present state.
     Experiment(Objection),
     /// A streamed point came too late, or not in order.
     Late,
@@ -263,7 +262,7 @@ pub enum Refusal {
     Busy,
 }
 
-/// One tick: inputs, outputs, and what it took.
+/// Record of one tick: inputs, outputs and timing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Record {
     /// Number of the tick since boot.
@@ -272,9 +271,9 @@ pub struct Record {
     pub start_us: u64,
     /// Mode in which the tick was decided.
     pub mode: Mode,
-    /// What the supervisor changed of the torque that was wanted; see [`Guards`].
+    /// Limits that changed the torque; see [`Guards`].
     pub guards: Guards,
-    /// What each servo answered.
+    /// Sample of each servo.
     pub samples: [Sample; JOINTS],
     /// The error byte that came with it, from a stock servo; its bits are
     /// [`Alarms`](crate::servo::protocol1::Alarms).
@@ -294,17 +293,17 @@ pub struct Record {
     /// Torque in N m that `pwm_next` stands for, after clamp and rounding, less
     /// what is added against friction.
     pub torque_nm: [f32; JOINTS],
-    /// Torque in N m that acts without being commanded, as estimated; 0 from
-    /// an estimator that does not look for it.
+    /// Estimated disturbance torque in N m; 0 from an estimator without
+    /// disturbances.
     pub disturbance_nm: [f32; JOINTS],
-    /// What the tick took.
+    /// Timing of the tick.
     pub timing: Timing,
     /// Records dropped so far because the host did not fetch them in time.
     pub dropped: u32,
 }
 
 impl Record {
-    /// Before the first tick.
+    /// Record before the first tick.
     pub const NONE: Self = Self {
         tick: 0,
         start_us: 0,
@@ -330,7 +329,7 @@ impl Record {
     };
 }
 
-/// How long a tick took.
+/// Timing of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Timing {
     /// Actual minus planned start, in µs.

@@ -1,16 +1,16 @@
 //! The control link between board and host.
 //!
-//! | module      | what                                                     |
+//! | module      | content                                                  |
 //! |-------------|----------------------------------------------------------|
 //! | [`message`] | messages                                                 |
-//! | [`mode`]    | what the board is doing, and why it stopped              |
-//! | [`limits`]  | what the supervisor allows                               |
+//! | [`mode`]    | modes of the board, causes of faults                     |
+//! | [`limits`]  | limits of the monitors                                   |
 //! | [`board`]   | report of a board                                        |
-//! | `setup`     | what the application computes with                       |
-//! | [`motion`]  | motions, as they are asked for                           |
+//! | `setup`     | parameters of control and estimation                     |
+//! | [`motion`]  | requested motions                                        |
 //! | [`experiment`] | experiments, why one may not be, and how one ended    |
-//! | [`schema`]  | the hash by which two builds know that they agree on it  |
-//! | [`frame`]   | how it is put on a wire                                  |
+//! | [`schema`]  | hash of the schema, compared by both sides               |
+//! | [`frame`]   | framing on the wire                                      |
 
 pub mod board;
 pub mod experiment;

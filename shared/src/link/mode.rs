@@ -1,17 +1,17 @@
-//! What the board is doing, and why it stopped.
+//! Modes of the board, and causes of faults.
 
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// What the application is doing.
+/// Mode of the board.
 ///
 /// Torque is on in [`Mode::Armed`], [`Mode::Running`] and [`Mode::Degraded`], and
 /// in no other mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
-    /// Stop sequence, then START: servos are being found.
+    /// Stop sequence, then the search for the servos.
     Boot,
     /// Disarmed: motors off, angles read.
     Idle,
@@ -19,7 +19,7 @@ pub enum Mode {
     Armed,
     /// The motors are driven.
     Running(Drive),
-    /// The same, with a sample missing: the estimator predicts.
+    /// The motors are driven, with a sample missing: the estimator predicts.
     Degraded(Drive),
     /// The bus belongs to the client of the transparent port: no ticks.
     Passthrough,
@@ -28,7 +28,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// What the motors are driven by, if they are.
+    /// Source that drives the motors, if they are driven.
     pub const fn drive(self) -> Option<Drive> {
         match self {
             Self::Running(drive) | Self::Degraded(drive) => Some(drive),
@@ -45,7 +45,7 @@ impl Mode {
     }
 }
 
-/// What the motors are driven by.
+/// Source that drives the motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Drive {
@@ -58,11 +58,11 @@ pub enum Drive {
     /// Braked to rest and holding, because the host went silent or an experiment is
     /// over.
     Hold,
-    /// As an experiment asks.
+    /// The signals of an experiment.
     Experiment,
 }
 
-/// Why the supervisor switched torque off.
+/// Fault for which the supervisor switched torque off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Fault {
@@ -82,11 +82,11 @@ pub enum Fault {
     PwmLimit,
     /// A servo is too hot, or its temperature has changed too much.
     Temperature,
-    /// A joint is where its potentiometer has no track.
+    /// A joint is in the gap of its potentiometer.
     DeadZone,
     /// A servo no longer answers.
     ServoSilent,
-    /// A servo answers, but has been off and on again.
+    /// A servo answers, but has been reset.
     ServoReset,
     /// Too many samples in a row came damaged.
     SamplesLost,
@@ -96,22 +96,22 @@ pub enum Fault {
     Overrun,
     /// The board's clock went back.
     Clock,
-    /// The arm is not where the estimator has it, again and again.
+    /// Samples differ repeatedly from the prediction of the estimator.
     Diverged,
     /// A joint does not move though it is driven, or its encoder has stopped.
     Stuck,
-    /// The control law produced something that is not a number.
+    /// The control law produced NaN or an infinite value.
     NotFinite,
-    /// A stock servo reported that it is too hot or overloaded: it lets go of
-    /// its shaft by itself.
+    /// A stock servo reported that it is too hot or overloaded: it switches
+    /// its torque off by itself.
     ServoAlarm,
     /// The servos run another firmware than before.
     FirmwareChanged,
-    /// A parameter in memory is not what it was set to.
+    /// A parameter in memory has changed.
     Corrupted,
 }
 
-/// Who asked for an emergency stop.
+/// Source of an emergency stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StopSource {
@@ -124,24 +124,24 @@ pub enum StopSource {
 }
 
 impl StopSource {
-    /// All there are.
+    /// All sources.
     pub const ALL: [Self; 3] = [Self::Host, Self::Pin, Self::Flood];
 }
 
 /// What tripped the supervisor: the first cause, with the values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Trip {
-    /// Why.
+    /// Fault.
     pub fault: Fault,
-    /// Which joint, counting from 0, if it was one.
+    /// Joint, counting from 0, if the fault concerns one.
     pub joint: Option<u8>,
-    /// In which tick.
+    /// Tick of the fault.
     pub tick: u32,
-    /// When, on the board's clock in µs.
+    /// Time on the board's clock in µs.
     pub at_us: u64,
-    /// What was seen, in the unit of the limit.
+    /// Observed value, in the unit of the limit.
     pub value: f32,
-    /// What would have been allowed.
+    /// Limit.
     pub limit: f32,
 }
 
@@ -167,18 +167,18 @@ pub enum OffState {
     OutOfReach,
 }
 
-/// What the supervisor changed of the torque that was wanted, as bits.
+/// Limits that changed the torque, as bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Guards(u8);
 
 impl Guards {
-    /// Nothing.
+    /// No limit.
     pub const NONE: Self = Self(0);
     /// A joint was braked before its angle limit.
     pub const BRAKED: Self = Self(1 << 0);
     /// The torque was more than its limit.
     pub const TORQUE: Self = Self(1 << 1);
-    /// It changed faster than its limit.
+    /// The torque changed faster than its limit.
     pub const RATE: Self = Self(1 << 2);
     /// The PWM was more than its limit.
     pub const PWM: Self = Self(1 << 3);
@@ -188,17 +188,17 @@ impl Guards {
         self.0
     }
 
-    /// What such a byte means.
+    /// Decodes the byte.
     pub const fn from_bits(bits: u8) -> Self {
         Self(bits)
     }
 
-    /// Whether all of these are among them.
+    /// Whether all of `guards` are set.
     pub const fn contains(self, guards: Self) -> bool {
         self.0 & guards.0 == guards.0
     }
 
-    /// Those that are in either.
+    /// Limits that are in either.
     #[must_use]
     pub const fn or(self, guards: Self) -> Self {
         Self(self.0 | guards.0)

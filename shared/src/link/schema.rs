@@ -1,4 +1,4 @@
-//! The hash by which two builds know that they read each other's messages.
+//! Hash of the message schema, by which two builds check that they are compatible.
 //!
 //! Computed at compile time from the shape of every message type: names and
 //! order of fields and variants, and their types. It changes when, and only

@@ -1,4 +1,4 @@
-//! What the application computes with, as the link carries it.
+//! Parameters of control and estimation, in the format of the link.
 
 use super::limits::Limits;
 use crate::JOINTS;
@@ -9,29 +9,29 @@ use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// What the application computes with, replaced as one atomic group.
+/// Parameters of control and estimation, replaced as one atomic group.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Setup {
     /// Tick period in µs.
     pub period_us: u32,
-    /// From state to torque.
+    /// Controller, from state to torque.
     pub controller: Controller,
-    /// From samples to state.
+    /// Estimator, from samples to state.
     pub estimator: Config<f32>,
     /// Torque in N m added against dry friction, joint by joint; 0 for none.
     pub friction_nm: [f32; JOINTS],
     /// Model of the arm for controller and estimator.
     pub arm: Parameters<f32>,
-    /// Its servos.
+    /// Models of its servos.
     pub joints: [Joint<f32>; JOINTS],
 }
 
-/// What a board keeps across power-off.
+/// Settings that a board stores across power-off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Settings {
-    /// What the application computes with.
+    /// Parameters of control and estimation.
     pub setup: Setup,
-    /// What the supervisor allows.
+    /// Limits of the monitors.
     pub limits: Limits,
 }
 
@@ -72,7 +72,7 @@ impl Setup {
     }
 }
 
-/// From state to torque.
+/// Controller, from state to torque.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Controller {
     /// State feedback (9), with the torque that the reference itself takes.
@@ -86,7 +86,7 @@ pub enum Controller {
     },
 }
 
-/// Where the state-feedback gain comes from.
+/// Source of the state-feedback gain.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub enum Gains {
     /// The printed gain, equation (10), meant for 45 ms.

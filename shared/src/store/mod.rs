@@ -163,7 +163,7 @@ impl<F: NorFlash> Store<F> {
                     SettingsFrom::Refused
                 }
                 Some(Err(Unusable::OtherVersion)) => SettingsFrom::OtherVersion,
-                Some(Err(Unusable::Nonsense)) | None => SettingsFrom::Damaged,
+                Some(Err(Unusable::Malformed)) | None => SettingsFrom::Damaged,
             },
         };
         (Settings::default(), from)
@@ -183,7 +183,7 @@ impl<F: NorFlash> Store<F> {
         if room < Self::COST {
             return Err(SaveError::Full);
         }
-        let record = record::of_settings(settings, generation).ok_or(SaveError::Full)?;
+        let record = record::encode_settings(settings, generation).ok_or(SaveError::Full)?;
         self.append_settings(page, &record)?;
         self.append_receipt(page, generation)?;
         Ok(())

@@ -1,7 +1,7 @@
 //! One page of the flash: a log of records, kept by `sequential-storage`.
 //!
 //! The crate's queue with a single page frames records, finds the end of the log
-//! and steps over what a power cut left half written. What it must not do is
+//! and steps over what a power cut left half written. It must not
 //! erase: it would after some kinds of damage, and erasing stalls the processor.
 //! [`NoErase`] refuses that.
 
@@ -15,14 +15,14 @@ use sequential_storage::Error;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::queue::{QueueConfig, QueueStorage};
 
-/// Why flash did not do what it was asked for.
+/// Failure of a flash operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FlashError {
     /// The driver reports it.
     Driver(NorFlashErrorKind),
     /// There is no room for the record, but by erasing.
     Full,
-    /// What was written or erased does not read back so.
+    /// Written or erased bytes do not read back as expected.
     Mismatch,
 }
 
@@ -35,8 +35,8 @@ impl NorFlashError for FlashError {
     }
 }
 
-/// Flash as the storage crate sees it: whatever it does is done at once, it cannot
-/// be erased, and the last word of the page is.
+/// Flash for the storage crate: every operation completes at once, erasing is refused,
+/// and the last word of the page reads as erased.
 ///
 /// That word is where the crate marks a page that is full and was followed by
 /// another. There is never another here, so a mark is damage; the crate would erase
@@ -110,10 +110,10 @@ fn at_once<T>(
     }
 }
 
-/// What a page holds.
+/// Contents of a page.
 #[derive(Debug, Default)]
 pub(super) struct PageScan {
-    /// Nothing is written in it.
+    /// Whether the page is erased.
     pub(super) is_blank: bool,
     /// Bytes left for records, framing included; 0 if nothing can be appended.
     pub(super) room: u32,
@@ -170,13 +170,13 @@ pub(super) struct Page<'a, F> {
 
 impl<'a, F: NorFlash> Page<'a, F> {
     const SIZE: u32 = F::ERASE_SIZE as u32;
-    /// What the crate writes at once, and keeps at either end of a page.
+    /// Word in bytes that the crate writes at once, and reserves at either end of a page.
     const WORD: u32 = if F::WRITE_SIZE > F::READ_SIZE {
         F::WRITE_SIZE as u32
     } else {
         F::READ_SIZE as u32
     };
-    /// How much of a page is used, from its start.
+    /// Used part of a page in bytes, from its start.
     const USED: u32 = if Self::SIZE > LOG_MAX {
         LOG_MAX
     } else {
@@ -218,7 +218,7 @@ impl<'a, F: NorFlash> Page<'a, F> {
         Queue::<'_, F>::item_overhead_size() + (len as u32).next_multiple_of(Self::WORD)
     }
 
-    /// Looks at everything in the page.
+    /// Reads all records of the page.
     pub(super) fn scan(&mut self) -> Result<PageScan, FlashError> {
         let mut scan = PageScan::default();
         if self.is_erased_from(self.start)? {
@@ -238,8 +238,10 @@ impl<'a, F: NorFlash> Page<'a, F> {
                 Err(_) => return Ok(scan),
             }
         }
-        let left = at_once(queue.space_left())?;
-        let room = left.saturating_sub(Self::SIZE - Self::USED).min(Self::ROOM);
+        let space = at_once(queue.space_left())?;
+        let room = space
+            .saturating_sub(Self::SIZE - Self::USED)
+            .min(Self::ROOM);
         let used = Self::USED.saturating_sub(room + Self::WORD);
         if self.is_erased_from(self.start + used)? {
             scan.room = room;

@@ -1,4 +1,4 @@
-//! What is kept, as bytes.
+//! Records of the settings store, as bytes.
 //!
 //! ```text
 //! format u8 | kind u8 | generation u32 | body | CRC-32
@@ -45,7 +45,7 @@ const _: () = assert!(SETTINGS_MAX <= MAX);
 /// The bytes of a record.
 pub(super) type Bytes = heapless::Vec<u8, MAX>;
 
-/// What a record is.
+/// Kind of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Settings,
@@ -61,12 +61,12 @@ pub(super) struct Record<'a> {
     body: &'a [u8],
 }
 
-/// Why there are no settings in an intact record.
+/// Reason why an intact record has no usable settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unusable {
     OtherVersion,
-    /// Of this version, and yet no settings.
-    Nonsense,
+    /// The body of this version does not decode.
+    Malformed,
 }
 
 impl<'a> Record<'a> {
@@ -90,7 +90,7 @@ impl<'a> Record<'a> {
         })
     }
 
-    /// The same, of another generation.
+    /// The same record with another generation.
     pub(super) fn renumbered(self, generation: u32) -> Self {
         Self { generation, ..self }
     }
@@ -128,7 +128,7 @@ impl<'a> Record<'a> {
             Some((hash, encoded)) if (self.format, *hash) == (FORMAT, HASH) => {
                 match postcard::take_from_bytes(encoded) {
                     Ok((settings, [])) => Ok(settings),
-                    _ => Err(Unusable::Nonsense),
+                    _ => Err(Unusable::Malformed),
                 }
             }
             _ => Err(Unusable::OtherVersion),
@@ -137,7 +137,7 @@ impl<'a> Record<'a> {
 }
 
 /// A record with these settings, as stored; `None` if they cannot be encoded.
-pub(super) fn of_settings(settings: &Settings, generation: u32) -> Option<Bytes> {
+pub(super) fn encode_settings(settings: &Settings, generation: u32) -> Option<Bytes> {
     let mut body = [0; SETTINGS_MAX];
     let (hash, rest) = body.split_first_chunk_mut()?;
     *hash = HASH;
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn other_formats_and_schemas_are_told_from_nonsense() {
         let settings = Settings::default();
-        let bytes = of_settings(&settings, 7).unwrap();
+        let bytes = encode_settings(&settings, 7).unwrap();
         let record = Record::read(&bytes).unwrap();
         assert_eq!(record.generation, 7);
         assert_eq!(record.settings(), Ok(settings));
@@ -181,7 +181,7 @@ mod tests {
             body: &body,
             ..record
         };
-        assert_eq!(longer.settings(), Err(Unusable::Nonsense));
+        assert_eq!(longer.settings(), Err(Unusable::Malformed));
 
         for at in 0..bytes.len() {
             let mut bytes = bytes.clone();

@@ -1,4 +1,4 @@
-//! How a wave grows and dies away.
+//! Envelope of a wave: its ramps at both ends.
 
 use crate::real::Real;
 

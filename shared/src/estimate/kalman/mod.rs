@@ -1,4 +1,4 @@
-//! An extended Kalman filter that knows what pushes the arm.
+//! An extended Kalman filter with disturbance torques.
 //!
 //! Six states: both angles, both speeds, and for each joint a *disturbance*, a
 //! torque that was not commanded: gravity off its model, friction, a motor weaker

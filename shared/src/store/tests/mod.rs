@@ -6,7 +6,7 @@ mod power;
 
 use super::memory::Memory;
 use super::page::Page;
-use super::record::{Record, of_settings};
+use super::record::{Record, encode_settings};
 use super::{PrepareError, SaveError, Store};
 use crate::bridge::can_run;
 use crate::link::message::{Settings, SettingsFrom};
@@ -265,7 +265,7 @@ fn what_is_not_for_this_program_is_not_used() {
     assert_eq!(store.load(can_run), refused);
 
     // Another version's settings are kept until this one saves its own.
-    let bytes = of_settings(&settings(3), 7).unwrap();
+    let bytes = encode_settings(&settings(3), 7).unwrap();
     let mut record = Record::read(&bytes).unwrap();
     record.format += 1;
     let mut flash = store.flash;
