@@ -211,7 +211,7 @@ fn model_and_arm_stay_together_under_lqr() {
     // Faster sampling leaves what is static where it is.
     assert!(regulation.fast_rest_rad > 0.8 * regulation.rest_rad);
     assert!(regulation.fast_rest_rad < regulation.explained_rad);
-    assert_verdicts(&regulation.claims(), [("regulation", Verdict::Reproduced)]);
+    assert_verdicts(&regulation.claims(), [("standing", Verdict::Reproduced)]);
 }
 
 fn figures(claims: &[Claim]) -> impl Iterator<Item = &paper::Figure> {

@@ -96,7 +96,7 @@ pub(crate) const MORPHEUS: [(&str, &str); 15] = [
 
 /// Scripts: see the target. Each begins with a stop, from which the master
 /// learns whether the bus echoes.
-pub(crate) const MASTER: [(&str, &str); 9] = [
+pub(crate) const MASTER: [(&str, &str); 10] = [
     ("stop", "00 02 02 02 02 02 02 02 02 02"),
     (
         "stop-echo",
@@ -130,6 +130,11 @@ pub(crate) const MASTER: [(&str, &str); 9] = [
         "stock-drive",
         "00 02 02 02 02 02 02 02 02 02 07 80 03 DC 05 84 03 02 02 03 08 FF \
          FF 01 04 00 00 02 F8 02 02 03 08 FF FF 02 04 24 01 02 D2",
+    ),
+    (
+        "stock-alarms",
+        "00 02 02 02 02 02 02 02 02 02 07 80 03 DC 05 84 03 02 02 03 0E FF \
+         FF 01 02 04 F8 FF FF 01 04 00 00 02 F8 02 02 03 08 FF FF 02 04 24 01 02 D2",
     ),
     (
         "stock-ask",

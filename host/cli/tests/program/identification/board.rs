@@ -186,7 +186,7 @@ fn find_apply_and_stand(link: &LinkUri, plan: &[String; 2]) {
     // The same log once more is nothing new.
     let log = left(&output);
     let fit = ["identify", "fit", log.to_str().unwrap(), "--apply", "--yes"];
-    assert_ends(&run(link, &fit), 0, "with this arm already");
+    assert_ends(&run(link, &fit), 0, "the board has this arm already");
     let stand = PathBuf::from(&plan[1]).join("stand.toml");
     std::fs::write(&stand, STAND).unwrap();
     let stand = ["run", stand.to_str().unwrap(), "--json", "--out", &plan[1]];
