@@ -96,7 +96,11 @@ fn a_campaign_repeats_and_a_seed_is_told() {
     let story = program.run(&["fault-campaign", "--seed", "66"]);
     assert_eq!(story.status.code(), Some(0));
     let story = text(&story.stdout);
-    for words in ["stop-pin", "Fault(EmergencyStop(Pin))", "emergency_stop_pin, expected"] {
+    for words in [
+        "stop-pin",
+        "Fault(EmergencyStop(Pin))",
+        "emergency_stop_pin, expected",
+    ] {
         assert!(story.contains(words), "{story}");
     }
 }
