@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use armbridge_analysis::monte_carlo::for_seeds;
-use armbridge_tests::{fault_campaign, free_host};
+use armbridge_tests::{fault_campaign, random_host};
 
 #[test]
 fn four_thousand_faults_are_the_same_again() {
@@ -20,7 +20,7 @@ fn four_thousand_faults_are_the_same_again() {
 #[test]
 fn three_thousand_free_hosts_are_the_same_again() {
     let seeds: Vec<u64> = (1_000..4_000).collect();
-    let run = |seed| Ok::<_, Infallible>(free_host::run(seed));
+    let run = |seed| Ok::<_, Infallible>(random_host::run(seed));
     let ticks = for_seeds(&seeds, run, |_| ()).unwrap();
     let (compared, recorded) = ticks
         .into_iter()

@@ -15,16 +15,16 @@ mod paper;
 mod paper_report;
 mod plan_runner;
 mod plot;
+mod reconfiguration;
 mod replay;
 mod robustness;
 mod safety_case;
 mod servo_bus;
-mod servo_steps;
+mod servo_time_steps;
 mod settings;
 mod summary;
 mod supervisor;
 mod sweep;
-mod takeover;
 mod torque_off;
 
 use std::path::PathBuf;

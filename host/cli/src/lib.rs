@@ -2,10 +2,10 @@
 //! Foxglove server, and the tasks of one-line commands.
 #![forbid(unsafe_code)]
 
+pub mod board_tasks;
 pub mod config;
 #[cfg(feature = "foxglove")]
 pub mod foxglove;
 pub mod link_thread;
-mod open_commands;
-pub mod tasks;
+mod pending_commands;
 pub mod watch;

@@ -16,6 +16,7 @@
 //! | [`enum_names`], [`fault_text`], [`refusal_text`], [`experiment_text`] | enums as names, and as sentences |
 #![forbid(unsafe_code)]
 
+pub mod ctrl_c;
 pub mod endpoint;
 pub mod enum_names;
 pub mod error;
@@ -24,7 +25,6 @@ pub mod event_queue;
 pub mod experiment_text;
 pub mod fault_text;
 pub mod host;
-pub mod interrupt;
 pub mod params;
 #[cfg(unix)]
 pub mod pty;

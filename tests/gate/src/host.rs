@@ -15,10 +15,10 @@ pub(crate) fn documentation(out: &Output) -> Result<(), String> {
 }
 
 /// Every test that is built with the workspace, ignored ones included: what they need is
-/// there. One more at a time than there are processors, because one of them mostly waits:
-/// see `.config/nextest.toml`.
+/// there. Two more at a time than there are processors, because tests on the wall clock and
+/// on emulated boards mostly wait: see `.config/nextest.toml`.
 pub(crate) fn tests(out: &Output) -> Result<(), String> {
     let processors = std::thread::available_parallelism().map_or(2, usize::from);
     let mut tests = cargo("nextest run --workspace --run-ignored all --test-threads");
-    out.run(tests.arg((processors + 1).to_string()))
+    out.run(tests.arg((processors + 2).to_string()))
 }

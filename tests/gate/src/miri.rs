@@ -23,7 +23,7 @@ const THREADS: &[&str] = &[
     "--package armbridge-firmware --lib -- ring:: port:: memory::",
 ];
 /// What the campaign interprets: the seeds of every fuzz target.
-const SEEDS: &[&str] = &["--package armbridge-shared --test seeds"];
+const SEEDS: &[&str] = &["--package armbridge-shared --test fuzz_seeds"];
 
 /// Installs Miri where it is missing, and interprets the queues between threads.
 pub(crate) fn threads(out: &Output) -> Result<(), String> {

@@ -1,6 +1,6 @@
 //! Faults and free hosts: the same again. The campaign has thousands of each.
 
-use armbridge_tests::{fault_campaign, free_host};
+use armbridge_tests::{fault_campaign, random_host};
 
 #[test]
 fn every_kind_of_fault_is_the_same_again() {
@@ -14,7 +14,7 @@ fn every_kind_of_fault_is_the_same_again() {
 fn any_run_is_the_same_again() {
     let (mut compared, mut recorded) = (0, 0);
     for seed in 0..60 {
-        let (ticks, records) = free_host::run(seed);
+        let (ticks, records) = random_host::run(seed);
         compared += ticks;
         recorded += records as u64;
     }

@@ -10,8 +10,8 @@ use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use armbridge_client::Host;
+use armbridge_client::ctrl_c;
 use armbridge_client::enum_names;
-use armbridge_client::interrupt;
 use armbridge_client::{LinkError, Tap};
 use armbridge_log::LogError;
 use armbridge_log::recorder::Recorder;
@@ -160,7 +160,7 @@ impl RunHost {
             Recorder::create
         };
         Ok(Self {
-            runner: PlanRunner::with_sink(plan, stats).interrupted_by(interrupt::is_raised),
+            runner: PlanRunner::with_sink(plan, stats).interrupted_by(ctrl_c::is_raised),
             recorder: begin_log(&folder.file("run.mcap"), &facts)?,
             progress: Progress::new(duration_s, is_quiet),
             folder,

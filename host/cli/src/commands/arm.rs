@@ -4,7 +4,7 @@ use std::io::Write;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use armbridge::tasks::arm::{Arm, Outcome as Ending};
+use armbridge::board_tasks::arm::{Arm, Outcome as Ending};
 use armbridge_sim::link::Pace;
 use clap::Args;
 use serde_json::json;

@@ -4,7 +4,7 @@ use std::io::BufRead;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use armbridge_client::interrupt;
+use armbridge_client::ctrl_c;
 
 /// Between two looks whether ctrl-c was pressed.
 const LOOK: Duration = Duration::from_millis(50);
@@ -31,7 +31,7 @@ pub(super) fn is_agreed(question: &str) -> bool {
                 }
                 return is_yes;
             }
-            Err(RecvTimeoutError::Timeout) if !interrupt::is_raised() => {}
+            Err(RecvTimeoutError::Timeout) if !ctrl_c::is_raised() => {}
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
                 eprintln!();
                 return false;

@@ -4,8 +4,8 @@ use std::io::{BufRead, IsTerminal, Write};
 use std::process::ExitCode;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-use armbridge::tasks::TaskError;
-use armbridge::tasks::calibrate::{Calibrate, CalibrationOptions, Guide};
+use armbridge::board_tasks::TaskError;
+use armbridge::board_tasks::calibrate::{Calibrate, CalibrationOptions, Guide};
 use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;

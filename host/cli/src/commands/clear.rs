@@ -1,6 +1,6 @@
 //! `armbridge clear`: a latched fault cleared.
 
-use armbridge::tasks::motors_off::{Goal, MotorsOff};
+use armbridge::board_tasks::motors_off::{Goal, MotorsOff};
 use armbridge_sim::link::Pace;
 
 use super::{Outcome, task};

@@ -1,6 +1,6 @@
 //! `armbridge disarm`: motors off.
 
-use armbridge::tasks::motors_off::{Goal, MotorsOff};
+use armbridge::board_tasks::motors_off::{Goal, MotorsOff};
 use armbridge_client::fault_text;
 use armbridge_shared::link::message::Mode;
 use armbridge_sim::link::Pace;

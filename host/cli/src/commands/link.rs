@@ -2,7 +2,7 @@
 
 use armbridge::config::Config;
 use armbridge_client::Host;
-use armbridge_client::interrupt;
+use armbridge_client::ctrl_c;
 use armbridge_sim::Bench;
 use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::{Plant, PlantConfig};
@@ -29,7 +29,7 @@ where
     H::Error: std::error::Error + 'static,
 {
     let (link, options) = options(args, config)?;
-    interrupt::listen()?;
+    ctrl_c::listen()?;
     let (host, result) = drive(&link, options, host);
     result.map_err(|error| format!("{link}: {error}"))?;
     Ok(host)

@@ -238,7 +238,7 @@ impl Staging<'_> {
         } else {
             RunFacts::from_settings(&name, &self.link.to_string(), &settings)
         };
-        armbridge_client::interrupt::listen()?;
+        armbridge_client::ctrl_c::listen()?;
         Ok(RunSpec {
             judge: Some(ExpectationMonitor::new(expect, &plan.pushes)),
             plan,

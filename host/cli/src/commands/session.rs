@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use armbridge::config::Config;
 use armbridge::link_thread::LinkThread;
+use armbridge_client::ctrl_c;
 use armbridge_client::event_queue::EventQueue;
-use armbridge_client::interrupt;
 use armbridge_client::transport::LinkOptions;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
@@ -37,7 +37,7 @@ pub(crate) struct OpenedLink {
 impl OpenedLink {
     /// Opens it. `name` is the command's; a quiet link prints nothing on standard error.
     pub(crate) fn begin(args: &SessionArgs, name: &str, is_quiet: bool) -> Result<Self, Error> {
-        interrupt::listen()?;
+        ctrl_c::listen()?;
         let link = Config::discover()?.link(args.link.link.as_ref())?;
         let (is_simulated, title) = match &link {
             BoardUri::Sim => (true, "sim: (simulated board and arm)".to_owned()),

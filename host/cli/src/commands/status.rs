@@ -3,8 +3,8 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use armbridge::tasks::TaskHost;
-use armbridge::tasks::status::Status;
+use armbridge::board_tasks::TaskHost;
+use armbridge::board_tasks::status::Status;
 use armbridge_client::enum_names;
 use armbridge_client::error::end_in_words;
 use armbridge_client::fault_text;

@@ -4,12 +4,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use armbridge::board_tasks::{Task, TaskHost};
 use armbridge::config::Config;
-use armbridge::tasks::{Task, TaskHost};
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_client::LinkError;
+use armbridge_client::ctrl_c;
 use armbridge_client::enum_names;
-use armbridge_client::interrupt;
 use armbridge_log::recorder::Recorder;
 use armbridge_log::run_info::RunFacts;
 use armbridge_shared::link::message::Settings;
@@ -31,7 +31,7 @@ pub(crate) fn go<T: Task>(
     let (uri, mut options) = link::options(&args.link, &config)?;
     options.pace = pace;
     let recorder = record(args, name, &uri, &mut options)?;
-    interrupt::listen()?;
+    ctrl_c::listen()?;
     let (host, result) = drive(&uri, options, TaskHost::new(task));
     let written = recorder.map(Recorder::finish).transpose();
     match result {

@@ -4,7 +4,7 @@ use armbridge_client::event::{Event, EventKind};
 use armbridge_client::status::BoardStatus;
 use armbridge_shared::link::message::{Command, Refusal, ToBoard, ToHost};
 
-use crate::open_commands::OpenCommands;
+use crate::pending_commands::PendingCommands;
 
 /// Built from the link's events.
 #[derive(Clone, Debug, Default)]
@@ -15,7 +15,7 @@ pub struct Board {
     pub refused: Option<(CommandKind, Refusal)>,
     /// Refusals so far.
     pub refusals: u64,
-    open: OpenCommands<CommandKind>,
+    open: PendingCommands<CommandKind>,
 }
 
 /// Kind of command, as far as a viewer's request waits for its result.

@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::time::{Duration, SystemTime};
 
+use armbridge_client::ctrl_c;
 use armbridge_client::event::Event;
 use armbridge_client::event_queue::EventQueue;
-use armbridge_client::interrupt;
 use armbridge_client::session::Request;
 use armbridge_log::topics::{Encoder, Message, Topic};
 use armbridge_shared::link::message::{Command, Settings};
@@ -46,7 +46,7 @@ pub fn run(session: &LinkThread, event_queue: &EventQueue, server: &Server) -> S
     };
     let mut events = VecDeque::new();
     let mut is_armed_here = false;
-    while !session.is_over() && !interrupt::is_raised() {
+    while !session.is_over() && !ctrl_c::is_raised() {
         live.served.unseen += event_queue.take(&mut events);
         for event in &events {
             live.event(event);

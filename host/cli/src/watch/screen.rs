@@ -7,8 +7,8 @@ use std::collections::VecDeque;
 use std::io;
 use std::time::{Duration, Instant};
 
+use armbridge_client::ctrl_c;
 use armbridge_client::event_queue::EventQueue;
-use armbridge_client::interrupt;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyEventKind};
 
@@ -48,7 +48,7 @@ fn run(
     let mut model = Model::default();
     let mut keys = Keys::new(is_simulated);
     let mut events = VecDeque::new();
-    while !session.is_over() && !interrupt::is_raised() {
+    while !session.is_over() && !ctrl_c::is_raised() {
         let begun = Instant::now();
         model.unseen += event_queue.take(&mut events);
         for event in &events {

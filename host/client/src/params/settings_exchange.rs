@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use armbridge_shared::link::message::{Command, Refusal, Settings};
 
 use crate::Host;
+use crate::ctrl_c;
 use crate::error::SessionError;
-use crate::interrupt;
 use crate::session::{Request, Session};
 
 /// Timeout of a board that has answered before.
@@ -91,7 +91,7 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
     type Error = SessionError;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], SessionError> {
-        if interrupt::is_raised() {
+        if ctrl_c::is_raised() {
             self.session.request(now_us, Request::Leave);
         }
         if self.received_us > 0 && now_us > self.received_us + SILENCE_US {

@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::{Request, Session};
 use crate::error::SessionError;
 use crate::status::BoardStatus;
-use crate::{Host, interrupt};
+use crate::{Host, ctrl_c};
 
 /// Poll interval of the channel: short enough for key presses.
 const POLL_INTERVAL_US: u64 = 10_000;
@@ -99,7 +99,7 @@ impl ChannelHost {
 
     /// Passes the requests of the channel to the session.
     fn poll_requests(&mut self, now_us: u64) {
-        if interrupt::is_raised() {
+        if ctrl_c::is_raised() {
             self.session.request(now_us, Request::Leave);
         }
         loop {

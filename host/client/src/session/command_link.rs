@@ -170,8 +170,13 @@ impl CommandLink {
         self.stats.sent += lost + 1;
         match received.message {
             ToHost::Hello(hello) if hello.schema == schema::HASH && self.is_greeted => {
-                // The board has lost the session, after a reset or another host's hello.
+                // The board has lost the session, after a reset or another host's hello, or
+                // answers a repeated hello. The next hello makes it drop what was sent
+                // before: that is repeated, and its refusal as stale does not count.
                 self.is_greeted = false;
+                if let Some((_, sent_as)) = &mut self.pending {
+                    *sent_as = None;
+                }
                 self.next_us = 0;
                 None
             }
@@ -214,5 +219,50 @@ impl CommandLink {
             | ToHost::Concluded(_)
             | ToHost::Temperature { .. } => Some(BoardMessage::Other(received.message)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn receive(
+        link: &mut CommandLink,
+        board: &mut Encoder,
+        message: &ToHost,
+    ) -> Option<BoardMessage> {
+        let frame = board.encode(message).1.to_vec();
+        link.receive(&mut frame.as_slice())
+    }
+
+    /// A board answers both of two hellos; the command between the answers is dropped with
+    /// the session that the first one began.
+    #[test]
+    fn a_command_that_a_second_hello_drops_is_repeated() {
+        let (mut link, mut board) = (CommandLink::default(), Encoder::default());
+        let hello = ToHost::Hello(schema::HELLO);
+        let ack = |sequence, result| ToHost::Ack {
+            sequence,
+            result,
+            moment: None,
+        };
+        link.command(Command::Idle);
+        link.transmit(0);
+        assert!(receive(&mut link, &mut board, &hello).is_some());
+        link.transmit(1);
+        let (_, dropped) = link.pending.unwrap();
+        assert_eq!(receive(&mut link, &mut board, &hello), None);
+        let stale = ack(dropped.unwrap(), Err(Refusal::Stale));
+        assert_eq!(receive(&mut link, &mut board, &stale), None);
+        assert!(!link.is_greeted() && !link.is_settled());
+        link.transmit(2);
+        assert!(receive(&mut link, &mut board, &hello).is_some());
+        link.transmit(3);
+        let (_, repeated) = link.pending.unwrap();
+        let done = ack(repeated.unwrap(), Ok(()));
+        assert_eq!(
+            receive(&mut link, &mut board, &done),
+            Some(BoardMessage::Done)
+        );
     }
 }

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use super::TransportError;
-use crate::interrupt;
+use crate::ctrl_c;
 use crate::pty::{Pty, Ready};
 use crate::servo_bus::Line;
 use crate::servo_bus::line::read_chunk;
@@ -44,7 +44,7 @@ impl Terminal {
             if self.was_open {
                 return Err(TransportError::NotOpen(name()));
             }
-            if interrupt::is_raised() {
+            if ctrl_c::is_raised() {
                 return Err(TransportError::Interrupted(name()));
             }
             std::thread::sleep(LOOK);

@@ -8,7 +8,7 @@ use armbridge::config::Config;
 use armbridge_analysis::run::{Finished, RunHost, Verdict};
 use armbridge_analysis::run_folder::RunFolder;
 use armbridge_analysis::scenario::{Overrides, Preview, Scenario};
-use armbridge_client::interrupt;
+use armbridge_client::ctrl_c;
 use armbridge_client::params;
 use armbridge_client::params::settings_exchange::Exchange;
 use armbridge_shared::link::message::Settings;
@@ -126,7 +126,7 @@ pub(super) fn run(args: &IdentifyRunArgs) -> Outcome {
          begins until its motors do."
     );
     if !is_confirmed && !ask::is_agreed(&question) {
-        if interrupt::is_raised() {
+        if ctrl_c::is_raised() {
             return Ok(ExitCode::from(Verdict::Interrupted.exit_code()));
         }
         return Err("the answer was not yes: nothing has moved".into());

@@ -7,7 +7,7 @@ use armbridge_shared::link::frame::FrameError;
 use armbridge_shared::link::message::{Command, Refusal, ToBoard};
 
 use super::rate::Rate;
-use crate::open_commands::OpenCommands;
+use crate::pending_commands::PendingCommands;
 
 /// Time without a frame after which the link is quiet: at the longest period a board
 /// sends ten records a second.
@@ -34,7 +34,7 @@ pub struct Link {
     received_ns: Option<u64>,
     parted_ns: Option<u64>,
     /// Each command's title, and when it was sent in ns.
-    open: OpenCommands<(&'static str, u64)>,
+    open: PendingCommands<(&'static str, u64)>,
     /// Frames that went missing on their way.
     pub lost: u64,
     /// Frames that came damaged.

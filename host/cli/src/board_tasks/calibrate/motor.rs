@@ -7,7 +7,7 @@ use armbridge_shared::actuator::Direction;
 use armbridge_shared::link::message::{Command, Mode, Trip};
 
 use super::{Guide, answer};
-use crate::tasks::{TaskError, View};
+use crate::board_tasks::{TaskError, View};
 
 /// Torque of the push in N m: twice the static friction, a tenth of the stall torque.
 const PUSH_NM: f32 = 0.12;

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
+use armbridge_client::ctrl_c;
 use armbridge_client::error::end_in_words;
 use armbridge_client::fault_text;
-use armbridge_client::interrupt;
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_client::status::{BoardStatus, FoundServos};
 use armbridge_shared::link::message::{BoardReport, Command, LastEnd, Mode, Refusal, Trip};
@@ -140,7 +140,7 @@ impl Arm {
             self.report_us = view.now_us + REPORT_US;
             (self.report_line)(&line(view.session.status(), self.held));
         }
-        if interrupt::is_raised() || self.lasts.is_some_and(|lasts| self.held >= lasts) {
+        if ctrl_c::is_raised() || self.lasts.is_some_and(|lasts| self.held >= lasts) {
             self.end(view, Outcome::Disarmed);
         }
     }
@@ -167,7 +167,7 @@ impl Task for Arm {
                 let outcome = self.misfortune(&view).unwrap_or(Outcome::Parted);
                 self.end(&mut view, outcome);
             }
-            Step::Waiting(_) | Step::Preparing(_) | Step::Lost if interrupt::is_raised() => {
+            Step::Waiting(_) | Step::Preparing(_) | Step::Lost if ctrl_c::is_raised() => {
                 self.end(&mut view, Outcome::Disarmed);
             }
             Step::Lost => {}

@@ -10,15 +10,15 @@ const COUNT_MAX: usize = 64;
 
 /// Commands without an acknowledgement, each with what the observer keeps of it.
 #[derive(Clone, Debug)]
-pub(crate) struct OpenCommands<T>(VecDeque<(u16, T)>);
+pub(crate) struct PendingCommands<T>(VecDeque<(u16, T)>);
 
-impl<T> Default for OpenCommands<T> {
+impl<T> Default for PendingCommands<T> {
     fn default() -> Self {
         Self(VecDeque::new())
     }
 }
 
-impl<T> OpenCommands<T> {
+impl<T> PendingCommands<T> {
     /// A command was sent in the frame `sequence`.
     pub(crate) fn sent(&mut self, sequence: u16, entry: T) {
         if self.0.len() == COUNT_MAX {
@@ -46,7 +46,7 @@ mod tests {
 
     #[test]
     fn an_acknowledgement_settles_the_commands_before_it() {
-        let mut open = OpenCommands::default();
+        let mut open = PendingCommands::default();
         for (sequence, name) in [(65_535, "arm"), (0, "arm"), (1, "regulate")] {
             open.sent(sequence, name);
         }

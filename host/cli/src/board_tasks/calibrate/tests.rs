@@ -15,7 +15,7 @@ use armbridge_sim::link::{BoardUri, Options, drive};
 use armbridge_sim::plant::{Plant, PlantConfig, Push};
 
 use super::{Calibrate, CalibrationOptions, Guide};
-use crate::tasks::{TaskError, TaskHost};
+use crate::board_tasks::{TaskError, TaskHost};
 
 /// Torque of a hand in N m: more than friction holds.
 const HAND_NM: f64 = 0.45;

@@ -1,5 +1,5 @@
-//! The servos do not care in which steps time is advanced: a simulation that
-//! jumps and a server that follows the wall clock see the same.
+//! Virtual servos act alike whichever steps time is advanced in: a simulation that jumps
+//! and a server that follows the wall clock see the same.
 
 use armbridge_sim::half_duplex_bus::{Mechanics, ReceivedByte, Record, Wire};
 use armbridge_sim::morpheus_servo::{Reading, Servo, State};

@@ -19,7 +19,7 @@ mod tests;
 pub use measure::Unusable;
 pub use motor::MotorError;
 
-use armbridge_client::interrupt;
+use armbridge_client::ctrl_c;
 use armbridge_client::session::{ANSWER_TIMEOUT_US, Request, SERVO_TIMEOUT_US};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Joint;
@@ -260,7 +260,7 @@ impl<G: Guide> Calibrate<G> {
 
 impl<G: Guide> Task for Calibrate<G> {
     fn look(&mut self, mut view: View<'_>) -> Result<(), TaskError> {
-        if interrupt::is_raised() && !matches!(self.step, Step::Over) {
+        if ctrl_c::is_raised() && !matches!(self.step, Step::Over) {
             return Err(TaskError::Interrupted);
         }
         let record = view.session.status().record;
