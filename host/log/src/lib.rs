@@ -44,6 +44,7 @@ pub mod proto;
 mod queue;
 pub mod raw_link_bytes;
 mod reader;
+mod recorded_metadata;
 pub mod recorder;
 pub mod recording;
 mod records;

@@ -12,6 +12,7 @@ use prost::Message as _;
 
 use super::error::ReadError;
 use super::log_path::find;
+use super::recorded_metadata::{self, MetadataByName};
 use super::records::{Next, Records, split};
 use super::topics::Topic;
 use super::{event_messages, metadata, proto, raw_link_bytes, telemetry};
@@ -26,7 +27,7 @@ pub struct Reader {
     chunk: Vec<u8>,
     at: usize,
     channels: BTreeMap<u16, Topic>,
-    metadata: BTreeMap<String, BTreeMap<String, String>>,
+    metadata: MetadataByName,
     facts: RunFacts,
     is_same_schema: bool,
     chunks: u64,
@@ -54,7 +55,7 @@ impl Reader {
                 "it is no MCAP file; logs of Armbridge are called run.mcap".into(),
             ));
         };
-        let metadata_by_name = read_metadata(&mut records).map_err(failed_io)?;
+        let metadata_by_name = recorded_metadata::read(&mut records).map_err(failed_io)?;
         records.rewind().map_err(failed_io)?;
         let schema = metadata_by_name
             .get(metadata::BUILD)
@@ -74,7 +75,7 @@ impl Reader {
             chunk: Vec::new(),
             at: 0,
             channels: BTreeMap::new(),
-            facts: facts(&metadata_by_name),
+            facts: recorded_metadata::facts(&metadata_by_name),
             metadata: metadata_by_name,
             is_same_schema,
             chunks: 0,
@@ -99,7 +100,7 @@ impl Reader {
 
     /// The last settings of the board; `None` if there are none.
     pub(crate) fn last_settings(&self) -> Option<Settings> {
-        settings(&self.metadata)
+        recorded_metadata::settings(&self.metadata)
     }
 
     /// Metadata by name and key; see [`metadata`].
@@ -367,38 +368,4 @@ fn is_closed(path: &Path) -> io::Result<bool> {
     file.seek(SeekFrom::End(-(end.len() as i64)))?;
     file.read_exact(&mut end)?;
     Ok(end == mcap::MAGIC)
-}
-
-/// Metadata by name and key.
-type Metadata = BTreeMap<String, BTreeMap<String, String>>;
-
-fn settings(metadata_by_name: &Metadata) -> Option<Settings> {
-    serde_json::from_str(metadata_by_name.get(metadata::PARAMETERS)?.get("json")?).ok()
-}
-
-fn facts(metadata_by_name: &Metadata) -> RunFacts {
-    let recorded = metadata_by_name
-        .get(metadata::RUN)
-        .and_then(metadata::facts);
-    recorded.unwrap_or_else(|| {
-        RunFacts::from_settings(
-            "unknown",
-            "unknown",
-            &settings(metadata_by_name).unwrap_or_default(),
-        )
-    })
-}
-
-/// All metadata of a file; for a repeated name, the last.
-fn read_metadata(records: &mut Records) -> io::Result<Metadata> {
-    let (mut all, mut body) = (BTreeMap::new(), Vec::new());
-    while let Next::Record(opcode) = records.next()? {
-        if opcode == op::METADATA {
-            records.read(&mut body)?;
-            if let Ok(Record::Metadata(record)) = mcap::parse_record(op::METADATA, &body) {
-                all.insert(record.name, record.metadata);
-            }
-        }
-    }
-    Ok(all)
 }

@@ -1,0 +1,47 @@
+//! Metadata as read from a log; [`metadata`](super::metadata) has the names.
+
+use std::collections::BTreeMap;
+use std::io;
+
+use armbridge_shared::link::message::Settings;
+use mcap::records::{Record, op};
+
+use super::metadata;
+use super::records::{Next, Records};
+use crate::run_info::RunFacts;
+
+/// Metadata by name and key.
+pub(super) type MetadataByName = BTreeMap<String, BTreeMap<String, String>>;
+
+/// Last settings of the board; `None` if there are none.
+pub(super) fn settings(metadata_by_name: &MetadataByName) -> Option<Settings> {
+    serde_json::from_str(metadata_by_name.get(metadata::PARAMETERS)?.get("json")?).ok()
+}
+
+/// Facts of the run; derived from its settings, if it has none.
+pub(super) fn facts(metadata_by_name: &MetadataByName) -> RunFacts {
+    let recorded = metadata_by_name
+        .get(metadata::RUN)
+        .and_then(metadata::facts);
+    recorded.unwrap_or_else(|| {
+        RunFacts::from_settings(
+            "unknown",
+            "unknown",
+            &settings(metadata_by_name).unwrap_or_default(),
+        )
+    })
+}
+
+/// All metadata of a file; for a repeated name, the last.
+pub(super) fn read(records: &mut Records) -> io::Result<MetadataByName> {
+    let (mut all, mut body) = (BTreeMap::new(), Vec::new());
+    while let Next::Record(opcode) = records.next()? {
+        if opcode == op::METADATA {
+            records.read(&mut body)?;
+            if let Ok(Record::Metadata(record)) = mcap::parse_record(op::METADATA, &body) {
+                all.insert(record.name, record.metadata);
+            }
+        }
+    }
+    Ok(all)
+}
