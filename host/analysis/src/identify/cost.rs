@@ -78,11 +78,6 @@ impl WindowFit {
         self.squares <= limit_counts2 * self.count as f64
     }
 
-    /// Whether it is above this limit.
-    pub(super) fn is_outlier(&self, limit_counts2: f64) -> bool {
-        self.squares > limit_counts2 * self.count as f64
-    }
-
     /// Root mean square of the residuals in counts.
     pub(super) fn rms_counts(&self) -> f64 {
         (self.squares / self.count as f64).sqrt()

@@ -70,7 +70,7 @@ impl FitResult {
     /// Number of windows that are outliers.
     pub fn outliers(&self) -> usize {
         let limit = self.outlier_limit_counts2;
-        let is_outlier = |window_fit: &&WindowFit| window_fit.is_outlier(limit);
+        let is_outlier = |window_fit: &&WindowFit| !window_fit.is_explained(limit);
         self.window_fits.iter().filter(is_outlier).count()
     }
 
