@@ -69,8 +69,8 @@ pub(crate) fn cargo(arguments: &str) -> Command {
         .args(arguments.split_whitespace())
         // It speeds up a repeated build after small edits, and slows down one from nothing.
         .env("CARGO_INCREMENTAL", "0")
-        // Undivided crates take less time to optimise, and their tests half the time to run;
-        // only a build after a small edit is quicker in parts.
+        // Undivided crates take less time to optimise, and identification's tests half the
+        // time to run; incremental builds need them divided.
         .env("CARGO_PROFILE_DEV_CODEGEN_UNITS", "1")
         .current_dir(paths::root());
     command
