@@ -97,7 +97,7 @@ pub struct Case {
     pub is_best: bool,
     /// Dry friction in the joints.
     pub friction: bool,
-    /// Tighter limits than the default; frozen encoders are detected by missing noise.
+    /// Tighter limits than the default.
     pub is_tight: bool,
     /// The fault is cleared at the end.
     pub is_cleared: bool,
@@ -167,7 +167,6 @@ impl Case {
             Limits {
                 pwm_counts: 800,
                 torque_nm: [0.8; JOINTS],
-                quiet_ms: 300,
                 ..Limits::default()
             }
         } else {

@@ -5,9 +5,9 @@
 //! too; [`fault_expectation`] decides whether one is required.
 
 use Fault::{
-    AngleLimit, Clock, Corrupted, DeadZone, Diverged, EmergencyStop, HostSilent, Overrun, PwmLimit,
-    SamplesLost, SamplesRare, ServoAlarm, ServoReset, ServoSilent, SpeedLimit, Stuck, Temperature,
-    TorqueLimit, TorqueRate,
+    AngleLimit, Clock, Corrupted, DeadZone, Diverged, EmergencyStop, EncoderFrozen, ExternalTorque,
+    HostSilent, Overrun, PwmLimit, SamplesLost, SamplesRare, ServoAlarm, ServoReset, ServoSilent,
+    SpeedLimit, Temperature, TorqueLimit, TorqueRate,
 };
 use armbridge_shared::link::message::{Fault, StopSource};
 use armbridge_shared::servo::Firmware;
@@ -60,9 +60,8 @@ const TABLE: [Expected; 19] = rows! {
     Kind::ServosSwapped => [Diverged, SpeedLimit, AngleLimit]
         "both angles jump, and the loop drives the wrong joints; while angles and torques \
          are alike there is no effect";
-    Kind::Frozen => [Stuck, Diverged]
-        "shown by missing noise, where the limits require noise, or by an arm that does not \
-         follow its torque; at rest a frozen angle is correct";
+    Kind::Frozen => [EncoderFrozen]
+        "its noise is missing";
     Kind::DeadZone => [DeadZone]
         "counts near the ends of the track";
     Kind::Hot => [Temperature]
@@ -79,7 +78,7 @@ const TABLE: [Expected; 19] = rows! {
         "ticks are missing; a short gap is tolerated";
     Kind::ClockBack => [Clock]
         "no interval between two events is valid";
-    Kind::Push => [SpeedLimit, AngleLimit, Diverged, TorqueLimit, TorqueRate, PwmLimit]
+    Kind::Push => [SpeedLimit, AngleLimit, Diverged, TorqueLimit, TorqueRate, PwmLimit, ExternalTorque]
         "the loop counters a push with torque up to the limits; a stronger one moves the arm, \
          or overcomes the friction that held it";
     Kind::Corrupt => [Corrupted]
@@ -165,17 +164,15 @@ pub(super) fn fault_expectation(injection: &Injection, case: &Case) -> FaultExpe
         Kind::HostVanish | Kind::HostSchema => {
             lasting(SILENCE_US - HEARTBEAT_US, SILENCE_US + HEARTBEAT_US)
         }
-        Kind::Frozen if is_armed && case.is_tight => Required,
-        Kind::Frozen if !case.scenario.is_driven() => Forbidden,
         Kind::HostReplay
         | Kind::EchoOn
         | Kind::EchoOff
         | Kind::ServosSwapped
-        | Kind::Frozen
         | Kind::ClockAhead
         | Kind::Push => Allowed,
         Kind::HostGarbage | Kind::HostRange | Kind::Goodbye => Forbidden,
         Kind::ServoReset
+        | Kind::Frozen
         | Kind::DeadZone
         | Kind::Hot
         | Kind::HostFlood
