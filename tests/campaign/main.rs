@@ -4,6 +4,7 @@
 //! `cargo test -p armbridge-tests --test campaign`, after `cargo build` for [`paper`].
 
 mod arms;
+mod endurance;
 mod faults;
 mod kill;
 mod paper;

@@ -12,6 +12,7 @@ pub mod arms;
 pub mod cable;
 pub mod channel_host;
 pub mod command_host;
+pub mod endurance;
 pub mod experiments;
 pub mod fault_campaign;
 pub mod gateway;

@@ -19,10 +19,19 @@ pub fn in_words(refusal: Refusal) -> String {
                 .into()
         }
         Refusal::NotIdle => {
-            "the period can only change, and servos be released, with torque off, and the set-up \
-             not while an experiment runs; switch off first"
+            "period and calibration can only change, and servos be released, with torque off, and \
+             the set-up not while an experiment runs; switch off first"
                 .into()
         }
+        Refusal::SettingsLost => {
+            "saved settings are lost, and others are in force (`armbridge status` shows which); \
+             look at them with `armbridge params`, and confirm them with `armbridge params --save`"
+                .into()
+        }
+        Refusal::Hot { joint } => format!(
+            "the servo of joint {} is too hot, or has not cooled since its fault; wait",
+            joint + 1
+        ),
         Refusal::Unprepared => {
             "stock servos take no torque before they are set to wheel mode; prepare them first"
                 .into()

@@ -158,7 +158,7 @@ fn board(report: &BoardReport) -> String {
         SettingsFrom::Default => "default settings",
         SettingsFrom::Saved => "saved settings",
         SettingsFrom::Damaged => "default settings, the saved are damaged",
-        SettingsFrom::OtherVersion => "default settings, the saved are of another version",
+        SettingsFrom::OtherVersion { .. } => "settings of another version, some of them lost",
         SettingsFrom::Refused => "default settings, the saved are beyond bounds",
         SettingsFrom::Unreadable => "default settings, the memory cannot be read",
     };

@@ -36,6 +36,7 @@
 //! | [`command`]    | commands of the host, validated                         |
 //! | `requests`     | requests of the host, in the tick                       |
 //! | `bus_events`   | events of the bus, and actions of the core              |
+//! | `temperature`  | temperatures of the servos, and their limits            |
 //! | `link_port`    | the board's end of the control link                     |
 //! | [`gateway`]    | the transparent port                                    |
 //! | `channels`     | queues and signals between tick and thread mode         |
@@ -48,6 +49,7 @@ pub mod gateway;
 mod link_port;
 mod queue;
 mod requests;
+mod temperature;
 
 pub use crate::control_loop::limits;
 pub use crate::control_loop::{can_run, permits, settings_refusal};
@@ -68,6 +70,7 @@ use crate::supervisor::State;
 pub use app_core::MemoryRegion;
 use app_core::{Core, TickSamples};
 use gateway::Gateway;
+use temperature::Temperatures;
 
 /// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.
 pub const SERVO_IDS: [ServoId; JOINTS] = match (ServoId::new(1), ServoId::new(2)) {
@@ -96,8 +99,7 @@ pub struct Bridge<'a, S, D> {
     gateway: Gateway,
     /// Samples of the last tick.
     sampled: TickSamples,
-    /// The first temperature of each joint since the servos were found.
-    first_temperature: [Option<u16>; JOINTS],
+    temperatures: Temperatures,
     /// Record of the last decided tick, with the number of dropped records.
     record: Record,
     /// Total time in µs by which the clock has gone back.
@@ -127,7 +129,7 @@ where
             end,
             gateway: Gateway::default(),
             sampled: TickSamples::NONE,
-            first_temperature: [None; JOINTS],
+            temperatures: Temperatures::default(),
             record: Record::NONE,
             set_back_us: 0,
         })

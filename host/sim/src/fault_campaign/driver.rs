@@ -12,12 +12,15 @@ use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, Role};
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{
-    Command, Hello, Limits, Mode, OffReport, Record, Setup, ToBoard, ToHost, Trip,
+    Command, Hello, Limits, Mode, OffReport, Record, Refusal, Setup, ToBoard, ToHost, Trip,
 };
 use armbridge_shared::link::schema;
 
 /// Period of a faulty host's messages, in µs: that of a good one.
 const FAULT_US: u64 = 25_000;
+
+/// From the refusal to clear a fault, because a servo is hot, to the next attempt, in µs.
+const CLEAR_AGAIN_US: u64 = 100_000;
 
 /// Faults of the host itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +66,10 @@ pub(super) struct Driver {
     other_encoder: Encoder,
     faulty_bytes: Vec<u8>,
     turn: usize,
+    /// Whether the board refused to clear the fault because a servo is hot, and when the host
+    /// tries again, in µs.
+    is_hot: bool,
+    clear_again_us: u64,
     session: u32,
     /// Whether the servos accept torque; `None` before they are found.
     is_ready: Option<bool>,
@@ -94,6 +101,8 @@ impl Driver {
             other_encoder: Encoder::default(),
             faulty_bytes: Vec::new(),
             turn: 0,
+            is_hot: false,
+            clear_again_us: 0,
             session: 0,
             is_ready: None,
             trip: None,
@@ -151,6 +160,7 @@ impl Driver {
             (BoardMessage::Done, Phase::Working) if self.fault == HostFault::OutOfRange => {
                 self.accepted_invalid += 1;
             }
+            (BoardMessage::Refused(Refusal::Hot { .. }), Phase::Clearing) => self.is_hot = true,
             (BoardMessage::Other(ToHost::Board(report)), _) => self.session = report.session,
             (BoardMessage::Other(ToHost::Tripped(trip)), _) => self.trip = Some(trip),
             (BoardMessage::Other(ToHost::Off(report)), _) => self.off = Some(report),
@@ -246,6 +256,13 @@ impl Host for Driver {
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
         self.faulty_bytes.clear();
+        if std::mem::take(&mut self.is_hot) {
+            self.clear_again_us = now_us + CLEAR_AGAIN_US;
+        }
+        if self.clear_again_us > 0 && now_us >= self.clear_again_us {
+            self.clear_again_us = 0;
+            self.clear();
+        }
         if self.fault != HostFault::None && now_us >= self.next_fault_us {
             self.next_fault_us = now_us + FAULT_US;
             self.send_fault();

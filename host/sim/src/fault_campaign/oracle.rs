@@ -22,8 +22,9 @@ use super::trace::Trace;
 const READY_US: u64 = 1_000_000;
 /// From the removal of the faults to the end, in µs.
 const SETTLE_US: u64 = 200_000;
-/// Until a cleared board is idle again, in µs.
-const CLEAR_US: u64 = 3_000_000;
+/// Until a cleared board is idle again, in µs. A hot Morpheus servo reads its temperature every
+/// 0.8 s, and at 1 kHz the board asks for it every 2.5 s.
+const CLEAR_US: u64 = 5_000_000;
 /// Far more events than a case can have: six or seven a tick.
 const EVENTS_MAX: u32 = 200_000;
 /// Torque that a PWM's rounding adds, in N m: a count is 1.2 mN m.
