@@ -6,6 +6,7 @@
 mod arms;
 mod faults;
 mod kill;
+mod mutated_logs;
 mod paper;
 mod replay;
 mod streams;
