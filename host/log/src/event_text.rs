@@ -47,7 +47,7 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
             "absent",
             Severity::Warning,
             format!(
-                "servo {} does not answer: {}",
+                "{} does not answer: {}",
                 servo(*joint),
                 missing_reply(*missing)
             ),
@@ -65,10 +65,7 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
         ToHost::Unprepared { joint } => (
             "unprepared",
             Severity::Error,
-            format!(
-                "servo {} does not take what it must be set to",
-                servo(*joint)
-            ),
+            format!("{} does not take what it must be set to", servo(*joint)),
         ),
         ToHost::Passthrough => (
             "passthrough",
@@ -110,7 +107,7 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
         ToHost::Temperature { joint, value } => (
             "temperature",
             Severity::Debug,
-            format!("temperature of servo {}: {value}", servo(*joint)),
+            format!("temperature of {}: {value}", servo(*joint)),
         ),
         ToHost::Record(record) => ("record", Severity::Debug, format!("tick {}", record.tick)),
     }
@@ -214,7 +211,7 @@ pub(super) fn mode(mode: Mode) -> (Severity, String) {
     }
 }
 
-/// Number of a joint's servo. The joint may be any number of a damaged message.
-fn servo(joint: u8) -> u16 {
-    u16::from(joint) + 1
+/// A joint's servo. The joint may be any number of a damaged message.
+fn servo(joint: u8) -> String {
+    format!("servo {}", u16::from(joint) + 1)
 }
