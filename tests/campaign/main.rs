@@ -7,6 +7,7 @@ mod arms;
 mod endurance;
 mod faults;
 mod kill;
+mod mutated_logs;
 mod paper;
 mod replay;
 mod streams;

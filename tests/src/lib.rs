@@ -17,6 +17,7 @@ pub mod experiments;
 pub mod fault_campaign;
 pub mod gateway;
 pub mod kill;
+pub mod mutated_logs;
 pub mod paper_runs;
 pub mod paths;
 pub mod random;
