@@ -39,6 +39,7 @@
 //! | `temperature`  | temperatures of the servos, and their limits            |
 //! | `link_port`    | the board's end of the control link                     |
 //! | [`gateway`]    | the transparent port                                    |
+//! | [`supply`]     | permission of the servos' supply                        |
 //! | `channels`     | queues and signals between tick and thread mode         |
 
 pub mod app_core;
@@ -49,6 +50,7 @@ pub mod gateway;
 mod link_port;
 mod queue;
 mod requests;
+pub mod supply;
 mod temperature;
 
 pub use crate::control_loop::limits;
@@ -70,6 +72,7 @@ use crate::supervisor::State;
 pub use app_core::MemoryRegion;
 use app_core::{Core, TickSamples};
 use gateway::Gateway;
+use supply::{Supply, SupplyPermission};
 use temperature::Temperatures;
 
 /// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.
@@ -97,6 +100,7 @@ pub struct Bridge<'a, S, D> {
     end: BridgeEnd<'a>,
     core: Core,
     gateway: Gateway,
+    supply: Supply,
     /// Samples of the last tick.
     sampled: TickSamples,
     temperatures: Temperatures,
@@ -128,6 +132,7 @@ where
             sequencer: BusSequencer::new(serial, direction, SERVO_IDS, now_us),
             end,
             gateway: Gateway::default(),
+            supply: Supply::new(now_us),
             sampled: TickSamples::NONE,
             temperatures: Temperatures::default(),
             record: Record::NONE,
@@ -178,6 +183,13 @@ where
             State::Running | State::Degraded => BusPermission::Drive,
             State::Passthrough => BusPermission::Lend,
         }
+    }
+
+    /// Permission of the servos' supply, after each poll.
+    pub fn supply(&mut self) -> SupplyPermission {
+        let is_off = self.sequencer.is_off_confirmed();
+        self.supply
+            .update(self.core.now_us(), self.core.mode(), is_off)
     }
 
     /// Latest time of the next poll.

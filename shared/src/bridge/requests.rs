@@ -129,6 +129,7 @@ where
     pub fn emergency_stop(&mut self, source: StopSource) {
         let is_again = self.core.state() == State::Fault;
         self.trip(Violation::plain(Fault::EmergencyStop(source)));
+        self.supply.stop();
         if is_again && source == StopSource::Host {
             self.sequencer.force_off(self.core.now_us());
         }
