@@ -34,16 +34,23 @@ pub(crate) fn controller(pty: &Pty) -> io::Result<File> {
     Ok(controller)
 }
 
-/// Appends all bytes that have arrived; false if the stream has ended.
-pub(crate) fn read(stream: &mut impl Read, into: &mut Vec<u8>) -> bool {
+/// Appends bytes that have arrived, at most `most`; false if the stream has ended. The rest
+/// stays in the system's buffers, which slows a sender down.
+pub(crate) fn read(stream: &mut impl Read, into: &mut Vec<u8>, most: usize) -> bool {
     let mut chunk = [0; 1024];
-    loop {
-        match stream.read(&mut chunk) {
-            Ok(count @ 1..) => into.extend_from_slice(&chunk[..count]),
+    let mut left = most;
+    while left > 0 {
+        let room = left.min(chunk.len());
+        match stream.read(&mut chunk[..room]) {
+            Ok(count @ 1..) => {
+                into.extend_from_slice(&chunk[..count]);
+                left -= count;
+            }
             Err(error) if is_timeout(&error) => return true,
             Ok(0) | Err(_) => return false,
         }
     }
+    true
 }
 
 /// Writes as many bytes as there is room for, and returns their number. The end of a

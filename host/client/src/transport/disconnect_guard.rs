@@ -69,11 +69,6 @@ impl<'a> Connection<'a> {
         self.linger();
     }
 
-    /// Marks that the connection belongs to another host.
-    pub(super) fn abandon(mut self) {
-        self.is_goodbye_owed = false;
-    }
-
     fn linger(&mut self) {
         let until = Instant::now() + LINGER;
         while Instant::now() < until && self.receive(until).is_ok() {}
