@@ -3,6 +3,8 @@
 //! A module a command or a subject: `cargo test -p armbridge --test program walk::`.
 
 mod cli;
+#[cfg(target_os = "linux")]
+mod flood;
 mod identification;
 mod inspect;
 mod links;
@@ -14,6 +16,7 @@ mod settings;
 #[cfg(unix)]
 mod terminal;
 mod transparent;
+mod viewers;
 mod walk;
 mod watch;
 

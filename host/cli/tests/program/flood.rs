@@ -1,0 +1,226 @@
+//! Floods of bytes at each listener: bounded memory, and a board that goes on.
+//!
+//! A flood is as much as the listener takes in two seconds, of random bytes or of one.
+
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpStream;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use armbridge_client::session::Request;
+use armbridge_client::transport::LinkUri;
+use armbridge_shared::link::frame::Encoder;
+use armbridge_shared::link::message::{self, Fault, Mode, StopSource, ToBoard};
+use armbridge_shared::link::schema;
+use armbridge_tests::channel_host::Manned;
+use armbridge_tests::served_board::{Served, until};
+
+use super::live::Live;
+
+const FLOOD: Duration = Duration::from_secs(2);
+const GROWTH_MAX_KB: u64 = 50_000;
+/// Connections that flood at a time.
+const FLOODS: usize = 3;
+const STOPPED: Mode = Mode::Fault(Fault::EmergencyStop(StopSource::Host));
+/// Longest time from a stop to torque off, by the board's clock.
+const STOP_US: u64 = 100_000;
+
+/// `armbridge serve`, ended with the test.
+struct Program {
+    child: Child,
+    at: String,
+}
+
+impl Program {
+    fn serve(args: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_armbridge"))
+            .arg("serve")
+            .args(args)
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut stderr = BufReader::new(child.stderr.take().unwrap());
+        let mut line = String::new();
+        stderr.read_line(&mut line).unwrap();
+        std::thread::spawn(move || std::io::copy(&mut stderr, &mut std::io::sink()));
+        let (_, rest) = line.split_once("tcp://").expect(&line);
+        let at = rest.split([',', ';']).next().unwrap().trim().to_owned();
+        Self { child, at }
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Memory of a process in use, in kB.
+fn memory_kb(process: u32) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+    let line = status
+        .lines()
+        .find(|line| line.starts_with("VmRSS:"))
+        .unwrap();
+    line.split_whitespace().nth(1).unwrap().parse().unwrap()
+}
+
+/// Sends as many of `bytes` as the listener takes; returns their number.
+fn flood(at: &str, first: &[u8], bytes: &[u8]) -> u64 {
+    let begun = Instant::now();
+    let mut sent = 0;
+    while begun.elapsed() < FLOOD {
+        // A listener may close the connection; the flood goes on with another one.
+        let Ok(mut stream) = TcpStream::connect(at) else {
+            continue;
+        };
+        stream
+            .set_write_timeout(Some(Duration::from_millis(100)))
+            .unwrap();
+        let _ = stream.write_all(first);
+        while begun.elapsed() < FLOOD {
+            match stream.write(bytes) {
+                Ok(count) => sent += count as u64,
+                Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => {}
+                Err(_) => break,
+            }
+        }
+    }
+    sent
+}
+
+/// Floods a listener from several connections at once, in which memory does not grow.
+fn assert_bounded(at: &str, process: u32, first: &[u8], bytes: &'static [u8]) {
+    let before = memory_kb(process);
+    let floods: Vec<_> = (0..FLOODS)
+        .map(|_| {
+            let (at, first) = (at.to_owned(), first.to_vec());
+            std::thread::spawn(move || flood(&at, &first, bytes))
+        })
+        .collect();
+    let mut most = before;
+    while floods.iter().any(|flood| !flood.is_finished()) {
+        most = most.max(memory_kb(process));
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let sent: u64 = floods.into_iter().map(|flood| flood.join().unwrap()).sum();
+    let grown = most - before;
+    println!(
+        "{} kB sent to {at}: {grown} kB of memory more",
+        sent / 1_000
+    );
+    assert!(sent > 100_000 && grown < GROWTH_MAX_KB, "{grown} kB");
+}
+
+/// No frame, and no end of one.
+static GARBAGE: [u8; 65_536] = [7; 65_536];
+
+#[test]
+fn a_flooded_link_has_bounds_and_the_board_goes_on() {
+    let server = Program::serve(&["board", "--link", "sim:", "--listen", "tcp://127.0.0.1:0"]);
+    let link: LinkUri = format!("tcp://{}", server.at).parse().unwrap();
+    let host = Manned::on(&link, Duration::ZERO);
+    until("idle", || host.received().mode == Some(Mode::Idle));
+    host.ask(Request::Arm);
+    host.ask(Request::Command(message::Command::Regulate([0.0; 2])));
+    let hello = Encoder::default()
+        .encode(&ToBoard::Hello(schema::HELLO))
+        .1
+        .to_vec();
+    // Of newcomers, and of watchers.
+    for first in [&[][..], &hello] {
+        let before = host.received();
+        assert_bounded(&server.at, server.child.id(), first, &GARBAGE);
+        until("the board answers", || {
+            host.received().records > before.records + 100
+        });
+        let after = host.received();
+        assert!(after.mode.is_some_and(Mode::is_armed), "{:?}", after.mode);
+    }
+    // A stop in the midst of it.
+    let at = server.at.clone();
+    let flooding = std::thread::spawn(move || flood(&at, &[], &GARBAGE));
+    std::thread::sleep(FLOOD / 4);
+    let sent_us = host.received().board_us;
+    let stop = Encoder::default().encode(&ToBoard::Stop).1.to_vec();
+    let mut other = TcpStream::connect(&server.at).unwrap();
+    other.write_all(&stop).unwrap();
+    until("stopped", || host.received().mode == Some(STOPPED));
+    let took_us = host.received().stopped_us - sent_us;
+    println!("stopped after {took_us} us in a flood");
+    assert!(took_us < STOP_US, "{took_us} us");
+    flooding.join().unwrap();
+}
+
+/// Garbage of the host that commands is an emergency stop, as on a real link.
+#[test]
+fn a_flood_of_the_commander_is_a_stop() {
+    let board = Served::on("tcp://127.0.0.1:0");
+    board.until("idle", |seen| seen.mode == Mode::Idle);
+    let at = board.link.to_string();
+    let mut stream = TcpStream::connect(at.strip_prefix("tcp://").unwrap()).unwrap();
+    let hello = Encoder::default()
+        .encode(&ToBoard::Hello(schema::HELLO))
+        .1
+        .to_vec();
+    stream.write_all(&hello).unwrap();
+    stream.write_all(&GARBAGE[..16_384]).unwrap();
+    let flooded = Mode::Fault(Fault::EmergencyStop(StopSource::Flood));
+    board.until("stopped", |seen| seen.mode == flooded);
+}
+
+#[test]
+fn a_flooded_bus_or_transparent_port_has_bounds() {
+    for args in [
+        ["servos", "--listen", "tcp://127.0.0.1:0"].as_slice(),
+        &[
+            "board",
+            "--link",
+            "sim:",
+            "--transparent",
+            "tcp://127.0.0.1:0",
+        ],
+    ] {
+        let server = Program::serve(args);
+        // Half packets of both protocols.
+        assert_bounded(&server.at, server.child.id(), &[], &[0xFF; 65_536]);
+        assert_bounded(&server.at, server.child.id(), &[], &GARBAGE);
+    }
+}
+
+#[test]
+fn a_flooded_viewers_port_has_bounds_and_the_board_goes_on() {
+    let board = Served::on("tcp://127.0.0.1:0");
+    let live = Live::on(&board.link.to_string(), &[]);
+    board.until("idle", |seen| seen.mode == Mode::Idle);
+    let at = live.url.strip_prefix("ws://").unwrap();
+    let at = at.split('/').next().unwrap();
+    let upgrade = b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n\
+        Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
+        Sec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n";
+    // In the handshake; as empty pings, which are answered; and as a message without end.
+    static PINGS: [u8; 65_532] = {
+        let mut bytes = [0; 65_532];
+        let mut i = 0;
+        while i < bytes.len() {
+            (bytes[i], bytes[i + 1]) = (0x89, 0x80);
+            i += 6;
+        }
+        bytes
+    };
+    let endless = [
+        upgrade.as_slice(),
+        &[0x01, 0xFF, 0, 0, 0, 1, 0, 0, 0, 0, 1, 2, 3, 4],
+    ]
+    .concat();
+    assert_bounded(at, live.id(), &[], &GARBAGE);
+    assert_bounded(at, live.id(), upgrade, &PINGS);
+    assert_bounded(at, live.id(), &endless, &GARBAGE);
+    assert_eq!(
+        board.seen().mode,
+        Mode::Idle,
+        "its host was there all the time"
+    );
+}
