@@ -10,15 +10,17 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use armbridge_client::pty::Pty;
 use armbridge_client::tcp_pump::is_timeout;
 
-/// A pending connection of a non-blocking listener, itself non-blocking.
+/// A pending connection of a non-blocking listener, itself non-blocking. One that its peer
+/// has given up already is no error of the listener.
 pub(crate) fn accept(listener: &TcpListener) -> io::Result<Option<(TcpStream, SocketAddr)>> {
     match listener.accept() {
         Ok((peer, address)) => {
-            peer.set_nonblocking(true)?;
-            peer.set_nodelay(true)?;
-            Ok(Some((peer, address)))
+            let ready = peer.set_nonblocking(true).and(peer.set_nodelay(true));
+            Ok(ready.ok().map(|()| (peer, address)))
         }
-        Err(error) if is_timeout(&error) => Ok(None),
+        Err(error) if is_timeout(&error) || error.kind() == io::ErrorKind::ConnectionAborted => {
+            Ok(None)
+        }
         Err(error) => Err(error),
     }
 }

@@ -163,6 +163,8 @@ fn a_stop_cuts_into_a_frame() {
     first.stream.write_all(&[1, 2, 3]).unwrap();
     let stop = Encoder::default().encode(&ToBoard::Stop).1.to_vec();
     std::thread::sleep(Duration::from_millis(20));
+    // Empty frames before it are none of its bytes.
+    let stop = [&[0; 1_000], stop.as_slice()].concat();
     connect(&board).write_all(&stop).unwrap();
     board.until("stopped", |seen| seen.mode == STOPPED);
 }

@@ -23,14 +23,15 @@ use super::pending_requests::{Call, Reply, Service, ViewerRequest};
 
 /// Messages that wait for a viewer; more than 2 s of all topics. Then its oldest go.
 const BACKLOG: usize = 4_096;
-/// Replies that wait for a viewer.
-const REPLIES_MAX: usize = 1_024;
+/// Replies that wait for a viewer; with the longest message, this bounds their bytes.
+const REPLIES_MAX: usize = 128;
 /// Messages taken from a viewer in a poll; more wait at the sender.
 const READS_MAX: usize = 32;
-/// Parameters whose updates a viewer can subscribe to.
+/// Parameters whose updates a viewer can subscribe to, and the longest of their names.
 const NAMES_MAX: usize = 1_024;
+const NAME_MAX: usize = 64;
 /// Longest message of a viewer: several times all parameters.
-const MESSAGE_MAX: usize = 64 * 1_024;
+const MESSAGE_MAX: usize = 16 * 1_024;
 /// Interval of pings, which a viewer answers without its user.
 const PING_INTERVAL: Duration = Duration::from_millis(500);
 /// Time without any message, after which a viewer's connection counts as broken.
@@ -146,10 +147,10 @@ impl Viewer {
                 self.subscriptions.retain(|_, id| !ended.contains(id));
             }
             ClientMessage::SubscribeParameterUpdates(message) => {
-                self.parameters.extend(message.parameter_names);
-                if self.parameters.len() > NAMES_MAX {
-                    self.parameters.clear();
-                }
+                let room = NAMES_MAX.saturating_sub(self.parameters.len());
+                let names = message.parameter_names.into_iter();
+                let names = names.filter(|name| name.len() <= NAME_MAX);
+                self.parameters.extend(names.take(room));
             }
             ClientMessage::UnsubscribeParameterUpdates(message) => {
                 for name in message.parameter_names {

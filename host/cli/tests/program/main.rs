@@ -3,11 +3,11 @@
 //! A module a command or a subject: `cargo test -p armbridge --test program walk::`.
 
 mod cli;
-#[cfg(target_os = "linux")]
-mod flood;
 mod identification;
 mod inspect;
 mod links;
+#[cfg(target_os = "linux")]
+mod listeners;
 mod live;
 mod run;
 mod servo_bus;

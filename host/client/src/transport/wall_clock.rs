@@ -19,7 +19,7 @@ use super::clock::Clock;
 use super::disconnect_guard::Connection;
 use super::open::Opener;
 use super::stop_socket::StopListener;
-use super::{LinkError, LinkOptions, LinkUri, TransportError, WATCHING};
+use super::{LinkError, LinkOptions, LinkUri, TransportError};
 use crate::Host;
 use crate::servo_bus::Line;
 
@@ -180,7 +180,6 @@ impl LinkDriver<'_> {
             uri,
         } = self;
         let mut connection = Connection::new(line, &mut options.taps, clock);
-        let mut is_new = true;
         while !host.is_done() {
             if stops.as_mut().is_some_and(StopListener::is_stop_due)
                 && !host.emergency_stop(clock.now_us())
@@ -197,29 +196,26 @@ impl LinkDriver<'_> {
             }
             let wait = clock.until(host.wake_at_us()).clamp(WAIT_MIN, WAIT_MAX);
             let until = Instant::now() + wait;
-            let received = connection.receive(until).map_err(Ended::Broken)?;
-            let mut bytes = received.as_slice();
+            let on_watching = || {
+                if !options.is_quiet {
+                    eprintln!(
+                        "armbridge: another host commands the board at {uri}: this one watches, \
+                         and may stop it"
+                    );
+                }
+            };
+            let received = connection.receive(until, on_watching);
+            let bytes = received.map_err(Ended::Broken)?;
             if bytes.is_empty() {
                 continue;
             }
-            if std::mem::take(&mut is_new) {
-                if let Some(rest) = bytes.strip_prefix(WATCHING) {
-                    bytes = rest;
-                    if !options.is_quiet {
-                        eprintln!(
-                            "armbridge: another host commands the board at {uri}: this one watches, \
-                             and may stop it"
-                        );
-                    }
-                }
-                if outage.take().is_some() && !options.is_quiet {
-                    eprintln!("armbridge: {uri} is back; nothing is armed");
-                }
+            if outage.take().is_some() && !options.is_quiet {
+                eprintln!("armbridge: {uri} is back; nothing is armed");
             }
             if let Some(stops) = stops {
-                stops.receive(bytes);
+                stops.receive(&bytes);
             }
-            host.receive(clock.now_us(), bytes).map_err(Ended::Host)?;
+            host.receive(clock.now_us(), &bytes).map_err(Ended::Host)?;
         }
         connection.close();
         Ok(())

@@ -139,6 +139,10 @@ impl Peers {
             peer.frame.push(byte);
         }
         let Some(received) = peer.decoder.push::<ToBoard>(byte) else {
+            if byte == 0 {
+                // An empty frame.
+                peer.frame.clear();
+            }
             return;
         };
         let frame = std::mem::take(&mut peer.frame);

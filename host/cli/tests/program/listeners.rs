@@ -1,8 +1,9 @@
-//! Floods of bytes at each listener: bounded memory, and a board that goes on.
+//! Listeners: floods of bytes, silence, and the network.
 //!
-//! A flood is as much as the listener takes in two seconds, of random bytes or of one.
+//! A flood is as much as the listener takes in two seconds, of bytes that are no frame: memory
+//! stays within bounds, and the board goes on.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -188,6 +189,59 @@ fn a_flooded_bus_or_transparent_port_has_bounds() {
         assert_bounded(&server.at, server.child.id(), &[], &[0xFF; 65_536]);
         assert_bounded(&server.at, server.child.id(), &[], &GARBAGE);
     }
+}
+
+/// A connection that says nothing keeps a bus or a port only until another one comes.
+#[test]
+fn a_silent_connection_gives_way() {
+    const PING: [u8; 6] = [0xAA, 3, 1, 0xFE, 1, 0xF9];
+    for args in [
+        ["servos", "--listen", "tcp://127.0.0.1:0"].as_slice(),
+        &[
+            "board",
+            "--link",
+            "sim:",
+            "--transparent",
+            "tcp://127.0.0.1:0",
+        ],
+    ] {
+        let server = Program::serve(args);
+        let mut silent = TcpStream::connect(&server.at).unwrap();
+        std::thread::sleep(Duration::from_millis(100));
+        let mut next = TcpStream::connect(&server.at).unwrap();
+        next.set_read_timeout(Some(Duration::from_millis(200)))
+            .unwrap();
+        until("the next one is answered", || {
+            next.write_all(&PING).unwrap();
+            matches!(next.read(&mut [0; 64]), Ok(1..))
+        });
+        silent.set_read_timeout(Some(FLOOD)).unwrap();
+        let closed = silent.read(&mut [0; 64]);
+        assert!(matches!(closed, Ok(0)), "{args:?}: {closed:?}");
+    }
+}
+
+#[test]
+fn a_listener_is_exposed_to_the_network_only_on_request() {
+    let any = "tcp://0.0.0.0:0";
+    for args in [
+        ["serve", "board", "--link", "sim:", "--listen", any].as_slice(),
+        &["serve", "board", "--link", "sim:", "--transparent", any],
+        &["serve", "servos", "--listen", any],
+        &["run", "--duration", "1", "--transparent", any],
+        &[
+            "foxglove", "--link", "sim:", "--host", "0.0.0.0", "--port", "0",
+        ],
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_armbridge"));
+        let output = command.args(args).output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains("--expose") && error.contains("any host of the network"));
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    let exposed = Program::serve(&["servos", "--listen", any, "--expose"]);
+    assert!(exposed.at.starts_with("0.0.0.0:"));
 }
 
 #[test]
