@@ -31,13 +31,13 @@ fn connect(live: &Live) -> TcpStream {
 }
 
 /// A viewer.
-struct Viewer {
+pub(crate) struct Viewer {
     socket: WebSocket<TcpStream>,
     calls: u32,
 }
 
 impl Viewer {
-    fn at(live: &Live, path: &str) -> Self {
+    pub(crate) fn at(live: &Live, path: &str) -> Self {
         let url = format!("ws://{}{path}", address(live));
         let mut request = url.into_client_request().unwrap();
         let headers = request.headers_mut();
@@ -73,7 +73,7 @@ impl Viewer {
     }
 
     /// Calls a service by its place in the list; the error, if it fails.
-    fn call(&mut self, service: u32) -> Result<(), String> {
+    pub(crate) fn call(&mut self, service: u32) -> Result<(), String> {
         self.calls += 1;
         let mut call = vec![2];
         for number in [service, self.calls, 4] {
@@ -100,7 +100,7 @@ impl Viewer {
 }
 
 /// Places of services in the list.
-const STOP: u32 = 0;
+pub(crate) const STOP: u32 = 0;
 const DISARM: u32 = 1;
 const CLEAR: u32 = 2;
 const ARM: u32 = 3;
