@@ -51,7 +51,7 @@ impl fmt::Display for Endpoint {
     }
 }
 
-/// Who may reach a listener. No listener here asks who connects.
+/// Who may reach a listener.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exposure {
     /// Programs of this machine.
@@ -61,7 +61,7 @@ pub enum Exposure {
 }
 
 impl Exposure {
-    /// Refuses an address that more can reach.
+    /// Refuses an address that others can reach.
     ///
     /// # Errors
     /// If it is not a loopback address, and this is [`Exposure::Loopback`].
@@ -109,7 +109,7 @@ impl Endpoint {
     /// Listens on it; also returns the actual address, in case the port was 0.
     ///
     /// # Errors
-    /// If it may not be reached from where it can, or the port is in use or reserved.
+    /// If more can reach it than `exposure` allows, or the port is in use or reserved.
     pub fn listen(&self, exposure: Exposure) -> Result<(TcpListener, Self), OpenError> {
         exposure.check(self.0)?;
         TcpListener::bind(self.0)

@@ -187,6 +187,31 @@ fn a_silent_connection_owns_nothing_and_is_closed() {
     assert!(board.seen().mode.drive().is_some(), "still held");
 }
 
+/// A page in a browser can send a request with frames in its body to any port.
+#[test]
+fn a_request_of_a_browser_commands_nothing() {
+    let board = Served::on(TCP);
+    board.until("idle", |seen| seen.mode == Mode::Idle);
+    let mut encoder = Encoder::default();
+    let mut body = vec![0];
+    let words = [
+        ToBoard::Hello(schema::HELLO),
+        ToBoard::Command(Command::Arm { session: 2 }),
+        ToBoard::Stop,
+    ];
+    for word in words {
+        body.extend_from_slice(encoder.encode(&word).1);
+    }
+    let head = b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".as_slice();
+    let mut page = connect(&board);
+    page.write_all(&[head, &body].concat()).unwrap();
+    until("closed", || is_closed(&page));
+    assert_eq!(board.seen().mode, Mode::Idle);
+    // The same without the head arms, and stops.
+    connect(&board).write_all(&body).unwrap();
+    board.until("stopped", |seen| seen.mode == STOPPED);
+}
+
 /// More connections than there are places: the last one still stops.
 #[test]
 fn a_crowd_does_not_keep_a_stop_out() {

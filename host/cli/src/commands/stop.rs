@@ -21,8 +21,8 @@ Examples:
 The stop is sent at once, without waiting for the board's hello, and repeated until the
 board reports it. The fault stays latched: `armbridge clear` clears it. While another
 armbridge has the link, the stop goes to that program, which sends it; a board that is
-served on a socket takes it from any connection. What stops whatever program hangs is the
-switch at the board, and the one in the servos' supply.";
+served on a socket takes it from any connection. If a program hangs, use the switch at the
+board, or the one in the servos' supply.";
 
 /// Remedy where no stop can be sent.
 const OTHERWISE: &str = "nothing was stopped: use the stop switch at the board, or the switch of \

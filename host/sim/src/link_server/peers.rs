@@ -6,6 +6,9 @@
 //! | commander | every byte, garbage as well         | every byte                            |
 //! | watcher   | `Stop`; a command is refused        | every message but the commander's own |
 //!
+//! A newcomer that begins with something else than a frame is closed at once: a page in a
+//! browser can send an HTTP request here, with frames in it.
+//!
 //! The first connection that says a valid hello commands; while it does, a hello makes a
 //! watcher. When the commander leaves or breaks, the next hello commands.
 //!
@@ -43,6 +46,8 @@ enum Role {
     Newcomer,
     Commander,
     Watcher,
+    /// It has begun with something else than a frame: to be closed.
+    Stranger,
 }
 
 /// A connection.
@@ -124,6 +129,7 @@ impl Peers {
             self.take(&mut peer, *byte, now_us, to_board);
         }
         self.received = received;
+        let is_open = is_open && peer.role != Role::Stranger;
         if is_open && now_us.saturating_sub(peer.heard_us) < SILENCE_US {
             self.all.push(peer);
         } else if peer.role == Role::Commander {
@@ -132,6 +138,9 @@ impl Peers {
     }
 
     fn take(&mut self, peer: &mut Peer, byte: u8, now_us: u64, to_board: &mut Vec<u8>) {
+        if peer.role == Role::Stranger {
+            return;
+        }
         if peer.role == Role::Commander {
             to_board.push(byte);
             self.is_mid_frame = byte != 0;
@@ -156,6 +165,7 @@ impl Peers {
             Err(FrameError::Version(_) | FrameError::Schema) if peer.role != Role::Commander => {
                 peer.send(&[ToHost::Hello(schema::HELLO)]);
             }
+            Err(_) if peer.role == Role::Newcomer => peer.role = Role::Stranger,
             Err(_) => {}
         }
     }
@@ -169,6 +179,7 @@ impl Peers {
         to_board: &mut Vec<u8>,
     ) -> bool {
         match (peer.role, received.message) {
+            (Role::Stranger, _) => return false,
             (Role::Commander, ToBoard::Goodbye) => {
                 peer.role = Role::Newcomer;
                 self.is_commanded = false;
@@ -231,7 +242,7 @@ impl Peers {
         }
         for peer in &mut self.all {
             match peer.role {
-                Role::Newcomer => {}
+                Role::Newcomer | Role::Stranger => {}
                 Role::Commander => peer.outbox.send(&mut peer.stream, bytes),
                 Role::Watcher => peer.send(&messages),
             }
