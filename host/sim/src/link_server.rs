@@ -7,7 +7,7 @@
 //!
 //! # Hosts
 //!
-//! On a socket one host commands, any number may watch, and each may stop: see [`peers`].
+//! On a socket one host commands, any number may watch, and each may stop: see `peers`.
 //! A terminal has one host: a program of this project opens it exclusively.
 //!
 //! # A host that does not read

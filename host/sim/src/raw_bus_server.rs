@@ -20,7 +20,7 @@
 //! queued, reading stops, and the other side's writes block.
 //!
 //! On a socket one connection is served and the next one waits. A connection that has been
-//! silent for [`SILENCE`] gives way to it; one that does not read for [`STUCK`] is closed.
+//! silent for 5 s gives way to it; one that does not read for 1 s is closed.
 
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};

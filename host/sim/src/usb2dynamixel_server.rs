@@ -7,7 +7,7 @@
 //! # Bounds
 //!
 //! One program at a time is served, and the next one waits. A program that has been silent
-//! for [`SILENCE_US`] gives way to it. Bytes for which the board has no room wait at the
+//! for 5 s gives way to it. Bytes for which the board has no room wait at the
 //! program.
 
 #[cfg(unix)]

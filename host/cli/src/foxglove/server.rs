@@ -1,8 +1,7 @@
 //! The server that viewers connect to, over the protocol `foxglove.sdk.v1`.
 //!
-//! It runs on the thread that calls [`Server::poll`], and never waits. A connection has
-//! [`HANDSHAKE`] to become a viewer; there are at most [`HANDSHAKES_MAX`] handshakes and
-//! [`VIEWERS_MAX`] viewers at a time.
+//! It runs on the thread that calls [`Server::poll`], and never waits. A connection has 2 s
+//! to become a viewer; there are at most 16 handshakes and 16 viewers at a time.
 
 use std::cell::Cell;
 use std::io::Write;

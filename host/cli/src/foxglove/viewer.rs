@@ -1,7 +1,7 @@
 //! A viewer: its connection, its subscriptions, and what waits for it.
 //!
 //! Everything of a viewer is bounded. Of messages that it does not fetch the oldest are
-//! dropped; a viewer that does not fetch replies either, or shows no life for [`SILENCE`], is
+//! dropped; a viewer that does not fetch replies either, or shows no life for 3 s, is
 //! disconnected.
 
 use std::collections::{HashMap, HashSet, VecDeque};

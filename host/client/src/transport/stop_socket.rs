@@ -3,7 +3,7 @@
 //! A serial port, a board's USB pipes and a pseudo-terminal have one owner, so `armbridge stop`
 //! in a second terminal cannot open them. The owner listens on a Unix domain socket, whose name
 //! is the link's, in a folder that only its user may enter. A connection is the request; the
-//! answer is one line, when the board has reported the stop, or after [`TIMEOUT`].
+//! answer is one line, when the board has reported the stop, or after a second.
 //!
 //! A socket that its owner has left behind refuses connections, and the next owner replaces
 //! it. A board behind a socket of the network needs none: its server passes stops on.
