@@ -12,7 +12,10 @@ pub fn in_words(refusal: Refusal) -> String {
         Refusal::NotOff => "its motors are not yet seen to be off; try again in a moment".into(),
         Refusal::NotReady => "its servos are not ready; check their power and ids".into(),
         Refusal::Disarmed => "it is not armed; arm it first".into(),
-        Refusal::OtherSession => "it has been reset since; say hello and arm it again".into(),
+        Refusal::OtherSession => {
+            "it has been reset since, or another host commands it; say hello and arm it again"
+                .into()
+        }
         Refusal::Stale => "it is older than one that was obeyed; send it again".into(),
         Refusal::NotSaved => {
             "the settings could not be kept; reset the board, which makes room, and save again"
