@@ -33,7 +33,7 @@ struct Readings {
     /// The first within the converter's range.
     first: Option<u16>,
     latest: u16,
-    /// Side on which a limit was exceeded last.
+    /// Side on which a limit was exceeded first, until the servo has cooled.
     exceeded: Option<Side>,
 }
 
@@ -61,8 +61,13 @@ impl Temperatures {
             latest: value,
             exceeded: before.and_then(|readings| readings.exceeded),
         });
-        let (limit, side) = readings.violated(firmware, limits)?;
-        readings.exceeded = Some(side);
+        let violated = readings.violated(firmware, limits);
+        if violated.is_none() && readings.has_cooled(firmware, limits) {
+            readings.exceeded = None;
+        }
+        let (limit, side) = violated?;
+        // A servo that was switched on hot is beyond the other limit when it has cooled.
+        readings.exceeded.get_or_insert(side);
         Some(Violation {
             fault: Fault::Temperature,
             joint: Some(joint as u8),
@@ -195,6 +200,28 @@ mod tests {
         temperatures.power_up(1);
         assert_eq!(
             (fault(&mut temperatures, 98), hot(&temperatures, true)),
+            (None, None)
+        );
+    }
+
+    /// Its baseline is 582: when it has cooled to 300 its fault can be cleared, but it is not
+    /// armed before it has been off and on again.
+    #[test]
+    fn a_servo_that_was_switched_on_hot_can_cool() {
+        let mut temperatures = Temperatures::default();
+        assert_eq!(fault(&mut temperatures, 582), None);
+        assert_eq!(fault(&mut temperatures, 833), Some(832.0));
+        assert_eq!(hot(&temperatures, true), Some(1));
+        for _ in 0..3 {
+            assert_eq!(fault(&mut temperatures, 300), Some(332.0));
+            assert_eq!(
+                (hot(&temperatures, true), hot(&temperatures, false)),
+                (None, Some(1))
+            );
+        }
+        temperatures.power_up(1);
+        assert_eq!(
+            (fault(&mut temperatures, 300), hot(&temperatures, false)),
             (None, None)
         );
     }
