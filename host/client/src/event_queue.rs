@@ -78,6 +78,10 @@ impl Tap for QueueTap {
 }
 
 impl Queue {
+    #[expect(
+        clippy::large_types_passed_by_value,
+        reason = "it is moved into the queue"
+    )]
     fn push(&mut self, event: Event) {
         if self.events.len() == CAPACITY {
             self.events.pop_front();

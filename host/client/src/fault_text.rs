@@ -29,6 +29,7 @@ pub fn in_words(trip: &Trip) -> FaultDescription {
 }
 
 /// Cause and remedy of a fault.
+#[expect(clippy::too_many_lines, reason = "a table, two lines a fault")]
 pub fn cause_and_remedy(fault: Fault) -> (&'static str, &'static str) {
     match fault {
         Fault::EmergencyStop(StopSource::Host) => (

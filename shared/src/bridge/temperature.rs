@@ -93,16 +93,16 @@ impl Temperatures {
         self.first(|readings| !readings.has_cooled(firmware, limits))
     }
 
-    fn first(&self, is_hot: impl Fn(&Readings) -> bool) -> Option<u8> {
+    fn first(&self, is_hot: impl Fn(Readings) -> bool) -> Option<u8> {
         let mut servos = self.servos.iter();
-        let joint = servos.position(|readings| readings.as_ref().is_some_and(&is_hot));
+        let joint = servos.position(|readings| readings.is_some_and(&is_hot));
         joint.map(|joint| joint as u8)
     }
 }
 
 impl Readings {
     /// Limits of a servo, the lower and the upper.
-    fn limits(&self, firmware: Firmware, limits: &Limits) -> [u16; 2] {
+    fn limits(self, firmware: Firmware, limits: &Limits) -> [u16; 2] {
         match firmware {
             Firmware::Stock => [0, limits.temperature_c.into()],
             Firmware::Morpheus => {
@@ -118,7 +118,7 @@ impl Readings {
     }
 
     /// The limit that the latest reading exceeds, and on which side.
-    fn violated(&self, firmware: Firmware, limits: &Limits) -> Option<(u16, Side)> {
+    fn violated(self, firmware: Firmware, limits: &Limits) -> Option<(u16, Side)> {
         let (value, [low, high]) = (self.latest, self.limits(firmware, limits));
         let is_sensor_broken = firmware == Firmware::Morpheus && is_at_end(value);
         if value > high || (is_sensor_broken && value > 0) {
@@ -132,7 +132,7 @@ impl Readings {
 
     /// Whether the latest reading has come back, by the margin, from the side on which it
     /// exceeded a limit.
-    fn has_cooled(&self, firmware: Firmware, limits: &Limits) -> bool {
+    fn has_cooled(self, firmware: Firmware, limits: &Limits) -> bool {
         let (value, [low, high]) = (self.latest, self.limits(firmware, limits));
         let margin = match firmware {
             Firmware::Stock => COOLED_C,

@@ -15,10 +15,10 @@ use core::num::NonZeroU32;
 use nalgebra::Vector2;
 
 use super::limits::{PERIOD_MAX_US, PERIOD_MIN_US};
-use super::monitors::MonitorConfig;
+use super::monitors::{JointBalance, MonitorConfig};
 use crate::JOINTS;
 use crate::actuator::Joint;
-use crate::arm::{Discrete, Parameters};
+use crate::arm::{Discrete, Parameters, Posture, State};
 use crate::check_word::{CheckWord, Checked};
 use crate::control::{
     ComputedTorque, Controller, DryFriction, Lqr, Tuning, Weights, computed_torque,
@@ -132,6 +132,23 @@ impl LoopConfig {
     /// Largest number of consecutive missing samples of a joint.
     pub fn dropout_ticks(&self) -> u32 {
         self.monitors.dropout_ticks()
+    }
+
+    /// Balance of each joint in this posture and state; `rest_nm` is gravity less the torque of
+    /// the motor, in N m.
+    pub(super) fn balance(
+        &self,
+        posture: &Posture<f32>,
+        state: &State<f32>,
+        rest_nm: Vector2<f32>,
+    ) -> [JointBalance; JOINTS] {
+        let arm = &self.control.arm;
+        let inertia = posture.mass_diagonal(arm);
+        let unmet_nm = arm.viscous_torque(state.dq) + rest_nm;
+        core::array::from_fn(|joint| JointBalance {
+            inertia: inertia[joint],
+            unmet_nm: unmet_nm[joint],
+        })
     }
 
     /// Whether one section of the configuration is as it was built; `section` counts modulo

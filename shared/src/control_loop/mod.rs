@@ -96,7 +96,7 @@ use crate::link::message::{Drive, Fault, Guards, Sample};
 use crate::servo::protocol1::Alarms;
 use drive_command::DriveCommand;
 use experiment::ActiveExperiment;
-use monitors::{JointBalance, MonitorInput, Monitors};
+use monitors::{MonitorInput, Monitors};
 use nalgebra::Vector2;
 use pipeline::{Demand, FeedForward};
 use reference::ReferenceSource;
@@ -175,15 +175,8 @@ impl ControlLoop {
         let torque_nm = input.in_force.total_nm();
         let gravity_nm = posture.gravity(&config.control.arm);
         let is_held = status.is_driven() && self.drive().is_closed_loop();
-        let balance = is_held.then(|| {
-            let arm = &config.control.arm;
-            let inertia = posture.mass_diagonal(arm);
-            let unmet_nm = arm.viscous_torque(state.dq) + gravity_nm - torque_nm;
-            core::array::from_fn(|joint| JointBalance {
-                inertia: inertia[joint],
-                unmet_nm: unmet_nm[joint],
-            })
-        });
+        let rest_nm = gravity_nm - torque_nm;
+        let balance = is_held.then(|| config.balance(&posture, &state, rest_nm));
         self.monitor(config, input, &mut status, |is_armed| MonitorInput {
             counts,
             missing: input.samples.map(Sample::missing),

@@ -181,7 +181,7 @@ impl<'a> Record<'a> {
             let len = usize::from(u16::from_le_bytes([*low, *high]));
             let (encoded, after) = after.split_at_checked(len).ok_or(Malformed)?;
             rest = after;
-            if *found == tag as u8 && *hash == tag.hash::<T>() {
+            if *found == tag as u8 && *hash == schema_hash::<T>() {
                 return match postcard::take_from_bytes(encoded) {
                     Ok((values, [])) => Ok(Some(values)),
                     _ => Err(Malformed),
@@ -201,11 +201,9 @@ enum Tag {
     Limits = 4,
 }
 
-impl Tag {
-    /// Changes when, and only when, the encoding of the group may.
-    fn hash<T: Schema + ?Sized>(self) -> [u8; HASH_LEN] {
-        Key::for_path::<T>("armbridge/settings").to_bytes()
-    }
+/// Changes when, and only when, the encoding of the group may.
+fn schema_hash<T: Schema + ?Sized>() -> [u8; HASH_LEN] {
+    Key::for_path::<T>("armbridge/settings").to_bytes()
 }
 
 /// A body under construction.
@@ -222,7 +220,7 @@ impl Body {
         let len = postcard::to_slice(values, room).ok()?.len();
         let [found, hash @ .., low, high] = head;
         *found = tag as u8;
-        *hash = tag.hash::<T>();
+        *hash = schema_hash::<T>();
         [*low, *high] = u16::try_from(len).ok()?.to_le_bytes();
         self.len += GROUP_HEADER + len;
         Some(())

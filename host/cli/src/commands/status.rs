@@ -46,7 +46,7 @@ fn as_text(uri: &BoardUri, host: &TaskHost<Status>) -> String {
     ];
     if let Some(report) = host.session.status().report {
         rows.push(["last end".into(), last_end(&report)]);
-        rows.push(["settings".into(), settings_from(report.settings).into()]);
+        rows.push(["settings".into(), settings_from(report.settings)]);
         rows.push(["stack".into(), stack(&report)]);
         rows.push(["image".into(), image(&report)]);
     }

@@ -62,6 +62,10 @@ const PENDING_MAX: usize = 1024;
 pub(super) struct PendingMessages(VecDeque<PendingMessage>);
 
 impl PendingMessages {
+    #[expect(
+        clippy::large_types_passed_by_value,
+        reason = "it is moved into the queue"
+    )]
     pub(super) fn push(&mut self, message: PendingMessage) {
         if self.0.len() == PENDING_MAX {
             self.0.pop_front();

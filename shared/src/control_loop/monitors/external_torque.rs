@@ -80,7 +80,7 @@ impl ExternalTorque {
         config: &ExternalTorqueConfig,
         limit_nm: f32,
         joint: u8,
-        balance: &JointBalance,
+        balance: JointBalance,
         speed_rad_s: f32,
     ) -> Result<(), Violation> {
         let before_rad_s = self.speed_rad_s.replace(speed_rad_s).unwrap_or(speed_rad_s);
@@ -110,7 +110,7 @@ mod tests {
         let config = ExternalTorqueConfig::new(period_us);
         let mut observer = ExternalTorque::default();
         let ticks = 1..10_000_000 / period_us;
-        let found = ticks
+        ticks
             .map(|tick| tick as f32 * period_us as f32 * 1e-6)
             .find(|t| {
                 let (speed, unmet_nm) = at(*t);
@@ -118,9 +118,8 @@ mod tests {
                     inertia: 0.03,
                     unmet_nm,
                 };
-                observer.check(&config, 0.3, 0, &balance, speed).is_err()
-            });
-        found
+                observer.check(&config, 0.3, 0, balance, speed).is_err()
+            })
     }
 
     #[test]

@@ -259,7 +259,7 @@ impl Monitors {
                 let push_nm = input.torque_nm[i] - input.gravity_nm[i];
                 joint
                     .stall
-                    .check(&config.stall, limits, id, counts, push_nm)?;
+                    .check(config.stall, limits, id, counts, push_nm)?;
             }
             if let (Some(measured), false) = (input.measured_rad[i], input.is_fresh) {
                 let innovation_rad = measured - input.predicted_rad[i];
@@ -275,7 +275,7 @@ impl Monitors {
             joint.motion.check(&motion_limits, id, angle[i], speed[i])?;
             match &input.balance {
                 Some(balance) => {
-                    let (limit_nm, balance) = (limits.external_nm[i], &balance[i]);
+                    let (limit_nm, balance) = (limits.external_nm[i], balance[i]);
                     joint
                         .external
                         .check(&config.external, limit_nm, id, balance, speed[i])?;

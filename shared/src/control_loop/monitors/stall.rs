@@ -64,7 +64,7 @@ impl Stall {
     /// Checks a sample, with the torque in N m beyond gravity that acted before it.
     pub(super) fn check(
         &mut self,
-        config: &StallConfig,
+        config: StallConfig,
         limits: &Limits,
         joint: u8,
         counts: u16,
@@ -112,7 +112,7 @@ mod tests {
         (1..2_000_000 / period_us).find(|tick| {
             let (counts, push_nm) = seen(*tick);
             stall
-                .check(&config, limits, 1, counts, push_nm)
+                .check(config, limits, 1, counts, push_nm)
                 .is_err_and(|violation| violation.fault == Fault::Stuck)
         })
     }
