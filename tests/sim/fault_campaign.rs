@@ -2,8 +2,9 @@
 //!
 //! `armbridge fault-campaign --seeds 10000` is the same with more.
 
+use armbridge_shared::servo::Firmware;
 use armbridge_sim::fault_campaign;
-use armbridge_sim::fault_campaign::{Case, Kind};
+use armbridge_sim::fault_campaign::{Case, Kind, Origin};
 use armbridge_tests::fault_campaign::campaign;
 
 /// Every kind in one activity, and as many pairs.
@@ -29,6 +30,34 @@ fn whatever_goes_wrong_is_named_and_ends_with_motors_off() {
     );
 }
 
+/// Seeds of the first singles of a kind, in each activity twenty times.
+fn singles(name: &str) -> impl Iterator<Item = u64> {
+    let kind: Kind = name.parse().unwrap();
+    let index = Kind::ALL.iter().position(|it| *it == kind).unwrap();
+    (0..240).map(move |round| 2 * (index + round * Kind::ALL.len()) as u64)
+}
+
+/// The torque enable that shows the reset is read every 80 to 90 ms, and again at once if the
+/// reading is lost.
+#[test]
+fn a_reset_of_stock_servos_is_noticed_within_100_ms() {
+    let mut noticed = 0;
+    for seed in singles("servo-reset").chain(singles("servos-reset")) {
+        let case = Case::new(seed);
+        let is_late = case.injections.iter().all(|it| it.origin == Origin::Ready);
+        let is_fast = case.servos() == Firmware::Stock && case.set_up.period_us <= 2_000;
+        if is_fast && is_late && case.activity.is_driven() {
+            let detected_ms = fault_campaign::run(seed).detected_ms;
+            assert!(
+                detected_ms.is_some_and(|ms| ms < 100.0),
+                "seed {seed}: {detected_ms:?} ms"
+            );
+            noticed += 1;
+        }
+    }
+    assert!(noticed >= 10, "{noticed}");
+}
+
 #[test]
 fn a_seed_is_the_same_case_whenever_it_is_run() {
     // One of each kind of randomness: bytes, a second master, sensors, host, client, plant.
@@ -40,8 +69,7 @@ fn a_seed_is_the_same_case_whenever_it_is_run() {
         "client-baud",
     ];
     for name in kinds {
-        let kind: Kind = name.parse().unwrap();
-        let seed = 2 * Kind::ALL.iter().position(|it| *it == kind).unwrap() as u64;
+        let seed = singles(name).next().unwrap();
         let (outcome, story) = fault_campaign::run_with_trace(seed);
         assert_eq!(
             (outcome.clone(), story.clone()),

@@ -155,7 +155,7 @@ impl Bench {
     }
 
     /// Replaces servo `servo` by another one, powered up now.
-    pub(crate) fn replace(&mut self, servo: usize, kind: &ServoKind) {
+    pub(crate) fn replace(&mut self, servo: usize, kind: ServoKind) {
         *self.wire.servo_mut(servo) = kind.build();
         self.power_cycle(servo);
     }

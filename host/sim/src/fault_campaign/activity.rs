@@ -156,7 +156,7 @@ fn experiment(draw: u64) -> Experiment {
         }),
         _ => Role::Off,
     };
-    let roles = if draw % 2 == 0 {
+    let roles = if draw.is_multiple_of(2) {
         [role, Role::Hold]
     } else {
         [Role::Hold, role]

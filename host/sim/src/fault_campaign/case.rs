@@ -176,6 +176,7 @@ impl Case {
                 pwm_counts: 800,
                 torque_nm: [0.8; JOINTS],
                 quiet_ms: (quiet_us / 1_000) as u16,
+                torque_age_ms: 1_000,
                 ..Limits::default()
             }
         } else {

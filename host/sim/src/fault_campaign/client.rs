@@ -103,10 +103,7 @@ impl Client {
             };
             vec![
                 (at_us, ClientStep::Hang),
-                (
-                    at_us,
-                    ClientStep::Send(both(|it, servo, rate| it.rate(servo, rate))),
-                ),
+                (at_us, ClientStep::Send(both(Method::rate))),
                 (at_us + STEP_US, ClientStep::Open(baud)),
                 (
                     at_us + STEP_US,

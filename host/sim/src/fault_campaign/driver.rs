@@ -101,6 +101,8 @@ pub(super) struct Driver {
     pub(super) accepted_invalid: u32,
     /// The refusal for which it gave up.
     pub(super) refusal: Option<Refusal>,
+    /// Time of the last command of a torque, in µs.
+    pub(super) torque_us: u64,
     /// Time of the last command to arm, in µs.
     pub(super) armed_us: Option<u64>,
     /// Time of the latest message from the board, in µs.
@@ -135,6 +137,7 @@ impl Driver {
             max_torque_nm: 0.0,
             accepted_invalid: 0,
             refusal: None,
+            torque_us: 0,
             armed_us: None,
             now_us: 0,
         }
@@ -207,7 +210,10 @@ impl Driver {
                     None => self.phase = Phase::Working,
                 }
             }
-            (BoardMessage::Done, Phase::Commanding) => self.phase = Phase::Working,
+            (BoardMessage::Done, Phase::Commanding) => {
+                self.torque_us = self.now_us;
+                self.phase = Phase::Working;
+            }
             (BoardMessage::Done, Phase::Clearing) => self.phase = Phase::Cleared,
             (BoardMessage::Done, Phase::Working) if self.fault == HostFault::OutOfRange => {
                 self.accepted_invalid += 1;
@@ -298,7 +304,10 @@ impl Driver {
                 });
             }
             (Activity::Save, ..) => self.client.command(Command::Save),
-            (Activity::Torque, Some(command), _) => self.client.command(command),
+            (Activity::Torque, Some(command), _) => {
+                self.torque_us = now_us;
+                self.client.command(command);
+            }
             _ => {}
         }
     }

@@ -187,6 +187,11 @@ impl<'a> Fixture<'a> {
         until_us.saturating_sub(self.reach.reachable_from(servo, from_us, until_us))
     }
 
+    /// Whether the board restarts.
+    pub(super) fn is_down(&self) -> bool {
+        self.cosim.board.is_down()
+    }
+
     /// The true state of the arm.
     pub(super) fn state(&mut self) -> State<f64> {
         let now_us = self.now_us();

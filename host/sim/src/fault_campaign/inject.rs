@@ -223,7 +223,7 @@ impl Fixture<'_> {
             return;
         }
         for (servo, kind) in self.kinds.iter().enumerate().take(JOINTS) {
-            self.cosim.bench.replace(servo, kind);
+            self.cosim.bench.replace(servo, *kind);
         }
     }
 }

@@ -105,15 +105,12 @@ fn when_ready(injection: &Injection, case: &Case) -> FaultExpectation {
         Kind::HostVanish | Kind::HostStall | Kind::HostSchema => {
             lasting(SILENCE_US - HEARTBEAT_US, SILENCE_US + HEARTBEAT_US)
         }
-        Kind::Frozen => required_if(is_armed),
         Kind::EncoderStep => required_if(is_closed && amount.abs() > STEP_COUNTS),
         Kind::EncoderDrift => {
             let drift_counts = amount.abs() * case.observation_us() as f64 * 1e-6;
             required_if(is_closed && drift_counts > DRIFT_COUNTS)
         }
         Kind::TorqueSign | Kind::SwappedFirst => required_if(is_closed),
-        // A fault is a refusal here; the oracle knows whether the settings are lost.
-        Kind::FlashRot => required_if(is_armed),
         Kind::HostReplay
         | Kind::EchoOn
         | Kind::EchoOff
@@ -144,13 +141,15 @@ fn when_ready(injection: &Injection, case: &Case) -> FaultExpectation {
         | Kind::ServosReset
         | Kind::DeadZone
         | Kind::Hot
+        | Kind::Frozen
+        // A refusal to arm; the oracle knows whether the settings are lost.
+        | Kind::FlashRot
         | Kind::HostFlood
         | Kind::ClockBack
-        | Kind::Corrupt => required_if(is_armed),
-        Kind::CorruptState => Required,
-        Kind::CorruptDrive => required_if(is_armed),
+        | Kind::Corrupt
+        | Kind::CorruptDrive => required_if(is_armed),
         // Only a reference in use is compared.
         Kind::CorruptReference => required_if(is_closed || case.activity == Activity::Armed),
-        Kind::StopHost | Kind::StopPin | Kind::ClientStop => Required,
+        Kind::CorruptState | Kind::StopHost | Kind::StopPin | Kind::ClientStop => Required,
     }
 }

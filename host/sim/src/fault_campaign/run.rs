@@ -38,8 +38,8 @@ pub(super) fn run_case(
     on_event: Option<&mut dyn FnMut(Event)>,
 ) -> Outcome {
     let outcome = catch_unwind(AssertUnwindSafe(|| {
-        let mut channels = [Channels::new(), Channels::new()];
-        match Fixture::new(case, channels.each_mut().map(Channels::split)) {
+        let (mut channels, mut spare) = (Channels::new(), Channels::new());
+        match Fixture::new(case, [channels.split(), spare.split()]) {
             Ok(mut fixture) => {
                 if let Some(on_event) = on_event {
                     fixture.cosim.board.decode_link(on_event);
