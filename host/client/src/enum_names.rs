@@ -9,7 +9,7 @@ use armbridge_shared::servo::protocol1::Alarms;
 use crate::servo_table::alarms;
 
 /// Every fault.
-pub const FAULTS: [Fault; 23] = [
+pub const FAULTS: [Fault; 25] = [
     Fault::EmergencyStop(StopSource::Host),
     Fault::EmergencyStop(StopSource::Pin),
     Fault::EmergencyStop(StopSource::Flood),
@@ -29,6 +29,8 @@ pub const FAULTS: [Fault; 23] = [
     Fault::Clock,
     Fault::Diverged,
     Fault::Stuck,
+    Fault::EncoderFrozen,
+    Fault::ExternalTorque,
     Fault::NotFinite,
     Fault::ServoAlarm,
     Fault::FirmwareChanged,
@@ -139,6 +141,8 @@ pub fn fault(fault: Fault) -> &'static str {
         Fault::Clock => "clock",
         Fault::Diverged => "diverged",
         Fault::Stuck => "stuck",
+        Fault::EncoderFrozen => "encoder_frozen",
+        Fault::ExternalTorque => "external_torque",
         Fault::NotFinite => "not_finite",
         Fault::ServoAlarm => "servo_alarm",
         Fault::FirmwareChanged => "firmware_changed",

@@ -1,7 +1,6 @@
 //! Faults and modes as text: the cause, the measured value against its limit, and the
 //! remedy.
 
-use armbridge_shared::link::limits::hard;
 use armbridge_shared::link::message::{Drive, Fault, Mode, OffReport, OffState, StopSource, Trip};
 
 /// Explanation of a trip for the user. Lines without a full stop.
@@ -105,8 +104,16 @@ pub fn cause_and_remedy(fault: Fault) -> (&'static str, &'static str) {
             "check calibration and encoder, then clear",
         ),
         Fault::Stuck => (
-            "it does not move though driven, or its encoder has stopped",
+            "it does not move though driven",
             "look for what blocks it, and at its gears, then clear",
+        ),
+        Fault::EncoderFrozen => (
+            "its encoder repeats one count: it has stopped",
+            "check the servo's position reading, then clear",
+        ),
+        Fault::ExternalTorque => (
+            "a torque that the model does not explain acts for long",
+            "check its encoder, calibration and load, then clear",
         ),
         Fault::NotFinite => (
             "the control law made something that is not a number",
@@ -138,9 +145,8 @@ fn measured(trip: &Trip) -> Option<String> {
     match trip.fault {
         Fault::AngleLimit | Fault::Diverged => against("rad", 3),
         Fault::SpeedLimit => against("rad/s", 2),
-        // An encoder without noise for this many ms, or torque without motion.
-        Fault::Stuck if limit > hard::STUCK_NM => against("ms", 0),
-        Fault::TorqueLimit | Fault::Stuck => against("N m", 2),
+        Fault::EncoderFrozen => against("ms", 0),
+        Fault::TorqueLimit | Fault::Stuck | Fault::ExternalTorque => against("N m", 2),
         Fault::TorqueRate => against("N m/s", 0),
         Fault::PwmLimit => Some(format!("the limit is {limit:.0} counts from off")),
         // °C or counts, by the servo's firmware.

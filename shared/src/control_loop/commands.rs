@@ -43,7 +43,12 @@ impl ControlLoop {
         self.source = ReferenceSource::hold(Vector2::zeros());
     }
 
-    /// Resets the monitors.
+    /// Restarts the monitors, except that the encoders' noise stays known.
+    pub fn restart_monitors(&mut self) {
+        self.monitors = self.monitors.restarted();
+    }
+
+    /// Resets the monitors, and the knowledge of the encoders' noise.
     pub fn reset_monitors(&mut self) {
         self.monitors = Monitors::default();
     }

@@ -96,7 +96,7 @@ use crate::link::message::{Drive, Fault, Guards, Sample};
 use crate::servo::protocol1::Alarms;
 use drive_command::DriveCommand;
 use experiment::ActiveExperiment;
-use monitors::{MonitorInput, Monitors};
+use monitors::{JointBalance, MonitorInput, Monitors};
 use nalgebra::Vector2;
 use pipeline::{Demand, FeedForward};
 use reference::ReferenceSource;
@@ -172,6 +172,18 @@ impl ControlLoop {
         let state = config.control.estimator.correct(&mut self.estimate, gated);
         // From the estimate with these samples, whichever state is reported.
         let posture = Posture::of(self.estimate.state().q);
+        let torque_nm = input.in_force.total_nm();
+        let gravity_nm = posture.gravity(&config.control.arm);
+        let is_held = status.is_driven() && self.drive().is_closed_loop();
+        let balance = is_held.then(|| {
+            let arm = &config.control.arm;
+            let inertia = posture.mass_diagonal(arm);
+            let unmet_nm = arm.viscous_torque(state.dq) + gravity_nm - torque_nm;
+            core::array::from_fn(|joint| JointBalance {
+                inertia: inertia[joint],
+                unmet_nm: unmet_nm[joint],
+            })
+        });
         self.monitor(config, input, &mut status, |is_armed| MonitorInput {
             counts,
             missing: input.samples.map(Sample::missing),
@@ -179,8 +191,9 @@ impl ControlLoop {
             predicted_rad,
             is_fresh,
             state: &state,
-            torque_nm: input.in_force.total_nm().into(),
-            gravity_nm: posture.gravity(&config.control.arm).into(),
+            torque_nm: torque_nm.into(),
+            gravity_nm: gravity_nm.into(),
+            balance,
             is_alarmed: input.alarms.map(|alarms| !alarms.and(SHUTDOWN).is_empty()),
             is_armed,
         });

@@ -76,9 +76,11 @@ pub struct Limits {
     pub innovation_rad: f32,
     /// Torque in N m, beyond gravity, that is sure to move a joint.
     pub stuck_nm: f32,
-    /// How long an encoder may read the very same count with torque on, in ms; 0:
-    /// without limit. Only for encoders whose noise is known to show.
+    /// How long an encoder may repeat one count with torque on, in ms; 0: as long as the noise
+    /// allows that the board has learnt of it.
     pub quiet_ms: u16,
+    /// Torque in N m on each joint that the model does not explain, for a second.
+    pub external_nm: [f32; JOINTS],
     /// Silence of the host after which the arm is braked and held, in ms.
     pub hold_ms: u16,
     /// Silence of the host after which torque goes off, in ms.
@@ -110,6 +112,7 @@ checked!(Limits {
     innovation_rad,
     stuck_nm,
     quiet_ms,
+    external_nm,
     hold_ms,
     silence_ms,
     torque_age_ms,
@@ -138,6 +141,8 @@ impl Default for Limits {
             innovation_rad: 0.1,
             stuck_nm: 0.4,
             quiet_ms: 0,
+            // Well above dry friction, below the weight of a link that leans.
+            external_nm: [0.3, 0.15],
             hold_ms: 100,
             silence_ms: 500,
             torque_age_ms: 2_000,
@@ -162,6 +167,7 @@ impl Limits {
             && within(&[self.torque_rate_nm_s], hard::TORQUE_RATE_NM_S)
             && within(&[self.innovation_rad], hard::INNOVATION_RAD)
             && within(&[self.stuck_nm], hard::STUCK_NM)
+            && within(&self.external_nm, hard::TORQUE_NM)
             && (1..=hard::PWM_COUNTS).contains(&self.pwm_counts)
             && self.temperature_c <= hard::TEMPERATURE_C
             && coldest < hottest

@@ -62,6 +62,16 @@ pub enum Drive {
     Experiment,
 }
 
+impl Drive {
+    /// Whether a controller holds the arm at a reference.
+    pub const fn is_closed_loop(self) -> bool {
+        match self {
+            Self::Regulate | Self::Track | Self::Hold => true,
+            Self::Torque | Self::Experiment => false,
+        }
+    }
+}
+
 /// Fault for which the supervisor switched torque off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -98,8 +108,13 @@ pub enum Fault {
     Clock,
     /// Samples differ repeatedly from the prediction of the estimator.
     Diverged,
-    /// A joint does not move though it is driven, or its encoder has stopped.
+    /// A joint does not move though it is driven.
     Stuck,
+    /// An encoder repeats one count for longer than its noise allows: it has stopped.
+    EncoderFrozen,
+    /// A torque that the model does not explain acts on a joint for long: its encoder drifts or
+    /// has an offset, its motor is weaker or stronger than calibrated, or something pushes it.
+    ExternalTorque,
     /// The control law produced NaN or an infinite value.
     NotFinite,
     /// A stock servo reported that it is too hot or overloaded: it switches

@@ -367,6 +367,8 @@ pub enum Fault {
     ServoAlarm = 21,
     FirmwareChanged = 22,
     Corrupted = 23,
+    EncoderFrozen = 24,
+    ExternalTorque = 25,
 }
 impl Fault {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -399,6 +401,8 @@ impl Fault {
             Self::ServoAlarm => "FAULT_SERVO_ALARM",
             Self::FirmwareChanged => "FAULT_FIRMWARE_CHANGED",
             Self::Corrupted => "FAULT_CORRUPTED",
+            Self::EncoderFrozen => "FAULT_ENCODER_FROZEN",
+            Self::ExternalTorque => "FAULT_EXTERNAL_TORQUE",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -428,6 +432,8 @@ impl Fault {
             "FAULT_SERVO_ALARM" => Some(Self::ServoAlarm),
             "FAULT_FIRMWARE_CHANGED" => Some(Self::FirmwareChanged),
             "FAULT_CORRUPTED" => Some(Self::Corrupted),
+            "FAULT_ENCODER_FROZEN" => Some(Self::EncoderFrozen),
+            "FAULT_EXTERNAL_TORQUE" => Some(Self::ExternalTorque),
             _ => None,
         }
     }

@@ -27,6 +27,8 @@ pub(super) const fn is_external(fault: Fault) -> bool {
         | Fault::Overrun
         | Fault::Diverged
         | Fault::Stuck
+        | Fault::EncoderFrozen
+        | Fault::ExternalTorque
         | Fault::NotFinite
         | Fault::ServoAlarm => false,
     }

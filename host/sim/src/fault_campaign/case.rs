@@ -35,8 +35,6 @@ const STOP_BYTES: u64 = 270;
 const REST_BYTES: u64 = 254;
 /// Ticks until each servo's temperature has been read.
 const POLL_TICKS: u64 = 70;
-/// Ticks for which an encoder may read the same count, where that is limited.
-const QUIET_TICKS: u64 = 300;
 /// Distance in rad of obstacles from where the arm begins.
 const OBSTACLE_RAD: f64 = 0.05;
 
@@ -59,7 +57,7 @@ pub struct Case {
     pub friction: bool,
     /// Obstacles are on both sides of the arm.
     pub is_obstructed: bool,
-    /// Tighter limits than the default; frozen encoders are detected by missing noise.
+    /// Tighter limits than the default.
     pub is_tight: bool,
     /// The fault is cleared at the end.
     pub is_cleared: bool,
@@ -171,11 +169,9 @@ impl Case {
     /// Limits of the board.
     pub fn limits(&self) -> Limits {
         if self.is_tight {
-            let quiet_us = QUIET_TICKS * u64::from(self.set_up.period_us);
             Limits {
                 pwm_counts: 800,
                 torque_nm: [0.8; JOINTS],
-                quiet_ms: (quiet_us / 1_000) as u16,
                 torque_age_ms: 1_000,
                 ..Limits::default()
             }

@@ -6,9 +6,9 @@
 //! refuses to arm, for a reason that [`is_refusal_expected`] has, has detected the fault.
 
 use Fault::{
-    AngleLimit, Clock, Corrupted, DeadZone, Diverged, EmergencyStop, HostSilent, Overrun, PwmLimit,
-    SamplesLost, SamplesRare, ServoAlarm, ServoReset, ServoSilent, SpeedLimit, Stuck, Temperature,
-    TorqueLimit, TorqueRate,
+    AngleLimit, Clock, Corrupted, DeadZone, Diverged, EmergencyStop, EncoderFrozen, ExternalTorque,
+    HostSilent, Overrun, PwmLimit, SamplesLost, SamplesRare, ServoAlarm, ServoReset, ServoSilent,
+    SpeedLimit, Stuck, Temperature, TorqueLimit, TorqueRate,
 };
 use armbridge_shared::link::message::{Fault, Refusal, StopSource};
 use armbridge_shared::servo::Firmware;
@@ -20,8 +20,8 @@ use crate::half_duplex_bus::BusDirection;
 /// period of 1 ms. [`Case::stop_us`](super::Case::stop_us) has the others.
 pub const STOP_US: u64 = 20_000;
 
-/// Kinds that boards do not detect yet: their wrong names and the harm that they do are
-/// counted apart.
+/// Kinds that boards do not detect yet, or not always: their wrong names and the harm that
+/// they do are counted apart. A guard takes its kind off this list.
 pub(super) const UNGUARDED: [Kind; 10] = [
     Kind::SecondMaster,
     Kind::SwappedFirst,
@@ -80,35 +80,36 @@ const TABLE: [Expected; 36] = rows! {
          boots";
     Kind::ServoMute | Kind::ServoDeaf => [ServoSilent]
         "it does not reply; its silence does not show whether it receives";
-    Kind::SwappedFirst => [Diverged, SpeedLimit, AngleLimit, TorqueLimit, Stuck]
+    Kind::SwappedFirst => [ExternalTorque, Diverged, SpeedLimit, AngleLimit, TorqueLimit, Stuck]
         "the check of the motors at the first arming finds that the wrong joint moves";
-    Kind::ServosSwapped => [Diverged, SpeedLimit, AngleLimit]
+    Kind::ServosSwapped => [ExternalTorque, Diverged, SpeedLimit, AngleLimit]
         "both angles jump, and the loop drives the wrong joints; while angles and torques \
          are alike there is no effect";
-    Kind::Frozen => [Stuck, Diverged]
-        "shown by missing noise, where the limits require noise, or by an arm that does not \
-         follow its torque; at rest a frozen angle is correct";
+    Kind::Frozen => [EncoderFrozen]
+        "its noise is missing";
     Kind::DeadZone => [DeadZone, AngleLimit]
         "counts near the ends of the track, which are angles beyond the limit";
-    Kind::EncoderStep => [Diverged, SpeedLimit, AngleLimit, DeadZone]
+    Kind::EncoderStep => [ExternalTorque, Diverged, SpeedLimit, AngleLimit, DeadZone]
         "the estimator predicts no step; one that it takes for motion is a disturbance";
-    Kind::EncoderDrift => [Diverged, SpeedLimit, AngleLimit, DeadZone, Stuck]
+    Kind::EncoderDrift => [ExternalTorque, Diverged, SpeedLimit, AngleLimit, DeadZone, Stuck]
         "the arm follows the reading until the torque that holds it is not what the model \
          expects";
     Kind::EncoderNoise => [Diverged, SpeedLimit, AngleLimit, TorqueLimit, TorqueRate, PwmLimit,
                            DeadZone, SamplesRare, SamplesLost]
         "samples are far from the prediction, or the torque is noisy";
-    Kind::TorqueGain | Kind::TorqueOffset => [Diverged, SpeedLimit, AngleLimit, Stuck, TorqueLimit]
+    Kind::TorqueGain | Kind::TorqueOffset => [ExternalTorque, Diverged, SpeedLimit, AngleLimit,
+                                              Stuck, TorqueLimit]
         "a torque that the model does not explain; the loop tolerates a small one";
-    Kind::TorqueSign => [Diverged, SpeedLimit, AngleLimit, Stuck, TorqueLimit, TorqueRate, PwmLimit]
+    Kind::TorqueSign => [ExternalTorque, Diverged, SpeedLimit, AngleLimit, Stuck, TorqueLimit,
+                         TorqueRate, PwmLimit]
         "the motor turns the wrong way, which the check of the motors finds, or the loop runs \
          away";
-    Kind::CalibrationScale => [Diverged, SpeedLimit, AngleLimit, Stuck, TorqueLimit, TorqueRate,
-                               PwmLimit]
+    Kind::CalibrationScale => [ExternalTorque, Diverged, SpeedLimit, AngleLimit, Stuck,
+                               TorqueLimit, TorqueRate, PwmLimit]
         "angles and torques do not belong together";
-    Kind::CalibrationZero => [Diverged, AngleLimit, SpeedLimit, Stuck]
+    Kind::CalibrationZero => [ExternalTorque, Diverged, AngleLimit, SpeedLimit, Stuck]
         "gravity pulls where the model has none";
-    Kind::CalibrationDirection => [Diverged, SpeedLimit, AngleLimit, Stuck]
+    Kind::CalibrationDirection => [ExternalTorque, Diverged, SpeedLimit, AngleLimit, Stuck]
         "encoder and motor are reversed alike, a mirror image that stands as well; only the \
          joints' coupling shows it";
     Kind::FlashRot => []
@@ -135,7 +136,8 @@ const TABLE: [Expected; 36] = rows! {
         "ticks are missing; a short gap is tolerated";
     Kind::ClockBack => [Clock]
         "no interval between two events is valid";
-    Kind::Push => [SpeedLimit, AngleLimit, Diverged, TorqueLimit, TorqueRate, PwmLimit]
+    Kind::Push => [ExternalTorque, SpeedLimit, AngleLimit, Diverged, TorqueLimit, TorqueRate,
+                   PwmLimit]
         "the loop counters a push with torque up to the limits; a stronger one moves the arm, \
          or overcomes the friction that held it";
     Kind::Corrupt => [Corrupted]

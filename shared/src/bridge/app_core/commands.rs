@@ -150,7 +150,7 @@ impl Core {
     fn limit(&mut self, limits: Limits) -> Result<(), Refusal> {
         self.apply(Event::Keep)?;
         self.config = self.config.with_limits(limits);
-        self.control_loop.reset_monitors();
+        self.control_loop.restart_monitors();
         Ok(())
     }
 

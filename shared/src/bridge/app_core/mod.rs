@@ -277,6 +277,8 @@ impl Core {
             | Fault::DeadZone
             | Fault::Diverged
             | Fault::Stuck
+            | Fault::EncoderFrozen
+            | Fault::ExternalTorque
             | Fault::NotFinite => true,
             Fault::EmergencyStop(_)
             | Fault::HostSilent
@@ -319,7 +321,7 @@ impl Core {
             Action::Energise => {
                 self.next = ActuatorCommand::OFF;
                 self.control_loop.reset_command(self.now_us);
-                self.control_loop.reset_monitors();
+                self.control_loop.restart_monitors();
                 self.control_loop.reset_estimate();
                 return;
             }

@@ -21,7 +21,9 @@
 //! | `dropout`    | silent servos, samples lost in a row or too often           |
 //! | `innovation` | encoder in its gap, samples far from the prediction         |
 //! | `motion`     | angle and speed limits of a joint                           |
-//! | `stall`      | joints and encoders that do not move                        |
+//! | `stall`      | joints that are driven and do not move                      |
+//! | `encoder_noise` | noise of the encoders, and those that have stopped       |
+//! | `external_torque` | torque that the model does not explain                 |
 //! | `soft_stop`  | bounds of the torque within which the arm stays inside      |
 //! | `torque`     | torque within all limits; braked or limited for too long    |
 //! | `debounce`   | times as numbers of ticks, ticks in a row                   |
@@ -29,6 +31,8 @@
 
 mod debounce;
 mod dropout;
+mod encoder_noise;
+mod external_torque;
 mod innovation;
 mod motion;
 mod soft_stop;
@@ -45,6 +49,8 @@ use crate::link::limits::Limits;
 use crate::link::message::Missing;
 use crate::link::mode::Fault;
 use dropout::{Dropout, DropoutConfig};
+use encoder_noise::{EncoderNoise, EqualSamples};
+use external_torque::{ExternalTorque, ExternalTorqueConfig};
 use innovation::Innovation;
 use motion::{Motion, MotionLimits};
 use nalgebra::Vector2;
@@ -53,11 +59,15 @@ use stall::{Stall, StallConfig};
 use torque::{LimitedTorque, TorqueConfig, TorqueLimiter};
 
 pub(super) use debounce::Debounce;
+pub(super) use external_torque::JointBalance;
 pub use violation::Violation;
 
 /// Samples in a row with an alarm. One may be damage that its checksum did not detect: one in
 /// 256 is not detected. A servo that has switched torque off repeats its alarm.
 const ALARM_SAMPLES: u32 = 2;
+
+/// Least number of consecutive equal samples with which an encoder has stopped, at any period.
+const EQUAL_TICKS: u32 = 5;
 
 /// Inputs of the monitors in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,6 +90,8 @@ pub(super) struct MonitorInput<'a> {
     pub(super) gravity_nm: [f32; JOINTS],
     /// Whether the servo reports an alarm with which it has switched torque off.
     pub(super) is_alarmed: [bool; JOINTS],
+    /// Balance of each joint, while a controller holds the arm.
+    pub(super) balance: Option<[JointBalance; JOINTS]>,
     /// Whether the motors may be driven.
     pub(super) is_armed: bool,
 }
@@ -91,6 +103,10 @@ pub(super) struct MonitorConfig {
     dropout: DropoutConfig,
     fast_ticks: u32,
     stall: StallConfig,
+    /// Consecutive equal samples with which an encoder has stopped, where that is not learnt.
+    equal_ticks: Option<u32>,
+    period_ms: f32,
+    external: ExternalTorqueConfig,
     soft_stop: SoftStop,
     torque: TorqueConfig,
 }
@@ -100,6 +116,9 @@ checked!(MonitorConfig {
     dropout,
     fast_ticks,
     stall,
+    equal_ticks,
+    period_ms,
+    external,
     soft_stop,
     torque,
 });
@@ -110,6 +129,8 @@ pub(super) struct Monitors {
     dropout: Dropout,
     joints: [JointMonitors; JOINTS],
     torque: TorqueLimiter,
+    /// Learnt in a session of the host; no restart within it resets this.
+    noise: [EncoderNoise; JOINTS],
 }
 
 /// The monitors of one joint.
@@ -118,6 +139,8 @@ struct JointMonitors {
     innovation: Innovation,
     motion: Motion,
     stall: Stall,
+    equal: EqualSamples,
+    external: ExternalTorque,
     alarmed: Debounce,
 }
 
@@ -130,7 +153,13 @@ impl MonitorConfig {
             limits,
             dropout: DropoutConfig::new(&limits, period_us),
             fast_ticks: motion::fast_ticks(period_us),
-            stall: StallConfig::new(&limits, period_us),
+            stall: StallConfig::new(period_us),
+            equal_ticks: (limits.quiet_ms > 0).then(|| {
+                let quiet_us = u32::from(limits.quiet_ms) * 1_000;
+                debounce::ticks(quiet_us, period_us, EQUAL_TICKS)
+            }),
+            period_ms: period_us as f32 * 1e-3,
+            external: ExternalTorqueConfig::new(period_us),
             soft_stop: SoftStop::new(limits.angle_rad, period_us),
             torque: TorqueConfig::new(&limits, period_us),
         }
@@ -176,6 +205,14 @@ impl MonitorConfig {
 }
 
 impl Monitors {
+    /// The monitors at a restart: all counters at zero; the encoders' noise stays known.
+    pub(super) fn restarted(&self) -> Self {
+        Self {
+            noise: self.noise,
+            ..Self::default()
+        }
+    }
+
     /// Samples of this joint that are missing in a row.
     pub(super) fn lost_in_row(&self, joint: usize) -> u32 {
         self.dropout.in_row(joint)
@@ -194,12 +231,13 @@ impl Monitors {
     ) -> Result<(), Violation> {
         let limits = &config.limits;
         self.dropout.check(&config.dropout, limits, input.missing)?;
+        self.learn_noise(input);
         if !input.is_armed {
             return Ok(());
         }
         let [angle, speed] = [input.state.q, input.state.dq].map(<[f32; JOINTS]>::from);
         finite([angle, speed, input.torque_nm, input.gravity_nm])?;
-        for (i, joint) in self.joints.iter_mut().enumerate() {
+        for (i, (joint, noise)) in self.joints.iter_mut().zip(&self.noise).enumerate() {
             let id = i as u8;
             if let Some(counts) = input.counts[i] {
                 if joint.alarmed.count(input.is_alarmed[i], ALARM_SAMPLES) {
@@ -209,6 +247,7 @@ impl Monitors {
                     });
                 }
                 joint.innovation.check_range(limits, id, counts)?;
+                joint.check_equal(config, noise, id, counts)?;
                 let push_nm = input.torque_nm[i] - input.gravity_nm[i];
                 joint
                     .stall
@@ -226,8 +265,27 @@ impl Monitors {
                 fast_ticks: config.fast_ticks,
             };
             joint.motion.check(&motion_limits, id, angle[i], speed[i])?;
+            match &input.balance {
+                Some(balance) => {
+                    let (limit_nm, balance) = (limits.external_nm[i], &balance[i]);
+                    joint
+                        .external
+                        .check(&config.external, limit_nm, id, balance, speed[i])?;
+                }
+                None => joint.external = ExternalTorque::default(),
+            }
         }
         Ok(())
+    }
+
+    /// Learns the encoders' noise, until it is known and whenever motors are off.
+    fn learn_noise(&mut self, input: &MonitorInput<'_>) {
+        for (noise, counts) in self.noise.iter_mut().zip(input.counts) {
+            match counts {
+                Some(counts) if !(input.is_armed && noise.is_known()) => noise.take(counts),
+                Some(_) | None => noise.pause(),
+            }
+        }
     }
 
     /// Limits the demand `wanted_nm`, for an arm that will be at `state` when
@@ -260,6 +318,30 @@ impl Monitors {
         is_limited: bool,
     ) -> Result<(), Violation> {
         self.torque.pwm(&config.torque, &config.limits, is_limited)
+    }
+}
+
+impl JointMonitors {
+    /// Checks that the encoder has not stopped.
+    fn check_equal(
+        &mut self,
+        config: &MonitorConfig,
+        noise: &EncoderNoise,
+        joint: u8,
+        counts: u16,
+    ) -> Result<(), Violation> {
+        let longest = config.equal_ticks.or_else(|| noise.longest_run());
+        let longest = longest.unwrap_or(u32::MAX);
+        if self.equal.exceeds(counts, longest) {
+            let longest_ms = longest as f32 * config.period_ms;
+            return Err(Violation {
+                fault: Fault::EncoderFrozen,
+                joint: Some(joint),
+                value: longest_ms,
+                limit: longest_ms,
+            });
+        }
+        Ok(())
     }
 }
 

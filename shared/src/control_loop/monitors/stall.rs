@@ -1,13 +1,9 @@
-//! Stall monitor: a joint that does not move though it is driven, or an encoder
-//! that has stopped.
+//! Stall monitor: a joint that does not move though it is driven.
 //!
 //! A joint is stuck if it does not move under a torque that is sure to move
 //! it: well beyond gravity and friction, in one direction, for long enough. Noise is no
 //! motion, and changes every other sample where it is one count rms: so the
 //! mean over some samples is compared.
-//!
-//! An encoder whose noise is known to be visible has stopped when it reads the same
-//! count for long. This check is off by default.
 
 use super::debounce::{Debounce, ticks};
 use super::violation::Violation;
@@ -27,21 +23,16 @@ const MEAN_US: f32 = 20_000.0;
 /// Largest change of the mean without motion: a count, and noise.
 const STILL_COUNTS: f32 = 1.5;
 
-/// Least number of ticks with the same count, at any period.
-const QUIET_TICKS: u32 = 5;
-
-/// Parameters of the stall monitor, for one set of limits and one period.
+/// Parameters of the stall monitor, for one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StallConfig {
     pushed_ticks: u32,
-    same_ticks: u32,
     /// Weight of a sample in the mean.
     share: f32,
 }
 
 checked!(StallConfig {
     pushed_ticks,
-    same_ticks,
     share,
 });
 
@@ -52,8 +43,6 @@ pub(super) struct Stall(Option<StallState>);
 /// Samples of a joint since the monitor was reset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct StallState {
-    counts: u16,
-    same: Debounce,
     mean: f32,
     /// Mean at the beginning of the push.
     from: f32,
@@ -62,15 +51,10 @@ struct StallState {
 }
 
 impl StallConfig {
-    pub(super) fn new(limits: &Limits, period_us: u32) -> Self {
-        let quiet_us = u32::from(limits.quiet_ms) * 1_000;
+    pub(super) fn new(period_us: u32) -> Self {
         let period = period_us as f32;
         Self {
             pushed_ticks: ticks(STUCK_US, period_us, STUCK_TICKS),
-            same_ticks: match quiet_us {
-                0 => u32::MAX,
-                _ => ticks(quiet_us, period_us, QUIET_TICKS),
-            },
             share: period / (period + MEAN_US),
         }
     }
@@ -88,8 +72,6 @@ impl Stall {
     ) -> Result<(), Violation> {
         let (mean, is_up) = (f32::from(counts), push_nm > 0.0);
         let state = self.0.get_or_insert(StallState {
-            counts,
-            same: Debounce::default(),
             mean,
             from: mean,
             is_up,
@@ -104,21 +86,15 @@ impl Stall {
         let is_stuck = state
             .pushed
             .count(is_same_push && is_still, config.pushed_ticks);
-        let is_quiet = state.same.count(counts == state.counts, config.same_ticks);
-        state.counts = counts;
-        let (value, limit) = if is_stuck {
-            (push_nm.abs(), limits.stuck_nm)
-        } else if is_quiet {
-            (limits.quiet_ms.into(), limits.quiet_ms.into())
-        } else {
-            return Ok(());
-        };
-        Err(Violation {
-            fault: Fault::Stuck,
-            joint: Some(joint),
-            value,
-            limit,
-        })
+        if is_stuck {
+            return Err(Violation {
+                fault: Fault::Stuck,
+                joint: Some(joint),
+                value: push_nm.abs(),
+                limit: limits.stuck_nm,
+            });
+        }
+        Ok(())
     }
 }
 
@@ -132,7 +108,7 @@ mod tests {
         period_us: u32,
         mut seen: impl FnMut(u32) -> (u16, f32),
     ) -> Option<u32> {
-        let (config, mut stall) = (StallConfig::new(limits, period_us), Stall::default());
+        let (config, mut stall) = (StallConfig::new(period_us), Stall::default());
         (1..2_000_000 / period_us).find(|tick| {
             let (counts, push_nm) = seen(*tick);
             stall
@@ -176,18 +152,5 @@ mod tests {
             ((0.5 * 13.0 * t * t / 0.005118) as u16, 0.41)
         };
         assert_eq!(until(&limits, 1_000, turned), None);
-    }
-
-    #[test]
-    fn an_encoder_that_says_the_very_same_count_has_stopped_if_that_is_asked() {
-        let watched = Limits {
-            quiet_ms: 300,
-            ..Limits::default()
-        };
-        assert_eq!(until(&Limits::default(), 1_000, |_| (512, 0.1)), None);
-        assert_eq!(until(&watched, 1_000, |_| (512, 0.1)), Some(300));
-        assert_eq!(until(&watched, 100_000, |_| (512, 0.1)), Some(5));
-        let rare_noise = |tick| (512 + u16::from(tick % 299 == 0), 0.1);
-        assert_eq!(until(&watched, 1_000, rare_noise), None);
     }
 }

@@ -25,7 +25,7 @@ const fn at_most(bound: f32) -> Range {
     Range::above_0_to(bound as f64)
 }
 
-pub(super) const LIMITS: [Parameter; 21] = limits! {
+pub(super) const LIMITS: [Parameter; 22] = limits! {
     pair each angle_rad "rad"
         "Joint angles beyond which torque goes off. The arm is braked before."
         at_most(hard::ANGLE_RAD);
@@ -70,9 +70,13 @@ pub(super) const LIMITS: [Parameter; 21] = limits! {
         "Torque, beyond gravity, that is sure to move a joint."
         at_most(hard::STUCK_NM);
     number one quiet_ms "ms"
-        "How long an encoder may read the very same count with torque on; 0: no limit. Only for \
-         encoders whose noise is known to show."
+        "How long an encoder may repeat one count with torque on; 0: as long as the noise allows \
+         that the board has learnt of it."
         Range::whole(0, u16::MAX as u32);
+    pair each external_nm "N m"
+        "Torque on a joint that the model does not explain, for a second while a controller \
+         holds the arm."
+        at_most(hard::TORQUE_NM);
     number one hold_ms "ms"
         "Silence of the host after which the arm is braked and held; at most `limits.silence_ms`."
         Range::whole(0, SILENCE_MS);

@@ -20,6 +20,7 @@ fn seen(state: &State<f32>) -> MonitorInput<'_> {
         torque_nm: [0.05; 2],
         gravity_nm: [0.0; 2],
         is_alarmed: [false; 2],
+        balance: None,
         is_armed: true,
     }
 }
