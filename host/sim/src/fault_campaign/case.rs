@@ -33,7 +33,9 @@ const OBSERVED_TICKS: u64 = 600;
 /// Bytes of a stop sequence, and of the rest of a packet that a servo waits for.
 const STOP_BYTES: u64 = 270;
 const REST_BYTES: u64 = 254;
-/// Ticks until each servo's temperature has been read.
+/// Time in µs, and ticks beside it, until each servo's temperature has been read: there may be
+/// no slot for it for a second.
+const POLL_US: u64 = 1_500_000;
 const POLL_TICKS: u64 = 70;
 /// Distance in rad of obstacles from where the arm begins.
 const OBSTACLE_RAD: f64 = 0.05;
@@ -224,7 +226,7 @@ impl Case {
 
     /// Time in µs until each servo's temperature has been read.
     pub(super) fn poll_us(&self) -> u64 {
-        POLL_TICKS * u64::from(self.set_up.period_us)
+        POLL_US + POLL_TICKS * u64::from(self.set_up.period_us)
     }
 
     /// Longest time in µs from a fault to motors off, where the bus carries packets: 20 ms.

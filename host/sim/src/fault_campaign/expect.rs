@@ -22,7 +22,7 @@ pub const STOP_US: u64 = 20_000;
 
 /// Kinds that boards do not detect yet, or not always: their wrong names and the harm that
 /// they do are counted apart. A guard takes its kind off this list.
-pub(super) const UNGUARDED: [Kind; 10] = [
+pub(super) const UNGUARDED: [Kind; 11] = [
     Kind::SecondMaster,
     Kind::SwappedFirst,
     Kind::Frozen,
@@ -32,6 +32,7 @@ pub(super) const UNGUARDED: [Kind; 10] = [
     Kind::TorqueOffset,
     Kind::CalibrationScale,
     Kind::CalibrationZero,
+    Kind::CalibrationDirection,
     Kind::FlashRot,
 ];
 

@@ -311,7 +311,8 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
 
     /// Clears the fault, and checks that the board becomes idle, as one without a fault must.
     fn clear(&mut self) {
-        let is_cleared = self.fault.is_some() && self.case.is_cleared;
+        // A board that has restarted has no fault any more.
+        let is_cleared = matches!(self.mode, Mode::Fault(_)) && self.case.is_cleared;
         if is_cleared {
             let now_us = self.fixture.now_us();
             self.trace
