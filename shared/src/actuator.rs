@@ -117,6 +117,28 @@ pub struct Command<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotFinite;
 
+/// Largest distance of an encoder count from its middle: the first beyond 1.5 rad, the hard
+/// bound of a joint angle, at 300/1023 degree a count. Calibration does not move it.
+pub const COUNTS_FROM_MIDDLE: u16 = 294;
+
+/// Encoder count in the middle of the 0..=1023 over 300 degree.
+pub const MIDDLE_COUNT: u16 = 512;
+
+/// Bounds of a calibration: what an AX-12A can be.
+pub mod bounds {
+    /// Distance of the zero from [`MIDDLE_COUNT`](super::MIDDLE_COUNT), in counts: half a
+    /// radian. The horn's spline allows 15, a bracket some more; a servo mounted further off
+    /// would not reach either side.
+    pub const ZERO_OFF_COUNTS: f64 = 100.0;
+    /// Angle of a count in rad: 300/1023 degree, and a tenth either way.
+    pub const RAD_PER_COUNT: [f64; 2] = [0.0046, 0.0057];
+    /// PWM counts per N m: 834 by equation (5); a third and three times that, for supplies of
+    /// 9 to 12 V and worn motors.
+    pub const GAIN_COUNTS_PER_NM: [f64; 2] = [278.0, 2_502.0];
+    /// PWM counts above off without torque: ten times that of equation (5), either way.
+    pub const OFFSET_COUNTS: f64 = 150.0;
+}
+
 /// Calibration of one joint's servo.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 pub struct Joint<T> {
@@ -158,14 +180,26 @@ impl<T: Real> Joint<T> {
         }
     }
 
-    /// Whether this can be a servo: its zero on the encoder, a count a fraction
-    /// of a turn, and a PWM that gives some torque. NaN never can.
+    /// Whether this can be an AX-12A, see [`bounds`]. NaN never can.
     pub fn is_valid(&self) -> bool {
-        let within = |x: T, low: f64, high: f64| x >= T::lit(low) && x <= T::lit(high);
-        within(self.zero_count, 0.0, 1023.0)
-            && within(self.rad_per_count, 1e-4, 0.1)
-            && within(self.gain_counts_per_nm, 10.0, 1e5)
-            && within(self.offset_counts, -500.0, 500.0)
+        let within = |x: T, [low, high]: [f64; 2]| x >= T::lit(low) && x <= T::lit(high);
+        let zero_off = self.zero_count - T::from_count(MIDDLE_COUNT);
+        within(
+            zero_off,
+            [-bounds::ZERO_OFF_COUNTS, bounds::ZERO_OFF_COUNTS],
+        ) && within(self.rad_per_count, bounds::RAD_PER_COUNT)
+            && within(self.gain_counts_per_nm, bounds::GAIN_COUNTS_PER_NM)
+            && within(
+                self.offset_counts,
+                [-bounds::OFFSET_COUNTS, bounds::OFFSET_COUNTS],
+            )
+    }
+
+    /// Largest joint angle in rad, the same either way, at which the count is within
+    /// [`COUNTS_FROM_MIDDLE`].
+    pub fn reach_rad(&self) -> T {
+        let zero_off = (self.zero_count - T::from_count(MIDDLE_COUNT)).abs();
+        (T::from_count(COUNTS_FROM_MIDDLE) - zero_off) * self.rad_per_count
     }
 
     /// Joint angle in rad at an encoder count.

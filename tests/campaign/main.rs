@@ -4,8 +4,10 @@
 //! `cargo test -p armbridge-tests --test campaign`, after `cargo build` for [`paper`].
 
 mod arms;
+mod endurance;
 mod faults;
 mod kill;
+mod mutated_logs;
 mod paper;
 mod replay;
 mod streams;

@@ -4,7 +4,7 @@
 //! take, and nothing else.
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
-use armbridge_client::endpoint::Endpoint;
+use armbridge_client::endpoint::{Endpoint, Exposure};
 use armbridge_client::tcp_pump;
 use armbridge_shared::actuator::Pwm;
 use armbridge_shared::estimate::Config;
@@ -192,7 +192,7 @@ fn the_stop_switch_is_heeded() {
 #[ignore = "needs QEMU and the firmware image: run `cargo verify`"]
 fn another_program_can_have_the_link() {
     let any_port: Endpoint = "tcp://127.0.0.1:0".parse().unwrap();
-    let (listener, at) = any_port.listen().unwrap();
+    let (listener, at) = any_port.listen(Exposure::Loopback).unwrap();
     let (done, is_done) = std::sync::mpsc::channel();
     let board = std::thread::spawn(move || {
         let mut run = Cosim::new(

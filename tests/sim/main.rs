@@ -2,8 +2,10 @@
 //!
 //! A module a subject: `cargo test -p armbridge-tests --test sim torque_off::`.
 
+mod calibration;
 mod closed_loop;
 mod control;
+mod endurance;
 mod experiments;
 mod fault_campaign;
 mod gateway;

@@ -48,7 +48,7 @@ fn pushed(received: &Received) -> (f32, bool) {
 fn what_is_saved_is_in_force_after_a_reset() {
     let mut flash = blank_flash();
     let received = live(&mut flash, [configure(2_000), limit(0.1), SAVE]);
-    assert_eq!(received.settings, Some(SettingsFrom::Default));
+    assert_eq!(received.settings, Some(SettingsFrom::Saved));
     assert_eq!(received.answers, [Ok(()); 3]);
 
     let received = live(&mut flash, PUSH);
@@ -78,36 +78,45 @@ fn nothing_is_written_while_armed() {
     assert_eq!(flash.0, blank_flash().0);
 }
 
+/// Each byte of a flash with one saved record, with a bit turned: the board has the saved
+/// settings, or refuses to arm until those in force are confirmed.
 #[test]
-fn damaged_settings_are_reported_and_not_used() {
+fn damaged_settings_are_reported_and_not_armed_with() {
     let mut flash = blank_flash();
     live(&mut flash, [configure(2_000), limit(0.1), SAVE]);
     let sound = flash.clone();
     let written = flash.0.iter().rposition(|byte| *byte != 0xFF).unwrap();
     let mut damaged = 0;
-    for at in (0..=written).step_by(29) {
+    for at in 0..=written {
         flash.clone_from(&sound);
-        flash.0[at] ^= 0x11;
+        flash.0[at] ^= 1 << (at % 8);
         let received = live(&mut flash, PUSH);
-        // A few bits belong to nothing that counts: of the marks of page and
-        // receipt.
+        // Some bits belong to nothing that counts: of the marks of page and receipt.
         if received.settings == Some(SettingsFrom::Saved) {
+            let (greatest_nm, is_limited) = pushed(&received);
+            assert!(is_limited && greatest_nm < 0.11, "byte {at}: {greatest_nm}");
             assert_eq!(period_us(&received), 2_000, "byte {at}");
             continue;
         }
         assert_eq!(received.settings, Some(SettingsFrom::Damaged), "byte {at}");
-        assert_eq!(period_us(&received), 1_000, "byte {at}");
-        let (greatest_nm, is_limited) = pushed(&received);
-        assert!(
-            !is_limited && (greatest_nm - TORQUE_NM).abs() < 0.01,
-            "{greatest_nm}"
-        );
+        let refused = [Err(Refusal::SettingsLost), Err(Refusal::Disarmed)];
+        assert_eq!(received.answers, refused, "byte {at}");
+        let is_driven = |record: &Record| record.mode.is_armed();
+        assert!(!received.records.iter().any(is_driven), "byte {at}");
         damaged += 1;
-        // It can be saved to again.
-        live(&mut flash, [limit(0.3), SAVE]);
-        assert_eq!(live(&mut flash, []).settings, Some(SettingsFrom::Saved));
     }
-    assert!(damaged >= 7, "{damaged}");
+    assert!(damaged > 200, "{damaged} of {}", written + 1);
+
+    // A save confirms the settings in force, now and after a reset.
+    flash.0[written / 2] ^= 0x11;
+    let confirmed = [limit(0.1), SAVE].into_iter().chain(PUSH);
+    let received = live(&mut flash, confirmed);
+    assert_eq!(received.answers, [Ok(()); 4]);
+    let received = live(&mut flash, PUSH);
+    assert_eq!(
+        (received.settings, received.answers.as_slice()),
+        (Some(SettingsFrom::Saved), [Ok(()); 2].as_slice())
+    );
 }
 
 #[test]

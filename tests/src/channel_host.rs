@@ -20,6 +20,10 @@ pub struct Received {
     pub records: u64,
     /// Mode of the last record.
     pub mode: Option<Mode>,
+    /// Time of the last record by the board's clock, in µs.
+    pub board_us: u64,
+    /// Time of the first record of a fault by the board's clock, in µs.
+    pub stopped_us: u64,
     /// Times that the link broke.
     pub partings: u32,
     /// Frames lost.
@@ -39,6 +43,10 @@ impl Tap for Watcher {
                 EventKind::Received(_, ToHost::Record(record)) => {
                     received.records += 1;
                     received.mode = Some(record.mode);
+                    received.board_us = record.start_us;
+                    if received.stopped_us == 0 && matches!(record.mode, Mode::Fault(_)) {
+                        received.stopped_us = record.start_us;
+                    }
                     received.was_armed_after |= received.partings > 0 && record.mode.is_armed();
                 }
                 EventKind::Lost(_, frames) => received.lost += u64::from(frames),

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use armbridge_client::endpoint::Exposure;
 use armbridge_client::transport::LinkUri;
 use armbridge_shared::bridge::Channels;
 use armbridge_shared::link::message::{BoardReport, End, LastEnd, Mode};
@@ -26,6 +27,8 @@ pub struct Seen {
     pub mode: Mode,
     /// In force in the servos.
     pub pwm: [u16; 2],
+    /// Simulated time, in µs.
+    pub now_us: u64,
 }
 
 /// A served board.
@@ -46,10 +49,11 @@ impl Served {
 
     /// The same with an arm of its own.
     pub fn with_arm(name: &str, arm: &PlantConfig) -> Self {
-        let (host, link) = LinkServer::offer(&name.parse().unwrap()).unwrap();
+        let (host, link) = LinkServer::offer(&name.parse().unwrap(), Exposure::Loopback).unwrap();
         let seen = Arc::new(Mutex::new(Seen {
             mode: Mode::Boot,
             pwm: OFF,
+            now_us: 0,
         }));
         let (is_over, is_reset_due) = (Arc::default(), Arc::default());
         let thread = {
@@ -131,6 +135,7 @@ fn serve(
         *seen.lock().unwrap() = Seen {
             mode: run.board.mode(),
             pwm: [run.bench.applied_pwm(0), run.bench.applied_pwm(1)],
+            now_us: run.now_us(),
         };
     }
 }

@@ -58,13 +58,17 @@ pub fn serve(servos: &[(Kind, u8)], echo: bool) -> Served {
         .collect();
     std::thread::spawn(move || {
         let mut bench = bench(&servos);
+        let mut next = None;
         loop {
-            let (stream, _) = bench.accept(&listener).unwrap();
+            let (stream, _) = match next.take() {
+                Some(next) => next,
+                None => bench.accept(&listener).unwrap(),
+            };
             if matches!(stream.peek(&mut [0]), Ok(0)) {
                 return;
             }
             // A connection that is closed early is skipped.
-            let _ = bench.serve(stream.try_clone().unwrap(), stream, || None, echo);
+            next = bench.serve_socket(&stream, &listener, echo).unwrap_or(None);
         }
     });
     Served(at)

@@ -7,6 +7,7 @@
 use armbridge_firmware::board::feather_f405::bus::{BusLine, Direction};
 use armbridge_firmware::board::feather_f405::crash::reset_cause;
 use armbridge_firmware::board::feather_f405::flash::Sectors;
+use armbridge_firmware::board::feather_f405::supply::SupplyPin;
 use armbridge_firmware::board::feather_f405::time::{self, Board};
 use armbridge_firmware::board::feather_f405::usb::{
     Changes, FromSerial, FromUsb, Ports, ToSerial, ToUsb,
@@ -95,7 +96,8 @@ fn start(thread: Spawner) {
     let board = Board::new(watchdog, Input::new(chip.PB8, Pull::Up));
     let watch = tick_end.watch();
     let bridge = build(tick_end, &settings);
-    spawner.spawn(tick(bridge, watch, board).expect("spawned once"));
+    let supply = SupplyPin::take();
+    spawner.spawn(tick(bridge, watch, board, supply).expect("spawned once"));
 
     let Ports {
         device,
@@ -135,8 +137,13 @@ fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBrid
 }
 
 #[embassy_executor::task]
-async fn tick(bridge: &'static mut BoardBridge, watch: QueueWatch<'static>, board: Board) -> ! {
-    tasks::real_time(bridge, watch, board, &SIGNALS).await
+async fn tick(
+    bridge: &'static mut BoardBridge,
+    watch: QueueWatch<'static>,
+    board: Board,
+    supply: SupplyPin,
+) -> ! {
+    tasks::real_time(bridge, watch, board, supply, &SIGNALS).await
 }
 
 #[embassy_executor::task]

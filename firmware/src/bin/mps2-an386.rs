@@ -10,6 +10,7 @@ use armbridge_firmware::board::mps2_an386::interrupt::{self, Irq, REST, TICK};
 use armbridge_firmware::board::mps2_an386::link::{NoChanges, Stream};
 use armbridge_firmware::board::mps2_an386::real_time::{self, Board};
 use armbridge_firmware::board::mps2_an386::semihosting::Arguments;
+use armbridge_firmware::board::mps2_an386::supply::SupplyPin;
 use armbridge_firmware::board::mps2_an386::{
     BUS, CLIENT, LINK, clock, fault_injection, lockstep, stack_guard, watchdog,
 };
@@ -121,7 +122,7 @@ fn build(end: BridgeEnd<'static>, settings: &Settings) -> &'static mut BoardBrid
 
 #[embassy_executor::task]
 async fn tick(bridge: &'static mut BoardBridge, watch: QueueWatch<'static>) -> ! {
-    tasks::real_time(bridge, watch, Board, &SIGNALS).await
+    tasks::real_time(bridge, watch, Board, SupplyPin::take(), &SIGNALS).await
 }
 
 #[embassy_executor::task]

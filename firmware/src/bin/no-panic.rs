@@ -312,7 +312,13 @@ fn poll_repeatedly<T>(future: impl Future<Output = T>) {
 fn tick(end: BridgeEnd<'_>) {
     let watch = end.watch();
     if let Ok(mut bridge) = Bridge::new(Port(Bus), Direction, end, any(), &any()) {
-        poll_repeatedly(tasks::real_time(&mut bridge, watch, Outside, &SIGNALS));
+        poll_repeatedly(tasks::real_time(
+            &mut bridge,
+            watch,
+            Outside,
+            Direction,
+            &SIGNALS,
+        ));
     }
 }
 

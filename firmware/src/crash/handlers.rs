@@ -28,12 +28,13 @@ pub fn stop_first() {
     stop::send_first(&mut board::polled_bus(), before);
 }
 
-/// Switches motors off first; then writes a record and a line in the log, and resets.
-/// A second entry means that this failed: after the reset the program stops the motors,
+/// Cuts the servos' supply and switches motors off first; then writes a record and a line in
+/// the log, and resets. A second entry means that this failed: after the reset the program stops the motors,
 /// and the first failure is reported, if its record was written.
 fn stop_and_reset(cause: impl FnOnce() -> LastEnd, log: impl FnOnce(LastEnd)) -> ! {
     cortex_m::interrupt::disable();
     let earlier = CRASHES.fetch_add(1, Ordering::Relaxed);
+    board::cut_supply();
     if earlier == 0 {
         board::feed_watchdog();
         stop::send(&mut board::polled_bus(), memory::baud());

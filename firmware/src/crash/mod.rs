@@ -1,13 +1,13 @@
 //! Crash handling: motors off, a record of the cause, and a reset.
 //!
-//! A servo obeys its last PWM for ever, so a program that fails first sends
-//! the [stop sequence](crate::stop), by polling. Then it records the cause
-//! ([`memory`]), and resets the processor. A failure in between
+//! A servo obeys its last PWM for ever, so a program that fails first sets the output for
+//! the servos' supply low, and sends the [stop sequence](crate::stop), by polling. Then it
+//! records the cause ([`memory`]), and resets the processor. A failure in between
 //! is a reset too, and the first action of the program after any reset is the
 //! stop sequence again.
 //!
 //! ```text
-//!  panic ---------+
+//!  panic ---------+   supply off,
 //!  hard fault ----+--> stop sequence --> record --> log --> reset --+
 //!  watchdog's NMI-+     |                                           |
 //!    (emulator)         | on a failure: reset at once, or           |
@@ -44,7 +44,11 @@
 //!
 //! While the supply is too low and while a reset lasts nothing can be sent, and a
 //! servo that still has power obeys its last command. Only a switch in the servos'
-//! supply prevents that.
+//! supply prevents that: a relay at that output, which opens in all of these cases, or one
+//! within reach.
+//!
+//! The supply is cut before the sequence, which needs 7 ms and a servo that listens. The
+//! sequence is sent all the same: a contact opens after some ms, and there may be none.
 //!
 //! | module     | content                                                  |
 //! |------------|----------------------------------------------------------|
@@ -52,8 +56,8 @@
 //! | [`record`] | the end of the program, as words in that memory          |
 //! | [`frame`]  | exception frame on the stack                             |
 //!
-//! A board adds a bus line for polling, its watchdog, the cause of the reset, and the
-//! reset itself.
+//! A board adds a bus line for polling, the output for the supply, its watchdog, the cause of
+//! the reset, and the reset itself.
 
 pub mod frame;
 #[cfg(feature = "board")]

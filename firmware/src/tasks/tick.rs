@@ -1,7 +1,9 @@
-//! The real-time loop: the stop switch, the tick, and feeding of the watchdog.
+//! The real-time loop: the stop switch, the tick, the servos' supply, and feeding of the
+//! watchdog.
 
 use super::signals::Signals;
 use crate::crash::memory;
+use armbridge_shared::bridge::supply::SupplyPermission;
 use armbridge_shared::bridge::{Bridge, Progress, QueueWatch};
 use armbridge_shared::link::message::StopSource;
 use armbridge_shared::servo::port::SetBaud;
@@ -34,27 +36,37 @@ pub trait RealTime {
     fn is_stop_pressed(&mut self) -> bool;
 }
 
-/// Runs the tick, for ever. `watch` is that of the bridge's end of the queues.
+/// Runs the tick, for ever. `watch` is that of the bridge's end of the queues; `supply` is high
+/// while servos may have power.
 ///
 /// The bridge is borrowed: a future stores an argument twice, as argument and as
 /// variable, and the bridge would be built on the stack first.
-pub async fn real_time<S, D, B>(
+pub async fn real_time<S, D, B, P>(
     bridge: &mut Bridge<'_, S, D>,
     mut watch: QueueWatch<'_>,
     mut board: B,
+    mut supply: P,
     signals: &Signals,
 ) -> !
 where
     S: serial::Read<u8> + serial::Write<u8> + SetBaud,
     D: OutputPin,
     B: RealTime,
+    P: OutputPin<Error = Infallible>,
 {
     let mut mode = None;
     loop {
-        if board.is_stop_pressed() {
+        let is_stop_pressed = board.is_stop_pressed();
+        if is_stop_pressed {
             bridge.emergency_stop(StopSource::Pin);
         }
         let progress = poll(bridge, board.now_us());
+        // A fault that the host clears while the switch is open is back in the next iteration.
+        let permission = match bridge.supply() {
+            SupplyPermission::On if !is_stop_pressed => SupplyPermission::On,
+            _ => SupplyPermission::Off,
+        };
+        let Ok(()) = supply.set_state(permission.into());
         memory::set_tick(bridge.tick());
         match progress {
             // Torque is off and the bus makes progress: counts as a good tick.
@@ -125,6 +137,7 @@ mod tests {
     use super::*;
     use armbridge_shared::bridge::Channels;
     use armbridge_shared::link::message::{Fault, Mode, Settings};
+    use core::cell::Cell;
     use embassy_futures::poll_once;
 
     /// A bus without servos: it takes every byte and returns none.
@@ -168,6 +181,25 @@ mod tests {
         }
     }
 
+    /// An output, and what it was set to last.
+    struct Output<'a>(&'a Cell<Option<bool>>);
+
+    impl embedded_hal::digital::ErrorType for Output<'_> {
+        type Error = Infallible;
+    }
+
+    impl OutputPin for Output<'_> {
+        fn set_low(&mut self) -> Result<(), Infallible> {
+            self.0.set(Some(false));
+            Ok(())
+        }
+
+        fn set_high(&mut self) -> Result<(), Infallible> {
+            self.0.set(Some(true));
+            Ok(())
+        }
+    }
+
     /// Time that stands still; the switch is pressed or not.
     struct Switch(bool);
 
@@ -207,8 +239,16 @@ mod tests {
                 panic!("the default settings have no controller");
             };
             let signals = Signals::new();
-            let _ = poll_once(real_time(&mut bridge, watch, Switch(is_pressed), &signals));
+            let is_powered = Cell::new(None);
+            let _ = poll_once(real_time(
+                &mut bridge,
+                watch,
+                Switch(is_pressed),
+                Output(&is_powered),
+                &signals,
+            ));
             assert_eq!(signals.mode.try_take(), Some(mode));
+            assert_eq!(is_powered.get(), Some(!is_pressed));
         }
     }
 }

@@ -326,6 +326,11 @@ impl<K: RecordSink> Host for PlanRunner<K> {
         matches!(self.phase, Phase::Over)
     }
 
+    fn emergency_stop(&mut self, now_us: u64) -> bool {
+        self.session.request(now_us, Request::Stop);
+        true
+    }
+
     fn disconnected(&mut self, now_us: u64) {
         self.session.disconnected();
         match self.phase {

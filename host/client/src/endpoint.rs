@@ -24,6 +24,12 @@ pub enum EndpointError {
     Address(String),
 }
 
+impl From<SocketAddr> for Endpoint {
+    fn from(address: SocketAddr) -> Self {
+        Self(address)
+    }
+}
+
 impl FromStr for Endpoint {
     type Err = EndpointError;
 
@@ -45,9 +51,39 @@ impl fmt::Display for Endpoint {
     }
 }
 
+/// Who may reach a listener.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exposure {
+    /// Programs of this machine.
+    Loopback,
+    /// Any host of the network.
+    Network,
+}
+
+impl Exposure {
+    /// Refuses an address that others can reach.
+    ///
+    /// # Errors
+    /// If it is not a loopback address, and this is [`Exposure::Loopback`].
+    pub fn check(self, address: SocketAddr) -> Result<(), OpenError> {
+        match self {
+            Self::Loopback if !address.ip().to_canonical().is_loopback() => {
+                Err(OpenError::Exposed(address))
+            }
+            Self::Loopback | Self::Network => Ok(()),
+        }
+    }
+}
+
 /// Reason for which an endpoint cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
+    /// It is not to be reached from the network.
+    #[error(
+        "any host of the network could command the arm at {0}: listen on 127.0.0.1, or add --expose \
+         if that is meant"
+    )]
+    Exposed(SocketAddr),
     /// The address cannot be reached.
     #[error("cannot connect to {0}: {1}; is the other side listening?")]
     Connect(Endpoint, io::Error),
@@ -73,8 +109,9 @@ impl Endpoint {
     /// Listens on it; also returns the actual address, in case the port was 0.
     ///
     /// # Errors
-    /// If the port is in use, or reserved.
-    pub fn listen(&self) -> Result<(TcpListener, Self), OpenError> {
+    /// If more can reach it than `exposure` allows, or the port is in use or reserved.
+    pub fn listen(&self, exposure: Exposure) -> Result<(TcpListener, Self), OpenError> {
+        exposure.check(self.0)?;
         TcpListener::bind(self.0)
             .and_then(|listener| Ok((listener.local_addr()?, listener)))
             .map(|(at, listener)| (listener, Self(at)))
@@ -108,13 +145,38 @@ mod tests {
         let (listener, at) = "tcp://127.0.0.1:0"
             .parse::<Endpoint>()
             .unwrap()
-            .listen()
+            .listen(Exposure::Loopback)
             .unwrap();
-        let error = at.listen().unwrap_err().to_string();
+        let error = at.listen(Exposure::Loopback).unwrap_err().to_string();
         assert!(
             error.contains(&at.to_string()) && error.contains("taken"),
             "{error}"
         );
         drop(listener);
+    }
+
+    #[test]
+    fn the_network_is_listened_to_only_on_request() {
+        for (name, is_refused) in [
+            ("tcp://0.0.0.0:0", true),
+            ("tcp://[::]:0", true),
+            ("tcp://192.0.2.1:0", true),
+            ("tcp://127.0.0.1:0", false),
+            ("tcp://127.9.9.9:0", false),
+            ("tcp://[::1]:0", false),
+            ("tcp://[::ffff:127.0.0.1]:0", false),
+        ] {
+            let Endpoint(address) = name.parse().unwrap();
+            let refused = Exposure::Loopback.check(address);
+            assert_eq!(refused.is_err(), is_refused, "{name}");
+            assert!(Exposure::Network.check(address).is_ok());
+            if let Err(error) = refused {
+                let error = error.to_string();
+                assert!(
+                    error.contains("--expose") && !error.contains('\n'),
+                    "{error}"
+                );
+            }
+        }
     }
 }

@@ -29,6 +29,13 @@ pub trait Host {
     /// Whether there is nothing left to do.
     fn is_done(&self) -> bool;
 
+    /// Another process asks for an emergency stop: true if the host sends it, with its next
+    /// bytes. Otherwise the driver of the link sends it, out of the order of the host's
+    /// frames.
+    fn emergency_stop(&mut self, _now_us: u64) -> bool {
+        false
+    }
+
     /// Notifies the host that the connection broke; later bytes belong to another one.
     fn disconnected(&mut self, _now_us: u64) {}
 }

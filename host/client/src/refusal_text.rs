@@ -12,17 +12,29 @@ pub fn in_words(refusal: Refusal) -> String {
         Refusal::NotOff => "its motors are not yet seen to be off; try again in a moment".into(),
         Refusal::NotReady => "its servos are not ready; check their power and ids".into(),
         Refusal::Disarmed => "it is not armed; arm it first".into(),
-        Refusal::OtherSession => "it has been reset since; say hello and arm it again".into(),
+        Refusal::OtherSession => {
+            "it has been reset since, or another host commands it; say hello and arm it again"
+                .into()
+        }
         Refusal::Stale => "it is older than one that was obeyed; send it again".into(),
         Refusal::NotSaved => {
             "the settings could not be kept; reset the board, which makes room, and save again"
                 .into()
         }
         Refusal::NotIdle => {
-            "the period can only change, and servos be released, with torque off, and the set-up \
-             not while an experiment runs; switch off first"
+            "period and calibration can only change, and servos be released, with torque off, and \
+             the set-up not while an experiment runs; switch off first"
                 .into()
         }
+        Refusal::SettingsLost => {
+            "saved settings are lost, and others are in force (`armbridge status` shows which); \
+             look at them with `armbridge params`, and confirm them with `armbridge params --save`"
+                .into()
+        }
+        Refusal::Hot { joint } => format!(
+            "the servo of joint {} is too hot, or has not cooled since its fault; wait",
+            joint + 1
+        ),
         Refusal::Unprepared => {
             "stock servos take no torque before they are set to wheel mode; prepare them first"
                 .into()

@@ -136,7 +136,7 @@ impl Envelope {
         let base_ns = i128::from(host_base) - i128::from(board_base) * 1_000;
         Some(Line {
             offset_ns: (base_ns + (at_base_ns + slope * last.board_ns) as i128) as i64,
-            at_board_us: board_base + (last.board_ns / 1e3) as u64,
+            at_board_us: board_base.saturating_add((last.board_ns / 1e3) as u64),
             drift_ppm: slope * 1e6,
             residual_us: above[above.len() / 2] / 1e3,
             residual_most_us: above[above.len() - 1] / 1e3,

@@ -47,8 +47,8 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
             "absent",
             Severity::Warning,
             format!(
-                "servo {} does not answer: {}",
-                joint + 1,
+                "{} does not answer: {}",
+                servo(*joint),
                 missing_reply(*missing)
             ),
         ),
@@ -65,7 +65,7 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
         ToHost::Unprepared { joint } => (
             "unprepared",
             Severity::Error,
-            format!("servo {} does not take what it must be set to", joint + 1),
+            format!("{} does not take what it must be set to", servo(*joint)),
         ),
         ToHost::Passthrough => (
             "passthrough",
@@ -107,7 +107,7 @@ pub fn describe(message: &ToHost) -> (&'static str, Severity, String) {
         ToHost::Temperature { joint, value } => (
             "temperature",
             Severity::Debug,
-            format!("temperature of servo {}: {value}", joint + 1),
+            format!("temperature of {}: {value}", servo(*joint)),
         ),
         ToHost::Record(record) => ("record", Severity::Debug, format!("tick {}", record.tick)),
     }
@@ -158,7 +158,7 @@ fn board(report: &BoardReport) -> String {
         SettingsFrom::Default => "default settings",
         SettingsFrom::Saved => "saved settings",
         SettingsFrom::Damaged => "default settings, the saved are damaged",
-        SettingsFrom::OtherVersion => "default settings, the saved are of another version",
+        SettingsFrom::OtherVersion { .. } => "settings of another version, some of them lost",
         SettingsFrom::Refused => "default settings, the saved are beyond bounds",
         SettingsFrom::Unreadable => "default settings, the memory cannot be read",
     };
@@ -209,4 +209,9 @@ pub(super) fn mode(mode: Mode) -> (Severity, String) {
             (Severity::Info, format!("{name}: {meaning}"))
         }
     }
+}
+
+/// A joint's servo. The joint may be any number of a damaged message.
+fn servo(joint: u8) -> String {
+    format!("servo {}", u16::from(joint) + 1)
 }

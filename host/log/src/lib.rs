@@ -35,6 +35,7 @@ pub mod event_text;
 pub mod export;
 mod fsync_thread;
 pub mod inspect;
+mod limits;
 pub mod log_path;
 mod mcap_file;
 pub mod metadata;

@@ -13,12 +13,14 @@
 
 use std::collections::VecDeque;
 use std::io;
+use std::ops::Range;
 use std::path::Path;
 
 use armbridge_client::event::{Direction, Event, EventKind, LinkDecoder};
 use mcap::records::{Record, op};
 
-use super::records::{Next, Records};
+use super::limits::RECORD_BYTES;
+use super::records::{Next, Records, parse};
 
 /// Media type of the attachments.
 pub const MEDIA_TYPE: &str = "application/x-armbridge-link";
@@ -132,11 +134,18 @@ pub(super) fn decode(decoder: &mut LinkDecoder, piece: Piece<'_>, mut on_event: 
     }
 }
 
+/// Bytes that are decoded at once: two of them may make an event, which is much larger.
+const SLICE: usize = 4096;
+
 /// Events of a log, decoded again from its raw bytes.
 #[derive(Debug)]
 pub struct RawEvents {
     records: Records,
-    body: Vec<u8>,
+    record: Vec<u8>,
+    /// Pieces of the present attachment.
+    framed: Range<usize>,
+    /// Bytes of the present piece, with its kind and time.
+    piece: Option<(PieceKind, u64, Range<usize>)>,
     decoder: LinkDecoder,
     events: VecDeque<Event>,
 }
@@ -145,14 +154,45 @@ impl RawEvents {
     pub(super) fn open(path: &Path) -> io::Result<Option<Self>> {
         Ok(Records::open(path)?.map(|records| Self {
             records,
-            body: Vec::new(),
+            record: Vec::new(),
+            framed: 0..0,
+            piece: None,
             decoder: LinkDecoder::default(),
             events: VecDeque::new(),
         }))
     }
 
-    /// Decodes the next attachment; `false` at the end.
+    /// Decodes the next bytes; `false` at the end.
     fn decode_next(&mut self) -> Result<bool, Damaged> {
+        if let Some((kind, host_ns, range)) = self.piece.take() {
+            let end = range.end.min(range.start + SLICE);
+            let bytes = self.record.get(range.start..end).unwrap_or_default();
+            let piece = Piece {
+                host_ns,
+                kind,
+                bytes,
+            };
+            decode(&mut self.decoder, piece, |event| {
+                self.events.push_back(event);
+            });
+            self.piece = (end < range.end).then_some((kind, host_ns, end..range.end));
+            return Ok(true);
+        }
+        if self.framed.is_empty() {
+            return self.load();
+        }
+        let framed = self.record.get(self.framed.clone()).unwrap_or_default();
+        let start = self.framed.start + HEADER;
+        // Damage ends the attachment.
+        self.framed.start = self.framed.end;
+        let (piece, rest) = split(framed).ok_or(Damaged)?;
+        self.piece = Some((piece.kind, piece.host_ns, start..start + piece.bytes.len()));
+        self.framed.start -= rest.len();
+        Ok(true)
+    }
+
+    /// Loads the next attachment; `false` at the end.
+    fn load(&mut self) -> Result<bool, Damaged> {
         loop {
             let Ok(next) = self.records.next() else {
                 return Ok(false);
@@ -165,23 +205,22 @@ impl RawEvents {
                 }
                 Next::Record(_) => continue,
             }
-            if self.records.read(&mut self.body).is_err() {
-                return Ok(false);
+            match self.records.read(RECORD_BYTES, &mut self.record) {
+                Ok(Ok(())) => {}
+                Ok(Err(_)) => return Err(Damaged),
+                Err(_) => return Ok(false),
             }
-            let parsed = mcap::parse_record(op::ATTACHMENT, &self.body);
             // The parser checks the checksum.
-            let Ok(Record::Attachment { header, data, .. }) = parsed else {
+            let Some(Record::Attachment { header, data, .. }) = parse(op::ATTACHMENT, &self.record)
+            else {
                 return Err(Damaged);
             };
-            if header.media_type != MEDIA_TYPE {
-                continue;
+            if header.media_type == MEDIA_TYPE {
+                let strings = header.name.len() + header.media_type.len();
+                let start = 8 + 8 + 4 + 4 + strings + 8;
+                self.framed = start..start + data.len();
+                return Ok(true);
             }
-            for piece in pieces(&data) {
-                decode(&mut self.decoder, piece?, |event| {
-                    self.events.push_back(event);
-                });
-            }
-            return Ok(true);
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Reader of a log, event by event, in bounded memory, up to its first damage.
+//! Reader of a log, event by event, up to its first damage, in memory that the file cannot
+//! extend: see [`limits`](super::limits).
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -11,12 +12,16 @@ use mcap::records::{Record, op};
 use prost::Message as _;
 
 use super::error::ReadError;
+use super::limits::{DAMAGE_SENTENCES, MESSAGE_BYTES, RECORD_BYTES, quote};
 use super::log_path::find;
 use super::recorded_metadata::{self, MetadataByName};
-use super::records::{Next, Records, split};
+use super::records::{Next, Records, TooLong, parse, split};
 use super::topics::Topic;
 use super::{event_messages, metadata, proto, raw_link_bytes, telemetry};
 use crate::run_info::RunFacts;
+
+/// Header of a chunk that is not compressed: times, size, checksum, an empty name, size.
+const CHUNK_HEADER: usize = 8 + 8 + 8 + 4 + 4 + 8;
 
 /// Reader of a log, for files that do not fit in memory.
 #[derive(Debug)]
@@ -32,6 +37,8 @@ pub struct Reader {
     is_same_schema: bool,
     chunks: u64,
     unreadable: u64,
+    /// Chunks that were left out, beyond those in `damage`.
+    unlisted: u64,
     last_tick: Option<u32>,
     is_over: bool,
     damage: Vec<String>,
@@ -55,7 +62,8 @@ impl Reader {
                 "it is no MCAP file; logs of Armbridge are called run.mcap".into(),
             ));
         };
-        let metadata_by_name = recorded_metadata::read(&mut records).map_err(failed_io)?;
+        let (metadata_by_name, is_metadata_left_out) =
+            recorded_metadata::read(&mut records).map_err(failed_io)?;
         records.rewind().map_err(failed_io)?;
         let schema = metadata_by_name
             .get(metadata::BUILD)
@@ -69,6 +77,10 @@ impl Reader {
                     .into(),
             );
         }
+        if is_metadata_left_out {
+            damage
+                .push("it has more metadata than a recorder writes: part of it is left out".into());
+        }
         let mut reader = Self {
             path: path.clone(),
             records,
@@ -80,6 +92,7 @@ impl Reader {
             is_same_schema,
             chunks: 0,
             unreadable: 0,
+            unlisted: 0,
             last_tick: None,
             is_over: false,
             damage,
@@ -132,7 +145,9 @@ impl Reader {
     fn find_channels(&mut self) -> Result<(), String> {
         while self.channels.is_empty() {
             if !self.load_chunk().map_err(|error| error.to_string())? {
-                return Err("it breaks off before anything was recorded".into());
+                let why = self.damage.last().map(|last| format!(": {last}"));
+                let why = why.unwrap_or_default();
+                return Err(format!("it breaks off before anything was recorded{why}"));
             }
             let chunk = std::mem::take(&mut self.chunk);
             let mut rest = chunk.get(self.at..).unwrap_or_default();
@@ -148,7 +163,7 @@ impl Reader {
     }
 
     fn register_channel(&mut self, body: &[u8]) -> Result<(), String> {
-        let Ok(Record::Channel(channel)) = mcap::parse_record(op::CHANNEL, body) else {
+        let Some(Record::Channel(channel)) = parse(op::CHANNEL, body) else {
             return Ok(());
         };
         if channel.topic.starts_with("/armbridge/") {
@@ -168,7 +183,7 @@ impl Reader {
             Some(_) | None if !self.channels.is_empty() => Ok(()),
             Some(_) | None => Err(format!(
                 "it is an MCAP file, but no log of Armbridge: it has the topic {}",
-                channel.topic
+                quote(&channel.topic)
             )),
         }
     }
@@ -179,9 +194,17 @@ impl Reader {
             match self.records.next()? {
                 Next::Record(op::CHUNK) => {
                     self.chunks += 1;
-                    self.records.read(&mut self.chunk)?;
-                    if self.unpack() {
-                        return Ok(true);
+                    match self.records.read(RECORD_BYTES, &mut self.chunk)? {
+                        Ok(()) if self.unpack() => return Ok(true),
+                        Ok(()) => {}
+                        Err(TooLong { at, len }) => {
+                            let limit_mib = RECORD_BYTES >> 20;
+                            self.end_with(&format!(
+                                "is read up to its chunk {}: at byte {at}, this has {len} bytes, \
+                                 more than the {limit_mib} MiB that are read at once",
+                                self.chunks
+                            ));
+                        }
                     }
                 }
                 Next::Record(op::DATA_END) => {
@@ -228,31 +251,37 @@ impl Reader {
     /// Extracts the records of the chunk; `false` if it is damaged.
     fn unpack(&mut self) -> bool {
         self.at = 0;
-        let why = match mcap::parse_record(op::CHUNK, &self.chunk) {
-            Ok(Record::Chunk { header, data }) => {
+        let why = match parse(op::CHUNK, &self.chunk) {
+            Some(Record::Chunk { header, data }) => {
                 if !header.compression.is_empty() {
+                    // Nor could it be larger than its file says once it is unpacked.
                     format!(
                         "is packed by {}, which is not read here",
-                        header.compression
+                        quote(&header.compression)
                     )
                 } else if header.uncompressed_crc != 0
                     && crc32fast::hash(&data) != header.uncompressed_crc
                 {
                     "is damaged".into()
                 } else {
-                    // Skips the header before the records.
-                    self.at = self.chunk.len() - data.len();
+                    let records = data.len();
+                    self.at = CHUNK_HEADER;
+                    self.chunk.truncate(CHUNK_HEADER + records);
                     return true;
                 }
             }
-            Ok(_) | Err(_) => "is damaged".into(),
+            _ => "is damaged".into(),
         };
         self.chunk.clear();
-        let after = self.after_tick();
-        self.damage.push(format!(
-            "chunk {} {why} and left out: ticks {after} are missing",
-            self.chunks
-        ));
+        if self.damage.len() < DAMAGE_SENTENCES {
+            let after = self.after_tick();
+            self.damage.push(format!(
+                "chunk {} {why} and left out: ticks {after} are missing",
+                self.chunks
+            ));
+        } else {
+            self.unlisted += 1;
+        }
         false
     }
 
@@ -312,23 +341,33 @@ impl Reader {
     }
 
     fn event_of_record(&mut self, opcode: u8, body: &[u8]) -> Option<Event> {
-        match mcap::parse_record(opcode, body) {
-            Ok(Record::Message { header, data }) => {
+        match parse(opcode, body) {
+            Some(Record::Message { header, data }) => {
                 let topic = *self.channels.get(&header.channel_id)?;
-                self.decode_message(topic, &data).unwrap_or_else(|_| {
+                let event = if data.len() > MESSAGE_BYTES {
+                    Err(event_messages::Unreadable)
+                } else {
+                    self.decode_message(topic, &data)
+                };
+                event.unwrap_or_else(|_| {
                     self.unreadable += 1;
                     None
                 })
             }
             // All topics are known by now; other records are ignored.
-            Ok(_) | Err(_) => None,
+            _ => None,
         }
     }
 
-    fn report_unreadable(&mut self) {
+    fn report_unlisted(&mut self) {
+        if self.unlisted > 0 {
+            let more = std::mem::take(&mut self.unlisted);
+            self.damage
+                .push(format!("{more} more chunks were left out"));
+        }
         if self.unreadable > 0 {
             self.damage.push(format!(
-                "{} messages are of another version and were left out",
+                "{} messages are damaged or of another version and were left out",
                 self.unreadable
             ));
             self.unreadable = 0;
@@ -347,7 +386,7 @@ impl Iterator for Reader {
                     Ok(false) => {}
                     Err(error) => self.end_with(&format!("cannot be read further ({error})")),
                 }
-                self.report_unreadable();
+                self.report_unlisted();
                 return None;
             };
             // Moved out temporarily, so that the reader can be borrowed mutably.

@@ -6,8 +6,9 @@ use std::io;
 use armbridge_shared::link::message::Settings;
 use mcap::records::{Record, op};
 
+use super::limits::{METADATA_BYTES, METADATA_NAMES};
 use super::metadata;
-use super::records::{Next, Records};
+use super::records::{Next, Records, first_string, parse};
 use crate::run_info::RunFacts;
 
 /// Metadata by name and key.
@@ -32,16 +33,25 @@ pub(super) fn facts(metadata_by_name: &MetadataByName) -> RunFacts {
     })
 }
 
-/// All metadata of a file; for a repeated name, the last.
-pub(super) fn read(records: &mut Records) -> io::Result<MetadataByName> {
-    let (mut all, mut body) = (BTreeMap::new(), Vec::new());
+/// All metadata of a file, and whether some is beyond the limits and left out; for a repeated
+/// name, the last.
+pub(super) fn read(records: &mut Records) -> io::Result<(MetadataByName, bool)> {
+    let (mut all, mut body) = (MetadataByName::new(), Vec::new());
+    let mut is_left_out = false;
     while let Next::Record(opcode) = records.next()? {
-        if opcode == op::METADATA {
-            records.read(&mut body)?;
-            if let Ok(Record::Metadata(record)) = mcap::parse_record(op::METADATA, &body) {
-                all.insert(record.name, record.metadata);
-            }
+        if opcode != op::METADATA {
+            continue;
+        }
+        if records.read(METADATA_BYTES, &mut body)?.is_err() {
+            is_left_out = true;
+            continue;
+        }
+        let is_known = first_string(&body).is_some_and(|name| all.contains_key(name));
+        if !is_known && all.len() == METADATA_NAMES {
+            is_left_out = true;
+        } else if let Some(Record::Metadata(record)) = parse(opcode, &body) {
+            all.insert(record.name, record.metadata);
         }
     }
-    Ok(all)
+    Ok((all, is_left_out))
 }

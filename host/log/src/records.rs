@@ -1,20 +1,20 @@
 //! Records of an MCAP file, one by one, up to the first damage.
 //!
 //! The library's readers refuse a damaged file. The log of a killed program
-//! ends in the middle of a record, and is intact before it.
+//! ends in the middle of a record, and is intact before it. No length in the file is believed
+//! before it is compared with the bytes that are there and with [`limits`](super::limits).
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use mcap::MAGIC;
+use mcap::records::{Record, op};
+
+use super::limits::RECORD_BYTES;
 
 /// Size of opcode and length.
 const HEADER: usize = 1 + 8;
-
-/// Longest record that is read into memory. The recorder's have some MiB; a length
-/// beyond this is damage.
-const LENGTH_MAX: u64 = 1 << 30;
 
 /// Reader of the records.
 #[derive(Debug)]
@@ -24,6 +24,15 @@ pub(super) struct Records {
     at: u64,
     /// Unread bytes of the present record.
     left: u64,
+}
+
+/// Reason for which a record is not read into memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TooLong {
+    /// The byte of the file at which its contents begin.
+    pub(super) at: u64,
+    /// Length of its contents.
+    pub(super) len: u64,
 }
 
 /// Next item of a file.
@@ -83,24 +92,33 @@ impl Records {
         let len = u64::from_le_bytes(len);
         let start = self.at;
         self.at += HEADER as u64;
-        if opcode == 0 || len > LENGTH_MAX {
+        let is_whole = len <= rest - HEADER as u64;
+        if opcode == 0 || (!is_whole && len > RECORD_BYTES) {
             return Ok(Next::Garbage(start));
         }
-        if len > rest - HEADER as u64 {
+        if !is_whole {
             return Ok(Next::Cut(Some(opcode)));
         }
         self.left = len;
         Ok(Next::Record(opcode))
     }
 
-    /// Reads the present record.
-    pub(super) fn read(&mut self, into: &mut Vec<u8>) -> io::Result<()> {
+    /// Reads the present record, unless it is longer than `most` bytes.
+    pub(super) fn read(
+        &mut self,
+        most: u64,
+        into: &mut Vec<u8>,
+    ) -> io::Result<Result<(), TooLong>> {
         into.clear();
+        if self.left > most {
+            let (at, len) = (self.at, self.left);
+            return Ok(Err(TooLong { at, len }));
+        }
         into.resize(self.left as usize, 0);
         self.file.read_exact(into)?;
         self.at += self.left;
         self.left = 0;
-        Ok(())
+        Ok(Ok(()))
     }
 
     /// Returns to the first record.
@@ -118,4 +136,49 @@ pub(super) fn split(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     let (len, rest) = rest.split_first_chunk()?;
     let (body, rest) = rest.split_at_checked(usize::try_from(u64::from_le_bytes(*len)).ok()?)?;
     Some((*opcode, body, rest))
+}
+
+/// Parses a record; `None` if it is damaged.
+///
+/// The library reserves memory for a string of any length, up to 4 GiB, before it reads it, and
+/// panics on an attachment without room for its checksum. So both are checked before.
+pub(super) fn parse(opcode: u8, body: &[u8]) -> Option<Record<'_>> {
+    check_strings(opcode, body)?;
+    mcap::parse_record(opcode, body).ok()
+}
+
+/// `Some` if the strings of a record end within it.
+fn check_strings(opcode: u8, body: &[u8]) -> Option<()> {
+    match opcode {
+        op::CHUNK => after_string(body.get(8 + 8 + 8 + 4..)?).map(drop),
+        op::CHANNEL => check_map(after_string(after_string(body.get(2 + 2..)?)?)?),
+        op::METADATA => check_map(after_string(body)?),
+        op::ATTACHMENT => {
+            let rest = after_string(after_string(body.get(8 + 8..)?)?)?;
+            rest.get(..8 + 4).map(drop)
+        }
+        op::MESSAGE | op::STATISTICS => Some(()),
+        // Not read here.
+        _ => None,
+    }
+}
+
+fn check_map(bytes: &[u8]) -> Option<()> {
+    let (len, rest) = bytes.split_first_chunk()?;
+    let mut pairs = rest.get(..u32::from_le_bytes(*len) as usize)?;
+    while !pairs.is_empty() {
+        pairs = after_string(after_string(pairs)?)?;
+    }
+    Some(())
+}
+
+fn after_string(bytes: &[u8]) -> Option<&[u8]> {
+    let (len, rest) = bytes.split_first_chunk()?;
+    rest.get(u32::from_le_bytes(*len) as usize..)
+}
+
+/// The string that a record begins with, such as the name of metadata.
+pub(super) fn first_string(body: &[u8]) -> Option<&str> {
+    let (len, rest) = body.split_first_chunk()?;
+    std::str::from_utf8(rest.get(..u32::from_le_bytes(*len) as usize)?).ok()
 }

@@ -57,6 +57,9 @@ fn joint(record: &Record, j: usize, servo: Option<&actuator::Joint<f32>>) -> pro
     }
 }
 
+/// No board's clock gets there, in µs; sums of times below it do not overflow.
+const CLOCK_END_US: u64 = 1 << 62;
+
 /// The record and its frame number; `None` if a field is missing or
 /// unknown.
 pub(super) fn record(message: &proto::Telemetry) -> Option<(u16, Record)> {
@@ -64,7 +67,7 @@ pub(super) fn record(message: &proto::Telemetry) -> Option<(u16, Record)> {
     let sequence = message.sequence.try_into().ok()?;
     let record = Record {
         tick: message.tick?,
-        start_us: message.board_us?,
+        start_us: message.board_us.filter(|us| *us < CLOCK_END_US)?,
         mode: enum_codes::mode_from(
             message.mode.try_into().ok()?,
             message.fault.try_into().ok()?,

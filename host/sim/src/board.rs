@@ -41,6 +41,8 @@ pub struct Output {
     pub bus_baud: u32,
     /// Bytes for the client of the transparent port.
     pub client: Vec<u8>,
+    /// Bytes of that client for which the board has no room yet.
+    pub client_waiting: usize,
     /// Bytes for the host.
     pub link: Vec<u8>,
 }
@@ -197,6 +199,7 @@ impl Board for VirtualBoard<'_> {
         self.from_client.extend(input.client);
         let taken = self.client.receive(self.from_client.make_contiguous());
         self.from_client.drain(..taken);
+        output.client_waiting = self.from_client.len();
         if input.is_stop_pressed {
             self.bridge.emergency_stop(StopSource::Pin);
         }

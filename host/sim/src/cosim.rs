@@ -29,6 +29,10 @@ pub trait PortClient: fmt::Debug {
     /// Settings of its serial port.
     fn line(&self) -> ClientLine;
 
+    /// Bytes of it for which the board has no room yet, before each
+    /// [`transmit`](PortClient::transmit): a client without end must wait for them.
+    fn set_waiting(&mut self, _bytes: usize) {}
+
     /// Bytes that it sends now.
     fn transmit(&mut self, now_us: u64) -> Vec<u8>;
 
@@ -42,6 +46,10 @@ pub trait PortClient: fmt::Debug {
 impl PortClient for Box<dyn PortClient> {
     fn line(&self) -> ClientLine {
         (**self).line()
+    }
+
+    fn set_waiting(&mut self, bytes: usize) {
+        (**self).set_waiting(bytes);
     }
 
     fn transmit(&mut self, now_us: u64) -> Vec<u8> {
@@ -196,6 +204,7 @@ impl<B: Board, H: Host> Cosim<B, H> {
         output.bus.clear();
         output.link.clear();
         output.client.clear();
+        client.set_waiting(output.client_waiting);
         let from_client = client.transmit(now_us);
         let input = Input {
             bus: received,

@@ -10,15 +10,17 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use armbridge_client::pty::Pty;
 use armbridge_client::tcp_pump::is_timeout;
 
-/// A pending connection of a non-blocking listener, itself non-blocking.
+/// A pending connection of a non-blocking listener, itself non-blocking. One that its peer
+/// has given up already is no error of the listener.
 pub(crate) fn accept(listener: &TcpListener) -> io::Result<Option<(TcpStream, SocketAddr)>> {
     match listener.accept() {
         Ok((peer, address)) => {
-            peer.set_nonblocking(true)?;
-            peer.set_nodelay(true)?;
-            Ok(Some((peer, address)))
+            let ready = peer.set_nonblocking(true).and(peer.set_nodelay(true));
+            Ok(ready.ok().map(|()| (peer, address)))
         }
-        Err(error) if is_timeout(&error) => Ok(None),
+        Err(error) if is_timeout(&error) || error.kind() == io::ErrorKind::ConnectionAborted => {
+            Ok(None)
+        }
         Err(error) => Err(error),
     }
 }
@@ -34,16 +36,23 @@ pub(crate) fn controller(pty: &Pty) -> io::Result<File> {
     Ok(controller)
 }
 
-/// Appends all bytes that have arrived; false if the stream has ended.
-pub(crate) fn read(stream: &mut impl Read, into: &mut Vec<u8>) -> bool {
+/// Appends bytes that have arrived, at most `most`; false if the stream has ended. The rest
+/// stays in the system's buffers, which slows a sender down.
+pub(crate) fn read(stream: &mut impl Read, into: &mut Vec<u8>, most: usize) -> bool {
     let mut chunk = [0; 1024];
-    loop {
-        match stream.read(&mut chunk) {
-            Ok(count @ 1..) => into.extend_from_slice(&chunk[..count]),
+    let mut left = most;
+    while left > 0 {
+        let room = left.min(chunk.len());
+        match stream.read(&mut chunk[..room]) {
+            Ok(count @ 1..) => {
+                into.extend_from_slice(&chunk[..count]);
+                left -= count;
+            }
             Err(error) if is_timeout(&error) => return true,
             Ok(0) | Err(_) => return false,
         }
     }
+    true
 }
 
 /// Writes as many bytes as there is room for, and returns their number. The end of a

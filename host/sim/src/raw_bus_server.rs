@@ -18,10 +18,13 @@
 //!
 //! The other side cannot run ahead. The bus carries a byte in 10 µs; with 20 ms of bytes
 //! queued, reading stops, and the other side's writes block.
+//!
+//! On a socket one connection is served and the next one waits. A connection that has been
+//! silent for 5 s gives way to it; one that does not read for 1 s is closed.
 
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
@@ -45,6 +48,11 @@ const CHUNKS: usize = 8;
 
 /// Bits of the longest reply: of LEN 255.
 const ANSWER_BITS: u64 = 2_590;
+
+/// Silence after which the next connection takes the bus over.
+const SILENCE: Duration = Duration::from_secs(5);
+/// Longest time for which a connection may accept no bytes; the servos stand still in it.
+const STUCK: Duration = Duration::from_secs(1);
 
 /// Received bytes.
 #[derive(Debug)]
@@ -99,6 +107,39 @@ impl WallClockBench {
         }
     }
 
+    /// Serves a connection as [`serve`](Self::serve) does, until it is silent and another one
+    /// waits, which is returned.
+    ///
+    /// # Errors
+    /// If the connection breaks.
+    pub fn serve_socket(
+        &mut self,
+        stream: &TcpStream,
+        listener: &TcpListener,
+        echo: bool,
+    ) -> io::Result<Option<(TcpStream, SocketAddr)>> {
+        stream.set_nonblocking(false)?;
+        stream.set_write_timeout(Some(STUCK))?;
+        listener.set_nonblocking(true)?;
+        let mut next = None;
+        let ended = self.serve_until(
+            stream.try_clone()?,
+            stream,
+            || None,
+            echo,
+            |silence| {
+                if silence > SILENCE {
+                    // A listener that fails accepts nothing.
+                    next = nonblocking::accept(listener).ok().flatten();
+                }
+                next.is_some()
+            },
+        );
+        // The reader's thread has the other handle.
+        let _ = stream.shutdown(Shutdown::Both);
+        ended.map(|()| next)
+    }
+
     /// Serves a connection until the other side closes and the last reply is sent.
     /// The servos keep their state for the next connection. `baud` returns
     /// the rate that the other side has set, if it can set one.
@@ -108,10 +149,23 @@ impl WallClockBench {
     pub fn serve(
         &mut self,
         from: impl Read + Send + 'static,
-        mut to: impl Write,
+        to: impl Write,
         baud: impl Fn() -> Option<u32> + Send + 'static,
         echo: bool,
     ) -> io::Result<()> {
+        self.serve_until(from, to, baud, echo, |_| false)
+    }
+
+    /// The same, until `is_over` after a silence.
+    fn serve_until(
+        &mut self,
+        from: impl Read + Send + 'static,
+        mut to: impl Write,
+        baud: impl Fn() -> Option<u32> + Send + 'static,
+        echo: bool,
+        mut is_over: impl FnMut(Duration) -> bool,
+    ) -> io::Result<()> {
+        let mut heard = Instant::now();
         let chunks = spawn_reader(from, baud);
         // Bytes from before the connection are dropped.
         self.advance_to(Instant::now());
@@ -126,7 +180,11 @@ impl WallClockBench {
                 chunks.recv_timeout(STEP)
             };
             let Chunk { at, baud, bytes } = match next {
-                Ok(chunk) => chunk?,
+                Ok(chunk) => {
+                    heard = Instant::now();
+                    chunk?
+                }
+                Err(RecvTimeoutError::Timeout) if is_over(heard.elapsed()) => break,
                 Err(RecvTimeoutError::Timeout) => Chunk {
                     at: Instant::now(),
                     baud: None,

@@ -3,6 +3,12 @@
 //!
 //! Virtual time follows the wall clock, so that time-outs of the program match; on a
 //! machine that cannot keep up, virtual time is slower, and nothing else changes.
+//!
+//! # Bounds
+//!
+//! One program at a time is served, and the next one waits. A program that has been silent
+//! for 5 s gives way to it. Bytes for which the board has no room wait at the
+//! program.
 
 #[cfg(unix)]
 use std::fs::File;
@@ -19,6 +25,10 @@ use crate::pacer::Pacer;
 
 /// Virtual time between two polls of the port.
 const POLL_US: u64 = 500;
+/// Bytes taken in a poll and kept for the board: several times what the bus carries in it.
+const READ_MAX: usize = 1_024;
+/// Silence after which another program takes the port over, in virtual time.
+const SILENCE_US: u64 = 5_000_000;
 
 /// Port to which the program connects.
 #[derive(Debug)]
@@ -27,6 +37,8 @@ enum Port {
     Socket {
         listener: TcpListener,
         peer: Option<TcpStream>,
+        /// Time of its last bytes, or of its connection.
+        heard_us: u64,
     },
     /// Always open: whether a program has it open is not known.
     #[cfg(unix)]
@@ -40,6 +52,8 @@ pub struct PortServer {
     pacer: Pacer,
     next_us: u64,
     bytes: Vec<u8>,
+    /// Bytes that wait for room in the board.
+    waiting: usize,
 }
 
 impl PortServer {
@@ -52,6 +66,7 @@ impl PortServer {
         Ok(Self::with_port(Port::Socket {
             listener,
             peer: None,
+            heard_us: 0,
         }))
     }
 
@@ -73,27 +88,39 @@ impl PortServer {
             pacer: Pacer::begin(),
             next_us: 0,
             bytes: Vec::new(),
+            waiting: 0,
         }
     }
 
-    fn poll(&mut self) {
+    fn poll(&mut self, now_us: u64) {
+        let room = READ_MAX.saturating_sub(self.waiting);
         match &mut self.port {
-            Port::Socket { listener, peer } => {
-                if peer.is_none() {
-                    // A listener that fails accepts no program.
-                    let new = nonblocking::accept(listener).ok().flatten();
-                    *peer = new.map(|(peer, _)| peer);
-                }
-                if peer
-                    .as_mut()
-                    .is_some_and(|peer| !nonblocking::read(peer, &mut self.bytes))
+            Port::Socket {
+                listener,
+                peer,
+                heard_us,
+            } => {
+                if let Some(stream) = peer
+                    && !nonblocking::read(stream, &mut self.bytes, room)
                 {
                     *peer = None;
+                }
+                // One that is kept waiting cannot be heard.
+                if !self.bytes.is_empty() || room == 0 {
+                    *heard_us = now_us;
+                }
+                let is_silent = now_us.saturating_sub(*heard_us) > SILENCE_US;
+                // A listener that fails accepts no program.
+                if (peer.is_none() || is_silent)
+                    && let Some((next, _)) = nonblocking::accept(listener).ok().flatten()
+                {
+                    *peer = Some(next);
+                    *heard_us = now_us;
                 }
             }
             #[cfg(unix)]
             Port::Terminal { controller, .. } => {
-                nonblocking::read(controller, &mut self.bytes);
+                nonblocking::read(controller, &mut self.bytes, room);
             }
         }
     }
@@ -114,11 +141,15 @@ impl PortClient for PortServer {
         }
     }
 
+    fn set_waiting(&mut self, bytes: usize) {
+        self.waiting = bytes;
+    }
+
     fn transmit(&mut self, now_us: u64) -> Vec<u8> {
         if now_us >= self.next_us {
             self.next_us = now_us + POLL_US;
             self.pacer.wait(now_us);
-            self.poll();
+            self.poll(now_us);
         }
         std::mem::take(&mut self.bytes)
     }

@@ -10,7 +10,6 @@ use super::{Bridge, Progress};
 use crate::control_loop::Violation;
 use crate::link::message::{Fault, Refusal};
 use crate::sequencer::{BusEvent, Health};
-use crate::servo::Firmware;
 use crate::supervisor::{Event, State};
 
 impl<S, D> Bridge<'_, S, D>
@@ -46,7 +45,6 @@ where
                 }
             }
             BusEvent::LinedUp => {
-                self.first_temperature = Default::default();
                 self.announce();
                 self.core.begin_ticking();
             }
@@ -118,6 +116,7 @@ where
     fn handle_health(&mut self, health: Health) {
         match health {
             Health::Reset { joint } => {
+                self.temperatures.power_up(joint);
                 let (lost, allowed) = (
                     self.core.lost_in_row(joint),
                     self.core.config().dropout_ticks(),
@@ -136,35 +135,10 @@ where
     /// Reports a temperature, and trips if it is out of range.
     fn check_temperature(&mut self, joint: usize, value: u16) {
         self.notify(Notification::Temperature(joint as u8, value));
-        let limits = self.core.config().limits();
-        let first = self
-            .first_temperature
-            .get_mut(joint)
-            .map_or(value, |first| *first.get_or_insert(value));
-        let drift = limits.temperature_drift_counts;
-        let [coldest, hottest] = match self.sequencer.firmware() {
-            Firmware::Stock => [0, limits.temperature_c.into()],
-            Firmware::Morpheus => limits.temperature_counts,
-        };
-        let [low, high] = match self.sequencer.firmware() {
-            Firmware::Stock => [0, u16::MAX],
-            Firmware::Morpheus => [first.saturating_sub(drift), first.saturating_add(drift)],
-        };
-        // The first limit that is exceeded.
-        let limits = [
-            (value > hottest, hottest),
-            (value < coldest, coldest),
-            (value > high, high),
-            (value < low, low),
-        ];
-        let exceeded = limits.into_iter().find(|(is_exceeded, _)| *is_exceeded);
-        if let (Some((_, limit)), true) = (exceeded, self.core.state().is_armed()) {
-            self.trip(Violation {
-                fault: Fault::Temperature,
-                joint: Some(joint as u8),
-                value: value.into(),
-                limit: limit.into(),
-            });
+        let (firmware, limits) = (self.sequencer.firmware(), self.core.config().limits());
+        let violation = self.temperatures.take(joint, value, firmware, limits);
+        if let (Some(violation), true) = (violation, self.core.state().is_armed()) {
+            self.trip(violation);
         }
     }
 }

@@ -14,8 +14,8 @@ use crate::control_loop::reference::{self, StartPoint, TimedTrajectory};
 use crate::link::board::HELLO_BITS;
 use crate::link::frame::{Decoder, Encoder, FrameError, Received};
 use crate::link::message::{
-    BoardReport, Command, Limits, Moment, Refusal, Settings, Setup, Stack, StopSource, ToBoard,
-    ToHost,
+    BoardReport, Command, Limits, Moment, Refusal, Settings, SettingsFrom, Setup, Stack,
+    StopSource, ToBoard, ToHost,
 };
 use crate::link::motion::Motion;
 use crate::link::schema;
@@ -127,6 +127,8 @@ impl<'a> LinkPort<'a> {
             .is_some()
         {
             let result = if is_saved {
+                self.report.settings = SettingsFrom::Saved;
+                self.pending.report = true;
                 Ok(())
             } else {
                 Err(Refusal::NotSaved)
@@ -204,7 +206,12 @@ impl<'a> LinkPort<'a> {
                     Command::Follow(motion) => Some((sequence, motion)),
                     _ => None,
                 };
-                let validated = validate(command, self.report.session, self.saving.is_some());
+                let validated = match command {
+                    Command::Arm { .. } if !self.report.settings.lost().is_empty() => {
+                        Err(Refusal::SettingsLost)
+                    }
+                    command => validate(command, self.report.session, self.saving.is_some()),
+                };
                 if validated.is_ok() {
                     self.offer(sequence, command);
                 }

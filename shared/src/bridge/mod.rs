@@ -36,8 +36,10 @@
 //! | [`command`]    | commands of the host, validated                         |
 //! | `requests`     | requests of the host, in the tick                       |
 //! | `bus_events`   | events of the bus, and actions of the core              |
+//! | `temperature`  | temperatures of the servos, and their limits            |
 //! | `link_port`    | the board's end of the control link                     |
 //! | [`gateway`]    | the transparent port                                    |
+//! | [`supply`]     | permission of the servos' supply                        |
 //! | `channels`     | queues and signals between tick and thread mode         |
 
 pub mod app_core;
@@ -48,6 +50,8 @@ pub mod gateway;
 mod link_port;
 mod queue;
 mod requests;
+pub mod supply;
+mod temperature;
 
 pub use crate::control_loop::limits;
 pub use crate::control_loop::{can_run, permits, settings_refusal};
@@ -68,6 +72,8 @@ use crate::supervisor::State;
 pub use app_core::MemoryRegion;
 use app_core::{Core, TickSamples};
 use gateway::Gateway;
+use supply::{Supply, SupplyPermission};
+use temperature::Temperatures;
 
 /// Servo ids, joint by joint: the first joint's servo is 1, the second's 2.
 pub const SERVO_IDS: [ServoId; JOINTS] = match (ServoId::new(1), ServoId::new(2)) {
@@ -94,10 +100,10 @@ pub struct Bridge<'a, S, D> {
     end: BridgeEnd<'a>,
     core: Core,
     gateway: Gateway,
+    supply: Supply,
     /// Samples of the last tick.
     sampled: TickSamples,
-    /// The first temperature of each joint since the servos were found.
-    first_temperature: [Option<u16>; JOINTS],
+    temperatures: Temperatures,
     /// Record of the last decided tick, with the number of dropped records.
     record: Record,
     /// Total time in µs by which the clock has gone back.
@@ -126,8 +132,9 @@ where
             sequencer: BusSequencer::new(serial, direction, SERVO_IDS, now_us),
             end,
             gateway: Gateway::default(),
+            supply: Supply::new(now_us),
             sampled: TickSamples::NONE,
-            first_temperature: [None; JOINTS],
+            temperatures: Temperatures::default(),
             record: Record::NONE,
             set_back_us: 0,
         })
@@ -176,6 +183,13 @@ where
             State::Running | State::Degraded => BusPermission::Drive,
             State::Passthrough => BusPermission::Lend,
         }
+    }
+
+    /// Permission of the servos' supply, after each poll.
+    pub fn supply(&mut self) -> SupplyPermission {
+        let is_off = self.sequencer.is_off_confirmed();
+        self.supply
+            .update(self.core.now_us(), self.core.mode(), is_off)
     }
 
     /// Latest time of the next poll.

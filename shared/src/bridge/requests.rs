@@ -97,6 +97,7 @@ where
             is_prepared: self.sequencer.is_prepared(),
             least_period_us: self.sequencer.least_period_us(),
             is_stop_settled: self.sequencer.is_settled(),
+            hot_joint: self.hot_joint(),
         };
         let is_stock = self.sequencer.firmware() == Firmware::Stock;
         let prepares = matches!(command, ValidatedCommand::Prepare) && !bus.is_prepared;
@@ -111,11 +112,24 @@ where
         result
     }
 
+    /// The joint whose servo is too hot to be armed or, after a fault of its temperature, to
+    /// clear that.
+    fn hot_joint(&self) -> Option<u8> {
+        let (firmware, limits) = (self.sequencer.firmware(), self.core.config().limits());
+        match self.core.cause() {
+            Some(trip) if trip.fault == Fault::Temperature => {
+                self.temperatures.uncooled_joint(firmware, limits)
+            }
+            Some(_) | None => self.temperatures.hot_joint(firmware, limits),
+        }
+    }
+
     /// Stops in an emergency: the stop sequence begins when the exchange under way is over,
     /// within a tick. A repeated stop of the host begins it again.
     pub fn emergency_stop(&mut self, source: StopSource) {
         let is_again = self.core.state() == State::Fault;
         self.trip(Violation::plain(Fault::EmergencyStop(source)));
+        self.supply.stop();
         if is_again && source == StopSource::Host {
             self.sequencer.force_off(self.core.now_us());
         }

@@ -89,7 +89,7 @@ impl LoopConfig {
 
     /// The configuration with these [valid](Limits::is_valid) limits.
     pub(crate) fn from_parts(control: &ControlConfig, limits: Limits) -> Self {
-        let monitors = MonitorConfig::new(limits, control.period_us.get());
+        let monitors = MonitorConfig::new(limits, &control.joints, control.period_us.get());
         Self {
             control: *control,
             monitors,
@@ -99,7 +99,8 @@ impl LoopConfig {
 
     /// The same limits with another set-up.
     pub(crate) fn with_control(&self, control: &ControlConfig) -> Self {
-        if control.period_us == self.control.period_us {
+        let is_same_period = control.period_us == self.control.period_us;
+        if is_same_period && self.has_joints(control) {
             return Self {
                 control: *control,
                 ..*self
@@ -111,6 +112,11 @@ impl LoopConfig {
     /// The same set-up with other [valid](Limits::is_valid) limits.
     pub(crate) fn with_limits(&self, limits: Limits) -> Self {
         Self::from_parts(&self.control, limits)
+    }
+
+    /// Whether the servos' calibration is that of `control`.
+    pub(crate) fn has_joints(&self, control: &ControlConfig) -> bool {
+        self.control.joints == control.joints
     }
 
     /// Tick period in µs.

@@ -1,4 +1,4 @@
-//! Report of a board: end of its last program, source of its settings,
+//! Report of a board: end of its last program, source of its settings and what of them is lost,
 //! use of its stack.
 
 use postcard::experimental::max_size::MaxSize;
@@ -84,12 +84,64 @@ pub enum SettingsFrom {
     Saved,
     /// The defaults, because what was saved is damaged.
     Damaged,
-    /// The defaults, because what was saved is of another version.
-    OtherVersion,
+    /// As saved by another version, except for these groups, which that version encoded
+    /// otherwise: they are the defaults.
+    OtherVersion {
+        /// Groups that are lost.
+        lost: SettingsGroups,
+    },
     /// The defaults, because what was saved is beyond the hard bounds.
     Refused,
     /// The defaults, because the memory cannot be read.
     Unreadable,
+}
+
+impl SettingsFrom {
+    /// Groups of settings that were saved and are not in force. The board is not armed
+    /// before the host confirms the others.
+    pub const fn lost(self) -> SettingsGroups {
+        match self {
+            Self::Default | Self::Saved => SettingsGroups::NONE,
+            Self::OtherVersion { lost } => lost,
+            Self::Damaged | Self::Refused | Self::Unreadable => SettingsGroups::ALL,
+        }
+    }
+}
+
+/// Groups of settings, as bits: each is stored, and lost, as a whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SettingsGroups(u8);
+
+impl SettingsGroups {
+    /// No group.
+    pub const NONE: Self = Self(0);
+    /// Period, controller, estimator and friction compensation.
+    pub const CONTROL: Self = Self(1 << 0);
+    /// Model of the arm.
+    pub const ARM: Self = Self(1 << 1);
+    /// Calibration of the servos.
+    pub const JOINTS: Self = Self(1 << 2);
+    /// Limits.
+    pub const LIMITS: Self = Self(1 << 3);
+    /// All groups.
+    pub const ALL: Self = Self(0b1111);
+
+    /// Whether no group is in it.
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether all of `groups` are in it.
+    pub const fn contains(self, groups: Self) -> bool {
+        self.0 & groups.0 == groups.0
+    }
+
+    /// Groups that are in either.
+    #[must_use]
+    pub const fn or(self, groups: Self) -> Self {
+        Self(self.0 | groups.0)
+    }
 }
 
 /// Use of the stack since reset, in bytes.

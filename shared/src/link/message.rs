@@ -8,7 +8,7 @@
 //! repeated, lost and repeated again without harm. Each is acknowledged by the
 //! sequence number of the frame that carried it.
 
-pub use super::board::{BoardReport, End, LastEnd, SettingsFrom, Stack};
+pub use super::board::{BoardReport, End, LastEnd, SettingsFrom, SettingsGroups, Stack};
 use super::experiment::{Conclusion, Experiment, Objection};
 pub use super::limits::Limits;
 pub use super::mode::{Drive, Fault, Guards, Mode, OffReport, OffState, StopSource, Trip};
@@ -194,11 +194,12 @@ pub enum Command {
     /// Leave [`Mode::Fault`]: bring-up, then [`Mode::Idle`].
     ClearFault,
     /// Replace the set-up. While torque is on it is taken over without a step in
-    /// the torque, and only the period must stay.
+    /// the torque, and only period and calibration of the servos must stay.
     Configure(Setup),
     /// Replace the limits, while idle.
     Limit(Limits),
-    /// Keep set-up and limits across power-off, while idle.
+    /// Keep set-up and limits across power-off, while idle. Confirms them, after saved ones
+    /// were lost.
     Save,
 }
 
@@ -218,12 +219,20 @@ pub enum Refusal {
     OtherSession,
     /// The frame is older than one that was executed.
     Stale,
-    /// The period and the limits can only be replaced, settings saved and servos
+    /// Period, calibration and limits can only be replaced, settings saved and servos
     /// released, when idle; the set-up not while an experiment runs.
     NotIdle,
     /// The settings could not be kept: the memory is full until the next reset, or
     /// does not work.
     NotSaved,
+    /// The saved settings, or some of them, are lost, and others are in force:
+    /// [`BoardReport`] has which. [`Command::Save`] confirms those in force.
+    SettingsLost,
+    /// A servo is too hot to be armed, or has not cooled since its fault.
+    Hot {
+        /// This joint, counting from 0.
+        joint: u8,
+    },
     /// Stock servos as they come take no torque: send [`Command::Prepare`] first.
     Unprepared,
     /// A client on the transparent port has the bus; [`Command::Idle`] takes it

@@ -262,6 +262,11 @@ where
         self.off.is_settled()
     }
 
+    /// Whether every motor is confirmed off, and has answered since.
+    pub fn is_off_confirmed(&self) -> bool {
+        self.off.is_off()
+    }
+
     /// Takes the report for the host on motors that must be off, when it changes.
     pub fn take_off_report(&mut self) -> Option<OffReport> {
         match self.state {

@@ -32,7 +32,8 @@
 //! were damaged later, and going back to older ones unnoticed could mean limits
 //! that have been made tighter since. Then, and whenever nothing intact is
 //! found in pages that are not blank, the defaults are in force, and
-//! [`SettingsFrom`] reports it until settings are saved again.
+//! [`SettingsFrom`] reports it until settings are saved again; the board does not arm before.
+//! Of another version's settings those groups are in force whose encoding is the same.
 
 pub mod memory;
 mod page;
@@ -43,7 +44,7 @@ mod tests;
 use crate::link::message::{Settings, SettingsFrom};
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind};
 use page::{FlashError, Page, PageScan};
-use record::{RECEIPT_LEN, Record, SETTINGS_MAX, Unusable};
+use record::{Malformed, RECEIPT_LEN, Record, SETTINGS_MAX};
 
 /// Settings in the first two pages of this flash.
 #[derive(Debug)]
@@ -156,14 +157,18 @@ impl<F: NorFlash> Store<F> {
             Err(_) => SettingsFrom::Unreadable,
             Ok(None) => SettingsFrom::Default,
             Ok(Some(log)) => match log.scan.settings().map(|record| record.settings()) {
-                Some(Ok(settings)) => {
+                Some(Ok((settings, lost))) => {
+                    let from = if lost.is_empty() {
+                        SettingsFrom::Saved
+                    } else {
+                        SettingsFrom::OtherVersion { lost }
+                    };
                     if accept(&settings) {
-                        return (settings, SettingsFrom::Saved);
+                        return (settings, from);
                     }
                     SettingsFrom::Refused
                 }
-                Some(Err(Unusable::OtherVersion)) => SettingsFrom::OtherVersion,
-                Some(Err(Unusable::Malformed)) | None => SettingsFrom::Damaged,
+                Some(Err(Malformed)) | None => SettingsFrom::Damaged,
             },
         };
         (Settings::default(), from)

@@ -6,7 +6,7 @@
 //! [`NoErase`] refuses that.
 
 use super::record::{Bytes, Kind, MAX, Record};
-use crate::link::message::Settings;
+use crate::link::message::{Settings, SettingsGroups};
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind};
@@ -139,7 +139,8 @@ impl PageScan {
     /// Whether these are the settings in force, according to this page.
     pub(super) fn has_receipt_for(&self, settings: &Settings) -> bool {
         self.settings().is_some_and(|record| {
-            self.receipt == Some(record.generation) && record.settings() == Ok(*settings)
+            self.receipt == Some(record.generation)
+                && record.settings() == Ok((*settings, SettingsGroups::NONE))
         })
     }
 

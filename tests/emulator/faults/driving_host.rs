@@ -31,6 +31,8 @@ pub(crate) struct DrivingHost {
     pub(crate) messages: Vec<BoardMessage>,
     /// Speaks garbage and nothing else from now on.
     pub(crate) is_flooding: bool,
+    /// Speaks nothing from now on.
+    pub(crate) is_silent: bool,
     random: Random,
     garbage: Vec<u8>,
     flood_due_us: u64,
@@ -45,6 +47,7 @@ impl DrivingHost {
             stage: Stage::Waiting,
             messages: Vec::new(),
             is_flooding: false,
+            is_silent: false,
             random: Random::new(1),
             garbage: Vec::new(),
             flood_due_us: 0,
@@ -111,6 +114,9 @@ impl Host for DrivingHost {
     type Error = Infallible;
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
+        if self.is_silent {
+            return Ok(&[]);
+        }
         if !self.is_flooding {
             return Ok(self.client.transmit(now_us));
         }
@@ -131,7 +137,9 @@ impl Host for DrivingHost {
     }
 
     fn wake_at_us(&self) -> u64 {
-        if self.is_flooding {
+        if self.is_silent {
+            u64::MAX
+        } else if self.is_flooding {
             self.flood_due_us
         } else {
             self.client.wake_at_us()

@@ -12,7 +12,7 @@
 use std::process::{Child, Command as Process, Stdio};
 
 use armbridge_analysis::plan_runner::{PlanRunner, Script};
-use armbridge_client::endpoint::Endpoint;
+use armbridge_client::endpoint::{Endpoint, Exposure};
 use armbridge_client::tcp_pump;
 use armbridge_shared::link::message::{Command, Drive, Fault, Setup, StopSource};
 use armbridge_sim::link_server::LinkServer;
@@ -69,7 +69,7 @@ fn a_killed_host_is_a_silent_host() {
         return be_the_host(&link);
     }
     let any_port: Endpoint = "tcp://127.0.0.1:0".parse().unwrap();
-    let (listener, at) = any_port.listen().unwrap();
+    let (listener, at) = any_port.listen(Exposure::Loopback).unwrap();
     let mut run = run(LinkServer::new(listener).unwrap());
     let name = "faults::external::a_killed_host_is_a_silent_host";
     let host = Process::new(std::env::current_exe().unwrap())

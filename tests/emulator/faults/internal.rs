@@ -28,6 +28,8 @@ const TURN_MS: f64 = 2.0;
 const STOP_MS: f64 = 8.0;
 /// The same from the last good tick: 161.5 until the watchdog bites.
 const HANG_MS: f64 = 170.0;
+/// What the stop sequence takes of both: the servos' supply is off before it.
+const SEQUENCE_MS: f64 = 7.07;
 /// Ticks of which the records may be on their way when the board fails.
 const TICKS: u32 = 5;
 
@@ -58,6 +60,22 @@ fn fail(failure: Failure, bound_ms: f64, logged: &str) -> LastEnd {
     let (at_us, line) = rig.logged(logged).unwrap();
     let took_ms = at_us * 1e-3 - f64::from(AT_MS);
     assert!(took_ms <= TURN_MS + bound_ms, "{took_ms} ms: {line}");
+
+    // The supply fell before the stop sequence, and came back with the next program.
+    let supply = rig.supply();
+    let [(_, true), (off_us, false), (on_us, true)] = supply[..] else {
+        panic!("{supply:?}")
+    };
+    let off_ms = off_us * 1e-3 - f64::from(AT_MS);
+    assert!(
+        (0.0..=TURN_MS + bound_ms - SEQUENCE_MS).contains(&off_ms),
+        "{off_ms} ms"
+    );
+    // The clock began anew.
+    assert!(
+        at_us - off_us > SEQUENCE_MS * 1e3 && on_us < off_us,
+        "{supply:?}"
+    );
 
     // Disarmed, whatever the host thought of it.
     rig.until("servos", |host| {

@@ -6,6 +6,7 @@
 //! | the host's process dies | lockstep     | [`external`]                    |
 //! | the bus falls silent    | lockstep     | [`external`]                    |
 //! | garbage on the link     | both         | [`external`], [`flood`]         |
+//! | a stop, and what else cuts the servos' supply | both | [`supply`], [`internal`] |
 //! | panic, hard fault, stack overflow, hang | slow motion | [`internal`]      |
 //!
 //! In lockstep time is the bench's, so that bounds are kept to the µs however busy
@@ -19,4 +20,5 @@ mod flood;
 mod internal;
 mod slow_motion;
 mod stop;
+mod supply;
 mod tap;

@@ -143,9 +143,28 @@ impl Rig {
     pub(crate) fn logged(&self, text: &str) -> Option<(f64, String)> {
         let log = self.log.lock().unwrap();
         let line = log.iter().find(|line| line.contains(text))?;
-        let at_s: f64 = line.split(' ').next()?.parse().ok()?;
-        Some((at_s * 1e6, line.clone()))
+        Some((at_us(line)?, line.clone()))
     }
+
+    /// When the servos' supply was switched on and off, as of [`supply_changes`].
+    pub(crate) fn supply(&self) -> Vec<(f64, bool)> {
+        supply_changes(&self.log.lock().unwrap())
+    }
+}
+
+/// When a line of the log was written, in µs of the board's time.
+fn at_us(line: &str) -> Option<f64> {
+    let at_s: f64 = line.split(' ').next()?.parse().ok()?;
+    Some(at_s * 1e6)
+}
+
+/// When the servos' supply was switched, in µs of the board's time, and whether on.
+pub(crate) fn supply_changes(log: &[String]) -> Vec<(f64, bool)> {
+    let changes = log.iter().filter_map(|line| {
+        let is_on = line.contains("supply on");
+        (is_on || line.contains("supply off")).then_some((at_us(line)?, is_on))
+    });
+    changes.collect()
 }
 
 impl Drop for Rig {

@@ -1,5 +1,8 @@
 //! Bytes to and from the emulated board in lockstep, with their times.
 
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
 use armbridge_client::Host;
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
@@ -9,10 +12,11 @@ use armbridge_shared::servo::port::bytes_us;
 use armbridge_sim::Bench;
 use armbridge_sim::board::{Board, Input, Output, Wake};
 use armbridge_sim::cosim::Cosim;
-use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuError, QemuOptions, Time, qemu};
+use armbridge_sim::emulator::{EmulatedBoard, Qemu, QemuError, QemuOptions, Time, log, qemu};
 use armbridge_sim::plant::Plant;
 use armbridge_tests::plant;
 
+use super::slow_motion::supply_changes;
 use super::stop;
 
 /// The bus's speed, in bits per second.
@@ -24,6 +28,9 @@ pub(crate) struct Tap {
     board: EmulatedBoard,
     /// The servo bus is cut between board and servos.
     pub(crate) is_cut: bool,
+    /// The emergency stop's switch is pressed.
+    pub(crate) is_stop_pressed: bool,
+    log: Arc<Mutex<Vec<String>>>,
     /// Bytes of the board on the bus, and when each had left, in µs.
     sent: Vec<(u8, u64)>,
     /// When the host last sent bytes.
@@ -42,9 +49,18 @@ pub(crate) fn run<H: Host>(host: H) -> Cosim<Tap, H> {
         icount: false,
         provoke: None,
     };
+    let qemu = Qemu::start(&options).unwrap();
+    let log = Arc::<Mutex<Vec<String>>>::default();
+    let (stream, lines) = (qemu.log.try_clone().unwrap(), Arc::clone(&log));
+    log::spawn(&options.image, stream, move |line| {
+        lines.lock().unwrap().push(line);
+    })
+    .unwrap();
     let tap = Tap {
-        board: EmulatedBoard::new(Qemu::start(&options).unwrap()).unwrap(),
+        board: EmulatedBoard::new(qemu).unwrap(),
         is_cut: false,
+        is_stop_pressed: false,
+        log,
         sent: Vec::new(),
         host_spoke_us: 0,
         decoder: Decoder::default(),
@@ -92,6 +108,13 @@ impl Tap {
         driven.count() == 100
     }
 
+    /// When the servos' supply was switched, as of [`supply_changes`].
+    pub(crate) fn supply(&self) -> Vec<(f64, bool)> {
+        // The log comes by a socket of its own, and takes some ms.
+        std::thread::sleep(Duration::from_millis(200));
+        supply_changes(&self.log.lock().unwrap())
+    }
+
     /// From when to when the stop sequence was on the bus, first after `since_us`.
     pub(crate) fn stopped_us(&self, since_us: u64) -> Option<(u64, u64)> {
         let first = self.sent.iter().position(|(_, at_us)| *at_us > since_us)?;
@@ -115,6 +138,7 @@ impl Board for Tap {
         if self.is_cut {
             input.bus = &[];
         }
+        input.is_stop_pressed |= self.is_stop_pressed;
         if !input.link.is_empty() {
             self.host_spoke_us = now_us;
         }

@@ -1,6 +1,7 @@
 //! Logs that were cut, damaged, or never were logs.
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 
 use armbridge_log::recorder::Recorder;
@@ -135,4 +136,36 @@ fn what_is_no_log_is_said_to_be_none() {
     );
     let error = Recording::load(&folder.join("gone.mcap")).unwrap_err();
     assert!(error.to_string().contains("gone.mcap"), "{error}");
+}
+
+/// A chunk of a gigabyte, which takes no space on the disk, and what the recorder wrote before.
+#[test]
+fn a_chunk_beyond_the_limit_is_named_with_its_place_and_size() {
+    let path = folder("large").join("run.mcap");
+    let bytes = log(&path);
+    // Up to the index.
+    let mut all = mcap::MAGIC.len();
+    while bytes[all] != mcap::records::op::DATA_END {
+        all += 9 + u64::from_le_bytes(bytes[all + 1..all + 9].try_into().unwrap()) as usize;
+    }
+    fs::write(&path, &bytes[..all]).unwrap();
+    let body = 1_u64 << 30;
+    let mut file = fs::OpenOptions::new().append(true).open(&path).unwrap();
+    file.write_all(&[mcap::records::op::CHUNK]).unwrap();
+    file.write_all(&body.to_le_bytes()).unwrap();
+    file.set_len(all as u64 + 9 + body).unwrap();
+    let recording = Recording::load(&path).unwrap();
+    assert_eq!(recording.records().len(), TICKS as usize);
+    let [word] = recording.damage.as_slice() else {
+        panic!("{:?}", recording.damage)
+    };
+    let place = format!(
+        "at byte {}, this has 1073741824 bytes, more than the 64 MiB",
+        all + 9
+    );
+    assert!(word.contains(&place), "{word}");
+    assert!(
+        word.contains("what came after tick 39999 is missing"),
+        "{word}"
+    );
 }

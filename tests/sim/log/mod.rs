@@ -4,6 +4,7 @@ mod csv;
 mod damage;
 mod export;
 mod kill;
+mod mutated;
 mod python;
 mod random_messages;
 mod raw;

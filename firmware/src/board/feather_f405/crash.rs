@@ -1,10 +1,16 @@
 //! Crash handling of the chip: reset cause, watchdog, reset.
 
 use super::bus::PolledBus;
+use super::supply::SupplyPin;
 use armbridge_shared::link::message::End;
 use cortex_m::peripheral::SCB;
 use embassy_stm32::pac::iwdg::vals::Key;
 use embassy_stm32::pac::{IWDG, RCC};
+
+/// Switches the servos' supply off, from any state.
+pub(crate) fn cut_supply() {
+    SupplyPin::take();
+}
 
 /// The servo bus for polling, from any state.
 pub(crate) fn polled_bus() -> PolledBus {

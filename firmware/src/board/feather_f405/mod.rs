@@ -9,6 +9,7 @@
 //! | PB11 | RX      | USART3 RX         | output of the buffer that listens to DATA |
 //! | PC6  | D6      | direction, high to send | enables of both buffers, 10 kΩ to ground |
 //! | PB8  | D9      | emergency stop, pulled up | normally closed switch to ground |
+//! | PC3  | D11     | servos' supply, high is on ([`supply`]) | driver of a relay, 10 kΩ to ground |
 //! | PC1  | D13     | red LED           | on the board                           |
 //! | PA11, PA12 | USB | link and port ([`usb`]) | on the board                      |
 //!
@@ -34,7 +35,8 @@
 //! Every failure ends in the stop sequence on the bus, sent by polling: a
 //! panic and a hard fault send it and reset; after any reset, the watchdog's
 //! included, it is the first action of the program. [`crate::crash`] has the
-//! times.
+//! times. The output for the servos' supply goes low before that; during a reset it floats,
+//! which is off as well.
 //!
 //! The emergency stop is a switch between D9 and ground that is closed in normal
 //! use: pressed, or with a wire broken or unplugged, it is open and the pin is
@@ -52,6 +54,7 @@
 pub mod bus;
 pub mod crash;
 pub mod flash;
+pub mod supply;
 pub mod time;
 pub mod usb;
 

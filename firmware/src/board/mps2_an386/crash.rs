@@ -2,10 +2,16 @@
 
 use super::bus::PolledBus;
 use super::semihosting::{self, EXIT_FAULT, EXIT_PANIC};
+use super::supply::SupplyPin;
 use super::{clock, watchdog};
 use crate::crash::memory;
 use armbridge_shared::link::message::End;
 use cortex_m::peripheral::SCB;
+
+/// Switches the servos' supply off, from any state.
+pub(crate) fn cut_supply() {
+    SupplyPin::take();
+}
 
 /// The servo bus for polling, from any state.
 pub(crate) fn polled_bus() -> PolledBus {

@@ -13,6 +13,7 @@
 //! | lockstep, with the bytes of link, bus and port | standard input and output, by semihosting | |
 //! | log            | semihosting console          |                |
 //! | settings       | memory ([`flash`])           |                |
+//! | servos' supply | lines of the log ([`supply`]) |               |
 //!
 //! The UARTs carry bytes where time is real, or slower than that; [`lockstep`] describes
 //! the path of bytes there.
@@ -62,6 +63,7 @@ pub mod log;
 pub mod real_time;
 pub mod semihosting;
 pub mod stack_guard;
+pub mod supply;
 mod timer;
 pub mod uart;
 pub mod watchdog;

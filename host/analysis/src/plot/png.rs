@@ -170,7 +170,10 @@ fn outline(&Rect { x, y, w, h }: &Rect) -> Option<Path> {
     Some(PathBuilder::from_rect(rect))
 }
 
+/// Farthest coordinate: in pixels, the rasteriser's have 16 bits. The page is much smaller.
+const FARTHEST: f64 = 32_000.0 / SCALE as f64;
+
 /// A coordinate as the SVG has it.
 fn tenth(px: f64) -> f32 {
-    ((px * 10.0).round() / 10.0) as f32
+    ((px * 10.0).round() / 10.0).clamp(-FARTHEST, FARTHEST) as f32
 }

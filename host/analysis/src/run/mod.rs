@@ -335,6 +335,10 @@ impl Host for RunHost {
         self.runner.is_done()
     }
 
+    fn emergency_stop(&mut self, now_us: u64) -> bool {
+        self.runner.emergency_stop(now_us)
+    }
+
     fn disconnected(&mut self, now_us: u64) {
         self.progress.set_message("the link broke; waiting for it");
         self.runner.disconnected(now_us);

@@ -1,6 +1,7 @@
 //! Arguments that several commands take.
 
 mod bus;
+mod expose;
 mod link;
 mod output;
 mod simulation;
@@ -8,6 +9,7 @@ mod task;
 pub(crate) mod values;
 
 pub(crate) use bus::{BusArgs, baud};
+pub(crate) use expose::ExposeArgs;
 pub(crate) use link::{LinkArgs, PaceName, SessionArgs};
 pub(crate) use output::OutputArgs;
 pub(crate) use simulation::{ArmArgs, VirtualServoArgs};

@@ -20,7 +20,7 @@ pub mod status;
 pub use error::TaskError;
 
 use armbridge_client::Host;
-use armbridge_client::session::Session;
+use armbridge_client::session::{Request, Session};
 
 /// Longest that a task waits for its time, in µs.
 const LOOK_US: u64 = 10_000;
@@ -97,6 +97,11 @@ impl<T: Task> Host for TaskHost<T> {
 
     fn is_done(&self) -> bool {
         self.session.is_done()
+    }
+
+    fn emergency_stop(&mut self, now_us: u64) -> bool {
+        self.session.request(now_us, Request::Stop);
+        true
     }
 
     fn disconnected(&mut self, now_us: u64) {

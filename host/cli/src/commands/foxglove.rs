@@ -5,7 +5,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use clap::Args;
 
 use super::Outcome;
-use crate::args::SessionArgs;
+use crate::args::{ExposeArgs, SessionArgs};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -13,8 +13,9 @@ Examples:
   armbridge foxglove --link serial: --record run.mcap   the board that is plugged in, and a log
   armbridge foxglove --allow-arm                        viewers may let the motors come on
 
-Open the address that it prints in Foxglove (Open connection, Foxglove WebSocket).
-Parameters are edited in its Parameters panel; /stop, /disarm and /clear_fault are called
+Open the address that it prints in Foxglove (Open connection, Foxglove WebSocket). A viewer
+without the token in the address watches, and may call /stop and /disarm. A viewer that has
+armed the arm holds it: when it leaves, the arm is disarmed. Parameters are edited in its Parameters panel; /stop, /disarm and /clear_fault are called
 from its Service Call panel, with {} as the request. Ctrl-C disarms the board and ends the server.";
 
 /// Port that viewers look for.
@@ -28,10 +29,20 @@ pub(crate) struct FoxgloveArgs {
     /// Port of the server; 0 for any free one.
     #[arg(long, default_value_t = PORT)]
     pub(crate) port: u16,
-    /// Address to listen on. Beyond a loopback address, every host of the network can change
-    /// settings and stop the arm.
+    /// Address to listen on; beyond loopback addresses --expose is needed.
     #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     pub(crate) host: IpAddr,
+    #[command(flatten)]
+    pub(crate) expose: ExposeArgs,
+    /// Let browser pages of this site connect too, such as `https://lab.example`. Pages of
+    /// Foxglove's app and of this machine may, others are refused.
+    #[arg(long, value_name = "URL")]
+    pub(crate) allow_origin: Vec<String>,
+    /// Token of viewers that may change settings and call every service, at least 16 letters,
+    /// digits, - or _ [default: a new one, printed in the address]. Other users of this machine
+    /// can see it in the list of processes.
+    #[arg(long, value_parser = token)]
+    pub(crate) token: Option<String>,
     /// Let viewers arm the board, hold the arm, and move it upright.
     #[arg(long)]
     pub(crate) allow_arm: bool,
@@ -47,37 +58,41 @@ pub(crate) fn run(_: &FoxgloveArgs) -> Outcome {
     )
 }
 
+/// A token that stands in an address as it is.
+fn token(text: &str) -> Result<String, String> {
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_');
+    if text.len() >= 16 && text.bytes().all(is_plain) {
+        Ok(text.into())
+    } else {
+        Err("expected at least 16 letters, digits, - or _".into())
+    }
+}
+
 #[cfg(feature = "foxglove")]
 pub(crate) fn run(args: &FoxgloveArgs) -> Outcome {
     use std::io::Write;
 
+    use armbridge::foxglove::access::Access;
     use armbridge::foxglove::run;
     use armbridge::foxglove::server::Server;
 
     use super::session::OpenedLink;
 
+    let access = Access::new(args.allow_origin.clone(), args.token.clone())
+        .map_err(|error| format!("cannot make a token: {error}; give one with --token"))?;
     // First, so that a port in use is found before anything begins.
-    let server = Server::start(args.host, args.port, args.allow_arm)?;
+    let at = (args.host, args.port).into();
+    let mut server = Server::start(at, args.expose.into(), args.allow_arm, access)?;
     let opened = OpenedLink::begin(&args.session, "foxglove", false)?;
-    if !args.host.is_loopback() {
-        eprintln!(
-            "armbridge: any host that reaches {} can change settings{}; use trusted networks only",
-            args.host,
-            if args.allow_arm {
-                " and move the arm"
-            } else {
-                ""
-            }
-        );
-    }
     // A parent process reads the address here.
-    println!("ws://{}:{}", args.host, server.port());
+    println!("{}", server.url());
     std::io::stdout().flush()?;
     eprintln!("{}: open {}", opened.title, server.app_url());
-    let served = run::run(opened.session(), &opened.event_queue, &server);
+    let served = run::run(opened.session(), &opened.event_queue, &mut server);
     let ended = opened.end();
-    server.stop();
+    drop(server);
     ended?;
+    let served = served?;
     eprintln!(
         "{} messages, {} events left out",
         served.messages, served.unseen

@@ -17,8 +17,8 @@ use armbridge_analysis::identify::{
 use armbridge_analysis::run_folder::DEFAULT_BASE;
 use armbridge_client::params;
 use armbridge_client::params::Parameter;
+use armbridge_log::inspect::Log;
 use armbridge_log::log_path::find as find_log;
-use armbridge_log::recording::Recording;
 use armbridge_shared::link::message::Settings;
 use clap::{Args, Subcommand};
 use toml::Value;
@@ -229,22 +229,21 @@ fn load(logs: &[Option<&Path>]) -> Result<Loaded, Error> {
     let (mut all, mut tally, mut names) = (Vec::new(), Tally::default(), Vec::new());
     for (index, log) in logs.iter().enumerate() {
         let path = find_log(*log, Path::new(DEFAULT_BASE))?;
-        let recording = Recording::load(&path)?;
-        for damage in &recording.damage {
+        let Log { head, records, .. } = Log::load(&path)?;
+        for damage in &head.damage {
             eprintln!("{}: {damage}", path.display());
         }
-        let records = recording.records();
         if records.is_empty() {
             return Err(Diagnosis::Empty.into());
         }
-        let settings = recording.settings.ok_or_else(|| {
+        let settings = head.settings.ok_or_else(|| {
             let path = path.display();
             format!("{path} has no settings of the board; record from the hello on")
         })?;
         let (named, before) = first.get_or_insert_with(|| (path.clone(), settings));
         check_same_model(before, &settings)
             .map_err(|error| format!("{} and {}: {error}", named.display(), path.display()))?;
-        let facts = &recording.facts;
+        let facts = &head.facts;
         names.push(format!(
             "{} · {} · {}",
             path.display(),

@@ -21,7 +21,7 @@ use toml::Value;
 use super::finish::finish;
 use super::{Error, Outcome, transparent_port};
 use crate::args::values::{angles, duration};
-use crate::args::{LinkArgs, OutputArgs, PaceName, VirtualServoArgs};
+use crate::args::{ExposeArgs, LinkArgs, OutputArgs, PaceName, VirtualServoArgs};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -105,6 +105,8 @@ pub(crate) struct SimulatedArgs {
     /// a new pseudo-terminal.
     #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
     pub(crate) transparent: Option<LinkUri>,
+    #[command(flatten)]
+    pub(crate) expose: ExposeArgs,
     /// Pace of simulated time.
     #[arg(long, value_enum, default_value_t = PaceName::Free)]
     pub(crate) pace: PaceName,
@@ -178,7 +180,10 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
         is_silent: args.output.quiet || args.output.json,
     };
     let mut options = staging.options(&mut scenario);
-    options.client = transparent_port::open(args.simulated.transparent.as_ref())?;
+    options.client = transparent_port::open(
+        args.simulated.transparent.as_ref(),
+        args.simulated.expose.into(),
+    )?;
     let base = config.out(args.output.out.as_deref());
     let mut player = RunHost::new(staging.task(scenario)?, Some(&base))?;
     options.link.taps.push(player.tap());

@@ -13,7 +13,7 @@ use armbridge_sim::link_server::LinkServer;
 use clap::{Args, Subcommand};
 
 use super::{Outcome, transparent_port, virtual_arm};
-use crate::args::{ArmArgs, LinkArgs, VirtualServoArgs};
+use crate::args::{ArmArgs, ExposeArgs, LinkArgs, VirtualServoArgs};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -45,8 +45,8 @@ enum Served {
 struct BoardArgs {
     #[command(flatten)]
     link: LinkArgs,
-    /// Serve the control link, on a socket or by `pty:` on a new pseudo-terminal, to one
-    /// program at a time.
+    /// Serve the control link on a socket, where one program commands, any number watch and
+    /// each may stop, or by `pty:` on a new pseudo-terminal, to one program.
     #[arg(
         long,
         value_name = "tcp://HOST:PORT|pty:",
@@ -57,6 +57,8 @@ struct BoardArgs {
     /// --listen, nothing else uses the bus.
     #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
     transparent: Option<LinkUri>,
+    #[command(flatten)]
+    expose: ExposeArgs,
     /// Do not print the log of an emulated board.
     #[arg(long)]
     quiet: bool,
@@ -84,10 +86,10 @@ fn board(args: &BoardArgs) -> Outcome {
     if !args.quiet {
         options.board_log = |line| eprintln!("board: {line}");
     }
-    options.client = transparent_port::open(args.transparent.as_ref())?;
+    options.client = transparent_port::open(args.transparent.as_ref(), args.expose.into())?;
     match &args.listen {
         Some(at) => {
-            let (host, at) = LinkServer::offer(at)?;
+            let (host, at) = LinkServer::offer(at, args.expose.into())?;
             eprintln!("control link on {at}; end with ctrl-c");
             drive(&link, options, host).1?;
         }

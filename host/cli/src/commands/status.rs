@@ -11,7 +11,7 @@ use armbridge_client::fault_text;
 use armbridge_client::status::FoundServos;
 use armbridge_log::text_table;
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{BoardReport, End, SettingsFrom};
+use armbridge_shared::link::message::{BoardReport, End, SettingsFrom, SettingsGroups};
 use armbridge_shared::servo::Firmware;
 use armbridge_sim::link::{BoardUri, Pace};
 use serde_json::{Value, json};
@@ -89,20 +89,38 @@ fn last_end(report: &BoardReport) -> String {
     }
 }
 
-fn settings_from(from: SettingsFrom) -> &'static str {
-    match from {
+/// Source of the settings, what of them is lost, and the remedy.
+fn settings_from(from: SettingsFrom) -> String {
+    let source = match from {
         SettingsFrom::Default => "the defaults; none were ever saved",
         SettingsFrom::Saved => "as saved on the board",
-        SettingsFrom::Damaged => "the defaults: the saved ones are damaged; save again",
-        SettingsFrom::OtherVersion => {
-            "the defaults: the saved ones are of another version; save again"
-        }
-        SettingsFrom::Refused => {
-            "the defaults: the saved ones are beyond the hard bounds; save again"
-        }
+        SettingsFrom::Damaged => "the defaults: the saved ones are damaged",
+        SettingsFrom::OtherVersion { .. } => "as saved by another version",
+        SettingsFrom::Refused => "the defaults: the saved ones are beyond the hard bounds",
         SettingsFrom::Unreadable => "the defaults: the memory cannot be read",
+    };
+    let lost = from.lost();
+    if lost.is_empty() {
+        return source.to_owned();
     }
+    let names: Vec<&str> = SETTINGS_GROUPS
+        .iter()
+        .filter(|(group, _)| lost.contains(*group))
+        .map(|(_, name)| *name)
+        .collect();
+    format!(
+        "{source}; lost: {}; the board does not arm before `params --save` confirms those in force",
+        names.join(", ")
+    )
 }
+
+/// Groups of settings that are stored, and lost, as a whole.
+const SETTINGS_GROUPS: [(SettingsGroups, &str); 4] = [
+    (SettingsGroups::CONTROL, "period, controller and estimator"),
+    (SettingsGroups::ARM, "arm"),
+    (SettingsGroups::JOINTS, "calibration"),
+    (SettingsGroups::LIMITS, "limits"),
+];
 
 fn stack(report: &BoardReport) -> String {
     report.stack.map_or_else(

@@ -36,7 +36,7 @@ pub(crate) fn go<T: Task>(
     let written = recorder.map(Recorder::finish).transpose();
     match result {
         Ok(()) => {}
-        Err(LinkError::Link(error)) => return Err(error.to_string().into()),
+        Err(LinkError::Link(error)) => return Err(error),
         Err(LinkError::Host(why)) => return Err(format!("{uri}: {why}").into()),
     }
     if let Some(trouble) = written?.and_then(|report| report.trouble) {

@@ -1,5 +1,6 @@
 //! The transparent port of a simulated board, served to another program.
 
+use armbridge_client::endpoint::Exposure;
 use armbridge_client::transport::LinkUri;
 use armbridge_sim::cosim::PortClient;
 use armbridge_sim::usb2dynamixel_server::PortServer;
@@ -7,11 +8,14 @@ use armbridge_sim::usb2dynamixel_server::PortServer;
 use super::Error;
 
 /// The program at the port that is asked for.
-pub(super) fn open(at: Option<&LinkUri>) -> Result<Option<Box<dyn PortClient>>, Error> {
+pub(super) fn open(
+    at: Option<&LinkUri>,
+    exposure: Exposure,
+) -> Result<Option<Box<dyn PortClient>>, Error> {
     match at {
         None => Ok(None),
         Some(LinkUri::Tcp(endpoint)) => {
-            let (listener, at) = endpoint.listen()?;
+            let (listener, at) = endpoint.listen(exposure)?;
             eprintln!("transparent port on {at}, raw bus bytes");
             Ok(Some(Box::new(PortServer::on_socket(listener)?)))
         }

@@ -11,14 +11,16 @@ use armbridge_client::session::Request;
 use armbridge_shared::JOINTS;
 use armbridge_shared::link::message::{Command, Mode, Settings};
 use armbridge_shared::link::motion::Motion;
-use foxglove::websocket::service::Responder;
-use foxglove::websocket::{GetParametersResponder, Parameter, SetParametersResponder};
+use foxglove::websocket::Parameter;
 
 use super::board::{Board, CommandKind};
 use super::values;
+use super::viewer::ViewerId;
 
 /// How long the board may take to show the effect of a request.
 const TIMEOUT: Duration = Duration::from_secs(2);
+/// Requests of a viewer that wait for the board.
+const PENDING_MAX: usize = 32;
 
 /// Services that a viewer can call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +40,7 @@ pub enum Service {
 }
 
 impl Service {
-    /// All of them; those from [`Service::Arm`] on let motors come on.
+    /// All of them.
     pub const ALL: [Self; 6] = [
         Self::Stop,
         Self::Disarm,
@@ -58,6 +60,11 @@ impl Service {
             Self::Hold => "/hold",
             Self::Upright => "/upright",
         }
+    }
+
+    /// Whether any viewer may call it: it switches motors off.
+    pub fn is_free(self) -> bool {
+        matches!(self, Self::Stop | Self::Disarm)
     }
 
     /// Whether motors may come on by it.
@@ -112,28 +119,51 @@ impl Service {
     }
 }
 
-/// A request of a viewer, and where its response goes.
+/// A call of a service, as its viewer numbers it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Call {
+    /// The service.
+    pub service_id: u32,
+    /// The call.
+    pub call_id: u32,
+}
+
+/// A request of a viewer, with its number if the viewer wants an answer.
 #[derive(Debug)]
 pub enum ViewerRequest {
     /// Read parameters.
-    Get(Vec<String>, GetParametersResponder),
+    Get(Vec<String>, Option<String>),
     /// Change parameters.
-    Set(Vec<Parameter>, SetParametersResponder),
+    Set(Vec<Parameter>, Option<String>),
     /// Call a service.
-    Call(Service, Responder),
+    Call(Service, Call),
 }
 
-/// Result of taking or settling requests: for the link, and for all viewers.
+/// A message to one viewer.
+#[derive(Debug)]
+pub enum Reply {
+    /// Values in force, in answer to the request of this number.
+    Parameters(Vec<Parameter>, Option<String>),
+    /// The service has done it.
+    Done(Call),
+    /// The service has not done it.
+    Failed(Call, String),
+    /// An error.
+    Error(String),
+}
+
+/// Result of taking or settling requests: for the link, and for viewers.
 #[derive(Debug, Default)]
 pub struct Outcome {
     /// Requests for the board.
     pub requests: Vec<Request>,
-    /// Errors, shown to all viewers.
-    pub errors: Vec<String>,
+    /// Replies to viewers.
+    pub replies: Vec<(ViewerId, Reply)>,
 }
 
 #[derive(Debug)]
 struct Pending {
+    from: ViewerId,
     since: Instant,
     /// The board's refusals before it.
     refusals: u64,
@@ -145,11 +175,11 @@ enum PendingKind {
     Change {
         wanted: Box<Settings>,
         names: Vec<String>,
-        responder: SetParametersResponder,
+        id: Option<String>,
     },
     Call {
         service: Service,
-        responder: Responder,
+        call: Call,
     },
 }
 
@@ -160,20 +190,33 @@ pub struct PendingRequests {
 }
 
 impl PendingRequests {
-    /// Takes a request.
-    pub fn take(&mut self, request: ViewerRequest, board: &Board) -> Outcome {
+    /// Takes a request of this viewer.
+    pub fn take(&mut self, from: ViewerId, request: ViewerRequest, board: &Board) -> Outcome {
         let mut outcome = Outcome::default();
+        let settings = board.status.settings.as_ref();
+        let same = self.pending.iter().filter(|pending| pending.from == from);
+        let is_too_many = same.count() >= PENDING_MAX;
         match request {
-            ViewerRequest::Get(names, responder) => {
-                let all = board.status.settings.as_ref();
-                responder.respond(all.map_or_else(Vec::new, |all| values::parameters(all, &names)));
+            ViewerRequest::Get(names, id) => {
+                let values =
+                    settings.map_or_else(Vec::new, |settings| values::parameters(settings, &names));
+                outcome.replies.push((from, Reply::Parameters(values, id)));
             }
-            ViewerRequest::Set(wanted, responder) => {
-                self.change(&wanted, responder, board, &mut outcome);
+            ViewerRequest::Set(..) if is_too_many => {
+                let error = Reply::Error("too many requests wait for the board".into());
+                outcome.replies.push((from, error));
             }
-            ViewerRequest::Call(service, responder) => {
+            ViewerRequest::Set(wanted, id) => {
+                self.change(from, &wanted, id, board, &mut outcome);
+            }
+            ViewerRequest::Call(service, call) => {
                 outcome.requests = service.requests(board);
-                self.wait(board, PendingKind::Call { service, responder });
+                if is_too_many {
+                    let error = "too many requests wait for the board".into();
+                    outcome.replies.push((from, Reply::Failed(call, error)));
+                } else {
+                    self.wait(from, board, PendingKind::Call { service, call });
+                }
             }
         }
         outcome
@@ -181,8 +224,9 @@ impl PendingRequests {
 
     fn change(
         &mut self,
+        from: ViewerId,
         requested: &[Parameter],
-        responder: SetParametersResponder,
+        id: Option<String>,
         board: &Board,
         outcome: &mut Outcome,
     ) {
@@ -190,17 +234,21 @@ impl PendingRequests {
             .iter()
             .map(|parameter| parameter.name.clone())
             .collect();
+        let mut fail = |error: String, values| {
+            outcome.replies.push((from, Reply::Error(error)));
+            outcome
+                .replies
+                .push((from, Reply::Parameters(values, id.clone())));
+        };
         let Some(settings) = board.status.settings else {
             let error = "parameters cannot be set before the board has reported its own";
-            outcome.errors.push(error.into());
-            responder.respond(vec![]);
+            fail(error.into(), vec![]);
             return;
         };
         let wanted = match values::changed(&settings, requested) {
             Ok(wanted) => wanted,
             Err(error) => {
-                outcome.errors.push(error.to_string());
-                responder.respond(values::parameters(&settings, &names));
+                fail(error.to_string(), values::parameters(&settings, &names));
                 return;
             }
         };
@@ -216,23 +264,25 @@ impl PendingRequests {
         let kind = PendingKind::Change {
             wanted: Box::new(wanted),
             names,
-            responder,
+            id,
         };
-        self.wait(board, kind);
+        self.wait(from, board, kind);
     }
 
-    fn wait(&mut self, board: &Board, kind: PendingKind) {
+    fn wait(&mut self, from: ViewerId, board: &Board, kind: PendingKind) {
         self.pending.push(Pending {
+            from,
             since: Instant::now(),
             refusals: board.refusals,
             kind,
         });
     }
 
-    /// Responds to requests whose result is known, or that have timed out.
+    /// Replies to requests whose result is known, or that have timed out.
     pub fn settle(&mut self, board: &Board) -> Outcome {
         let mut outcome = Outcome::default();
-        for pending in std::mem::take(&mut self.pending) {
+        let settings = board.status.settings.as_ref();
+        self.pending.retain_mut(|pending| {
             let is_late = pending.since.elapsed() > TIMEOUT;
             let refused = board.refused.filter(|_| board.refusals > pending.refusals);
             let error = |kind: Option<CommandKind>| match refused {
@@ -244,42 +294,35 @@ impl PendingRequests {
                     is_late.then(|| "no result from the board within 2 s: is it connected?".into())
                 }
             };
-            match pending.kind {
-                PendingKind::Change {
-                    wanted,
-                    names,
-                    responder,
-                } => {
-                    let is_so = board.status.settings == Some(*wanted);
+            let from = pending.from;
+            match &mut pending.kind {
+                PendingKind::Change { wanted, names, id } => {
+                    let is_so = settings == Some(&**wanted);
                     let error = error(Some(CommandKind::Change)).filter(|_| !is_so);
-                    if is_so || error.is_some() {
-                        let all = board.status.settings.as_ref();
-                        let values =
-                            all.map_or_else(Vec::new, |all| values::parameters(all, &names));
-                        responder.respond(values);
-                        outcome.errors.extend(error);
-                        continue;
+                    if !is_so && error.is_none() {
+                        return true;
                     }
-                    let kind = PendingKind::Change {
-                        wanted,
-                        names,
-                        responder,
-                    };
-                    self.pending.push(Pending { kind, ..pending });
+                    let values = settings
+                        .map_or_else(Vec::new, |settings| values::parameters(settings, names));
+                    let values = Reply::Parameters(values, id.take());
+                    outcome.replies.push((from, values));
+                    outcome
+                        .replies
+                        .extend(error.map(|error| (from, Reply::Error(error))));
                 }
-                PendingKind::Call { service, responder } => {
+                PendingKind::Call { service, call } => {
                     let mode = board.status.mode();
                     if mode.is_some_and(|mode| service.is_done(mode)) {
-                        responder.respond_ok(br#"{"success":true,"message":""}"#);
+                        outcome.replies.push((from, Reply::Done(*call)));
                     } else if let Some(error) = error(service.command_kind()) {
-                        responder.respond_err(error);
+                        outcome.replies.push((from, Reply::Failed(*call, error)));
                     } else {
-                        let kind = PendingKind::Call { service, responder };
-                        self.pending.push(Pending { kind, ..pending });
+                        return true;
                     }
                 }
             }
-        }
+            false
+        });
         outcome
     }
 }

@@ -13,12 +13,13 @@ use armbridge_shared::link::message::{Command, Settings};
 
 use super::board::Board;
 use super::pending_requests::{Outcome, PendingRequests};
-use super::server::Server;
+use super::server::{Server, ServerError};
 use super::values;
+use super::viewer::ViewerId;
 use crate::link_thread::LinkThread;
 
-/// Period of the loop: viewers get messages at most this old, at 1 kHz ten at a time.
-const LOOK: Duration = Duration::from_millis(10);
+/// Period of the loop: viewers get messages at most this old, at 1 kHz five at a time.
+const LOOK: Duration = Duration::from_millis(5);
 
 /// A time before this, in ns since 1970, is virtual.
 const REAL_NS: u64 = 1_000_000_000_000_000_000;
@@ -32,9 +33,16 @@ pub struct Served {
     pub unseen: u64,
 }
 
-/// Serves viewers until ctrl-c, or until the link ends. When the last viewer leaves an
-/// arm that a viewer has armed, it is disarmed.
-pub fn run(session: &LinkThread, event_queue: &EventQueue, server: &Server) -> Served {
+/// Serves viewers until ctrl-c, or until the link ends. When a viewer leaves that has armed
+/// the arm, or its connection breaks, the arm is disarmed, whoever else is there.
+///
+/// # Errors
+/// If no viewer can connect any more.
+pub fn run(
+    session: &LinkThread,
+    event_queue: &EventQueue,
+    server: &mut Server,
+) -> Result<Served, ServerError> {
     let mut live = Live {
         server,
         board: Board::default(),
@@ -44,40 +52,35 @@ pub fn run(session: &LinkThread, event_queue: &EventQueue, server: &Server) -> S
         parameters: None,
         served: Served::default(),
     };
-    let mut events = VecDeque::new();
-    let mut is_armed_here = false;
+    let (mut events, mut requests) = (VecDeque::new(), Vec::new());
+    // Viewers that have armed since the arm was last disarmed here.
+    let mut operators: Vec<ViewerId> = Vec::new();
     while !session.is_over() && !ctrl_c::is_raised() {
         live.served.unseen += event_queue.take(&mut events);
         for event in &events {
             live.event(event);
         }
-        let mut outcome = live.pending.settle(&live.board);
-        if let Ok(request) = server.requests().recv_timeout(LOOK) {
-            let requests = std::iter::once(request).chain(server.requests().try_iter());
-            for request in requests {
-                let more = live.pending.take(request, &live.board);
-                outcome.requests.extend(more.requests);
-                outcome.errors.extend(more.errors);
+        let outcome = live.pending.settle(&live.board);
+        live.apply(session, outcome);
+        live.server.poll(&mut requests)?;
+        for (viewer, request) in requests.drain(..) {
+            let outcome = live.pending.take(viewer, request, &live.board);
+            if outcome.requests.contains(&Request::Arm) && !operators.contains(&viewer) {
+                operators.push(viewer);
             }
+            live.apply(session, outcome);
         }
-        let Outcome { requests, errors } = outcome;
-        is_armed_here |= requests.contains(&Request::Arm);
-        for request in requests {
-            session.request(request);
-        }
-        for error in errors {
-            server.publish_error(&error);
-        }
-        if is_armed_here && server.viewers() == 0 {
-            is_armed_here = false;
+        if operators.iter().any(|viewer| !live.server.has(*viewer)) {
+            operators.clear();
             session.request(Request::Command(Command::Idle));
         }
+        std::thread::sleep(LOOK);
     }
-    live.served
+    Ok(live.served)
 }
 
 struct Live<'a> {
-    server: &'a Server,
+    server: &'a mut Server,
     board: Board,
     pending: PendingRequests,
     encoder: Encoder,
@@ -89,6 +92,15 @@ struct Live<'a> {
 }
 
 impl Live<'_> {
+    fn apply(&mut self, session: &LinkThread, outcome: Outcome) {
+        for request in outcome.requests {
+            session.request(request);
+        }
+        for (viewer, reply) in outcome.replies {
+            self.server.reply(viewer, reply);
+        }
+    }
+
     fn event(&mut self, event: &Event) {
         let before = self.board.status.settings;
         self.board.take(event);
@@ -111,10 +123,10 @@ impl Live<'_> {
         } = self;
         let mut put = |message: Message<'_>| -> Result<(), Infallible> {
             served.messages += 1;
-            server.put(message);
+            server.put(&message);
             match (message.topic, parameters.as_ref()) {
                 (Topic::Parameters, _) => *parameters = Some(message.bytes.to_vec()),
-                (Topic::Statistics, Some(bytes)) => server.put(Message {
+                (Topic::Statistics, Some(bytes)) => server.put(&Message {
                     topic: Topic::Parameters,
                     bytes,
                     ..message
@@ -130,7 +142,7 @@ impl Live<'_> {
     }
 
     /// Publishes the parameters that have changed.
-    fn publish_changes(&self, before: Option<&Settings>) {
+    fn publish_changes(&mut self, before: Option<&Settings>) {
         let Some(settings) = &self.board.status.settings else {
             return;
         };
@@ -141,7 +153,7 @@ impl Live<'_> {
                 .collect()
         });
         // None by name is all of them.
-        self.server.publish(values::parameters(settings, &changed));
+        self.server.publish(&values::parameters(settings, &changed));
     }
 }
 

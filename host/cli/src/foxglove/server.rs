@@ -1,58 +1,101 @@
-//! The server that viewers connect to.
+//! The server that viewers connect to, over the protocol `foxglove.sdk.v1`.
 //!
-//! Messages go to viewers over the protocol `foxglove.sdk.v1`; their requests come back
-//! over a channel, so that nothing waits on the server's own threads.
+//! It runs on the thread that calls [`Server::poll`], and never waits. A connection has 2 s
+//! to become a viewer; there are at most 16 handshakes and 16 viewers at a time.
 
-use std::net::IpAddr;
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::cell::Cell;
+use std::io::Write;
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::rc::Rc;
+use std::time::{Duration, Instant, SystemTime};
 
-use armbridge_log::topics::{Message, Topic};
-use foxglove::websocket::service::{
-    Handler, Request as Call, Responder, Service as FoxgloveService, ServiceSchema,
+use armbridge_client::endpoint::{Endpoint, Exposure, OpenError};
+use armbridge_client::tcp_pump::is_timeout;
+use armbridge_log::topics;
+use armbridge_log::topics::Topic;
+use foxglove::AppUrl;
+use foxglove::websocket::Parameter;
+use foxglove::ws_protocol::JsonMessage;
+use foxglove::ws_protocol::schema::{EncodeError, Schema};
+use foxglove::ws_protocol::server::server_info::Capability;
+use foxglove::ws_protocol::server::{
+    Advertise, AdvertiseServices, Channel, ServerInfo, advertise_services,
 };
-use foxglove::websocket::{
-    AnyClient, GetParametersResponder, Parameter, ParameterHandler, SetParametersResponder, Status,
-};
-use foxglove::{
-    ChannelBuilder, Context, FoxgloveError, PartialMetadata, RawChannel, Schema, WebSocketServer,
-    WebSocketServerHandle,
-};
+use tungstenite::Message;
+use tungstenite::error::Error;
+use tungstenite::handshake::server::{Callback, ErrorResponse, Request, Response, ServerHandshake};
+use tungstenite::handshake::{HandshakeError, MidHandshake};
+use tungstenite::http::HeaderValue;
 
-use super::pending_requests::{Service, ViewerRequest};
+use super::access::{Access, PROTOCOL, Right};
+use super::pending_requests::{Reply, Service, ViewerRequest};
+use super::viewer::{self, Viewer, ViewerId};
 
-/// Messages that wait for a viewer; more than 4 s of all topics. Then its oldest go.
-const BACKLOG: usize = 8192;
+/// Longest time for a handshake.
+const HANDSHAKE: Duration = Duration::from_secs(2);
+const TIMEOUT: &str = "408 Request Timeout";
+/// Handshakes at a time; a further one takes the place of the oldest.
+const HANDSHAKES_MAX: usize = 16;
+/// Viewers at a time.
+const VIEWERS_MAX: usize = 16;
 
 /// Why there is no server.
 #[derive(Debug, thiserror::Error)]
 pub enum ServerError {
     /// The port cannot be had.
-    #[error(
-        "cannot serve on {host}:{port}: {source}; choose another with --port, 0 for any free one"
-    )]
-    Bind {
-        /// Address.
-        host: IpAddr,
-        /// Port.
-        port: u16,
-        /// The system's reason.
-        source: std::io::Error,
-    },
-    /// Anything else.
+    #[error("{0}; --port chooses another one, 0 any free one")]
+    Listen(#[from] OpenError),
+    /// The listener cannot be polled.
     #[error("cannot serve viewers: {0}")]
-    Other(#[from] FoxgloveError),
+    Poll(#[from] std::io::Error),
+    /// The topics cannot be announced.
+    #[error("cannot announce the topics: {0}")]
+    Schema(#[from] EncodeError),
+}
+
+/// Checks a request, and answers it.
+#[derive(Debug)]
+struct Gate {
+    access: Rc<Access>,
+    right: Rc<Cell<Right>>,
+}
+
+impl Callback for Gate {
+    fn on_request(
+        self,
+        request: &Request,
+        mut response: Response,
+    ) -> Result<Response, ErrorResponse> {
+        let checked = self.access.check(request);
+        self.right.set(checked.map_err(|denial| denial.response())?);
+        let protocol = HeaderValue::from_static(PROTOCOL);
+        response
+            .headers_mut()
+            .insert("sec-websocket-protocol", protocol);
+        Ok(response)
+    }
+}
+
+/// A connection that is no viewer yet.
+struct Handshake {
+    since: Instant,
+    /// For an answer where the handshake itself gives none.
+    stream: TcpStream,
+    right: Rc<Cell<Right>>,
+    under_way: MidHandshake<ServerHandshake<TcpStream, Gate>>,
 }
 
 /// The server.
-#[derive(Debug)]
 pub struct Server {
-    handle: WebSocketServerHandle,
-    /// Channels are open as long as this is there.
-    _context: Arc<Context>,
-    /// In the order of [`Topic::ALL`].
-    channels: Vec<Arc<RawChannel>>,
-    requests: Receiver<ViewerRequest>,
+    listener: TcpListener,
+    at: SocketAddr,
+    access: Rc<Access>,
+    /// What a viewer gets first.
+    greeting: Vec<Message>,
+    handshakes: Vec<Handshake>,
+    viewers: Vec<Viewer>,
+    /// Viewers so far.
+    count: u64,
 }
 
 impl Server {
@@ -60,146 +103,209 @@ impl Server {
     /// offered only if they are allowed.
     ///
     /// # Errors
-    /// If the port cannot be listened on.
-    pub fn start(host: IpAddr, port: u16, allow_arm: bool) -> Result<Self, ServerError> {
-        let context = Context::new();
-        let channels = Topic::ALL
-            .into_iter()
-            .map(|topic| {
-                let schema = Schema::new(topic.schema_name(), "protobuf", topic.schema());
-                ChannelBuilder::new(topic.name())
-                    .context(&context)
-                    .message_encoding("protobuf")
-                    .schema(schema)
-                    .build_raw()
-            })
-            .collect::<Result<_, _>>()?;
-        let (sender, requests) = channel();
-        let sender = Arc::new(RequestSender(Mutex::new(sender)));
-        let offered = Service::ALL
-            .into_iter()
-            .filter(|service| allow_arm || !service.energises())
-            .map(|service| offer(service, &sender));
-        let handle = WebSocketServer::new()
-            .name("armbridge")
-            .bind(host.to_string(), port)
-            .context(&context)
-            .message_backlog_size(BACKLOG)
-            .supported_encodings(["json"])
-            .services(offered)
-            .parameter_handler(Arc::clone(&sender) as Arc<dyn ParameterHandler>)
-            .start_blocking()
-            .map_err(|error| match error {
-                FoxgloveError::Bind(source) => ServerError::Bind { host, port, source },
-                error => ServerError::Other(error),
-            })?;
+    /// If the port cannot be listened on, or is exposed to the network unasked.
+    pub fn start(
+        at: SocketAddr,
+        exposure: Exposure,
+        allow_arm: bool,
+        access: Access,
+    ) -> Result<Self, ServerError> {
+        let (listener, _) = Endpoint::from(at).listen(exposure)?;
+        listener.set_nonblocking(true)?;
         Ok(Self {
-            handle,
-            _context: context,
-            channels,
-            requests,
+            at: listener.local_addr()?,
+            listener,
+            access: Rc::new(access),
+            greeting: greeting(allow_arm)?,
+            handshakes: Vec::new(),
+            viewers: Vec::new(),
+            count: 0,
         })
     }
 
-    /// The port that it listens on.
-    pub fn port(&self) -> u16 {
-        self.handle.port()
+    /// Address for a viewer that may command.
+    pub fn url(&self) -> String {
+        format!("ws://{}/?token={}", self.at, self.access.token())
     }
 
-    /// Address to open in a browser.
+    /// Address to open in a browser, for the same.
     pub fn app_url(&self) -> String {
-        self.handle.app_url().to_string()
+        AppUrl::new().with_websocket(self.url()).to_string()
     }
 
-    /// Viewers that are there.
-    pub fn viewers(&self) -> usize {
-        self.handle.client_count()
+    /// Whether this viewer is still there.
+    pub fn has(&self, id: ViewerId) -> bool {
+        self.viewers.iter().any(|viewer| viewer.id == id)
     }
 
-    /// Viewers' requests.
-    pub fn requests(&self) -> &Receiver<ViewerRequest> {
-        &self.requests
+    /// Takes connections and what viewers have sent, and sends what waits for them.
+    ///
+    /// # Errors
+    /// If the listener fails.
+    pub fn poll(
+        &mut self,
+        requests: &mut Vec<(ViewerId, ViewerRequest)>,
+    ) -> Result<(), ServerError> {
+        for _ in 0..HANDSHAKES_MAX {
+            match self.listener.accept() {
+                Ok((stream, _)) => {
+                    if self.handshakes.len() == HANDSHAKES_MAX {
+                        refuse(&self.handshakes.remove(0).stream, TIMEOUT);
+                    }
+                    self.begin(stream);
+                }
+                Err(error) if is_timeout(&error) => break,
+                // The peer has gone before it was accepted.
+                Err(error) if error.kind() == std::io::ErrorKind::ConnectionAborted => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        for handshake in std::mem::take(&mut self.handshakes) {
+            if handshake.since.elapsed() > HANDSHAKE {
+                refuse(&handshake.stream, TIMEOUT);
+            } else {
+                let Handshake { under_way, .. } = handshake;
+                let result = under_way.handshake();
+                self.go_on(handshake.since, handshake.stream, handshake.right, result);
+            }
+        }
+        self.viewers
+            .retain_mut(|viewer| viewer.read(requests).is_ok() && viewer.send().is_ok());
+        Ok(())
     }
 
-    /// Publishes a message to its subscribers.
-    pub fn put(&self, message: Message<'_>) {
-        if let Some(channel) = self.channels.get(message.topic as usize) {
-            let meta = PartialMetadata::with_log_time(message.log_time_ns);
-            channel.log_with_meta(message.bytes, meta);
+    fn begin(&mut self, stream: TcpStream) {
+        // A connection that cannot be set up so has ended.
+        let ready = stream
+            .set_nonblocking(true)
+            .and_then(|()| stream.set_nodelay(true))
+            .and_then(|()| stream.try_clone());
+        let Ok(answer) = ready else {
+            return;
+        };
+        let right = Rc::new(Cell::new(Right::Watch));
+        let gate = Gate {
+            access: Rc::clone(&self.access),
+            right: Rc::clone(&right),
+        };
+        let begun = ServerHandshake::start(stream, gate, Some(viewer::limits()));
+        self.go_on(Instant::now(), answer, right, begun.handshake());
+    }
+
+    fn go_on(
+        &mut self,
+        since: Instant,
+        stream: TcpStream,
+        right: Rc<Cell<Right>>,
+        result: Result<
+            tungstenite::WebSocket<TcpStream>,
+            HandshakeError<ServerHandshake<TcpStream, Gate>>,
+        >,
+    ) {
+        match result {
+            Ok(mut socket) if self.viewers.len() >= VIEWERS_MAX => {
+                // Best effort: the close alone suffices.
+                let _ = socket.close(None);
+            }
+            Ok(socket) => {
+                self.count += 1;
+                let id = ViewerId(self.count);
+                let viewer = Viewer::new(id, right.get(), socket, &self.greeting);
+                self.viewers.push(viewer);
+            }
+            Err(HandshakeError::Interrupted(under_way)) => self.handshakes.push(Handshake {
+                since,
+                stream,
+                right,
+                under_way,
+            }),
+            // Answered.
+            Err(HandshakeError::Failure(Error::Http(_))) => {}
+            Err(HandshakeError::Failure(Error::AttackAttempt | Error::Capacity(_))) => {
+                refuse(&stream, "431 Request Header Fields Too Large");
+            }
+            Err(HandshakeError::Failure(_)) => refuse(&stream, "400 Bad Request"),
         }
     }
 
-    /// Publishes these parameters' values to their subscribers.
-    pub fn publish(&self, parameters: Vec<Parameter>) {
-        self.handle.publish_parameter_values(parameters);
+    /// Queues a reply to a viewer, if it is still there.
+    pub fn reply(&mut self, to: ViewerId, reply: Reply) {
+        if let Some(viewer) = self.viewers.iter_mut().find(|viewer| viewer.id == to) {
+            viewer.reply(reply);
+        }
     }
 
-    /// Shows an error to all viewers.
-    pub fn publish_error(&self, error: &str) {
-        self.handle.publish_status(Status::error(error));
+    /// Queues a message for its subscribers.
+    pub fn put(&mut self, message: &topics::Message<'_>) {
+        for viewer in &mut self.viewers {
+            viewer.put(message);
+        }
     }
 
-    /// Disconnects all viewers.
-    pub fn stop(self) {
-        self.handle.stop().wait_blocking();
-    }
-}
-
-/// Passes requests on to the thread that serves them.
-struct RequestSender(Mutex<Sender<ViewerRequest>>);
-
-impl RequestSender {
-    fn send(&self, request: ViewerRequest) {
-        let sender = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        // The receiver is gone: the server is about to end.
-        let _ = sender.send(request);
+    /// Queues these parameters' values for their subscribers.
+    pub fn publish(&mut self, parameters: &[Parameter]) {
+        for viewer in &mut self.viewers {
+            viewer.update(parameters);
+        }
     }
 }
 
-impl ParameterHandler for RequestSender {
-    fn get(
-        &self,
-        _: AnyClient,
-        names: Vec<String>,
-        _: Option<String>,
-        responder: GetParametersResponder,
-    ) {
-        self.send(ViewerRequest::Get(names, responder));
-    }
-
-    fn set(
-        &self,
-        _: AnyClient,
-        parameters: Vec<Parameter>,
-        _: Option<String>,
-        responder: SetParametersResponder,
-    ) {
-        self.send(ViewerRequest::Set(parameters, responder));
+impl Drop for Server {
+    fn drop(&mut self) {
+        for viewer in &mut self.viewers {
+            viewer.close();
+        }
     }
 }
 
-/// Passes calls of a service on.
-struct ServiceHandler(Service, Arc<RequestSender>);
+/// Answers a request that failed, best effort.
+fn refuse(mut stream: &TcpStream, status: &str) {
+    let _ = write!(
+        stream,
+        "HTTP/1.1 {status}\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
+    );
+}
 
-impl Handler for ServiceHandler {
-    fn call(&self, _: Call, responder: Responder) {
-        self.1.send(ViewerRequest::Call(self.0, responder));
+/// Server, topics and services; a topic or service has its index as id.
+fn greeting(allow_arm: bool) -> Result<Vec<Message>, EncodeError> {
+    let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    let info = ServerInfo::new("armbridge")
+        .with_capabilities([
+            Capability::Parameters,
+            Capability::ParametersSubscribe,
+            Capability::Services,
+        ])
+        .with_supported_encodings(["json"])
+        .with_session_id(since_1970.unwrap_or_default().as_millis().to_string());
+    let mut greeting = vec![Message::text(info.to_string())];
+    for topic in Topic::ALL {
+        let schema = Schema::new(topic.schema_name(), "protobuf", topic.schema());
+        let channel = Channel::builder(topic as u64, topic.name(), "protobuf")
+            .with_schema(schema)
+            .build()?;
+        greeting.push(Message::text(Advertise::new([channel]).to_string()));
     }
+    let services = Service::ALL
+        .into_iter()
+        .zip(0..)
+        .filter(|(service, _)| allow_arm || !service.energises())
+        .map(|(service, id)| announce(service, id))
+        .collect::<Result<Vec<_>, _>>()?;
+    greeting.push(Message::text(AdvertiseServices::new(services).to_string()));
+    Ok(greeting)
 }
 
 /// A service without arguments; its answer is that of ROS's `Trigger`.
-fn offer(service: Service, sender: &Arc<RequestSender>) -> FoxgloveService {
-    let object = |properties: &str| {
+fn announce(
+    service: Service,
+    id: u32,
+) -> Result<advertise_services::Service<'static>, EncodeError> {
+    let schema = |name: &'static str, properties: &str| {
         let text = format!(r#"{{"type":"object","properties":{{{properties}}}}}"#);
-        text.into_bytes()
+        Schema::new(name, "jsonschema", text.into_bytes())
     };
     let answer = r#""success":{"type":"boolean"},"message":{"type":"string"}"#;
-    let schema = ServiceSchema::new("std_srvs/srv/Trigger")
-        .with_request("json", Schema::new("Request", "jsonschema", object("")))
-        .with_response(
-            "json",
-            Schema::new("Response", "jsonschema", object(answer)),
-        );
-    FoxgloveService::builder(service.name(), schema)
-        .handler(ServiceHandler(service, Arc::clone(sender)))
+    advertise_services::Service::new(id, service.name(), "std_srvs/srv/Trigger")
+        .with_request("json", schema("Request", ""))?
+        .with_response("json", schema("Response", answer))
 }

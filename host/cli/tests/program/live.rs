@@ -7,15 +7,21 @@ use std::process::{Child, Command, Stdio};
 use armbridge_tests::paths;
 
 /// `armbridge foxglove` on any free port, ended with the test.
-struct Live {
+pub(crate) struct Live {
     child: Child,
-    url: String,
+    /// Address with the token.
+    pub(crate) url: String,
 }
 
 impl Live {
     fn start(options: &[&str]) -> Self {
+        Self::on("sim:", options)
+    }
+
+    /// On this link.
+    pub(crate) fn on(link: &str, options: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_armbridge"))
-            .args(["foxglove", "--link", "sim:", "--port", "0"])
+            .args(["foxglove", "--link", link, "--port", "0"])
             .args(options)
             .stdout(Stdio::piped())
             .spawn()
@@ -30,6 +36,11 @@ impl Live {
         };
         assert!(read.is_ok() && live.url.starts_with("ws://127.0.0.1:"));
         live
+    }
+
+    /// The server's process.
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
     }
 
     fn passes(&self, options: &[&str]) {

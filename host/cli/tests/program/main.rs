@@ -6,6 +6,8 @@ mod cli;
 mod identification;
 mod inspect;
 mod links;
+#[cfg(target_os = "linux")]
+mod listeners;
 mod live;
 mod run;
 mod servo_bus;
@@ -14,6 +16,7 @@ mod settings;
 #[cfg(unix)]
 mod terminal;
 mod transparent;
+mod viewers;
 mod walk;
 mod watch;
 

@@ -117,6 +117,11 @@ impl<D: FnOnce(&Settings) -> Vec<Command>> Host for Exchange<D> {
         self.session.is_done()
     }
 
+    fn emergency_stop(&mut self, now_us: u64) -> bool {
+        self.session.request(now_us, Request::Stop);
+        true
+    }
+
     /// An unanswered command is sent again: settings are a state, not an event.
     fn disconnected(&mut self, now_us: u64) {
         self.session.disconnected();

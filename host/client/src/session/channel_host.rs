@@ -138,6 +138,11 @@ impl Host for ChannelHost {
         self.session.is_done()
     }
 
+    fn emergency_stop(&mut self, now_us: u64) -> bool {
+        self.session.request(now_us, Request::Stop);
+        true
+    }
+
     fn disconnected(&mut self, _now_us: u64) {
         self.session.disconnected();
         self.share();

@@ -12,6 +12,7 @@ use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::ToBoard;
 use armbridge_shared::link::schema;
 
+use super::WATCHING;
 use super::clock::Clock;
 use crate::Tap;
 use crate::event::Direction;
@@ -27,6 +28,8 @@ pub(super) struct Connection<'a> {
     taps: &'a mut [Box<dyn Tap>],
     clock: &'a Clock,
     is_goodbye_owed: bool,
+    /// Nothing was received yet.
+    is_new: bool,
 }
 
 impl<'a> Connection<'a> {
@@ -36,6 +39,7 @@ impl<'a> Connection<'a> {
             taps,
             clock,
             is_goodbye_owed: true,
+            is_new: true,
         }
     }
 
@@ -51,9 +55,19 @@ impl<'a> Connection<'a> {
         self.line.send(bytes)
     }
 
-    /// Bytes received until then, which the taps receive first.
-    pub(super) fn receive(&mut self, until: Instant) -> std::io::Result<Vec<u8>> {
-        let bytes = self.line.receive(until)?;
+    /// Bytes received until then, which the taps receive first. Calls `on_watching` if they
+    /// begin with the message that another host commands.
+    pub(super) fn receive(
+        &mut self,
+        until: Instant,
+        on_watching: impl FnOnce(),
+    ) -> std::io::Result<Vec<u8>> {
+        let mut bytes = self.line.receive(until)?;
+        let is_first = !bytes.is_empty() && std::mem::take(&mut self.is_new);
+        if is_first && bytes.starts_with(WATCHING) {
+            bytes.drain(..WATCHING.len());
+            on_watching();
+        }
         if !bytes.is_empty() {
             let now_ns = self.clock.now_ns();
             for tap in &mut *self.taps {
@@ -69,14 +83,9 @@ impl<'a> Connection<'a> {
         self.linger();
     }
 
-    /// Marks that the connection belongs to another host.
-    pub(super) fn abandon(mut self) {
-        self.is_goodbye_owed = false;
-    }
-
     fn linger(&mut self) {
         let until = Instant::now() + LINGER;
-        while Instant::now() < until && self.receive(until).is_ok() {}
+        while Instant::now() < until && self.receive(until, || {}).is_ok() {}
     }
 }
 

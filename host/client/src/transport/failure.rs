@@ -47,9 +47,6 @@ pub enum TransportError {
     /// Ctrl-C before the pseudo-terminal was opened.
     #[error("ctrl-c was pressed before a program opened {0}")]
     Interrupted(String),
-    /// Another host has the board.
-    #[error("{0} is in use: another host has the link; end that one first")]
-    InUse(LinkUri),
     /// The stream broke.
     #[error("{}", cause(.0))]
     Broken(#[source] io::Error),

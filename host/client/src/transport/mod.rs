@@ -19,6 +19,7 @@
 //! | [`usb`]        | a board's control pipes                                    |
 //! | `open`         | opens a link that is a byte stream                         |
 //! | `failure`      | reasons for which a link does not open, or is lost         |
+//! | [`stop_socket`] | an emergency stop of a link that another process has (Unix) |
 //! | `wall_clock`   | a host on a byte stream, which is reopened when it breaks  |
 //! | `disconnect_guard` | sends a goodbye if the host does not                   |
 
@@ -26,6 +27,8 @@ mod clock;
 mod disconnect_guard;
 mod failure;
 mod open;
+#[cfg_attr(not(unix), path = "no_stop_socket.rs")]
+pub mod stop_socket;
 #[cfg(unix)]
 mod terminal;
 pub mod uri;
@@ -42,9 +45,9 @@ use std::time::Duration;
 use crate::endpoint::Endpoint;
 use crate::{Host, Tap};
 
-/// Message to a second host of a board that is served on a socket, as readable text. The
-/// zero ends it like a frame.
-pub const IN_USE: &[u8] = b"armbridge: another host has this link\0";
+/// First message to a host of a board that another one commands, as readable text. The zero
+/// ends it like a frame.
+pub const WATCHING: &[u8] = b"armbridge: another host commands this board\0";
 
 /// URI of a link.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -32,6 +32,15 @@ impl<'a> Opener<'a> {
         }
     }
 
+    /// Name under which another program could open the link.
+    pub(super) fn name(&self) -> &LinkUri {
+        #[cfg(unix)]
+        if let Some(terminal) = &self.terminal {
+            return terminal.link();
+        }
+        self.uri
+    }
+
     /// Opens the link.
     pub(super) fn open(&mut self) -> Result<Box<dyn Line>, TransportError> {
         Ok(match self.uri {

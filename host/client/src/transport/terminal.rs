@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use super::TransportError;
+use super::{LinkUri, TransportError};
 use crate::ctrl_c;
 use crate::pty::{Pty, Ready};
 use crate::servo_bus::Line;
@@ -18,6 +18,7 @@ const LOOK: Duration = Duration::from_millis(20);
 #[derive(Debug)]
 pub(super) struct Terminal {
     pty: Rc<Pty>,
+    link: LinkUri,
     was_open: bool,
 }
 
@@ -28,9 +29,15 @@ impl Terminal {
         let pty = Rc::new(pty.for_one());
         eprintln!("{} waits for a program to open it", pty.name());
         Ok(Self {
+            link: LinkUri::Pty(Some(pty.name().into())),
             pty,
             was_open: false,
         })
+    }
+
+    /// Its name for other programs.
+    pub(super) fn link(&self) -> &LinkUri {
+        &self.link
     }
 
     /// A line to the program that has it open. Waits for the first, until ctrl-c.

@@ -112,6 +112,15 @@ pub fn open(serial: Option<&str>) -> Result<UsbLine, UsbError> {
         .ok_or(UsbError::NoPipes(name))
 }
 
+/// Serial number of the only board that is plugged in, if it has one.
+#[cfg(unix)]
+pub(super) fn serial_of_the_only_one() -> Option<String> {
+    let mut boards = nusb::list_devices().wait().ok()?.filter(is_board);
+    let only = boards.next()?;
+    let serial = only.serial_number()?.to_owned();
+    boards.next().is_none().then_some(serial)
+}
+
 fn is_board(device: &DeviceInfo) -> bool {
     device.vendor_id() == VENDOR_ID
         && device.product_id() == PRODUCT_ID

@@ -5,14 +5,21 @@
 //! the host is busy. A broken stream is reopened, repeatedly until
 //! patience ends; after [`Host::disconnected`] a host begins with a hello. The link is back
 //! when the first bytes of the board arrive.
+//!
+//! Meanwhile a stop that another process asks for is sent at once: by the host, in its
+//! session, or by this driver.
 
 use std::io;
 use std::time::{Duration, Instant};
 
+use armbridge_shared::link::frame::Encoder;
+use armbridge_shared::link::message::ToBoard;
+
 use super::clock::Clock;
 use super::disconnect_guard::Connection;
 use super::open::Opener;
-use super::{IN_USE, LinkError, LinkOptions, LinkUri, TransportError};
+use super::stop_socket::StopListener;
+use super::{LinkError, LinkOptions, LinkUri, TransportError};
 use crate::Host;
 use crate::servo_bus::Line;
 
@@ -28,8 +35,6 @@ const RETRY_INTERVAL: Duration = Duration::from_millis(250);
 enum Ended<E> {
     /// The stream broke.
     Broken(io::Error),
-    /// Another host has the link.
-    InUse,
     /// Error of our host.
     Host(E),
 }
@@ -51,6 +56,7 @@ pub(super) fn run<H: Host>(
         options,
         clock: Clock::start(),
         outage: None,
+        stops: None,
     };
     let result = driver.run(&mut host);
     (host, result)
@@ -61,6 +67,8 @@ struct LinkDriver<'a> {
     options: LinkOptions,
     clock: Clock,
     outage: Option<Outage>,
+    /// Stops by other processes, from when the link is open.
+    stops: Option<StopListener>,
 }
 
 impl LinkDriver<'_> {
@@ -72,12 +80,9 @@ impl LinkDriver<'_> {
         loop {
             match line {
                 Err(error) => self.check_retry(error)?,
-                Ok(line) => match self.serve(line, host) {
+                Ok(line) => match self.serve(line, opener.name(), host) {
                     Ok(()) => return Ok(()),
                     Err(Ended::Host(error)) => return Err(LinkError::Host(error)),
-                    Err(Ended::InUse) => {
-                        self.check_retry(TransportError::InUse(self.uri.clone()))?;
-                    }
                     // Also where a peer accepts and closes at once, repeatedly.
                     Err(Ended::Broken(error)) => {
                         let error = TransportError::Broken(error);
@@ -133,25 +138,57 @@ impl LinkDriver<'_> {
     }
 
     /// Runs the host without a link until the next attempt; true if it is done.
-    fn run_offline<H: Host>(&self, host: &mut H) -> Result<bool, H::Error> {
+    fn run_offline<H: Host>(&mut self, host: &mut H) -> Result<bool, H::Error> {
         let until = Instant::now() + RETRY_INTERVAL;
         while Instant::now() < until && !host.is_done() {
             host.transmit(self.clock.now_us())?;
+            if let Some(stops) = &mut self.stops {
+                stops.refuse();
+            }
             std::thread::sleep(WAIT_MAX);
         }
         Ok(host.is_done())
     }
 
-    fn serve<H: Host>(&mut self, line: Box<dyn Line>, host: &mut H) -> Result<(), Ended<H::Error>> {
+    /// Listens for stops by other processes, once the link is open under this name.
+    fn listen_for_stops(&mut self, name: &LinkUri) {
+        if self.stops.is_some() {
+            return;
+        }
+        match StopListener::open(name) {
+            Ok(stops) => self.stops = stops,
+            Err(error) if !self.options.is_quiet => eprintln!(
+                "armbridge: `armbridge stop` from another terminal cannot reach {name} while this \
+                 program has it: {error}"
+            ),
+            Err(_) => {}
+        }
+    }
+
+    fn serve<H: Host>(
+        &mut self,
+        line: Box<dyn Line>,
+        name: &LinkUri,
+        host: &mut H,
+    ) -> Result<(), Ended<H::Error>> {
+        self.listen_for_stops(name);
         let Self {
             options,
             clock,
             outage,
+            stops,
             uri,
         } = self;
         let mut connection = Connection::new(line, &mut options.taps, clock);
-        let mut is_new = true;
         while !host.is_done() {
+            if stops.as_mut().is_some_and(StopListener::is_stop_due)
+                && !host.emergency_stop(clock.now_us())
+            {
+                // An empty frame ends a partial frame in the board's receiver.
+                connection.send(&[0]).map_err(Ended::Broken)?;
+                let stop = Encoder::default().encode(&ToBoard::Stop).1.to_vec();
+                connection.send(&stop).map_err(Ended::Broken)?;
+            }
             let words = host.transmit(clock.now_us()).map_err(Ended::Host)?;
             connection.send(words).map_err(Ended::Broken)?;
             if host.is_done() {
@@ -159,18 +196,24 @@ impl LinkDriver<'_> {
             }
             let wait = clock.until(host.wake_at_us()).clamp(WAIT_MIN, WAIT_MAX);
             let until = Instant::now() + wait;
-            let bytes = connection.receive(until).map_err(Ended::Broken)?;
+            let on_watching = || {
+                if !options.is_quiet {
+                    eprintln!(
+                        "armbridge: another host commands the board at {uri}: this one watches, \
+                         and may stop it"
+                    );
+                }
+            };
+            let received = connection.receive(until, on_watching);
+            let bytes = received.map_err(Ended::Broken)?;
             if bytes.is_empty() {
                 continue;
             }
-            if std::mem::take(&mut is_new) {
-                if bytes.starts_with(IN_USE) {
-                    connection.abandon();
-                    return Err(Ended::InUse);
-                }
-                if outage.take().is_some() && !options.is_quiet {
-                    eprintln!("armbridge: {uri} is back; nothing is armed");
-                }
+            if outage.take().is_some() && !options.is_quiet {
+                eprintln!("armbridge: {uri} is back; nothing is armed");
+            }
+            if let Some(stops) = stops {
+                stops.receive(&bytes);
             }
             host.receive(clock.now_us(), &bytes).map_err(Ended::Host)?;
         }

@@ -4,20 +4,20 @@
 //! an hour at 1 kHz.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{Read, Seek};
+use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use armbridge_client::event::{Event, EventKind};
 use armbridge_shared::link::message::{
     Command, Moment, Record, Refusal, Settings, ToBoard, ToHost,
 };
-use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader};
+use mcap::records::op;
 
 use super::settings;
 use crate::export::About;
+use crate::limits::{METADATA_BYTES, TOPICS};
 use crate::recording::{ReadError, Reader};
+use crate::records::{Next, Records, parse};
 use crate::run_info::RunFacts;
 
 /// Contents of a log for comparison and plots.
@@ -63,6 +63,10 @@ pub struct SentCommand {
     pub moment: Option<Moment>,
 }
 
+/// Commands among which that of an acknowledgement is sought: more are never unanswered, and a
+/// log may be made of acknowledgements that belong to none.
+const UNANSWERED_MAX: usize = 256;
+
 /// Collects commands from events.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CommandCollector {
@@ -84,7 +88,7 @@ impl CommandCollector {
                     moment,
                 },
             ) => {
-                let mut commands = self.all.iter_mut().rev();
+                let mut commands = self.all.iter_mut().rev().take(UNANSWERED_MAX);
                 if let Some(sent) = commands.find(|sent| sent.sequence == sequence) {
                     sent.result = Some(result);
                     sent.moment = moment;
@@ -198,34 +202,37 @@ pub fn records(path: &Path) -> Result<impl Iterator<Item = Record> + use<>, Read
 /// Topics of a log and their message counts, by the index at its end; empty
 /// if it has none.
 pub fn topics(path: &Path) -> BTreeMap<String, u64> {
-    let summary = File::open(path).map(summary);
-    let Ok(Some(summary)) = summary else {
-        return BTreeMap::new();
-    };
-    let counts = summary
-        .stats
-        .map_or_else(BTreeMap::new, |stats| stats.channel_message_counts);
-    let topic = |(id, channel): (&u16, &Arc<mcap::Channel<'_>>)| {
-        let count = counts.get(id).copied().unwrap_or(0);
-        (channel.topic.clone(), count)
-    };
-    summary.channels.iter().map(topic).collect()
+    let index = Records::open(path).and_then(|records| records.map(index).transpose());
+    index.ok().flatten().flatten().unwrap_or_default()
 }
 
-/// Reads the summary from the end of the file.
-fn summary(mut file: File) -> Option<mcap::Summary> {
-    let mut reader = SummaryReader::new();
-    while let Some(event) = reader.next_event() {
-        match event.ok()? {
-            SummaryReadEvent::ReadRequest(bytes) => {
-                let read = file.read(reader.insert(bytes)).ok()?;
-                reader.notify_read(read);
+/// Reads the index; `None` if it is missing or not complete.
+fn index(mut records: Records) -> io::Result<Option<BTreeMap<String, u64>>> {
+    let (mut names, mut counts) = (BTreeMap::new(), BTreeMap::new());
+    let (mut body, mut is_index) = (Vec::new(), false);
+    while let Next::Record(opcode) = records.next()? {
+        match opcode {
+            op::DATA_END => is_index = true,
+            op::FOOTER => {
+                let count = |(id, name)| (name, counts.get(&id).copied().unwrap_or(0));
+                return Ok(is_index.then(|| names.into_iter().map(count).collect()));
             }
-            SummaryReadEvent::SeekRequest(to) => {
-                let at = file.seek(to).ok()?;
-                reader.notify_seeked(at);
+            op::CHANNEL | op::STATISTICS if is_index => {
+                if records.read(METADATA_BYTES, &mut body)?.is_err() {
+                    continue;
+                }
+                match parse(opcode, &body) {
+                    Some(mcap::records::Record::Channel(channel)) if names.len() < TOPICS => {
+                        names.insert(channel.id, channel.topic);
+                    }
+                    Some(mcap::records::Record::Statistics(statistics)) => {
+                        counts = statistics.channel_message_counts;
+                    }
+                    _ => {}
+                }
             }
+            _ => {}
         }
     }
-    reader.finish()
+    Ok(None)
 }

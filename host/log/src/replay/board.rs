@@ -60,6 +60,7 @@ impl Board {
                 is_prepared: true,
                 least_period_us: 0,
                 is_stop_settled: true,
+                hot_joint: None,
             },
             is_ticking: false,
             concluded: VecDeque::new(),
@@ -88,6 +89,7 @@ impl Board {
             is_prepared,
             least_period_us: tick_us(firmware, baud, readiness),
             is_stop_settled: true,
+            hot_joint: None,
         };
     }
 

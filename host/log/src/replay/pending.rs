@@ -53,12 +53,19 @@ pub(super) enum Place<'a> {
     End,
 }
 
+/// Messages that wait at a time. A board sends them some ticks ahead of records; only a log
+/// whose ticks are not those of its messages has more, and loses the oldest.
+const PENDING_MAX: usize = 1024;
+
 /// Messages that wait for their place.
 #[derive(Debug, Default)]
 pub(super) struct PendingMessages(VecDeque<PendingMessage>);
 
 impl PendingMessages {
     pub(super) fn push(&mut self, message: PendingMessage) {
+        if self.0.len() == PENDING_MAX {
+            self.0.pop_front();
+        }
         self.0.push_back(message);
     }
 

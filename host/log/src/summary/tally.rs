@@ -213,7 +213,7 @@ impl From<&armbridge_shared::link::message::Trip> for Cause {
     fn from(trip: &armbridge_shared::link::message::Trip) -> Self {
         Self {
             tick: trip.tick,
-            joint: trip.joint.map(|joint| joint + 1),
+            joint: trip.joint.map(|joint| joint.saturating_add(1)),
             value: trip.value,
             limit: trip.limit,
         }

@@ -134,7 +134,9 @@ impl Board for EmulatedBoard {
         input: Input<'_>,
         output: &mut Output,
     ) -> Result<Wake, QemuError> {
-        self.send_grant(now_us, input)
+        let granted = self.send_grant(now_us, input);
+        output.client_waiting = self.from_client.len();
+        granted
             .and_then(|()| self.receive_request(output))
             .map_err(|error| self.qemu.explain(error))
     }

@@ -225,7 +225,7 @@ impl Driver {
                 self.refusal = Some(refusal);
                 self.phase = Phase::Refused;
             }
-            (BoardMessage::Refused(Refusal::NotOff), Phase::Clearing) => {
+            (BoardMessage::Refused(Refusal::NotOff | Refusal::Hot { .. }), Phase::Clearing) => {
                 self.next_repeat_us = self.now_us + CLEAR_US;
             }
             (BoardMessage::Other(ToHost::Board(report)), _) => self.board = Some(report),

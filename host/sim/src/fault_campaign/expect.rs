@@ -22,7 +22,7 @@ pub const STOP_US: u64 = 20_000;
 
 /// Kinds that boards do not detect yet, or not always: their wrong names and the harm that
 /// they do are counted apart. A guard takes its kind off this list.
-pub(super) const UNGUARDED: [Kind; 11] = [
+pub(super) const UNGUARDED: [Kind; 10] = [
     Kind::SecondMaster,
     Kind::SwappedFirst,
     Kind::Frozen,
@@ -33,7 +33,6 @@ pub(super) const UNGUARDED: [Kind; 11] = [
     Kind::CalibrationScale,
     Kind::CalibrationZero,
     Kind::CalibrationDirection,
-    Kind::FlashRot,
 ];
 
 /// A row of the table.
@@ -177,6 +176,7 @@ pub(super) fn expected(kind: Kind, servos: Firmware) -> &'static Expected {
 pub(super) fn is_refusal_expected(kind: Kind, refusal: Refusal) -> bool {
     match kind {
         Kind::CalibrationScale => matches!(refusal, Refusal::OutOfRange),
+        Kind::FlashRot => matches!(refusal, Refusal::SettingsLost),
         Kind::DuplicateId => matches!(refusal, Refusal::NotReady),
         _ => false,
     }

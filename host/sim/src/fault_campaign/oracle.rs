@@ -28,8 +28,9 @@ use super::truth::Truth;
 const READY_US: u64 = 3_000_000;
 /// From the removal of the faults to the end, in µs.
 const SETTLE_US: u64 = 200_000;
-/// Until a cleared board is idle again, in µs.
-const CLEAR_US: u64 = 4_000_000;
+/// Until a cleared board is idle again, in µs. A hot Morpheus servo reads its temperature every
+/// 0.8 s, and at 1 kHz the board asks for it every 2.5 s; at the longest period every 3 s.
+const CLEAR_US: u64 = 8_000_000;
 /// Observation after that, in µs: motors stay off.
 const END_US: u64 = 300_000;
 /// Time in µs by which a torque may outlive the age of its command: a clock that jumps, and

@@ -5,7 +5,7 @@ use crate::bridge::command::ValidatedCommand;
 use crate::control_loop::reference::{ReferenceSource, StartPoint};
 use crate::control_loop::{ControlConfig, Instant};
 use crate::link::experiment::{Experiment, ExperimentEnd};
-use crate::link::message::{Drive, Limits, Refusal};
+use crate::link::message::{Drive, Fault, Limits, Refusal};
 use crate::supervisor::{Event, State};
 
 impl Core {
@@ -45,7 +45,7 @@ impl Core {
             {
                 Err(Refusal::NotOff)
             }
-            ValidatedCommand::ClearFault => self.apply(Event::ClearFault),
+            ValidatedCommand::ClearFault => self.clear_fault(bus),
             ValidatedCommand::Torque(torque_nm) => {
                 self.begin_drive()?;
                 self.control_loop.hold_torque(torque_nm, now.us);
@@ -76,9 +76,23 @@ impl Core {
         }
     }
 
-    /// Arms, if the servos take torque at the configured period.
+    /// Clears the fault; one of a temperature, if the servo has cooled.
+    fn clear_fault(&mut self, bus: BusFacts) -> Result<(), Refusal> {
+        let is_heat = self
+            .cause()
+            .is_some_and(|trip| trip.fault == Fault::Temperature);
+        match bus.hot_joint {
+            Some(joint) if is_heat => Err(Refusal::Hot { joint }),
+            Some(_) | None => self.apply(Event::ClearFault),
+        }
+    }
+
+    /// Arms, if the servos are cool and take torque at the configured period.
     fn arm(&mut self, bus: BusFacts) -> Result<(), Refusal> {
         self.supervisor.check(Event::Arm)?;
+        if let Some(joint) = bus.hot_joint {
+            return Err(Refusal::Hot { joint });
+        }
         if !bus.is_prepared {
             return Err(Refusal::Unprepared);
         }
@@ -136,7 +150,8 @@ impl Core {
         let is_driven = state.is_driven();
         let is_experimenting = is_driven && self.control_loop.drive() == Drive::Experiment;
         let is_other_period = control.period_us() != self.config.period_us();
-        if is_experimenting || (state.is_armed() && is_other_period) {
+        let is_other_servo = !self.config.has_joints(control);
+        if is_experimenting || (state.is_armed() && (is_other_period || is_other_servo)) {
             return Err(Refusal::NotIdle);
         }
         let config = self.config.with_control(control);

@@ -64,6 +64,9 @@ pub struct BusFacts {
     /// Whether the last stop has concluded: each motor is confirmed off, or the host has been
     /// notified which is not.
     pub is_stop_settled: bool,
+    /// Joint whose servo is too hot to be armed or, after a fault of its temperature, to clear
+    /// that.
+    pub hot_joint: Option<u8>,
 }
 
 /// Memory in which a bit can be turned by [`Core::inject_error`].

@@ -23,7 +23,8 @@ pub fn permits(
     angle_rad: [f32; crate::JOINTS],
 ) -> Result<(), Objection> {
     plan.check()?;
-    let monitors = MonitorConfig::new(settings.limits, settings.setup.period_us);
+    let setup = &settings.setup;
+    let monitors = MonitorConfig::new(settings.limits, &setup.joints, setup.period_us);
     let rest = angle_rad.into();
     let state = State {
         q: rest,

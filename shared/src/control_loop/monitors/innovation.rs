@@ -1,8 +1,9 @@
-//! Innovation monitor: range of one joint's samples on the potentiometer's track, and
-//! their distance from the estimator's prediction.
+//! Innovation monitor: range of one joint's raw samples, on the potentiometer's track and
+//! about its middle, and their distance from the estimator's prediction.
 
 use super::debounce::Debounce;
 use super::violation::Violation;
+use crate::actuator::{COUNTS_FROM_MIDDLE, Joint, MIDDLE_COUNT};
 use crate::link::limits::{Limits, hard};
 use crate::link::mode::Fault;
 
@@ -18,11 +19,13 @@ const FAR_SAMPLES: u32 = 3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Innovation {
     in_gap: Debounce,
+    off_middle: Debounce,
     far: Debounce,
 }
 
 impl Innovation {
-    /// Checks that the encoder is on its track.
+    /// Checks that the encoder is on its track, and not beyond the hard bound of a joint angle
+    /// whatever the calibration.
     pub(super) fn check_range(
         &mut self,
         limits: &Limits,
@@ -38,6 +41,17 @@ impl Innovation {
                 joint: Some(joint),
                 value: counts.into(),
                 limit: if counts < low { low } else { high }.into(),
+            });
+        }
+        let off_middle = counts.abs_diff(MIDDLE_COUNT);
+        let is_off_middle = off_middle > COUNTS_FROM_MIDDLE;
+        if self.off_middle.count(is_off_middle, GAP_SAMPLES) {
+            let nominal = Joint::<f32>::paper();
+            return Err(Violation {
+                fault: Fault::AngleLimit,
+                joint: Some(joint),
+                value: f32::from(off_middle) * nominal.rad_per_count,
+                limit: hard::ANGLE_RAD,
             });
         }
         Ok(())
@@ -71,14 +85,27 @@ mod tests {
 
     #[test]
     fn two_samples_in_a_row_in_the_gap_are_no_accident() {
-        for (at_end, inside) in [(7, 8), (1_016, 1_015), (1_023, 512)] {
+        for at_end in [7, 1_016, 1_023] {
             let (limits, mut samples) = (Limits::default(), Innovation::default());
-            for counts in [at_end, inside, at_end, inside, inside, at_end] {
+            for counts in [at_end, 512, at_end, 512, 512, at_end] {
                 assert_eq!(samples.check_range(&limits, 0, counts), Ok(()));
             }
             let violation = samples.check_range(&limits, 0, at_end).unwrap_err();
             assert_eq!(violation.fault, Fault::DeadZone);
             assert!((violation.value - f32::from(at_end)).abs() < 0.5);
+        }
+    }
+
+    #[test]
+    fn two_samples_beyond_the_middle_are_beyond_the_angle_limit() {
+        for (beyond, inside) in [(217, 218), (807, 806)] {
+            let (limits, mut samples) = (Limits::default(), Innovation::default());
+            for counts in [beyond, inside, inside, beyond, inside, beyond] {
+                assert_eq!(samples.check_range(&limits, 0, counts), Ok(()));
+            }
+            let violation = samples.check_range(&limits, 0, beyond).unwrap_err();
+            assert_eq!(violation.fault, Fault::AngleLimit);
+            assert!((1.505..1.51).contains(&violation.value), "{violation:?}");
         }
     }
 

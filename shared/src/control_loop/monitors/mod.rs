@@ -43,6 +43,7 @@ mod torque;
 mod violation;
 
 use crate::JOINTS;
+use crate::actuator::Joint;
 use crate::arm::{Parameters, State};
 use crate::check_word::checked;
 use crate::link::limits::Limits;
@@ -100,6 +101,8 @@ pub(super) struct MonitorInput<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MonitorConfig {
     limits: Limits,
+    /// Angle limits in rad: those of the host, within the reach of the servos.
+    angle_rad: [f32; JOINTS],
     dropout: DropoutConfig,
     fast_ticks: u32,
     stall: StallConfig,
@@ -113,6 +116,7 @@ pub(super) struct MonitorConfig {
 
 checked!(MonitorConfig {
     limits,
+    angle_rad,
     dropout,
     fast_ticks,
     stall,
@@ -145,12 +149,16 @@ struct JointMonitors {
 }
 
 impl MonitorConfig {
-    /// Parameters for [valid](Limits::is_valid) limits and ticks of `period_us`.
-    pub(super) fn new(limits: Limits, period_us: u32) -> Self {
+    /// Parameters for [valid](Limits::is_valid) limits, these servos and ticks of
+    /// `period_us`. No joint may go beyond what its servo's counts allow.
+    pub(super) fn new(limits: Limits, joints: &[Joint<f32>; JOINTS], period_us: u32) -> Self {
         // Never a division by zero, whatever the setting.
         let period_us = period_us.max(1);
+        let reach_rad = joints.each_ref().map(Joint::reach_rad);
+        let angle_rad = core::array::from_fn(|joint| limits.angle_rad[joint].min(reach_rad[joint]));
         Self {
             limits,
+            angle_rad,
             dropout: DropoutConfig::new(&limits, period_us),
             fast_ticks: motion::fast_ticks(period_us),
             stall: StallConfig::new(period_us),
@@ -160,7 +168,7 @@ impl MonitorConfig {
             }),
             period_ms: period_us as f32 * 1e-3,
             external: ExternalTorqueConfig::new(period_us),
-            soft_stop: SoftStop::new(limits.angle_rad, period_us),
+            soft_stop: SoftStop::new(angle_rad, period_us),
             torque: TorqueConfig::new(&limits, period_us),
         }
     }
@@ -260,7 +268,7 @@ impl Monitors {
                     .check_innovation(limits, id, innovation_rad)?;
             }
             let motion_limits = MotionLimits {
-                angle_rad: limits.angle_rad[i],
+                angle_rad: config.angle_rad[i],
                 speed_rad_s: limits.speed_rad_s[i],
                 fast_ticks: config.fast_ticks,
             };

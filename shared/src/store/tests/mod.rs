@@ -9,7 +9,7 @@ use super::page::Page;
 use super::record::{Record, encode_settings};
 use super::{PrepareError, SaveError, Store};
 use crate::bridge::can_run;
-use crate::link::message::{Settings, SettingsFrom};
+use crate::link::message::{Settings, SettingsFrom, SettingsGroups};
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use power::{Step, Traced, cut, take};
 use std::{vec, vec::Vec};
@@ -274,7 +274,12 @@ fn what_is_not_for_this_program_is_not_used() {
     let mut store = Store::new(flash);
     for saves in [1, 3] {
         store.prepare(saves).unwrap();
-        let other = (Settings::default(), SettingsFrom::OtherVersion);
+        let other = (
+            Settings::default(),
+            SettingsFrom::OtherVersion {
+                lost: SettingsGroups::ALL,
+            },
+        );
         assert_eq!(store.load(|_| true), other);
     }
     store.save(&settings(4)).unwrap();

@@ -12,7 +12,7 @@ use armbridge_sim::servo_kind::{KindError, ServoKind};
 use clap::Args;
 
 use super::super::{Outcome, virtual_arm};
-use crate::args::ArmArgs;
+use crate::args::{ArmArgs, ExposeArgs};
 
 /// Rates that a bus can have: what a stock servo has at the least, and what
 /// Morpheus has at the most.
@@ -25,6 +25,8 @@ pub(crate) struct ServosArgs {
     /// pseudo-terminal, whose name is printed.
     #[arg(long, value_name = "tcp://HOST:PORT|pty:")]
     pub(crate) listen: LinkUri,
+    #[command(flatten)]
+    pub(crate) expose: ExposeArgs,
     /// Firmware of the servos, morpheus or stock: one for all, or one for each.
     #[arg(
         long,
@@ -142,16 +144,23 @@ fn on_tcp(
     endpoint: &Endpoint,
     bench: &mut WallClockBench,
 ) -> Outcome {
-    let (listener, at) = endpoint.listen()?;
+    let (listener, at) = endpoint.listen(args.expose.into())?;
     eprintln!(
         "virtual servos {who} on {at}, raw bus bytes at {} baud; end with ctrl-c",
         args.baud
     );
+    let mut next = None;
     loop {
-        let (stream, peer) = bench.accept(&listener)?;
+        let (stream, peer) = match next.take() {
+            Some(next) => next,
+            None => bench.accept(&listener)?,
+        };
         eprintln!("{peer} is on the bus");
-        match bench.serve(stream.try_clone()?, stream, || None, args.echo) {
-            Ok(()) => eprintln!("{peer} has left; the servos keep their last commands"),
+        match bench.serve_socket(&stream, &listener, args.echo) {
+            Ok(waiting) => {
+                next = waiting;
+                eprintln!("{peer} has left; the servos keep their last commands");
+            }
             Err(error) => eprintln!("{peer} is gone: {error}"),
         }
     }

@@ -119,14 +119,26 @@ fn a_link_that_does_not_come_back_ends_the_program() {
 }
 
 #[test]
-fn a_second_host_is_told_and_the_first_goes_on() {
+fn a_second_host_watches_and_stops_and_does_not_command() {
     let board = Served::on(TCP);
     let first = Manned::on(&board.link, Duration::ZERO);
     first.hold(&board);
-    for command in ["status", "disarm", "stop"] {
-        let output = run(&board.link, &[command]);
-        assert_ends(&output, 2, "another host has the link; end that one first");
-        assert_eq!(text(&output.stderr).lines().count(), 1);
+    let watching = "another host commands the board at tcp://";
+    for (command, code, words) in [
+        (["status"].as_slice(), 0, "RUNNING"),
+        (&["disarm"], 2, "or another host commands it"),
+        (
+            &["params", "limits.hold_ms=70"],
+            1,
+            "or another host commands it",
+        ),
+    ] {
+        let output = run(&board.link, command);
+        assert_ends(&output, code, words);
+        assert!(
+            text(&output.stderr).starts_with("armbridge: ")
+                && text(&output.stderr).contains(watching)
+        );
     }
     let before = first.received().records;
     armbridge_tests::served_board::until("records go on", || {
@@ -135,11 +147,13 @@ fn a_second_host_is_told_and_the_first_goes_on() {
     let received = first.received();
     assert_eq!((received.lost, received.partings), (0, 0));
     assert_eq!(received.mode.and_then(Mode::drive), Some(Drive::Regulate));
+    assert_ends(&run(&board.link, &["stop"]), 0, "stopped: emergency stop");
+    board.until_off();
     first.ask(Request::Leave);
     first.end().unwrap();
     board.until_off();
     // The link is free again.
-    assert_ends(&run(&board.link, &["disarm"]), 0, "motors are off");
+    assert_ends(&run(&board.link, &["clear"]), 0, "no fault is latched");
 }
 
 #[test]

@@ -4,3 +4,5 @@
 mod commands;
 pub(crate) mod program;
 mod runs;
+#[cfg(unix)]
+mod stop;

@@ -1,6 +1,6 @@
 //! Model of the arm, and calibration of its servos.
 
-use armbridge_shared::actuator::Direction;
+use armbridge_shared::actuator::{Direction, MIDDLE_COUNT, bounds};
 use armbridge_shared::arm::Mounting;
 
 use super::{Parameter, Range, access, choice, number};
@@ -67,6 +67,12 @@ pub(super) const MOUNTING: [Parameter; 1] = [choice(
     },
 )];
 
+/// Least and largest encoder count at joint angle 0.
+const ZERO: [f64; 2] = [
+    MIDDLE_COUNT as f64 - bounds::ZERO_OFF_COUNTS,
+    MIDDLE_COUNT as f64 + bounds::ZERO_OFF_COUNTS,
+];
+
 /// One servo's calibration.
 macro_rules! joint {
     ($name:literal, $joint:literal) => {
@@ -75,14 +81,14 @@ macro_rules! joint {
                 concat!($name, ".zero_count"),
                 "counts",
                 "Encoder count at joint angle 0.",
-                Range::reals(0.0, 1023.0),
+                Range::reals(ZERO[0], ZERO[1]),
                 |s| access::one(&mut s.setup.joints[$joint].zero_count),
             ),
             number(
                 concat!($name, ".rad_per_count"),
                 "rad",
                 "Angle of one encoder count.",
-                Range::reals(1e-4, 0.1),
+                Range::reals(bounds::RAD_PER_COUNT[0], bounds::RAD_PER_COUNT[1]),
                 |s| access::one(&mut s.setup.joints[$joint].rad_per_count),
             ),
             choice(
@@ -106,14 +112,14 @@ macro_rules! joint {
                 concat!($name, ".gain_counts_per_nm"),
                 "counts/N m",
                 "PWM counts per N m.",
-                Range::reals(10.0, 1e5),
+                Range::reals(bounds::GAIN_COUNTS_PER_NM[0], bounds::GAIN_COUNTS_PER_NM[1]),
                 |s| access::one(&mut s.setup.joints[$joint].gain_counts_per_nm),
             ),
             number(
                 concat!($name, ".offset_counts"),
                 "counts",
                 "PWM counts above off at which the motor gives no torque.",
-                Range::reals(-500.0, 500.0),
+                Range::reals(-bounds::OFFSET_COUNTS, bounds::OFFSET_COUNTS),
                 |s| access::one(&mut s.setup.joints[$joint].offset_counts),
             ),
         ]

@@ -56,7 +56,7 @@ impl EventCounts {
         let since_us = self.first.zip(self.last).map_or(0, |(first, last)| {
             last.start_us.saturating_sub(first.start_us)
         });
-        (self.earlier_us + since_us) as f64 * 1e-6
+        self.earlier_us.saturating_add(since_us) as f64 * 1e-6
     }
 
     /// Seconds in each mode.
@@ -105,11 +105,14 @@ impl EventCounts {
 
     fn add_interval(&mut self, last: &Record, record: &Record) {
         let us = record.start_us.saturating_sub(last.start_us);
-        *self
+        let mode_us = self
             .modes_us
             .entry(enum_names::mode(last.mode))
-            .or_default() += us;
-        self.skipped += record.timing.missed.saturating_sub(last.timing.missed);
+            .or_default();
+        // Numbers of a damaged log are any.
+        *mode_us = mode_us.saturating_add(us);
+        let skipped = record.timing.missed.saturating_sub(last.timing.missed);
+        self.skipped = self.skipped.saturating_add(skipped);
         let missing = record.tick.saturating_sub(last.tick).saturating_sub(1);
         if missing > 0 {
             self.missing_ticks += u64::from(missing);

@@ -225,17 +225,19 @@ fn cause_text(trip: &Trip) -> String {
 
 /// A trip is repeated after a hello; its tick identifies the fault.
 fn with_causes(mut faults: Vec<FaultInfo>, trips: &[Trip]) -> Vec<FaultInfo> {
+    let key = |trip: &Trip| (enum_names::fault(trip.fault), trip.tick);
+    let mut ordered: Vec<&Trip> = trips.iter().collect();
+    ordered.sort_by_key(|trip| key(trip));
     for fault in &mut faults {
-        let is_same_fault = |trip: &&Trip| enum_names::fault(trip.fault) == fault.fault;
-        let distance = |trip: &&Trip| trip.tick.abs_diff(fault.tick);
-        let trip = trips.iter().filter(is_same_fault).min_by_key(distance);
-        fault.in_words = trip.map(cause_text);
-        fault.cause = trip.map(|trip| Cause {
-            tick: trip.tick,
-            joint: trip.joint.map(|joint| joint + 1),
-            value: trip.value,
-            limit: trip.limit,
-        });
+        // The nearest is just before it or just after it.
+        let next = ordered.partition_point(|trip| key(trip) < (fault.fault, fault.tick));
+        let near = next.saturating_sub(1)..ordered.len().min(next + 1);
+        let trip = ordered[near]
+            .iter()
+            .filter(|trip| enum_names::fault(trip.fault) == fault.fault)
+            .min_by_key(|trip| trip.tick.abs_diff(fault.tick));
+        fault.in_words = trip.map(|trip| cause_text(trip));
+        fault.cause = trip.map(|trip| Cause::from(*trip));
     }
     faults
 }

@@ -89,6 +89,10 @@ impl Board {
         recorded: Result<(), Refusal>,
     ) -> Result<(), Refusal> {
         self.bus.is_stop_settled = recorded != Err(Refusal::NotOff);
+        self.bus.hot_joint = match recorded {
+            Err(Refusal::Hot { joint }) => Some(joint),
+            _ => None,
+        };
         let session = match command {
             // The session has been checked.
             Command::Arm { session } => session,

@@ -83,7 +83,7 @@ fn what_is_below_a_limit_is_no_violation() {
     let base = seen(&still);
     #[rustfmt::skip]
     let table = [
-        MonitorInput { counts: [Some(8), Some(1_015)], ..base },
+        MonitorInput { counts: [Some(218), Some(806)], ..base },
         MonitorInput { predicted_rad: [-0.099, 0.099], ..base },
         MonitorInput { predicted_rad: [0.0, 5.0], is_fresh: true, ..base },
         seen(&near),

@@ -6,6 +6,7 @@ mod plant;
 mod soft_stop;
 
 use super::{LimitedTorque, MonitorConfig, MonitorInput, Monitors, Violation};
+use crate::actuator::Joint;
 use crate::arm::{Parameters, State};
 use crate::link::limits::Limits;
 use nalgebra::Vector2;
@@ -19,7 +20,7 @@ struct Fixture {
 impl Fixture {
     fn new(limits: Limits, period_us: u32) -> Self {
         Self {
-            config: MonitorConfig::new(limits, period_us),
+            config: MonitorConfig::new(limits, &[Joint::paper(); 2], period_us),
             monitors: Monitors::default(),
         }
     }
