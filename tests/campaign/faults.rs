@@ -1,22 +1,12 @@
-//! The fault campaign with both servo firmwares: `armbridge fault-campaign --seeds 10000`.
+//! The fault campaign: `armbridge fault-campaign --seeds 20000`.
 
-use armbridge_shared::servo::Firmware;
 use armbridge_sim::fault_campaign;
 use armbridge_tests::fault_campaign::campaign;
 
-const SEEDS: u64 = 10_000;
+const SEEDS: u64 = 20_000;
 
-fn print_campaign(servos: Firmware) {
-    let (_, report) = campaign(SEEDS, servos);
+#[test]
+fn twenty_thousand_faults_end_with_motors_off() {
+    let (_, report) = campaign(0..SEEDS);
     println!("{}", fault_campaign::table(&report));
-}
-
-#[test]
-fn ten_thousand_faults_end_with_motors_off() {
-    print_campaign(Firmware::Morpheus);
-}
-
-#[test]
-fn ten_thousand_faults_with_stock_servos_end_with_motors_off() {
-    print_campaign(Firmware::Stock);
 }

@@ -7,7 +7,7 @@ use crate::drivetrain::Joints;
 use crate::faults::sensor::SensorFault;
 use crate::half_duplex_bus::{ByteFault, Device, Disturbance, ReceivedByte, Wire, bit_ns};
 use crate::morpheus_servo::Servo;
-use crate::plant::{Plant, Push};
+use crate::plant::{Impact, MotorFault, Plant, Push};
 use crate::servo_kind::ServoKind;
 
 /// Default baud rate of the servos.
@@ -149,6 +149,25 @@ impl Bench {
         self.wire.connect(servo, false);
     }
 
+    /// Connects servo `servo` to the wire again.
+    pub(crate) fn reconnect(&mut self, servo: usize) {
+        self.wire.connect(servo, true);
+    }
+
+    /// Replaces servo `servo` by another one, powered up now.
+    pub(crate) fn replace(&mut self, servo: usize, kind: ServoKind) {
+        *self.wire.servo_mut(servo) = kind.build();
+        self.power_cycle(servo);
+    }
+
+    /// Puts bytes of a second master on the wire, back to back, from `now_us`.
+    pub(crate) fn send_foreign(&mut self, now_us: u64, bytes: &[u8], baud: u32) {
+        let byte_ns = BITS * bit_ns(baud);
+        for (start_ns, byte) in (now_us * 1_000..).step_by(byte_ns as usize).zip(bytes) {
+            self.wire.send_foreign(start_ns, *byte, baud);
+        }
+    }
+
     /// Corrupts the servos' replies from now on.
     pub fn disturb(&mut self, disturbance: Disturbance) {
         self.wire.disturb(disturbance);
@@ -219,6 +238,16 @@ impl Bench {
     /// call.
     pub(crate) fn take_most_counts(&mut self, servo: usize) -> u16 {
         self.joints.take_most_counts(servo)
+    }
+
+    /// Sets the fault of the motor of the arm's servo `servo`.
+    pub(crate) fn fail_motor(&mut self, servo: usize, fault: MotorFault) {
+        self.joints.arm.fail_motor(servo, fault);
+    }
+
+    /// The arm's fastest impact on a stop since the last call.
+    pub(crate) fn take_impact(&mut self) -> Option<Impact> {
+        self.joints.arm.take_impact()
     }
 
     /// Pushes the arm. A push whose start has passed begins now.

@@ -21,7 +21,7 @@ mod config;
 mod draw;
 mod file;
 
-pub use body::{Body, Friction};
+pub use body::{Body, Friction, Impact};
 pub use config::PlantConfig;
 pub use file::{KeyConflict, PlantFile};
 
@@ -50,11 +50,31 @@ pub struct Plant {
     /// Deviation from off, in counts, up to which a held arm is not released.
     release_counts: u16,
     motor_nm: Vector2<f64>,
+    /// PWM of each servo, after its delay.
+    pwm: [u16; JOINTS],
+    motor_faults: [MotorFault; JOINTS],
     push_nm: Vector2<f64>,
     /// Future changes of torque, earliest first. A servo's own keep
     /// their order: its delay is always the same.
     due: VecDeque<Change>,
     noise: [Pcg32; JOINTS],
+}
+
+/// Fault of a motor: its torque is another function of its PWM.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorFault {
+    /// Factor on the torque; negative where the motor turns the other way.
+    pub gain: f64,
+    /// PWM counts that are added to all but off.
+    pub offset_counts: f64,
+}
+
+impl MotorFault {
+    /// A sound motor.
+    pub const NONE: Self = Self {
+        gain: 1.0,
+        offset_counts: 0.0,
+    };
 }
 
 /// External torque on a joint.
@@ -104,6 +124,8 @@ impl Plant {
             held: config.held,
             release_counts: 0,
             motor_nm: Vector2::from_fn(|servo, _| config.torque(servo, OFF)),
+            pwm: [OFF; JOINTS],
+            motor_faults: [MotorFault::NONE; JOINTS],
             push_nm: Vector2::zeros(),
             due: VecDeque::new(),
             // One stream per encoder: reading one does not change the other.
@@ -142,6 +164,42 @@ impl Plant {
         self.change(start_ns, ChangeKind::Push { joint, delta_nm });
         let delta_nm = -delta_nm;
         self.change(start_ns + duration_ns, ChangeKind::Push { joint, delta_nm });
+    }
+
+    /// Sets the fault of a servo's motor from now on.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such servo; they are 0 and 1.
+    pub fn fail_motor(&mut self, servo: usize, fault: MotorFault) {
+        self.motor_faults[servo] = fault;
+        self.motor_nm[servo] = self.torque_of(servo);
+        self.body
+            .set_torque(self.now_ns, self.motor_nm + self.push_nm);
+    }
+
+    /// Torque of a servo at its PWM.
+    fn torque_of(&self, servo: usize) -> f64 {
+        let MotorFault {
+            gain,
+            offset_counts,
+        } = self.motor_faults[servo];
+        let pwm = self.pwm[servo];
+        // A motor that is off gives no torque, whatever its zero is.
+        let counts = if pwm == OFF { 0.0 } else { offset_counts };
+        let pwm = (f64::from(pwm) + counts).clamp(0.0, 2.0 * f64::from(OFF));
+        gain * self.config.torque(servo, pwm.round() as u16)
+    }
+
+    /// The fastest impact on a stop since the last call.
+    pub fn take_impact(&mut self) -> Option<Impact> {
+        self.body.take_impact()
+    }
+
+    /// Energy of the arm at rest in this posture, in J.
+    pub fn energy_at_rest(&self, q: [f64; JOINTS]) -> f64 {
+        let posture = State::at_rest(Vector2::from(q));
+        self.config.true_arm().energy(&posture)
     }
 
     /// Returns the arm to its initial position, and holds it until a motor drives it. A
@@ -214,7 +272,8 @@ impl Plant {
         match kind {
             ChangeKind::Pwm { servo, pwm } => {
                 self.held &= pwm.abs_diff(OFF) <= self.release_counts;
-                self.motor_nm[servo] = self.config.torque(servo, pwm);
+                self.pwm[servo] = pwm;
+                self.motor_nm[servo] = self.torque_of(servo);
             }
             ChangeKind::Push { joint, delta_nm } => self.push_nm[joint] += delta_nm,
         }

@@ -1,14 +1,16 @@
 //! Torque off: the board with everything around it, and scenarios for either world.
 //!
-//! `rig` is the board with everything around it, `host` and `client` its two users;
+//! `rig` is the board with everything around it, `host` and `client` its two users,
+//! of which the simulator has the latter;
 //! `reports` decodes the board's messages on torque, `cases` runs a table; `sessions`,
 //! `silence` and `passthrough` are scenarios of the bench and the emulator.
 
 pub mod cases;
-pub mod client;
 pub mod host;
 pub mod passthrough;
 pub mod reports;
 pub mod rig;
 pub mod sessions;
 pub mod silence;
+
+pub use armbridge_sim::faults::port_client as client;

@@ -140,14 +140,14 @@ impl Rig<'_> {
                 self.client.stream(burst, FLOOD_US);
             }
             Before::SetsLine(rate) => self.client.open(RATES[rate].0),
-            Before::SetsServo(rate) => self.client.send(&method.rate(RATES[rate].1)),
+            Before::SetsServo(rate) => self.client.send(&method.rate(0, RATES[rate].1)),
             Before::SetsBoth(rate) => {
                 let (baud, register) = RATES[rate];
-                self.client.send(&method.rate(register));
+                self.client.send(&method.rate(0, register));
                 self.pass_ms(50);
                 self.client.open(baud);
                 self.pass_ms(50);
-                self.client.send(&method.again());
+                self.client.send(&method.again(0));
             }
         }
         self.pass_ms(200);

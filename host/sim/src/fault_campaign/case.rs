@@ -1,84 +1,44 @@
-//! A case: a scenario and injected faults, derived from the seed.
+//! A case: set-up, activity and injected faults, derived from the seed.
 //!
-//! Seed 2k has one fault, seed 2k + 1 a pair. Kinds, pairs and scenarios alternate, so
-//! that any sequence of seeds covers all evenly: 34 kinds in six scenarios are 204
-//! singles, and there are 561 pairs. All other properties are random.
+//! Seed 2k has one fault, seed 2k + 1 a pair. Kinds, pairs and activities alternate, so
+//! that any sequence of seeds covers all evenly: 58 kinds in twelve activities are 696
+//! singles, and there are 1653 pairs. All other properties are random.
 
 use armbridge_shared::JOINTS;
+use armbridge_shared::actuator::Direction;
 use armbridge_shared::arm::State;
 use armbridge_shared::link::message::{Command, Limits, Setup};
-use armbridge_shared::link::motion::Motion;
 use armbridge_shared::servo::Firmware;
 use nalgebra::Vector2;
 use serde::Serialize;
 
+use super::activity::Activity;
 use super::draw::Random;
-use super::kind::{DamageKind, Kind};
+use super::expect::STOP_US;
+use super::injection::{Injection, Origin, draw_injection};
+use super::kind::Kind;
+use super::set_up::{Bus, SetUp};
 use crate::plant::PlantConfig;
 
 /// Observation time of a fault, in µs: three times the longest time that a limit
 /// permits, which is the host's silence.
 const OBSERVATION_US: u64 = 1_500_000;
-/// The same for heat: a Morpheus servo reads its temperature every 0.8 s.
-const OBSERVATION_HOT_US: u64 = 3_000_000;
-
-/// Motion of the arm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scenario {
-    /// It holds an angle near upright, after a step there.
-    Regulate,
-    /// It follows a sine.
-    Sine,
-    /// It moves from point to point.
-    MinimumJerk,
-    /// A small constant torque, which dry friction holds.
-    Torque,
-    /// Armed, with zero torque; dry friction holds the arm.
-    Armed,
-    /// Disarmed; dry friction holds the arm.
-    Idle,
-}
-
-impl Scenario {
-    const ALL: [Self; 6] = [
-        Self::Regulate,
-        Self::Sine,
-        Self::MinimumJerk,
-        Self::Torque,
-        Self::Armed,
-        Self::Idle,
-    ];
-
-    /// Whether the motors are driven.
-    pub fn is_driven(self) -> bool {
-        !matches!(self, Self::Armed | Self::Idle)
-    }
-
-    /// Whether a controller closes the loop.
-    pub fn is_closed(self) -> bool {
-        matches!(self, Self::Regulate | Self::Sine | Self::MinimumJerk)
-    }
-}
-
-/// One fault, with its time and magnitude.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Injection {
-    /// Kind of fault.
-    pub kind: Kind,
-    /// Delay after the start of the scenario, in µs.
-    pub after_us: u64,
-    /// Duration, in µs.
-    pub lasts_us: u64,
-    /// Servo or joint, for kinds that affect one.
-    pub servo: usize,
-    /// Magnitude: share of bytes, N m, counts a second, ms.
-    pub amount: f64,
-    /// Delay of late bytes, in µs.
-    pub late_us: u64,
-    /// Seed of its random numbers.
-    pub seed: u64,
-}
+/// The same where the board may take its time: a Morpheus servo reads its temperature every
+/// 0.8 s, and a constant torque ends after 2 s.
+const OBSERVATION_SLOW_US: u64 = 3_000_000;
+/// The same for a drift of 5 to 50 counts a second.
+const OBSERVATION_DRIFT_US: u64 = 6_000_000;
+/// Ticks in which an encoder that has stopped must show.
+const OBSERVED_TICKS: u64 = 600;
+/// Bytes of a stop sequence, and of the rest of a packet that a servo waits for.
+const STOP_BYTES: u64 = 270;
+const REST_BYTES: u64 = 254;
+/// Time in µs, and ticks beside it, until each servo's temperature has been read: there may be
+/// no slot for it for a second.
+const POLL_US: u64 = 1_500_000;
+const POLL_TICKS: u64 = 70;
+/// Distance in rad of obstacles from where the arm begins.
+const OBSTACLE_RAD: f64 = 0.05;
 
 /// One run.
 #[expect(
@@ -89,14 +49,16 @@ pub struct Injection {
 pub struct Case {
     /// Seed of everything but the servos.
     pub seed: u64,
-    /// Firmware of the servos.
-    pub servos: Firmware,
-    /// Motion of the arm.
-    pub scenario: Scenario,
-    /// [`Setup::best`] rather than the default.
-    pub is_best: bool,
+    /// Servos and the speed of their bus.
+    pub bus: Bus,
+    /// Period, estimator and controller.
+    pub set_up: SetUp,
+    /// Work of the board.
+    pub activity: Activity,
     /// Dry friction in the joints.
     pub friction: bool,
+    /// Obstacles are on both sides of the arm.
+    pub is_obstructed: bool,
     /// Tighter limits than the default.
     pub is_tight: bool,
     /// The fault is cleared at the end.
@@ -105,46 +67,70 @@ pub struct Case {
     pub initial_rad: [f64; JOINTS],
     /// Target angles, or amplitudes, in rad.
     pub to_rad: [f32; JOINTS],
-    /// Injected faults, earliest first.
+    /// Injected faults.
     pub injections: Vec<Injection>,
 }
 
 impl Case {
-    /// The case of a seed, with servos of this firmware.
-    pub fn new(seed: u64, servos: Firmware) -> Self {
+    /// The case of a seed.
+    pub fn new(seed: u64) -> Self {
         let mut draw = Random::new(seed);
         let index = seed / 2;
+        let activities = Activity::ALL.len() as u64;
         let (kinds, rounds) = if seed.is_multiple_of(2) {
             let kinds = Kind::ALL.len() as u64;
-            (vec![Kind::ALL[(index % kinds) as usize]], index / kinds)
+            // Neighbours in one round have other activities as well.
+            (
+                vec![Kind::ALL[(index % kinds) as usize]],
+                index / kinds + index,
+            )
         } else {
             let (a, b, pairs) = pair(index);
-            // The next occurrence of a pair has another scenario.
+            // The next occurrence of a pair has another activity.
             (vec![a, b], 2 * (index / pairs) + index)
         };
-        let scenario = Scenario::ALL[(rounds % Scenario::ALL.len() as u64) as usize];
+        let activity = Activity::ALL[(rounds % activities) as usize];
+        let buses: Vec<Bus> = Bus::all().collect();
+        let bus = buses[draw.below(buses.len() as u64) as usize];
+        let set_ups = bus.set_ups();
+        let set_up = set_ups[draw.below(set_ups.len() as u64) as usize];
         // Without a closed loop only friction holds the arm.
-        let holds = !scenario.is_closed();
-        let reach = if holds { 0.02 } else { 0.25 };
+        let holds = !activity.is_closed();
+        let reach = if holds { 0.02 } else { 0.2 };
         let mut angles = |reach: f64| [0; JOINTS].map(|_| draw.uniform(-reach, reach));
-        let (initial_rad, to_rad) = (angles(reach), angles(0.3).map(|q| q as f32));
-        let first_us = draw.log_uniform_us(300.0, 800.0);
-        let mut injections: Vec<Injection> = kinds
-            .iter()
-            .enumerate()
-            .map(|(nth, kind)| {
-                let later_us = if nth == 0 { 0 } else { draw.below(100_000) };
-                draw_injection(*kind, first_us + later_us, &mut draw)
-            })
-            .collect();
-        injections.sort_by_key(|injection| injection.after_us);
+        let (initial_rad, to_rad) = (angles(reach), angles(0.25).map(|q| q as f32));
+        let is_early = activity == Activity::BringUp || draw.below(8) == 0;
+        let origin = if is_early {
+            Origin::PowerUp
+        } else {
+            Origin::Ready
+        };
+        let first_us = if is_early {
+            draw.log_uniform_us(0.1, 100.0)
+        } else {
+            draw.log_uniform_us(1.0, 4_000.0)
+        };
+        let mut injections: Vec<Injection> = Vec::new();
+        for (nth, kind) in kinds.into_iter().enumerate() {
+            let later_us = if nth == 0 { 0 } else { draw.below(100_000) };
+            let (origin, after_us) = if kind.is_from_start() {
+                (Origin::PowerUp, 0)
+            } else {
+                (origin, first_us + later_us)
+            };
+            injections.push(draw_injection(kind, origin, after_us, &mut draw));
+        }
         Self {
             seed,
-            servos,
-            scenario,
-            is_best: draw.coin(),
+            bus,
+            set_up,
+            activity,
             friction: draw.coin() || holds,
-            is_tight: draw.below(4) == 0,
+            is_obstructed: draw.coin() && activity.can_press(),
+            // Other limits are set by the host, where it sets any.
+            is_tight: draw.below(4) == 0
+                && activity != Activity::Port
+                && injections.iter().all(|it| it.kind != Kind::FlashRot),
             is_cleared: draw.coin(),
             initial_rad,
             to_rad,
@@ -152,13 +138,34 @@ impl Case {
         }
     }
 
-    /// Set-up of the board.
-    pub fn setup(&self) -> Setup {
-        if self.is_best {
-            Setup::best()
-        } else {
-            Setup::default()
+    /// Firmware of the servos.
+    pub fn servos(&self) -> Firmware {
+        self.bus.servos
+    }
+
+    /// Parameters of the board that are right for the arm.
+    pub(super) fn right_setup(&self) -> Setup {
+        let mut setup = self.set_up.setup();
+        if let Some(rot) = self.find(Kind::FlashRot) {
+            // The saved settings differ from the default in what matters most.
+            setup.joints[rot.servo].direction = Direction::Reverse;
         }
+        setup
+    }
+
+    /// Parameters that the host sets.
+    pub fn setup(&self) -> Setup {
+        let mut setup = self.right_setup();
+        for injection in &self.injections {
+            let joint = &mut setup.joints[injection.servo];
+            match injection.kind {
+                Kind::CalibrationScale => joint.rad_per_count *= injection.amount as f32,
+                Kind::CalibrationZero => joint.zero_count += injection.amount as f32,
+                Kind::CalibrationDirection => joint.direction = Direction::Reverse,
+                _ => {}
+            }
+        }
+        setup
     }
 
     /// Limits of the board.
@@ -167,6 +174,7 @@ impl Case {
             Limits {
                 pwm_counts: 800,
                 torque_nm: [0.8; JOINTS],
+                torque_age_ms: 1_000,
                 ..Limits::default()
             }
         } else {
@@ -174,34 +182,61 @@ impl Case {
         }
     }
 
+    /// Whether the host sets parameters and limits: not where it relies on saved ones, and not
+    /// before a client comes, for a command keeps clients off the bus.
+    pub(super) fn is_configured(&self) -> bool {
+        self.activity != Activity::Port && !self.has(Kind::FlashRot)
+    }
+
     /// The virtual arm.
     pub fn plant(&self) -> PlantConfig {
-        PlantConfig {
+        let plant = PlantConfig {
             friction_on: self.friction,
             initial: State::at_rest(Vector2::from(self.initial_rad)),
             ..PlantConfig::default()
+        };
+        let mut joints = plant.joints;
+        for (joint, right) in joints.iter_mut().zip(self.right_setup().joints) {
+            joint.direction = right.direction;
+        }
+        let stops_rad = if self.is_obstructed {
+            self.initial_rad
+                .map(|q| [q - OBSTACLE_RAD, q + OBSTACLE_RAD])
+        } else {
+            plant.stops_rad
+        };
+        PlantConfig {
+            joints,
+            stops_rad,
+            ..plant
         }
     }
 
-    /// Command that starts the scenario; `None` where there is none.
+    /// Command that starts the activity; `None` where there is none.
     pub fn command(&self) -> Option<Command> {
-        Some(match self.scenario {
-            Scenario::Regulate => Command::Regulate(self.to_rad),
-            Scenario::Sine => Command::Follow(Motion::Sinusoid {
-                centre_rad: [0.0; JOINTS],
-                amplitude_rad: self.to_rad,
-                frequency_hz: [0.8, 0.6],
-                phase_rad: [0.0; JOINTS],
-                ramp_s: 1.0,
-                duration_s: 10.0,
-            }),
-            Scenario::MinimumJerk => Command::Follow(Motion::MinimumJerk {
-                to_rad: self.to_rad,
-                duration_s: Some(1.5),
-            }),
-            Scenario::Torque => Command::Torque([0.01; JOINTS]),
-            Scenario::Armed | Scenario::Idle => return None,
-        })
+        self.activity
+            .command(self.to_rad, self.is_obstructed, self.seed / 2)
+    }
+
+    /// Time in µs for which samples may be missing: 20 ms, and five ticks at least.
+    pub(super) fn lost_us(&self) -> u64 {
+        let ticks_us = 5 * u64::from(self.set_up.period_us);
+        ticks_us.max(u64::from(self.limits().lost_ms) * 1_000)
+    }
+
+    /// Time in µs until each servo's temperature has been read.
+    pub(super) fn poll_us(&self) -> u64 {
+        POLL_US + POLL_TICKS * u64::from(self.set_up.period_us)
+    }
+
+    /// Longest time in µs from a fault to motors off, where the bus carries packets: 20 ms.
+    ///
+    /// On a slow bus it may take longer: two ticks, and twice a stop sequence and the rest of
+    /// the longest packet that a servo may have been cut off in.
+    pub fn stop_us(&self) -> u64 {
+        let byte_ns = 10 * 1_000_000_000 / u64::from(self.bus.baud);
+        let bytes_us = 2 * (STOP_BYTES + REST_BYTES) * byte_ns / 1_000;
+        STOP_US.max(2 * u64::from(self.set_up.period_us) + bytes_us)
     }
 
     /// Whether the master receives its echo from the beginning.
@@ -209,18 +244,28 @@ impl Case {
         self.has(Kind::EchoOff)
     }
 
+    /// The fault of this kind, if it is injected.
+    pub(super) fn find(&self, kind: Kind) -> Option<&Injection> {
+        self.injections.iter().find(|i| i.kind == kind)
+    }
+
     /// Whether a fault of this kind is injected.
     pub fn has(&self, kind: Kind) -> bool {
-        self.injections.iter().any(|i| i.kind == kind)
+        self.find(kind).is_some()
     }
 
     /// Observation time after the last injection, in µs.
     pub(crate) fn observation_us(&self) -> u64 {
-        if self.has(Kind::Hot) {
-            OBSERVATION_HOT_US
-        } else {
-            OBSERVATION_US
-        }
+        let period_us = u64::from(self.set_up.period_us);
+        let needs = |injection: &Injection| match injection.kind {
+            Kind::EncoderDrift => OBSERVATION_DRIFT_US,
+            Kind::Hot => OBSERVATION_SLOW_US + self.poll_us(),
+            Kind::HostHeartbeats => OBSERVATION_SLOW_US,
+            Kind::Frozen => OBSERVED_TICKS * period_us,
+            _ => OBSERVATION_US,
+        };
+        let needs_us = self.injections.iter().map(needs);
+        needs_us.fold(OBSERVATION_US, u64::max)
     }
 }
 
@@ -239,90 +284,62 @@ fn pair(index: u64) -> (Kind, Kind, u64) {
     (Kind::ALL[first], Kind::ALL[first + 1 + left], pairs)
 }
 
-/// Draws duration and amount of a fault.
-fn draw_injection(kind: Kind, after_us: u64, draw: &mut Random) -> Injection {
-    /// Duration of faults that last until they are removed.
-    const UNTIL_REMOVED_US: u64 = u64::MAX / 4;
-
-    let (lasts_us, amount) = match kind {
-        Kind::Bytes(..) => match draw.below(3) {
-            // Rarely, without end.
-            0 => (UNTIL_REMOVED_US, draw.log_uniform(1e-4, 5e-3)),
-            // Often, for a while.
-            1 => (draw.log_uniform_us(5.0, 800.0), draw.log_uniform(0.02, 0.9)),
-            // All or nearly all.
-            _ => (draw.log_uniform_us(1.0, 800.0), draw.uniform(0.95, 1.0)),
-        },
-        Kind::EchoOn | Kind::EchoOff => (draw.log_uniform_us(1.0, 1_000.0), 0.0),
-        Kind::LineLow | Kind::LineHigh | Kind::ServoMute | Kind::ServoDeaf => {
-            (draw.log_uniform_us(0.05, 800.0), 0.0)
-        }
-        Kind::Hot => (UNTIL_REMOVED_US, draw.uniform(300.0, 1_000.0)),
-        Kind::HostVanish => {
-            let is_short = draw.coin();
-            let short_us = draw.log_uniform_us(30.0, 450.0);
-            (if is_short { short_us } else { UNTIL_REMOVED_US }, 0.0)
-        }
-        Kind::HostFlood => (draw.log_uniform_us(20.0, 500.0), 0.0),
-        // Beside the host's own frames, or instead of them.
-        Kind::HostReplay => (UNTIL_REMOVED_US, draw.below(2) as f64),
-        Kind::ClockAhead | Kind::ClockBack => (0, draw.log_uniform(1.0, 100.0)),
-        Kind::Push => {
-            let torque_nm = draw.uniform(0.3, 3.0);
-            let sign = if draw.coin() { 1.0 } else { -1.0 };
-            (draw.log_uniform_us(50.0, 500.0), sign * torque_nm)
-        }
-        Kind::ServosSwapped
-        | Kind::Frozen
-        | Kind::DeadZone
-        | Kind::HostGarbage
-        | Kind::HostSchema
-        | Kind::HostRange => (UNTIL_REMOVED_US, 0.0),
-        Kind::ServoReset | Kind::Goodbye | Kind::Corrupt | Kind::StopHost | Kind::StopPin => {
-            (0, 0.0)
-        }
-    };
-    let late_us = match kind {
-        Kind::Bytes(_, DamageKind::Late) => draw.log_uniform_us(0.02, 2.0),
-        _ => 0,
-    };
-    Injection {
-        kind,
-        after_us,
-        lasts_us,
-        servo: draw.below(JOINTS as u64) as usize,
-        amount,
-        late_us,
-        seed: draw.below(1 << 32),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::collections::HashMap;
 
     #[test]
-    fn kinds_pairs_and_scenarios_take_turns() {
+    fn kinds_pairs_and_activities_take_turns() {
+        let kinds = Kind::ALL.len();
+        let pairs_count = kinds * (kinds - 1) / 2;
         let mut singles = HashMap::new();
         let mut pairs = HashMap::new();
-        for seed in 0..2 * 561 * 6 {
-            let case = Case::new(seed, Firmware::Morpheus);
-            assert_eq!(case, Case::new(seed, Firmware::Morpheus));
-            let scenario = case.scenario as usize;
+        for seed in 0..24 * pairs_count as u64 {
+            let case = Case::new(seed);
             match case.injections.as_slice() {
-                [only] => *singles.entry((only.kind, scenario)).or_insert(0) += 1,
+                [only] => *singles.entry((only.kind, case.activity)).or_insert(0) += 1,
                 [a, b] => {
-                    assert!(b.after_us - a.after_us <= 100_000);
                     let mut names = [a.kind.name(), b.kind.name()];
                     names.sort_unstable();
-                    *pairs.entry((names, scenario)).or_insert(0) += 1;
+                    *pairs.entry((names, case.activity)).or_insert(0) += 1;
                 }
                 _ => panic!("{case:?}"),
             }
         }
-        assert_eq!((singles.len(), pairs.len()), (34 * 6, 561 * 6));
-        assert!(singles.values().all(|cases| (16..=17).contains(cases)));
+        assert_eq!((singles.len(), pairs.len()), (kinds * 12, pairs_count * 12));
+        let of_each = pairs_count / kinds;
+        assert!(
+            singles
+                .values()
+                .all(|n| (of_each..=of_each + 1).contains(n))
+        );
         assert!(pairs.values().all(|cases| *cases == 1));
+    }
+
+    #[test]
+    fn a_case_depends_on_its_seed_alone_and_comes_to_every_set_up() {
+        let mut set_ups = HashMap::new();
+        let mut early = 0;
+        for seed in 0..4_000 {
+            let case = Case::new(seed);
+            assert_eq!(case, Case::new(seed));
+            *set_ups
+                .entry(format!("{:?} {:?}", case.bus, case.set_up))
+                .or_insert(0) += 1;
+            let begins = |origin| case.injections.iter().any(|i| i.origin == origin);
+            early += usize::from(begins(Origin::PowerUp));
+            let latest_us = case.injections.iter().map(|i| i.after_us).max();
+            assert!(latest_us < Some(4_200_000));
+        }
+        let all: usize = Bus::all()
+            .map(|bus| (bus.set_ups().len(), bus))
+            .fold((0, None), |(sum, last), (len, bus)| match last {
+                Some(before) if before == bus => (sum, last),
+                _ => (sum + len, Some(bus)),
+            })
+            .0;
+        assert_eq!(set_ups.len(), all);
+        assert!(early > 4_000 / 8, "{early}");
     }
 }

@@ -35,6 +35,11 @@ impl Random {
         (1e3 * self.log_uniform(least, most)) as u64
     }
 
+    /// 1 or -1.
+    pub(super) fn sign(&mut self) -> f64 {
+        if self.coin() { 1.0 } else { -1.0 }
+    }
+
     /// True with probability 0.5.
     pub(super) fn coin(&mut self) -> bool {
         self.below(2) == 0

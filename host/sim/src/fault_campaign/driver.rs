@@ -1,5 +1,5 @@
-//! Host of a case: brings the board up, starts the scenario, keeps the session alive,
-//! injects the host's own faults, and clears the board's fault at the end.
+//! Host of a case: configures and arms the board, starts the activity and keeps it up, keeps
+//! the session alive, injects the host's own faults, and clears the board's fault at the end.
 //!
 //! It never ends by itself; the board's messages are stored for the checks.
 
@@ -12,15 +12,26 @@ use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Experiment, Role};
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{
-    Command, Hello, Limits, Mode, OffReport, Record, Refusal, Setup, ToBoard, ToHost, Trip,
+    BoardReport, Command, Hello, Limits, Mode, OffReport, Record, Refusal, Settings, Setup,
+    ToBoard, ToHost, Trip,
 };
 use armbridge_shared::link::schema;
 
+use super::activity::Activity;
+use super::case::Case;
+
 /// Period of a faulty host's messages, in µs: that of a good one.
 const FAULT_US: u64 = 25_000;
-
-/// From the refusal to clear a fault, because a servo is hot, to the next attempt, in µs.
-const CLEAR_AGAIN_US: u64 = 100_000;
+/// Period of a stream's points, of saves, and of a torque that is repeated, in µs.
+const POINT_US: u64 = 20_000;
+const SAVE_US: u64 = 100_000;
+const TORQUE_US: u64 = 500_000;
+/// Time after which a fault is cleared again that could not be yet, in µs.
+const CLEAR_US: u64 = 20_000;
+/// Time in µs by which a streamed point is ahead: more than a lost frame takes.
+const AHEAD_US: u64 = 200_000;
+/// Frequency of a stream's sine in Hz.
+const STREAM_HZ: f64 = 0.5;
 
 /// Faults of the host itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +46,8 @@ pub(super) enum HostFault {
     Goodbye,
     /// It sends nothing.
     Silent,
+    /// It sends heartbeats only.
+    Heartbeats,
 }
 
 /// Progress of the host.
@@ -48,17 +61,23 @@ enum Phase {
     Arming,
     Commanding,
     Working,
+    /// A command was refused.
+    Refused,
     Clearing,
+    Cleared,
 }
 
 /// The host of a case.
 #[derive(Debug)]
 pub(super) struct Driver {
     client: CommandLink,
-    setup: Setup,
-    limits: Limits,
+    /// Parameters and limits that it sets, if any.
+    settings: Option<Settings>,
+    activity: Activity,
+    /// Target angles or amplitudes in rad.
+    to_rad: [f32; JOINTS],
     command: Option<Command>,
-    arms: bool,
+    next_repeat_us: u64,
     phase: Phase,
     fault: HostFault,
     next_fault_us: u64,
@@ -66,11 +85,8 @@ pub(super) struct Driver {
     other_encoder: Encoder,
     faulty_bytes: Vec<u8>,
     turn: usize,
-    /// Whether the board refused to clear the fault because a servo is hot, and when the host
-    /// tries again, in µs.
-    is_hot: bool,
-    clear_again_us: u64,
-    session: u32,
+    /// The board's latest report on itself.
+    pub(super) board: Option<BoardReport>,
     /// Whether the servos accept torque; `None` before they are found.
     is_ready: Option<bool>,
     /// The board's report of the latest fault.
@@ -83,39 +99,61 @@ pub(super) struct Driver {
     pub(super) max_torque_nm: f32,
     /// Accepted commands that were out of range.
     pub(super) accepted_invalid: u32,
+    /// The refusal for which it gave up.
+    pub(super) refusal: Option<Refusal>,
+    /// Time of the last command of a torque, in µs.
+    pub(super) torque_us: u64,
+    /// Time of the last command to arm, in µs.
+    pub(super) armed_us: Option<u64>,
+    /// Time of the latest message from the board, in µs.
+    now_us: u64,
 }
 
 impl Driver {
-    /// A host that configures the board, arms it if `arms`, and then sends the command,
-    /// if there is one.
-    pub(super) fn new(setup: Setup, limits: Limits, arms: bool, command: Option<Command>) -> Self {
+    /// The host of a case.
+    pub(super) fn new(case: &Case) -> Self {
+        let settings = Settings {
+            setup: case.setup(),
+            limits: case.limits(),
+        };
         Self {
             client: CommandLink::default(),
-            setup,
-            limits,
-            command,
-            arms,
+            settings: case.is_configured().then_some(settings),
+            activity: case.activity,
+            to_rad: case.to_rad,
+            command: case.command(),
+            next_repeat_us: 0,
             phase: Phase::Connecting,
             fault: HostFault::None,
             next_fault_us: 0,
             other_encoder: Encoder::default(),
             faulty_bytes: Vec::new(),
             turn: 0,
-            is_hot: false,
-            clear_again_us: 0,
-            session: 0,
+            board: None,
             is_ready: None,
             trip: None,
             off: None,
             record: None,
             max_torque_nm: 0.0,
             accepted_invalid: 0,
+            refusal: None,
+            torque_us: 0,
+            armed_us: None,
+            now_us: 0,
         }
     }
 
-    /// Whether the scenario runs.
+    /// Whether the activity runs, as far as the host starts it.
     pub(super) fn is_working(&self) -> bool {
         self.phase == Phase::Working
+    }
+
+    /// Sends so many heartbeats and a hello in one write.
+    pub(super) fn burst(&mut self, heartbeats: usize) {
+        for _ in 0..heartbeats {
+            self.client.send(ToBoard::Heartbeat);
+        }
+        self.client.send(ToBoard::Hello(schema::HELLO));
     }
 
     /// Requests an emergency stop.
@@ -145,23 +183,52 @@ impl Driver {
 
     fn process(&mut self, message: BoardMessage) {
         match (message, self.phase) {
-            (BoardMessage::Hello(_), Phase::Connecting) => {
-                self.send_command(Phase::SettingUp, Command::Configure(self.setup));
-            }
+            // A board that has restarted is configured again, unless the activity ran.
+            (
+                BoardMessage::Hello(_),
+                Phase::Connecting
+                | Phase::SettingUp
+                | Phase::Limiting
+                | Phase::Waiting
+                | Phase::Preparing
+                | Phase::Arming,
+            ) => match self.settings {
+                Some(Settings { setup, .. }) => {
+                    self.send_command(Phase::SettingUp, Command::Configure(setup));
+                }
+                None => self.phase = Phase::Waiting,
+            },
             (BoardMessage::Done, Phase::SettingUp) => {
-                self.send_command(Phase::Limiting, Command::Limit(self.limits));
+                let limits = self.settings.map_or_else(Limits::default, |it| it.limits);
+                self.send_command(Phase::Limiting, Command::Limit(limits));
             }
             (BoardMessage::Done, Phase::Limiting) => self.phase = Phase::Waiting,
-            (BoardMessage::Done, Phase::Arming) => match self.command {
-                Some(command) => self.send_command(Phase::Commanding, command),
-                None => self.phase = Phase::Working,
-            },
-            (BoardMessage::Done, Phase::Commanding) => self.phase = Phase::Working,
+            (BoardMessage::Done, Phase::Arming) => {
+                self.armed_us = Some(self.now_us);
+                match self.command {
+                    Some(command) => self.send_command(Phase::Commanding, command),
+                    None => self.phase = Phase::Working,
+                }
+            }
+            (BoardMessage::Done, Phase::Commanding) => {
+                self.torque_us = self.now_us;
+                self.phase = Phase::Working;
+            }
+            (BoardMessage::Done, Phase::Clearing) => self.phase = Phase::Cleared,
             (BoardMessage::Done, Phase::Working) if self.fault == HostFault::OutOfRange => {
                 self.accepted_invalid += 1;
             }
-            (BoardMessage::Refused(Refusal::Hot { .. }), Phase::Clearing) => self.is_hot = true,
-            (BoardMessage::Other(ToHost::Board(report)), _) => self.session = report.session,
+            (
+                BoardMessage::Refused(refusal),
+                Phase::SettingUp | Phase::Limiting | Phase::Arming | Phase::Commanding,
+            ) => {
+                self.refusal = Some(refusal);
+                self.phase = Phase::Refused;
+            }
+            (BoardMessage::Refused(Refusal::NotOff | Refusal::Hot { .. }), Phase::Clearing) => {
+                self.next_repeat_us = self.now_us + CLEAR_US;
+            }
+            (BoardMessage::Other(ToHost::Board(report)), _) => self.board = Some(report),
             (BoardMessage::Other(ToHost::Tripped(trip)), _) => self.trip = Some(trip),
             (BoardMessage::Other(ToHost::Off(report)), _) => self.off = Some(report),
             (BoardMessage::Other(ToHost::Found { is_ready, .. }), _) => {
@@ -184,12 +251,63 @@ impl Driver {
     /// servos if they are not.
     fn arm_when_ready(&mut self, phase: Phase) {
         match (phase, self.is_ready) {
+            // The client makes the servos ready, and a command would keep it off the bus.
+            (Phase::Waiting, Some(_)) if self.activity == Activity::Port => {
+                self.phase = Phase::Working;
+            }
             (Phase::Waiting, Some(false)) => self.send_command(Phase::Preparing, Command::Prepare),
-            (Phase::Waiting | Phase::Preparing, Some(true)) if self.arms => {
-                let session = self.session;
+            (Phase::Waiting | Phase::Preparing, Some(true)) if self.activity.is_armed() => {
+                let session = self.board.map_or(0, |board| board.session);
                 self.send_command(Phase::Arming, Command::Arm { session });
             }
             (Phase::Waiting | Phase::Preparing, Some(true)) => self.phase = Phase::Working,
+            _ => {}
+        }
+    }
+
+    /// Period of what the host repeats to keep the activity up, in µs.
+    fn repeat_period_us(&self) -> Option<u64> {
+        if self.phase == Phase::Clearing && self.client.is_settled() {
+            return Some(CLEAR_US);
+        }
+        let is_at_it = self.phase == Phase::Working && self.fault == HostFault::None;
+        match self.activity {
+            Activity::Stream => Some(POINT_US),
+            Activity::Save => Some(SAVE_US),
+            Activity::Torque => Some(TORQUE_US),
+            _ => None,
+        }
+        .filter(|_| is_at_it)
+    }
+
+    /// Repeats what keeps the activity up.
+    fn repeat(&mut self, now_us: u64) {
+        let Some(period_us) = self.repeat_period_us() else {
+            return;
+        };
+        if now_us < self.next_repeat_us {
+            return;
+        }
+        self.next_repeat_us = now_us + period_us;
+        if self.phase == Phase::Clearing {
+            return self.client.command(Command::ClearFault);
+        }
+        match (self.activity, self.command, self.record) {
+            (Activity::Stream, _, Some(record)) => {
+                let at_us = record.start_us + AHEAD_US;
+                let phase = std::f64::consts::TAU * STREAM_HZ * at_us as f64 * 1e-6;
+                let angle_rad = self.to_rad.map(|rad| rad * phase.sin() as f32);
+                self.client.command(Command::Stream {
+                    at_us,
+                    angle_rad,
+                    speed_rad_s: None,
+                });
+            }
+            (Activity::Save, ..) => self.client.command(Command::Save),
+            (Activity::Torque, Some(command), _) => {
+                self.torque_us = now_us;
+                self.client.command(command);
+            }
             _ => {}
         }
     }
@@ -198,7 +316,7 @@ impl Driver {
     fn send_fault(&mut self) {
         self.turn += 1;
         match self.fault {
-            HostFault::None | HostFault::Silent => {}
+            HostFault::None | HostFault::Silent | HostFault::Heartbeats => {}
             HostFault::Goodbye => self.client.send(ToBoard::Goodbye),
             HostFault::OtherSchema => {
                 let hello = Hello {
@@ -256,13 +374,6 @@ impl Host for Driver {
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Infallible> {
         self.faulty_bytes.clear();
-        if std::mem::take(&mut self.is_hot) {
-            self.clear_again_us = now_us + CLEAR_AGAIN_US;
-        }
-        if self.clear_again_us > 0 && now_us >= self.clear_again_us {
-            self.clear_again_us = 0;
-            self.clear();
-        }
         if self.fault != HostFault::None && now_us >= self.next_fault_us {
             self.next_fault_us = now_us + FAULT_US;
             self.send_fault();
@@ -270,12 +381,14 @@ impl Host for Driver {
         match self.fault {
             HostFault::OtherSchema | HostFault::Silent => return Ok(&self.faulty_bytes),
             HostFault::Goodbye => self.fault = HostFault::Silent,
-            HostFault::None | HostFault::OutOfRange => {}
+            HostFault::None | HostFault::OutOfRange | HostFault::Heartbeats => {}
         }
+        self.repeat(now_us);
         Ok(self.client.transmit(now_us))
     }
 
-    fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Infallible> {
+    fn receive(&mut self, now_us: u64, mut bytes: &[u8]) -> Result<(), Infallible> {
+        self.now_us = now_us;
         while let Some(message) = self.client.receive(&mut bytes) {
             self.process(message);
         }
@@ -284,7 +397,10 @@ impl Host for Driver {
 
     fn wake_at_us(&self) -> u64 {
         match self.fault {
-            HostFault::None => self.client.wake_at_us(),
+            HostFault::None | HostFault::Heartbeats => match self.repeat_period_us() {
+                Some(_) => self.next_repeat_us.min(self.client.wake_at_us()),
+                None => self.client.wake_at_us(),
+            },
             HostFault::Silent => u64::MAX,
             HostFault::OtherSchema => self.next_fault_us,
             HostFault::OutOfRange | HostFault::Goodbye => {

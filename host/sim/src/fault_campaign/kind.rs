@@ -20,22 +20,50 @@ pub enum Kind {
     LineLow,
     /// The data line is held up.
     LineHigh,
+    /// A second master sends on the bus: drive packets, queries, garbage.
+    SecondMaster,
+    /// A third servo answers to the id of one of the arm's.
+    DuplicateId,
     /// A servo is power-cycled.
     ServoReset,
+    /// Both servos are power-cycled.
+    ServosReset,
     /// A servo receives and executes, but does not reply.
     ServoMute,
     /// A servo receives nothing, and keeps its last command.
     ServoDeaf,
     /// The servos are swapped.
     ServosSwapped,
+    /// The servos are swapped from the beginning.
+    SwappedFirst,
     /// A potentiometer's reading stays at one count.
     Frozen,
     /// A potentiometer's wiper has left its track.
     DeadZone,
+    /// A potentiometer's reading is off by a step.
+    EncoderStep,
+    /// A potentiometer's reading drifts.
+    EncoderDrift,
+    /// A potentiometer's reading is noisy.
+    EncoderNoise,
     /// A motor heats up.
     Hot,
+    /// A motor gives half to twice its torque.
+    TorqueGain,
+    /// A motor turns the other way.
+    TorqueSign,
+    /// A motor's zero is elsewhere.
+    TorqueOffset,
+    /// The host sets a wrong angle per count while the board is idle.
+    CalibrationScale,
+    /// The host sets a wrong zero while the board is idle.
+    CalibrationZero,
+    /// The host sets a wrong direction while the board is idle.
+    CalibrationDirection,
     /// No bytes of the host arrive.
     HostVanish,
+    /// Nothing is transferred for a while; then all of it arrives at once.
+    HostStall,
     /// Garbage comes at full rate.
     HostFlood,
     /// Garbage comes between good frames.
@@ -46,16 +74,36 @@ pub enum Kind {
     HostReplay,
     /// Commands with numbers that are out of range.
     HostRange,
+    /// The host sends heartbeats only.
+    HostHeartbeats,
+    /// The host sends a burst of frames and a hello in one write.
+    HostHello,
     /// The host ends its session with a goodbye.
     Goodbye,
+    /// A client of the transparent port drives a motor and hangs.
+    ClientHang,
+    /// A client of the transparent port drives and changes the servos' rate.
+    ClientBaud,
+    /// A client of the transparent port is stopped inside a packet.
+    ClientStop,
     /// The board's clock jumps forward.
     ClockAhead,
-    /// The board's clock jumps back.
+    /// The board's clock goes back.
     ClockBack,
-    /// The arm is pushed.
+    /// Somebody pushes the arm.
     Push,
-    /// A bit of a parameter in force is flipped.
+    /// A bit of the configuration in memory flips.
     Corrupt,
+    /// A bit of the supervisor's state flips.
+    CorruptState,
+    /// A bit of the drive command flips.
+    CorruptDrive,
+    /// A bit of the reference's numbers flips.
+    CorruptReference,
+    /// A byte of the stored settings has a flipped bit at boot.
+    FlashRot,
+    /// The board restarts, and the servos too where the supply is one.
+    BrownOut,
     /// The host requests an emergency stop.
     StopHost,
     /// The stop switch is pressed.
@@ -90,89 +138,121 @@ impl DamageKind {
     }
 }
 
+/// Number of kinds.
+const KINDS: usize = 58;
+
+/// All kinds, with their names on the command line.
+const NAMES: [(Kind, &str); KINDS] = {
+    use BusDirection::{ToMaster, ToServos};
+    use DamageKind::{CutOff, Doubled, Flipped, Late, Lost};
+    [
+        (Kind::Bytes(ToServos, Lost), "lost-to-servos"),
+        (Kind::Bytes(ToServos, Late), "late-to-servos"),
+        (Kind::Bytes(ToServos, Doubled), "doubled-to-servos"),
+        (Kind::Bytes(ToServos, Flipped), "flipped-to-servos"),
+        (Kind::Bytes(ToServos, CutOff), "cut-to-servos"),
+        (Kind::Bytes(ToMaster, Lost), "lost-to-master"),
+        (Kind::Bytes(ToMaster, Late), "late-to-master"),
+        (Kind::Bytes(ToMaster, Doubled), "doubled-to-master"),
+        (Kind::Bytes(ToMaster, Flipped), "flipped-to-master"),
+        (Kind::Bytes(ToMaster, CutOff), "cut-to-master"),
+        (Kind::EchoOn, "echo-on"),
+        (Kind::EchoOff, "echo-off"),
+        (Kind::LineLow, "line-low"),
+        (Kind::LineHigh, "line-high"),
+        (Kind::SecondMaster, "second-master"),
+        (Kind::DuplicateId, "duplicate-id"),
+        (Kind::ServoReset, "servo-reset"),
+        (Kind::ServosReset, "servos-reset"),
+        (Kind::ServoMute, "servo-mute"),
+        (Kind::ServoDeaf, "servo-deaf"),
+        (Kind::ServosSwapped, "servos-swapped"),
+        (Kind::SwappedFirst, "swapped-first"),
+        (Kind::Frozen, "frozen"),
+        (Kind::DeadZone, "dead-zone"),
+        (Kind::EncoderStep, "encoder-step"),
+        (Kind::EncoderDrift, "encoder-drift"),
+        (Kind::EncoderNoise, "encoder-noise"),
+        (Kind::Hot, "hot"),
+        (Kind::TorqueGain, "torque-gain"),
+        (Kind::TorqueSign, "torque-sign"),
+        (Kind::TorqueOffset, "torque-offset"),
+        (Kind::CalibrationScale, "calibration-scale"),
+        (Kind::CalibrationZero, "calibration-zero"),
+        (Kind::CalibrationDirection, "calibration-sign"),
+        (Kind::HostVanish, "host-vanish"),
+        (Kind::HostStall, "host-stall"),
+        (Kind::HostFlood, "host-flood"),
+        (Kind::HostGarbage, "host-garbage"),
+        (Kind::HostSchema, "host-schema"),
+        (Kind::HostReplay, "host-replay"),
+        (Kind::HostRange, "host-range"),
+        (Kind::HostHeartbeats, "host-heartbeats"),
+        (Kind::HostHello, "host-hello"),
+        (Kind::Goodbye, "goodbye"),
+        (Kind::ClientHang, "client-hang"),
+        (Kind::ClientBaud, "client-baud"),
+        (Kind::ClientStop, "client-stop"),
+        (Kind::ClockAhead, "clock-ahead"),
+        (Kind::ClockBack, "clock-back"),
+        (Kind::Push, "push"),
+        (Kind::Corrupt, "corrupt"),
+        (Kind::CorruptState, "corrupt-state"),
+        (Kind::CorruptDrive, "corrupt-drive"),
+        (Kind::CorruptReference, "corrupt-reference"),
+        (Kind::FlashRot, "flash-rot"),
+        (Kind::BrownOut, "brown-out"),
+        (Kind::StopHost, "stop-host"),
+        (Kind::StopPin, "stop-pin"),
+    ]
+};
+
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 34] = {
-        use BusDirection::{ToMaster, ToServos};
-        use DamageKind::{CutOff, Doubled, Flipped, Late, Lost};
-        [
-            Self::Bytes(ToServos, Lost),
-            Self::Bytes(ToServos, Late),
-            Self::Bytes(ToServos, Doubled),
-            Self::Bytes(ToServos, Flipped),
-            Self::Bytes(ToServos, CutOff),
-            Self::Bytes(ToMaster, Lost),
-            Self::Bytes(ToMaster, Late),
-            Self::Bytes(ToMaster, Doubled),
-            Self::Bytes(ToMaster, Flipped),
-            Self::Bytes(ToMaster, CutOff),
-            Self::EchoOn,
-            Self::EchoOff,
-            Self::LineLow,
-            Self::LineHigh,
-            Self::ServoReset,
-            Self::ServoMute,
-            Self::ServoDeaf,
-            Self::ServosSwapped,
-            Self::Frozen,
-            Self::DeadZone,
-            Self::Hot,
-            Self::HostVanish,
-            Self::HostFlood,
-            Self::HostGarbage,
-            Self::HostSchema,
-            Self::HostReplay,
-            Self::HostRange,
-            Self::Goodbye,
-            Self::ClockAhead,
-            Self::ClockBack,
-            Self::Push,
-            Self::Corrupt,
-            Self::StopHost,
-            Self::StopPin,
-        ]
+    pub const ALL: [Self; KINDS] = {
+        let mut all = [Self::EchoOn; KINDS];
+        let mut index = 0;
+        while index < KINDS {
+            all[index] = NAMES[index].0;
+            index += 1;
+        }
+        all
     };
 
     /// Name on the command line.
-    pub const fn name(self) -> &'static str {
-        use BusDirection::{ToMaster, ToServos};
-        use DamageKind::{CutOff, Doubled, Flipped, Late, Lost};
-        match self {
-            Self::Bytes(ToServos, Lost) => "lost-to-servos",
-            Self::Bytes(ToServos, Late) => "late-to-servos",
-            Self::Bytes(ToServos, Doubled) => "doubled-to-servos",
-            Self::Bytes(ToServos, Flipped) => "flipped-to-servos",
-            Self::Bytes(ToServos, CutOff) => "cut-to-servos",
-            Self::Bytes(ToMaster, Lost) => "lost-to-master",
-            Self::Bytes(ToMaster, Late) => "late-to-master",
-            Self::Bytes(ToMaster, Doubled) => "doubled-to-master",
-            Self::Bytes(ToMaster, Flipped) => "flipped-to-master",
-            Self::Bytes(ToMaster, CutOff) => "cut-to-master",
-            Self::EchoOn => "echo-on",
-            Self::EchoOff => "echo-off",
-            Self::LineLow => "line-low",
-            Self::LineHigh => "line-high",
-            Self::ServoReset => "servo-reset",
-            Self::ServoMute => "servo-mute",
-            Self::ServoDeaf => "servo-deaf",
-            Self::ServosSwapped => "servos-swapped",
-            Self::Frozen => "frozen",
-            Self::DeadZone => "dead-zone",
-            Self::Hot => "hot",
-            Self::HostVanish => "host-vanish",
-            Self::HostFlood => "host-flood",
-            Self::HostGarbage => "host-garbage",
-            Self::HostSchema => "host-schema",
-            Self::HostReplay => "host-replay",
-            Self::HostRange => "host-range",
-            Self::Goodbye => "goodbye",
-            Self::ClockAhead => "clock-ahead",
-            Self::ClockBack => "clock-back",
-            Self::Push => "push",
-            Self::Corrupt => "corrupt",
-            Self::StopHost => "stop-host",
-            Self::StopPin => "stop-pin",
-        }
+    pub fn name(self) -> &'static str {
+        let name = NAMES.iter().find(|(kind, _)| *kind == self);
+        // Every kind has a name, as a test shows.
+        name.map_or("", |(_, name)| name)
+    }
+
+    /// Whether it is there from the beginning, not from a time on.
+    pub(super) fn is_from_start(self) -> bool {
+        matches!(
+            self,
+            Self::SwappedFirst
+                | Self::CalibrationScale
+                | Self::CalibrationZero
+                | Self::CalibrationDirection
+                | Self::FlashRot
+        )
+    }
+
+    /// Whether it keeps the host's bytes from the board.
+    pub(super) fn is_of_link(self) -> bool {
+        matches!(
+            self,
+            Self::HostVanish
+                | Self::HostStall
+                | Self::HostFlood
+                | Self::HostSchema
+                | Self::HostReplay
+        )
+    }
+
+    /// Whether a client of the transparent port is part of it.
+    pub(super) fn has_client(self) -> bool {
+        matches!(self, Self::ClientHang | Self::ClientBaud | Self::ClientStop)
     }
 }
 

@@ -1,32 +1,43 @@
 //! Oracle: runs a case and checks the requirements.
 //!
 //! ```text
-//! ready     first fault ... last    removed     cleared
-//! |0.3-0.8 s| up to 0.1 s |  1.5 s   |   0.2 s  | 3 s at most
+//! power-up     ready     first fault ... last     removed      cleared
+//! | 3 s at most | up to 4 s | up to 0.1 s | 1.5 s   |   0.2 s    | 3 s at most, 0.3 s after
+//!   or: first fault
 //! ```
 //!
-//! Requirements are checked at every event on the bench, not at ticks.
+//! Motors, modes and the true arm are checked at every event on the bench, not at ticks,
+//! from power-up to the end.
 
 use armbridge_client::enum_names;
 use armbridge_shared::JOINTS;
-use armbridge_shared::link::message::{Fault, Mode};
+use armbridge_shared::link::message::{Drive, Fault, Mode, SettingsFrom};
 
-use super::case::{Case, Injection};
-use super::expect::{self, FaultExpectation, STOP_US};
+use super::case::Case;
+use super::expect;
 use super::fixture::Fixture;
+use super::injection::{Injection, Origin};
 use super::kind::Kind;
 use super::outcome::Outcome;
+use super::requirement::{FaultExpectation, fault_expectation};
 use super::trace::Trace;
+use super::truth::Truth;
 
-/// Until the scenario runs, in µs: bring-up takes 20 ms.
-const READY_US: u64 = 1_000_000;
+/// Until the activity runs, in µs: bring-up takes 20 ms at 1 Mbaud, and preparation of stock
+/// servos on a slow bus a second.
+const READY_US: u64 = 3_000_000;
 /// From the removal of the faults to the end, in µs.
 const SETTLE_US: u64 = 200_000;
 /// Until a cleared board is idle again, in µs. A hot Morpheus servo reads its temperature every
-/// 0.8 s, and at 1 kHz the board asks for it every 2.5 s.
-const CLEAR_US: u64 = 5_000_000;
+/// 0.8 s, and at 1 kHz the board asks for it every 2.5 s; at the longest period every 3 s.
+const CLEAR_US: u64 = 8_000_000;
+/// Observation after that, in µs: motors stay off.
+const END_US: u64 = 300_000;
+/// Time in µs by which a torque may outlive the age of its command: a clock that jumps, and
+/// the ticks.
+const AGE_SLACK_US: u64 = 200_000;
 /// Far more events than a case can have: six or seven a tick.
-const EVENTS_MAX: u32 = 200_000;
+const EVENTS_MAX: u32 = 500_000;
 /// Torque that a PWM's rounding adds, in N m: a count is 1.2 mN m.
 const ROUNDING_NM: f32 = 0.002;
 
@@ -36,10 +47,14 @@ pub(super) struct CaseRunner<'a, 'b> {
     fixture: Fixture<'a>,
     trace: &'b mut Trace,
     outcome: Outcome,
+    truth: Truth,
     mode: Mode,
-    /// Start of the present time in modes that do not drive the motors, in µs.
+    /// Since when no motor may be on, in µs.
     undriven_us: Option<u64>,
     fault: Option<(Fault, u64)>,
+    first_us: Option<u64>,
+    /// Time in µs since when the session that armed is over, by a goodbye or a hello.
+    ended_us: Option<u64>,
     /// A motor's PWM exceeded the limits.
     is_pwm_exceeded: bool,
     events: u32,
@@ -50,11 +65,14 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
         Self {
             case,
             mode: fixture.mode(),
+            truth: Truth::new(case, &fixture),
             fixture,
             trace,
             outcome: Outcome::new(case),
-            undriven_us: None,
+            undriven_us: Some(0),
             fault: None,
+            first_us: None,
+            ended_us: None,
             is_pwm_exceeded: false,
             events: 0,
         }
@@ -62,15 +80,14 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
 
     /// Runs the case to its end.
     pub(super) fn run(mut self) -> Outcome {
-        let is_ready = self.run_until(READY_US, |runner| runner.fixture.driver().is_working());
-        if !is_ready || self.fault.is_some() {
+        let is_ready = self.bring_up();
+        let has_early = self.has_injections(Origin::PowerUp);
+        if !has_early && (!is_ready || self.fault.is_some()) {
             let why = format!("not ready: {}", self.state_text());
             return self.outcome.failed(why);
         }
-        let ready_us = self.fixture.now_us();
-        self.trace.append(ready_us, || "the scenario runs".into());
-        self.inject(ready_us);
-        self.check_fault(ready_us);
+        self.observe_injections();
+        self.check_fault();
         let now_us = self.fixture.now_us();
         if let Some(off) = self.fixture.driver().off {
             self.trace
@@ -80,26 +97,63 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
             .append(now_us, || "all faults are removed".into());
         self.fixture.repair();
         self.run_until(now_us + SETTLE_US, |_| false);
+        self.fixture.replace_servos();
         self.clear();
+        let now_us = self.fixture.now_us();
+        self.run_until(now_us + END_US, |_| false);
         self.check_motors();
         self.outcome
     }
 
-    /// Injects the faults, and observes.
-    fn inject(&mut self, ready_us: u64) {
+    fn has_injections(&self, origin: Origin) -> bool {
+        self.case.injections.iter().any(|it| it.origin == origin)
+    }
+
+    /// Runs from power-up, with the faults of that time, until the activity runs. Returns
+    /// whether it does.
+    fn bring_up(&mut self) -> bool {
+        if self.has_injections(Origin::PowerUp) {
+            self.inject(Origin::PowerUp, 0, READY_US);
+        }
+        let is_ready = self.run_until(READY_US, |runner| runner.fixture.is_working());
+        let ready_us = self.fixture.now_us();
+        let text = if is_ready {
+            "the activity runs"
+        } else {
+            "the activity does not begin"
+        };
+        self.trace.append(ready_us, || text.into());
+        is_ready
+    }
+
+    /// Injects the faults that come after that, and observes.
+    fn observe_injections(&mut self) {
+        let ready_us = self.fixture.now_us();
+        let late = self
+            .case
+            .injections
+            .iter()
+            .filter(|it| it.origin == Origin::Ready);
+        let last_us = late.map(|it| it.after_us).max().unwrap_or(0);
+        let until_us = ready_us + last_us + self.case.observation_us();
+        self.inject(Origin::Ready, ready_us, until_us);
+        self.run_until(until_us, |_| false);
+    }
+
+    /// Starts the faults of this origin and ends them, as long as they end before that time.
+    fn inject(&mut self, origin: Origin, from_us: u64, until_us: u64) {
         let injections = &self.case.injections;
         let mut steps: Vec<(u64, bool, usize)> = injections
             .iter()
             .enumerate()
+            .filter(|(_, injection)| injection.origin == origin)
             .flat_map(|(index, injection)| {
-                let begin_us = ready_us + injection.after_us;
+                let begin_us = from_us + injection.after_us;
                 let end_us = begin_us.saturating_add(injection.lasts_us);
                 [(begin_us, true, index), (end_us, false, index)]
             })
             .collect();
         steps.sort_unstable_by_key(|(at_us, is_begin, _)| (*at_us, !is_begin));
-        let last_us = injections.iter().map(|i| i.after_us).max().unwrap_or(0);
-        let until_us = ready_us + last_us + self.case.observation_us();
         for (at_us, is_begin, index) in steps {
             if at_us >= until_us {
                 break;
@@ -109,7 +163,6 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
                 self.apply(injection, is_begin);
             }
         }
-        self.run_until(until_us, |_| false);
     }
 
     /// Starts or ends an injection.
@@ -117,9 +170,15 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
         let now_us = self.fixture.now_us();
         if is_begin {
             self.trace.injection(now_us, injection);
-            if self.fixture.is_fault_free() && self.fault.is_some() {
+            if self.fixture.is_fault_free && self.fault.is_some() {
                 let why = format!("a fault before anything was wrong: {}", self.state_text());
                 self.outcome.fail(why);
+            }
+            self.first_us.get_or_insert(now_us);
+            let is_heard = self.case.injections.iter().all(|it| !it.kind.is_of_link());
+            let is_end = matches!(injection.kind, Kind::Goodbye | Kind::HostHello);
+            if self.mode.is_armed() && is_end && is_heard {
+                self.ended_us = Some(now_us);
             }
             self.fixture.begin(injection);
         } else {
@@ -152,17 +211,30 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
         if mode != self.mode {
             self.trace
                 .mode_change(now_us, self.mode, mode, &mut self.fixture);
-            if mode.drive().is_some() {
-                self.undriven_us = None;
-            } else if self.mode.drive().is_some() {
-                self.undriven_us = Some(now_us);
-            }
             if let (Mode::Fault(fault), None) = (mode, self.fault) {
                 self.fault = Some((fault, now_us));
             }
             self.mode = mode;
         }
-        let is_corrupting = self.fixture.is_corrupting();
+        if self.fixture.is_permitted() {
+            self.undriven_us = None;
+        } else {
+            self.undriven_us.get_or_insert(now_us);
+        }
+        if self
+            .ended_us
+            .is_some_and(|at_us| now_us > at_us + self.case.stop_us())
+            && mode.is_armed()
+        {
+            self.outcome
+                .fail("still armed after the end of the session".into());
+        }
+        let age_us = now_us.saturating_sub(self.fixture.driver().torque_us);
+        let allowed_us = u64::from(self.case.limits().torque_age_ms) * 1_000 + AGE_SLACK_US;
+        if mode.drive() == Some(Drive::Torque) && age_us > allowed_us && !self.fixture.is_down() {
+            self.outcome.fail("a torque outlived its command".into());
+        }
+        let is_foreign = self.fixture.is_foreign();
         let allowed = self.case.limits().pwm_counts;
         for servo in 0..JOINTS {
             if let Some(since_us) = self.undriven_us {
@@ -170,67 +242,96 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
                 self.outcome.stop_ms = self.outcome.stop_ms.max(overdue_ms);
             }
             let max_deviation = self.fixture.cosim.bench.take_most_counts(servo);
-            if max_deviation > allowed && !is_corrupting && !self.is_pwm_exceeded {
+            if max_deviation > allowed && !is_foreign && !self.is_pwm_exceeded {
                 self.is_pwm_exceeded = true;
                 let why = format!("motor {servo} was {max_deviation} counts from off");
                 self.outcome.fail(why);
             }
         }
+        self.truth.observe(&mut self.fixture, &mut self.outcome);
     }
 
     /// Mode and trip as text.
     fn state_text(&mut self) -> String {
         let trip = self.fixture.driver().trip;
         let fault = trip.map_or_else(String::new, |trip| format!(", {trip:?}"));
-        format!("{:?}{fault}", self.mode)
+        let refusal = self.fixture.driver().refusal;
+        let refusal = refusal.map_or_else(String::new, |why| format!(", refused: {why:?}"));
+        format!("{:?}{fault}{refusal}", self.mode)
     }
 
-    /// Compares the fault with the expected ones.
-    fn check_fault(&mut self, ready_us: u64) {
-        let injections = &self.case.injections;
-        let is =
-            |requirement, injection| expect::fault_expectation(injection, self.case) == requirement;
+    /// Whether the case requires a fault of this injection, after what is known of the board.
+    fn expectation(&mut self, injection: &Injection) -> FaultExpectation {
+        let board = self.fixture.driver().board;
+        let is_saved = board.is_some_and(|board| board.settings == SettingsFrom::Saved);
+        if injection.kind == Kind::FlashRot && is_saved {
+            // The damaged byte was not among those in use.
+            return FaultExpectation::Forbidden;
+        }
+        fault_expectation(injection, self.case)
+    }
+
+    /// Compares the fault, or the refusal to arm, with the expected ones.
+    fn check_fault(&mut self) {
+        let case = self.case;
+        let injections = case.injections.iter();
+        let expectations: Vec<(Kind, FaultExpectation)> = injections
+            .map(|it| (it.kind, self.expectation(it)))
+            .collect();
+        let driver = self.fixture.driver();
+        let (refusal, armed_us) = (driver.refusal, driver.armed_us);
+        let servos = case.servos();
+        let is_allowed = |expectation| expectation != FaultExpectation::Forbidden;
+        let is_of_start = case.injections.iter().all(|it| it.kind.is_from_start());
+        let from_us = if is_of_start { armed_us } else { self.first_us };
         let outcome = &mut self.outcome;
-        match self.fault {
-            None => {
-                outcome.is_fault_expected =
-                    !injections.iter().any(|i| is(FaultExpectation::Required, i));
+        match (self.fault, refusal) {
+            (Some((fault, at_us)), _) => {
+                outcome.is_fault_expected = expectations.iter().any(|(kind, expectation)| {
+                    expect::expected(*kind, servos).faults.contains(&fault)
+                        && is_allowed(*expectation)
+                });
+                outcome.fault = Some(enum_names::fault(fault).into());
+                let from_us = from_us.or(self.first_us).unwrap_or(0);
+                outcome.detected_ms = Some(at_us.saturating_sub(from_us) as f64 * 1e-3);
             }
-            Some((fault, at_us)) => {
-                let is_expected = |i: &Injection| {
-                    expect::expected(i.kind, self.case.servos)
-                        .faults
-                        .contains(&fault)
-                };
-                outcome.is_fault_expected = injections
+            (None, Some(refusal))
+                if expectations
                     .iter()
-                    .any(|i| is_expected(i) && !is(FaultExpectation::Forbidden, i));
-                outcome.fault = Some(enum_names::fault(fault));
-                let first_us = ready_us + injections.first().map_or(0, |i| i.after_us);
-                outcome.detected_ms = Some(at_us.saturating_sub(first_us) as f64 * 1e-3);
+                    .any(|(kind, _)| expect::is_refusal_expected(*kind, refusal)) =>
+            {
+                outcome.fault = Some(format!("refused: {refusal:?}"));
             }
-        }
-        if self.case.has(Kind::Goodbye) && self.mode.is_armed() {
-            outcome.fail("still armed after a goodbye".into());
+            (None, _) => {
+                let is_required =
+                    |(_, it): &(Kind, FaultExpectation)| *it == FaultExpectation::Required;
+                outcome.is_fault_expected = !expectations.iter().any(is_required);
+            }
         }
     }
 
-    /// Clears the fault, and checks that the board becomes idle.
+    /// Clears the fault, and checks that the board becomes idle, as one without a fault must.
     fn clear(&mut self) {
-        if self.fault.is_none() || !self.case.is_cleared {
+        // A board that has restarted has no fault any more.
+        let is_cleared = matches!(self.mode, Mode::Fault(_)) && self.case.is_cleared;
+        if is_cleared {
+            let now_us = self.fixture.now_us();
+            self.trace
+                .append(now_us, || "the host clears the fault".into());
+            self.fixture.driver().clear();
+        } else if !matches!(self.mode, Mode::Boot | Mode::Passthrough) {
             return;
         }
         let now_us = self.fixture.now_us();
-        self.trace
-            .append(now_us, || "the host clears the fault".into());
-        self.fixture.driver().clear();
-        let is_back = self.run_until(now_us + CLEAR_US, |runner| runner.mode == Mode::Idle);
-        self.outcome.is_cleared = Some(is_back);
+        // Stock servos are set up again, and the host may go on from there.
+        let is_up = |runner: &mut Self| match runner.mode {
+            Mode::Idle => true,
+            mode => !is_cleared && mode.is_armed(),
+        };
+        let is_back = self.run_until(now_us + CLEAR_US, is_up);
+        self.outcome.is_cleared = is_cleared.then_some(is_back);
         if !is_back {
-            let why = format!(
-                "not idle after the fault was cleared: {}",
-                self.state_text()
-            );
+            let why = format!("not idle after all was repaired: {}", self.state_text());
             self.outcome.fail(why);
         }
     }
@@ -238,18 +339,22 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
     /// Checks PWM, torque and stop time against the limits.
     fn check_motors(&mut self) {
         let outcome = &mut self.outcome;
-        if outcome.stop_ms > STOP_US as f64 * 1e-3 {
+        if outcome.stop_ms > self.case.stop_us() as f64 * 1e-3 {
             outcome.fail(format!("a motor was on for {:.1} ms", outcome.stop_ms));
         }
+        let is_configured = self.case.is_configured();
         if let Some((at_us, counts)) = self.fixture.cosim.board.beyond {
             outcome.fail(format!(
                 "a PWM {counts} counts from off was sent at {at_us} µs"
             ));
         }
-        let [allowed_nm, _] = self.case.limits().torque_nm;
+        // A record has the torque without that against friction.
+        let [limit_nm, _] = self.case.limits().torque_nm;
+        let allowed_nm = limit_nm + self.case.setup().friction_nm[0];
         let driver = self.fixture.driver();
         // A torque that is computed from corrupted parameters is not checked; the PWM is.
-        if driver.max_torque_nm > allowed_nm + ROUNDING_NM && !self.case.has(Kind::Corrupt) {
+        let is_computed_right = is_configured && !self.case.has(Kind::Corrupt);
+        if driver.max_torque_nm > allowed_nm + ROUNDING_NM && is_computed_right {
             let max_torque_nm = driver.max_torque_nm;
             outcome.fail(format!(
                 "torque of {max_torque_nm} N m, {allowed_nm} allowed"
@@ -264,82 +369,231 @@ impl<'a, 'b> CaseRunner<'a, 'b> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::case::Scenario;
+    use super::super::activity::Activity;
     use super::super::driver::HostFault;
+    use super::super::run::run_case;
+    use super::super::set_up::{Bus, SetUp};
     use super::*;
+    use crate::plant::MotorFault;
     use armbridge_shared::bridge::Channels;
     use armbridge_shared::link::message::StopSource;
     use armbridge_shared::servo::Firmware;
 
-    /// The first single of this kind, in the first scenario.
-    fn case_of(kind: Kind, is_tight: bool) -> Case {
+    /// The first single of this kind, with this work, on Morpheus servos at 1 kHz.
+    fn case_of(kind: Kind, activity: Activity) -> Case {
         let index = Kind::ALL.iter().position(|other| *other == kind).unwrap();
-        let case = Case::new(2 * index as u64, Firmware::Morpheus);
-        Case { is_tight, ..case }
+        let case = Case::new(2 * index as u64);
+        let bus = Bus {
+            servos: Firmware::Morpheus,
+            baud: 1_000_000,
+        };
+        let injections = case.injections.iter().map(|injection| Injection {
+            origin: Origin::Ready,
+            after_us: 300_000,
+            ..*injection
+        });
+        Case {
+            bus,
+            set_up: bus.set_ups()[0],
+            activity,
+            friction: !activity.is_closed(),
+            is_tight: false,
+            is_obstructed: false,
+            initial_rad: [0.1, -0.1],
+            injections: injections.collect(),
+            ..case
+        }
     }
 
     /// Checks a case on a board that was set up for another case, after a change that is not
     /// part of the case.
     fn checked(case: &Case, set_up: &Case, done: impl FnOnce(&mut Fixture<'_>)) -> Outcome {
-        let mut channels = Channels::new();
-        let fixture = Fixture::new(set_up, channels.split()).unwrap();
+        let (mut channels, mut spare) = (Channels::new(), Channels::new());
+        let fixture = Fixture::new(set_up, [channels.split(), spare.split()]).unwrap();
         let mut trace = Trace::off();
         let mut runner = CaseRunner::new(case, fixture, &mut trace);
-        assert!(runner.run_until(READY_US, |runner| runner.fixture.driver().is_working()));
-        let ready_us = runner.fixture.now_us();
-        runner.run_until(ready_us + 100_000, |_| false);
+        assert!(runner.bring_up());
+        runner.run_until(runner.fixture.now_us() + 100_000, |_| false);
         done(&mut runner.fixture);
-        runner.inject(ready_us);
-        runner.check_fault(ready_us);
+        runner.observe_injections();
+        runner.check_fault();
         runner.check_motors();
         runner.outcome
     }
 
+    /// Whether a violated requirement has these words.
+    fn has(outcome: &Outcome, words: &str) -> bool {
+        outcome.failures.iter().any(|why| why.contains(words))
+    }
+
     #[test]
     fn a_motor_that_stays_on_is_seen() {
-        let stop = case_of(Kind::StopHost, false);
+        let stop = case_of(Kind::StopHost, Activity::Regulate);
         assert_eq!(checked(&stop, &stop, |_| ()).failures, [""; 0]);
         let deafened = checked(&stop, &stop, |fixture| fixture.cosim.bench.deafen(0, true));
         assert!(deafened.stop_ms > 1_000.0, "{deafened:?}");
-        let is_seen = |why: &String| why.contains("was on for");
-        assert!(deafened.failures.iter().any(is_seen), "{deafened:?}");
+        assert!(has(&deafened, "was on for"), "{deafened:?}");
+    }
+
+    #[test]
+    fn a_motor_of_a_silent_client_that_stays_on_is_seen() {
+        let hang = case_of(Kind::ClientHang, Activity::Port);
+        let ended = checked(&hang, &hang, |_| ());
+        assert_eq!(ended.failures, [""; 0]);
+        let deafened = checked(&hang, &hang, |fixture| fixture.cosim.bench.deafen(1, true));
+        assert!(has(&deafened, "was on for"), "{deafened:?}");
+    }
+
+    #[test]
+    fn a_torque_that_outlives_its_command_is_seen() {
+        let case = |is_tight| Case {
+            is_tight,
+            is_obstructed: true,
+            ..case_of(Kind::HostHeartbeats, Activity::Torque)
+        };
+        let ended = checked(&case(false), &case(false), |_| ());
+        assert_eq!((ended.failures.as_slice(), ended.fault), (&[][..], None));
+        let outlived = checked(&case(true), &case(false), |_| ());
+        assert!(has(&outlived, "outlived"), "{outlived:?}");
     }
 
     #[test]
     fn a_board_with_other_limits_is_seen() {
         let case = |is_tight| Case {
             to_rad: [1.2; JOINTS],
-            ..case_of(Kind::Goodbye, is_tight)
+            is_tight,
+            ..case_of(Kind::Goodbye, Activity::Regulate)
         };
         let outcome = checked(&case(true), &case(false), |fixture| {
             fixture.cosim.board.max_deviation = 10;
         });
-        let seen = outcome.failures.join("; ");
         for words in ["counts from off", "was sent at", "N m, 0.8 allowed"] {
-            assert!(seen.contains(words), "{seen}");
+            assert!(has(&outcome, words), "{outcome:?}");
         }
     }
 
     #[test]
+    fn an_arm_that_is_driven_against_the_table_is_seen() {
+        let stop = case_of(Kind::StopHost, Activity::Regulate);
+        let outcome = checked(&stop, &stop, |fixture| {
+            // The board knows nothing of what drives the arm.
+            let fault = MotorFault {
+                gain: 1.0,
+                offset_counts: 900.0,
+            };
+            fixture.cosim.bench.fail_motor(0, fault);
+            fixture.cosim.bench.deafen(0, true);
+        });
+        assert!(has(&outcome, "driven against its stop"), "{outcome:?}");
+        assert!(outcome.contact_rad_s > 1.0, "{outcome:?}");
+    }
+
+    #[test]
+    fn an_arm_that_is_thrown_is_seen_and_one_that_falls_is_not() {
+        let stop = case_of(Kind::StopHost, Activity::Regulate);
+        let fallen = checked(&stop, &stop, |_| ());
+        assert!(
+            fallen.contact_rad_s > 1.0 && fallen.failures.is_empty(),
+            "{fallen:?}"
+        );
+        let thrown = checked(&stop, &stop, |fixture| {
+            let start_ns = fixture.now_us() * 1_000 + 220_000_000;
+            fixture.cosim.bench.push(crate::plant::Push {
+                joint: 0,
+                torque_nm: 3.0,
+                start_ns,
+                duration_ns: 1_000_000_000,
+            });
+        });
+        assert!(has(&thrown, "was thrown"), "{thrown:?}");
+    }
+
+    #[test]
+    fn an_arm_far_from_its_reference_is_seen() {
+        let goodbye = case_of(Kind::HostGarbage, Activity::Regulate);
+        assert_eq!(checked(&goodbye, &goodbye, |_| ()).failures, [""; 0]);
+        let outcome = checked(&goodbye, &goodbye, |fixture| {
+            let fault = crate::faults::sensor::SensorFault::Offset {
+                counts: 0.0,
+                counts_per_s: 100.0,
+            };
+            fixture.cosim.bench.fail_sensor(1, fault);
+        });
+        assert!(has(&outcome, "from its reference"), "{outcome:?}");
+        assert!(outcome.far_ms > 50.0, "{outcome:?}");
+    }
+
+    #[test]
+    fn a_session_that_goes_on_after_its_end_is_seen() {
+        let hello = case_of(Kind::HostHello, Activity::Regulate);
+        let garbage = case_of(Kind::HostGarbage, Activity::Regulate);
+        assert_eq!(checked(&hello, &hello, |_| ()).failures, [""; 0]);
+        let (mut channels, mut spare) = (Channels::new(), Channels::new());
+        let fixture = Fixture::new(&garbage, [channels.split(), spare.split()]).unwrap();
+        let mut trace = Trace::off();
+        let mut runner = CaseRunner::new(&garbage, fixture, &mut trace);
+        assert!(runner.bring_up());
+        runner.ended_us = Some(runner.fixture.now_us());
+        runner.observe_injections();
+        assert!(has(&runner.outcome, "still armed"), "{:?}", runner.outcome);
+    }
+
+    #[test]
     fn a_wrong_name_and_a_missing_one_are_seen() {
-        let goodbye = case_of(Kind::Goodbye, false);
+        let goodbye = case_of(Kind::Goodbye, Activity::Regulate);
         assert!(checked(&goodbye, &goodbye, |_| ()).is_fault_expected);
         let stopped = checked(&goodbye, &goodbye, |fixture| {
             fixture.cosim.is_stop_pressed = true;
         });
         let pin = enum_names::fault(Fault::EmergencyStop(StopSource::Pin));
         assert_eq!(
-            (stopped.fault, stopped.is_fault_expected),
+            (stopped.fault.as_deref(), stopped.is_fault_expected),
             (Some(pin), false)
         );
         // A host that is gone cannot stop anything.
-        let stop = Case {
-            scenario: Scenario::Idle,
-            ..case_of(Kind::StopHost, false)
-        };
+        let stop = case_of(Kind::StopHost, Activity::Idle);
         let ignored = checked(&stop, &stop, |fixture| {
             fixture.driver().inject(HostFault::Silent);
         });
         assert_eq!((ignored.fault, ignored.is_fault_expected), (None, false));
+    }
+
+    /// Every set-up holds the arm through all that the host may have it do, without a fault and
+    /// without a violation.
+    #[test]
+    fn every_set_up_holds_the_arm_without_a_fault() {
+        let mut buses: Vec<Bus> = Bus::all().collect();
+        buses.dedup();
+        let set_ups = |bus: Bus| bus.set_ups().into_iter().map(move |it: SetUp| (bus, it));
+        for (bus, set_up) in buses.into_iter().flat_map(set_ups) {
+            for (nth, activity) in Activity::ALL.into_iter().enumerate() {
+                // On a slow bus only some: its packets are the same.
+                if bus.baud < 1_000_000 && nth % 4 != 0 {
+                    continue;
+                }
+                let case = Case {
+                    bus,
+                    set_up,
+                    friction: true,
+                    to_rad: [0.25, -0.2],
+                    initial_rad: if activity.is_closed() {
+                        [-0.2, 0.2]
+                    } else {
+                        [0.02; JOINTS]
+                    },
+                    injections: Vec::new(),
+                    seed: nth as u64,
+                    ..case_of(Kind::Goodbye, activity)
+                };
+                let outcome = run_case(&case, &mut Trace::off(), None);
+                let Outcome {
+                    fault, failures, ..
+                } = &outcome;
+                assert!(
+                    fault.is_none() && failures.is_empty(),
+                    "{case:?}: {outcome:?}"
+                );
+            }
+        }
     }
 }

@@ -2,8 +2,11 @@
 
 use serde::Serialize;
 
+use super::activity::Activity;
 use super::case::Case;
+use super::expect::UNGUARDED;
 use super::kind::Kind;
+use super::set_up::{Bus, SetUp};
 
 /// Outcome of a case.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -12,15 +15,26 @@ pub struct Outcome {
     pub seed: u64,
     /// Injected kinds.
     pub kinds: Vec<Kind>,
-    /// Fault of the board, if there was one.
-    pub fault: Option<&'static str>,
+    /// Servos and the speed of their bus.
+    pub bus: Bus,
+    /// Period, estimator and controller.
+    pub set_up: SetUp,
+    /// Work of the board.
+    pub activity: Activity,
+    /// Fault of the board, or the refusal that stands for it, if there was one.
+    pub fault: Option<String>,
     /// Whether that is an expected one.
     pub is_fault_expected: bool,
-    /// From the first injection to the fault, in ms.
+    /// From the first injection to the fault, in ms; from arming where that is later and the
+    /// injection is there from the beginning.
     pub detected_ms: Option<f64>,
     /// Longest time for which a motor was on in a mode that does not drive it, in ms,
     /// not counting time in which its servo could not be reached.
     pub stop_ms: f64,
+    /// Largest speed at which the arm met the table or a stop, in rad/s.
+    pub contact_rad_s: f64,
+    /// Longest time for which the arm was driven far from its reference, in ms.
+    pub far_ms: f64,
     /// Whether the board was idle after the fault was cleared; `None` if it was not cleared.
     pub is_cleared: Option<bool>,
     /// Violated requirements.
@@ -33,10 +47,15 @@ impl Outcome {
         Self {
             seed: case.seed,
             kinds: case.injections.iter().map(|i| i.kind).collect(),
+            bus: case.bus,
+            set_up: case.set_up,
+            activity: case.activity,
             fault: None,
             is_fault_expected: true,
             detected_ms: None,
             stop_ms: 0.0,
+            contact_rad_s: 0.0,
+            far_ms: 0.0,
             is_cleared: None,
             failures: Vec::new(),
         }
@@ -45,6 +64,11 @@ impl Outcome {
     /// Whether one fault was injected, not a pair.
     pub(crate) fn is_single(&self) -> bool {
         self.kinds.len() == 1
+    }
+
+    /// Whether boards detect all of its kinds.
+    pub(crate) fn is_guarded(&self) -> bool {
+        !self.kinds.iter().any(|kind| UNGUARDED.contains(kind))
     }
 
     /// Adds a violated requirement, once.

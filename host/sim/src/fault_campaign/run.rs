@@ -4,7 +4,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use armbridge_client::event::Event;
 use armbridge_shared::bridge::Channels;
-use armbridge_shared::servo::Firmware;
 
 use super::case::Case;
 use super::fixture::Fixture;
@@ -12,21 +11,20 @@ use super::oracle::CaseRunner;
 use super::outcome::Outcome;
 use super::trace::Trace;
 
-/// Runs the case of this seed, with servos of this firmware.
-pub fn run(seed: u64, servos: Firmware) -> Outcome {
-    run_case(&Case::new(seed, servos), &mut Trace::off(), None)
+/// Runs the case of this seed.
+pub fn run(seed: u64) -> Outcome {
+    run_case(&Case::new(seed), &mut Trace::off(), None)
 }
 
 /// The same; `on_event` takes the messages on the link as they pass the board.
-pub fn run_with_events(seed: u64, servos: Firmware, mut on_event: impl FnMut(Event)) -> Outcome {
-    let case = Case::new(seed, servos);
-    run_case(&case, &mut Trace::off(), Some(&mut on_event))
+pub fn run_with_events(seed: u64, mut on_event: impl FnMut(Event)) -> Outcome {
+    run_case(&Case::new(seed), &mut Trace::off(), Some(&mut on_event))
 }
 
 /// The same, with the case as text.
-pub fn run_with_trace(seed: u64, servos: Firmware) -> (Outcome, String) {
+pub fn run_with_trace(seed: u64) -> (Outcome, String) {
     let mut trace = Trace::default();
-    let case = Case::new(seed, servos);
+    let case = Case::new(seed);
     trace.begin(&case);
     let outcome = run_case(&case, &mut trace, None);
     trace.end(&outcome);
@@ -34,10 +32,14 @@ pub fn run_with_trace(seed: u64, servos: Firmware) -> (Outcome, String) {
 }
 
 /// A case that panics has failed.
-fn run_case(case: &Case, trace: &mut Trace, on_event: Option<&mut dyn FnMut(Event)>) -> Outcome {
+pub(super) fn run_case(
+    case: &Case,
+    trace: &mut Trace,
+    on_event: Option<&mut dyn FnMut(Event)>,
+) -> Outcome {
     let outcome = catch_unwind(AssertUnwindSafe(|| {
-        let mut channels = Channels::new();
-        match Fixture::new(case, channels.split()) {
+        let (mut channels, mut spare) = (Channels::new(), Channels::new());
+        match Fixture::new(case, [channels.split(), spare.split()]) {
             Ok(mut fixture) => {
                 if let Some(on_event) = on_event {
                     fixture.cosim.board.decode_link(on_event);

@@ -4,12 +4,13 @@ use std::fmt::Write;
 
 use armbridge_client::enum_names;
 use armbridge_shared::link::message::Mode;
-use armbridge_shared::servo::Firmware;
 
-use super::case::{Case, Injection};
-use super::expect::{self, FaultExpectation};
+use super::case::Case;
+use super::expect;
 use super::fixture::Fixture;
+use super::injection::{Injection, Origin};
 use super::outcome::Outcome;
+use super::requirement::{FaultExpectation, fault_expectation};
 
 /// Text of a case; none is formatted if it is off.
 #[derive(Debug, Default)]
@@ -43,26 +44,34 @@ impl Trace {
     }
 
     pub(super) fn begin(&mut self, case: &Case) {
-        let setup = if case.is_best { "best" } else { "default" };
         let friction = if case.friction { "with" } else { "without" };
         let limits = if case.is_tight { ", tight limits" } else { "" };
-        let servos = match case.servos {
-            Firmware::Morpheus => "",
-            Firmware::Stock => ", stock servos",
+        let obstacles = if case.is_obstructed {
+            ", between obstacles"
+        } else {
+            ""
         };
         self.line(&format!(
-            "seed {}: {:?}, {setup} set-up, {friction} friction{limits}{servos}",
-            case.seed, case.scenario
+            "seed {}: {}, {}, {}, {friction} friction{limits}{obstacles}",
+            case.seed,
+            case.activity.name(),
+            case.bus,
+            case.set_up
         ));
         for injection in &case.injections {
-            let expected = expect::expected(injection.kind, case.servos);
+            let expected = expect::expected(injection.kind, case.servos());
             let names: Vec<&str> = expected
                 .faults
                 .iter()
                 .map(|fault| enum_names::fault(*fault))
                 .collect();
             let (kind, names) = (injection.kind, names.join(", "));
-            self.line(&match expect::fault_expectation(injection, case) {
+            let since = match injection.origin {
+                Origin::PowerUp => " from power-up on",
+                Origin::Ready => "",
+            };
+            let kind = format!("{kind}{since}");
+            self.line(&match fault_expectation(injection, case) {
                 FaultExpectation::Required => format!("{kind}: fault {names} required"),
                 FaultExpectation::Allowed => format!("{kind}: no fault, or {names}"),
                 FaultExpectation::Forbidden => format!("{kind}: no fault permitted"),
@@ -128,10 +137,13 @@ impl Trace {
             "unexpected"
         };
         self.line(&format!(
-            "fault {}, {verdict}; detected after {:?} ms, motors off after {:.3} ms",
-            outcome.fault.unwrap_or("none"),
+            "fault {}, {verdict}; detected after {:?} ms, motors off after {:.3} ms, contact at \
+             {:.2} rad/s, far from the reference for {:.1} ms",
+            outcome.fault.as_deref().unwrap_or("none"),
             outcome.detected_ms,
-            outcome.stop_ms
+            outcome.stop_ms,
+            outcome.contact_rad_s,
+            outcome.far_ms
         ));
         for failure in &outcome.failures {
             self.line(&format!("FAILED: {failure}"));

@@ -1,11 +1,16 @@
-//! Monitor of a case: the board's bytes on the servo bus, and the messages on its link.
+//! Monitor of a case: the board's bytes on the servo bus, the messages on its link, and its
+//! restarts.
 
 use std::ops::Range;
 
 use armbridge_client::event::{Direction, Event, LinkDecoder};
 use armbridge_shared::JOINTS;
 use armbridge_shared::actuator::Pwm;
+use armbridge_shared::link::board::HELLO_BITS;
+use armbridge_shared::link::frame::Decoder;
+use armbridge_shared::link::message::{BoardReport, End, LastEnd, Mode, Record, ToHost};
 
+use super::fixture::Ends;
 use crate::board::{Board, Input, Output, VirtualBoard, Wake};
 
 /// Packet of a tick that sets the PWM of both servos of one firmware.
@@ -50,15 +55,66 @@ pub(super) struct MonitoredBoard<'a> {
     pub(super) beyond: Option<(u64, u16)>,
     /// Decoder of the link, and the receiver of its messages.
     decoder: Option<(LinkDecoder, &'a mut dyn FnMut(Event))>,
+    /// The latest record, whether the host receives it or not.
+    record: Option<Record>,
+    records: Decoder,
+    /// Channels of the board after a restart, and its time in µs while it restarts.
+    spare: Option<Ends<'a>>,
+    restart_us: Option<u64>,
 }
 
 impl<'a> MonitoredBoard<'a> {
-    pub(super) fn new(board: VirtualBoard<'a>, max_deviation: u16) -> Self {
+    /// A board with the channels of its first restart, which may send so much PWM.
+    pub(super) fn new(board: VirtualBoard<'a>, spare: Ends<'a>, max_deviation: u16) -> Self {
         Self {
             board,
             max_deviation,
             beyond: None,
             decoder: None,
+            record: None,
+            records: Decoder::default(),
+            spare: Some(spare),
+            restart_us: None,
+        }
+    }
+
+    /// Takes the latest record.
+    pub(super) fn take_record(&mut self) -> Option<Record> {
+        self.record.take()
+    }
+
+    /// Mode of the board; that before, while it restarts.
+    pub(super) fn mode(&self) -> Mode {
+        self.board.mode()
+    }
+
+    /// Whether the supply has failed and the board does not run.
+    pub(super) fn is_down(&self) -> bool {
+        self.restart_us.is_some()
+    }
+
+    /// Lets the supply fail until this time. It does so once in a case.
+    pub(super) fn brown_out(&mut self, until_us: u64) {
+        self.restart_us = self.spare.is_some().then_some(until_us);
+    }
+
+    /// Boots with the settings in flash.
+    fn restart(&mut self, now_us: u64) {
+        let Some(ends) = self.spare.take() else {
+            return;
+        };
+        let flash = self.board.flash().clone();
+        let report = BoardReport {
+            session: 2 << HELLO_BITS,
+            last_end: LastEnd {
+                cause: End::BrownOut,
+                ..LastEnd::default()
+            },
+            ..BoardReport::default()
+        };
+        if let Ok(mut board) = VirtualBoard::after_reset(ends, flash, report) {
+            board.shift_clock(-(now_us as i64));
+            self.board = board;
         }
     }
 
@@ -68,7 +124,9 @@ impl<'a> MonitoredBoard<'a> {
     }
 
     fn is_driven(&self) -> bool {
-        self.board.mode().drive().is_some()
+        // The board relays a client's packets.
+        let mode = self.board.mode();
+        mode.drive().is_some() || mode == Mode::Passthrough
     }
 }
 
@@ -81,6 +139,16 @@ impl Board for MonitoredBoard<'_> {
         input: Input<'_>,
         output: &mut Output,
     ) -> Result<Wake, Self::Error> {
+        if let Some(at_us) = self.restart_us {
+            if now_us < at_us {
+                return Ok(Wake {
+                    at_us,
+                    bus_bytes: None,
+                });
+            }
+            self.restart_us = None;
+            self.restart(now_us);
+        }
         let was_driven = self.is_driven();
         if let Some((decoder, on_event)) = &mut self.decoder {
             decoder.take(Direction::ToBoard, now_us * 1_000, input.link, on_event);
@@ -88,6 +156,13 @@ impl Board for MonitoredBoard<'_> {
         let wake = self.board.run(now_us, input, output)?;
         if let Some((decoder, on_event)) = &mut self.decoder {
             decoder.take(Direction::ToHost, now_us * 1_000, &output.link, on_event);
+        }
+        for byte in &output.link {
+            if let Some(Ok(received)) = self.records.push::<ToHost>(*byte)
+                && let ToHost::Record(record) = received.message
+            {
+                self.record = Some(record);
+            }
         }
         let max_deviation = if was_driven || self.is_driven() {
             self.max_deviation

@@ -26,6 +26,8 @@ const MEMORY: usize = 64;
 pub enum LinkFault {
     /// No bytes arrive, in either direction.
     Vanish,
+    /// Nothing is transferred, in either direction; at the end all of it arrives at once.
+    Stall,
     /// Random bytes arrive in addition, up to the capacity.
     Flood,
     /// Random bytes precede each message, some of which end where a frame
@@ -53,6 +55,8 @@ pub struct FaultyHost<H> {
     faults: Vec<ActiveFault>,
     history: VecDeque<Vec<u8>>,
     bytes: Vec<u8>,
+    /// Bytes that wait for the end of a stall, to the board and to the host.
+    stalled: [Vec<u8>; 2],
 }
 
 impl<H> FaultyHost<H> {
@@ -63,6 +67,7 @@ impl<H> FaultyHost<H> {
             faults: Vec::new(),
             history: VecDeque::new(),
             bytes: Vec::new(),
+            stalled: Default::default(),
         }
     }
 
@@ -84,11 +89,10 @@ impl<H> FaultyHost<H> {
         self.faults.clear();
     }
 
-    fn is_gone(&self, now_us: u64) -> bool {
-        let gone = |fault: &ActiveFault| {
-            fault.kind == LinkFault::Vanish && fault.during_us.contains(&now_us)
-        };
-        self.faults.iter().any(gone)
+    fn is_active(&self, kind: LinkFault, now_us: u64) -> bool {
+        let is_active =
+            |fault: &ActiveFault| fault.kind == kind && fault.during_us.contains(&now_us);
+        self.faults.iter().any(is_active)
     }
 }
 
@@ -127,7 +131,7 @@ impl ActiveFault {
                     }
                 }
             }
-            LinkFault::Flood | LinkFault::Garbage => {}
+            LinkFault::Flood | LinkFault::Garbage | LinkFault::Stall => {}
         }
     }
 
@@ -143,7 +147,7 @@ impl ActiveFault {
     fn wake_at_us(&self) -> u64 {
         let sends_bytes = match self.kind {
             LinkFault::Flood | LinkFault::Repeat | LinkFault::RepeatOnly => true,
-            LinkFault::Vanish | LinkFault::Garbage => false,
+            LinkFault::Vanish | LinkFault::Garbage | LinkFault::Stall => false,
         };
         if sends_bytes && self.during_us.contains(&self.next_us) {
             self.next_us
@@ -163,6 +167,12 @@ impl<H: Host> Host for FaultyHost<H> {
         for fault in &mut self.faults {
             fault.apply(now_us, &self.history, &mut self.bytes);
         }
+        let [to_board, _] = &mut self.stalled;
+        to_board.append(&mut self.bytes);
+        if !self.is_active(LinkFault::Stall, now_us) {
+            let [to_board, _] = &mut self.stalled;
+            self.bytes.append(to_board);
+        }
         self.history.extend(is_new);
         if self.history.len() > MEMORY {
             self.history.pop_front();
@@ -171,10 +181,21 @@ impl<H: Host> Host for FaultyHost<H> {
     }
 
     fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Result<(), H::Error> {
-        if self.is_gone(now_us) {
+        if self.is_active(LinkFault::Vanish, now_us) {
             return Ok(());
         }
-        self.host.receive(now_us, bytes)
+        if self.is_active(LinkFault::Stall, now_us) {
+            let [_, to_host] = &mut self.stalled;
+            to_host.extend_from_slice(bytes);
+            return Ok(());
+        }
+        let [_, to_host] = &mut self.stalled;
+        if to_host.is_empty() {
+            return self.host.receive(now_us, bytes);
+        }
+        to_host.extend_from_slice(bytes);
+        let bytes = std::mem::take(to_host);
+        self.host.receive(now_us, &bytes)
     }
 
     fn wake_at_us(&self) -> u64 {
@@ -258,6 +279,9 @@ mod tests {
         );
         let (mixed, _) = arrives(LinkFault::Garbage);
         assert!((5..8).all(|ms| mixed[ms].len() > 1 && mixed[ms].ends_with(&[ms as u8])));
+        let (stalled, received) = arrives(LinkFault::Stall);
+        assert!(stalled[5..8].iter().all(Vec::is_empty));
+        assert_eq!((stalled[8].as_slice(), received), (&[5, 6, 7, 8][..], 10));
         let (repeated, _) = arrives(LinkFault::Repeat);
         assert!(repeated[5][0] == 5 && repeated[5][1] < 5 && repeated[6] == own(6));
         let (repeated, _) = arrives(LinkFault::RepeatOnly);

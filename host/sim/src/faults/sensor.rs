@@ -1,6 +1,6 @@
 //! Faults of a servo's sensors, applied to its converter readings.
 
-use rand_distr::{Distribution, Uniform};
+use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_pcg::Pcg32;
 
 use crate::morpheus_servo::Reading;
@@ -19,6 +19,20 @@ pub enum SensorFault {
     /// The wiper has left its track: counts at random near either end.
     OffTrack {
         /// Seed of the counts.
+        seed: u64,
+    },
+    /// The reading is off by a step, and drifts.
+    Offset {
+        /// Step in counts.
+        counts: f64,
+        /// Drift in counts a second.
+        counts_per_s: f64,
+    },
+    /// Noise is added to the reading.
+    Noise {
+        /// Standard deviation in counts.
+        counts_rms: f64,
+        /// Seed of the noise.
         seed: u64,
     },
     /// The motor heats up from its present temperature.
@@ -42,6 +56,15 @@ enum Position {
     True,
     Frozen(Option<u16>),
     OffTrack(Pcg32),
+    Offset {
+        since_ns: Option<u64>,
+        counts: f64,
+        counts_per_s: f64,
+    },
+    Noise {
+        draw: Pcg32,
+        counts_rms: f64,
+    },
 }
 
 impl Sensors {
@@ -53,6 +76,22 @@ impl Sensors {
             SensorFault::Frozen => self.position = Position::Frozen(None),
             SensorFault::OffTrack { seed } => {
                 self.position = Position::OffTrack(Pcg32::new(seed, STREAM));
+            }
+            SensorFault::Offset {
+                counts,
+                counts_per_s,
+            } => {
+                self.position = Position::Offset {
+                    since_ns: None,
+                    counts,
+                    counts_per_s,
+                };
+            }
+            SensorFault::Noise { counts_rms, seed } => {
+                self.position = Position::Noise {
+                    draw: Pcg32::new(seed, STREAM),
+                    counts_rms,
+                };
             }
             SensorFault::Hot { counts_per_s } => self.heat = Some((None, counts_per_s)),
         }
@@ -69,6 +108,19 @@ impl Sensors {
             Position::True => truth.position,
             Position::Frozen(count) => *count.get_or_insert(truth.position),
             Position::OffTrack(draw) => floating_input(draw),
+            Position::Offset {
+                since_ns,
+                counts,
+                counts_per_s,
+            } => {
+                let since_ns = *since_ns.get_or_insert(at_ns);
+                let seconds = at_ns.saturating_sub(since_ns) as f64 * 1e-9;
+                shifted(truth.position, *counts + seconds * *counts_per_s)
+            }
+            Position::Noise { draw, counts_rms } => {
+                let noise: f64 = StandardNormal.sample(draw);
+                shifted(truth.position, noise * *counts_rms)
+            }
         };
         let added = self.heat.as_mut().map_or(0.0, |(since_ns, counts_per_s)| {
             let since_ns = *since_ns.get_or_insert(at_ns);
@@ -80,6 +132,12 @@ impl Sensors {
             temperature: temperature.clamp(0.0, LARGEST_COUNT.into()) as u16,
         }
     }
+}
+
+/// A reading that is off by this many counts.
+fn shifted(position: u16, counts: f64) -> u16 {
+    let shifted = f64::from(position) + counts;
+    shifted.round().clamp(0.0, LARGEST_COUNT.into()) as u16
 }
 
 fn floating_input(draw: &mut Pcg32) -> u16 {
@@ -117,6 +175,23 @@ mod tests {
             assert!(counts.iter().filter(|count| end.contains(*count)).count() > 400);
         }
         assert!(counts.iter().all(|count| !(6..1018).contains(count)));
+        sensors.fail(SensorFault::Offset {
+            counts: 40.0,
+            counts_per_s: -20.0,
+        });
+        for (seconds, expected) in [(7, 552), (8, 532), (10, 492), (40, 0)] {
+            let reading = sensors.read(truth(512), seconds * 1_000_000_000);
+            assert_eq!(reading.position, expected, "{seconds} s");
+        }
+        sensors.fail(SensorFault::Noise {
+            counts_rms: 20.0,
+            seed: 1,
+        });
+        let square = |reading: Reading| (f64::from(reading.position) - 512.0).powi(2);
+        let squares: f64 = (0..1_000)
+            .map(|_| square(sensors.read(truth(512), 0)))
+            .sum();
+        assert!((18.0..22.0).contains(&(squares / 1e3).sqrt()), "{squares}");
         sensors.mend();
         assert_eq!(sensors.read(truth(512), 9), truth(512));
     }

@@ -78,6 +78,17 @@ enum Contact {
     Sliding(f64),
 }
 
+/// A joint's collision with one of its stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impact {
+    /// Joint, counting from 0.
+    pub joint: usize,
+    /// Speed that the joint lost, in rad/s.
+    pub speed_rad_s: f64,
+    /// Energy of the arm before, kinetic and potential, in J.
+    pub energy_j: f64,
+}
+
 /// The arm's mechanics.
 #[derive(Clone, Copy, Debug)]
 pub struct Body {
@@ -90,6 +101,8 @@ pub struct Body {
     torque_nm: Vector2<f64>,
     /// All joints are at rest until the torque changes.
     still: bool,
+    /// Fastest impact since the last call of [`Body::take_impact`].
+    impact: Option<Impact>,
 }
 
 impl Body {
@@ -119,7 +132,13 @@ impl Body {
             contact,
             torque_nm: Vector2::zeros(),
             still: false,
+            impact: None,
         }
+    }
+
+    /// The fastest impact since the last call, up to the last grid point.
+    pub fn take_impact(&mut self) -> Option<Impact> {
+        self.impact.take()
     }
 
     /// Advances to the last grid point that is not after `to_ns`.
@@ -271,11 +290,21 @@ impl Body {
 
     /// Ends the motion of joints that met a stop or whose speed changed sign.
     fn stop_and_stick(&mut self) {
+        let before = self.state;
         for joint in 0..JOINTS {
             let (angle, speed) = (&mut self.state.q[joint], &mut self.state.dq[joint]);
             let [lowest, highest] = self.stops_rad[joint];
             let at_stop = (*angle <= lowest && *speed < 0.0) || (*angle >= highest && *speed > 0.0);
             *angle = angle.clamp(lowest, highest);
+            let speed_rad_s = speed.abs();
+            let fastest = self.impact.map_or(0.0, |impact| impact.speed_rad_s);
+            if at_stop && speed_rad_s > fastest {
+                self.impact = Some(Impact {
+                    joint,
+                    speed_rad_s,
+                    energy_j: self.arm.energy(&before),
+                });
+            }
             match self.contact[joint] {
                 Contact::Sliding(direction) if at_stop || *speed * direction <= 0.0 => {
                     *speed = 0.0;

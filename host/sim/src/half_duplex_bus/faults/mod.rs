@@ -8,6 +8,7 @@
 //! | [`Wire::echo`]     | the master: it receives its own bytes                 |
 //! | [`Wire::mute`]     | the servo: it executes, but does not reply            |
 //! | [`Wire::deafen`]   | the servo: it receives nothing, and keeps its command |
+//! | [`Wire::send_foreign`] | all: they receive a second master                 |
 
 mod bytes;
 
@@ -16,12 +17,16 @@ pub use bytes::{BusDirection, ByteDamage, ByteFault};
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use super::bit_ns;
 use super::line::{Frame, MASTER, SenderFilter};
 use super::{ReceivedByte, Wire};
 use bytes::FaultyChannel;
 
 /// Index of the sender that holds the line low.
 pub(super) const FAULT_SENDER: usize = MASTER - 1;
+
+/// Index of a second master as a sender.
+const SECOND_MASTER: usize = MASTER - 2;
 
 /// Active faults.
 #[derive(Clone, Debug, Default)]
@@ -78,6 +83,16 @@ impl Wire {
             byte: 0,
             start_ns: self.now_ns,
             bit_ns: (duration_ns / 9).max(1),
+        });
+    }
+
+    /// Puts a byte of a second master on the line.
+    pub(crate) fn send_foreign(&mut self, start_ns: u64, byte: u8, baud: u32) {
+        self.enqueue(Frame {
+            sender: SECOND_MASTER,
+            byte,
+            start_ns: start_ns.max(self.now_ns),
+            bit_ns: bit_ns(baud),
         });
     }
 

@@ -1,14 +1,16 @@
-//! A client of the transparent port: it repeats packets, sends others once, changes
-//! its rate, hangs and closes its port, as a test requests.
+//! Client of the transparent port that drives the motors: it repeats packets, sends
+//! others once, changes its rate, hangs and closes its port, on request or at a time.
 
 use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::rc::Rc;
 
 use armbridge_shared::bridge::gateway::ClientLine;
 use armbridge_shared::servo::Firmware;
 use armbridge_shared::servo::morpheus;
 use armbridge_shared::servo::protocol1::{BROADCAST, Instruction};
-use armbridge_sim::cosim::PortClient;
+
+use crate::cosim::PortClient;
 
 /// Its address on the bus of Morpheus servos.
 const ADDRESS: u8 = 0xFE;
@@ -30,9 +32,24 @@ struct Stream {
     next_us: u64,
 }
 
+/// Action of a client at a time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ClientStep {
+    /// Opens the port, or sets its rate.
+    Open(u32),
+    /// Writes these bytes once.
+    Send(Vec<u8>),
+    /// Writes these bytes periodically, with this period in µs.
+    Stream(Vec<u8>, u64),
+    /// Stops writing; the port stays open.
+    Hang,
+}
+
 #[derive(Debug, Default)]
 struct State {
     line: ClientLine,
+    /// Steps to come with their times in µs, earliest first.
+    script: VecDeque<(u64, ClientStep)>,
     once: Vec<u8>,
     streams: Vec<Stream>,
     now_us: u64,
@@ -40,42 +57,60 @@ struct State {
     written_us: u64,
 }
 
-/// A handle on the client: one for the run, one for the test.
+impl State {
+    fn take(&mut self, step: ClientStep) {
+        match step {
+            ClientStep::Open(baud) => {
+                self.line = ClientLine {
+                    is_open: true,
+                    baud,
+                }
+            }
+            ClientStep::Send(bytes) => self.once.extend(bytes),
+            ClientStep::Stream(bytes, period_us) => self.streams.push(Stream {
+                bytes,
+                period_us,
+                next_us: self.now_us,
+            }),
+            ClientStep::Hang => self.streams.clear(),
+        }
+    }
+}
+
+/// A handle on the client: one for the run, one for its user.
 #[derive(Clone, Debug, Default)]
 pub struct ClientHandle(Rc<RefCell<State>>);
 
 impl ClientHandle {
     /// Opens the port, or sets its rate.
     pub fn open(&self, baud: u32) {
-        self.0.borrow_mut().line = ClientLine {
-            is_open: true,
-            baud,
-        };
+        self.0.borrow_mut().take(ClientStep::Open(baud));
     }
 
     /// Writes these bytes once.
     pub fn send(&self, bytes: &[u8]) {
-        self.0.borrow_mut().once.extend_from_slice(bytes);
+        self.0.borrow_mut().take(ClientStep::Send(bytes.to_vec()));
     }
 
     /// Writes these bytes every `period_us` from now on, beside its other streams.
     pub fn stream(&self, bytes: Vec<u8>, period_us: u64) {
-        let mut state = self.0.borrow_mut();
-        let next_us = state.now_us;
-        state.streams.push(Stream {
-            bytes,
-            period_us,
-            next_us,
-        });
+        let step = ClientStep::Stream(bytes, period_us);
+        self.0.borrow_mut().take(step);
     }
 
     /// Stops writing; the port stays open.
     pub fn hang(&self) {
-        self.0.borrow_mut().streams.clear();
+        self.0.borrow_mut().take(ClientStep::Hang);
+    }
+
+    /// Replaces the steps to come: these, with their times in µs, earliest first.
+    pub fn schedule(&self, script: impl IntoIterator<Item = (u64, ClientStep)>) {
+        self.0.borrow_mut().script = script.into_iter().collect();
     }
 
     /// Stops writing and closes the port.
     pub fn close(&self) {
+        self.schedule([]);
         self.hang();
         self.0.borrow_mut().line = ClientLine::default();
     }
@@ -94,6 +129,14 @@ impl PortClient for ClientHandle {
     fn transmit(&mut self, now_us: u64) -> Vec<u8> {
         let state = &mut *self.0.borrow_mut();
         state.now_us = now_us;
+        while state
+            .script
+            .front()
+            .is_some_and(|(at_us, _)| *at_us <= now_us)
+            && let Some((_, step)) = state.script.pop_front()
+        {
+            state.take(step);
+        }
         let mut bytes = std::mem::take(&mut state.once);
         for stream in &mut state.streams {
             if stream.next_us <= now_us {
@@ -115,7 +158,8 @@ impl PortClient for ClientHandle {
             return 0;
         }
         let times_us = state.streams.iter().map(|stream| stream.next_us);
-        times_us.min().unwrap_or(u64::MAX)
+        let script_us = state.script.front().map(|(at_us, _)| *at_us);
+        times_us.chain(script_us).min().unwrap_or(u64::MAX)
     }
 }
 
@@ -165,21 +209,21 @@ impl Method {
         }
     }
 
-    /// Packets that set the rate of the first servo. A stock one takes none while its
-    /// torque is enabled.
-    pub fn rate(self, register: u8) -> Vec<u8> {
+    /// Packets that set the rate of a servo. A stock one takes none while its torque is
+    /// enabled.
+    pub fn rate(self, servo: usize, register: u8) -> Vec<u8> {
         match self.firmware() {
-            Firmware::Morpheus => self.write(IDS[0], 0x0A, &[register]),
+            Firmware::Morpheus => self.write(IDS[servo], 0x0A, &[register]),
             Firmware::Stock => [(24, 0), (4, register)]
-                .map(|(address, value)| self.write(IDS[0], address, &[value]))
+                .map(|(address, value)| self.write(IDS[servo], address, &[value]))
                 .concat(),
         }
     }
 
-    /// Packets that make the first servo ready again at its new rate.
-    pub fn again(self) -> Vec<u8> {
+    /// Packets that make a servo ready again at its new rate.
+    pub fn again(self, servo: usize) -> Vec<u8> {
         match self {
-            Self::Speeds => self.write(IDS[0], 24, &[1]),
+            Self::Speeds => self.write(IDS[servo], 24, &[1]),
             Self::Pwm | Self::Goals => Vec::new(),
         }
     }

@@ -1,0 +1,170 @@
+//! Activities: the board's work when a fault comes.
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::control::trajectory::WAYPOINTS_MAX;
+use armbridge_shared::experiment::Signal;
+use armbridge_shared::link::experiment::{Experiment, Role};
+use armbridge_shared::link::message::Command;
+use armbridge_shared::link::motion::{Motion, Via};
+use serde::Serialize;
+
+/// Torque in N m that dry friction holds, near upright.
+const SMALL_NM: f32 = 0.01;
+/// Torque in N m with which an arm presses against an obstacle; less than what is sure to
+/// move a joint.
+const PRESSING_NM: f32 = 0.2;
+
+/// Work of the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Activity {
+    /// It holds the arm at an angle near upright, after a step there.
+    Regulate,
+    /// The arm follows a sine.
+    Sine,
+    /// The arm moves from point to point.
+    MinimumJerk,
+    /// The arm moves through several points.
+    Waypoints,
+    /// The arm follows points that the host sends all the time.
+    Stream,
+    /// A constant torque, which friction or an obstacle holds, and which the host repeats.
+    Torque,
+    /// An experiment: one joint by torque or PWM, the other one held.
+    Experiment,
+    /// Armed, with zero torque; dry friction holds the arm.
+    Armed,
+    /// Disarmed; dry friction holds the arm.
+    Idle,
+    /// The settings are saved again and again; disarmed.
+    Save,
+    /// A client of the transparent port drives the motors.
+    Port,
+    /// The servos are still searched; then the board regulates.
+    BringUp,
+}
+
+impl Activity {
+    /// All activities.
+    pub const ALL: [Self; 12] = [
+        Self::Regulate,
+        Self::Sine,
+        Self::MinimumJerk,
+        Self::Waypoints,
+        Self::Stream,
+        Self::Torque,
+        Self::Experiment,
+        Self::Armed,
+        Self::Idle,
+        Self::Save,
+        Self::Port,
+        Self::BringUp,
+    ];
+
+    /// Name in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Regulate => "regulate",
+            Self::Sine => "sine",
+            Self::MinimumJerk => "minimum-jerk",
+            Self::Waypoints => "waypoints",
+            Self::Stream => "stream",
+            Self::Torque => "torque",
+            Self::Experiment => "experiment",
+            Self::Armed => "armed",
+            Self::Idle => "idle",
+            Self::Save => "save",
+            Self::Port => "port",
+            Self::BringUp => "bring-up",
+        }
+    }
+
+    /// Whether the host arms the board.
+    pub fn is_armed(self) -> bool {
+        !matches!(self, Self::Idle | Self::Save | Self::Port)
+    }
+
+    /// Whether the board drives the motors.
+    pub fn is_driven(self) -> bool {
+        self.is_armed() && self != Self::Armed
+    }
+
+    /// Whether a controller closes the loop of both joints.
+    pub fn is_closed(self) -> bool {
+        self.is_driven() && !matches!(self, Self::Torque | Self::Experiment)
+    }
+
+    /// Whether an obstacle may be in the arm's way without a fault.
+    pub(super) fn can_press(self) -> bool {
+        matches!(self, Self::Torque | Self::Port)
+    }
+
+    /// Command that starts it, if there is one. `to_rad` are target angles or amplitudes;
+    /// `draw` chooses among experiments.
+    pub(super) fn command(
+        self,
+        to_rad: [f32; JOINTS],
+        is_obstructed: bool,
+        draw: u64,
+    ) -> Option<Command> {
+        Some(match self {
+            Self::Regulate | Self::BringUp => Command::Regulate(to_rad),
+            Self::Sine => Command::Follow(Motion::Sinusoid {
+                centre_rad: [0.0; JOINTS],
+                amplitude_rad: to_rad,
+                frequency_hz: [0.8, 0.6],
+                phase_rad: [0.0; JOINTS],
+                ramp_s: 1.0,
+                duration_s: 20.0,
+            }),
+            Self::MinimumJerk => Command::Follow(Motion::MinimumJerk {
+                to_rad,
+                duration_s: Some(1.5),
+            }),
+            Self::Waypoints => {
+                let mut vias = [None; WAYPOINTS_MAX];
+                for (index, via) in vias.iter_mut().enumerate().take(5) {
+                    let sign = if index % 2 == 0 { 1.0 } else { -1.0 };
+                    *via = Some(Via {
+                        at_s: 0.8 * (index + 1) as f32,
+                        angle_rad: to_rad.map(|rad| sign * rad),
+                    });
+                }
+                Command::Follow(Motion::Waypoints(vias))
+            }
+            Self::Torque if is_obstructed => Command::Torque([PRESSING_NM; JOINTS]),
+            Self::Torque => Command::Torque([SMALL_NM; JOINTS]),
+            Self::Experiment => Command::Experiment(experiment(draw)),
+            Self::Armed | Self::Idle | Self::Save | Self::Port | Self::Stream => return None,
+        })
+    }
+}
+
+/// An experiment of ten seconds that friction keeps inside its envelope.
+fn experiment(draw: u64) -> Experiment {
+    let role = match draw % 3 {
+        0 => Role::Torque(Signal::Sinusoid {
+            offset: 0.0,
+            amplitude: SMALL_NM,
+            frequency_hz: 1.0,
+            ramp_s: 0.5,
+        }),
+        1 => Role::Pwm(Signal::Triangle {
+            offset: 0.0,
+            amplitude: 8.0,
+            period_s: 1.0,
+        }),
+        _ => Role::Off,
+    };
+    let roles = if draw.is_multiple_of(2) {
+        [role, Role::Hold]
+    } else {
+        [Role::Hold, role]
+    };
+    Experiment {
+        roles,
+        duration_s: 10.0,
+        angle_rad: [[-0.6, 0.6]; JOINTS],
+        speed_rad_s: [2.0; JOINTS],
+    }
+}

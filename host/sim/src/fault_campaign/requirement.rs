@@ -1,0 +1,155 @@
+//! Whether a case requires, allows or forbids a fault.
+
+use super::activity::Activity;
+use super::case::Case;
+use super::injection::{Injection, Origin};
+use super::kind::{DamageKind, Kind};
+use crate::half_duplex_bus::BusDirection;
+
+/// Whether a case requires a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FaultExpectation {
+    /// There must be a fault, or an expected refusal.
+    Required,
+    /// There may be a fault.
+    Allowed,
+    /// There must be no fault.
+    Forbidden,
+}
+
+/// Silence of the host that is a fault, and the part of it that may have passed before
+/// the host vanished.
+const SILENCE_US: u64 = 500_000;
+const HEARTBEAT_US: u64 = 25_000;
+/// Share of damaged bytes that leaves no packet whole.
+const ALL: f64 = 0.94;
+/// Amount of a replay that replaces all other frames.
+const REPLAY_ALONE: f64 = 0.5;
+/// Step of an encoder, in counts, that no motion explains: twice the innovation's limit.
+const STEP_COUNTS: f64 = 40.0;
+/// Drift of an encoder, in counts, that takes the arm as far as it may be: 0.5 rad.
+const DRIFT_COUNTS: f64 = 98.0;
+
+/// Whether this injection requires a fault. A board that is not armed may detect one, but
+/// need not.
+pub(super) fn fault_expectation(injection: &Injection, case: &Case) -> FaultExpectation {
+    use FaultExpectation::{Allowed, Forbidden, Required};
+    let later = when_ready(injection, case);
+    // A fault of the time before arming may be over.
+    match (injection.origin, later) {
+        (Origin::PowerUp, Required) if !lasts(injection.kind) => Allowed,
+        // No fault of that time is forbidden, but without any effect on servos it is.
+        (Origin::PowerUp, Forbidden) if injection.kind == Kind::Frozen => Allowed,
+        _ => later,
+    }
+}
+
+/// Whether ticks come at 1 kHz, at 1 Mbaud.
+fn is_fast(case: &Case) -> bool {
+    case.set_up.period_us == 1_000 && case.bus.baud == 1_000_000
+}
+
+/// Whether a fault from before arming is required to be found after it.
+fn lasts(kind: Kind) -> bool {
+    matches!(
+        kind,
+        Kind::SwappedFirst
+            | Kind::DeadZone
+            | Kind::TorqueSign
+            | Kind::FlashRot
+            | Kind::StopHost
+            | Kind::StopPin
+    )
+}
+
+/// The same for a fault that comes while the board does what it shall.
+fn when_ready(injection: &Injection, case: &Case) -> FaultExpectation {
+    use FaultExpectation::{Allowed, Forbidden, Required};
+    let Injection {
+        kind,
+        lasts_us,
+        amount,
+        ..
+    } = *injection;
+    let is_armed = case.activity.is_armed();
+    let is_closed = case.activity.is_closed();
+    let required_if = |condition| if condition { Required } else { Allowed };
+    let lasting = |tolerated_us, detected_us| match lasts_us {
+        _ if lasts_us < tolerated_us => Forbidden,
+        _ if lasts_us > detected_us => required_if(is_armed),
+        _ => Allowed,
+    };
+    // Half the time for which samples may be missing, and three times that time.
+    let lost_us = case.lost_us();
+    match kind {
+        Kind::Bytes(_, damage) if damage == DamageKind::Late || amount < ALL => Allowed,
+        // A servo that takes a damaged packet for a long one waits for the rest of it, which
+        // takes several ticks unless they are short.
+        Kind::Bytes(BusDirection::ToServos, _)
+        | Kind::LineLow
+        | Kind::LineHigh
+        | Kind::ServoDeaf
+            if case.lost_us() > lasts_us && !is_fast(case) =>
+        {
+            Allowed
+        }
+        Kind::Bytes(..) | Kind::LineLow | Kind::LineHigh | Kind::ServoMute | Kind::ServoDeaf => {
+            lasting(lost_us / 2, 3 * lost_us)
+        }
+        Kind::HostVanish | Kind::HostStall | Kind::HostSchema | Kind::HostReplay | Kind::Push
+            if !is_armed =>
+        {
+            Forbidden
+        }
+        Kind::HostReplay if amount < REPLAY_ALONE => Forbidden,
+        Kind::HostVanish | Kind::HostStall | Kind::HostSchema => {
+            lasting(SILENCE_US - HEARTBEAT_US, SILENCE_US + HEARTBEAT_US)
+        }
+        Kind::EncoderStep => required_if(is_closed && amount.abs() > STEP_COUNTS),
+        Kind::EncoderDrift => {
+            let drift_counts = amount.abs() * case.observation_us() as f64 * 1e-6;
+            required_if(is_closed && drift_counts > DRIFT_COUNTS)
+        }
+        Kind::TorqueSign | Kind::SwappedFirst => required_if(is_closed),
+        Kind::HostReplay
+        | Kind::EchoOn
+        | Kind::EchoOff
+        | Kind::ServosSwapped
+        | Kind::SecondMaster
+        | Kind::DuplicateId
+        | Kind::EncoderNoise
+        | Kind::TorqueGain
+        | Kind::TorqueOffset
+        | Kind::CalibrationScale
+        | Kind::CalibrationZero
+        | Kind::CalibrationDirection
+        | Kind::ClockAhead
+        | Kind::Push => Allowed,
+        Kind::HostGarbage
+        | Kind::HostRange
+        | Kind::HostHeartbeats
+        | Kind::HostHello
+        | Kind::ClientHang
+        | Kind::ClientBaud
+        | Kind::BrownOut
+        | Kind::Goodbye => Forbidden,
+        // Heat is told from the first reading, which takes some ticks.
+        Kind::Hot if injection.after_us < case.poll_us() => Allowed,
+        // Within a tick the clock may go back unseen.
+        Kind::ClockBack if amount * 1e3 < f64::from(case.set_up.period_us) => Allowed,
+        Kind::ServoReset
+        | Kind::ServosReset
+        | Kind::DeadZone
+        | Kind::Hot
+        | Kind::Frozen
+        // A refusal to arm; the oracle knows whether the settings are lost.
+        | Kind::FlashRot
+        | Kind::HostFlood
+        | Kind::ClockBack
+        | Kind::Corrupt
+        | Kind::CorruptDrive => required_if(is_armed),
+        // Only a reference in use is compared.
+        Kind::CorruptReference => required_if(is_closed || case.activity == Activity::Armed),
+        Kind::CorruptState | Kind::StopHost | Kind::StopPin | Kind::ClientStop => Required,
+    }
+}

@@ -1,0 +1,170 @@
+//! Set-ups of a case: servo bus, tick period, estimator and controller.
+//!
+//! A case draws one from a short table: every combination that the bus is fast enough
+//! for, that a board accepts, and that holds the arm without a fault, as tests show.
+
+use std::fmt;
+
+use armbridge_shared::JOINTS;
+use armbridge_shared::estimate::Config;
+use armbridge_shared::link::message::{Controller, Gains, Setup};
+use armbridge_shared::servo::Firmware;
+use armbridge_shared::servo::master::Readiness;
+use armbridge_shared::servo::master::timing::tick_us;
+use serde::Serialize;
+
+/// Estimator and controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Control {
+    /// The default: LQR with the paper's weights, and an observer.
+    Lqr,
+    /// [`Setup::best`]: a stiffer LQR, and a Kalman filter that finds disturbances.
+    Kalman,
+    /// Computed torque, and the default's observer.
+    ComputedTorque,
+    /// The default's LQR, and filtered differences.
+    Difference,
+    /// The paper's printed gain, for its own period, and the default's observer.
+    Printed,
+}
+
+/// Estimator and controller at a tick period.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct SetUp {
+    /// Estimator and controller.
+    pub control: Control,
+    /// Tick period in µs.
+    pub period_us: u32,
+}
+
+/// All set-ups.
+const SET_UPS: [SetUp; 13] = [
+    SetUp::new(Control::Lqr, 1_000),
+    SetUp::new(Control::Lqr, 2_000),
+    SetUp::new(Control::Lqr, 5_000),
+    SetUp::new(Control::Lqr, 10_000),
+    SetUp::new(Control::Kalman, 1_000),
+    SetUp::new(Control::Kalman, 2_000),
+    SetUp::new(Control::Kalman, 5_000),
+    SetUp::new(Control::Kalman, 10_000),
+    SetUp::new(Control::ComputedTorque, 1_000),
+    SetUp::new(Control::ComputedTorque, 5_000),
+    SetUp::new(Control::Difference, 1_000),
+    SetUp::new(Control::Difference, 5_000),
+    SetUp::new(Control::Printed, 45_000),
+];
+
+/// Servo firmware and nominal speed of the bus in bits per second, with its share of the
+/// cases. Boards find stock servos at 57 600 baud, but do not prepare them for torque.
+const BUSES: [(Firmware, u32, usize); 7] = [
+    (Firmware::Morpheus, 1_000_000, 2),
+    (Firmware::Morpheus, 500_000, 1),
+    (Firmware::Morpheus, 115_200, 1),
+    (Firmware::Morpheus, 57_600, 1),
+    (Firmware::Stock, 1_000_000, 3),
+    (Firmware::Stock, 500_000, 1),
+    (Firmware::Stock, 115_200, 1),
+];
+
+/// Servos and the speed of their bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Bus {
+    /// Firmware of the servos.
+    pub servos: Firmware,
+    /// Nominal speed in bits per second.
+    pub baud: u32,
+}
+
+impl Bus {
+    /// All buses; the usual ones several times.
+    pub(super) fn all() -> impl Iterator<Item = Self> {
+        BUSES
+            .into_iter()
+            .flat_map(|(servos, baud, share)| std::iter::repeat_n(Self { servos, baud }, share))
+    }
+
+    /// The set-ups that it is fast enough for.
+    pub(super) fn set_ups(self) -> Vec<SetUp> {
+        let least_us = tick_us(self.servos, self.baud, Readiness::Prepared);
+        let is_slow_enough = |set_up: &SetUp| set_up.period_us >= least_us;
+        SET_UPS.into_iter().filter(is_slow_enough).collect()
+    }
+}
+
+impl SetUp {
+    const fn new(control: Control, period_us: u32) -> Self {
+        Self { control, period_us }
+    }
+
+    /// Parameters of the board.
+    pub fn setup(self) -> Setup {
+        let default = Setup::default();
+        let of_control = match self.control {
+            Control::Lqr => default,
+            Control::Kalman => Setup::best(),
+            Control::ComputedTorque => Setup {
+                controller: Controller::ComputedTorque {
+                    natural_rad_s: [15.0; JOINTS],
+                    damping: [1.0; JOINTS],
+                },
+                ..default
+            },
+            Control::Difference => Setup {
+                estimator: Config::FiniteDifference { filter_s: 0.02 },
+                ..default
+            },
+            Control::Printed => Setup {
+                controller: Controller::StateFeedback(Gains::Paper),
+                ..default
+            },
+        };
+        Setup {
+            period_us: self.period_us,
+            ..of_control
+        }
+    }
+}
+
+impl fmt::Display for Bus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let firmware = match self.servos {
+            Firmware::Morpheus => "morpheus",
+            Firmware::Stock => "stock",
+        };
+        write!(f, "{firmware} {} Bd", self.baud)
+    }
+}
+
+impl fmt::Display for SetUp {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let control = match self.control {
+            Control::Lqr => "lqr",
+            Control::Kalman => "kalman",
+            Control::ComputedTorque => "computed",
+            Control::Difference => "difference",
+            Control::Printed => "printed",
+        };
+        write!(f, "{control} {} ms", self.period_us / 1_000)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use armbridge_shared::bridge::settings_refusal;
+    use armbridge_shared::link::message::Settings;
+
+    #[test]
+    fn every_set_up_is_accepted_and_has_a_bus() {
+        for set_up in SET_UPS {
+            let settings = Settings {
+                setup: set_up.setup(),
+                ..Settings::default()
+            };
+            assert_eq!(settings_refusal(&settings), None, "{set_up:?}");
+            assert!(Bus::all().any(|bus| bus.set_ups().contains(&set_up)));
+        }
+        assert!(Bus::all().all(|bus| bus.set_ups().len() >= 3));
+    }
+}
