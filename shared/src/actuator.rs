@@ -132,9 +132,9 @@ pub mod bounds {
     pub const ZERO_OFF_COUNTS: f64 = 100.0;
     /// Angle of a count in rad: 300/1023 degree, and a tenth either way.
     pub const RAD_PER_COUNT: [f64; 2] = [0.0046, 0.0057];
-    /// PWM counts per N m: 834 by equation (5); a third and three times that, for supplies of
-    /// 9 to 12 V and worn motors.
-    pub const GAIN_COUNTS_PER_NM: [f64; 2] = [278.0, 2_502.0];
+    /// PWM counts per N m: 834 by equation (5), a tenth and ten times that. It scales the
+    /// torque, and no bound of an angle depends on it.
+    pub const GAIN_COUNTS_PER_NM: [f64; 2] = [83.0, 8_340.0];
     /// PWM counts above off without torque: ten times that of equation (5), either way.
     pub const OFFSET_COUNTS: f64 = 150.0;
 }

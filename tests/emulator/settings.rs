@@ -32,7 +32,7 @@ fn firmware_keeps_settings_across_a_reset() {
 
     let mut first = CommandHost::new([configure(2_000), SAVE]);
     tcp_pump::run(&mut qemu.link, &mut first, SLOW).unwrap();
-    assert_eq!(first.received.settings, Some(SettingsFrom::Default));
+    assert_eq!(first.received.settings, Some(SettingsFrom::Saved));
     assert_eq!(first.received.answers, [Ok(()); 2]);
     let fails_at = Duration::from_millis(u64::from(FAILS_MS * SLOW));
     assert!(

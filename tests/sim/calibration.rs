@@ -91,7 +91,7 @@ fn a_calibration_that_is_no_servo_is_refused() {
         Joint { zero_count: 613.0, ..paper },
         Joint { rad_per_count: 1e-4, ..paper },
         Joint { rad_per_count: 0.0058, ..paper },
-        Joint { gain_counts_per_nm: 277.0, ..paper },
+        Joint { gain_counts_per_nm: 82.0, ..paper },
         Joint { gain_counts_per_nm: -834.0, ..paper },
         Joint { offset_counts: 151.0, ..paper },
         Joint { offset_counts: f32::NAN, ..paper },

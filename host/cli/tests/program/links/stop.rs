@@ -40,7 +40,7 @@ fn a_second_terminal_stops_within_100_ms() {
     // The answer comes after the board's report.
     let took_us = board.seen().now_us - asked_us;
     println!("stopped and reported after {took_us} us");
-    assert_eq!(board.seen().mode, STOPPED);
+    board.until("stopped", |seen| seen.mode == STOPPED);
     assert!(took_us < STOP_US, "{took_us} us");
     board.until_off();
     assert_eq!(owner.received().lost, 0);
@@ -103,7 +103,7 @@ fn a_host_without_a_stop_of_its_own_is_stopped_too() {
     controls.request(hold).unwrap();
     board.until("held", |seen| seen.mode.drive() == Some(Drive::Regulate));
     assert_eq!(ask(&board.link), stopped());
-    assert_eq!(board.seen().mode, STOPPED);
+    board.until("stopped", |seen| seen.mode == STOPPED);
     controls.request(Request::Leave).unwrap();
     assert!(thread.join().unwrap());
 }
