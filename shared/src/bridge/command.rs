@@ -47,14 +47,14 @@ pub enum ValidatedCommand {
 }
 
 /// Validates a command for this session of the board, and does the work that has no place
-/// in the tick. `is_saving` if settings are being saved.
+/// in the tick. `arm_refusal` is the reason for which the link's side does not arm now.
 ///
 /// # Errors
 /// The reason for the refusal.
 pub fn validate(
     command: Command,
     session: u32,
-    is_saving: bool,
+    arm_refusal: Option<Refusal>,
 ) -> Result<ValidatedCommand, Refusal> {
     let within = |values: [f32; JOINTS], limit: f32| {
         // NaN is out of every range.
@@ -66,9 +66,7 @@ pub fn validate(
     match command {
         Command::Idle => Ok(ValidatedCommand::Idle),
         Command::Arm { session: stated } if stated != session => Err(Refusal::OtherSession),
-        // Settings are being written, which may hold up the program.
-        Command::Arm { .. } if is_saving => Err(Refusal::Busy),
-        Command::Arm { .. } => Ok(ValidatedCommand::Arm),
+        Command::Arm { .. } => arm_refusal.map_or(Ok(ValidatedCommand::Arm), Err),
         Command::Torque(torque) => within(torque, hard::TORQUE_NM)
             .map(ValidatedCommand::Torque)
             .ok_or(Refusal::OutOfRange),

@@ -206,17 +206,24 @@ impl<'a> LinkPort<'a> {
                     Command::Follow(motion) => Some((sequence, motion)),
                     _ => None,
                 };
-                let validated = match command {
-                    Command::Arm { .. } if !self.report.settings.lost().is_empty() => {
-                        Err(Refusal::SettingsLost)
-                    }
-                    command => validate(command, self.report.session, self.saving.is_some()),
-                };
+                let validated = validate(command, self.report.session, self.arm_refusal());
                 if validated.is_ok() {
                     self.offer(sequence, command);
                 }
                 self.request(sequence, validated);
             }
+        }
+    }
+
+    /// Reason for which the board does not arm, as far as its settings are concerned.
+    fn arm_refusal(&self) -> Option<Refusal> {
+        if !self.report.settings.lost().is_empty() {
+            Some(Refusal::SettingsLost)
+        } else if self.saving.is_some() {
+            // Writing them may hold up the program.
+            Some(Refusal::Busy)
+        } else {
+            None
         }
     }
 

@@ -98,7 +98,7 @@ impl Board {
             Command::Arm { session } => session,
             _ => 0,
         };
-        self.perform(validate(command, session, false)?, moment)
+        self.perform(validate(command, session, None)?, moment)
     }
 
     fn perform(&mut self, command: ValidatedCommand, moment: Moment) -> Result<(), Refusal> {
