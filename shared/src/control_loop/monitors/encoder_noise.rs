@@ -46,6 +46,8 @@ pub(super) struct EncoderNoise {
     /// Variance of a sample in count^2, and number of blocks in it.
     variance: f32,
     blocks: u8,
+    /// Follows from both: kept because each tick needs it.
+    longest_run: Option<u32>,
 }
 
 /// Sums over the samples of a block, less the first of them.
@@ -68,15 +70,14 @@ impl EncoderNoise {
     /// Longest credible number of consecutive equal samples; `None` while the noise is
     /// unknown, or too small.
     pub(super) fn longest_run(&self) -> Option<u32> {
-        let bound = BOUNDS
-            .iter()
-            .find(|(variance, _)| self.variance >= *variance);
-        bound.filter(|_| self.is_known()).map(|(_, run)| *run)
+        self.longest_run
     }
 
     /// Drops the present block: the next sample does not follow the last.
     pub(super) fn pause(&mut self) {
-        self.block = Block::default();
+        if self.block.samples > 0 {
+            self.block = Block::default();
+        }
     }
 
     /// Takes a sample.
@@ -110,6 +111,9 @@ impl EncoderNoise {
         }
         self.blocks = (self.blocks + 1).min(AVERAGED_BLOCKS);
         self.variance += (variance - self.variance) / f32::from(self.blocks);
+        let mut bounds = BOUNDS.iter();
+        let bound = bounds.find(|(variance, _)| self.variance >= *variance);
+        self.longest_run = bound.filter(|_| self.is_known()).map(|(_, run)| *run);
     }
 }
 
