@@ -77,6 +77,24 @@ fn each_doubt_has_its_own_fault() {
     assert_eq!((violation.fault, taken), (Fault::ServoSilent, 20));
 }
 
+/// A time that the host has set stands in for the noise that was learnt.
+#[test]
+fn an_encoder_that_repeats_a_count_for_a_set_time_has_stopped() {
+    let still = at(0.0, 0.0);
+    for (quiet_ms, period_us, ticks) in [(300, 1_000, 301), (300, 100_000, 6)] {
+        let limits = Limits {
+            quiet_ms,
+            ..Limits::default()
+        };
+        let mut fixture = Fixture::new(limits, period_us);
+        let (taken, violation) = until(&mut fixture, &seen(&still)).unwrap();
+        assert_eq!((violation.fault, taken), (Fault::EncoderFrozen, ticks));
+    }
+    // One that has never shown noise is not told by it.
+    let mut fixture = Fixture::new(Limits::default(), 1_000);
+    assert_eq!(until(&mut fixture, &seen(&still)), None);
+}
+
 #[test]
 fn what_is_below_a_limit_is_no_violation() {
     let (still, near) = (at(0.0, 0.0), at(1.49, 9.9));
