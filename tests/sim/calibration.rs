@@ -6,6 +6,9 @@ use armbridge_shared::actuator::{Direction, Joint, MIDDLE_COUNT, bounds};
 use armbridge_shared::bridge::{Channels, settings_refusal};
 use armbridge_shared::link::limits::hard;
 use armbridge_shared::link::message::{Command, Refusal, Settings, Setup};
+use armbridge_sim::board::VirtualBoard;
+use armbridge_sim::cosim::Cosim;
+use armbridge_tests::command_host::{CommandHost, Request, bench};
 use armbridge_tests::random::Random;
 use armbridge_tests::{bench_run, plant};
 
@@ -80,6 +83,28 @@ fn no_accepted_calibration_takes_the_arm_beyond_its_hard_bound() {
     }
     // They do reach it.
     assert!(farthest > 1.3, "{farthest}");
+}
+
+#[test]
+fn the_calibration_stays_while_armed() {
+    let mut setup = Setup::best();
+    let same = Request::Command(Command::Configure(setup));
+    setup.joints[1].zero_count += 1.0;
+    let other = Request::Command(Command::Configure(setup));
+    let hold = Request::Command(Command::Regulate([0.0; 2]));
+    let idle = Request::Command(Command::Idle);
+    let mut channels = Channels::new();
+    let board = VirtualBoard::new(channels.split()).unwrap();
+    let host = CommandHost::new([Request::Arm, other, same, hold, other, idle, other]);
+    let mut run = Cosim::new(board, bench(), host);
+    while !run.host.is_done() {
+        run.step().unwrap();
+    }
+    let kept = Err(Refusal::NotIdle);
+    assert_eq!(
+        run.host.received.answers,
+        [Ok(()), kept, Ok(()), Ok(()), kept, Ok(()), Ok(())]
+    );
 }
 
 #[test]

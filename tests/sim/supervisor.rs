@@ -245,27 +245,6 @@ fn limits_are_set_while_idle_and_within_hard_bounds_only() {
 }
 
 #[test]
-fn the_calibration_stays_while_armed() {
-    let mut channels = Channels::new();
-    let mut table = Table::new(&mut channels);
-    let mut other = Setup::best();
-    other.joints[1].zero_count += 1.0;
-    table.arm();
-    assert_eq!(
-        table.order(Command::Configure(other)),
-        Err(Refusal::NotIdle)
-    );
-    assert_eq!(table.order(Command::Configure(Setup::best())), Ok(()));
-    assert_eq!(table.order(Command::Regulate([0.0; 2])), Ok(()));
-    assert_eq!(
-        table.order(Command::Configure(other)),
-        Err(Refusal::NotIdle)
-    );
-    assert_eq!(table.order(Command::Idle), Ok(()));
-    assert_eq!(table.order(Command::Configure(other)), Ok(()));
-}
-
-#[test]
 fn a_silent_host_brakes_the_arm_then_lets_it_go() {
     let mut channels = Channels::new();
     let mut table = Table::new(&mut channels);

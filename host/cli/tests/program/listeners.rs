@@ -178,18 +178,21 @@ fn a_flood_of_the_commander_is_a_stop() {
     board.until("stopped", |seen| seen.mode == flooded);
 }
 
+/// Servers of raw bytes: a bus of servos, and a board's transparent port.
+const BUS_SERVERS: [&[&str]; 2] = [
+    &["servos", "--listen", "tcp://127.0.0.1:0"],
+    &[
+        "board",
+        "--link",
+        "sim:",
+        "--transparent",
+        "tcp://127.0.0.1:0",
+    ],
+];
+
 #[test]
 fn a_flooded_bus_or_transparent_port_has_bounds() {
-    for args in [
-        ["servos", "--listen", "tcp://127.0.0.1:0"].as_slice(),
-        &[
-            "board",
-            "--link",
-            "sim:",
-            "--transparent",
-            "tcp://127.0.0.1:0",
-        ],
-    ] {
+    for args in BUS_SERVERS {
         let server = Program::serve(args);
         assert_bounded(&server.at, server.child.id(), &[], &HEADS);
         assert_bounded(&server.at, server.child.id(), &[], &GARBAGE);
@@ -200,16 +203,7 @@ fn a_flooded_bus_or_transparent_port_has_bounds() {
 #[test]
 fn a_silent_connection_gives_way() {
     const PING: [u8; 6] = [0xAA, 3, 1, 0xFE, 1, 0xF9];
-    for args in [
-        ["servos", "--listen", "tcp://127.0.0.1:0"].as_slice(),
-        &[
-            "board",
-            "--link",
-            "sim:",
-            "--transparent",
-            "tcp://127.0.0.1:0",
-        ],
-    ] {
+    for args in BUS_SERVERS {
         let server = Program::serve(args);
         let mut silent = TcpStream::connect(&server.at).unwrap();
         std::thread::sleep(Duration::from_millis(100));
