@@ -8,17 +8,16 @@ use std::convert::Infallible;
 use armbridge_client::Host;
 use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_shared::JOINTS;
-use armbridge_shared::experiment::Signal;
-use armbridge_shared::link::experiment::{Experiment, Role};
 use armbridge_shared::link::frame::Encoder;
 use armbridge_shared::link::message::{
-    BoardReport, Command, Hello, Limits, Mode, OffReport, Record, Refusal, Settings, Setup,
-    ToBoard, ToHost, Trip,
+    BoardReport, Command, Hello, Limits, Mode, OffReport, Record, Refusal, Settings, ToBoard,
+    ToHost, Trip,
 };
 use armbridge_shared::link::schema;
 
 use super::activity::Activity;
 use super::case::Case;
+use super::invalid_commands::out_of_range;
 
 /// Period of a faulty host's messages, in µs: that of a good one.
 const FAULT_US: u64 = 25_000;
@@ -331,42 +330,6 @@ impl Driver {
             HostFault::OutOfRange => self.client.command(out_of_range(self.turn)),
         }
     }
-}
-
-/// A command with numbers that a board must refuse.
-fn out_of_range(turn: usize) -> Command {
-    let limits = Limits::default();
-    let commands = [
-        Command::Torque([f32::NAN; JOINTS]),
-        Command::Regulate([9.0, 0.0]),
-        Command::Torque([0.0, 1e9]),
-        Command::Regulate([f32::INFINITY; JOINTS]),
-        Command::Limit(Limits {
-            angle_rad: [3.0; JOINTS],
-            ..limits
-        }),
-        Command::Limit(Limits {
-            silence_ms: u16::MAX,
-            ..limits
-        }),
-        Command::Configure(Setup {
-            period_us: 1,
-            ..Setup::default()
-        }),
-        Command::Arm { session: 0 },
-        Command::Experiment(Experiment {
-            roles: [Role::Torque(Signal::Constant(f32::NAN)), Role::Hold],
-            duration_s: 1.0,
-            angle_rad: [[-1.0, 1.0]; JOINTS],
-            speed_rad_s: [1.0; JOINTS],
-        }),
-        Command::Stream {
-            at_us: u64::MAX,
-            angle_rad: [f32::NAN; JOINTS],
-            speed_rad_s: None,
-        },
-    ];
-    commands[turn % commands.len()]
 }
 
 impl Host for Driver {

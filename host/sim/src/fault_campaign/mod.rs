@@ -34,7 +34,7 @@
 //! | [`Activity`] | the board's work                                |
 //! | [`Case`]   | the case that follows from a seed                 |
 //! | `expect`, `requirement` | expected faults of each kind, and whether there must be one |
-//! | `driver`, `client`, `second_master` | host, client of the transparent port, another master |
+//! | `driver`, `invalid_commands`, `client`, `second_master` | host, client of the transparent port, another master |
 //! | `fixture`, `inject` | board, bench and host, and the injection of a fault |
 //! | `reach`    | times in which servos cannot be reached           |
 //! | `watch`    | monitors the bytes that the board sends           |
@@ -51,6 +51,7 @@ mod expect;
 mod fixture;
 mod inject;
 mod injection;
+mod invalid_commands;
 mod kind;
 mod oracle;
 mod outcome;

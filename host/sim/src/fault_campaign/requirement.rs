@@ -133,7 +133,7 @@ fn when_ready(injection: &Injection, case: &Case) -> FaultExpectation {
         | Kind::ClientBaud
         | Kind::BrownOut
         | Kind::Goodbye => Forbidden,
-        // Heat is told from the first reading, which takes some ticks.
+        // Heat is detected against the first reading, which takes some ticks.
         Kind::Hot if injection.after_us < case.poll_us() => Allowed,
         // Within a tick the clock may go back unseen.
         Kind::ClockBack if amount * 1e3 < f64::from(case.set_up.period_us) => Allowed,
