@@ -34,7 +34,7 @@ pub struct Served {
 }
 
 /// Serves viewers until ctrl-c, or until the link ends. When a viewer leaves that has armed
-/// the arm, or its connection breaks, the arm is disarmed, whoever else is there.
+/// the arm, or its connection breaks, the arm is disarmed, also while others watch.
 ///
 /// # Errors
 /// If no viewer can connect any more.
