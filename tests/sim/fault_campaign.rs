@@ -58,6 +58,16 @@ fn a_reset_of_stock_servos_is_noticed_within_100_ms() {
     assert!(noticed >= 10, "{noticed}");
 }
 
+/// The bus echoes at power-up, and no longer when the servos are looked for again.
+#[test]
+fn servos_are_found_again_after_an_echo_has_ended() {
+    for seed in [832, 859, 1_296, 1_847, 2_456] {
+        let case = Case::new(seed);
+        assert!(case.has("echo-on".parse().unwrap()), "{seed}");
+        assert_eq!(fault_campaign::run(seed).failures, [""; 0], "{seed}");
+    }
+}
+
 #[test]
 fn a_seed_is_the_same_case_whenever_it_is_run() {
     // One of each kind of randomness: bytes, a second master, sensors, host, client, plant.

@@ -84,6 +84,7 @@ where
         let transaction = match step {
             SearchStep::Stop => {
                 self.master.set_prepared(false);
+                self.master.forget_echo();
                 self.discovery.begin();
                 self.set_bus_line(Firmware::Morpheus);
                 Transaction::Stop

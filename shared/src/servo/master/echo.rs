@@ -1,9 +1,10 @@
 //! Separation of our own echo from replies.
 //!
 //! On a single-wire bus whose receiver stays on, every byte sent is received
-//! again. The first transmission, the stop sequence, to which no servo replies, shows
+//! again. The stop sequence at the beginning of a search, to which no servo replies, shows
 //! whether the bus echoes; from then on as many bytes as were sent are taken for echo,
-//! and compared.
+//! and compared. The next search looks again: a disturbed line may have been taken for the
+//! other kind.
 
 /// Bytes of the last transmission that can be compared.
 const SENT_MAX: usize = super::super::packet::REQUEST_MAX;
@@ -60,7 +61,12 @@ impl Echo {
         true
     }
 
-    /// Classifies the bus once, at the end of the first transmission and its echo.
+    /// Forgets whether the bus echoes; call before a transmission without a reply.
+    pub(super) fn forget_bus(&mut self) {
+        self.bus = BusEcho::Unknown;
+    }
+
+    /// Classifies an unknown bus, at the end of a transmission and its echo.
     pub(super) fn classify_bus(&mut self) {
         if self.bus == BusEcho::Unknown {
             let is_complete = self.received_count == self.sent_count;

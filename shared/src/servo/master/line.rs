@@ -33,6 +33,12 @@ where
         self.line.available_us = us;
     }
 
+    /// Forgets whether the bus echoes; the end of the next transaction, which must have no
+    /// reply, shows it.
+    pub fn forget_echo(&mut self) {
+        self.echo.forget_bus();
+    }
+
     /// Sets whether stock servos are prepared; if not, their settings are unknown, and a
     /// tick only reads their positions.
     pub fn set_prepared(&mut self, is_prepared: bool) {
