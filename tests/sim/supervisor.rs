@@ -128,6 +128,9 @@ impl<'a> Table<'a> {
     fn arm(&mut self) {
         let session = self.session();
         assert_eq!(self.order(Command::Arm { session }), Ok(()));
+        self.until(|mode| mode == Mode::Armed);
+        // The first tick without torque.
+        self.pass_ms(3);
         assert_eq!(self.mode(), Mode::Armed);
     }
 

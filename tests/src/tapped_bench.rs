@@ -8,7 +8,7 @@ use armbridge_client::event::{Direction, Event, EventKind, LinkDecoder};
 use armbridge_client::session::{BoardMessage, CommandLink};
 use armbridge_log::replay::{Changes, Replayer, Report, Verdict};
 use armbridge_shared::bridge::Channels;
-use armbridge_shared::link::message::{Command, Record, ToBoard, ToHost};
+use armbridge_shared::link::message::{Command, Mode, Record, ToBoard, ToHost};
 use armbridge_sim::Bench;
 use armbridge_sim::board::VirtualBoard;
 use armbridge_sim::cosim::Cosim;
@@ -110,7 +110,7 @@ pub enum Action {
     Silence(u64),
 }
 
-/// A host that actions by a script, whatever the board sends.
+/// A host that acts by a script, whose time stands still while the motors are checked.
 #[derive(Debug)]
 pub struct ScriptedHost {
     client: CommandLink,
@@ -119,9 +119,17 @@ pub struct ScriptedHost {
     now_us: u64,
     silent_us: u64,
     session: u32,
+    /// When the present check of the motors began, and how long the others took.
+    check_since_us: Option<u64>,
+    checked_us: u64,
 }
 
 impl ScriptedHost {
+    /// Time of the script in µs.
+    fn script_us(&self) -> u64 {
+        self.check_since_us.unwrap_or(self.now_us) - self.checked_us
+    }
+
     /// Acts at these times in µs, in order.
     pub fn new(actions: impl IntoIterator<Item = (u64, Action)>, until_us: u64) -> Self {
         Self {
@@ -131,6 +139,8 @@ impl ScriptedHost {
             now_us: 0,
             silent_us: 0,
             session: 0,
+            check_since_us: None,
+            checked_us: 0,
         }
     }
 }
@@ -140,10 +150,11 @@ impl Host for ScriptedHost {
 
     fn transmit(&mut self, now_us: u64) -> Result<&[u8], Self::Error> {
         self.now_us = now_us;
+        let script_us = self.script_us();
         while let Some((_, act)) = self
             .actions
             .front()
-            .is_some_and(|(at_us, _)| *at_us <= now_us)
+            .is_some_and(|(at_us, _)| *at_us <= script_us)
             .then(|| self.actions.pop_front())
             .flatten()
         {
@@ -162,26 +173,35 @@ impl Host for ScriptedHost {
         Ok(self.client.transmit(now_us))
     }
 
-    fn receive(&mut self, _now_us: u64, mut bytes: &[u8]) -> Result<(), Self::Error> {
+    fn receive(&mut self, now_us: u64, mut bytes: &[u8]) -> Result<(), Self::Error> {
+        self.now_us = now_us;
         while let Some(message) = self.client.receive(&mut bytes) {
-            if let BoardMessage::Other(ToHost::Board(report)) = message {
-                self.session = report.session;
+            match message {
+                BoardMessage::Other(ToHost::Board(report)) => self.session = report.session,
+                BoardMessage::Other(ToHost::Record(record)) => {
+                    if record.mode == Mode::MotorCheck {
+                        self.check_since_us.get_or_insert(now_us);
+                    } else if let Some(since_us) = self.check_since_us.take() {
+                        self.checked_us += now_us - since_us;
+                    }
+                }
+                _ => {}
             }
         }
         Ok(())
     }
 
     fn wake_at_us(&self) -> u64 {
-        let act_us = self
-            .actions
-            .front()
-            .map_or(self.until_us, |(at_us, _)| *at_us);
         let client_us = self.client.wake_at_us().max(self.silent_us);
-        act_us.min(client_us).min(self.until_us)
+        if self.check_since_us.is_some() {
+            return client_us;
+        }
+        let act_us = self.actions.front().map_or(u64::MAX, |(at_us, _)| *at_us);
+        client_us.min(act_us.min(self.until_us) + self.checked_us)
     }
 
     fn is_done(&self) -> bool {
-        self.now_us >= self.until_us
+        self.script_us() >= self.until_us
     }
 }
 

@@ -183,9 +183,12 @@ async fn show_mode(mut light: Output<'static>) -> ! {
         let half_period_ms = match mode {
             Mode::Boot => 50,
             Mode::Fault(_) => 150,
-            Mode::Idle | Mode::Passthrough | Mode::Armed | Mode::Running(_) | Mode::Degraded(_) => {
-                500
-            }
+            Mode::Idle
+            | Mode::Passthrough
+            | Mode::MotorCheck
+            | Mode::Armed
+            | Mode::Running(_)
+            | Mode::Degraded(_) => 500,
         };
         if mode.is_armed() {
             light.set_high();

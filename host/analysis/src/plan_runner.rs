@@ -47,6 +47,8 @@ enum Phase {
     SettingUp,
     WaitingForServos,
     Arming,
+    /// Waits until the board has checked the motors, if it does so.
+    CheckingMotors,
     Running(Timeline),
     SwitchingOff,
     Over,
@@ -249,7 +251,11 @@ impl<K: RecordSink> PlanRunner<K> {
         self.ending.get_or_insert(Ending::Interrupted);
         match self.phase {
             Phase::Connecting | Phase::ReadingSettings => self.enter(Phase::Over, now_us),
-            Phase::SettingUp | Phase::WaitingForServos | Phase::Arming | Phase::Running(_) => {
+            Phase::SettingUp
+            | Phase::WaitingForServos
+            | Phase::Arming
+            | Phase::CheckingMotors
+            | Phase::Running(_) => {
                 self.switch_off(now_us);
             }
             Phase::SwitchingOff | Phase::Over => {}
@@ -279,12 +285,16 @@ impl<K: RecordSink> Host for PlanRunner<K> {
             Phase::WaitingForServos if waited_us > SERVO_TIMEOUT_US => {
                 return Err(PlanError::Servos(self.session.status().obstacle));
             }
+            Phase::CheckingMotors if waited_us > SERVO_TIMEOUT_US => {
+                self.give_up(now_us, SessionError::Silent.into());
+            }
             Phase::Running(_) => self.run(now_us),
             Phase::Connecting
             | Phase::ReadingSettings
             | Phase::SettingUp
             | Phase::WaitingForServos
             | Phase::Arming
+            | Phase::CheckingMotors
             | Phase::SwitchingOff
             | Phase::Over => {}
         }
@@ -305,6 +315,7 @@ impl<K: RecordSink> Host for PlanRunner<K> {
             | Phase::SettingUp
             | Phase::WaitingForServos
             | Phase::Arming
+            | Phase::CheckingMotors
             | Phase::SwitchingOff
             | Phase::Over => u64::MAX,
         };
@@ -342,7 +353,9 @@ impl<K: RecordSink> Host for PlanRunner<K> {
                 self.is_armed = false;
                 self.phase = Phase::Connecting;
             }
-            Phase::Running(_) => self.give_up(now_us, PlanError::Disconnected),
+            Phase::CheckingMotors | Phase::Running(_) => {
+                self.give_up(now_us, PlanError::Disconnected);
+            }
             Phase::SwitchingOff => self.switch_off(now_us),
             Phase::Over => {}
         }

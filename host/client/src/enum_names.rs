@@ -9,7 +9,7 @@ use armbridge_shared::servo::protocol1::Alarms;
 use crate::servo_table::alarms;
 
 /// Every fault.
-pub const FAULTS: [Fault; 25] = [
+pub const FAULTS: [Fault; 27] = [
     Fault::EmergencyStop(StopSource::Host),
     Fault::EmergencyStop(StopSource::Pin),
     Fault::EmergencyStop(StopSource::Flood),
@@ -31,6 +31,8 @@ pub const FAULTS: [Fault; 25] = [
     Fault::Stuck,
     Fault::EncoderFrozen,
     Fault::ExternalTorque,
+    Fault::MotorDirection,
+    Fault::JointsSwapped,
     Fault::NotFinite,
     Fault::ServoAlarm,
     Fault::FirmwareChanged,
@@ -49,9 +51,10 @@ pub const MISSING: [Missing; 7] = [
 ];
 
 /// Every mode but the faults.
-pub const MODES: [Mode; 14] = [
+pub const MODES: [Mode; 15] = [
     Mode::Boot,
     Mode::Idle,
+    Mode::MotorCheck,
     Mode::Armed,
     Mode::Running(Drive::Torque),
     Mode::Running(Drive::Regulate),
@@ -71,6 +74,7 @@ pub fn mode(mode: Mode) -> &'static str {
     match mode {
         Mode::Boot => "boot",
         Mode::Idle => "idle",
+        Mode::MotorCheck => "motor_check",
         Mode::Armed => "armed",
         Mode::Running(Drive::Torque) => "torque",
         Mode::Running(Drive::Regulate) => "regulate",
@@ -143,6 +147,8 @@ pub fn fault(fault: Fault) -> &'static str {
         Fault::Stuck => "stuck",
         Fault::EncoderFrozen => "encoder_frozen",
         Fault::ExternalTorque => "external_torque",
+        Fault::MotorDirection => "motor_direction",
+        Fault::JointsSwapped => "joints_swapped",
         Fault::NotFinite => "not_finite",
         Fault::ServoAlarm => "servo_alarm",
         Fault::FirmwareChanged => "firmware_changed",

@@ -116,6 +116,14 @@ pub fn cause_and_remedy(fault: Fault) -> (&'static str, &'static str) {
             "a torque that the model does not explain acts for long",
             "check its encoder, calibration and load, then clear",
         ),
+        Fault::MotorDirection => (
+            "its motor turns it the wrong way",
+            "check the direction and the mounting of its servo, then clear",
+        ),
+        Fault::JointsSwapped => (
+            "each servo seems to move the joint of the other",
+            "check the servos' ids and the masses of the links, then clear",
+        ),
         Fault::NotFinite => (
             "the control law made something that is not a number",
             "go back to gains and estimator that worked, then clear",
@@ -161,6 +169,10 @@ fn measured(trip: &Trip) -> Option<String> {
         Fault::ServoSilent | Fault::SamplesLost => {
             Some(format!("for {value:.0} ms, allowed are {limit:.0}"))
         }
+        Fault::MotorDirection => Some(format!("{value:.2} of the model's motion")),
+        Fault::JointsSwapped => Some(format!(
+            "joint 1 responds {value:.2} times as much as joint 2"
+        )),
         Fault::SamplesRare => Some(format!("{value:.0} %, allowed are {limit:.0}")),
         Fault::ServoReset => Some(format!("{value:.0} ticks without a sample")),
         Fault::Clock => Some(format!("by {:.1} ms", value * 1e3)),
@@ -177,6 +189,7 @@ pub fn mode(mode: Mode) -> (&'static str, &'static str) {
     match mode {
         Mode::Boot => ("BOOT", "stop sequence, then the servos are looked for"),
         Mode::Idle => ("IDLE", "motors off, angles are read"),
+        Mode::MotorCheck => ("CHECK", "moves each joint a little to test its motor"),
         Mode::Armed => ("ARMED", "ready to move, zero torque"),
         Mode::Running(Drive::Torque) => ("RUNNING", "constant torque"),
         Mode::Running(Drive::Regulate) => ("RUNNING", "regulates about the setpoint"),

@@ -9,6 +9,7 @@ pub(super) fn mode(mode: link::Mode) -> (proto::Mode, proto::Fault) {
     let drives = match mode {
         link::Mode::Boot => proto::Mode::Boot,
         link::Mode::Idle => proto::Mode::Idle,
+        link::Mode::MotorCheck => proto::Mode::MotorCheck,
         link::Mode::Armed => proto::Mode::Armed,
         link::Mode::Running(Drive::Torque) => proto::Mode::Torque,
         link::Mode::Running(Drive::Regulate) => proto::Mode::Regulate,
@@ -31,6 +32,7 @@ pub(super) fn mode_from(mode: proto::Mode, fault: proto::Fault) -> Option<link::
     Some(match mode {
         proto::Mode::Boot => link::Mode::Boot,
         proto::Mode::Idle => link::Mode::Idle,
+        proto::Mode::MotorCheck => link::Mode::MotorCheck,
         proto::Mode::Armed => link::Mode::Armed,
         proto::Mode::Torque => link::Mode::Running(Drive::Torque),
         proto::Mode::Regulate => link::Mode::Running(Drive::Regulate),
@@ -71,6 +73,8 @@ fn fault(fault: link::Fault) -> proto::Fault {
         F::Stuck => proto::Fault::Stuck,
         F::EncoderFrozen => proto::Fault::EncoderFrozen,
         F::ExternalTorque => proto::Fault::ExternalTorque,
+        F::MotorDirection => proto::Fault::MotorDirection,
+        F::JointsSwapped => proto::Fault::JointsSwapped,
         F::NotFinite => proto::Fault::NotFinite,
         F::ServoAlarm => proto::Fault::ServoAlarm,
         F::FirmwareChanged => proto::Fault::FirmwareChanged,
@@ -103,6 +107,8 @@ fn fault_from(fault: proto::Fault) -> Option<link::Fault> {
         proto::Fault::Stuck => F::Stuck,
         proto::Fault::EncoderFrozen => F::EncoderFrozen,
         proto::Fault::ExternalTorque => F::ExternalTorque,
+        proto::Fault::MotorDirection => F::MotorDirection,
+        proto::Fault::JointsSwapped => F::JointsSwapped,
         proto::Fault::NotFinite => F::NotFinite,
         proto::Fault::ServoAlarm => F::ServoAlarm,
         proto::Fault::FirmwareChanged => F::FirmwareChanged,

@@ -205,9 +205,12 @@ pub(super) fn mode(mode: Mode) -> (Severity, String) {
             (Severity::Error, format!("{name}: {cause}; {meaning}"))
         }
         Mode::Degraded(_) => (Severity::Warning, format!("{name}: {meaning}")),
-        Mode::Boot | Mode::Idle | Mode::Armed | Mode::Running(_) | Mode::Passthrough => {
-            (Severity::Info, format!("{name}: {meaning}"))
-        }
+        Mode::Boot
+        | Mode::Idle
+        | Mode::MotorCheck
+        | Mode::Armed
+        | Mode::Running(_)
+        | Mode::Passthrough => (Severity::Info, format!("{name}: {meaning}")),
     }
 }
 

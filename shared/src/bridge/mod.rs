@@ -180,7 +180,7 @@ where
             State::Boot => BusPermission::Search,
             State::Idle | State::Fault => BusPermission::Off,
             State::Armed => BusPermission::Armed,
-            State::Running | State::Degraded => BusPermission::Drive,
+            State::MotorCheck | State::Running | State::Degraded => BusPermission::Drive,
             State::Passthrough => BusPermission::Lend,
         }
     }

@@ -43,6 +43,7 @@ impl SupplyPermission {
         match mode {
             Mode::Boot
             | Mode::Idle
+            | Mode::MotorCheck
             | Mode::Armed
             | Mode::Running(_)
             | Mode::Degraded(_)

@@ -14,6 +14,7 @@
 
 use super::experiment::{self, ActiveExperiment};
 use super::monitors::Monitors;
+use super::motor_check::MotorCheck;
 use super::pipeline::FeedForward;
 use super::reference::{ReferenceSource, StartPoint, TimedTrajectory};
 use super::{ControlLoop, DriveCommand, Instant, LoopConfig};
@@ -31,9 +32,10 @@ impl ControlLoop {
         self.commanded.drive()
     }
 
-    /// Clears the command, at this time in µs.
+    /// Clears the command, and begins the motor check anew, at this time in µs.
     pub fn reset_command(&mut self, now_us: u64) {
         self.commanded = DriveCommand::new(Drive::Hold, [0.0; JOINTS], now_us);
+        self.motor_check = MotorCheck::default();
     }
 
     /// Resets the estimator, which restarts from the next samples, and the reference: the

@@ -21,6 +21,10 @@ pub const PERIOD_MIN_US: u32 = 600;
 /// Longest tick. The upright arm doubles its angle in 360 ms.
 pub const PERIOD_MAX_US: u32 = 100_000;
 
+/// Longest tick at which the motors are checked: the arm falls by 0.06 rad in the three quarters
+/// of a second that this takes at longer ones.
+pub const CHECK_PERIOD_MAX_US: u32 = 10_000;
+
 /// Bounds of a motion. Speed: two thirds of an AX-12A's 59 rpm without load.
 /// Acceleration: that of 0.0307 kg m^2 under 1.18 N m, the least that equation (5) gives
 /// at full PWM, when 0.57 N m hold the arm level.

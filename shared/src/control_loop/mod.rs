@@ -66,6 +66,7 @@
 //! | `time_out`     | silence of the host, age of commands                     |
 //! | `pipeline`     | from state and reference to PWM                          |
 //! | `monitors`     | fault detection and limits                               |
+//! | `motor_check`  | direction and joint of each motor, before the loop closes |
 //! | [`mod@reference`] | sources of the reference                              |
 //! | `experiment`   | experiments, from admission to the end                   |
 //! | [`limits`]     | limits that no host can set                              |
@@ -76,6 +77,7 @@ mod drive_command;
 mod experiment;
 pub mod limits;
 mod monitors;
+mod motor_check;
 mod pipeline;
 pub mod reference;
 mod tick;
@@ -97,6 +99,7 @@ use crate::servo::protocol1::Alarms;
 use drive_command::DriveCommand;
 use experiment::ActiveExperiment;
 use monitors::{MonitorInput, Monitors};
+use motor_check::{CheckInput, CheckStep, MotorCheck};
 use nalgebra::Vector2;
 use pipeline::{Demand, FeedForward};
 use reference::ReferenceSource;
@@ -112,6 +115,7 @@ pub struct ControlLoop {
     /// Whether the estimator has had no sample since its last reset.
     is_fresh: bool,
     monitors: Monitors,
+    motor_check: MotorCheck,
     /// Source that drives the motors while that is permitted.
     commanded: DriveCommand,
     source: ReferenceSource,
@@ -134,6 +138,7 @@ impl ControlLoop {
             estimate: config.control.estimator.at_rest(upright),
             is_fresh: true,
             monitors: Monitors::default(),
+            motor_check: MotorCheck::default(),
             commanded: DriveCommand::new(Drive::Hold, [0.0; JOINTS], 0),
             source: ReferenceSource::hold(upright),
             experiment: ActiveExperiment::default(),
@@ -208,15 +213,50 @@ impl ControlLoop {
             }
         }
         let mut guards = Guards::NONE;
-        let command = if status.is_driven() {
-            self.control(config, &input.in_force, &ahead, &reference, &mut guards)
-                .unwrap_or_else(|violation| {
-                    status.trip(violation);
-                    ActuatorCommand::OFF
-                })
-        } else {
-            ActuatorCommand::OFF
+        let mut are_motors_checked = false;
+        let demand = match status.permission {
+            Permission::Drive => Some(self.drive_demand(config, &ahead, &reference)),
+            Permission::MotorCheck => {
+                let check_input = CheckInput {
+                    arm: &config.control.arm,
+                    acceleration_rad_s2: config.limits().check_rad_s2.into(),
+                    period_us: config.period_us().get(),
+                    measured_rad: measured,
+                    angle_rad: state.q,
+                    in_force_nm: torque_nm,
+                };
+                match self.motor_check.tick(&check_input) {
+                    CheckStep::Torque(torque_nm) => Some(Demand {
+                        torque_nm,
+                        friction_nm: Vector2::zeros(),
+                    }),
+                    CheckStep::Passed => {
+                        are_motors_checked = true;
+                        None
+                    }
+                    CheckStep::Failed(violation) => {
+                        status.trip(violation);
+                        None
+                    }
+                }
+            }
+            Permission::Unmonitored | Permission::Off | Permission::Armed => None,
         };
+        let command = demand.map_or(ActuatorCommand::OFF, |demand| {
+            let is_experiment = status.is_driven() && self.drive() == Drive::Experiment;
+            self.command(
+                config,
+                &input.in_force,
+                &ahead,
+                demand,
+                is_experiment,
+                &mut guards,
+            )
+            .unwrap_or_else(|violation| {
+                status.trip(violation);
+                ActuatorCommand::OFF
+            })
+        });
         (self.state, self.reference, self.command) = (state, reference, command);
         TickOutput {
             command,
@@ -227,6 +267,7 @@ impl ControlLoop {
             is_complete: gated.iter().all(Option::is_some),
             fallback,
             experiment_end,
+            are_motors_checked,
             fault: status.fault,
             token: input.token.stamp(Machine::ControlLoop),
         }
@@ -302,19 +343,14 @@ impl ControlLoop {
         }
     }
 
-    /// Command for the motors in the next tick, within all limits.
-    fn control(
+    /// Torque that the source of the drive demands.
+    fn drive_demand(
         &mut self,
         config: &LoopConfig,
-        in_force: &ActuatorCommand,
         ahead: &State<f32>,
         reference: &Reference<f32>,
-        guards: &mut Guards,
-    ) -> Result<ActuatorCommand, Violation> {
-        let Demand {
-            mut torque_nm,
-            mut friction_nm,
-        } = match self.drive() {
+    ) -> Demand {
+        match self.drive() {
             Drive::Torque => Demand {
                 torque_nm: self.commanded.torque_nm().into(),
                 friction_nm: Vector2::zeros(),
@@ -323,9 +359,25 @@ impl ControlLoop {
                 let forward_nm = self.feed_forward.at(&config.control, reference);
                 self.demand(config, ahead, reference, forward_nm)
             }
-        };
+        }
+    }
+
+    /// Command for the motors in the next tick, within all limits.
+    fn command(
+        &mut self,
+        config: &LoopConfig,
+        in_force: &ActuatorCommand,
+        ahead: &State<f32>,
+        demand: Demand,
+        is_experiment: bool,
+        guards: &mut Guards,
+    ) -> Result<ActuatorCommand, Violation> {
+        let Demand {
+            mut torque_nm,
+            mut friction_nm,
+        } = demand;
         let control = &config.control;
-        let exact_pwm = (self.drive() == Drive::Experiment).then(|| {
+        let exact_pwm = is_experiment.then(|| {
             self.experiment
                 .override_torque(&control.joints, &mut torque_nm, &mut friction_nm)
         });

@@ -20,6 +20,8 @@ pub enum Permission {
     Off,
     /// Motors off, all monitors run: they may be driven soon.
     Armed,
+    /// Motors driven by the motor check, all monitors run.
+    MotorCheck,
     /// The motors may be driven.
     Drive,
 }
@@ -99,6 +101,8 @@ pub struct TickOutput {
     pub fallback: Option<Fallback>,
     /// End of an experiment.
     pub experiment_end: Option<ExperimentEnd>,
+    /// Whether the motor check has been passed in this tick.
+    pub are_motors_checked: bool,
     /// Violation for which the motors must be off, with [`ActuatorCommand::OFF`].
     pub fault: Option<Violation>,
     /// The token with the loop's own stamp.
@@ -113,7 +117,10 @@ pub(super) struct TickStatus {
 
 impl TickStatus {
     pub(super) fn is_armed(&self) -> bool {
-        matches!(self.permission, Permission::Armed | Permission::Drive)
+        matches!(
+            self.permission,
+            Permission::MotorCheck | Permission::Armed | Permission::Drive
+        )
     }
 
     pub(super) fn is_driven(&self) -> bool {

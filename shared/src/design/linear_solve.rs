@@ -17,7 +17,7 @@ struct Row<T, const N: usize, const M: usize, const K: usize> {
 }
 
 /// The X of `A X = B` for each of the `right` sides B; `None` if A is singular.
-pub(super) fn solve<T: Real, const N: usize, const M: usize, const K: usize>(
+pub(crate) fn solve<T: Real, const N: usize, const M: usize, const K: usize>(
     a: &SMatrix<T, N, N>,
     right: [&SMatrix<T, N, M>; K],
 ) -> Option<[SMatrix<T, N, M>; K]> {

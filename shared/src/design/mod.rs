@@ -5,7 +5,7 @@
 //! chosen poles, and [`stability`] checks whether a closed loop decays. All run at
 //! set-up, on the board as on the host.
 
-mod linear_solve;
+pub(crate) mod linear_solve;
 pub mod placement;
 pub mod riccati;
 pub mod stability;

@@ -38,6 +38,8 @@ pub mod hard {
     pub const INNOVATION_RAD: f32 = 0.5;
     /// Torque that moves nothing, in N m.
     pub const STUCK_NM: f32 = 1.0;
+    /// Acceleration of the motor check, in rad/s²: pulses of 30 ms move a joint by 0.03 rad.
+    pub const CHECK_RAD_S2: u8 = 32;
     /// Silence of the host, in ms.
     pub const SILENCE_MS: u16 = 2_000;
     /// Age of a constant torque and of a stream's last point, in ms.
@@ -81,6 +83,9 @@ pub struct Limits {
     pub quiet_ms: u16,
     /// Torque in N m on each joint that the model does not explain, for a second.
     pub external_nm: [f32; JOINTS],
+    /// Acceleration in rad/s² with which the motors are checked at the first arming; 0: not at
+    /// all.
+    pub check_rad_s2: u8,
     /// Silence of the host after which the arm is braked and held, in ms.
     pub hold_ms: u16,
     /// Silence of the host after which torque goes off, in ms.
@@ -113,6 +118,7 @@ checked!(Limits {
     stuck_nm,
     quiet_ms,
     external_nm,
+    check_rad_s2,
     hold_ms,
     silence_ms,
     torque_age_ms,
@@ -143,6 +149,8 @@ impl Default for Limits {
             quiet_ms: 0,
             // Well above dry friction, below the weight of a link that leans.
             external_nm: [0.3, 0.15],
+            // Pulses of 30 ms move a joint by three encoder counts either way.
+            check_rad_s2: 16,
             hold_ms: 100,
             silence_ms: 500,
             torque_age_ms: 2_000,
@@ -168,6 +176,7 @@ impl Limits {
             && within(&[self.innovation_rad], hard::INNOVATION_RAD)
             && within(&[self.stuck_nm], hard::STUCK_NM)
             && within(&self.external_nm, hard::TORQUE_NM)
+            && self.check_rad_s2 <= hard::CHECK_RAD_S2
             && (1..=hard::PWM_COUNTS).contains(&self.pwm_counts)
             && self.temperature_c <= hard::TEMPERATURE_C
             && coldest < hottest

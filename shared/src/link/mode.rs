@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// Mode of the board.
 ///
-/// Torque is on in [`Mode::Armed`], [`Mode::Running`] and [`Mode::Degraded`], and
-/// in no other mode.
+/// Torque is on in [`Mode::MotorCheck`], [`Mode::Armed`], [`Mode::Running`] and
+/// [`Mode::Degraded`], and in no other mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
@@ -15,6 +15,8 @@ pub enum Mode {
     Boot,
     /// Disarmed: motors off, angles read.
     Idle,
+    /// Direction and joint of each motor are tested, before the first command.
+    MotorCheck,
     /// Ready to move: zero torque.
     Armed,
     /// The motors are driven.
@@ -32,14 +34,27 @@ impl Mode {
     pub const fn drive(self) -> Option<Drive> {
         match self {
             Self::Running(drive) | Self::Degraded(drive) => Some(drive),
-            Self::Boot | Self::Idle | Self::Armed | Self::Passthrough | Self::Fault(_) => None,
+            Self::Boot
+            | Self::Idle
+            | Self::MotorCheck
+            | Self::Armed
+            | Self::Passthrough
+            | Self::Fault(_) => None,
         }
+    }
+
+    /// Whether a motor may be on.
+    pub const fn is_on(self) -> bool {
+        matches!(
+            self,
+            Self::MotorCheck | Self::Running(_) | Self::Degraded(_)
+        )
     }
 
     /// Whether the motors may be driven.
     pub const fn is_armed(self) -> bool {
         match self {
-            Self::Armed | Self::Running(_) | Self::Degraded(_) => true,
+            Self::MotorCheck | Self::Armed | Self::Running(_) | Self::Degraded(_) => true,
             Self::Boot | Self::Idle | Self::Passthrough | Self::Fault(_) => false,
         }
     }
@@ -115,6 +130,10 @@ pub enum Fault {
     /// A torque that the model does not explain acts on a joint for long: its encoder drifts or
     /// has an offset, its motor is weaker or stronger than calibrated, or something pushes it.
     ExternalTorque,
+    /// A motor turns its joint the wrong way.
+    MotorDirection,
+    /// Each servo moves the joint of the other.
+    JointsSwapped,
     /// The control law produced NaN or an infinite value.
     NotFinite,
     /// A stock servo reported that it is too hot or overloaded: it switches

@@ -7,10 +7,14 @@
 //! Boot         --Tripped-->     Fault         Halt
 //! Boot         --ClientCame-->  Passthrough   HandOver
 //! Idle         --Arm-->         Armed         Energise
+//! Idle         --CheckMotors--> MotorCheck    Energise
 //! Idle         --Tripped-->     Fault         Halt
 //! Idle         --ClientCame-->  Passthrough   HandOver
 //! Idle         --Prepare-->     Boot          Search
 //! Idle         --Release-->     Passthrough   HandOver
+//! MotorCheck   --MotorsChecked--> Armed       Energise
+//! MotorCheck   --Disarm-->      Idle          SwitchOff
+//! MotorCheck   --Tripped-->     Fault         Halt
 //! Armed        --Drive-->       Running       Energise
 //! Armed        --Disarm-->      Idle          SwitchOff
 //! Armed        --Tripped-->     Fault         Halt
@@ -44,8 +48,10 @@
 //!
 //! # Paths to a driven motor
 //!
-//! Motors are driven in [`State::Running`] and [`State::Degraded`] alone; the path
-//! leads through [`State::Armed`], which only a command of the host enters. A
+//! Motors are driven for the host in [`State::Running`] and [`State::Degraded`] alone; the path
+//! leads through [`State::Armed`], which only a command of the host enters: by way of
+//! [`State::MotorCheck`], unless the motors have been checked since bring-up and the last
+//! change of the calibration. A
 //! fault leads back through bring-up, which begins with the stop sequence.
 //!
 //! The bus is lent to a client of the transparent port only while torque is off and no
@@ -80,6 +86,7 @@ const WORDS: [(State, u32); STATES.len()] = [
     (State::Degraded, 0x5A5A_5A5C),
     (State::Passthrough, 0x3C3C_3C3D),
     (State::Fault, 0x6969_696E),
+    (State::MotorCheck, 0x00FF_00FF),
 ];
 
 impl Default for Supervisor {
@@ -107,6 +114,7 @@ impl Supervisor {
         match self.state() {
             State::Boot => Permission::Unmonitored,
             State::Idle | State::Passthrough | State::Fault => Permission::Off,
+            State::MotorCheck => Permission::MotorCheck,
             State::Armed => Permission::Armed,
             State::Running | State::Degraded => Permission::Drive,
         }
@@ -154,6 +162,7 @@ impl Supervisor {
         match self.state() {
             State::Boot => Mode::Boot,
             State::Idle => Mode::Idle,
+            State::MotorCheck => Mode::MotorCheck,
             State::Armed => Mode::Armed,
             State::Running => Mode::Running(drive),
             State::Degraded => Mode::Degraded(drive),
@@ -168,6 +177,7 @@ impl Supervisor {
         let state = match mode {
             Mode::Boot => State::Boot,
             Mode::Idle => State::Idle,
+            Mode::MotorCheck => State::MotorCheck,
             Mode::Armed => State::Armed,
             Mode::Running(_) => State::Running,
             Mode::Degraded(_) => State::Degraded,
@@ -193,6 +203,7 @@ impl State {
             Self::Degraded => WORDS[4].1,
             Self::Passthrough => WORDS[5].1,
             Self::Fault => WORDS[6].1,
+            Self::MotorCheck => WORDS[7].1,
         }
     }
 }

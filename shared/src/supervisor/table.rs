@@ -20,6 +20,8 @@ pub enum State {
     Passthrough,
     /// Motors off, latched.
     Fault,
+    /// The motors are checked, before the first command.
+    MotorCheck,
 }
 
 /// An event, from the bus, the control loop, the host or a client.
@@ -46,6 +48,10 @@ pub enum Event {
     Disarm,
     /// The host arms.
     Arm,
+    /// The host arms, and the motors have not been checked.
+    CheckMotors,
+    /// The motors have been checked.
+    MotorsChecked,
     /// The host commands a torque, a setpoint or a motion.
     Drive,
     /// The host replaces the set-up.
@@ -90,7 +96,7 @@ enum Cell {
     No(Refusal),
 }
 
-pub(super) const STATES: [State; 7] = [
+pub(super) const STATES: [State; 8] = [
     State::Boot,
     State::Idle,
     State::Armed,
@@ -98,6 +104,7 @@ pub(super) const STATES: [State; 7] = [
     State::Degraded,
     State::Passthrough,
     State::Fault,
+    State::MotorCheck,
 ];
 
 const EVENTS: usize = Event::ClearFault as usize + 1;
@@ -106,30 +113,34 @@ const EVENTS: usize = Event::ClearFault as usize + 1;
 const TABLE: [[Cell; STATES.len()]; EVENTS] = {
     use Action::{Energise, Halt, HandOver, Hold, Keep, Search as Find, SwitchOff as Off};
     use Cell::{Go, No, Stay};
-    use Refusal::{Disarmed, Faulted, NotIdle, NotReady};
-    use State::{Armed, Boot, Degraded, Fault, Idle, Passthrough as Pass, Running};
+    use Refusal::{Busy, Disarmed, Faulted, NotIdle, NotReady};
+    use State::{
+        Armed, Boot, Degraded, Fault, Idle, MotorCheck as Check, Passthrough as Pass, Running,
+    };
     const BUS: Refusal = Refusal::Passthrough;
     #[rustfmt::skip]
     let table = [
-        //                 Boot                Idle                 Armed                  Running             Degraded            Passthrough      Fault
-        /* BusReady    */ [Go(Idle, Keep),     Stay,                Stay,                  Stay,               Stay,               Stay,            Stay],
+        //                   Boot                Idle                   Armed                  Running             Degraded            Passthrough      Fault            MotorCheck
+        /* BusReady      */ [Go(Idle, Keep),     Stay,                  Stay,                  Stay,               Stay,               Stay,            Stay,            Stay],
         // The first cause is kept: later ones are often its consequence.
-        /* Tripped     */ [Go(Fault, Halt),    Go(Fault, Halt),     Go(Fault, Halt),       Go(Fault, Halt),    Go(Fault, Halt),    Go(Fault, Halt), Stay],
-        /* SampleLost  */ [Stay,               Stay,                Stay,                  Go(Degraded, Keep), Stay,               Stay,            Stay],
-        /* SamplesBack */ [Stay,               Stay,                Stay,                  Stay,               Go(Running, Keep),  Stay,            Stay],
-        /* Brake       */ [Stay,               Stay,                Stay,                  Go(Running, Hold),  Go(Degraded, Hold), Stay,            Stay],
-        /* ZeroTorque  */ [Stay,               Stay,                Stay,                  Go(Armed, Off),     Go(Armed, Off),     Stay,            Stay],
-        /* ClientCame  */ [Go(Pass, HandOver), Go(Pass, HandOver),  Stay,                  Stay,               Stay,               Stay,            Stay],
-        /* ClientLeft  */ [Stay,               Stay,                Stay,                  Stay,               Stay,               Go(Boot, Find),  Stay],
+        /* Tripped       */ [Go(Fault, Halt),    Go(Fault, Halt),       Go(Fault, Halt),       Go(Fault, Halt),    Go(Fault, Halt),    Go(Fault, Halt), Stay,            Go(Fault, Halt)],
+        /* SampleLost    */ [Stay,               Stay,                  Stay,                  Go(Degraded, Keep), Stay,               Stay,            Stay,            Stay],
+        /* SamplesBack   */ [Stay,               Stay,                  Stay,                  Stay,               Go(Running, Keep),  Stay,            Stay,            Stay],
+        /* Brake         */ [Stay,               Stay,                  Stay,                  Go(Running, Hold),  Go(Degraded, Hold), Stay,            Stay,            Stay],
+        /* ZeroTorque    */ [Stay,               Stay,                  Stay,                  Go(Armed, Off),     Go(Armed, Off),     Stay,            Stay,            Stay],
+        /* ClientCame    */ [Go(Pass, HandOver), Go(Pass, HandOver),    Stay,                  Stay,               Stay,               Stay,            Stay,            Stay],
+        /* ClientLeft    */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Go(Boot, Find),  Stay,            Stay],
         // With torque off already, Disarm has no effect.
-        /* Disarm      */ [Stay,               Stay,                Go(Idle, Off),         Go(Idle, Off),      Go(Idle, Off),      Go(Boot, Find),  Stay],
-        /* Arm         */ [No(NotReady),       Go(Armed, Energise), Stay,                  Stay,               Stay,               No(BUS),         No(Faulted)],
-        /* Drive       */ [No(NotReady),       No(Disarmed),        Go(Running, Energise), Stay,               Stay,               No(BUS),         No(Faulted)],
-        /* Configure   */ [Stay,               Stay,                Stay,                  Stay,               Stay,               Stay,            No(Faulted)],
-        /* Keep        */ [Stay,               Stay,                No(NotIdle),           No(NotIdle),        No(NotIdle),        Stay,            No(Faulted)],
-        /* Prepare     */ [No(NotReady),       Go(Boot, Find),      No(NotIdle),           No(NotIdle),        No(NotIdle),        No(BUS),         No(Faulted)],
-        /* Release     */ [No(NotReady),       Go(Pass, HandOver),  No(NotIdle),           No(NotIdle),        No(NotIdle),        Stay,            No(Faulted)],
-        /* ClearFault  */ [Stay,               Stay,                Stay,                  Stay,               Stay,               Stay,            Go(Boot, Find)],
+        /* Disarm        */ [Stay,               Stay,                  Go(Idle, Off),         Go(Idle, Off),      Go(Idle, Off),      Go(Boot, Find),  Stay,            Go(Idle, Off)],
+        /* Arm           */ [No(NotReady),       Go(Armed, Energise),   Stay,                  Stay,               Stay,               No(BUS),         No(Faulted),     Stay],
+        /* CheckMotors   */ [No(NotReady),       Go(Check, Energise),   Stay,                  Stay,               Stay,               No(BUS),         No(Faulted),     Stay],
+        /* MotorsChecked */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Stay,            Stay,            Go(Armed, Energise)],
+        /* Drive         */ [No(NotReady),       No(Disarmed),          Go(Running, Energise), Stay,               Stay,               No(BUS),         No(Faulted),     No(Busy)],
+        /* Configure     */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Stay,            No(Faulted),     No(Busy)],
+        /* Keep          */ [Stay,               Stay,                  No(NotIdle),           No(NotIdle),        No(NotIdle),        Stay,            No(Faulted),     No(NotIdle)],
+        /* Prepare       */ [No(NotReady),       Go(Boot, Find),        No(NotIdle),           No(NotIdle),        No(NotIdle),        No(BUS),         No(Faulted),     No(NotIdle)],
+        /* Release       */ [No(NotReady),       Go(Pass, HandOver),    No(NotIdle),           No(NotIdle),        No(NotIdle),        Stay,            No(Faulted),     No(NotIdle)],
+        /* ClearFault    */ [Stay,               Stay,                  Stay,                  Stay,               Stay,               Stay,            Go(Boot, Find),  Stay],
     ];
     table
 };
@@ -152,12 +163,12 @@ impl State {
     /// Whether the motors may be driven, or soon will be.
     pub const fn is_armed(self) -> bool {
         match self {
-            Self::Armed | Self::Running | Self::Degraded => true,
+            Self::MotorCheck | Self::Armed | Self::Running | Self::Degraded => true,
             Self::Boot | Self::Idle | Self::Passthrough | Self::Fault => false,
         }
     }
 
-    /// Whether the motors are driven.
+    /// Whether the motors are driven for the host.
     pub const fn is_driven(self) -> bool {
         matches!(self, Self::Running | Self::Degraded)
     }
@@ -182,6 +193,8 @@ mod tests {
         Event::ClientLeft,
         Event::Disarm,
         Event::Arm,
+        Event::CheckMotors,
+        Event::MotorsChecked,
         Event::Drive,
         Event::Configure,
         Event::Keep,
@@ -239,7 +252,8 @@ mod tests {
                 assert!(!then.is_armed(), "{pair}");
             }
             if then.is_armed() && !state.is_armed() {
-                assert_eq!((state, event), (State::Idle, Event::Arm), "{pair}");
+                assert_eq!(state, State::Idle, "{pair}");
+                assert!(matches!(event, Event::Arm | Event::CheckMotors), "{pair}");
                 assert_eq!(action, Action::Energise, "{pair}");
             }
             if then.is_driven() && !state.is_driven() {
@@ -251,6 +265,10 @@ mod tests {
             }
             if state.is_driven() && !then.is_driven() {
                 assert!(matches!(action, Action::SwitchOff | Action::Halt), "{pair}");
+            }
+            if state == State::MotorCheck && then != state {
+                let ends = [Action::Energise, Action::SwitchOff, Action::Halt];
+                assert!(ends.contains(&action), "{pair}");
             }
             // Bring-up begins with the stop sequence, and so does a client's turn.
             if then != state && matches!(then, State::Boot | State::Passthrough) {
@@ -282,6 +300,7 @@ mod tests {
                 Err(Refusal::NotIdle) => 'i',
                 Err(Refusal::Passthrough) => 'p',
                 Err(Refusal::Faulted) => 'f',
+                Err(Refusal::Busy) => 'b',
                 Err(_) => '?',
             });
             row.iter().collect::<String>()
@@ -294,6 +313,7 @@ mod tests {
             "...iii".to_string(), // Degraded
             "pp..p.".to_string(), // Passthrough
             "ffffff".to_string(), // Fault
+            ".bbiii".to_string(), // MotorCheck
         ];
         assert_eq!(STATES.map(letters).to_vec(), expected);
     }

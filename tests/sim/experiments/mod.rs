@@ -9,7 +9,7 @@ mod start;
 use armbridge_client::event::{Event, EventKind};
 use armbridge_shared::experiment::Signal;
 use armbridge_shared::link::experiment::{Conclusion, Experiment, Role};
-use armbridge_shared::link::message::{Command, Drive, Record, Refusal, ToHost};
+use armbridge_shared::link::message::{Command, Drive, Limits, Record, Refusal, ToHost};
 use armbridge_sim::plant::PlantConfig;
 use armbridge_tests::plant;
 use armbridge_tests::tapped_bench::{Action, ScriptedHost, records, tapped_run};
@@ -39,7 +39,13 @@ fn experiment(roles: [Role; 2], duration_s: f32) -> Experiment {
 
 /// Events of a host that holds the arm at these angles, and then acts.
 fn heard_at(angle_rad: [f32; 2], acts: &[(u64, Action)], until_us: u64) -> Vec<Event> {
+    // An arm that leans falls before its motors are checked.
+    let unchecked = Limits {
+        check_rad_s2: 0,
+        ..Limits::default()
+    };
     let begin = [
+        (100_000, Action::Command(Command::Limit(unchecked))),
         (150_000, Action::Command(Command::Arm { session: 0 })),
         (200_000, Action::Command(Command::Regulate(angle_rad))),
     ];

@@ -71,8 +71,14 @@ fn requests_are_done_in_order_and_leaving_disarms() {
         Mode::Running(_) => vec![Request::Leave],
         _ => vec![],
     });
-    // Both are heeded before the next tick.
-    assert_eq!(observed, [Mode::Idle, Mode::Running(Drive::Regulate)]);
+    // The second waits until the motors have been checked.
+    let expected = [
+        Mode::Idle,
+        Mode::MotorCheck,
+        Mode::Armed,
+        Mode::Running(Drive::Regulate),
+    ];
+    assert_eq!(observed, expected);
 }
 
 #[test]

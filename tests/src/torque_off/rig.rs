@@ -23,6 +23,8 @@ use super::reports;
 pub const STOP_US: u64 = 20_000;
 /// Until the servos are found, in µs: at the last of four speeds.
 const FOUND_US: u64 = 2_000_000;
+/// Within which the motors are checked, at the longest period.
+const CHECKED_US: u64 = 3_000_000;
 /// Counts from off that no motor turns at: the stop sequence steps aside by one.
 const STEP_ASIDE: u16 = 1;
 
@@ -212,13 +214,19 @@ impl Rig<'_> {
         answer(self).unwrap_or(Ok(()))
     }
 
+    /// Arms, and waits until the motors have been checked.
+    #[track_caller]
+    pub fn arm(&mut self) {
+        let session = self.host().session();
+        assert_eq!(self.command(Command::Arm { session }), Ok(()));
+        self.until("armed", CHECKED_US, |rig| rig.mode() == Some(Mode::Armed));
+    }
+
     /// Arms, and drives the motors by this command.
     #[track_caller]
     pub fn drive(&mut self, command: Command) {
-        let session = self.host().session();
-        for command in [Command::Arm { session }, command] {
-            assert_eq!(self.command(command), Ok(()), "{command:?}");
-        }
+        self.arm();
+        assert_eq!(self.command(command), Ok(()), "{command:?}");
     }
 
     /// Makes stock servos ready for torque.

@@ -41,7 +41,7 @@ impl<K: RecordSink> PlanRunner<K> {
                 self.sink.concluded(&conclusion);
             }
             (BoardMessage::Done, Phase::SettingUp) => self.continue_set_up(now_us),
-            (BoardMessage::Done, Phase::Arming) => self.begin(now_us),
+            (BoardMessage::Done, Phase::Arming) => self.enter(Phase::CheckingMotors, now_us),
             (BoardMessage::Done, Phase::Running(_)) => self.on_command_done(),
             // Refusals at the end are ignored.
             (BoardMessage::Done | BoardMessage::Refused(_), Phase::SwitchingOff) => {
@@ -98,7 +98,7 @@ impl<K: RecordSink> PlanRunner<K> {
     pub(super) fn fail(&mut self, now_us: u64, error: PlanError) -> Result<(), PlanError> {
         match (&self.phase, &error) {
             // The motors are off; wait until the records show it.
-            (Phase::Running(_), PlanError::Reset(_)) => {
+            (Phase::CheckingMotors | Phase::Running(_), PlanError::Reset(_)) => {
                 self.give_up(now_us, error);
                 Ok(())
             }
@@ -113,8 +113,11 @@ impl<K: RecordSink> PlanRunner<K> {
             self.queue.push_back(Command::ClearFault);
         }
         match &self.plan.begin {
-            InitialSettings::Fixed(setup) => {
-                self.queue.push_back(Command::Configure(**setup));
+            InitialSettings::Fixed(settings) => {
+                self.queue.extend([
+                    Command::Limit(settings.limits),
+                    Command::Configure(settings.setup),
+                ]);
                 self.enter(Phase::SettingUp, now_us);
                 self.continue_set_up(now_us);
             }
@@ -185,6 +188,11 @@ impl<K: RecordSink> PlanRunner<K> {
     fn on_record(&mut self, now_us: u64, record: &Record) -> Result<(), PlanError> {
         self.mode = record.mode;
         self.clock_offset.update(now_us, record.start_us);
+        if matches!(self.phase, Phase::CheckingMotors)
+            && (record.mode == Mode::Armed || matches!(record.mode, Mode::Fault(_)))
+        {
+            self.begin(now_us);
+        }
         match self.phase {
             Phase::WaitingForServos if record.mode == Mode::Idle && self.has_servos() => {
                 self.enter(Phase::Arming, now_us);
@@ -213,6 +221,7 @@ impl<K: RecordSink> PlanRunner<K> {
             | Phase::ReadingSettings
             | Phase::SettingUp
             | Phase::Arming
+            | Phase::CheckingMotors
             | Phase::Over => {}
         }
         Ok(())

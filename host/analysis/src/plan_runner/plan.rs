@@ -7,7 +7,7 @@ use armbridge_shared::link::message::{Command, Limits, Settings, Setup};
 use armbridge_sim::plant::Push;
 use toml::Value;
 
-/// Timed commands alone, for trials and tests.
+/// Timed commands alone, for trials and tests of an arm whose motors have been checked.
 #[derive(Clone, Debug)]
 pub struct Script {
     /// Set-up of the board.
@@ -67,8 +67,8 @@ pub struct Plan {
 /// Settings of the board in a run.
 #[derive(Clone, Debug)]
 pub enum InitialSettings {
-    /// This set-up, which remains after the run.
-    Fixed(Box<Setup>),
+    /// These settings, which remain after the run.
+    Fixed(Box<Settings>),
     /// The board's own settings with a change, restored after the run.
     Changed(Change),
 }
@@ -183,8 +183,15 @@ impl From<Script> for Plan {
             at_us,
             action: Action::Command(Box::new(command)),
         });
+        let settings = Settings {
+            setup: script.setup,
+            limits: Limits {
+                check_rad_s2: 0,
+                ..Limits::default()
+            },
+        };
         Self {
-            begin: InitialSettings::Fixed(Box::new(script.setup)),
+            begin: InitialSettings::Fixed(Box::new(settings)),
             steps: steps.collect(),
             pushes: Vec::new(),
             stop: Stop::after(script.duration_us),

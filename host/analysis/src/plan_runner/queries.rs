@@ -15,7 +15,8 @@ impl<K: RecordSink> PlanRunner<K> {
             | Phase::ReadingSettings
             | Phase::SettingUp
             | Phase::WaitingForServos
-            | Phase::Arming => 0.0,
+            | Phase::Arming
+            | Phase::CheckingMotors => 0.0,
             Phase::Running(timeline) => {
                 let elapsed_us = now_us.saturating_sub(timeline.since_us);
                 (elapsed_us as f64 / self.plan.stop.after_us as f64).min(1.0)

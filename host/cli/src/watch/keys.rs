@@ -248,7 +248,7 @@ fn arming(model: &Model) -> Result<Question, &'static str> {
         (Line::Opening | Line::Parted(_), _) | (_, None) => Err("there is no board on the link"),
         (Line::Quiet(_), _) => Err("the board is silent"),
         (Line::Up, Some(Mode::Boot)) => Err("the servos are not found yet"),
-        (Line::Up, Some(Mode::Armed | Mode::Running(_) | Mode::Degraded(_))) => {
+        (Line::Up, Some(Mode::MotorCheck | Mode::Armed | Mode::Running(_) | Mode::Degraded(_))) => {
             Err("it is armed already")
         }
         (Line::Up, Some(Mode::Passthrough)) => {

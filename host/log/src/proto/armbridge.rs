@@ -292,6 +292,8 @@ pub enum Mode {
     /// An experiment drives the arm, and the same with a sample missing.
     Experiment = 13,
     ExperimentDegraded = 14,
+    /// Direction and joint of each motor are tested, before the first command.
+    MotorCheck = 15,
 }
 impl Mode {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -315,6 +317,7 @@ impl Mode {
             Self::Fault => "MODE_FAULT",
             Self::Experiment => "MODE_EXPERIMENT",
             Self::ExperimentDegraded => "MODE_EXPERIMENT_DEGRADED",
+            Self::MotorCheck => "MODE_MOTOR_CHECK",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -335,6 +338,7 @@ impl Mode {
             "MODE_FAULT" => Some(Self::Fault),
             "MODE_EXPERIMENT" => Some(Self::Experiment),
             "MODE_EXPERIMENT_DEGRADED" => Some(Self::ExperimentDegraded),
+            "MODE_MOTOR_CHECK" => Some(Self::MotorCheck),
             _ => None,
         }
     }
@@ -369,6 +373,8 @@ pub enum Fault {
     Corrupted = 23,
     EncoderFrozen = 24,
     ExternalTorque = 25,
+    MotorDirection = 26,
+    JointsSwapped = 27,
 }
 impl Fault {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -403,6 +409,8 @@ impl Fault {
             Self::Corrupted => "FAULT_CORRUPTED",
             Self::EncoderFrozen => "FAULT_ENCODER_FROZEN",
             Self::ExternalTorque => "FAULT_EXTERNAL_TORQUE",
+            Self::MotorDirection => "FAULT_MOTOR_DIRECTION",
+            Self::JointsSwapped => "FAULT_JOINTS_SWAPPED",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -434,6 +442,8 @@ impl Fault {
             "FAULT_CORRUPTED" => Some(Self::Corrupted),
             "FAULT_ENCODER_FROZEN" => Some(Self::EncoderFrozen),
             "FAULT_EXTERNAL_TORQUE" => Some(Self::ExternalTorque),
+            "FAULT_MOTOR_DIRECTION" => Some(Self::MotorDirection),
+            "FAULT_JOINTS_SWAPPED" => Some(Self::JointsSwapped),
             _ => None,
         }
     }

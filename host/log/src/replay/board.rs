@@ -15,6 +15,7 @@
 //! | a hello                           | `ToHost::Began`                             |
 //! | faults from outside the tick      | `ToHost::Tripped`, see [`is_external`](super::tick_facts::is_external) |
 //! | the host's silence                | the mode of the record that shows it        |
+//! | motors checked before the log     | the mode of the record after arming         |
 //!
 //! A hello, arming and bring-up make estimator, monitors and reference begin anew, so that
 //! nothing before them has to be known.
@@ -110,6 +111,12 @@ impl Board {
             _ => None,
         };
         self.core.resume_mode(record.mode, trip);
+    }
+
+    /// Ends a check of the motors that has just begun: they had been checked before the log.
+    pub(super) fn skip_motor_check(&mut self) {
+        self.core.skip_motor_check();
+        self.drain();
     }
 
     /// Adopts the record's information on the time before it, if the record before is not

@@ -45,6 +45,7 @@ pub(super) fn mode(mode: Mode) -> String {
         Mode::Fault(fault) => format!("fault {}", enum_names::fault(fault)),
         Mode::Boot
         | Mode::Idle
+        | Mode::MotorCheck
         | Mode::Armed
         | Mode::Running(_)
         | Mode::Degraded(_)

@@ -74,6 +74,8 @@ pub struct Replayer {
     /// Bring-up has changed the planned start.
     is_restarted_by_bring_up: bool,
     frames_lost: bool,
+    /// Mode after the present tick, as recorded.
+    recorded_mode: Mode,
     tally: Tally,
     sums: Sums,
 }
@@ -104,6 +106,7 @@ impl Replayer {
             is_stopped_by_fault: false,
             is_restarted_by_bring_up: false,
             frames_lost: false,
+            recorded_mode: Mode::Boot,
             tally: Tally::default(),
             sums: Sums::default(),
         })
@@ -266,6 +269,7 @@ impl Replayer {
     /// Replays everything up to the decision of this record's tick, and compares.
     fn tick(&mut self, record: &Record) -> Result<(), ReplayError> {
         self.tally.records += 1;
+        self.recorded_mode = record.mode;
         let is_off_schedule = self.last.is_some_and(|last| {
             let is_planned = matches!(last.mode, Mode::Fault(_)) || self.is_stopped_by_fault;
             !is_planned && tick_facts::planned_us(record) != self.planned_us

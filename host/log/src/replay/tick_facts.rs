@@ -29,6 +29,8 @@ pub(super) const fn is_external(fault: Fault) -> bool {
         | Fault::Stuck
         | Fault::EncoderFrozen
         | Fault::ExternalTorque
+        | Fault::MotorDirection
+        | Fault::JointsSwapped
         | Fault::NotFinite
         | Fault::ServoAlarm => false,
     }

@@ -7,8 +7,8 @@
 
 use Fault::{
     AngleLimit, Clock, Corrupted, DeadZone, Diverged, EmergencyStop, EncoderFrozen, ExternalTorque,
-    HostSilent, Overrun, PwmLimit, SamplesLost, SamplesRare, ServoAlarm, ServoReset, ServoSilent,
-    SpeedLimit, Stuck, Temperature, TorqueLimit, TorqueRate,
+    HostSilent, JointsSwapped, MotorDirection, Overrun, PwmLimit, SamplesLost, SamplesRare,
+    ServoAlarm, ServoReset, ServoSilent, SpeedLimit, Stuck, Temperature, TorqueLimit, TorqueRate,
 };
 use armbridge_shared::link::message::{Fault, Refusal, StopSource};
 use armbridge_shared::servo::Firmware;
@@ -22,18 +22,19 @@ pub const STOP_US: u64 = 20_000;
 
 /// Kinds that boards do not detect yet, or not always: their wrong names and the harm that
 /// they do are counted apart. A guard takes its kind off this list.
-pub(super) const UNGUARDED: [Kind; 10] = [
+pub(super) const UNGUARDED: [Kind; 8] = [
     Kind::SecondMaster,
-    Kind::SwappedFirst,
     Kind::Frozen,
     Kind::EncoderStep,
     Kind::EncoderDrift,
-    Kind::TorqueSign,
     Kind::TorqueOffset,
     Kind::CalibrationScale,
     Kind::CalibrationZero,
     Kind::CalibrationDirection,
 ];
+
+/// Kinds that the check of the motors finds, which boards leave out at long periods.
+pub(super) const CHECKED_AT_ARMING: [Kind; 2] = [Kind::SwappedFirst, Kind::TorqueSign];
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug)]
@@ -80,9 +81,10 @@ const TABLE: [Expected; 36] = rows! {
          boots";
     Kind::ServoMute | Kind::ServoDeaf => [ServoSilent]
         "it does not reply; its silence does not show whether it receives";
-    Kind::SwappedFirst => [ExternalTorque, Diverged, SpeedLimit, AngleLimit, TorqueLimit, Stuck]
+    Kind::SwappedFirst => [JointsSwapped, ExternalTorque, Diverged, SpeedLimit, AngleLimit,
+                           TorqueLimit, Stuck]
         "the check of the motors at the first arming finds that the wrong joint moves";
-    Kind::ServosSwapped => [ExternalTorque, Diverged, SpeedLimit, AngleLimit]
+    Kind::ServosSwapped => [JointsSwapped, ExternalTorque, Diverged, SpeedLimit, AngleLimit]
         "both angles jump, and the loop drives the wrong joints; while angles and torques \
          are alike there is no effect";
     Kind::Frozen => [EncoderFrozen]
@@ -97,11 +99,12 @@ const TABLE: [Expected; 36] = rows! {
     Kind::EncoderNoise => [Diverged, SpeedLimit, AngleLimit, TorqueLimit, TorqueRate, PwmLimit,
                            DeadZone, SamplesRare, SamplesLost]
         "samples are far from the prediction, or the torque is noisy";
-    Kind::TorqueGain | Kind::TorqueOffset => [ExternalTorque, Diverged, SpeedLimit, AngleLimit,
-                                              Stuck, TorqueLimit]
-        "a torque that the model does not explain; the loop tolerates a small one";
-    Kind::TorqueSign => [ExternalTorque, Diverged, SpeedLimit, AngleLimit, Stuck, TorqueLimit,
-                         TorqueRate, PwmLimit]
+    Kind::TorqueGain | Kind::TorqueOffset => [ExternalTorque, JointsSwapped, Diverged, SpeedLimit,
+                                              AngleLimit, Stuck, TorqueLimit]
+        "a torque that the model does not explain; the loop tolerates a small one, and motors \
+         of which one is much weaker look swapped to the check";
+    Kind::TorqueSign => [MotorDirection, ExternalTorque, Diverged, SpeedLimit, AngleLimit, Stuck,
+                         TorqueLimit, TorqueRate, PwmLimit]
         "the motor turns the wrong way, which the check of the motors finds, or the loop runs \
          away";
     Kind::CalibrationScale => [ExternalTorque, Diverged, SpeedLimit, AngleLimit, Stuck,

@@ -168,7 +168,7 @@ impl<'a> Fixture<'a> {
                 let silent_us = self.now_us().saturating_sub(self.client.port.written_us());
                 silence_ms == 0 || silent_us <= u64::from(silence_ms) * 1_000
             }
-            mode => mode.drive().is_some(),
+            mode => mode.is_on(),
         }
     }
 

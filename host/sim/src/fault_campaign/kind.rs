@@ -231,6 +231,7 @@ impl Kind {
         matches!(
             self,
             Self::SwappedFirst
+                | Self::TorqueSign
                 | Self::CalibrationScale
                 | Self::CalibrationZero
                 | Self::CalibrationDirection

@@ -1,10 +1,11 @@
 //! Outcome of a case.
 
+use armbridge_shared::control_loop::limits::CHECK_PERIOD_MAX_US;
 use serde::Serialize;
 
 use super::activity::Activity;
 use super::case::Case;
-use super::expect::UNGUARDED;
+use super::expect::{CHECKED_AT_ARMING, UNGUARDED};
 use super::kind::Kind;
 use super::set_up::{Bus, SetUp};
 
@@ -68,7 +69,10 @@ impl Outcome {
 
     /// Whether boards detect all of its kinds.
     pub(crate) fn is_guarded(&self) -> bool {
-        !self.kinds.iter().any(|kind| UNGUARDED.contains(kind))
+        let is_checked = self.set_up.period_us <= CHECK_PERIOD_MAX_US;
+        !self.kinds.iter().any(|kind| {
+            UNGUARDED.contains(kind) || (!is_checked && CHECKED_AT_ARMING.contains(kind))
+        })
     }
 
     /// Adds a violated requirement, once.

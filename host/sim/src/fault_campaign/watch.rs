@@ -126,7 +126,7 @@ impl<'a> MonitoredBoard<'a> {
     fn is_driven(&self) -> bool {
         // The board relays a client's packets.
         let mode = self.board.mode();
-        mode.drive().is_some() || mode == Mode::Passthrough
+        mode.is_on() || mode == Mode::Passthrough
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{BusFacts, Core};
 use crate::bridge::command::ValidatedCommand;
+use crate::control_loop::limits::CHECK_PERIOD_MAX_US;
 use crate::control_loop::reference::{ReferenceSource, StartPoint};
 use crate::control_loop::{ControlConfig, Instant};
 use crate::link::experiment::{Experiment, ExperimentEnd};
@@ -100,7 +101,14 @@ impl Core {
         if self.config.period_us().get() < least_us {
             return Err(Refusal::TooFast { least_us });
         }
-        self.apply(Event::Arm)
+        let is_check_due = !self.are_motors_checked
+            && self.config.limits().check_rad_s2 > 0
+            && self.config.period_us().get() <= CHECK_PERIOD_MAX_US;
+        self.apply(if is_check_due {
+            Event::CheckMotors
+        } else {
+            Event::Arm
+        })
     }
 
     /// Begins to drive; ends an experiment that is under way.
@@ -154,6 +162,7 @@ impl Core {
         if is_experimenting || (state.is_armed() && (is_other_period || is_other_servo)) {
             return Err(Refusal::NotIdle);
         }
+        self.are_motors_checked &= !is_other_servo;
         let config = self.config.with_control(control);
         self.control_loop
             .install(&self.config, &config, is_driven, self.next_start_us);

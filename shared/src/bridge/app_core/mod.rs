@@ -130,6 +130,9 @@ pub struct Core {
     bus_action: Option<BusAction>,
     has_new_trip: bool,
     conclusion: Option<Conclusion>,
+    /// Whether the motors have been checked since bring-up and the last change of the
+    /// calibration.
+    are_motors_checked: bool,
 }
 
 /// Schedule of the comparison of sections with their check words.
@@ -161,6 +164,7 @@ impl Core {
             bus_action: None,
             has_new_trip: false,
             conclusion: None,
+            are_motors_checked: false,
         }
     }
 
@@ -282,6 +286,8 @@ impl Core {
             | Fault::Stuck
             | Fault::EncoderFrozen
             | Fault::ExternalTorque
+            | Fault::MotorDirection
+            | Fault::JointsSwapped
             | Fault::NotFinite => true,
             Fault::EmergencyStop(_)
             | Fault::HostSilent

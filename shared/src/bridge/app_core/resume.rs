@@ -6,6 +6,7 @@ use crate::arm::State as ArmState;
 use crate::control::Reference;
 use crate::control_loop::{ActuatorCommand, LoopConfig};
 use crate::link::message::{Mode, Trip};
+use crate::supervisor::Event;
 use nalgebra::Vector2;
 
 impl Core {
@@ -26,9 +27,17 @@ impl Core {
     /// Sets the recorded mode.
     pub fn resume_mode(&mut self, mode: Mode, trip: Option<Trip>) {
         self.supervisor.resume(mode, trip);
+        self.are_motors_checked |= mode.is_armed() && mode != Mode::MotorCheck;
         if let Some(drive) = mode.drive() {
             self.control_loop.set_drive(drive);
         }
+    }
+
+    /// Ends a check of the motors that has just begun: they had been checked before the log.
+    pub fn skip_motor_check(&mut self) {
+        self.are_motors_checked = true;
+        // Never refused.
+        let _ = self.apply(Event::MotorsChecked);
     }
 
     /// Sets the recorded state at the beginning of the tick: ticks missed so far, and motors

@@ -3,7 +3,9 @@
 use super::{Core, TickSamples};
 use crate::actuator::Pwm;
 use crate::control_loop::limits::LATE_MAX_US;
-use crate::control_loop::{ActuatorCommand, CHECK_US, Fallback, TickInput, TickOutput, Violation};
+use crate::control_loop::{
+    ActuatorCommand, CHECK_US, Fallback, Permission, TickInput, TickOutput, Violation,
+};
 use crate::flow_token::Machine;
 use crate::link::experiment::{Conclusion, ExperimentEnd};
 use crate::link::message::{Fault, Record, Timing};
@@ -46,7 +48,10 @@ impl Core {
         } else {
             self.overruns_in_row = 0;
         }
-        if !self.state().is_driven() {
+        if !matches!(
+            self.supervisor.permission(),
+            Permission::MotorCheck | Permission::Drive
+        ) {
             self.next = ActuatorCommand::OFF;
         }
         self.in_force = self.next;
@@ -103,7 +108,9 @@ impl Core {
             Fallback::Brake => Event::Brake,
             Fallback::Release => Event::ZeroTorque,
         });
-        for event in [samples, fallback].into_iter().flatten() {
+        self.are_motors_checked |= output.are_motors_checked;
+        let checked = output.are_motors_checked.then_some(Event::MotorsChecked);
+        for event in [samples, fallback, checked].into_iter().flatten() {
             // Never refused.
             let _ = self.apply(event);
         }
@@ -169,6 +176,7 @@ impl Core {
         self.control_loop.reset_monitors();
         self.control_loop.reset_estimate();
         self.overruns_in_row = 0;
+        self.are_motors_checked = false;
         // Never refused.
         let _ = self.apply(Event::BusReady);
     }

@@ -107,7 +107,10 @@ impl Motor {
                 Some(_) => return Err(MotorError::Declined.into()),
             },
             (Step::Arming(since_us), Some(count)) => {
-                if answer(view, since_us, "the board refused the arming")? {
+                // The push begins where the check of the motors has left the arm.
+                if answer(view, since_us, "the board refused the arming")?
+                    && view.session.status().mode() == Some(Mode::Armed)
+                {
                     let mut torque_nm = [0.0; JOINTS];
                     torque_nm[self.joint] = PUSH_NM;
                     let push = Command::Torque(torque_nm);

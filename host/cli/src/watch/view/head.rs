@@ -50,7 +50,9 @@ pub(super) fn state(model: &Model) -> Vec<Line<'static>> {
     let (word, meaning) = fault_text::mode(mode);
     let style = match mode {
         Mode::Running(_) => theme::good(),
-        Mode::Armed | Mode::Degraded(_) | Mode::Boot | Mode::Passthrough => theme::warn(),
+        Mode::MotorCheck | Mode::Armed | Mode::Degraded(_) | Mode::Boot | Mode::Passthrough => {
+            theme::warn()
+        }
         Mode::Idle | Mode::Fault(_) => Style::new(),
     };
     let guards = model

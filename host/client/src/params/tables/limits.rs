@@ -25,7 +25,7 @@ const fn at_most(bound: f32) -> Range {
     Range::above_0_to(bound as f64)
 }
 
-pub(super) const LIMITS: [Parameter; 22] = limits! {
+pub(super) const LIMITS: [Parameter; 23] = limits! {
     pair each angle_rad "rad"
         "Joint angles beyond which torque goes off. The arm is braked before."
         at_most(hard::ANGLE_RAD);
@@ -77,6 +77,9 @@ pub(super) const LIMITS: [Parameter; 22] = limits! {
         "Torque on a joint that the model does not explain, for a second while a controller \
          holds the arm."
         at_most(hard::TORQUE_NM);
+    number one check_rad_s2 "rad/s²"
+        "Acceleration with which the motors are checked at the first arming; 0: not at all."
+        Range::whole(0, hard::CHECK_RAD_S2 as u32);
     number one hold_ms "ms"
         "Silence of the host after which the arm is braked and held; at most `limits.silence_ms`."
         Range::whole(0, SILENCE_MS);

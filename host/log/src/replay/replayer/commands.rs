@@ -142,6 +142,13 @@ impl Replayer {
             (Command::Follow(_), None) => self.board.start_point(moment).map(|_| ()),
             (command, _) => self.board.command(command, moment, result),
         };
+        let is_check_begun = before == Mode::Idle && self.board.mode() == Mode::MotorCheck;
+        if is_check_begun && self.recorded_mode.is_armed() && self.recorded_mode != Mode::MotorCheck
+        {
+            let event = "the motors had been checked before".into();
+            self.tally.count_adopted(event, moment.tick);
+            self.board.skip_motor_check();
+        }
         if computed.is_ok() {
             match command {
                 Command::Configure(setup) => self.settings.setup = setup,
@@ -151,7 +158,7 @@ impl Replayer {
         }
         let after = self.board.mode();
         let is_energised = match before {
-            Mode::Idle => after == Mode::Armed,
+            Mode::Idle => after == Mode::MotorCheck || after == Mode::Armed,
             Mode::Armed => after.drive().is_some(),
             _ => false,
         };
