@@ -168,7 +168,7 @@ impl<'a> VirtualBoard<'a> {
     }
 
     /// The time on the board's clock.
-    fn clock_us(&self, now_us: u64) -> u64 {
+    pub(crate) fn clock_us(&self, now_us: u64) -> u64 {
         now_us.saturating_add_signed(self.skew_us)
     }
 

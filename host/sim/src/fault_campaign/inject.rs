@@ -146,7 +146,10 @@ impl Fixture<'_> {
             Kind::TorqueGain | Kind::TorqueSign => bench.fail_motor(servo, motor(amount, 0.0)),
             Kind::TorqueOffset => bench.fail_motor(servo, motor(1.0, amount)),
             Kind::ClockAhead => board.shift_clock((amount * 1e3) as i64),
-            Kind::ClockBack => board.shift_clock(-(amount * 1e3) as i64),
+            // No clock shows a time before its start.
+            Kind::ClockBack => {
+                board.shift_clock(-((amount * 1e3) as i64).min(board.clock_us(now_us) as i64));
+            }
             Kind::Push => bench.push(Push {
                 joint: servo,
                 torque_nm: amount,

@@ -13,6 +13,9 @@ use super::super::line::BITS;
 /// and less than any between packets of the master.
 const PAUSE_NS: u64 = 20_000;
 
+/// Most bytes that wait for those before them that arrive twice.
+const BACKLOG_BYTES: u64 = 256;
+
 /// Direction of a byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BusDirection {
@@ -33,7 +36,8 @@ pub enum ByteDamage {
         /// Its delay.
         ns: u64,
     },
-    /// It arrives twice, which delays the rest of its packet.
+    /// It arrives twice, which delays the rest of its packet. Once [`BACKLOG_BYTES`] wait,
+    /// later ones arrive once: a buffer has an end.
     Doubled,
     /// One of its bits is flipped.
     Flipped,
@@ -117,8 +121,10 @@ impl FaultyChannel {
                 ByteDamage::Lost => count = 0,
                 ByteDamage::Late { ns } => self.late_ns = self.late_ns.max(ns),
                 ByteDamage::Doubled => {
-                    count *= 2;
-                    added_ns = byte_ns;
+                    if self.free_ns < at_ns + BACKLOG_BYTES * byte_ns {
+                        count *= 2;
+                        added_ns = byte_ns;
+                    }
                 }
                 ByteDamage::Flipped => {
                     let bit = Uniform::new(0, 8).map_or(0, |bits| bits.sample(draw));
